@@ -121,7 +121,7 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
     if origin is tuple:
         return _sequence(tree, parts, at, by)
     if not _may_be(tree, hint):
-        raise Mismatch(f"{at or 'it'} must be {_words(hint)}, not {tree!r:.60}")
+        raise Mismatch(f"{at or 'it'} must be {words_of_type(hint)}, not {tree!r:.60}")
     if hint is Finding:
         return _finding(tree, at)
     if hint is Path:
@@ -162,7 +162,7 @@ def _one_of(tree: Any, parts: Sequence[Any], at: str, by: Strictness) -> Any:
             told.append(error)
     if len(told) == 1:
         raise told[0]
-    wanted = " or ".join(_words(part) for part in parts if part is not types.NoneType)
+    wanted = " or ".join(words_of_type(part) for part in parts if part is not types.NoneType)
     raise Mismatch(f"{at or 'it'} must be {wanted}, not {tree!r:.60}")
 
 
@@ -200,7 +200,7 @@ def _may_be(tree: object, hint: Any) -> bool:
     return True  # `special` tells
 
 
-def _words(hint: Any) -> str:
+def words_of_type(hint: Any) -> str:
     """What belongs there, for people."""
     if get_origin(hint) is Literal:
         choices = get_args(hint)

@@ -217,9 +217,10 @@ class Exported:
         return "none" if self.limb.frame is None else self.limb.frame.side
 
 
-def file_name(stem: str, kind: str, side: Side) -> str:
-    """What a file is called: a limb's side stands in its name."""
-    return f"{stem}{_LETTERS[side]}.{'nc' if kind == 'gcode' else kind}"
+def file_name(stem: str, kind: str, side: Side, digits: str = "") -> str:
+    """What a file is called: a limb's side stands in its name, and of what it was made if asked."""
+    made_of = digits and f"-{digits}"
+    return f"{stem}{_LETTERS[side]}{made_of}.{'nc' if kind == 'gcode' else kind}"
 
 
 def export(
@@ -229,7 +230,7 @@ def export(
 
     Args:
         path: Its ending says the kind of a mesh.
-        side: Of the patient, as somebody confirms it now; carvers demand it.
+        side: Of the patient, as somebody confirms it now; files for carvers demand it.
         picture: Where the mirror check is drawn: what the file holds, to be held against the
             patient.
 
@@ -247,10 +248,15 @@ def export(
             _require_apart(ask, path)
             exported = _gcode(admit(read.limb, side), path, ask, machine)
         case Drawing():
-            exported = _drawing(sure_in_limb_frame(read.limb), path, ask)
+            exported = _drawing(_sure(read.limb, side), path, ask)
         case Triangles():
-            exported = _triangles(sure_in_limb_frame(read.limb), path)
+            exported = _triangles(_sure(read.limb, side), path)
     return exported if picture is None else _with_picture(exported, picture)
+
+
+def _sure(limb: Limb, side: Side | None) -> Limb:
+    """A limb for whoever can ask: its side is held against the one that was confirmed, if any."""
+    return sure_in_limb_frame(limb) if side is None else admit(limb, side)
 
 
 def _with_picture(exported: Exported, picture: Path) -> Exported:

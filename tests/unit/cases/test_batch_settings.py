@@ -9,7 +9,7 @@ import pytest
 from limbgram.cases.batch.settings import (
     EXAMPLE,
     Align,
-    Export,
+    ExportUse,
     Measure,
     RecipeUse,
     Settings,
@@ -18,6 +18,7 @@ from limbgram.cases.batch.settings import (
     require_complete,
 )
 from limbgram.core.errors import OptionsError
+from limbgram.services.export import Aop, Triangles
 
 
 def written(tmp_path: Path, text: str) -> Path:
@@ -28,7 +29,10 @@ def written(tmp_path: Path, text: str) -> Path:
 
 def test_the_example_is_taken_and_shows_every_setting(tmp_path: Path) -> None:
     batch = read_batch(written(tmp_path, EXAMPLE))
-    assert batch.of_all.export == (Export(to="aop"), Export(to="stl"))
+    assert batch.of_all.export == (
+        ExportUse(to="aop", ask=Aop()),
+        ExportUse(to="stl", ask=Triangles()),
+    )
     bare = re.sub(r"(?m)^# (?=[a-z_]+ = |\[)", "", EXAMPLE)
     everything = read_batch(written(tmp_path, bare))
     shown = everything.of_all
@@ -92,7 +96,7 @@ def test_later_settings_go_over_earlier_ones() -> None:
         (Settings(align=Align(), side="left", unscaled=True), "unknown size"),
         (Settings(measure=Measure()), "[measure]"),
         (Settings(recipe=RecipeUse(file="r")), "[recipe]"),
-        (Settings(export=(Export(to="aop"),)), "aop or gcode"),
+        (Settings(export=(ExportUse(to="aop", ask=Aop()),)), "aop or gcode"),
     ],
 )
 def test_a_step_without_what_it_needs_is_refused_before_anything_runs(
@@ -103,4 +107,6 @@ def test_a_step_without_what_it_needs_is_refused_before_anything_runs(
 
 
 def test_steps_that_need_no_axes_need_no_alignment() -> None:
-    require_complete(Settings(measure=Measure(unaligned=True), export=(Export(to="stl"),)))
+    require_complete(
+        Settings(measure=Measure(unaligned=True), export=(ExportUse(to="stl", ask=Triangles()),))
+    )

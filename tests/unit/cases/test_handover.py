@@ -19,13 +19,12 @@ from limbgram.cases.handover import HandoverOptions, hand_over, handed_over
 from limbgram.cases.shelf import Shelf
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
-from limbgram.formats.aop.writing import AopOptions
 from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import read_limb
 from limbgram.formats.sidecar import limb_file_beside
 from limbgram.report.record.record import RecordOptions
 from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
-from limbgram.workbench.carving.mapping import MapOptions
+from limbgram.services.export import Aop
 from limbgram.workbench.carving.radius_map import RadiusMap
 from limbgram.workbench.edits.solids import Offset
 from limbgram.workbench.frame.alignment import AlignOptions, align
@@ -152,13 +151,13 @@ def test_files_that_were_asked_for_otherwise_have_other_names(
     bench: Bench, works: tuple[Work, ...]
 ) -> None:
     def aop(spokes: int, spacing_mm: float) -> HandoverOptions:
-        of_map = MapOptions(spokes=spokes, spacing_mm=spacing_mm)
-        return HandoverOptions(kind="aop", side="left", aop=AopOptions(map=of_map))
+        ask = Aop(spokes=spokes, spacing_mm=spacing_mm)
+        return HandoverOptions(kind="aop", side="left", ask=ask)
 
     asked = [aop(60, 4.0), aop(72, 4.0), aop(60, 5.0)]
     made = [hand_over(bench, works[0], options) for options in asked]
     assert len({one.name for one in made}) == 3
-    assert [one.lines[0].split()[2] for one in made] == ["60", "72", "60"]
+    assert [one.said[0].values["spokes"] for one in made] == [60, 72, 60]
     before = {file: file.stat().st_mtime_ns for file in bench.files.iterdir()}
     assert [hand_over(bench, works[0], options) for options in asked] == made
     assert {file: file.stat().st_mtime_ns for file in bench.files.iterdir()} == before

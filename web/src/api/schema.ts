@@ -1109,6 +1109,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/exports": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Export Kinds
+         * @description The kinds of files that are written, and what may be asked of each.
+         */
+        get: operations["list_export_kinds"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/cases/{case_id}/exports": {
         parameters: {
             query?: never;
@@ -1785,47 +1805,6 @@ export interface components {
             flexion_deg: number;
         };
         /**
-         * AopSettings
-         * @description What a carver's AOP file is like.
-         */
-        AopSettings: {
-            /**
-             * Spokes
-             * @default 120
-             */
-            spokes: number;
-            /**
-             * Spacing Mm
-             * @default 2
-             */
-            spacing_mm: number;
-            /**
-             * Distal Slices
-             * @description More slices at the rounded tip.
-             * @default 0
-             */
-            distal_slices: number;
-            /**
-             * Profile
-             * @description Whose habits.
-             * @default mm
-             * @enum {string}
-             */
-            profile: "mm" | "omega" | "ampscan" | "ampscan-early";
-            /**
-             * Axis
-             * @default limb
-             * @enum {string}
-             */
-            axis: "limb" | "fit";
-            /**
-             * Line End
-             * @default lf
-             * @enum {string}
-             */
-            line_end: "lf" | "cr" | "crlf";
-        };
-        /**
          * AskCheck
          * @description With what the photos are checked.
          */
@@ -2109,47 +2088,6 @@ export interface components {
              * @default []
              */
             set_aside: components["schemas"]["SetAside"][];
-        };
-        /**
-         * CarverSettings
-         * @description A four-axis carver.
-         */
-        CarverSettings: {
-            /**
-             * Tool Diameter Mm
-             * @default 12
-             */
-            tool_diameter_mm: number;
-            /**
-             * Tool Reach Mm
-             * @default 120
-             */
-            tool_reach_mm: number;
-            /** Blank Diameter Mm */
-            blank_diameter_mm?: number | null;
-            /**
-             * Scallop Mm
-             * @description Height of ridges.
-             * @default 0.05
-             */
-            scallop_mm: number;
-            /**
-             * Feed Mm Min
-             * @default 3000
-             */
-            feed_mm_min: number;
-            /**
-             * Dialect
-             * @default linuxcnc
-             * @enum {string}
-             */
-            dialect: "linuxcnc" | "mach" | "fanuc" | "grbl";
-            /**
-             * Winding
-             * @default unwind
-             * @enum {string}
-             */
-            winding: "unwind" | "reset" | "rollover" | "continuous";
         };
         /**
          * Case
@@ -2507,6 +2445,16 @@ export interface components {
             text: string;
         };
         /**
+         * ExportKind
+         * @description A kind of file that is written.
+         */
+        ExportKind: {
+            /** Kind */
+            kind: string;
+            /** Fields */
+            fields: components["schemas"]["FieldReply"][];
+        };
+        /**
          * Extreme
          * @description The girth where an edit moved the surface most.
          */
@@ -2517,6 +2465,48 @@ export interface components {
             before_mm: number | null;
             /** After Mm */
             after_mm: number | null;
+        };
+        /**
+         * FieldReply
+         * @description One field.
+         */
+        FieldReply: {
+            /** Name */
+            name: string;
+            /**
+             * Expected
+             * @description Its type, for people.
+             */
+            expected: string;
+            /** Meaning */
+            meaning: string;
+            /**
+             * Unit
+             * @default
+             */
+            unit: string;
+            /**
+             * Needed
+             * @description Has no default.
+             */
+            needed: boolean;
+            /** Default */
+            default?: unknown;
+            /** Least */
+            least?: number | null;
+            /** Most */
+            most?: number | null;
+            /**
+             * Choices
+             * @description Words to choose from; empty: any.
+             * @default []
+             */
+            choices: string[];
+            /**
+             * Several
+             * @default false
+             */
+            several: boolean;
         };
         /**
          * Figures
@@ -2621,11 +2611,8 @@ export interface components {
         HandedOver: {
             /** Name */
             name: string;
-            /**
-             * Kind
-             * @enum {string}
-             */
-            kind: "stl" | "ply" | "obj" | "glb" | "dxf" | "aop" | "gcode";
+            /** Kind */
+            kind: string;
             /** Made */
             made: string;
             /** Bytes */
@@ -2653,8 +2640,25 @@ export interface components {
              * @default
              */
             shape: string;
-            /** Lines */
-            lines: string[];
+            /**
+             * Said
+             * @default []
+             */
+            said: {
+                /** Code */
+                code: string;
+                /**
+                 * Gravity
+                 * @enum {string}
+                 */
+                gravity: "note" | "doubt" | "fault";
+                /** Values */
+                values: {
+                    [key: string]: unknown;
+                };
+                /** Sentence */
+                sentence?: string;
+            }[];
             /** Surface Within Mm */
             surface_within_mm?: number | null;
             /** Girth Change Mm */
@@ -3209,9 +3213,9 @@ export interface components {
         NewExport: {
             /**
              * Kind
-             * @enum {string}
+             * @description A kind of `/api/v1/exports`.
              */
-            kind: "stl" | "ply" | "obj" | "glb" | "dxf" | "aop" | "gcode";
+            kind: string;
             /**
              * Side
              * @description Said anew by whoever looks at the patient; never filled in.
@@ -3225,33 +3229,13 @@ export interface components {
              */
             signed_by: string;
             /**
-             * @default {
-             *       "spokes": 120,
-             *       "spacing_mm": 2,
-             *       "distal_slices": 0,
-             *       "profile": "mm",
-             *       "axis": "limb",
-             *       "line_end": "lf"
-             *     }
+             * How
+             * @description What the receiver expects, by the kind's fields.
+             * @default {}
              */
-            aop: components["schemas"]["AopSettings"];
-            /**
-             * Sections Mm
-             * @description Of a DXF.
-             * @default 10
-             */
-            sections_mm: number;
-            /**
-             * @default {
-             *       "tool_diameter_mm": 12,
-             *       "tool_reach_mm": 120,
-             *       "scallop_mm": 0.05,
-             *       "feed_mm_min": 3000,
-             *       "dialect": "linuxcnc",
-             *       "winding": "unwind"
-             *     }
-             */
-            carver: components["schemas"]["CarverSettings"];
+            how: {
+                [key: string]: unknown;
+            };
         };
         /**
          * NewTemplate
@@ -8801,6 +8785,71 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    list_export_kinds: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ExportKind"][];
+                };
             };
             /** @description Nobody is signed in. */
             401: {

@@ -16,10 +16,11 @@ import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
 import { type TextKey, bytes, t, when } from "../texts";
+import { type Finding, told } from "../words";
 import { openWith } from "./rectify";
 import type { RoomProps } from "./room";
 
-type Kind = Schemas["NewExport"]["kind"];
+type Kind = "aop" | "gcode" | "stl" | "dxf" | "ply" | "obj" | "glb";
 type Side = "left" | "right";
 
 const FIRST: readonly Kind[] = ["aop", "gcode", "stl", "dxf"];
@@ -65,11 +66,15 @@ export function SendScreen({ room }: RoomProps) {
       kind: chosen.kind,
       side: torso ? "none" : (chosen.side as Side),
       signed_by: signer.value.trim(),
-      sections_mm: sections.value,
-      aop: { spokes: spokes.value, spacing_mm: spacing.value, distal_slices: distal.value, profile: "mm", axis: "limb", line_end: "lf" },
-      carver: { tool_diameter_mm: tool.value, tool_reach_mm: 120, blank_diameter_mm: null, scallop_mm: 0.05, feed_mm_min: 3000, dialect: "linuxcnc", winding: "unwind" },
+      how: howOf(chosen.kind),
     };
     if (!act.busy.value) void act.run(writeWanted).then(() => before.again());
+  };
+  /** What the receiver expects of a kind, as it stands in its fields. */
+  const howOf = (one: Kind): NonNullable<Schemas["NewExport"]["how"]> => {
+    if (one === "aop") return { spokes: spokes.value, spacing_mm: spacing.value, distal_slices: distal.value };
+    if (one === "gcode") return { tool_diameter_mm: tool.value };
+    return one === "dxf" ? { spacing_mm: sections.value } : {};
   };
   /** One file after the other; what was wanted before and is not any more is not shown. */
   const writeWanted = async () => {
@@ -217,8 +222,8 @@ export function SendScreen({ room }: RoomProps) {
                 </tbody>
               </table>
               <ul class="findings small-note soft">
-                {w.lines.map((one) => (
-                  <li key={one}>{one}</li>
+                {(w.said ?? []).map((one) => (
+                  <li key={one.code}>{told(one as Finding)}</li>
                 ))}
               </ul>
               {expert.value && <p class="mono">sha256 {w.sha256}</p>}

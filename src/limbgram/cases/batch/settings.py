@@ -16,8 +16,9 @@ from typing import Any, Literal, cast
 
 from limbgram.core.errors import OptionsError, printable
 from limbgram.core.files import read_content, toml_of
-from limbgram.core.typed import value_of
+from limbgram.core.typed import Mismatch, Strictness, fields_of, value_of
 from limbgram.reconstruction.choices import SurfaceMethod
+from limbgram.services.export import EXPORTS, FOR_CARVERS, Export, Gcode
 
 BATCH_FILE = "batch.toml"
 CAPTURE_FILE = "capture.toml"
@@ -29,7 +30,6 @@ _LEAST_MEMORY_GB = 0.5
 
 Side = Literal["left", "right", "none"]
 Kind = Literal["transtibial", "transfemoral", "foot", "torso"]
-FileKind = Literal["stl", "ply", "obj", "glb", "dxf", "aop", "gcode"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,20 +71,17 @@ class RecipeUse:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Export:
-    """One file for another program or machine: what `limbgram export` takes."""
+class ExportUse:
+    """One file for another program or machine: `to` and what the request of that kind takes."""
 
-    to: FileKind
-    spacing_mm: float | None = None
-    to_mm: float | None = None
-    from_mm: float | None = None
-    spokes: int | None = None
-    distal_slices: int | None = None
-    profile: str | None = None
-    polyface: bool = False
-    machine: str | None = None
-    """File of a carver."""
-    preset: str | None = None
+    to: str
+    ask: Export
+
+    @property
+    def machine(self) -> str | None:
+        """File of a carver."""
+        machine = self.ask.machine if isinstance(self.ask, Gcode) else None
+        return None if machine is None else machine.as_posix()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +116,7 @@ class Settings:
     align: Align | None = None
     measure: Measure | None = None
     recipe: RecipeUse | None = None
-    export: tuple[Export, ...] | None = None
+    export: tuple[ExportUse, ...] | None = None
     report: RecordUse | None = None
 
     @property
@@ -181,9 +178,11 @@ def read_batch(path: Path) -> Batch:
         return Batch(
             captures=told.captures,
             leave_out=told.leave_out,
-            of_all=_checked(value_of(tree, Settings), path, ""),
+            of_all=_checked(value_of(tree, Settings, strictness=_READ), path, ""),
             of_one={
-                name: _checked(value_of(one, Settings, f"capture.{name}"), path, f"capture.{name}.")
+                name: _checked(
+                    value_of(one, Settings, f"capture.{name}", _READ), path, f"capture.{name}."
+                )
                 for name, one in cast(dict[str, Any], of_one).items()
             },
         )
@@ -199,7 +198,7 @@ def read_settings(path: Path) -> Settings:
     """
     tree = _tree(path)
     try:
-        settings = _checked(value_of(tree, Settings), path, "")
+        settings = _checked(value_of(tree, Settings, strictness=_READ), path, "")
     except ValueError as error:
         raise OptionsError(_misfit(path, error)) from error
     for name in settings.files:
@@ -243,9 +242,7 @@ def require_complete(settings: Settings) -> None:
         "[measure]": settings.measure is not None and not unaligned,
         "[recipe]": settings.recipe is not None,
         "[report]": settings.report is not None,
-        "[[export]] to aop or gcode": any(
-            one.to in ("aop", "gcode") for one in settings.export or ()
-        ),
+        "[[export]] to aop or gcode": any(one.to in FOR_CARVERS for one in settings.export or ()),
     }
     missing = [name for name, wanted in after.items() if wanted and settings.align is None]
     if missing:
@@ -261,6 +258,22 @@ def _tree(path: Path) -> dict[str, Any]:
         return toml_of(content.decode("utf-8-sig"))
     except ValueError as error:
         raise OptionsError(_misfit(path, error)) from error
+
+
+def _export(tree: object, hint: Any, at: str) -> object:
+    """A file that is to be written: `to` says which request the other names are of."""
+    if hint is not ExportUse or not isinstance(tree, dict):
+        return NotImplemented
+    given = dict(cast(dict[str, Any], tree))
+    kind = given.pop("to", None)
+    if kind not in EXPORTS:
+        raise Mismatch(f"{at}.to must be one of {', '.join(EXPORTS)}, not {kind!r:.60}")
+    if "write_machine" in given:
+        raise Mismatch(f"{at} has no write_machine: a batch reads machine files")
+    return ExportUse(to=kind, ask=fields_of(given, EXPORTS[kind], at))
+
+
+_READ = Strictness(special=_export)
 
 
 def _misfit(path: Path, error: ValueError) -> str:

@@ -10,17 +10,19 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, cast
 
-from limbgram.cases.batch.settings import Align, Export, Measure, Settings
+from limbgram.cases.batch.settings import Align, ExportUse, Measure, Settings
 from limbgram.cases.batch.stopping import Stopping
 from limbgram.cases.supervision import environment
+from limbgram.core.declared import words_of
 from limbgram.core.errors import RED_EXIT_CODE, Cancelled, LimbgramError, OptionsError
 from limbgram.core.files import json_of, read_content
 from limbgram.core.run import NEUTRAL_FOLDER
 from limbgram.core.typed import any_value_of
+from limbgram.services.export import FOR_CARVERS, Gcode, file_name
 
 SURFACE, SHAPE, EDITED, CASE, OUT = "{surface}", "{shape}", "{edited}", "{case}", "{out}"
 """Words that stand for the delivered surface, the shape that is worked on (the surface, or what the
@@ -37,8 +39,6 @@ _MODULES: dict[StepName, str] = {
     "export": "limbgram.cli.export",
     "report": "limbgram.cli.report",
 }
-_SUFFIXES = {"gcode": "nc"}
-_LETTERS = {"left": "-L", "right": "-R", "none": ""}
 _LARGEST_BYTES = 1_000_000
 
 
@@ -257,25 +257,16 @@ def _measure(measure: Measure) -> Step:
 
 
 def _export(
-    settings: Settings, export: Export, number: int, name: str, located: Callable[[str], Path]
+    settings: Settings, export: ExportUse, number: int, name: str, located: Callable[[str], Path]
 ) -> Step:
-    letter = _LETTERS[settings.side or "none"]
-    suffix = _SUFFIXES.get(export.to, export.to)
-    words = ["export", SHAPE, "--to", export.to, "-o", f"{OUT}/{name}{letter}.{suffix}"]
-    words += _option("--side", settings.side if export.to in ("aop", "gcode") else None)
-    given = (
-        ("--spacing", export.spacing_mm),
-        ("--to-mm", export.to_mm),
-        ("--from-mm", export.from_mm),
-        ("--spokes", export.spokes),
-        ("--distal-slices", export.distal_slices),
-        ("--profile", export.profile),
-        ("--preset", export.preset),
-    )
-    words += [f"{option}={value}" for option, value in given if value is not None]
-    words += ["--polyface"] if export.polyface else []
-    files = () if export.machine is None else (located(export.machine),)
-    words += ["--machine", _file_word(0)] if files else []
+    side = settings.side or "none"
+    words = ["export", SHAPE, "--to", export.to, "-o", f"{OUT}/{file_name(name, export.to, side)}"]
+    words += _option("--side", settings.side if export.to in FOR_CARVERS else None)
+    ask, files = export.ask, ()
+    if isinstance(ask, Gcode) and export.machine is not None:
+        ask, files = replace(ask, machine=None), (located(export.machine),)
+        words += ["--machine", _file_word(0)]
+    words += words_of(ask)
     folder = f"export-{number}-{export.to}"
     return Step(name=folder, kind="export", words=tuple(words), files=files)
 

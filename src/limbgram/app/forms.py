@@ -1,0 +1,39 @@
+"""Forms: what a request or an edit says of its own fields, for the client to make a form of."""
+
+from dataclasses import MISSING
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel, Field
+
+from limbgram.core.declared import Declared
+from limbgram.core.typed import tree_of, words_of_type
+
+
+class FieldReply(BaseModel):
+    """One field."""
+
+    name: str
+    expected: str = Field(description="Its type, for people.")
+    meaning: str
+    unit: str = ""
+    needed: bool = Field(description="Has no default.")
+    default: Any = None
+    least: float | None = None
+    most: float | None = None
+    choices: list[str] = Field(default=[], description="Words to choose from; empty: any.")
+    several: bool = False
+
+    @classmethod
+    def of(cls, one: Declared) -> "FieldReply":
+        return cls(
+            name=one.name,
+            expected=words_of_type(one.hint),
+            meaning=one.meaning,
+            unit=one.unit,
+            needed=one.required,
+            default=None if one.default is MISSING else tree_of(one.default),
+            least=None if one.within is None else one.within.least,
+            most=None if one.within is None else one.within.most,
+            choices=list(one.choices),
+            several=get_origin(one.hint) is tuple and get_args(one.hint)[1:] == (...,),
+        )
