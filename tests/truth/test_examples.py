@@ -1,0 +1,47 @@
+"""The examples run as they stand, and what they print agrees with the shapes that they make."""
+
+import math
+import re
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def printed(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(sys, "path", [str(EXAMPLES), *sys.path])
+    runpy.run_path(str(EXAMPLES / name), run_name="__main__")
+
+
+def test_girths_and_volume_are_those_of_the_shape(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    printed("measure_a_limb.py", tmp_path, monkeypatch)
+    said = capsys.readouterr().out
+    girths = {int(h): float(g) for h, g in re.findall(r"(\d+) mm up: girth ([\d.]+)", said)}
+    for height, girth in girths.items():
+        radius = 50 + (height - 50) / 170 * 8
+        assert girth == pytest.approx(2 * math.pi * radius, rel=5e-4)
+    low, high = 50.0, 50 + 100 / 170 * 8
+    volume_ml = math.pi * 100 / 3 * (low**2 + low * high + high**2) / 1000
+    found = re.search(r"([\d.]+) mL", said)
+    assert found
+    assert float(found[1]) == pytest.approx(volume_ml, rel=1e-3)
+
+
+def test_the_others_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in sorted(path.name for path in EXAMPLES.glob("*_*.py")):
+        printed(name, tmp_path, monkeypatch)
+    said = capsys.readouterr().out
+    assert re.search(r"relieve.*: \+\d", said)
+    assert re.search(r"load.*: -\d", said)
+    assert "Refused:" in said
+    assert "The limb shrinks" in said
+    assert (tmp_path / "socket.stl").stat().st_size > 84
+    assert (tmp_path / "stump.aop").is_file()
