@@ -19,11 +19,12 @@ from typing import Any, Literal
 from limbgram.cases.bench import MAKING, Bench, Work, digits_of
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.record import write_json
-from limbgram.core.errors import CarveError, CaseError
+from limbgram.core.errors import CarveError, CaseError, with_full_stop
 from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
+from limbgram.findings import told
 from limbgram.formats.aop.writing import AopOptions, write_aop
 from limbgram.formats.dxf import curves_of, write_triangles
 from limbgram.formats.gate import admit
@@ -141,7 +142,7 @@ def _handed_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOv
         shape="" if rectified is None else rectified.name,
         doubt=read.limb.doubt,
         signed_by=options.signed_by.strip(),
-        notes=tuple(dict.fromkeys((*work.done.limb.notes, *limb.notes))),
+        notes=tuple(dict.fromkeys(map(told, (*work.done.limb.notes, *limb.notes)))),
         **written.figures,
     )
     write_json(bench.files / f"{name}.json", tree_of(handed))
@@ -195,12 +196,15 @@ def _mesh(limb: Limb, path: Path) -> _Written:
     write_limb(limb.with_mesh(found.mesh), path)
     back = read_shape(path).limb
     change = volume_mm3(back.mesh) / volume_mm3(found.mesh) - 1
-    told = (
+    lines = (
         f"Read back: {len(back.mesh.faces):,} triangles, the same surface; volume "
         f"{volume_mm3(back.mesh) / 1000:.1f} mL.",
-        *(f"{one}." for one in left_out(len(found.loose), found.loose, frame="in the limb frame")),
+        *(
+            with_full_stop(told(one))
+            for one in left_out(len(found.loose), found.loose, frame="limb")
+        ),
     )
-    figures = {"lines": told, "volume_change": change, "surface_within_mm": 0.0}
+    figures = {"lines": lines, "volume_change": change, "surface_within_mm": 0.0}
     return _Written(back.mesh, back.landmarks, figures)
 
 

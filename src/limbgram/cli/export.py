@@ -22,6 +22,8 @@ from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.typed import tree_of
+from limbgram.findings import told
 from limbgram.formats.aop.cost import AopReport
 from limbgram.formats.aop.writing import AopOptions, Own, write_aop
 from limbgram.formats.dxf import Curves, curves_of, write_polyface_dxf, write_triangles
@@ -540,8 +542,8 @@ def _axis_lines(report: AopReport) -> list[str]:
 
 
 def _left_out(report: AopReport | GcodeReport) -> list[str]:
-    told = left_out(report.bodies_left_out, report.loose, frame="in the limb frame")
-    return [f"{sentence}." for sentence in told]
+    found = left_out(report.bodies_left_out, report.loose, frame="limb")
+    return [with_full_stop(told(one)) for one in found]
 
 
 @dataclass(frozen=True)
@@ -683,16 +685,19 @@ def mesh_reply(limb: Limb, path: Path) -> Reply:
 
 def _naming_bodies(reply: Reply, limb: Limb, found: Outside) -> Reply:
     """The reply with the loose bodies that a printer would have made, and what else there is."""
-    frame, key = ("the file", "in_mesh_mm") if limb.frame is None else ("the limb frame", _IN_LIMB)
-    told = (*left_out(len(found.loose), found.loose, frame=f"in {frame}"), *kept(found))
+    aligned = limb.frame is not None
+    said = (
+        *left_out(len(found.loose), found.loose, frame="limb" if aligned else "file"),
+        *kept(found),
+    )
     bodies = {
         "bodies_left_out": len(found.loose),
-        "loose_bodies": _tree(found.loose, key),
+        "loose_bodies": _tree(found.loose, _IN_LIMB if aligned else "in_mesh_mm"),
         "bodies_inside": found.inside,
     }
     return replace(
         reply,
-        lines=(*reply.lines, *(f"{sentence}." for sentence in told)),
+        lines=(*reply.lines, *(with_full_stop(told(one)) for one in said)),
         content={**reply.content, **bodies},
     )
 
@@ -703,9 +708,9 @@ def _tree(loose: tuple[Apart, ...], key: str) -> list[dict[str, Any]]:
 
 def drawn(reply: Reply, limb: Limb) -> Reply:
     """The reply with what was odd about the shape's file."""
-    notes = tuple(f"Note: {with_full_stop(note)}" for note in limb.notes)
+    notes = tuple(f"Note: {with_full_stop(told(note))}" for note in limb.notes)
     return replace(
-        reply, lines=notes + reply.lines, content={**reply.content, "notes": list(limb.notes)}
+        reply, lines=notes + reply.lines, content={**reply.content, "notes": tree_of(limb.notes)}
     )
 
 

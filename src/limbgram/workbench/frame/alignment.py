@@ -118,7 +118,9 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
     )
 
 
-def proximal_of(limb: Limb, axis: Axis, options: AlignOptions) -> tuple[Vector3, tuple[Finding, ...]]:
+def proximal_of(
+    limb: Limb, axis: Axis, options: AlignOptions
+) -> tuple[Vector3, tuple[Finding, ...]]:
     """The axis's direction, pointing to the body, and what is odd about it."""
     stated = axis.direction if options.axis is not None else options.proximal
     of_file = None if options.declared is None else options.declared.limb_from_mesh.rotation[2]
@@ -205,16 +207,16 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
             continue
         off_deg = _between_deg(complex(x, y), expected)
         if off_deg > options.most_contradiction_deg:
-            raise MeasureError("align.landmark.elsewhere", name=mark.name, off_deg=off_deg, side=options.side)
+            raise MeasureError(
+                "align.landmark.elsewhere", name=mark.name, off_deg=off_deg, side=options.side
+            )
 
 
 def other_side_before(limb: Limb, options: AlignOptions) -> tuple[Finding, ...]:
     """What to note if the limb was aligned for another side."""
     if limb.frame is None or limb.frame.side in ("none", options.side):
         return ()
-    return (
-        doubt("align.side.changed", before=limb.frame.side, side=options.side),
-    )
+    return (doubt("align.side.changed", before=limb.frame.side, side=options.side),)
 
 
 def odd_names(limb: Limb) -> tuple[Finding, ...]:
@@ -309,13 +311,20 @@ def _turn_by_landmarks(start: Matrix3, limb: Limb, axis: Axis, options: AlignOpt
 def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
     """Turn about x that brings the plumb landmarks over each other, and what is asked on top."""
     if not abs(options.flexion_deg) <= options.most_flexion_deg:
-        raise OptionsError("align.flexion", flexion_deg=options.flexion_deg, most_deg=options.most_flexion_deg)
+        raise OptionsError(
+            "align.flexion", flexion_deg=options.flexion_deg, most_deg=options.most_flexion_deg
+        )
     angle = np.radians(options.flexion_deg)
     if options.plumb is not None:
         upper, lower = (landmark(limb, name).position_mm for name in options.plumb)
         _, y, z = frame.rotation @ (upper - lower)
         if not np.degrees(np.arctan2(abs(y), z)) < _MOST_LEAN_DEG:
-            raise MeasureError("align.plumb", upper=options.plumb[0], lower=options.plumb[1], most_deg=_MOST_LEAN_DEG)
+            raise MeasureError(
+                "align.plumb",
+                upper=options.plumb[0],
+                lower=options.plumb[1],
+                most_deg=_MOST_LEAN_DEG,
+            )
         angle += float(np.arctan2(y, z))
     return float(angle)
 
@@ -328,7 +337,12 @@ def _require_long_way(limb: Limb, axis: Axis, options: AlignOptions, told: Vecto
         return
     off_deg = np.degrees(np.arccos(min(abs(_along(told, axis)), 1.0)))
     if off_deg > options.most_off_axis_deg:
-        raise MeasureError("align.axis.across", off_deg=float(off_deg), along=_typed(axis.direction), axis=_typed(told))
+        raise MeasureError(
+            "align.axis.across",
+            off_deg=float(off_deg),
+            along=_typed(axis.direction),
+            axis=_typed(told),
+        )
 
 
 def _along(direction: Vector3 | None, axis: Axis) -> float:
@@ -398,7 +412,9 @@ def _over_the_brim(
     """The stated axis, although the shape is open at its distal end; nothing less exact will do."""
     if options.axis is not None:
         return axis.direction, (doubt("align.axis.opening"),)
-    raise MeasureError("align.open_distal", by=by, axis=_typed(axis.direction), other=_typed(-axis.direction))
+    raise MeasureError(
+        "align.open_distal", by=by, axis=_typed(axis.direction), other=_typed(-axis.direction)
+    )
 
 
 def _between_deg(one: complex, other: complex) -> float:

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from limbgram.core.errors import MeasureError, OptionsError
-from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.planted import tree_on
 from limbgram.workbench.frame.names import known_identity, named, names_of, words_of
@@ -115,7 +115,9 @@ def landmark(limb: Limb, name: str) -> Landmark:
     if found is not None:
         return found
     names = tuple(mark.name for mark in limb.landmarks)
-    raise MeasureError("landmark.none", name=name, names=names or None, meant=likeliest(name, names))
+    raise MeasureError(
+        "landmark.none", name=name, names=names or None, meant=likeliest(name, names)
+    )
 
 
 def with_landmarks(limb: Limb, picked: Sequence[Landmark], options: PickOptions = DEFAULTS) -> Limb:
@@ -136,7 +138,13 @@ def with_landmarks(limb: Limb, picked: Sequence[Landmark], options: PickOptions 
     closest = tree.closest(np.stack([mark.position_mm for mark in picked]).astype(np.float64))
     for name, mark, off_mm in zip(names, picked, closest.distances_mm):
         if not off_mm <= options.max_distance_mm:
-            raise MeasureError("landmark.off_surface", name=name, point_mm=tuple(mark.position_mm.tolist()), off_mm=float(off_mm), most_mm=options.max_distance_mm)
+            raise MeasureError(
+                "landmark.off_surface",
+                name=name,
+                point_mm=tuple(mark.position_mm.tolist()),
+                off_mm=float(off_mm),
+                most_mm=options.max_distance_mm,
+            )
     kept = tuple(mark for mark in limb.landmarks if mark.name not in names)
     snapped = tuple(
         Landmark(name=name, position_mm=place.copy())

@@ -82,10 +82,17 @@ def parse_recipe(text: str, name: str) -> Recipe:
     version: object = tree.get("version")
     known = type(version) is int and version in (1, _VERSION)
     if tree.get("format") != _FORMAT or not known:
-        raise ShapeFileError("recipe.file.other_format", name=name, format=_FORMAT, version=_VERSION)
+        raise ShapeFileError(
+            "recipe.file.other_format", name=name, format=_FORMAT, version=_VERSION
+        )
     unknown = sorted(set(tree) - _HEADER)
     if unknown:
-        raise OptionsError("recipe.file.header", name=name, unknown=tuple(unknown), known=tuple(sorted(_HEADER - {"edit"})))
+        raise OptionsError(
+            "recipe.file.header",
+            name=name,
+            unknown=tuple(unknown),
+            known=tuple(sorted(_HEADER - {"edit"})),
+        )
     for key in ("name", "scan_sha256"):
         if not isinstance(tree.get(key, ""), str):
             raise OptionsError("recipe.file.quotes", name=name, key=key)

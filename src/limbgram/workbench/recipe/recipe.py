@@ -32,9 +32,9 @@ from limbgram.workbench.recipe.accepting import (
     Concern,
     concerns_of,
     concerns_on_limb,
-    plain_words,
     findings_of,
     lacking,
+    plain_words,
     words_for,
 )
 from limbgram.workbench.recipe.ledger import (
@@ -180,7 +180,9 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         if reached.walled is not None:
             require_thickness_kept(reached.walled, wall_of(after.mesh))
     except EditError as error:
-        raise EditError("recipe.edit.refused", number=number, edit=described(entry), reason=error.finding) from error
+        raise EditError(
+            "recipe.edit.refused", number=number, edit=described(entry), reason=error.finding
+        ) from error
     gained = figures_of(after, reached.levels_mm)
     found = AtPlaces(pressures=(), shifts_mm={})
     reach_mm = (0.0, 0.0)
@@ -240,9 +242,7 @@ def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[st
         require_sense(edit)
         missing = lacking(concerns_of(edit, words))
         if missing:
-            raise EditError(
-                "recipe.asks", concerns=findings_of(missing), words=words_for(missing)
-            )
+            raise EditError("recipe.asks", concerns=findings_of(missing), words=words_for(missing))
     except EditError as error:
         raise OptionsError("recipe.not_added", reason=error.finding) from error
     entries = list(recipe.entries)

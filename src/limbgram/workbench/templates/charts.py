@@ -99,7 +99,12 @@ def plain_chart(limb: Limb, reference: str) -> LimbChart:
     mark = named(reference, limb.landmarks)
     if mark is None:
         names = (one.name for one in limb.landmarks)
-        raise MeasureError("template.limb.no_reference", name=limb.name or None, reference=reference, meant=likeliest(reference, names))
+        raise MeasureError(
+            "template.limb.no_reference",
+            name=limb.name or None,
+            reference=reference,
+            meant=likeliest(reference, names),
+        )
     in_limb = limb.mesh.with_vertices(limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm))
     top = float(limb.frame.limb_from_mesh.apply(mark.position_mm[None])[0, 2])
     tip = float(in_limb.vertices_mm[:, 2].min())
@@ -110,7 +115,12 @@ def plain_chart(limb: Limb, reference: str) -> LimbChart:
     round_end = np.flatnonzero(rings - tip >= mean)
     dome = float(rings[round_end[0]]) if len(round_end) else tip
     if not len(round_end) or top - dome < _SHORTEST_MM:
-        raise MeasureError("template.limb.low_reference", name=limb.name or None, reference=reference, above_mm=top - tip)
+        raise MeasureError(
+            "template.limb.low_reference",
+            name=limb.name or None,
+            reference=reference,
+            above_mm=top - tip,
+        )
     return LimbChart(
         tip_mm=tip,
         dome_mm=dome,
@@ -154,7 +164,13 @@ def pulled_chart(
     wanted[:, 1] = (wanted[:, 1] + np.pi) % (2 * np.pi) - np.pi
     for name, (rise, turn) in zip(names, wanted):
         if max(abs(rise), abs(turn)) > _FARTHEST_PULL:
-            raise MeasureError("template.limb.misplaced", name=limb.name or None, landmark=name, turn_deg=float(np.degrees(turn)), rise=float(rise))
+            raise MeasureError(
+                "template.limb.misplaced",
+                name=limb.name or None,
+                landmark=name,
+                turn_deg=float(np.degrees(turn)),
+                rise=float(rise),
+            )
     nearness = _nearness(centres, centres) + 1e-6 * np.eye(len(names))
     pulled = LimbChart(
         tip_mm=chart.tip_mm,

@@ -89,7 +89,9 @@ def read_template(path: Path | str) -> Template:
     try:
         return decode_template(read_content(path, _LARGEST_BYTES, ShapeFileError))
     except ValueError as error:
-        raise ShapeFileError("template.file.unreadable", name=path.name, reason=str(error)) from error
+        raise ShapeFileError(
+            "template.file.unreadable", name=path.name, reason=str(error)
+        ) from error
 
 
 def decode_template(content: bytes) -> Template:

@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 from scipy.ndimage import gaussian_filter, median_filter
 
-from limbgram.core.errors import AS_IS, MeasureError, OptionsError
+from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.compare.comparison import lay
@@ -199,7 +199,7 @@ def about_pair(pair: Pair, move: Displacements) -> tuple[Finding, ...]:
     notes.append(
         note("template.pair.aligned", before=before, after=after, how=move.alignment.sentence)
     )
-    notes += [note(AS_IS, message=text) for text in move.alignment.notes]
+    notes += [note("said.as_is", message=text) for text in move.alignment.notes]
     most_mm = float(np.quantile(np.abs(move.moved_mm), _NEARLY_ALL))
     rms_mm = float(np.sqrt(np.mean(move.moved_mm**2)))
     if most_mm > _MOST_MM or rms_mm > _MOST_RMS_MM:
@@ -268,7 +268,13 @@ def _require_one_side(pair: Pair) -> None:
     if before.frame is None or after.frame is None:
         return
     if {before.frame.side, after.frame.side} == {"left", "right"}:
-        raise OptionsError("template.learn.mirror", before=before.name, before_side=before.frame.side, after=after.name, after_side=after.frame.side)
+        raise OptionsError(
+            "template.learn.mirror",
+            before=before.name,
+            before_side=before.frame.side,
+            after=after.name,
+            after_side=after.frame.side,
+        )
 
 
 def _reference(pairs: Sequence[Pair], asked: str | None) -> str:

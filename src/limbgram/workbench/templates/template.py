@@ -85,7 +85,13 @@ def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> App
     if not (np.isfinite(strength) and 0 < strength <= _STRONGEST):
         raise OptionsError("template.strength", strength=strength, most=_STRONGEST)
     if limb.frame is not None and not template.suits(limb.frame.side):
-        raise MeasureError("template.other_side", template=template.name, sided=template.sided, name=limb.name or None, side=limb.frame.side)
+        raise MeasureError(
+            "template.other_side",
+            template=template.name,
+            sided=template.sided,
+            name=limb.name or None,
+            side=limb.frame.side,
+        )
     marks = {identity_of(mark.name): mark.place for mark in template.marks}
     chart = pulled_chart(limb, plain_chart(limb, template.reference), marks)
     mesh = limb.mesh
@@ -140,7 +146,9 @@ def _pressing(pressures: Sequence[Pressure], moved_mm: np.ndarray) -> Iterator[F
         yield doubt("template.deep", depth_mm=deepest, usual_mm=DEEPEST_MM)
 
 
-def _notes(limb: Limb, template: Template, heights: Float64[np.ndarray, " n"]) -> tuple[Finding, ...]:
+def _notes(
+    limb: Limb, template: Template, heights: Float64[np.ndarray, " n"]
+) -> tuple[Finding, ...]:
     have = by_identity(limb.landmarks)
     missing = tuple(one.name for one in template.marks if identity_of(one.name) not in have)
     notes: list[Finding] = []
