@@ -88,9 +88,14 @@ def findings_of(concerns: Iterable[Concern]) -> tuple[Finding, ...]:
     return tuple(dict.fromkeys(one.finding for one in concerns))
 
 
-def words_for(concerns: Iterable[Concern]) -> str:
-    """What accepts them, each word once, as it is typed."""
-    return " ".join(dict.fromkeys(f'"{one.word}"' for one in concerns))
+def words_for(concerns: Iterable[Concern]) -> tuple[str, ...]:
+    """What accepts them, each word once."""
+    return tuple(dict.fromkeys(one.word for one in concerns))
+
+
+def typed(words: Iterable[str]) -> str:
+    """Words as they are typed behind a command."""
+    return " ".join(f'"{word}"' for word in words)
 
 
 def _depths(

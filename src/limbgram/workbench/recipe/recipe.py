@@ -35,6 +35,7 @@ from limbgram.workbench.recipe.accepting import (
     findings_of,
     lacking,
     plain_words,
+    typed,
     words_for,
 )
 from limbgram.workbench.recipe.ledger import (
@@ -242,7 +243,12 @@ def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[st
         require_sense(edit)
         missing = lacking(concerns_of(edit, words))
         if missing:
-            raise EditError("recipe.asks", concerns=findings_of(missing), words=words_for(missing))
+            raise EditError(
+                "recipe.asks",
+                concerns=findings_of(missing),
+                words=words_for(missing),
+                typed=typed(words_for(missing)),
+            )
     except EditError as error:
         raise OptionsError("recipe.not_added", reason=error.finding) from error
     entries = list(recipe.entries)
@@ -339,6 +345,7 @@ def _require(number: int, entry: Entry, concerns: tuple[Concern, ...]) -> None:
             edit=described(entry),
             concerns=findings_of(missing),
             words=words_for(missing),
+            typed=typed(words_for(missing)),
         )
 
 
