@@ -108,12 +108,12 @@ def _depths(
     depth = round(max(together, edit.depth_mm), 1)
     if depth <= DEEPEST_MM:
         return
-    found = doubt("recipe.deep", depth_mm=edit.depth_mm, usual_mm=DEEPEST_MM)
+    deep = doubt("recipe.deep", depth_mm=edit.depth_mm, usual_mm=DEEPEST_MM)
     if together > edit.depth_mm + _FINDING_MM:
-        found = doubt("recipe.deep_together", depth_mm=depth, where=where, usual_mm=DEEPEST_MM)
+        deep = doubt("recipe.deep_together", depth_mm=depth, where=where, usual_mm=DEEPEST_MM)
     limits = [float(found[1]) for word in words if (found := _DEPTH.fullmatch(word))]
     yield Concern(
-        finding=found,
+        finding=deep,
         word=f"depth to {math.ceil(depth)} mm",
         accepted=max(limits, default=0.0) >= depth,
     )
