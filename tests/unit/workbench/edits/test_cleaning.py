@@ -155,6 +155,7 @@ def test_it_stands_in_a_recipe_like_the_others(tmp_path: Path, spoilt: Limb) -> 
     ):
         done = CliRunner().invoke(app, ["edit", *words])
         assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)["ledger"]["lines"][0]["told"]
-    assert any("spikes of 3 points" in sentence for sentence in told)
+    (line,) = json.loads(done.stdout)["ledger"]["lines"]
+    (spikes,) = (one for one in line["told"] if one["code"] == "edit.clean.spikes")
+    assert spikes["values"]["count"] == 3
     assert 'do = "clean"' in recipe.read_text()
