@@ -42,6 +42,7 @@ from limbgram.workbench.recipe.recipe import (
     removed,
     require_scan,
     switched,
+    telling,
 )
 
 router = APIRouter(tags=["recipe"])
@@ -101,6 +102,9 @@ class EditReply(BaseModel):
     on: bool
     accept: list[str]
     parameters: Parameters
+    telling: list[str] = Field(
+        description="Names of the parameters that differ from their defaults, or of all."
+    )
     text: str = Field(description="In one line.")
 
 
@@ -340,6 +344,7 @@ def recipe_reply(clinic: Clinic, bench: Bench) -> RecipeReply:
                 on=entry.on,
                 accept=list(entry.accept),
                 parameters=_parameters(entry.edit),
+                telling=list(telling(entry.edit)),
                 text=described(entry),
             )
             for number, entry in enumerate(recipe.entries, 1)

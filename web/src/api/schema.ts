@@ -2503,6 +2503,11 @@ export interface components {
                 [key: string]: unknown;
             };
             /**
+             * Telling
+             * @description Names of the parameters that differ from their defaults, or of all.
+             */
+            telling: string[];
+            /**
              * Text
              * @description In one line.
              */

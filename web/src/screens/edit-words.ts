@@ -22,7 +22,7 @@ export function wordsOf(one: Schemas["EditReply"]): { title: string; where: stri
 function numbersOf(one: Schemas["EditReply"]): string {
   const p = one.parameters as Record<string, unknown>;
   if (Array.isArray(p.through)) return t("trimline.along", p.through.length);
-  const given = [...one.text.matchAll(/(\w+) = /g)].map((found) => found[1]).filter((name) => name in p && name !== "positions_in");
+  const given = one.telling.filter((name) => name in p && name !== "positions_in");
   return given.map((name) => `${labelOf(name)} ${valueOf(p[name])}`).join("; ");
 }
 

@@ -327,13 +327,17 @@ def differences(old: Recipe, new: Recipe) -> tuple[str, ...]:
 
 def described(entry: Entry) -> str:
     """An edit in one line: its name and the parameters that differ from their defaults, or all."""
-    values = {one.name: getattr(entry.edit, one.name) for one in fields(entry.edit)}
-    usual = {one.name: one.default for one in fields(entry.edit)}
-    own = {name: value for name, value in values.items() if value != usual[name]}
-    given = [f"{name} = {_text_of(value)}" for name, value in (own or values).items()]
+    given = [f"{name} = {_text_of(getattr(entry.edit, name))}" for name in telling(entry.edit)]
     off = "" if entry.on else " (off)"
     meant = f" (accepted: {', '.join(entry.accept)})" if entry.accept else ""
     return f"{name_of(type(entry.edit))}{off}: {', '.join(given)}{meant}"
+
+
+def telling(edit: Edit) -> tuple[str, ...]:
+    """The parameters that tell an edit: those that differ from their defaults, or all."""
+    every = fields(edit)
+    own = tuple(one.name for one in every if getattr(edit, one.name) != one.default)
+    return own or tuple(one.name for one in every)
 
 
 def _require(number: int, entry: Entry, concerns: tuple[Concern, ...]) -> None:
