@@ -46,6 +46,11 @@ export function advice(finding: Finding): string {
   return entry?.do ? filled(entry.do, finding.values) : "";
 }
 
+/** A thing's name, by its English one. */
+export function term(name: string): string {
+  return words.value[language.value]?.terms[name] ?? name;
+}
+
 /** A template with its values put in. */
 export function filled(template: string, values: Readonly<Record<string, Value>>): string {
   let text = "";
@@ -69,7 +74,7 @@ function said(value: Value, how: string, values: Readonly<Record<string, Value>>
   if (value === null) return "?";
   if (typeof value === "boolean") return String(value);
   if (typeof value === "number") return numberIn(value, how);
-  if (typeof value === "string") return how === "term" ? (words.value[language.value]?.terms[value] ?? value) : cut(value, how);
+  if (typeof value === "string") return how === "term" ? term(value) : cut(value, how);
   if (isFinding(value)) return clause(value, how);
   return several(value, how, values);
 }

@@ -9,29 +9,33 @@ beforeEach(() => {
   vi.resetModules();
 });
 
-const PUT = "the load is put on the tibial crest: bone edge under the skin";
-const MEANT = "A load carves the positive in, so that what is made over it presses there; for room use relieve. If it is meant, say so:";
+const PUT = { code: "recipe.load_on", gravity: "doubt", values: { place: "tibial crest", why: "bone edge under the skin" }, sentence: "the load is put on the tibial crest: bone edge under the skin" };
+const DEEP = { code: "recipe.deep", gravity: "doubt", values: { depth_mm: 12.5, usual_mm: 10 }, sentence: "the depth is 12.5 mm, and more than 10 mm is unusual" };
+const ASKS = { code: "recipe.edit.asks", gravity: "fault", values: { number: 2, edit: "load: at = [1.0, 2.0, 3.0]", concerns: [PUT, DEEP], words: ["load on tibial crest", "depth to 13 mm"] } };
 
 test("what an edit presses on is said in the language chosen", async () => {
   const { setLanguage } = await import("../src/texts");
-  const { concernOf } = await import("../src/screens/edit-words");
-  const says = (what: string) => concernOf({ what, word: "" });
-  expect(says(PUT)).toBe("The load is put on the tibial crest: bone edge under the skin.");
+  const { words } = await import("../src/words");
+  const { said } = await import("../src/screens/edit-words");
+  expect(said(PUT)).toBe("The load is put on the tibial crest: bone edge under the skin.");
   setLanguage("de");
-  expect(says(PUT)).toBe("Die Belastung liegt auf: Schienbeinkante (Knochenkante unter der Haut).");
-  expect(says("presses 1.2 mm on the femoral condyle: bone under the skin")).toBe("Sie drückt 1.2\u00a0mm auf: Oberschenkelknorren (Knochen unter der Haut).");
-  expect(says("presses on fibula head 0.5 mm, tibia end 1.0 mm")).toBe("Es drückt, wo kein Druck vertragen wird: Wadenbeinköpfchen 0.5\u00a0mm, Schienbeinende 1.0\u00a0mm.");
-  expect(says("the depth is 12 mm, and more than 10 mm is unusual")).toBe("Die Tiefe ist 12\u00a0mm; mehr als 10\u00a0mm ist ungewöhnlich.");
-  expect(says("with the edits before it the surface lies 11.5 mm inside the scan, and more than 10 mm is unusual")).toContain("11.5\u00a0mm innerhalb");
-  expect(says("a sentence of a later server")).toBe("a sentence of a later server");
+  words.value = {
+    de: {
+      codes: { "recipe.load_on": { says: "Die Belastung liegt auf: {place:term} ({why:term})." }, "recipe.deep": { says: "Die Tiefe ist {depth_mm:g} mm." } },
+      terms: { "tibial crest": "Schienbeinkante", "bone edge under the skin": "Knochenkante unter der Haut" },
+    },
+  };
+  expect(said(PUT)).toBe("Die Belastung liegt auf: Schienbeinkante (Knochenkante unter der Haut).");
+  expect(said(DEEP)).toBe("Die Tiefe ist 12,5 mm.");
 });
 
 test("a refusal for want of a word is told by what it is about; another refusal is not taken for one", async () => {
-  const { wordLacks } = await import("../src/screens/edit-words");
-  const edit = "Edit 2 (load: at = [1.0, 2.0, 3.0], depth_mm = 3):";
-  expect(wordLacks(`${edit} ${PUT}. ${MEANT} "load on tibial crest".`)).toBe("The load is put on the tibial crest: bone edge under the skin.");
-  expect(wordLacks(`${edit} ${PUT}; the depth is 12 mm, and more than 10 mm is unusual. ${MEANT} "load on tibial crest".`)).toContain("The depth is 12\u00a0mm");
-  expect(wordLacks(`${edit} The load was not done: 3 pairs of triangles would fold over.`)).toBeNull();
+  const { askedBy } = await import("../src/screens/edit-words");
+  const asked = { what: "The load is put on the tibial crest: bone edge under the skin. The depth is 12.5 mm, and more than 10 mm is unusual.", words: ["load on tibial crest", "depth to 13 mm"] };
+  expect(askedBy(ASKS)).toEqual(asked);
+  expect(askedBy({ code: "recipe.not_added", gravity: "fault", values: { reason: { ...ASKS, code: "recipe.asks" } } })).toEqual(asked);
+  expect(askedBy({ code: "recipe.edit.refused", gravity: "fault", values: { number: 2, edit: "load", reason: { code: "edit.unsound", gravity: "fault", values: {} } } })).toBeNull();
+  expect(askedBy(null)).toBeNull();
 });
 
 test("the scan has its sock on or off only as it is recorded", async () => {

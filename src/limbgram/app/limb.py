@@ -8,8 +8,7 @@ from fastapi import APIRouter, Path
 from pydantic import BaseModel, Field
 
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
-from limbgram.app.plain import plain
-from limbgram.app.replies import missing
+from limbgram.app.replies import FindingReply, missing
 from limbgram.app.surface import Coordinates, triple
 from limbgram.cases.assessing import stickers_of
 from limbgram.cases.bench import Bench
@@ -56,7 +55,7 @@ class LimbReply(BaseModel):
     sock_mm: float
     stale: bool = Field(description="The case was computed again: take the new surface, or stay.")
     doubt: str = Field(default="", description="Why nothing may be made of it unchecked.")
-    notes: list[str] = []
+    notes: list[FindingReply] = []
 
 
 class PlaceMark(BaseModel):
@@ -94,7 +93,7 @@ class Guesses(BaseModel):
     """All of them, and why there are none of some kind."""
 
     places: list[Guess]
-    note: str = Field(default="", description="Why stickers were not looked for.")
+    note: FindingReply | None = Field(default=None, description="Why stickers were not looked for.")
 
 
 class Align(BaseModel):
@@ -176,7 +175,7 @@ def list_guesses(clinic: ClinicHere, bench: BenchHere) -> Guesses:
     try:
         stickers = stickers_of(bench.case.folder, limb.mesh)
     except (CaseError, OptionsError) as error:  # a shape without its photos has no stickers
-        return Guesses(places=found, note=plain(str(error), clinic.shelf.root))
+        return Guesses(places=found, note=FindingReply.of(error.finding, clinic.shelf.root))
     for one in stickers.placed:
         at = shape.tree.closest(one.position_mm[None]).points_mm[0]
         found.append(Guess(by="sticker", sticker=one.mark_id, position_mm=triple(at)))
@@ -205,7 +204,7 @@ def align_limb(clinic: ClinicHere, bench: BenchHere, given: Align) -> LimbReply:
         bench.case.relabel(replace(label, side=given.side, kind=options.kind or label.kind))
     clinic.news.tell(bench.case.case_id, "case")
     reply = _told(clinic, bench)
-    reply.notes = [*aligned.notes]
+    reply.notes = _notes(clinic, aligned)
     return reply
 
 
@@ -237,8 +236,12 @@ def limb_reply(clinic: Clinic, bench: Bench) -> LimbReply:
         sock_mm=limb.sock_mm,
         stale=bench.is_stale(),
         doubt=limb.doubt,
-        notes=list(limb.notes),
+        notes=_notes(clinic, limb),
     )
+
+
+def _notes(clinic: Clinic, limb: Limb) -> list[FindingReply]:
+    return [FindingReply.of(one, clinic.shelf.root) for one in limb.notes]
 
 
 def _told(clinic: Clinic, bench: Bench) -> LimbReply:

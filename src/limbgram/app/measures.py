@@ -10,6 +10,7 @@ from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
 from limbgram.app.surface import Which, limb_of
 from limbgram.cases.bench import Bench
 from limbgram.core.interval import COVER
+from limbgram.findings import told
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
@@ -159,7 +160,7 @@ def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Measure
             for one in found.lengths
         ],
         tape=_tape(clinic, bench) if given.with_tape else [],
-        notes=[*limb.notes, *([found.beside] if found.beside else [])],
+        notes=[*map(told, limb.notes), *([found.beside] if found.beside else [])],
     )
 
 

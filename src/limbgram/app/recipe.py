@@ -12,17 +12,25 @@ from limbgram.app.acts import ACT_ID
 from limbgram.app.blocks import change_blocks, surface_blocks
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
 from limbgram.app.desk import OpenShape
-from limbgram.app.replies import BINARY
+from limbgram.app.replies import BINARY, FindingReply
 from limbgram.app.surface import tag_of
 from limbgram.cases.bench import Bench
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.typed import tree_of
+from limbgram.findings import note
 from limbgram.workbench.edits.edit import Edit, name_of, parameters_of, purpose_of
 from limbgram.workbench.edits.editing import EDIT_NAMED
 from limbgram.workbench.recipe.accepting import plain_words
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, parse_recipe
-from limbgram.workbench.recipe.ledger import Ledger, Line
+from limbgram.workbench.recipe.ledger import (
+    Displacement,
+    Extreme,
+    Figures,
+    Ledger,
+    Line,
+    VolumeChange,
+)
 from limbgram.workbench.recipe.recipe import (
     Entry,
     Recipe,
@@ -34,6 +42,7 @@ from limbgram.workbench.recipe.recipe import (
     removed,
     require_scan,
     switched,
+    telling,
 )
 
 router = APIRouter(tags=["recipe"])
@@ -93,6 +102,9 @@ class EditReply(BaseModel):
     on: bool
     accept: list[str]
     parameters: Parameters
+    telling: list[str] = Field(
+        description="Names of the parameters that differ from their defaults, or of all."
+    )
     text: str = Field(description="In one line.")
 
 
@@ -106,20 +118,53 @@ class RecipeReply(BaseModel):
     fits: bool = Field(description="Whether it was made for the surface that is worked on.")
     tag: str = Field(description="Of the shape after it: `surface?of=rectified` has the same.")
     mark: str = Field(description="Another one whenever the recipe changes.")
-    notes: list[str]
+    notes: list[FindingReply]
+
+
+class ConcernReply(BaseModel):
+    """What somebody has to mean, or to know, of an edit."""
+
+    finding: FindingReply
+    word: str = Field(description="What accepts it; empty where nothing needs to be said.")
+    accepted: bool
+
+
+class LineReply(BaseModel):
+    """What one edit did."""
+
+    number: int
+    edit: str = Field(description="In one line.")
+    before: Figures
+    after: Figures
+    volume: VolumeChange | None
+    extreme: Extreme | None
+    displacement: Displacement | None
+    told: list[FindingReply]
+    concerns: list[ConcernReply]
+
+
+class LedgerReply(BaseModel):
+    """What a recipe did."""
+
+    levels_mm: list[float] = Field(description="Heights of the girths.")
+    lines: list[LineReply]
+    volume: VolumeChange | None = Field(description="Of all edits together.")
+    places_mm: dict[str, float] = Field(
+        description="How far all edits moved the surface at each sensitive place, outward positive."
+    )
 
 
 class Ledgered(BaseModel):
     """The recipe and what each edit did; or why one is refused."""
 
     recipe: RecipeReply
-    ledger: Ledger | None = None
+    ledger: LedgerReply | None = None
     solid: bool | None = Field(
         default=None,
         description="Whether the shape after it is closed all round, as printers need.",
     )
-    refusal: str = Field(
-        default="", description="Why the recipe cannot be done; empty where it can."
+    refusal: FindingReply | None = Field(
+        default=None, description="Why the recipe cannot be done; null where it can."
     )
 
 
@@ -299,6 +344,7 @@ def recipe_reply(clinic: Clinic, bench: Bench) -> RecipeReply:
                 on=entry.on,
                 accept=list(entry.accept),
                 parameters=_parameters(entry.edit),
+                telling=list(telling(entry.edit)),
                 text=described(entry),
             )
             for number, entry in enumerate(recipe.entries, 1)
@@ -308,7 +354,13 @@ def recipe_reply(clinic: Clinic, bench: Bench) -> RecipeReply:
         fits=not recipe.scan_sha256 or recipe.scan_sha256 == shape.file.sha256,
         tag=tag_of(shape.file.sha256, shape.limb, recipe),
         mark=_mark(recipe),
-        notes=[*recipe.notes, *bench.notes()],
+        notes=[
+            FindingReply.of(one, clinic.shelf.root)
+            for one in (
+                *recipe.notes,
+                *(note("said.as_is", message=text) for text in bench.notes()),
+            )
+        ],
     )
 
 
@@ -326,10 +378,7 @@ def _seen(clinic: Clinic, bench: Bench, gesture: Gesture) -> Recipe:
         gesture.seen,
         mark,
     ):
-        raise CaseError(
-            "The recipe was changed meanwhile, in another window or by a change before this one "
-            "that was refused. It is shown as it is now: look at it, and do this again."
-        )
+        raise CaseError("recipe.changed")
     return recipe
 
 
@@ -361,13 +410,40 @@ def _ledgered(clinic: Clinic, bench: Bench) -> Ledgered:
     try:
         done = shape.replayed(bench.recipe())
     except LimbgramError as error:
-        return Ledgered(recipe=reply, refusal=str(error))
+        root = clinic.shelf.root
+        return Ledgered(recipe=reply, refusal=FindingReply.of(error.finding, root))
     return _told(reply, done)
 
 
 def _told(reply: RecipeReply, done: Replayed) -> Ledgered:
     solid = not len(boundary_half_edges(done.limb.mesh.faces))
-    return Ledgered(recipe=reply, ledger=done.ledger, solid=solid)
+    return Ledgered(recipe=reply, ledger=_ledger(done.ledger), solid=solid)
+
+
+def _ledger(ledger: Ledger) -> LedgerReply:
+    return LedgerReply(
+        levels_mm=list(ledger.levels_mm),
+        lines=[_line(line) for line in ledger.lines],
+        volume=ledger.volume,
+        places_mm=dict(ledger.places_mm),
+    )
+
+
+def _line(line: Line) -> LineReply:
+    return LineReply(
+        number=line.number,
+        edit=line.edit,
+        before=line.before,
+        after=line.after,
+        volume=line.volume,
+        extreme=line.extreme,
+        displacement=line.displacement,
+        told=[FindingReply.of(one) for one in line.told],
+        concerns=[
+            ConcernReply(finding=FindingReply.of(one.finding), word=one.word, accepted=one.accepted)
+            for one in line.concerns
+        ],
+    )
 
 
 def _change(shape: OpenShape, before: Recipe, after: Recipe) -> Response:
@@ -377,7 +453,7 @@ def _change(shape: OpenShape, before: Recipe, after: Recipe) -> Response:
         "from_tag": tag_of(shape.file.sha256, shape.limb, before),
         "tag": tag_of(shape.file.sha256, shape.limb, after),
         "levels_mm": list(new.ledger.levels_mm),
-        "line": tree_of(line),
+        "line": None if line is None else _line(line).model_dump(mode="json"),
     }
     content = change_blocks(old.limb.mesh, new.limb.mesh, header) or surface_blocks(
         new.limb.mesh, header
@@ -387,7 +463,7 @@ def _change(shape: OpenShape, before: Recipe, after: Recipe) -> Response:
 
 def _with_parameters(recipe: Recipe, number: int, parameters: Parameters) -> Recipe:
     if number > len(recipe.entries):
-        raise OptionsError(f"The recipe has {len(recipe.entries)} edits; none is {number}.")
+        raise OptionsError("recipe.number.none", edits=len(recipe.entries), number=number)
     entry = recipe.entries[number - 1]
     edit = make_edit(name_of(type(entry.edit)), _frozen(parameters), f"Edit {number}")
     entries = list(recipe.entries)

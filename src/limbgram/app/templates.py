@@ -6,7 +6,7 @@ from fastapi import APIRouter, Body, Path, Response
 from pydantic import BaseModel, Field
 
 from limbgram.app.clinic import Clinic, ClinicHere
-from limbgram.app.replies import PICTURE
+from limbgram.app.replies import PICTURE, FindingReply
 from limbgram.app.surface import limb_of
 from limbgram.cases.bench import Bench
 from limbgram.cases.templates import TEMPLATE_ID_PATTERN, KeptTemplate, Templates
@@ -55,7 +55,7 @@ class LearnedReply(BaseModel):
     """The templates after one was learned, and how far to trust it."""
 
     templates: list[TemplateReply]
-    notes: list[str]
+    notes: list[FindingReply]
 
 
 @router.get("/templates")
@@ -69,7 +69,8 @@ def learn_template(clinic: ClinicHere, given: NewTemplate) -> LearnedReply:
     """Learn what was done to the limbs of some cases: from each one's scan to its shape now."""
     pairs = [_pair(clinic, one) for one in dict.fromkeys(given.cases)]
     learned = _templates(clinic).learn(given.name, pairs)
-    return LearnedReply(templates=list_templates(clinic), notes=list(learned.notes))
+    notes = [FindingReply.of(one, clinic.shelf.root) for one in learned.notes]
+    return LearnedReply(templates=list_templates(clinic), notes=notes)
 
 
 @router.put("/templates/file")
@@ -110,10 +111,7 @@ def _templates(clinic: Clinic) -> Templates:
 def _pair(clinic: Clinic, case_id: str) -> Pair:
     bench = Bench(clinic.shelf.case(case_id))
     if not bench.recipe().entries:
-        raise OptionsError(
-            f"The case {case_id} has no edits: there is nothing to learn from it. Rectify it "
-            "first, or leave it out."
-        )
+        raise OptionsError("template.nothing_to_learn", case=case_id)
     return Pair(
         before=limb_of(clinic, bench, "scan")[0], after=limb_of(clinic, bench, "rectified")[0]
     )

@@ -72,7 +72,7 @@ class HandedOver:
     """Of cutting."""
     doubt: str = ""
     signed_by: str = ""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
 
 
 def hand_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOver:
@@ -93,10 +93,7 @@ def _handed_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOv
     rectified = bench.rectified(work.done.limb) if edits else None
     read = work.scan if rectified is None else read_shape(rectified)
     if read.limb.doubt and not options.signed_by.strip():
-        raise CarveError(
-            f"Not written: {read.limb.doubt}. If it is meant all the same, somebody has to say "
-            "who takes it on, and why."
-        )
+        raise CarveError("exported.red", doubt=read.limb.doubt)
     bench.made(bench.files)
     digits = digits_of(read.limb, options, version("limbgram"))
     name = file_name(bench.case.case_id, options.kind, options.side, digits)

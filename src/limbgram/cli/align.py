@@ -24,6 +24,8 @@ from limbgram.cli.shapes import (
 from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import Interval, explained, plus_minus
+from limbgram.core.typed import tree_of
+from limbgram.findings import note, told
 from limbgram.formats.limb_file import write_limb_file
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import limb_file_beside
@@ -138,22 +140,19 @@ def align_command(
     if names:
         return _names(kind)
     if shape is None:
-        raise OptionsError(f"Name the shape to align: an {READ} file.")
+        raise OptionsError("align.no_shape", kinds=READ)
     read = shape_of(shape, unit)
     limb = read.limb
     wanted = marks or asks_for_marks(landmark or [])
     if stickers is not None and photos is None:
-        raise OptionsError("Stickers are seen in photos: name the case by --photos.")
+        raise OptionsError("landmark.stickers.no_photos")
     if not wanted and ((photos is not None and stickers is None) or colour is not None):
-        raise OptionsError(
-            "--photos and --colour are for painted marks. List these with --marks, or take one by "
-            'its number with --landmark "fibula head=#2".'
-        )
+        raise OptionsError("landmark.marks.not_asked")
     seen = _marks_seen(limb, photos, colour) if wanted else None
     if marks and seen is not None:
         return seen.reply
     if side is None:
-        raise OptionsError("The side is never guessed. Say --side left, --side right or none.")
+        raise OptionsError("align.side.unsaid")
     options = AlignOptions(
         side=side.value,
         kind=None if kind is None else kind.value,
@@ -181,7 +180,7 @@ def _kept(limb: Limb, shape: Path, read: ShapeFile) -> Reply:
     size = np.ptp(motion.apply(limb.mesh.vertices_mm), axis=0)
     places = {mark.name: motion.apply(mark.position_mm[None])[0] for mark in limb.landmarks}
     lines = [
-        *(f"Note: {with_full_stop(note)}" for note in limb.notes),
+        *(f"Note: {with_full_stop(told(one))}" for one in limb.notes),
         f"Side: {frame.side}. {size[2]:.1f} mm along the axis, {size[0]:.1f} mm from side to "
         f"side, {size[1]:.1f} mm from front to back.",
         *(
@@ -201,7 +200,7 @@ def _kept(limb: Limb, shape: Path, read: ShapeFile) -> Reply:
             {"name": name, "in_limb_mm": place.tolist()} for name, place in places.items()
         ],
         "kind": limb.kind,
-        "notes": list(limb.notes),
+        "notes": tree_of(limb.notes),
         "written": str(limb_file_beside(shape)),
     }
     return Reply(tuple(lines), content)
@@ -293,7 +292,7 @@ def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> _
         )
     left_out = [
         f"Not offered: a spot of colour {_rgb(spot.colour)} at {_place(spot.position_mm)}: "
-        f"{spot.reason}."
+        f"{told(spot.reason)}."
         for spot in found.left_out
     ]
     lines += left_out[:_SHOWN_AT_MOST]
@@ -318,7 +317,7 @@ def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> _
             {
                 "position_mm": spot.position_mm.tolist(),
                 "colour": spot.colour.tolist(),
-                "reason": spot.reason,
+                "reason": tree_of(spot.reason),
             }
             for spot in found.left_out
         ],
@@ -338,16 +337,14 @@ def _sticker_landmarks(limb: Limb, case: Path, names: dict[int, str]) -> tuple[L
     found = stickers_of(CaseFolder(case), limb.mesh)
     places = {one.mark_id: one.position_mm for one in found.placed}
     reasons = {one.mark_id: one.reason for one in found.lost}
-    missing = [
-        f"{number} ({name}): {reasons.get(number, 'no placed photo shows it')}"
+    missing = tuple(
+        note("landmark.stickers.one", number=number, name=name, reason=reasons.get(number))
         for number, name in names.items()
         if number not in places
-    ]
+    )
     if missing:
         raise OptionsError(
-            f"These stickers have no place: {'; '.join(missing)}. Seen were "
-            f"{', '.join(map(str, places)) or 'none'}. Check the numbers, or leave these names out "
-            "and pick the landmarks with --landmark."
+            "landmark.stickers.unplaced", missing=missing, seen=tuple(places) or None
         )
     return tuple(Landmark(name=name, position_mm=places[number]) for number, name in names.items())
 

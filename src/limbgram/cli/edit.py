@@ -1,6 +1,5 @@
 """`limbgram edit`: a recipe of edits made, changed, compared, and done to a scan."""
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
@@ -10,6 +9,8 @@ from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import ShapeArgument, UnitOption, require_apart, require_no_shape, shape_of
 from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import require, toml_of, write_file
+from limbgram.core.typed import tree_of
+from limbgram.findings import note, told
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.edit import parameters_of, purpose_of
 from limbgram.workbench.edits.editing import EDIT_NAMED
@@ -53,9 +54,7 @@ said that it is meant: `--accept "load on fibula head"`, `--accept "depth to 12 
 
 edit_app = typer.Typer(help=_HELP, no_args_is_help=True, rich_markup_mode="markdown")
 
-_NOTHING_DONE = (
-    "No edit was done: the recipe has none that is switched on. What is written is the scan itself."
-)
+_NOTHING_DONE = note("recipe.nothing_done")
 
 RecipeFile = Annotated[Path, typer.Argument(help="The recipe's file, TOML.")]
 Number = Annotated[int, typer.Argument(help="Number of the edit, counted from 1.")]
@@ -91,14 +90,16 @@ def apply_command(
     done = bool(replayed.ledger.lines)
     return Reply(
         (
-            *(f"Note: {with_full_stop(note)}" for note in (*made.notes, *replayed.limb.notes)),
-            *(lines_of(replayed.ledger) if done else (_NOTHING_DONE,)),
+            *(f"Note: {with_full_stop(told(one))}" for one in (*made.notes, *replayed.limb.notes)),
+            *(lines_of(replayed.ledger) if done else (told(_NOTHING_DONE),)),
             f"Written: {written}",
         ),
         {
             "recipe": made.name,
-            "ledger": asdict(replayed.ledger),
-            "notes": [*made.notes, *replayed.limb.notes, *(() if done else (_NOTHING_DONE,))],
+            "ledger": tree_of(replayed.ledger),
+            "notes": tree_of(
+                (*made.notes, *replayed.limb.notes, *(() if done else (_NOTHING_DONE,)))
+            ),
             "written": str(written),
         },
     )
@@ -117,7 +118,7 @@ def new_command(
     """Begin a recipe without edits."""
     require_no_shape(recipe, "a recipe")
     if recipe.exists():
-        raise OptionsError(f"{recipe} is there already. Choose another name, or add to that one.")
+        raise OptionsError("recipe.file.there", name=str(recipe))
     scan_hash = "" if scan is None else shape_of(scan, unit).sha256
     return _kept(recipe, Recipe(name=name or recipe.stem, scan_sha256=scan_hash))
 
@@ -211,10 +212,15 @@ def diff_command(
     """Say what changed from one recipe to another."""
     recipes = read_recipe(old), read_recipe(new)
     lines = differences(*recipes)
-    notes = tuple(f"Note: {with_full_stop(note)}" for recipe in recipes for note in recipe.notes)
+    notes = tuple(
+        f"Note: {with_full_stop(told(one))}" for recipe in recipes for one in recipe.notes
+    )
     return Reply(
         (*notes, *(lines or ("The recipes do the same.",))),
-        {"changes": list(lines), "notes": [note for recipe in recipes for note in recipe.notes]},
+        {
+            "changes": list(lines),
+            "notes": tree_of([one for recipe in recipes for one in recipe.notes]),
+        },
     )
 
 
@@ -225,7 +231,7 @@ def kinds_command(
 ) -> Reply:
     """List the edits there are, or the parameters of one."""
     if kind is not None and kind not in EDIT_NAMED:
-        raise OptionsError(f'There is no edit "{kind}". There are: {", ".join(EDIT_NAMED)}.')
+        raise OptionsError("recipe.edit.unknown", kind=kind, known=tuple(EDIT_NAMED))
     chosen = EDIT_NAMED if kind is None else {kind: EDIT_NAMED[kind]}
     lines: list[str] = []
     content: dict[str, Any] = {}
@@ -258,26 +264,30 @@ def _kept(path: Path, recipe: Recipe) -> Reply:
 
 def _recipe_reply(recipe: Recipe) -> Reply:
     listed = [described(entry) for entry in recipe.entries]
-    lines = [f"Note: {with_full_stop(note)}" for note in recipe.notes]
+    lines = [f"Note: {with_full_stop(told(one))}" for one in recipe.notes]
     lines.append(f'Recipe "{recipe.name}", {len(listed)} edits')
     lines += [f"  {number}. {text}" for number, text in enumerate(listed, start=1)]
     entries = [
         {"edit": text, "on": entry.on, "accept": list(entry.accept)}
         for text, entry in zip(listed, recipe.entries, strict=True)
     ]
-    return Reply(tuple(lines), {"name": recipe.name, "edits": entries, "notes": list(recipe.notes)})
+    return Reply(
+        tuple(lines), {"name": recipe.name, "edits": entries, "notes": tree_of(recipe.notes)}
+    )
 
 
 def _parameter(text: str) -> tuple[str, Any]:
     """A name and its value; what is no TOML value is a text without its quotes."""
     name, equals, value = text.partition("=")
     if not equals or not name:
-        raise OptionsError(f"{text} is no parameter: write name=value, such as depth_mm=4.")
+        raise OptionsError("recipe.parameter.form", text=text)
     try:
         return name, toml_of(f"value = {value}")["value"]
     except ValueError as error:
         if value[:1] in ("[", '"', "'", "{"):
-            raise OptionsError(f"{text} cannot be read: {error}.") from error
+            raise OptionsError(
+                "recipe.parameter.unreadable", text=text, reason=str(error)
+            ) from error
         return name, value
 
 

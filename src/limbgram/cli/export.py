@@ -16,6 +16,7 @@ from limbgram.cli.shapes import (
     shape_of,
 )
 from limbgram.core.errors import OptionsError, with_full_stop
+from limbgram.core.typed import tree_of
 from limbgram.findings import told
 from limbgram.formats.table import FORMATS, format_of
 from limbgram.services.export import EXPORTS, FOR_CARVERS, Export, Exported, Gcode, export
@@ -84,14 +85,14 @@ def reply_of(exported: Exported) -> Reply:
     notes = exported.limb.notes
     return Reply(
         (
-            *(f"Note: {with_full_stop(one)}" for one in notes),
+            *(f"Note: {with_full_stop(told(one))}" for one in notes),
             *(told(one) for one in exported.said),
         ),
         {
             "written": str(exported.path),
             "unit": exported.unit,
             **exported.figures,
-            "notes": list(notes),
+            "notes": tree_of(notes),
         },
     )
 

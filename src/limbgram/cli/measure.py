@@ -25,6 +25,7 @@ from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.smoothing import SMOOTHED_OVER
 from limbgram.core.interval import Interval, explained, plus_minus
+from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.bodies import left_out, outer_bodies
 from limbgram.workbench.edits.thickness import Thickness
@@ -188,13 +189,13 @@ def _map(limb: Limb, wall: Thickness) -> bytes:
 
 def _lines(limb: Limb, measures: Measures) -> list[str]:
     return [
-        *(f"Note: {with_full_stop(note)}" for note in limb.notes),
+        *(f"Note: {with_full_stop(told(note))}" for note in limb.notes),
         *(
-            f"Note: {sentence}."
-            for sentence in left_out(
+            f"Note: {with_full_stop(told(one))}"
+            for one in left_out(
                 measures.bodies_left_out,
                 measures.loose,
-                frame="in the limb frame",
+                frame="limb",
                 done="not measured",
             )
         ),
@@ -229,7 +230,7 @@ def _skin_lines(measures: Measures) -> Iterator[str]:
             "material; --inside measures what it holds."
         )
     if measures.wall is not None:
-        sentence = measures.wall.sentence("the limb's")
+        sentence = told(measures.wall.told("limb"))
         yield f"{sentence[0].upper()}{sentence[1:]}."
 
 

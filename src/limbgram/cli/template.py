@@ -18,9 +18,11 @@ from limbgram.cli.shapes import (
     require_output,
     shape_of,
 )
-from limbgram.core.errors import OptionsError
+from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import require, write_bytes, write_file
 from limbgram.core.mesh.topology import volume_mm3
+from limbgram.core.typed import tree_of
+from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.edits.pressing import PRESSES_MM
@@ -73,9 +75,7 @@ def learn_command(
     """Learn a template from shapes before and after the clinic's own rectifications."""
     require_output(out, ".json", "a template")
     if len(shapes) % 2:
-        raise OptionsError(
-            f"{len(shapes)} shapes are no pairs. Name one before and one after, in turns."
-        )
+        raise OptionsError("template.learn.odd", count=len(shapes))
     limbs = [shape_of(shape, unit).limb for shape in shapes]
     pairs = [Pair(before=one, after=two) for one, two in zip(limbs[::2], limbs[1::2])]
     options = LearnOptions(
@@ -88,10 +88,10 @@ def learn_command(
     return Reply(
         (
             *_lines(template),
-            *(f"Note: {note}" for note in notes),
+            *(f"Note: {with_full_stop(told(note))}" for note in notes),
             f"Written: {written}",
         ),
-        {**_tree(template), "notes": list(notes), "written": [str(written)]},
+        {**_tree(template), "notes": tree_of(notes), "written": [str(written)]},
     )
 
 
@@ -119,7 +119,7 @@ def apply_command(
             f"{known.name} applied at {strength:.0%}: the surface moved by {moved.min():+.1f} to "
             f"{moved.max():+.1f} mm (+ room, - pressure), the volume by {change_ml:+.1f} mL "
             f"({share:+.1%}).",
-            *(f"Note: {note}" for note in notes),
+            *(f"Note: {with_full_stop(told(note))}" for note in notes),
             f"Written: {written}",
         ),
         {
@@ -131,7 +131,7 @@ def apply_command(
             "volume_change_ml": change_ml,
             "volume_change_share": share,
             "pressures": [asdict(one) for one in applied.pressures],
-            "notes": list(notes),
+            "notes": tree_of(notes),
             "written": [str(written)],
         },
     )

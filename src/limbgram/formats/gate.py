@@ -13,6 +13,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.folds import ANY_SHAPE, Folds, find_branching, find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
+from limbgram.findings import note
 from limbgram.formats.units import LIKELY_MM
 from limbgram.workbench.bodies import left_out, without_loose
 from limbgram.workbench.frame.alignment import AlignOptions, require_landmarks_agree
@@ -89,11 +90,11 @@ def without_folds(limb: Limb) -> Limb:
         raise _folded(outside.mesh, find_folds(outside.mesh, ANY_SHAPE))
     if not found.vertices:
         return limb
-    notes = (
+    said = (
         f"the surface folded over or through itself; {found.vertices:,} of its points went back "
-        f"among their neighbours, by up to {found.farthest_mm:.1f} mm, and count as filled in",
-        *left_out(len(outside.loose), outside.loose),
+        f"among their neighbours, by up to {found.farthest_mm:.1f} mm, and count as filled in"
     )
+    notes = (note("said.as_is", message=said), *left_out(len(outside.loose), outside.loose))
     return replace(limb, mesh=found.mesh, notes=(*limb.notes, *notes))
 
 

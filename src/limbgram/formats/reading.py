@@ -14,6 +14,7 @@ from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import read_content
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import note, told
 from limbgram.formats.sidecar import LimbRecord, OfAnother, hash_of, limb_file_beside, read_record
 from limbgram.formats.soup import Sound, Soup, sound_mesh
 from limbgram.formats.table import FORMATS, format_of
@@ -67,10 +68,10 @@ def read_shape(path: Path | str, mm_per_unit: float | None = None) -> ShapeFile:
     own = Origin(sha256=sha256, mm_per_unit=factor or 1.0, mesh_from_origin=Rigid.identity())
     doubt = (record.doubt if record is not None else "") or doubt_of_name(path.name)
     if doubt:
-        limb = replace(limb, doubt=doubt, notes=(doubt, *limb.notes))
+        limb = replace(limb, doubt=doubt, notes=(note("said.as_is", message=doubt), *limb.notes))
     limb = replace(limb, origins=(own, *(() if record is None else record.made_from)))
     if isinstance(found, OfAnother):
-        limb = replace(limb, notes=(*limb.notes, _unused(path, found)))
+        limb = replace(limb, notes=(*limb.notes, note("said.as_is", message=_unused(path, found))))
     return ShapeFile(
         limb=limb,
         sha256=sha256,
@@ -82,7 +83,11 @@ def read_shape(path: Path | str, mm_per_unit: float | None = None) -> ShapeFile:
 
 def _limb(path: Path, soup: Soup, record: LimbRecord | None, factor: float | None) -> Limb:
     sound = _measured(soup, factor, path.name)
-    limb = Limb(mesh=sound.mesh, name=path.name, notes=(*soup.notes, *sound.notes))
+    limb = Limb(
+        mesh=sound.mesh,
+        name=path.name,
+        notes=tuple(note("said.as_is", message=text) for text in (*soup.notes, *sound.notes)),
+    )
     if record is None:
         marks = tuple(
             replace(mark, position_mm=mark.position_mm * (factor or 1.0)) for mark in soup.landmarks
@@ -137,7 +142,7 @@ def _measured(soup: Soup, mm_per_unit: float | None, name: str) -> Sound:
     sound = sound_mesh(_scaled(soup.mesh, mm_per_unit or 1.0), name)
     check_size(sound.mesh, name, asked=mm_per_unit is not None)
     strays = without_strays(sound.mesh)
-    return Sound(strays.mesh, (*sound.notes, *strays.sentences()))
+    return Sound(strays.mesh, (*sound.notes, *map(told, strays.findings())))
 
 
 def _content(path: Path) -> bytes:

@@ -300,7 +300,7 @@ def _aop(limb: Limb, path: Path, options: AopOptions) -> Exported:
         *((note("exported.aop.own_grid"),) if options.own is not None else ()),
         *_fitted_axis(report),
         *_costs(report),
-        *_left_out(report.bodies_left_out, report.loose),
+        *left_out(report.bodies_left_out, report.loose, frame="limb"),
         note(
             "exported.aop.cut",
             distal_mm=mapped.distal_cut_mm,
@@ -443,7 +443,7 @@ def _gcode(limb: Limb, path: Path, ask: Gcode, machine: Machine) -> Exported:
             left_share=check.left_share,
         ),
         note("said.as_is", message=report.standing),
-        *_left_out(report.bodies_left_out, report.loose),
+        *left_out(report.bodies_left_out, report.loose, frame="limb"),
         *(() if kept_as is None else (note("exported.gcode.machine", path=str(kept_as)),)),
     )
     figures = {
@@ -551,19 +551,10 @@ def _axes(limb: Limb) -> Finding:
     return note("exported.axes" if limb.frame is not None else "exported.not_aligned")
 
 
-def _left_out(bodies: int, loose: tuple[Apart, ...]) -> tuple[Finding, ...]:
-    return tuple(map(_as_finding, left_out(bodies, loose, frame="in the limb frame")))
-
-
 def _said_of_bodies(found: Outside, limb: Limb) -> tuple[Finding, ...]:
     """The loose bodies that a printer would have made, and what else there is."""
-    frame = "the file" if limb.frame is None else "the limb frame"
-    told = (*left_out(len(found.loose), found.loose, frame=f"in {frame}"), *kept(found))
-    return tuple(map(_as_finding, told))
-
-
-def _as_finding(sentence: str) -> Finding:
-    return note("said.as_is", message=f"{sentence}.")
+    frame = "file" if limb.frame is None else "limb"
+    return (*left_out(len(found.loose), found.loose, frame=frame), *kept(found))
 
 
 def _bodies(found: Outside, limb: Limb) -> dict[str, Any]:

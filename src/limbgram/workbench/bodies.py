@@ -7,6 +7,7 @@ Refused   by whoever needs one limb: bodies of comparable size apart from each o
 """
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Int64
@@ -16,6 +17,7 @@ from limbgram.core.geometry.arrays import Faces, Vector3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.signed import SignedSurface
 from limbgram.core.mesh.topology import boundary_half_edges, face_components, with_faces
+from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.limb import Limb
 
 _MOST_TESTED = 64
@@ -26,6 +28,9 @@ _TOUCHING_MM = 0.1
 _PATCH_MM = 10.0
 """An open piece that lies as near is a patch of a limb with gaps, not a loose body."""
 _MOST_NAMED = 3
+FrameOfPlaces = Literal["file", "limb"]
+Done = Literal["left out", "not measured", "written too"]
+"""What became of bodies that are no limb."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,8 +68,7 @@ class Outside:
         """
         if self.rivals:
             raise MeasureError(
-                f"{_rivals(self)}, such as two legs in one file. A tape round all of them is "
-                "nobody's girth. Write each limb to a file of its own."
+                "limb.several", count=len(self.rivals) + 1, shares=_shares(self.rivals)
             )
 
 
@@ -88,73 +92,78 @@ def without_loose(mesh: Mesh) -> Outside:
     return replace(rest, loose=left.loose + rest.loose)
 
 
-def outside_of(
-    limb: Limb, place: str = "the limb", *, as_bones: bool = False, stop: str = ""
-) -> Limb:
-    """The limb without what is left out, and notes of it."""
+def outside_of(limb: Limb, place: str | None = None, *, as_bones: bool = False) -> Limb:
+    """The limb without what is left out, and notes of it.
+
+    Args:
+        place: What the notes call it; None: the limb.
+    """
     found = outer_bodies(limb.mesh)
     notes = list(left_out(found.bodies_left_out, found.loose, place, as_bones=as_bones))
     if found.rivals:
-        notes.append(f"{_rivals(found)}: figures mix them")
+        count, shares = len(found.rivals) + 1, _shares(found.rivals)
+        notes.append(doubt("limb.rivals.mixed", count=count, shares=shares))
     if not notes:
         return limb
-    notes = (*limb.notes, *(note + stop for note in notes))
-    return replace(limb, mesh=found.mesh, notes=notes)
+    return replace(limb, mesh=found.mesh, notes=(*limb.notes, *notes))
 
 
 def left_out(
     bodies: int,
     loose: tuple[Apart, ...],
-    place: str = "the limb",
+    place: str | None = None,
     *,
-    frame: str = "in the file",
-    done: str = "left out",
+    frame: FrameOfPlaces = "file",
+    done: Done = "left out",
     as_bones: bool = False,
-) -> tuple[str, ...]:
-    """Sentences about the bodies left out, without a full stop; none where there are none.
+) -> tuple[Finding, ...]:
+    """What there is to say of the bodies left out; nothing where there are none.
 
     Args:
         bodies: All of them, the loose ones too.
         frame: In which the loose ones' places are given.
     """
-    sentences: list[str] = []
+    found: list[Finding] = []
     if inside := bodies - len(loose):
-        sentences.append(f"{bodies_inside(inside, place, as_bones=as_bones)} {done}")
+        found.append(_inside(inside, place, done, as_bones=as_bones))
     if loose:
-        several = "1 loose body" if len(loose) == 1 else f"{len(loose)} loose bodies"
-        verb = "was" if len(loose) == 1 else "were"
-        named = "; ".join(_place_and_size(body) for body in loose[:_MOST_NAMED])
-        rest = "; and smaller ones" if len(loose) > _MOST_NAMED else ""
-        sentences.append(f"{several} apart from {place} ({named} {frame}{rest}) {verb} {done}")
-    return tuple(sentences)
+        found.append(
+            note(
+                "limb.bodies.loose",
+                count=len(loose),
+                place=place,
+                bodies=tuple(_place_and_size(body) for body in loose[:_MOST_NAMED]),
+                more=len(loose) > _MOST_NAMED,
+                frame=frame,
+                done=done,
+            )
+        )
+    return tuple(found)
 
 
-def kept(found: Outside, place: str = "the limb", *, done: str = "written too") -> tuple[str, ...]:
-    """Sentences about what stays although it is not one limb's surface, without a full stop."""
-    inner = (f"{bodies_inside(found.inside, place, as_bones=True)} {done}",)
-    rivals = (f"{_rivals(found)}: all were {done.removesuffix(' too')}",)
-    return (inner if found.inside else ()) + (rivals if found.rivals else ())
+def kept(found: Outside) -> tuple[Finding, ...]:
+    """What there is to say of a file that holds all of it, though it is not one limb's surface."""
+    said: list[Finding] = []
+    if found.inside:
+        said.append(_inside(found.inside, None, "written too", as_bones=True))
+    if found.rivals:
+        count, shares = len(found.rivals) + 1, _shares(found.rivals)
+        said.append(doubt("limb.rivals.written", count=count, shares=shares))
+    return tuple(said)
 
 
-def bodies_inside(count: int, place: str = "the limb", *, as_bones: bool = False) -> str:
-    """How a sentence about them begins: `2 bodies inside the limb were`."""
-    one, several = (", such as a bone,", ", such as bones,") if as_bones else ("", "")
-    if count == 1:
-        return f"1 body inside {place}{one} was"
-    return f"{count} bodies inside {place}{several} were"
+def _inside(count: int, place: str | None, done: Done, *, as_bones: bool) -> Finding:
+    return note("limb.bodies.inside", count=count, place=place, done=done, as_bones=as_bones)
 
 
-def _place_and_size(body: Apart) -> str:
-    x, y, z = body.place_mm
-    return f"{body.size_mm:.1f} mm across at x {x:.0f}, y {y:.0f}, z {z:.0f} mm"
+def _place_and_size(body: Apart) -> Finding:
+    x, y, z = body.place_mm.tolist()
+    return note("limb.bodies.one", size_mm=body.size_mm, x_mm=x, y_mm=y, z_mm=z)
 
 
-def _rivals(found: Outside) -> str:
-    shares = ", ".join(f"{body.area_share:.0%}" for body in found.rivals[:_MOST_NAMED])
-    return (
-        f"{len(found.rivals) + 1} bodies of comparable size lie apart from each other (the others "
-        f"have {shares} of the largest one's surface)"
-    )
+def _shares(rivals: tuple[Apart, ...]) -> tuple[float, ...]:
+    """Of the largest one's surface, each of the first has so much."""
+    return tuple(body.area_share for body in rivals[:_MOST_NAMED])
 
 
 def _inner_bodies(mesh: Mesh, pieces: np.ndarray) -> list[int]:

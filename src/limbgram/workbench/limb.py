@@ -13,6 +13,7 @@ from typing import Literal, get_args
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import Finding
 
 Side = Literal["left", "right", "none"]
 Kind = Literal["transtibial", "transfemoral", "foot", "torso"]
@@ -77,7 +78,7 @@ class Limb:
     from it lie as they were made. Who gives the mesh other axes moves these along."""
     doubt: str = ""
     """Why nothing may be made of it unchecked; kept in the limb file of whatever comes of it."""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
     """What was odd about that file and how it was taken."""
 
     def with_mesh(self, mesh: Mesh) -> "Limb":
@@ -97,14 +98,14 @@ def names_apart(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def likeliest(name: str, known: Iterable[str]) -> str:
-    """A question after the name that was probably meant, to end a refusal; empty if none is like.
+def likeliest(name: str, known: Iterable[str]) -> str | None:
+    """The name that was probably meant; None if none is like.
 
     Capitals do not count, and a slip of the pen leaves more than half of the letters (difflib).
     """
     by_small = {one.casefold(): one for one in known}
     near = get_close_matches(name.strip().casefold(), by_small, n=1)
-    return f' Was "{by_small[near[0]]}" meant?' if near else ""
+    return by_small[near[0]] if near else None
 
 
 def marked_red(path: Path) -> Path:

@@ -28,6 +28,7 @@ from limbgram.core.mesh.topology import (
     is_vertex_manifold,
     with_faces,
 )
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.surface.cleaning import drop_flat_and_double
 from limbgram.reconstruction.surface.holes import triangulate
 
@@ -55,18 +56,19 @@ class Strays:
     holes: int = 0
     """Closed under them."""
 
-    def sentences(self) -> tuple[str, ...]:
-        """A sentence about them, without a full stop; none where there are none."""
+    def findings(self) -> tuple[Finding, ...]:
+        """What there is to say of them; nothing where there are none."""
         if not self.scraps:
             return ()
-        one = self.scraps == 1
-        what = "1 loose scrap" if one else f"{self.scraps:,} loose scraps"
-        them = "it" if one else "them"
-        closed = f"; holes closed under {them}: {self.holes}" if self.holes else ""
         return (
-            f"{what} of surface on the skin ({self.triangles:,} triangles, "
-            f"{self.area_mm2:.0f} mm2 in all, up to {self.off_mm:.1f} mm from it) "
-            f"{'was' if one else 'were'} taken away{closed}",
+            note(
+                "limb.scraps",
+                count=self.scraps,
+                triangles=self.triangles,
+                area_mm2=self.area_mm2,
+                off_mm=self.off_mm,
+                holes=self.holes,
+            ),
         )
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from limbgram.app.document import document, text_of
 from limbgram.app.recipe import list_kinds
-from limbgram.workbench.frame.sensitive import SENSITIVE
 
 KEPT = Path(__file__).parents[3] / "web" / "openapi.json"
 
@@ -35,10 +34,3 @@ def test_what_the_page_says_of_edits_is_what_the_server_says() -> None:
         if one.meaning and one.name != "positions_in"
     }
     assert {key: json.loads(text) for key, text in rows.items()} == said
-
-
-def test_the_page_knows_every_place_that_bears_no_pressure_and_why() -> None:
-    texts = (Path(__file__).parents[3] / "web" / "src" / "texts.ts").read_text("utf-8")
-    for place in (one for places in SENSITIVE.values() for one in places):
-        assert f'"why.{place.why}": [' in texts
-        assert f'"sensitive.{place.name}": [' in texts or f'"place.{place.name}": [' in texts

@@ -182,7 +182,7 @@ def test_a_template_is_learned_shown_and_applied(shapes, tmp_path: Path) -> None
     learned = answered("template", "learn", *pair, "-o", str(kept), *AS_IS)
     assert learned["most_inward_mm"] == pytest.approx(-5, abs=0.2)
     assert learned["reference"] == "patellar tendon"
-    assert "limb frame on limb frame" in learned.pop("notes")[0]
+    assert "limb frame on limb frame" in learned.pop("notes")[0]["sentence"]
     shown = answered("template", "show", str(kept), "--picture", str(tmp_path / "t.png"))
     assert shown == {**learned, "written": [str(tmp_path / "t.png")]}
     half = ("--strength", "0.5")
@@ -199,7 +199,7 @@ def test_a_template_learns_what_was_taken_off_where_the_shape_lies(shapes, tmp_p
     learned = answered(
         "template", "learn", shapes["first"], shapes["wide"], "-o", f"{tmp_path}/w.json"
     )
-    assert "taken as they lie" in learned["notes"][0]
+    assert "taken as they lie" in learned["notes"][0]["sentence"]
     assert learned["most_outward_mm"] == pytest.approx(0.5, abs=0.05)
     assert len(learned["notes"]) == 1
 

@@ -17,6 +17,7 @@ from limbgram.core.mesh.topology import (
     is_vertex_manifold,
     volume_mm3,
 )
+from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import SUFFIXES, read_limb
 from limbgram.formats.table import FORMATS, Format, Kept, format_of
@@ -195,7 +196,7 @@ def test_faces_wound_at_random_come_out_outward(tmp_path: Path) -> None:
     trimesh.Trimesh(sphere.vertices, faces, process=False).export(path)
     limb = read_limb(path)
     assert volume_mm3(limb.mesh) == pytest.approx(sphere.volume, rel=1e-6)
-    assert "turned" in limb.notes[0]
+    assert "turned" in told(limb.notes[0])
 
 
 def test_a_mesh_inside_out_is_turned(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from limbgram.core.errors import CarveError, ExportError, MeasureError, OptionsE
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.folds import ANY_SHAPE, find_folds
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.formats.dxf import curves_of, write_drawing, write_dxf, write_polyface_dxf
 from limbgram.formats.gate import admit, in_limb_frame, require_unfolded, sure_in_limb_frame
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame, Side
@@ -69,7 +70,7 @@ def test_what_is_folded_goes_back_and_is_told() -> None:
     require_unfolded(passed.mesh)
     assert not len(find_folds(passed.mesh, ANY_SHAPE))
     (note,) = passed.notes
-    assert "1 of its points went back among their neighbours, by up to 25." in note
+    assert "1 of its points went back among their neighbours, by up to 25." in told(note)
     np.testing.assert_array_equal(np.flatnonzero(passed.mesh.filled), [700])
     assert np.linalg.norm(passed.mesh.vertices_mm[700]) == pytest.approx(50, abs=0.2)
     np.testing.assert_array_equal(

@@ -12,6 +12,7 @@ import trimesh
 from limbgram.core.errors import ExportError, ShapeFileError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.formats.gate import in_limb_frame
 from limbgram.formats.limb_file import write_limb, write_limb_file
 from limbgram.formats.ply import write_ply
@@ -63,10 +64,10 @@ def test_a_red_surface_is_told_by_its_name_and_by_what_is_made_of_it(
         write_ply(limb.mesh, tmp_path / name, "mm")
         red = read_limb(tmp_path / name)
         assert "verdict is RED" in red.doubt
-        assert red.notes[0] == red.doubt
+        assert told(red.notes[0]) == red.doubt
     again = read_limb(write_limb(red, tmp_path / "rectified.stl"))
     assert again.doubt == red.doubt
-    assert again.notes[0] == red.doubt
+    assert told(again.notes[0]) == red.doubt
 
 
 def test_it_names_what_a_shape_was_made_from(tmp_path: Path, limb: Limb) -> None:
@@ -122,7 +123,7 @@ def test_that_of_a_file_beside_is_left_to_it(tmp_path: Path, limb: Limb) -> None
     left = read_limb(other)
     assert (left.frame, left.sock_mm, left.landmarks) == (None, 0.0, ())
     (note,) = left.notes
-    assert "scan.limb.json belongs to scan.ply and was not used" in note
+    assert "scan.limb.json belongs to scan.ply and was not used" in told(note)
     assert read_limb(tmp_path / "scan.ply").notes == ()
     (tmp_path / "scan.ply").unlink()
     with pytest.raises(ShapeFileError, match="belongs to another shape"):
@@ -161,7 +162,7 @@ def test_a_namesake_in_another_format_has_a_limb_file_of_its_own(
             found.landmarks[0].position_mm, wanted.landmarks[0].position_mm
         )
     (tmp_path / "sock.stl.limb.json").unlink()
-    assert "belongs to sock.ply" in read_limb(tmp_path / "sock.stl").notes[0]
+    assert "belongs to sock.ply" in told(read_limb(tmp_path / "sock.stl").notes[0])
 
 
 def test_it_knows_the_unit_of_the_mesh(tmp_path: Path, limb: Limb) -> None:

@@ -12,6 +12,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import HOLDS
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import value_of
+from limbgram.findings import note
 from limbgram.report.html import html_of
 from limbgram.report.pdf import Line, sheets_of
 from limbgram.report.record.bias import biases
@@ -62,7 +63,7 @@ def cylinder() -> Limb:
             Landmark(name="Anna's scar", position_mm=np.array([RADIUS_MM, 0, 80.0])),
         ),
         name="Anna.ply",
-        notes=("Anna.ply has a seam",),
+        notes=(note("said.as_is", message="Anna.ply has a seam"),),
     )
 
 
@@ -264,7 +265,7 @@ def test_what_was_said_of_the_scan_and_by_a_template_stands_in_the_record_withou
     recipe = RecipeSource(recipe=Recipe(name="", entries=(Entry(edit=edit),)), sha256=64 * "d")
     tree = record_of(source(scan), recipe=recipe).tree
     told = [sentence for line in tree["recipe"]["lines"] for sentence in line["told"]]
-    assert any('lacks "own landmark' in sentence for sentence in told)
+    assert any("lacks own landmark" in sentence["sentence"] for sentence in told)
     assert any("left out" in note for note in tree["recipe"]["notes"])
     assert "Anna" not in str(tree)
     assert "Ben" not in str(tree)

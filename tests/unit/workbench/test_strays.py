@@ -9,6 +9,7 @@ import trimesh
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops, is_edge_manifold, volume_mm3
+from limbgram.findings import told
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.frame.landmarks import in_limb_frame
@@ -49,7 +50,7 @@ def test_torn_triangles_are_taken_away_and_what_they_left_is_closed(
     path = tmp_path / "torn.stl"
     trimesh.Trimesh(mesh.vertices_mm, mesh.faces, process=False).export(path)
     limb = read_limb(path)
-    (note,) = limb.notes
+    note = told(*limb.notes)
     assert "4 loose scraps of surface on the skin (4 triangles" in note
     assert "holes closed under them: 4" in note
     assert [len(loop) for loop in boundary_loops(limb.mesh.faces)] == [96]
@@ -121,4 +122,4 @@ def test_what_stands_off_the_skin_or_is_large_stays(stump: Limb) -> None:
         ).astype(np.int32),
     )  # fmt: skip
     assert without_strays(apart).mesh is apart
-    assert without_strays(stump.mesh).sentences() == ()
+    assert without_strays(stump.mesh).findings() == ()

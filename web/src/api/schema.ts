@@ -2297,13 +2297,15 @@ export interface components {
             };
         };
         /**
-         * Concern
-         * @description What somebody has to mean, or to know.
+         * ConcernReply
+         * @description What somebody has to mean, or to know, of an edit.
          */
-        Concern: {
-            /** What */
-            what: string;
-            /** Word */
+        ConcernReply: {
+            finding: components["schemas"]["FindingReply"];
+            /**
+             * Word
+             * @description What accepts it; empty where nothing needs to be said.
+             */
             word: string;
             /** Accepted */
             accepted: boolean;
@@ -2438,6 +2440,11 @@ export interface components {
             parameters: {
                 [key: string]: unknown;
             };
+            /**
+             * Telling
+             * @description Names of the parameters that differ from their defaults, or of all.
+             */
+            telling: string[];
             /**
              * Text
              * @description In one line.
@@ -2597,12 +2604,8 @@ export interface components {
         Guesses: {
             /** Places */
             places: components["schemas"]["Guess"][];
-            /**
-             * Note
-             * @description Why stickers were not looked for.
-             * @default
-             */
-            note: string;
+            /** @description Why stickers were not looked for. */
+            note?: components["schemas"]["FindingReply"] | null;
         };
         /**
          * HandedOver
@@ -2681,7 +2684,21 @@ export interface components {
              * Notes
              * @default []
              */
-            notes: string[];
+            notes: {
+                /** Code */
+                code: string;
+                /**
+                 * Gravity
+                 * @enum {string}
+                 */
+                gravity: "note" | "doubt" | "fault";
+                /** Values */
+                values: {
+                    [key: string]: unknown;
+                };
+                /** Sentence */
+                sentence?: string;
+            }[];
         };
         /**
          * Held
@@ -2897,20 +2914,27 @@ export interface components {
             /** Templates */
             templates: components["schemas"]["TemplateReply"][];
             /** Notes */
-            notes: string[];
+            notes: components["schemas"]["FindingReply"][];
         };
         /**
-         * Ledger
+         * LedgerReply
          * @description What a recipe did.
          */
-        Ledger: {
-            /** Levels Mm */
+        LedgerReply: {
+            /**
+             * Levels Mm
+             * @description Heights of the girths.
+             */
             levels_mm: number[];
             /** Lines */
-            lines: components["schemas"]["Line"][];
-            volume?: components["schemas"]["VolumeChange"] | null;
-            /** Places Mm */
-            places_mm?: {
+            lines: components["schemas"]["LineReply"][];
+            /** @description Of all edits together. */
+            volume: components["schemas"]["VolumeChange"] | null;
+            /**
+             * Places Mm
+             * @description How far all edits moved the surface at each sensitive place, outward positive.
+             */
+            places_mm: {
                 [key: string]: number;
             };
         };
@@ -2920,18 +2944,14 @@ export interface components {
          */
         Ledgered: {
             recipe: components["schemas"]["RecipeReply"];
-            ledger?: components["schemas"]["Ledger"] | null;
+            ledger?: components["schemas"]["LedgerReply"] | null;
             /**
              * Solid
              * @description Whether the shape after it is closed all round, as printers need.
              */
             solid?: boolean | null;
-            /**
-             * Refusal
-             * @description Why the recipe cannot be done; empty where it can.
-             * @default
-             */
-            refusal: string;
+            /** @description Why the recipe cannot be done; null where it can. */
+            refusal?: components["schemas"]["FindingReply"] | null;
         };
         /**
          * Length
@@ -3045,32 +3065,29 @@ export interface components {
              * Notes
              * @default []
              */
-            notes: string[];
+            notes: components["schemas"]["FindingReply"][];
         };
         /**
-         * Line
-         * @description One edit's entry.
+         * LineReply
+         * @description What one edit did.
          */
-        Line: {
+        LineReply: {
             /** Number */
             number: number;
-            /** Edit */
+            /**
+             * Edit
+             * @description In one line.
+             */
             edit: string;
             before: components["schemas"]["Figures"];
             after: components["schemas"]["Figures"];
             volume: components["schemas"]["VolumeChange"] | null;
             extreme: components["schemas"]["Extreme"] | null;
             displacement: components["schemas"]["Displacement"] | null;
-            /**
-             * Told
-             * @default []
-             */
-            told: string[];
-            /**
-             * Concerns
-             * @default []
-             */
-            concerns: components["schemas"]["Concern"][];
+            /** Told */
+            told: components["schemas"]["FindingReply"][];
+            /** Concerns */
+            concerns: components["schemas"]["ConcernReply"][];
         };
         /**
          * Link
@@ -3554,7 +3571,7 @@ export interface components {
              */
             mark: string;
             /** Notes */
-            notes: string[];
+            notes: components["schemas"]["FindingReply"][];
         };
         /**
          * RecipeText

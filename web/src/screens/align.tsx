@@ -24,6 +24,8 @@ import type { Mark } from "../viewer/overlay";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode } from "../viewer/surface";
 import type { Tool, Viewer } from "../viewer/viewer";
+import { term } from "../words";
+import { said } from "./edit-words";
 import { useLimb } from "./limb";
 import { Loupe } from "./loupe";
 import type { RoomProps } from "./room";
@@ -88,7 +90,7 @@ export function AlignScreen({ room }: RoomProps) {
       await kept;
       const sticker = offered.find((one) => one.sticker !== null && distance(one.at, [point.x, point.y, point.z]) < SAME_MM)?.sticker;
       if (sticker !== null && sticker !== undefined) rememberSticker(sticker, name);
-      saved.value = t("align.placed", label(name));
+      saved.value = t("align.placed", term(name));
     });
   const take = (reply: Schemas["LimbReply"]) => {
     const before = asked.value.value;
@@ -238,9 +240,9 @@ export function AlignScreen({ room }: RoomProps) {
     if (done) taken_.current = null;
   };
   const drawn: Mark[] = [
-    ...places.filter((one) => one.name !== held.value?.name).map((one): Mark => ({ name: one.name, label: label(one.name), point: new Vector3(...vec3(one.position_mm)), state: chosen.value === one.name ? "chosen" : "set" })),
-    ...(held.value ? [{ name: held.value.name, label: label(held.value.name), point: held.value.point, state: "chosen" as const }] : []),
-    ...offered.filter((one) => one.name !== held.value?.name).map((one, i): Mark => ({ name: `guess ${i}`, label: `${one.name ? label(one.name) : t("align.sticker", one.sticker ?? 0)}?`, point: new Vector3(...one.at), state: "guess" })),
+    ...places.filter((one) => one.name !== held.value?.name).map((one): Mark => ({ name: one.name, label: term(one.name), point: new Vector3(...vec3(one.position_mm)), state: chosen.value === one.name ? "chosen" : "set" })),
+    ...(held.value ? [{ name: held.value.name, label: term(held.value.name), point: held.value.point, state: "chosen" as const }] : []),
+    ...offered.filter((one) => one.name !== held.value?.name).map((one, i): Mark => ({ name: `guess ${i}`, label: `${one.name ? term(one.name) : t("align.sticker", one.sticker ?? 0)}?`, point: new Vector3(...one.at), state: "guess" })),
     ...(places.length === 0 && !held.value ? (marks.value.value ?? []).slice(0, 12).map((one, i): Mark => ({ name: `?${i}`, label: "?", point: new Vector3(...vec3(one.position_mm)), state: "guess" })) : []),
   ];
   const lacks = !kind ? t("align.kind.first") : (!side || side === "none") && kind !== "torso" ? t("align.side.first") : facing === 0 && !frontHere.value ? t("align.places.first") : null;
@@ -256,7 +258,7 @@ export function AlignScreen({ room }: RoomProps) {
         tool={tool}
         onAxes={aligned && !armed.value ? onAxes : undefined}
         onReady={(made) => (viewer.current = made)}
-        keys={aligned && !armed.value ? t("align.keys.axes") : armed.value ? t("align.keys.armed", label(armed.value)) : t("align.keys")}
+        keys={aligned && !armed.value ? t("align.keys.axes") : armed.value ? t("align.keys.armed", term(armed.value)) : t("align.keys")}
       >
         <Loupe viewer={viewer} on={held.value !== null} />
         {!isStill(byHand.value) && (
@@ -264,7 +266,7 @@ export function AlignScreen({ room }: RoomProps) {
             <b>{handWords(byHand.value)}</b>
           </div>
         )}
-        {armed.value && <p class="armed-note">{t("align.now", label(armed.value))}</p>}
+        {armed.value && <p class="armed-note">{t("align.now", term(armed.value))}</p>}
         {asked.refused.value && (
           <div class="stage-note">
             <Refusal refused={asked.refused.value} />
@@ -314,7 +316,7 @@ export function AlignScreen({ room }: RoomProps) {
                       <span class={`mark ${one ? "set" : armed.value === name ? "now" : ""}`} aria-hidden="true">
                         {one ? <Icon name="tick" small /> : null}
                       </span>
-                      <span class="grow">{label(name)}</span>
+                      <span class="grow">{term(name)}</span>
                       <span class="num faint small">
                         {guessOf(name) && !one && armed.value !== name ? t(`align.guess.${guessOf(name)?.by ?? "shape"}`) : one ? (one.within_mm ? `± ${one.within_mm.toFixed(2)} mm` : "") : armed.value === name ? t("align.press") : left.value.has(name) ? t("align.left") : facingWord(known.find((k) => k.name === name)?.facing)}
                       </span>
@@ -326,12 +328,12 @@ export function AlignScreen({ room }: RoomProps) {
                           const guess = guessOf(name);
                           if (guess) void put(name, new Vector3(...guess.at));
                         }}
-                        label={t("align.guess.confirm.long", label(name))}
+                        label={t("align.guess.confirm.long", term(name))}
                       >
                         {t("align.guess.confirm")}
                       </Button>
                     ) : one ? (
-                      <Button bare icon="close" class="icon-only" label={t("align.remove", label(name))} onClick={() => void remove(name)} />
+                      <Button bare icon="close" class="icon-only" label={t("align.remove", term(name))} onClick={() => void remove(name)} />
                     ) : (
                       armed.value === name && (
                         <Button
@@ -397,7 +399,7 @@ export function AlignScreen({ room }: RoomProps) {
               </p>
             )}
             {limb?.reply.notes.map((one) => (
-              <Notice key={one} tone="amber" title={one} />
+              <Notice key={said(one)} tone="amber" title={said(one)} />
             ))}
           </section>
         </div>
@@ -472,7 +474,6 @@ function handWords(by: ByHand): string {
     .join(", ");
 }
 
-const label = (name: string) => tOr(`place.${name}`, name);
 const facingWord = (facing: string | undefined) => (facing && facing !== "none" ? tOr(`facing.${facing}`, facing) : "");
 const scaled = (v: Vec3, s: number): [number, number, number] => [v[0] * s, v[1] * s, v[2] * s];
 const proximalGuess = (z: Vec3, flipped: boolean) => scaled(z, flipped ? -1 : 1);

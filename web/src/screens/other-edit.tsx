@@ -14,6 +14,7 @@ import { signed } from "../geometry/scales";
 import { useAsked } from "../state/asked";
 import { expert } from "../state/settings";
 import { t, tOr } from "../texts";
+import { term } from "../words";
 import { labelOf } from "./edit-words";
 
 const FIRST_LEVEL = ["sock", "smoothing", "offset", "extension", "flare", "distal-end", "plane-cut", "fill", "wall", "clean"];
@@ -190,10 +191,10 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
               </select>
             ) : p.name === "above" ? (
               <select value={given.value[p.name] ?? ""} onChange={(event) => set(p.name, event.currentTarget.value)}>
-                <option value="">{t("place.distal end")}</option>
+                <option value="">{term("distal end")}</option>
                 {places.map((name) => (
                   <option key={name} value={name}>
-                    {tOr(`place.${name}`, name)}
+                    {term(name)}
                   </option>
                 ))}
               </select>

@@ -23,12 +23,13 @@ import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { fetchDifferences } from "../state/shapes";
-import { type TextKey, t, tOr } from "../texts";
+import { type TextKey, t } from "../texts";
 import type { Line, Mark } from "../viewer/overlay";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Hit, Mode, SurfaceData } from "../viewer/surface";
 import type { Tool, Viewer } from "../viewer/viewer";
-import { concernOf, scanWords, wordLacks, wordsOf } from "./edit-words";
+import { type Finding, term } from "../words";
+import { askedBy, said, scanWords, wordsOf } from "./edit-words";
 import { OtherEdit } from "./other-edit";
 import { TemplateEdits } from "./templates";
 import { useLimb } from "./limb";
@@ -87,7 +88,7 @@ export function RectifyScreen({ room }: RoomProps) {
   useEffect(() => void (openWith.value = null), []);
   const draft = useSignal<Draft | null>(null);
   const drawing = useSignal<readonly Vector3[]>([]);
-  const trial = useSignal<{ surface: SurfaceData; values: Float32Array; line: Schemas["Line"] | null } | null>(null);
+  const trial = useSignal<{ surface: SurfaceData; values: Float32Array; line: Schemas["LineReply"] | null } | null>(null);
   const trimline = useSignal<readonly Vector3[]>([]);
   const trimClosed = useSignal(false);
   const size = useSignal(14);
@@ -180,7 +181,7 @@ export function RectifyScreen({ room }: RoomProps) {
       if (v?.surface && v.surface.data === base) baseSurface.current = v.surface;
       const blocks = decodeBlocks(bytes);
       const surface = changedBy(base, blocks);
-      trial.value = { surface, values: trialDifferences(surface, base), line: (blocks.header.line as Schemas["Line"] | null) ?? null };
+      trial.value = { surface, values: trialDifferences(surface, base), line: (blocks.header.line as Schemas["LineReply"] | null) ?? null };
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       if (mine === turn.current) {
@@ -590,11 +591,10 @@ export function RectifyScreen({ room }: RoomProps) {
   }, [limb, level.value, trial.value, base, girthBefore, draft.value, previewed.value]);
   const line = trial.value?.line ?? null;
   const volume = line ? changed(line.volume) : areas !== null && d ? (sign * areas * d.depth_mm) / 1000 : null;
-  const word = /"((?:load on|depth to|relieve)[^"]*)"/.exec(refused.value?.message ?? "")?.[1] ?? null;
+  const unsaid = askedBy(refused.value?.finding ?? null);
 
   /** An edit that is drawn and not kept: leaving the page would lose it. */
   const open_ = d !== null || trimline.value.length > 0;
-  const lacks = word === null ? null : wordLacks(refused.value?.message ?? "");
 
   const trimDrawn = useMemo(() => {
     const line = glued(trimline.value, trimClosed.value);
@@ -607,7 +607,7 @@ export function RectifyScreen({ room }: RoomProps) {
     ...(drawing.value.length > 0 ? [{ points: drawing.value, closed: false, look: "draft" as const, knots: corner.current.length > 0 }] : []),
     ...(trimline.value.length ? [{ points: trimDrawn, closed: false, look: "trimline" as const }, { points: trimline.value, closed: false, look: "knots" as const, knots: true }] : []),
   ];
-  const marks: Mark[] = (limb?.reply.places ?? []).map((one) => ({ name: one.name, label: tOr(`place.${one.name}`, one.name), point: new Vector3(...vec3(one.position_mm)), state: d?.at === one.name ? "chosen" : "set" }));
+  const marks: Mark[] = (limb?.reply.places ?? []).map((one) => ({ name: one.name, label: term(one.name), point: new Vector3(...vec3(one.position_mm)), state: d?.at === one.name ? "chosen" : "set" }));
 
   return (
     <div class="work">
@@ -690,13 +690,13 @@ export function RectifyScreen({ room }: RoomProps) {
                   </span>
                 )}
               </div>
-              {line?.concerns.map((one) => <Notice key={one.what} tone="amber" title={concernOf(one)} />)}
-              {lacks ? (
-                <Notice tone="red" title={lacks} action={word && <Button onClick={() => change({ accept: [...d.accept, word] })}>{t("is.meant")}</Button>}>
+              {line?.concerns.map((one) => <Notice key={said(one.finding)} tone="amber" title={said(one.finding)} />)}
+              {unsaid ? (
+                <Notice tone="red" title={unsaid.what} action={<Button onClick={() => change({ accept: [...d.accept, ...unsaid.words] })}>{t("is.meant")}</Button>}>
                   <p>{t("concern.do")}</p>
                 </Notice>
               ) : (
-                <Refusal refused={refused.value} action={word && <Button onClick={() => change({ accept: [...d.accept, word] })}>{t("is.meant")}</Button>} />
+                <Refusal refused={refused.value} />
               )}
               {asksDepth.value && (
                 <Notice tone="amber" title={t("deep", d.depth_mm.toFixed(1))} action={<Button onClick={() => (asksDepth.value = false)}>{t("is.meant")}</Button>} />
@@ -745,7 +745,7 @@ export function RectifyScreen({ room }: RoomProps) {
                         <option value="">{t("choose")}</option>
                         {limb?.reply.places.map((one) => (
                           <option key={one.name} value={one.name}>
-                            {tOr(`place.${one.name}`, one.name)}
+                            {term(one.name)}
                           </option>
                         ))}
                       </select>
@@ -796,7 +796,7 @@ export function RectifyScreen({ room }: RoomProps) {
               </label>
             </section>
           )}
-          {book?.refusal && <Refusal refused={new Refused("", book.refusal, 422)} />}
+          {book?.refusal && <Refusal refused={new Refused("", said(book.refusal), 422, book.refusal as Finding)} />}
           {book?.ledger && book.ledger.lines.length > 0 && <LedgerTable ledger={book.ledger} line={line} level={level.value} onLevel={(h) => (level.value = h)} />}
         </div>
         <div class="next">
@@ -926,15 +926,15 @@ function RecipeList({ book, listed, chosen, onChoose, onUndo, onRedo, onChange, 
               <span class="num">{words.amount}</span>
               <span class={`num ${change === null ? "" : change < -0.05 ? "neg" : change > 0.05 ? "pos" : ""}`}>{!one.on ? t("off").toLowerCase() : change !== null ? signed(change) : one.was === null ? "…" : ""}</span>
               {line && line.told.length > 0 && chosen !== one.number && (
-                <p class="ed-more small soft">{line.told.join(" ")}</p>
+                <p class="ed-more small soft">{line.told.map(said).join(" ")}</p>
               )}
               {chosen === one.number && (
                 <div class="ed-more">
                   {words.field && <NumberField label={t("depth")} unit="mm" step={0.1} decimals={2} min={0.1} max={60} value={Number((one.parameters as Record<string, unknown>).depth_mm)} onChange={(depth_mm) => onChange(one.number, { parameters: { ...(one.parameters as Record<string, never>), depth_mm } as never })} />}
                   <p class="small faint">{one.text}</p>
-                  {line?.told.map((told) => (
-                    <p key={told} class="small faint">
-                      {told}
+                  {line?.told.map((one) => (
+                    <p key={said(one)} class="small faint">
+                      {said(one)}
                     </p>
                   ))}
                   <Button onClick={() => onRemove(one.number)}>{t("recipe.remove")}</Button>
@@ -945,15 +945,15 @@ function RecipeList({ book, listed, chosen, onChoose, onUndo, onRedo, onChange, 
         })}
       </ol>
       {notes.map((one) => (
-        <p key={one} class="small soft">
-          {one}
+        <p key={said(one)} class="small soft">
+          {said(one)}
         </p>
       ))}
     </section>
   );
 }
 
-function LedgerTable({ ledger, line, level, onLevel }: { ledger: NonNullable<Ledgered["ledger"]>; line: Schemas["Line"] | null; level: number | null; onLevel: (height_mm: number) => void }) {
+function LedgerTable({ ledger, line, level, onLevel }: { ledger: NonNullable<Ledgered["ledger"]>; line: Schemas["LineReply"] | null; level: number | null; onLevel: (height_mm: number) => void }) {
   const first = ledger.lines[0];
   const last = ledger.lines[ledger.lines.length - 1];
   const now = line?.after ?? last.after;

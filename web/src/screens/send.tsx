@@ -229,9 +229,9 @@ export function SendScreen({ room }: RoomProps) {
               {expert.value && <p class="mono">sha256 {w.sha256}</p>}
             </section>
           )}
-          {w?.notes.map((one) => (
-            <section key={one}>
-              <Notice tone="amber" title={one} />
+          {(w?.notes ?? []).map((one) => (
+            <section key={one.code}>
+              <Notice tone="amber" title={told(one as Finding)} />
             </section>
           ))}
           {w?.doubt && (

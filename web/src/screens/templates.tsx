@@ -13,7 +13,9 @@ import { signed } from "../geometry/scales";
 import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { expert } from "../state/settings";
-import { t, tOr } from "../texts";
+import { t } from "../texts";
+import { term } from "../words";
+import { said } from "./edit-words";
 import type { Room } from "./room";
 
 export interface TemplateEdit {
@@ -41,7 +43,7 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
   const learned = useRef<{ id: string; text: string } | null>(null);
   const learning = useSignal(false);
   const removing = useSignal(false);
-  const notes = useSignal<readonly string[]>([]);
+  const notes = useSignal<readonly Schemas["FindingReply"][]>([]);
   const act = useAct();
   const input = useRef<HTMLInputElement>(null);
   const all = list.value.value ?? [];
@@ -106,7 +108,7 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
               <tbody>
                 {one.places.map((move) => (
                   <tr key={move.place}>
-                    <td>{tOr(`place.${move.place}`, move.place)}</td>
+                    <td>{term(move.place)}</td>
                     <td class={move.moved_mm < -0.05 ? "neg" : move.moved_mm > 0.05 ? "pos" : ""}>{signed((move.moved_mm * strength.value) / 100)} mm</td>
                   </tr>
                 ))}
@@ -183,8 +185,8 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
       )}
       {expert.value && notes.value.length > 0 && (
         <ul class="findings small-note soft">
-          {notes.value.map((text) => (
-            <li key={text}>{text}</li>
+          {notes.value.map((one) => (
+            <li key={said(one)}>{said(one)}</li>
           ))}
         </ul>
       )}

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from limbgram.core.errors import with_full_stop
 from limbgram.core.tape import AGREES_SIGMAS, READING_SIGMA_MM
+from limbgram.findings import told
 from limbgram.report.record.content import CaseCited, Content, Finding, Json, RecipeDone
 from limbgram.report.record.sources import SAME_MM
 from limbgram.workbench.edits.pressing import PRESSES_MM
@@ -82,7 +83,7 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
         )
     wall = measures.wall
     if wall is not None:
-        sentence = wall.sentence("the limb's")
+        sentence = told(wall.told("limb"))
         yield Finding(
             topic="surface",
             what=f"{sentence[0].upper()}{sentence[1:]}.",
@@ -118,7 +119,7 @@ def _about_recipe(recipe: RecipeDone | None) -> Iterator[Finding]:
         return
     yield from _about_pressure(recipe)
     for note in recipe.notes:
-        what = f"{note[0].upper()}{note[1:]}."
+        what = with_full_stop(f"{note[0].upper()}{note[1:]}")
         yield Finding(topic="recipe", what=what, remedy="Check it against what you meant.")
     if recipe.apart_mm is not None and recipe.apart_mm > SAME_MM:
         yield Finding(
@@ -140,7 +141,7 @@ def _about_pressure(recipe: RecipeDone) -> Iterator[Finding]:
             said = "accepted in the recipe" if concern.accepted else "NOT accepted in the recipe"
             yield Finding(
                 topic="recipe",
-                what=f"Edit {line.number}: {concern.what} ({said}: {concern.word}).",
+                what=f"Edit {line.number}: {told(concern.finding)} ({said}: {concern.word}).",
                 remedy="Look whether it is meant: what is made over the shape presses there. For "
                 "room use the edit relieve.",
                 gravity="serious",

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 
 from limbgram.core.geometry.smoothing import SMOOTHED_OVER
 from limbgram.core.interval import HOLDS, Interval, plus_minus
+from limbgram.findings import told
 from limbgram.report.blocks import (
     Advice,
     AdviceList,
@@ -334,7 +335,7 @@ def ledger_rows(recipe: RecipeDone) -> list[Row]:
         )
         if line.extreme is not None:
             rows.append(("", f"Where it moved most: {extreme_line(line.extreme)}"))
-        rows += [("", sentence) for sentence in line.told]
+        rows += [("", told(one)) for one in line.told]
         rows += [("!", _mark(concern)) for concern in line.concerns]
     return rows
 
@@ -433,8 +434,8 @@ def _skin(skin: str) -> str:
 def _mark(concern: Concern) -> str:
     """What somebody had to mean, or has to know, of an edit."""
     if not concern.word:
-        return concern.what
-    return f"{concern.what} ({'accepted' if concern.accepted else 'NOT accepted'})"
+        return told(concern.finding)
+    return f"{told(concern.finding)} ({'accepted' if concern.accepted else 'NOT accepted'})"
 
 
 def _girths(figures: Figures) -> Row:

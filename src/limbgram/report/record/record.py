@@ -20,6 +20,7 @@ import numpy as np
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import tree_of
+from limbgram.findings import told
 from limbgram.report.drawings.differences import difference_pictures
 from limbgram.report.drawings.drawing import Drawing, Picture, png
 from limbgram.report.drawings.sections import sections_drawing
@@ -137,7 +138,7 @@ def record_of(
         side=frame.side,
         size_mm=tuple(np.ptp(mesh.vertices_mm, axis=0).tolist()),
         triangles=len(mesh.faces),
-        notes=nameless_shape.limb.notes,
+        notes=tuple(map(told, nameless_shape.limb.notes)),
         measures=measures_tree(measures),
         inside=None if inside is None else measures_tree(inside),
         landmarks=tuple(
@@ -199,14 +200,16 @@ def _recipe(done: Replaying, printed: Mapping[str, str]) -> RecipeDone:
         id=done.recipe.id,
         scan=done.scan.id,
         apart_mm=done.apart_mm,
-        notes=(*done.recipe.recipe.notes, *done.told),
+        notes=tuple(map(told, (*done.recipe.recipe.notes, *done.told))),
         levels_mm=done.ledger.levels_mm,
         places_mm=done.ledger.places_mm,
         lines=tuple(
             replace(
                 line,
                 edit=in_print(line.edit, printed),
-                told=tuple(in_print(sentence, printed) for sentence in line.told),
+                told=tuple(
+                    one.with_texts(lambda name: printed.get(name, name)) for one in line.told
+                ),
             )
             for line in done.ledger.lines
         ),

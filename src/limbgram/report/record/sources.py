@@ -16,6 +16,7 @@ from limbgram.capture.certificate import SetupCited
 from limbgram.core.errors import OptionsError
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import Finding
 from limbgram.report.accuracy.judgement import Light
 from limbgram.workbench.edits.learned import FromTemplate
 from limbgram.workbench.frame.names import known_identity
@@ -148,8 +149,8 @@ def in_print(text: str, printed: Mapping[str, str]) -> str:
     return text
 
 
-def _without(note: str, name: str, instead: str) -> str:
-    return note.replace(name, instead) if name else note
+def _without(note: Finding, name: str, instead: str) -> Finding:
+    return note.with_texts(lambda text: text.replace(name, instead)) if name else note
 
 
 SAME_MM = 0.01
@@ -166,7 +167,7 @@ class Replaying:
     apart_mm: float | None
     """Largest distance between what it makes of the scan and the shape of the record; None where
     the record is of the scan itself."""
-    told: tuple[str, ...] = ()
+    told: tuple[Finding, ...] = ()
     """What was said of the scan before the first edit."""
 
 
@@ -179,7 +180,7 @@ def replayed_on(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource |
     scan = _scan(recipe, shape, against)
     done = replay_as_it_is(recipe.recipe, scan.limb)
     apart = None if scan is shape else _apart_mm(done.limb.mesh, shape.limb.mesh)
-    said = {sentence for line in done.ledger.lines for sentence in line.told}
+    said = {one for line in done.ledger.lines for one in line.told}
     told = tuple(
         _without(note, scan.limb.name, scan.id)
         for note in done.limb.notes

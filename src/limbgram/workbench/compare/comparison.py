@@ -12,10 +12,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.errors import MeasureError, OptionsError, with_full_stop
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.interval import COVER, Interval, plus_minus
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.workbench.compare.deviation import Deviation, deviation
 from limbgram.workbench.compare.frames import Axes, axes_of, mesh_in_frame, outside_by_name
 from limbgram.workbench.compare.icp import Looseness
@@ -110,7 +111,8 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
     alignment = lay(first, second, axes, registration)
     one = mesh_in_frame(first.mesh, axes.limb_from_mesh)
     two = mesh_in_frame(second.mesh, axes.limb_from_mesh @ alignment.first_from_second)
-    notes = [*first.notes, *second.notes, *alignment.notes, *at_odds(first, second)]
+    notes = [with_full_stop(told(one)) for one in (*first.notes, *second.notes)]
+    notes += [*alignment.notes, *at_odds(first, second)]
     if axes.note:
         notes.append(axes.note)
     scanned = one.sigma_mm is not None and two.sigma_mm is not None

@@ -22,8 +22,9 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.errors import MeasureError, OptionsError, with_full_stop
 from limbgram.core.interval import COVER, Interval, plus_minus, widening
+from limbgram.findings import told
 from limbgram.workbench.compare.comparison import CompareOptions, at_odds, lay
 from limbgram.workbench.compare.frames import Axes, axes_of, mesh_in_frame, outside_by_name
 from limbgram.workbench.compare.levels import (
@@ -137,7 +138,7 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
         [level.measures["tape_mm"].second if level.measures else None for level in change.levels]
         for change in against
     ]
-    notes = [note for limb in limbs for note in limb.notes]
+    notes = [with_full_stop(told(note)) for limb in limbs for note in limb.notes]
     notes += [note for alignment in alignments for note in alignment.notes]
     notes += [note for limb in limbs[1:] for note in at_odds(first, limb)]
     notes += [axes.note] if axes.note else []

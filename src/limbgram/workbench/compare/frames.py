@@ -50,7 +50,7 @@ def axes_of(limb: Limb) -> Axes:
 def outside_by_name(limb: Limb) -> Limb:
     """The limb without bodies inside it or loose beside it, and notes of them."""
     name = limb.name or "a shape"
-    return bodies.outside_of(limb, name, stop=".")
+    return bodies.outside_of(limb, name)
 
 
 def mesh_in_frame(mesh: Mesh, limb_from_mesh: Rigid) -> Mesh:

@@ -18,6 +18,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.mesh.folds import find_points
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops
+from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings
 from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
@@ -68,12 +69,14 @@ class Clean:
         for name, amount_mm in amounts.items():
             if not 0 <= amount_mm <= _LARGEST_MM:
                 raise EditError(
-                    f"{self.title} takes {name} from 0 (none) to {_LARGEST_MM:g} mm, not "
-                    f"{amount_mm:g}: what is larger may be the limb. Cut it off, or fill it, by an "
-                    "edit of its own."
+                    "edit.clean.amount",
+                    what=self.title,
+                    name=name,
+                    most_mm=_LARGEST_MM,
+                    amount_mm=amount_mm,
                 )
         if not self.spikes and not any(amounts.values()):
-            raise EditError(f"{self.title} is asked for nothing. Leave this edit out.")
+            raise EditError("edit.nothing_asked", what=self.title)
 
     def apply(self, limb: Limb) -> Limb:
         """The limb without what its scanner left.
@@ -86,14 +89,14 @@ class Clean:
         smooth = _without_spikes(cleared) if self.spikes else cleared
         whole = _without_holes(smooth, self) if self.holes_mm else smooth
         if whole is limb:
-            return replace(limb, notes=(*limb.notes, "nothing was found to be cleaned"))
+            return replace(limb, notes=(*limb.notes, note("edit.clean.nothing")))
         require_sound(what, cleared.mesh, whole.mesh)
         return whole
 
 
 def _without_scraps(limb: Limb, edit: Clean) -> Limb:
     """Without short loose pieces near the surface, and without longer ones on it."""
-    notes: list[str] = []
+    notes: list[Finding] = []
     mesh = limb.mesh
     for reach_mm, of_scraps in ((edit.scraps_mm, True), (edit.sheets_mm, False)):
         pieces = open_pieces(mesh) if reach_mm else None
@@ -105,7 +108,7 @@ def _without_scraps(limb: Limb, edit: Clean) -> Limb:
             asked = pieces.area_mm2 <= _SHEET_SHARE * pieces.area_mm2.max()
         found = without_pieces(mesh, pieces, asked, reach_mm)
         mesh = found.mesh
-        notes += found.sentences()
+        notes += found.findings()
     return limb if mesh is limb.mesh else _noted(limb.with_mesh(mesh), notes)
 
 
@@ -142,8 +145,8 @@ def _without_spikes(limb: Limb) -> Limb:
         return limb
     highest_mm = float(np.linalg.norm(vertices - mesh.vertices_mm, axis=1).max())
     laid = displaced(limb, vertices)
-    notes = f"spikes of {int(moved.sum()):,} points, up to {highest_mm:.1f} mm high, were laid back"
-    return _noted(laid.with_mesh(_unmeasured(laid.mesh, moved)), [notes])
+    said = note("edit.clean.spikes", count=int(moved.sum()), highest_mm=highest_mm)
+    return _noted(laid.with_mesh(_unmeasured(laid.mesh, moved)), [said])
 
 
 def _unmeasured(mesh: Mesh, moved: Bool[np.ndarray, " n"]) -> Mesh:
@@ -180,13 +183,12 @@ def _without_holes(limb: Limb, edit: Clean) -> Limb:
         closed = with_closed(mesh, whole)
     if not small:
         return limb
-    notes: list[str] = []
+    notes: list[Finding] = []
     if whole:
         widest_mm = max(_width_mm(mesh, loop) for loop in whole)
-        notes.append(f"holes closed, up to {widest_mm:.1f} mm wide: {len(whole)}")
+        notes.append(note("edit.clean.holes", widest_mm=widest_mm, count=len(whole)))
     if len(whole) < len(small):
-        left = len(small) - len(whole)
-        notes.append(f"small holes that cannot be closed soundly, and were left open: {left}")
+        notes.append(doubt("edit.clean.holes_left", count=len(small) - len(whole)))
     return _noted(limb.with_mesh(closed), notes)
 
 
@@ -199,5 +201,5 @@ def _touches_itself(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> bool:
     return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
 
 
-def _noted(limb: Limb, notes: list[str]) -> Limb:
+def _noted(limb: Limb, notes: list[Finding]) -> Limb:
     return replace(limb, notes=(*limb.notes, *notes))

@@ -85,9 +85,11 @@ class PlaneCut:
         """
         if not max(abs(self.forward_deg), abs(self.right_deg)) <= _STEEPEST_DEG:
             raise EditError(
-                f"{self.title} lies across the limb and takes tilts of up to {_STEEPEST_DEG:g} "
-                f"degrees, not {self.forward_deg:g} and {self.right_deg:g}. Draw a trimline to cut "
-                "along it."
+                "edit.cut.steep",
+                what=self.title,
+                most_deg=_STEEPEST_DEG,
+                forward_deg=self.forward_deg,
+                right_deg=self.right_deg,
             )
 
     def apply(self, limb: Limb) -> Limb:
@@ -106,10 +108,7 @@ class PlaneCut:
         values = ((points - middle) * normal).sum(1) * (1.0 if self.keep == "proximal" else -1.0)
         if not (values > ON_IT_MM).any() or not (values < -ON_IT_MM).any():
             low, high = float(points[:, 2].min()), float(points[:, 2].max())
-            raise EditError(
-                f"{what} at {level:.1f} mm misses the shape, which reaches from {low:.1f} to "
-                f"{high:.1f} mm along the axis."
-            )
+            raise EditError("edit.cut.misses", what=what, height_mm=level, low_mm=low, high_mm=high)
         cut = keep_positive(limb.mesh, values)
         mesh = cap(cut.mesh, cut.on_cut, what) if self.capped else cut.mesh
         require_sound(what, limb.mesh, mesh)
@@ -184,10 +183,7 @@ def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
     loops = boundary_loops(mesh.faces)
     flat = [loop.astype(np.int64) for loop in loops if on_cut[loop].all()]
     if any(on_cut[loop].sum() > 1 and not on_cut[loop].all() for loop in loops) or not flat:
-        raise EditError(
-            f"{what} runs through the open brim and cannot be capped. Cut below the brim, or "
-            "leave the cut open."
-        )
+        raise EditError("edit.cap.brim", what=what)
     # A cap's faces run against the loops, so its outward side looks away from what was kept.
     rings = [loop[::-1] for loop in flat]
     areas = np.stack([loop_area(mesh.vertices_mm[ring]) for ring in rings])
@@ -203,7 +199,7 @@ def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
         corners = np.concatenate(drawn)[path]
         cut = np.empty((len(path) - 2, 3), np.int64)
         if _cut_ears(corners, cut) != len(cut):
-            raise EditError(f"{what} leaves an outline that crosses itself; it cannot be capped.")
+            raise EditError("edit.cap.crosses", what=what)
         faces.append(ring[cut])
     return _made_even(mesh, np.concatenate(faces).astype(np.int32))
 

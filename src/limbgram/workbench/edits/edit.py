@@ -101,8 +101,7 @@ def require_lengths(edit: Edit) -> None:
     for name, length_mm in _lengths_mm(edit):
         if not abs(length_mm) <= _LONGEST_MM:
             raise EditError(
-                f"{edit.title} has {name} = {length_mm:g}, which is longer than any limb. Give it "
-                "in millimetres."
+                "edit.longer_than_limb", what=edit.title, name=name, length_mm=length_mm
             )
 
 

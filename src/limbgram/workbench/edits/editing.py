@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from limbgram.core.mesh.planted import tree_on
+from limbgram.findings import doubt
 from limbgram.workbench.edits.cleaning import Clean
 from limbgram.workbench.edits.cutting import ON_IT_MM, PlaneCut, Trimline
 from limbgram.workbench.edits.edit import Edit, name_of, require_lengths
@@ -88,7 +89,7 @@ def _landmarks_on_it(before: Limb, after: Limb, *, moved: bool) -> Limb:
         )
         return replace(after, landmarks=tuple(glued))
     kept = tuple(mark for mark in after.landmarks if mark.name not in lost)
-    notes = tuple(f'The landmark "{name}" lay on what was cut off, and is gone.' for name in lost)
+    notes = tuple(doubt("edit.landmark.cut_off", name=name) for name in lost)
     return replace(after, landmarks=kept, notes=(*after.notes, *notes))
 
 

@@ -55,7 +55,7 @@ class Extension:
             EditError: it is not above 0 mm.
         """
         if self.length_mm <= 0:
-            raise EditError(f"{self.title} needs a length above 0 mm.")
+            raise EditError("edit.extension.length", what=self.title)
 
     def apply(self, limb: Limb) -> Limb:
         """Add a wall from the brim to a level edge: it goes on with the slope, then turns upright.
@@ -113,7 +113,7 @@ class Flare:
             EditError: its depth or height is not above 0 mm.
         """
         if self.depth_mm <= 0 or self.height_mm <= 0:
-            raise EditError(f"{self.title} needs a depth and a height above 0 mm.")
+            raise EditError("edit.flare.depth", what=self.title)
 
     def apply(self, limb: Limb) -> Limb:
         """Move a band at the brim outwards, most at the brim itself.
@@ -162,16 +162,11 @@ class DistalEnd:
             EditError: a height, a roundness or a shortening out of its range.
         """
         if not self.height_mm > 0:
-            raise EditError(
-                f"{self.title} needs a height above 0 mm, counted from the lowest point."
-            )
+            raise EditError("edit.end.height", what=self.title)
         if not 0 <= self.roundness <= 1:
-            raise EditError(f"{self.title} takes a roundness from 0 to 1, not {self.roundness:g}.")
+            raise EditError("edit.end.roundness", what=self.title, roundness=self.roundness)
         if self.lengthen_mm <= -self.height_mm / 2:
-            raise EditError(
-                f"{self.title} can be shortened by less than half of its height, "
-                f"{self.height_mm:g} mm. Give a larger height_mm, or cut it by a plane."
-            )
+            raise EditError("edit.end.shortened", what=self.title, height_mm=self.height_mm)
 
     def apply(self, limb: Limb) -> Limb:
         """Lengthen, shorten or round the distal end.
@@ -183,9 +178,7 @@ class DistalEnd:
         points = points_in_limb_frame(limb, what)
         low, high = float(points[:, 2].min()), float(points[:, 2].max())
         if self.height_mm >= high - low:
-            raise EditError(
-                f"{what} needs a height below the length of the shape, {high - low:.0f} mm."
-            )
+            raise EditError("edit.end.beyond", what=what, length_mm=high - low)
         top = low + self.height_mm
         depth = np.clip((top - points[:, 2]) / self.height_mm, 0, 1)
         target = points + self.roundness * _towards_round(limb, points, top, self.height_mm, what)
@@ -207,10 +200,7 @@ def brim_loop(limb: Limb, what: str) -> Int64[np.ndarray, " b"]:
     middle = (heights.min() + heights.max()) / 2
     upper = [loop for loop in boundary_loops(limb.mesh.faces) if heights[loop].mean() > middle]
     if not upper:
-        raise EditError(
-            f"{what} works on the open brim, and this shape has none at its proximal end. Cut it "
-            "open by a plane or a trimline first."
-        )
+        raise EditError("edit.no_brim", what=what)
     ends = limb.mesh.vertices_mm
     lengths = [np.linalg.norm(ends[loop] - ends[np.roll(loop, -1)], axis=1).sum() for loop in upper]
     return upper[int(np.argmax(lengths))].astype(np.int64)

@@ -28,22 +28,17 @@ def require_sound(what: str, before: Mesh, after: Mesh) -> None:
         EditError: says how many triangles are concerned, and where.
     """
     if not np.isfinite(after.vertices_mm).all():
-        raise EditError(f"{what} has no answer here: its coordinates would not be numbers.")
+        raise EditError("edit.no_numbers", what=what)
     same_faces = np.array_equal(before.faces, after.faces)
     moved = _moved_faces(before, after)
     if not same_faces and not (is_edge_manifold(after.faces) and is_vertex_manifold(after.faces)):
-        raise EditError(
-            f"{what} would leave a surface that branches, or touches itself in a point. Move what "
-            "it works on a little."
-        )
-    for happening, find in _FINDERS:
+        raise EditError("edit.branches", what=what)
+    for how, find in _FINDERS:
         pairs = _added(before, after, find, moved)
         if len(pairs):
-            x, y, z = after.vertices_mm[after.faces[pairs[0]]].reshape(-1, 3).mean(0)
+            place = after.vertices_mm[after.faces[pairs[0]]].reshape(-1, 3).mean(0)
             raise EditError(
-                f"{what} was not done: {len(pairs)} pairs of triangles would {happening}, the "
-                f"first near ({x:.1f}, {y:.1f}, {z:.1f}) mm. Do less of it, or over a wider "
-                "stretch; if the scan is rough there, smooth it first, or clean it of scraps."
+                "edit.unsound", what=what, count=len(pairs), how=how, point_mm=tuple(place.tolist())
             )
 
 
@@ -99,6 +94,6 @@ def _added(
 
 
 _FINDERS: tuple[tuple[str, Finder], ...] = (
-    ("fold over", find_bent),
-    ("pass through each other", _crossings),
+    ("fold", find_bent),
+    ("cross", _crossings),
 )

@@ -43,9 +43,8 @@ class FromTemplate:
         try:
             applied = apply_template(limb, self.template(), self.strength)
         except (MeasureError, OptionsError) as error:
-            raise EditError(str(error)) from error
-        said = (note.removesuffix(".") for note in applied.notes)
-        return replace(applied.limb, notes=(*applied.limb.notes, *said))
+            raise EditError.of(error.finding) from error
+        return replace(applied.limb, notes=(*applied.limb.notes, *applied.notes))
 
     def template(self) -> Template:
         """The template.
@@ -56,7 +55,4 @@ class FromTemplate:
         try:
             return decode_template(self.learned.encode())
         except ValueError as error:
-            raise EditError(
-                f"The template of this edit cannot be read: {error}. Learn it again, or take its "
-                "file in anew."
-            ) from error
+            raise EditError("edit.template.unreadable", reason=str(error)) from error

@@ -89,7 +89,7 @@ class Offsetting:
             EditError: a distance is no number.
         """
         if not np.isfinite(distances_mm).all():
-            raise EditError("An offset needs a distance in millimetres that is a number.")
+            raise EditError("edit.offset.no_number")
         mesh = self.mesh
         moves = self._eased(distances_mm[:, None] * self.units, ease)
         turned = _turning(mesh.face_normals(), mesh, moves) <= 0
@@ -135,12 +135,12 @@ def require_not_turned(mesh: Mesh, found: OffsetFound, distance_mm: float) -> No
     """
     if not found.turned.any():
         return
-    x, y, z = mesh.vertices_mm[mesh.faces[found.turned.argmax()]].mean(0)
+    place = mesh.vertices_mm[mesh.faces[found.turned.argmax()]].mean(0)
     raise EditError(
-        f"The offset by {distance_mm:g} mm was not done: it would turn {int(found.turned.sum())} "
-        "triangles inside out, where the surface bends more tightly than that, the first near "
-        f"({x:.1f}, {y:.1f}, {z:.1f}) mm. Offset by less, or smooth the surface first; between "
-        "toes and in slits there is no room: fill them in the program that made the shape."
+        "edit.offset.turned",
+        distance_mm=distance_mm,
+        count=int(found.turned.sum()),
+        point_mm=tuple(place.tolist()),
     )
 
 

@@ -95,16 +95,12 @@ def _require_levels(edit: Reduction | Increase, what: str) -> None:
     heights, per_cent = np.array(edit.heights_mm), np.array(edit.per_cent)
     if len(heights) != len(per_cent) or not len(heights):
         raise EditError(
-            f"{what} has {len(heights)} heights and {len(per_cent)} per cent: it needs one for "
-            "each level, and at least one level."
+            "edit.levels.unpaired", what=what, heights=len(heights), per_cent=len(per_cent)
         )
     if (np.diff(heights) <= 0).any():
-        raise EditError(f"{what} needs its heights in rising order, each once.")
+        raise EditError("edit.levels.order", what=what)
     if (per_cent < 0).any() or (per_cent > _MOST).any():
-        raise EditError(
-            f"{what} takes 0 to {_MOST:g} per cent at each level. For the other way use the "
-            "increase or the reduction."
-        )
+        raise EditError("edit.levels.per_cent", what=what, most=_MOST)
 
 
 def _require_on_limb(limb: Limb, edit: Reduction | Increase, what: str) -> None:
@@ -116,10 +112,7 @@ def _require_on_limb(limb: Limb, edit: Reduction | Increase, what: str) -> None:
     if not near.any() and not levels.min() < low < levels.max():
         nearest = levels.min() if levels.min() > high else levels.max()
         raise EditError(
-            f"{what} has no level on the shape, which reaches from {low:.1f} to {high:.1f} mm "
-            f"along the axis: the nearest lies at {nearest:.1f} mm. "
-            "Give heights from the distal end in millimetres, or from the landmark that above "
-            "names."
+            "edit.levels.off_shape", what=what, low_mm=low, high_mm=high, nearest_mm=nearest
         )
 
 

@@ -70,19 +70,13 @@ class Liner:
         """
         what = f"The liner preset {self.name}"
         if not 0 <= self.share <= 1:
-            raise EditError(f"{what} takes a share from 0 (least) to 1 (most), not {self.share:g}.")
+            raise EditError("edit.liner.share", what=what, share=self.share)
         if not LINERS[self.name].tapers and (self.proximal_mm is not None or self.above):
-            raise EditError(f"{what} is the same at all levels: leave out proximal_mm and above.")
+            raise EditError("edit.liner.even", what=what)
         if self.proximal_mm is None and self.above:
-            raise EditError(
-                f"{what} reaches its full per cent at the shape's top unless proximal_mm says "
-                f'where: give the height over "{self.above}", or leave out above.'
-            )
+            raise EditError("edit.liner.above", what=what, above=self.above)
         if self.proximal_mm is not None and self.proximal_mm <= 0 and not self.above:
-            raise EditError(
-                f"{what} cannot reach its full per cent at {self.proximal_mm:g} mm, where the limb "
-                "ends. Give proximal_mm as the height over the distal end."
-            )
+            raise EditError("edit.liner.at_end", what=what, height_mm=self.proximal_mm)
 
     def apply(self, limb: Limb) -> Limb:
         """Reduce for a liner.
@@ -103,9 +97,7 @@ class Liner:
             top = float(heights.max())
             if not low < high <= low + _MOST_LENGTHS * (top - low):
                 raise EditError(
-                    f"{what} is to reach its full per cent at {high:.1f} mm, and the shape reaches "
-                    f"from {low:.1f} to {top:.1f} mm along the axis. Leave out proximal_mm to take "
-                    "its top."
+                    "edit.liner.off_shape", what=what, height_mm=high, low_mm=low, top_mm=top
                 )
         levels = Reduction(heights_mm=(low, high), per_cent=(0.0, per_cent), of=made.of)
         return change_by_levels(limb, what, levels, -1.0)
@@ -127,9 +119,7 @@ class SockPly:
             EditError: there are more.
         """
         if abs(self.plies) > _MOST_PLIES:
-            raise EditError(
-                f"{self.plies:g} sock plies are not plausible; {_MOST_PLIES} is the most."
-            )
+            raise EditError("edit.plies", plies=self.plies, most=_MOST_PLIES)
 
     def apply(self, limb: Limb) -> Limb:
         """Change the volume of every section by plies.
@@ -163,10 +153,7 @@ class Sock:
             EditError: it is not above 0 mm, or larger than any sock's.
         """
         if not 0 < self.thickness_mm <= THICKEST_SOCK_MM:
-            raise EditError(
-                f"A sock of {self.thickness_mm:g} mm cannot be. Give its thickness as worn: about "
-                "0.3 mm for a nylon sheath, 2.3 mm for a thick terry sock."
-            )
+            raise EditError("edit.sock.thickness", thickness_mm=self.thickness_mm)
 
     def apply(self, limb: Limb) -> Limb:
         """Move the surface inwards by the sock.
@@ -175,9 +162,6 @@ class Sock:
             EditError: a sock is off already, or the surface would fold.
         """
         if limb.sock_mm:
-            raise EditError(
-                f"{limb.sock_mm:g} mm of sock are off this surface already, and no sock comes off "
-                "twice. Leave this edit out, or start from the scan."
-            )
+            raise EditError("edit.sock.twice", sock_mm=limb.sock_mm)
         bare = displaced(limb, offset(limb.mesh, -self.thickness_mm).vertices_mm)
         return replace(bare, sock_mm=self.thickness_mm)

@@ -121,13 +121,9 @@ def _require_area(edit: Relieve | Load) -> None:
         EditError: amounts below 0, or not just one of a place and a region.
     """
     if edit.depth_mm <= 0 or edit.falloff_mm <= 0 or edit.flat_mm < 0:
-        raise EditError(
-            f"{edit.title} needs a depth and a falloff above 0 mm, and a flat radius of 0 mm or "
-            "more. For room say relieve (outwards), for pressure load (inwards); neither takes a "
-            "negative depth."
-        )
+        raise EditError("edit.region.depth", what=edit.title)
     if (edit.at is None) == (not edit.within):
-        raise EditError(f'{edit.title} needs either a place ("at") or a drawn region ("within").')
+        raise EditError("edit.region.place", what=edit.title)
     if edit.within:
         require_ring(edit.within, edit.title)
 
@@ -143,7 +139,7 @@ def _pushed(limb: Limb, edit: Relieve | Load, sign: float) -> Limb:
     )
     largest = float(weight.max(initial=0.0))
     if largest <= 0:
-        raise EditError(f"{what} reaches no vertex of the surface. Draw a larger region.")
+        raise EditError("edit.region.empty", what=what)
     step = sign * edit.depth_mm * (weight / largest)[:, None]
     changed = displaced(limb, limb.mesh.vertices_mm + step * calm_normals_on(limb.mesh, given))
     require_sound(what, limb.mesh, changed.mesh)

@@ -39,6 +39,8 @@ Place = str | tuple[float, float, float]
 FrameName = Literal["limb", "mesh"]
 _FARTHEST_MM = 10.0
 """A place further from the surface than this is a mistake."""
+_LEAST_POINTS = 3
+"""Of a closed curve."""
 _LEVELS = 48
 _LEAST_SHARE = 0.5
 """A section needs this share of the largest one's area to have a say."""
@@ -85,10 +87,7 @@ def require_frame(limb: Limb, what: str) -> LimbFrame:
         EditError: the limb has not been aligned.
     """
     if limb.frame is None:
-        raise EditError(
-            f"{what} needs to know where the limb's axis lies. Align the shape first "
-            "(`limbgram align`)."
-        )
+        raise EditError("edit.not_aligned", what=what)
     return limb.frame
 
 
@@ -117,11 +116,13 @@ def position_mm(limb: Limb, place: Place, frame: FrameName, what: str) -> Vector
         mark = named(place, limb.landmarks)
         if mark is not None:
             return mark.position_mm
-        known = ", ".join(f'"{mark.name}"' for mark in limb.landmarks) or "none"
+        names = tuple(mark.name for mark in limb.landmarks)
         raise EditError(
-            f'{what} names the landmark "{place}", which this limb does not have. '
-            f"It has: {known}.{likeliest(place, (mark.name for mark in limb.landmarks))} Pick it, "
-            "or give coordinates."
+            "edit.landmark.none",
+            what=what,
+            name=place,
+            names=names or None,
+            meant=likeliest(place, names),
         )
     point = np.array(place, np.float64)
     if frame == "mesh":
@@ -135,10 +136,10 @@ def require_ring(places: Sequence[Place], what: str) -> None:
     Raises:
         EditError: fewer than three, or one of them twice in a row.
     """
-    if len(places) < 3:
-        raise EditError(f"{what} needs a closed curve of at least 3 points, in order round it.")
+    if len(places) < _LEAST_POINTS:
+        raise EditError("edit.ring.few", what=what, least=_LEAST_POINTS)
     if any(one == other for one, other in pairwise((*places, places[0]))):
-        raise EditError(f"{what}: two points in a row are the same. Leave one of them out.")
+        raise EditError("edit.ring.twice", what=what)
 
 
 def on_surface(limb: Limb, points_mm: Points3, what: str) -> Points3:
@@ -150,11 +151,11 @@ def on_surface(limb: Limb, points_mm: Points3, what: str) -> Points3:
     closest = tree_on(limb.mesh).closest(points_mm)
     worst = int(np.argmax(closest.distances_mm))
     if closest.distances_mm[worst] > _FARTHEST_MM:
-        x, y, z = points_mm[worst]
         raise EditError(
-            f"{what}: the point ({x:.1f}, {y:.1f}, {z:.1f}) mm in the mesh's frame lies "
-            f"{closest.distances_mm[worst]:.1f} mm from the surface. Pick it on the surface; "
-            "perhaps it was given in another frame, or an earlier edit cut that part off."
+            "edit.point.off_surface",
+            what=what,
+            point_mm=tuple(points_mm[worst].tolist()),
+            off_mm=float(closest.distances_mm[worst]),
         )
     return closest.points_mm
 
@@ -222,12 +223,12 @@ def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
     """
     from scipy.interpolate import CubicSpline  # a tenth of a second, for curves alone
 
-    if len(picked_mm) < 3:
-        raise EditError(f"{what} needs a closed curve of at least 3 points, in order round it.")
+    if len(picked_mm) < _LEAST_POINTS:
+        raise EditError("edit.ring.few", what=what, least=_LEAST_POINTS)
     ring = np.concatenate([picked_mm, picked_mm[:1]])
     gaps = np.linalg.norm(np.diff(ring, axis=0), axis=1)
     if gaps.min() < 1e-6:
-        raise EditError(f"{what}: two points in a row are the same. Leave one of them out.")
+        raise EditError("edit.ring.twice", what=what)
     # Centripetal spacing keeps the spline from looping where points lie unevenly.
     knots = np.concatenate([[0.0], np.cumsum(np.sqrt(gaps))])
     spline = CubicSpline(knots, ring, bc_type="periodic")
@@ -250,8 +251,7 @@ def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
         )
         segment = int(np.searchsorted(knots, even[worst], side="right"))
         raise EditError(
-            f"{what}: the curve leaves the surface between its points {segment} and "
-            f"{segment % len(picked_mm) + 1}. Pick more points there."
+            "edit.curve.leaves", what=what, first=segment, second=segment % len(picked_mm) + 1
         )
     normals = mesh.vertex_normals()[mesh.faces[closest.faces]].mean(1)
     return Curve(closest.points_mm, _smoothed(normals))
@@ -279,11 +279,7 @@ def find_sides(mesh: Mesh, curve: Curve, what: str) -> Sides:
     lefts = np.bincount(part[sign > 0], minlength=parts)
     rights = np.bincount(part[sign < 0], minlength=parts)
     if ((lefts > 0) & (rights > 0)).any() or not lefts.any() or not rights.any():
-        raise EditError(
-            f"{what}: the curve does not part the surface in two. It crosses itself, comes within "
-            "a triangle of itself, or runs over the open brim. Pick its points in order, and "
-            "inside the brim."
-        )
+        raise EditError("edit.curve.no_parting", what=what)
     return Sides((lefts > 0)[part], signed)
 
 
@@ -375,7 +371,7 @@ def with_closed(mesh: Mesh, holes: Sequence[Int32[np.ndarray, " l"]], *, bent: b
     first = len(mesh)
     closed = fill_holes(mesh.vertices_mm, mesh.faces, list(holes), bent=bent)
     if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
-        raise EditError("The filling would have moved what was measured.")
+        raise EditError("edit.fill.moved")
     places = closed.vertices_mm[first:]
     rim = np.concatenate(holes).astype(np.int64)
     nearest = np.asarray(KDTree(mesh.vertices_mm[rim]).query(places)[1])

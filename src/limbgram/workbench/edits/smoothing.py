@@ -65,10 +65,7 @@ class Smoothing:
             EditError: passes or widths out of range.
         """
         if not 1 <= self.passes <= _MOST_PASSES or self.brim_mm < 0 or self.leave_mm <= 0:
-            raise EditError(
-                f"{self.title} takes 1 to {_MOST_PASSES} passes, a brim of 0 mm or more, and a "
-                "radius to leave above 0 mm."
-            )
+            raise EditError("edit.smoothing.amounts", what=self.title, most=_MOST_PASSES)
 
     def apply(self, limb: Limb) -> Limb:
         """Calm the surface.
@@ -79,7 +76,7 @@ class Smoothing:
         what = self.title
         free = freedom(limb, self, what)
         if not (free > 0).any():
-            raise EditError(f"{what} has nothing left to smooth: all of the surface is to stay.")
+            raise EditError("edit.smoothing.nothing", what=what)
         smooth = calmed(limb.mesh, free, self.passes)
         spoilt = np.ones(len(smooth), np.bool_)
         for _ in range(_RETREATS):
@@ -91,18 +88,11 @@ class Smoothing:
                 spoilt[limb.mesh.faces[with_any(spoilt, limb.mesh.faces)]] = True
             free[spoilt] = 0.0
             if not free.any():
-                raise EditError(
-                    f"{what} would fold triangles over wherever it is free to move: they are too "
-                    "few, or too large for the surface's bends, to tell wrinkles. Leave this edit "
-                    "out."
-                )
+                raise EditError("edit.smoothing.folds", what=what)
             smooth = calmed(limb.mesh, free, self.passes)
         before, after = volume_mm3(limb.mesh), volume_mm3(smooth)
         if not abs(after - before) <= _VOLUME_KEPT * abs(before) + _TOUCH_MM3:
-            raise EditError(
-                f"{what} would change the volume by {(after - before) / 1000:+.3g} mL: it pulls "
-                "the few triangles out of shape. Take fewer passes, or leave this edit out."
-            )
+            raise EditError("edit.smoothing.volume", what=what, change_ml=(after - before) / 1000)
         changed = displaced(limb, smooth.vertices_mm)
         if spoilt.any():  # else this very shape was found sound above
             require_sound(what, limb.mesh, changed.mesh)
@@ -136,10 +126,7 @@ def with_volume(mesh: Mesh, wanted_mm3: float, free: Float64[np.ndarray, " n"]) 
         normals = mesh.vertex_normals()
         gain = _volume_gain(mesh, free[:, None] * normals)
         if not gain > 0:
-            raise EditError(
-                "Smoothing leaves no surface here that could be moved to keep the volume. Take "
-                "fewer passes, or leave this edit out."
-            )
+            raise EditError("edit.smoothing.held")
         step = (wanted_mm3 - volume_mm3(mesh)) / gain
         mesh = mesh.with_vertices(mesh.vertices_mm + step * free[:, None] * normals)
     return mesh

@@ -20,6 +20,7 @@ from limbgram.core.mesh.topology import (
     with_any,
     with_faces,
 )
+from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings, loop_area
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.edit import Effect
@@ -62,14 +63,6 @@ _SHEET = 2.0
 """A piece with less area than so many of its opening's is flatter than half a ball."""
 _ROUNDING = 1 - 1e-6
 """A wall that is as thick as its least is not refused for a rounding."""
-_RAGGED = (
-    "The open edge is ragged there, as a scan's own is: cut it by a plane or a trimline first."
-)
-_TIGHT = (
-    "The open edge is not near: the surface bends more tightly there than the wall is thick. "
-    "Smooth it there, or make the wall on its other side."
-)
-"""Why a wall is thin somewhere, at the open edge and away from it."""
 Loop = Int32[np.ndarray, " _"]
 """Vertices round an opening."""
 
@@ -124,16 +117,11 @@ class Fill:
         if domed:
             grown = _filled(limb.mesh, found, bent=True)
         require_sound(what, limb.mesh, grown)
-        notes: list[str] = []
+        notes: list[Finding] = []
         if found.left:
-            notes.append(
-                f"holes that touch themselves in a point, and were left open: {found.left}"
-            )
+            notes.append(doubt("edit.fill.left", count=found.left))
         if domed:
-            notes.append(
-                "the brim was closed by a dome, which adds to the volume: straight across it, the "
-                "lid would have folded onto the surface there"
-            )
+            notes.append(note("edit.fill.domed"))
         return replace(limb, mesh=grown, notes=(*limb.notes, *notes))
 
 
@@ -157,13 +145,13 @@ class Wall:
             EditError: it is not above 0 mm, or thinner than the least that is asked for.
         """
         if not self.least_mm > 0:
-            raise EditError(f"{self.title} needs a least_mm above 0 mm, not {self.least_mm:g}.")
+            raise EditError("edit.wall.least", what=self.title, least_mm=self.least_mm)
         if not self.thickness_mm >= self.least_mm:
             raise EditError(
-                f"{self.title} needs a thickness of {self.least_mm:g} mm or more, not "
-                f"{self.thickness_mm:g}: thinner ones are not made by printers, unless least_mm "
-                'says what yours makes. On which side it lies is said by side = "outward" or '
-                '"inward".'
+                "edit.wall.thickness_asked",
+                what=self.title,
+                least_mm=self.least_mm,
+                thickness_mm=self.thickness_mm,
             )
 
     def apply(self, limb: Limb) -> Limb:
@@ -178,11 +166,7 @@ class Wall:
         border = boundary_half_edges(mesh.faces)
         parts = face_components(mesh.faces)
         if len(np.unique(parts[_faces_at(mesh, border)])) <= int(parts.max()):
-            raise EditError(
-                f"{what} joins two surfaces at the open brim, and this shape, or a part of it, is "
-                "closed. Cut it open by a plane or a trimline first; a socket that is a solid "
-                "already needs no wall."
-            )
+            raise EditError("edit.wall.closed", what=what)
         whole_mm2 = mesh.area_mm2()
         for number in range(_TRIMMINGS):
             tried = _tried(mesh, self)
@@ -199,10 +183,7 @@ class Wall:
         notes = list(tried.notes)
         left_mm2 = whole_mm2 - mesh.area_mm2()
         if left_mm2 > 0:
-            notes.insert(
-                0,
-                f"{left_mm2:.0f} mm2 of the open edge, too ragged to become a wall, were left out",
-            )
+            notes.insert(0, note("edit.wall.trimmed", area_mm2=left_mm2))
         return replace(limb, mesh=tried.solid, notes=(*limb.notes, *notes))
 
 
@@ -228,15 +209,13 @@ class Mirror:
         what = self.title
         frame = require_frame(limb, what)
         if frame.side == "none":
-            raise EditError(
-                f"{what} swaps left and right, and nobody has said which this limb is. Align it "
-                "with its side first."
-            )
+            raise EditError("edit.mirror.no_side", what=what)
         if frame.side == self.confirmed_side:
             raise EditError(
-                f"{what}: the limb is a {frame.side} one, so the mirrored one is not. Confirm the "
-                f"side it will have: confirmed_side = "
-                f'"{"left" if frame.side == "right" else "right"}".'
+                "edit.mirror.side",
+                what=what,
+                side=frame.side,
+                other="left" if frame.side == "right" else "right",
             )
         motion, back = frame.limb_from_mesh, frame.limb_from_mesh.inverse
         flip = np.array([-1.0, 1.0, 1.0])
@@ -265,8 +244,11 @@ def require_thickness_kept(edit: Wall, found: Thickness | None) -> None:
     """
     if found is not None and found.thinnest_mm < _ROUNDING * edit.least_mm:
         raise EditError(
-            f"{_sentence(found)}. Less than {edit.least_mm:g} mm was not allowed (least_mm of the "
-            "wall). Do less of this edit, or make the wall last."
+            "edit.wall.thinned",
+            thinnest_mm=found.thinnest_mm,
+            point_mm=found.point_mm,
+            median_mm=found.median_mm,
+            least_mm=edit.least_mm,
         )
 
 
@@ -292,15 +274,12 @@ def _to_fill(limb: Limb, edit: Fill, what: str) -> _ToFill:
     own = _of_scraps(mesh, loops)
     loops = [loop for loop, of_scrap in zip(loops, own, strict=True) if not of_scrap]
     if not loops:
-        besides = "" if openings.brim is None else " besides the brim (brim = true closes that)"
-        scraps = " but the edges of loose scraps of surface" if any(own) else ""
-        raise EditError(f"{what} found no hole{scraps}{besides}. Leave this edit out.")
+        raise EditError(
+            "edit.fill.no_hole", what=what, scraps=any(own), brim=openings.brim is not None
+        )
     whole = [loop for loop in loops if not _touches_itself(mesh, loop)]
     if not whole:
-        raise EditError(
-            f"{what} found only holes that touch themselves in a point, and none of them can be "
-            "closed soundly. Cut that part off, or mend it in the program the shape comes from."
-        )
+        raise EditError("edit.fill.touching", what=what)
     return _ToFill(
         holes=[loop for loop in whole if loop is not openings.brim],
         brim=[loop for loop in whole if loop is openings.brim],
@@ -347,7 +326,7 @@ class _Tried:
     spoilt: Bool[np.ndarray, " n"]
     """Vertices of the given skin where it cannot."""
     refusal: EditError | None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
 
 
 def _tried(mesh: Mesh, edit: Wall) -> _Tried:
@@ -479,30 +458,26 @@ def _thick_enough(mesh: Mesh, edit: Wall, solid: Mesh) -> _Tried:
     refusal = None
     if lip is not None:
         thin[solid.faces[lip.faces] % count] = True
-        x, y, z = lip.place_mm
         refusal = EditError(
-            f"The wall was not made. Its brim would end in thin lips, {lip.thickness_mm:.2f} mm "
-            f"near ({x:.1f}, {y:.1f}, {z:.1f}) mm in the file's axes; less than "
-            f"{edit.least_mm:g} mm is not allowed (least_mm). {_RAGGED}"
+            "edit.wall.lip",
+            thickness_mm=lip.thickness_mm,
+            point_mm=tuple(lip.place_mm.tolist()),
+            least_mm=edit.least_mm,
         )
     if below.any():
         edge = mesh.vertices_mm[np.unique(boundary_half_edges(mesh.faces))]
         away_mm = lengths(edge - mesh.vertices_mm[found.at_vertices_mm.argmin() % count]).min()
         refusal = EditError(
-            f"The wall was not made. {_sentence(found)}; less than {edit.least_mm:g} mm is not "
-            f"allowed (least_mm). {_RAGGED if away_mm < edit.thickness_mm else _TIGHT}"
+            "edit.wall.thin",
+            thinnest_mm=found.thinnest_mm,
+            point_mm=found.point_mm,
+            median_mm=found.median_mm,
+            least_mm=edit.least_mm,
+            near_edge=bool(away_mm < edit.thickness_mm),
         )
     if refusal is not None:
         return _Tried(solid, thin, refusal)
-    notes = [found.sentence()]
+    notes = [found.told("file")]
     if found.thinnest_mm < _STUDIED_MM:
-        notes.append(
-            f"less than {_STUDIED_MM:g} mm of wall is thinner than any socket that was studied: "
-            "let it bear no weight before it was tested"
-        )
+        notes.append(doubt("edit.wall.unstudied", least_mm=_STUDIED_MM))
     return _Tried(solid, thin, None, tuple(notes))
-
-
-def _sentence(found: Thickness) -> str:
-    sentence = found.sentence()
-    return f"{sentence[0].upper()}{sentence[1:]}"

@@ -9,6 +9,7 @@ and 2.70 mm; with faces within 18 degrees of each other they find 2.08, 2.44 and
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -18,6 +19,7 @@ from jaxtyping import Float64, Int64
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.findings import Finding, note
 
 _OPPOSED = -0.95
 """Cosine between two faces that lie opposite in a wall; those of an edge lean more."""
@@ -52,13 +54,19 @@ class Thickness:
     median_mm: float
     """Half of the area is thicker."""
 
-    def sentence(self, axes: str = "the file's") -> str:
-        """In words, without a full stop."""
-        x, y, z = self.place_mm
-        return (
-            f"the wall is {self.thinnest_mm:.2f} mm thick where it is thinnest, near "
-            f"({x:.1f}, {y:.1f}, {z:.1f}) mm in {axes} axes; half of it is thicker than "
-            f"{self.median_mm:.2f} mm"
+    @property
+    def point_mm(self) -> tuple[float, ...]:
+        """The same place, as findings have it."""
+        return tuple(self.place_mm.tolist())
+
+    def told(self, axes: Literal["file", "limb"]) -> Finding:
+        """What there is to say of it; `axes` are those in which the place lies."""
+        return note(
+            "edit.wall.thickness",
+            thinnest_mm=self.thinnest_mm,
+            point_mm=self.point_mm,
+            axes=axes,
+            median_mm=self.median_mm,
         )
 
 

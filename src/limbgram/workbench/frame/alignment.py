@@ -13,6 +13,7 @@ Fails   MeasureError: something is not stated, landmarks or file contradict what
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Int64
@@ -23,6 +24,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.axis import Axis, AxisOptions, axis_along, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops
+from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.frame.landmarks import (
     Facing,
@@ -38,6 +40,8 @@ _OUTWARD: dict[Facing, complex] = {"anterior": 1j, "posterior": -1j, "right": 1,
 """In the limb frame, x + i y; medial and lateral follow from the side."""
 _SAME_FRONT_DEG = 10.0
 _SAME_TILT_DEG, _SAME_PLACE_MM = 0.01, 0.01
+_MOST_LEAN_DEG = 45.0
+"""Of the line between the plumb landmarks before the limb is turned by it."""
 _SMALL_OPENING = 0.25
 """Of the largest opening: pieces of a ragged brim are larger, and holes left by a scanner smaller.
 """
@@ -114,7 +118,9 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
     )
 
 
-def proximal_of(limb: Limb, axis: Axis, options: AlignOptions) -> tuple[Vector3, tuple[str, ...]]:
+def proximal_of(
+    limb: Limb, axis: Axis, options: AlignOptions
+) -> tuple[Vector3, tuple[Finding, ...]]:
     """The axis's direction, pointing to the body, and what is odd about it."""
     stated = axis.direction if options.axis is not None else options.proximal
     of_file = None if options.declared is None else options.declared.limb_from_mesh.rotation[2]
@@ -127,29 +133,19 @@ def proximal_of(limb: Limb, axis: Axis, options: AlignOptions) -> tuple[Vector3,
     )
     told = said or _along(of_file, axis)
     if said * _along(of_file, axis) < 0:
-        raise MeasureError(
-            "--axis or --proximal points the other way than the file says: the heights of an AOP "
-            "rise proximally, and turned over its left would be right. Leave the direction out, or "
-            "have the file corrected where it came from."
-        )
+        raise MeasureError("align.proximal.against_file")
     if told * rise < 0:
-        raise MeasureError(
-            "The landmarks lie the other way up than --axis, --proximal or the file says. Check "
-            "which is wrong; the template of names orders them from distal to proximal."
-        )
+        raise MeasureError("align.proximal.against_landmarks")
     sense = told or rise
     if sense * brim < 0:
-        return _over_the_brim(axis, options, "landmarks say" if not told else "is stated")
+        return _over_the_brim(axis, options, "landmarks" if not told else "statement")
     sense = sense or brim
     if not sense:
-        raise MeasureError(
-            "Nothing tells which end of the limb is proximal: it has no landmarks at different "
-            "levels and no open brim at one end. Say it by --proximal, such as --proximal +z."
-        )
+        raise MeasureError("align.proximal.untold")
     return np.sign(sense) * axis.direction, ()
 
 
-def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
+def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[Finding, ...]:
     """What to note if the front differs from that of the shape's own file.
 
     Raises:
@@ -160,17 +156,13 @@ def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
     x, y, _ = frame.rotation @ options.declared.limb_from_mesh.rotation[1]
     off_deg = _between_deg(complex(x, y), 1j)
     if off_deg > options.most_contradiction_deg:
-        raise MeasureError(
-            f"The front lies {off_deg:.0f} degrees from where the shape's own file has it: the "
-            "angles of an AOP count from the front. Leave --anterior out to take the file's, and "
-            "check the landmarks; if the file is wrong, have it corrected where it came from."
-        )
+        raise MeasureError("align.front.against_file", off_deg=off_deg)
     if off_deg < _SAME_FRONT_DEG:
         return ()
-    return (f"the front lies {off_deg:.0f} degrees from where the shape's own file has it",)
+    return (doubt("align.front.off_file", off_deg=off_deg),)
 
 
-def moved_from_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
+def moved_from_file(frame: Rigid, options: AlignOptions) -> tuple[Finding, ...]:
     """What to note where the axis or the origin of the shape's own file was not kept."""
     if options.declared is None:
         return ()
@@ -180,10 +172,12 @@ def moved_from_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
     if tilted_deg < _SAME_TILT_DEG and max(abs(x), abs(y), abs(z)) < _SAME_PLACE_MM:
         return ()
     return (
-        "the shape's own file has another axis or origin, which were not kept as another axis or "
-        f"flexion was asked for: tilted by {tilted_deg:.2f} degrees, and its origin lies "
-        f"{np.hypot(x, y):.2f} mm beside the axis and {z:+.2f} mm along it. Heights and radii "
-        "change with that",
+        note(
+            "align.axis.not_kept",
+            tilted_deg=tilted_deg,
+            beside_mm=float(np.hypot(x, y)),
+            along_mm=float(z),
+        ),
     )
 
 
@@ -196,12 +190,7 @@ def require_side_of_file(options: AlignOptions) -> None:
     declared = options.declared
     if declared is None or declared.side in ("none", options.side):
         return
-    raise MeasureError(
-        f"The shape's own file says that it is a {declared.side} limb, and the side stated is "
-        f"{options.side!r}. Check it on the patient. If the file is wrong, have it corrected where "
-        f"it came from; to make the other side's shape of it, align it as {declared.side} and use "
-        "the edit `mirror`."
-    )
+    raise MeasureError("align.side.of_file", of_file=declared.side, side=options.side)
 
 
 def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> None:
@@ -219,29 +208,22 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
         off_deg = _between_deg(complex(x, y), expected)
         if off_deg > options.most_contradiction_deg:
             raise MeasureError(
-                f"Landmark {mark.name!r} lies {off_deg:.0f} degrees from where it belongs on a "
-                f"limb of side {options.side!r}. The side or the front is wrong, the landmark lies "
-                "in another place, or the shape is mirrored. Check them before anything is made "
-                "from it; `limbgram align` picks a landmark anew (--landmark) and sets the side."
+                "align.landmark.elsewhere", name=mark.name, off_deg=off_deg, side=options.side
             )
 
 
-def other_side_before(limb: Limb, options: AlignOptions) -> tuple[str, ...]:
+def other_side_before(limb: Limb, options: AlignOptions) -> tuple[Finding, ...]:
     """What to note if the limb was aligned for another side."""
     if limb.frame is None or limb.frame.side in ("none", options.side):
         return ()
-    return (
-        f"the limb was aligned as {limb.frame.side!r} before and is {options.side!r} now: check it "
-        "on the patient",
-    )
+    return (doubt("align.side.changed", before=limb.frame.side, side=options.side),)
 
 
-def odd_names(limb: Limb) -> tuple[str, ...]:
+def odd_names(limb: Limb) -> tuple[Finding, ...]:
     """What to note of landmarks whose names tell nothing, but nearly do."""
     meant = ((mark.name, likely_meant(mark.name, limb.kind)) for mark in limb.landmarks)
     return tuple(
-        f"landmark {name!r} is a name of no template and tells neither side nor front: was "
-        f"{other!r} meant? Then pick it by that name, and move the limb file away to lose the other"
+        doubt("landmark.odd_name", name=name, meant=other)
         for name, other in meant
         if other is not None
     )
@@ -290,21 +272,14 @@ def _turned_about(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) ->
     if options.anterior is not None:
         forward = start @ options.anterior
         if np.hypot(forward[0], forward[1]) < 0.1 * np.linalg.norm(options.anterior):
-            raise OptionsError(
-                "The anterior direction runs along the limb's axis. State one that points "
-                "forwards, such as --anterior +y."
-            )
+            raise OptionsError("align.front.along_axis")
         return _about_z(np.pi / 2 - np.arctan2(forward[1], forward[0])) @ start
     turn = _turn_by_landmarks(start, limb, axis, options)
     if abs(turn) < 1e-6 and options.declared is not None:
         x, y, _ = start @ options.declared.limb_from_mesh.rotation[1]
         turn = 1j * np.conj(complex(x, y))
     if abs(turn) < 1e-6:
-        raise MeasureError(
-            "Nothing tells where the front of the limb is: it has no landmark of known side. "
-            "Pick one, such as the tibial crest or the fibula head, and say --kind; or state the "
-            "direction by --anterior, such as --anterior +y."
-        )
+        raise MeasureError("align.front.untold")
     return _about_z(float(np.angle(turn))) @ start
 
 
@@ -337,17 +312,18 @@ def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
     """Turn about x that brings the plumb landmarks over each other, and what is asked on top."""
     if not abs(options.flexion_deg) <= options.most_flexion_deg:
         raise OptionsError(
-            f"A flexion of {options.flexion_deg:g} degrees cannot be meant. Give degrees from "
-            f"{-options.most_flexion_deg:g} to {options.most_flexion_deg:g}, or leave it out."
+            "align.flexion", flexion_deg=options.flexion_deg, most_deg=options.most_flexion_deg
         )
     angle = np.radians(options.flexion_deg)
     if options.plumb is not None:
         upper, lower = (landmark(limb, name).position_mm for name in options.plumb)
         _, y, z = frame.rotation @ (upper - lower)
-        if not z > abs(y):
+        if not np.degrees(np.arctan2(abs(y), z)) < _MOST_LEAN_DEG:
             raise MeasureError(
-                f"Landmark {options.plumb[0]!r} does not lie above {options.plumb[1]!r}: the line "
-                "between them leans by more than 45 degrees. Swap them, or choose others."
+                "align.plumb",
+                upper=options.plumb[0],
+                lower=options.plumb[1],
+                most_deg=_MOST_LEAN_DEG,
             )
         angle += float(np.arctan2(y, z))
     return float(angle)
@@ -357,17 +333,15 @@ def _require_long_way(limb: Limb, axis: Axis, options: AlignOptions, told: Vecto
     """Refuse a fit that runs across what is proximal, as one from heel to toe does."""
     if told is None:
         if limb.kind == "foot":
-            raise MeasureError(
-                "A foot may be longest from heel to toe, so its axis is not taken from its shape "
-                "alone. Say roughly where the leg is by --proximal, such as --proximal +z."
-            )
+            raise MeasureError("align.axis.foot")
         return
     off_deg = np.degrees(np.arccos(min(abs(_along(told, axis)), 1.0)))
     if off_deg > options.most_off_axis_deg:
         raise MeasureError(
-            f"The shape is longest {off_deg:.0f} degrees away from what is said to be proximal: "
-            f"along {_typed(axis.direction)}. Check the direction; or if the limb's axis is not "
-            f"where the shape is longest, as of a foot, state it: --axis={_typed(told)}."
+            "align.axis.across",
+            off_deg=float(off_deg),
+            along=_typed(axis.direction),
+            axis=_typed(told),
         )
 
 
@@ -433,19 +407,13 @@ def _width_mm(points: Points3, axis: Axis) -> float:
 
 
 def _over_the_brim(
-    axis: Axis, options: AlignOptions, source: str
-) -> tuple[Vector3, tuple[str, ...]]:
+    axis: Axis, options: AlignOptions, by: Literal["landmarks", "statement"]
+) -> tuple[Vector3, tuple[Finding, ...]]:
     """The stated axis, although the shape is open at its distal end; nothing less exact will do."""
     if options.axis is not None:
-        return axis.direction, (
-            "the shape's opening, or what no photo saw of it, lies at the distal end of the stated "
-            "--axis: check that it points to the body",
-        )
+        return axis.direction, (doubt("align.axis.opening"),)
     raise MeasureError(
-        f"The shape is open, or unseen, at the end that is distal by what {source}, and a limb is "
-        "at the proximal one. Check which way the shape lies, and its landmarks. If the body does "
-        "lie opposite to the opening, state the axis itself, pointing to the body: "
-        f"--axis={_typed(axis.direction)} or --axis={_typed(-axis.direction)}."
+        "align.open_distal", by=by, axis=_typed(axis.direction), other=_typed(-axis.direction)
     )
 
 

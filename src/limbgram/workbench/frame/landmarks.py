@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from limbgram.core.errors import MeasureError, OptionsError
-from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.planted import tree_on
 from limbgram.workbench.frame.names import known_identity, named, names_of, words_of
@@ -114,11 +114,9 @@ def landmark(limb: Limb, name: str) -> Landmark:
     found = named(name, limb.landmarks)
     if found is not None:
         return found
-    have = ", ".join(repr(mark.name) for mark in limb.landmarks) or "none"
+    names = tuple(mark.name for mark in limb.landmarks)
     raise MeasureError(
-        f"The limb has no landmark {name!r}; it has {have}."
-        f"{likeliest(name, (mark.name for mark in limb.landmarks))} Pick it with "
-        "`limbgram align --landmark`, or choose another."
+        "landmark.none", name=name, names=names or None, meant=likeliest(name, names)
     )
 
 
@@ -135,17 +133,17 @@ def with_landmarks(limb: Limb, picked: Sequence[Landmark], options: PickOptions 
         return limb
     names = [mark.name.strip() for mark in picked]
     if not all(names) or len(set(names)) < len(names):
-        raise OptionsError(
-            f"The landmarks' names are {', '.join(map(repr, names))}. Give each a name of its own."
-        )
+        raise OptionsError("landmark.names", names=tuple(names))
     tree = tree_on(limb.mesh)
     closest = tree.closest(np.stack([mark.position_mm for mark in picked]).astype(np.float64))
     for name, mark, off_mm in zip(names, picked, closest.distances_mm):
         if not off_mm <= options.max_distance_mm:
             raise MeasureError(
-                f"Landmark {name!r} at {_text(mark.position_mm)} lies {off_mm:.1f} mm from the "
-                f"surface; {options.max_distance_mm:g} mm is allowed. It is probably in another "
-                "frame or unit than the shape, or of another scan. Pick it on this surface."
+                "landmark.off_surface",
+                name=name,
+                point_mm=tuple(mark.position_mm.tolist()),
+                off_mm=float(off_mm),
+                most_mm=options.max_distance_mm,
             )
     kept = tuple(mark for mark in limb.landmarks if mark.name not in names)
     snapped = tuple(
@@ -202,12 +200,5 @@ def frame_of(limb: Limb) -> LimbFrame:
         MeasureError: the limb is not aligned.
     """
     if limb.frame is None:
-        raise MeasureError(
-            "The limb is not aligned, so nobody knows where its axis runs. Run `limbgram align` "
-            "first."
-        )
+        raise MeasureError("align.not_aligned")
     return limb.frame
-
-
-def _text(place_mm: Vector3) -> str:
-    return ", ".join(f"{value:.1f}" for value in place_mm)

@@ -64,18 +64,12 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
         OptionsError: the given colour is too near to grey to have a hue.
     """
     if mesh.colours is None:
-        raise MeasureError(
-            "The shape carries no colours, so painted marks cannot be seen on it. Use the PLY of "
-            "the reconstruction, or give the landmarks' places."
-        )
+        raise MeasureError("landmark.marks.no_colours")
     chroma, hue_rad = _chroma(mesh.colours), _hue_rad(mesh.colours)
     coloured = chroma >= options.least_chroma
     if options.colour is not None:
         if max(options.colour) - min(options.colour) < options.least_chroma:
-            raise OptionsError(
-                f"The colour {options.colour} is too near to grey to be told from white and "
-                "shade. Name the strong colour of the marks, such as magenta."
-            )
+            raise OptionsError("landmark.marks.grey_name", colour=options.colour)
         wanted = _hue_rad(np.array([options.colour], np.uint8))[0]
         turn = np.abs(turn_rad(hue_rad, wanted))
         coloured &= turn < np.radians(options.same_hue_deg)
@@ -105,11 +99,7 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
             )
         )
     if len(found) > options.most:
-        raise MeasureError(
-            f"{len(found)} spots on this shape pass as marks: the sock itself is painted. Say the "
-            "colour of the marks with --colour, such as --colour magenta, or have them looked for "
-            "in the photos with --photos CASE."
-        )
+        raise MeasureError("landmark.marks.many", count=len(found), most=options.most)
     return tuple(sorted(found, key=lambda mark: -mark.strength))
 
 

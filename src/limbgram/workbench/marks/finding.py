@@ -25,6 +25,7 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.interval import widening
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.photos.photo import Photo
 from limbgram.workbench.marks.pixels import Caster, coloured_pixels_by_photo, hue_and_saturation
 from limbgram.workbench.marks.spots import RoundRule, Spots, hues_of, spots_of
@@ -90,7 +91,7 @@ class LeftOut:
 
     position_mm: Vector3
     colour: UInt8[np.ndarray, "3"]
-    reason: str
+    reason: Finding
 
 
 @dataclass(frozen=True)
@@ -153,10 +154,7 @@ def find_painted_marks(
 def _hue_of(colour: tuple[int, int, int], least_saturation: float) -> float:
     hue, saturation = hue_and_saturation(np.array([colour], np.uint8))
     if float(saturation[0]) < least_saturation:
-        raise OptionsError(
-            f"The colour {colour} is too near to grey to be told from white and shade. Paint the "
-            "marks in a strong colour that the sock does not have, such as magenta."
-        )
+        raise OptionsError("landmark.marks.grey", colour=colour)
     return float(hue[0])
 
 
@@ -184,7 +182,7 @@ def _agreed(
             for k, view in enumerate(views)
         )
         reason = _refused(len(rows), looking, options)
-        if reason:
+        if reason is not None:
             left_out.append(LeftOut(position_mm=place, colour=colour, reason=reason))
             continue
         away_mm = np.linalg.norm(spots.middles_mm[rows] - place, axis=1)
@@ -248,10 +246,12 @@ def _beside(one: LeftOut, marks: Sequence[PaintedMark]) -> bool:
     )
 
 
-def _refused(showing: int, looking: int, options: PaintedOptions) -> str:
-    """Why a group is no mark; empty if it is one."""
+def _refused(showing: int, looking: int, options: PaintedOptions) -> Finding | None:
+    """Why a group is no mark; None if it is one."""
     if showing < options.least_photos:
-        return f"{showing} of {looking} photos that look at it show it; {options.least_photos} must"
+        return note(
+            "landmark.spot.few", showing=showing, looking=looking, least=options.least_photos
+        )
     if showing < options.least_share * looking:
-        return f"only {showing} of {looking} photos that look at it show it"
-    return ""
+        return note("landmark.spot.minority", showing=showing, looking=looking)
+    return None

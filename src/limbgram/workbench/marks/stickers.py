@@ -18,6 +18,7 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.core.interval import widening
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.targets.board import KIT_DICTIONARY
 from limbgram.reconstruction.targets.marks import (
@@ -33,7 +34,6 @@ _LEAST_AGREEING = 0.6
 """Of the photos that show a sticker, so many must agree on it."""
 _CORNERS = 4
 _LEAST_SIGMA_PX = 0.05
-_BAD_PLACE = "its rays meet nowhere"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +55,7 @@ class LostSticker:
     """A sticker that was seen or asked for, and has no place."""
 
     mark_id: int
-    reason: str
+    reason: Finding
 
 
 @dataclass(frozen=True)
@@ -97,14 +97,15 @@ def place_stickers(found: MarkDetections, views: Sequence[View]) -> PlacedSticke
         if isinstance(one, PlacedSticker):
             placed.append(one)
         else:
-            doubt = f" ({doubted[mark_id]})" if mark_id in doubted else ""
-            lost.append(LostSticker(mark_id=mark_id, reason=one + doubt))
+            if mark_id in doubted:
+                one = note("landmark.sticker.doubted", reason=one, doubt=doubted[mark_id])
+            lost.append(LostSticker(mark_id=mark_id, reason=one))
     return PlacedStickers(tuple(placed), tuple(lost))
 
 
 def _placed(
     mark_id: int, shown: Sequence[PhotoMarks], views: Sequence[View]
-) -> PlacedSticker | str:
+) -> PlacedSticker | Finding:
     """One sticker from the photos that show it, or why it has no place."""
     kept = list(shown)
     while len(kept) >= _LEAST_PHOTOS:
@@ -113,7 +114,7 @@ def _placed(
         met = triangulate(seen, *_pairs(len(seen)), corners_px.reshape(-1, 2), _CORNERS)
         points = met.points_in_world
         if not np.isfinite(points).all():
-            return _BAD_PLACE
+            return note("landmark.sticker.no_place")
         again = np.array([view.project(points) for view in seen])
         off_px = np.linalg.norm(again - corners_px, axis=2).max(axis=1)
         if off_px.max() <= _MOST_OFF_PX:
@@ -131,9 +132,9 @@ def _placed(
                 photos=tuple(photo.name for photo in kept),
             )
         if len(kept) - 1 < max(_LEAST_PHOTOS, _LEAST_AGREEING * len(shown)):
-            return "the photos put it in different places: it moved, or its number is there twice"
+            return note("landmark.sticker.moved")
         kept.pop(int(np.argmax(off_px)))
-    return f"{len(shown)} placed photos show it whole; {_LEAST_PHOTOS} are needed"
+    return note("landmark.sticker.few", count=len(shown), least=_LEAST_PHOTOS)
 
 
 def _pairs(views: int) -> tuple[Int32[np.ndarray, " m"], Int32[np.ndarray, " m"]]:

@@ -11,9 +11,10 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from limbgram.core.errors import EditError, OptionsError
+from limbgram.core.errors import OptionsError
+from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.edits.edit import Edit
-from limbgram.workbench.edits.pressing import DEEPEST_MM, AtPlaces, Pressure
+from limbgram.workbench.edits.pressing import DEEPEST_MM, AtPlaces
 from limbgram.workbench.edits.regional import Load, Relieve
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.limb import Kind
@@ -22,14 +23,13 @@ _FINDING_MM = 0.1
 """What a depth is found again to, on a surface of triangles."""
 _LOAD = re.compile(r"load on (.+)")
 _DEPTH = re.compile(r"depth to (\d{1,3}(?:\.\d{1,3})?) ?mm")
-_FORMS = '"load on PLACE", such as "load on fibula head", or "depth to N mm"'
 
 
 @dataclass(frozen=True, kw_only=True)
 class Concern:
     """What somebody has to mean, or to know."""
 
-    what: str
+    finding: Finding
     word: str
     """What accepts it; empty where nothing needs to be said."""
     accepted: bool
@@ -52,8 +52,8 @@ def concerns_of(edit: Edit, words: Sequence[str], kind: Kind | None = None) -> I
     if isinstance(edit, Load) and isinstance(edit.at, str):
         place = sensitive_place(edit.at, kind)
         if place is not None:
-            what = f"the load is put on the {place.name}: {place.why}"
-            yield _concern(what, f"load on {place.name}", words)
+            found = doubt("recipe.load_on", place=place.name, why=place.why)
+            yield _concern(found, f"load on {place.name}", words)
     yield from _depths(edit, (0.0, 0.0), words)
 
 
@@ -66,33 +66,36 @@ def concerns_on_limb(
     """
     if isinstance(edit, Load):
         for one in found.pressures:
-            yield _concern(_pressing(one), f"load on {one.place}", words)
+            pressing = doubt("recipe.presses", depth_mm=one.depth_mm, place=one.place, why=one.why)
+            yield _concern(pressing, f"load on {one.place}", words)
     elif found.pressures:
-        each = ", ".join(f"{one.place} {one.depth_mm:.1f} mm" for one in found.pressures)
-        yield Concern(what=f"presses on {each}", word="", accepted=True)
+        each = tuple(
+            note("recipe.pressure", place=one.place, depth_mm=one.depth_mm)
+            for one in found.pressures
+        )
+        yield Concern(finding=note("recipe.presses_on", each=each), word="", accepted=True)
     if isinstance(edit, Load | Relieve):
         yield from _depths(edit, reach_mm, words)
 
 
-def require_accepted(concerns: Iterable[Concern], which: str, how: str) -> None:
-    """Refuse what needs a word that nobody has said.
-
-    Raises:
-        EditError: says the words.
-    """
-    missing = [one for one in concerns if not one.accepted]
-    if not missing:
-        return
-    said = " ".join(f'"{word}"' for word in dict.fromkeys(one.word for one in missing))
-    raise EditError(
-        f"{which}: {'; '.join(dict.fromkeys(one.what for one in missing))}. A load carves the "
-        "positive in, so that what is made over it presses there; for room use relieve. If it is "
-        f"meant, say so: {how} {said}."
-    )
+def lacking(concerns: Iterable[Concern]) -> tuple[Concern, ...]:
+    """Those that need a word which nobody has said."""
+    return tuple(one for one in concerns if not one.accepted)
 
 
-def _pressing(one: Pressure) -> str:
-    return f"presses {one.depth_mm:.1f} mm on the {one.place}: {one.why}"
+def findings_of(concerns: Iterable[Concern]) -> tuple[Finding, ...]:
+    """What they are about, each once."""
+    return tuple(dict.fromkeys(one.finding for one in concerns))
+
+
+def words_for(concerns: Iterable[Concern]) -> tuple[str, ...]:
+    """What accepts them, each word once."""
+    return tuple(dict.fromkeys(one.word for one in concerns))
+
+
+def typed(words: Iterable[str]) -> str:
+    """Words as they are typed behind a command."""
+    return " ".join(f'"{word}"' for word in words)
 
 
 def _depths(
@@ -105,19 +108,19 @@ def _depths(
     depth = round(max(together, edit.depth_mm), 1)
     if depth <= DEEPEST_MM:
         return
-    what = f"the depth is {edit.depth_mm:g} mm"
+    deep = doubt("recipe.deep", depth_mm=edit.depth_mm, usual_mm=DEEPEST_MM)
     if together > edit.depth_mm + _FINDING_MM:
-        what = f"with the edits before it the surface lies {depth:.1f} mm {where} the scan"
+        deep = doubt("recipe.deep_together", depth_mm=depth, where=where, usual_mm=DEEPEST_MM)
     limits = [float(found[1]) for word in words if (found := _DEPTH.fullmatch(word))]
     yield Concern(
-        what=f"{what}, and more than {DEEPEST_MM:g} mm is unusual",
+        finding=deep,
         word=f"depth to {math.ceil(depth)} mm",
         accepted=max(limits, default=0.0) >= depth,
     )
 
 
-def _concern(what: str, word: str, words: Sequence[str]) -> Concern:
-    return Concern(what=what, word=word, accepted=word in words)
+def _concern(found: Finding, word: str, words: Sequence[str]) -> Concern:
+    return Concern(finding=found, word=word, accepted=word in words)
 
 
 def _plain_word(word: str, what: str) -> str:
@@ -128,5 +131,5 @@ def _plain_word(word: str, what: str) -> str:
     load = _LOAD.fullmatch(plain)
     place = None if load is None else sensitive_place(load[1].removeprefix("the "), None)
     if place is None:
-        raise OptionsError(f"{what}: {word!r} accepts nothing. Say {_FORMS}.")
+        raise OptionsError("recipe.word", what=what, word=word)
     return f"load on {place.name}"

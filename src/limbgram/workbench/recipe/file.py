@@ -40,6 +40,7 @@ from typing import Any, cast, get_args
 from limbgram.core.errors import OptionsError, ShapeFileError
 from limbgram.core.files import read_content, toml_of
 from limbgram.core.typed import Mismatch, Strictness, any_value_of, fields_of
+from limbgram.findings import Finding, doubt
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import EDIT_NAMED
 from limbgram.workbench.recipe.accepting import plain_words
@@ -50,11 +51,8 @@ _BEFORE = {"relief": "load", "build-up": "relieve"}
 """Words of version 1, and what each did, in the words of today."""
 _SAME = {"build-up": "relieve"}
 """Other words of the trade for an edit, taken in any version and written as the one."""
-_MISREAD = {
-    "relief": "it is the trade's word for room (the positive built up), and recipes of version 1 "
-    "said it for pressure (the positive carved in). Say relieve for room, or load for pressure"
-}
-"""Words that are refused, and why."""
+_MISREAD = "relief"
+"""It is the trade's word for room, and recipes of version 1 said it for pressure."""
 _LARGEST_BYTES = 4_000_000
 _MOST_EDITS = 1000
 _HEADER = {"format", "version", "name", "scan_sha256", "edit"}
@@ -72,7 +70,7 @@ def read_recipe(path: Path | str) -> Recipe:
         content = read_content(path, _LARGEST_BYTES, ShapeFileError)
         return parse_recipe(content.decode("utf-8-sig"), path.name)
     except UnicodeDecodeError as error:
-        raise ShapeFileError(f"{path.name} is no recipe: it is not a text in UTF-8.") from error
+        raise ShapeFileError("recipe.file.no_text", name=path.name) from error
 
 
 def parse_recipe(text: str, name: str) -> Recipe:
@@ -80,26 +78,27 @@ def parse_recipe(text: str, name: str) -> Recipe:
     try:
         tree = toml_of(text)
     except ValueError as error:
-        raise ShapeFileError(f"{name} is not written as TOML: {error}.") from error
+        raise ShapeFileError("recipe.file.no_toml", name=name, reason=str(error)) from error
     version: object = tree.get("version")
     known = type(version) is int and version in (1, _VERSION)
     if tree.get("format") != _FORMAT or not known:
         raise ShapeFileError(
-            f'{name} is no recipe: it must begin with format = "{_FORMAT}" and version = '
-            f"{_VERSION}."
+            "recipe.file.other_format", name=name, format=_FORMAT, version=_VERSION
         )
     unknown = sorted(set(tree) - _HEADER)
     if unknown:
         raise OptionsError(
-            f"{name} says {', '.join(unknown)} before its edits; allowed are "
-            f"{', '.join(sorted(_HEADER - {'edit'}))}."
+            "recipe.file.header",
+            name=name,
+            unknown=tuple(unknown),
+            known=tuple(sorted(_HEADER - {"edit"})),
         )
     for key in ("name", "scan_sha256"):
         if not isinstance(tree.get(key, ""), str):
-            raise OptionsError(f"{name}: {key} must be a text in quotes.")
+            raise OptionsError("recipe.file.quotes", name=name, key=key)
     listed = tree.get("edit", [])
     if not isinstance(listed, list) or len(cast(list[Any], listed)) > _MOST_EDITS:
-        raise OptionsError(f"{name}: edits are written as [[edit]], at most {_MOST_EDITS} of them.")
+        raise OptionsError("recipe.file.edits", name=name, most=_MOST_EDITS)
     parts, notes = cast(list[Any], listed), ()
     if version == 1:
         notes = _renamed(parts)
@@ -121,17 +120,15 @@ def make_edit(kind: str, parameters: Mapping[str, Any], what: str) -> Edit:
     Raises:
         OptionsError: a name or parameter that is not known, missing, or of the wrong kind.
     """
-    if kind in _MISREAD:
-        raise OptionsError(f'{what}: "{kind}" is not taken: {_MISREAD[kind]}.')
+    if kind == _MISREAD:
+        raise OptionsError("recipe.relief", what=what, kind=kind)
     made = EDIT_NAMED.get(_SAME.get(kind, kind))
     if made is None:
-        raise OptionsError(
-            f'{what}: there is no edit "{kind}". There are: {", ".join(EDIT_NAMED)}.'
-        )
+        raise OptionsError("recipe.no_such_edit", what=what, kind=kind, known=tuple(EDIT_NAMED))
     try:
         return fields_of(dict(parameters), made, f"{what}: {kind}", _STRICTNESS)
     except Mismatch as error:
-        raise OptionsError(f"{error}.") from error
+        raise OptionsError("recipe.mismatch", reason=str(error)) from error
 
 
 def encode_recipe(recipe: Recipe) -> bytes:
@@ -163,30 +160,26 @@ def _of_today(part: Any) -> Any:
     return {**tree, "do": _BEFORE.get(kind, kind)} if isinstance(kind, str) else tree
 
 
-def _renamed(parts: list[Any]) -> tuple[str, ...]:
+def _renamed(parts: list[Any]) -> tuple[Finding, ...]:
     """What a reader of a file of version 1 has to know."""
     kinds = [cast(dict[str, Any], part).get("do") for part in parts if isinstance(part, dict)]
-    if "relief" not in kinds:
+    numbers = tuple(number for number, kind in enumerate(kinds, start=1) if kind == _MISREAD)
+    if not numbers:
         return ()
-    numbers = [str(number) for number, kind in enumerate(kinds, start=1) if kind == "relief"]
-    which = f"edit {numbers[0]}" if len(numbers) == 1 else f"edits {', '.join(numbers)}"
-    return (
-        f'the recipe is of version 1, where "relief" carved the positive in, which presses: {which}'
-        " is read with that meaning, as load. If room was meant, make it relieve",
-    )
+    return (doubt("recipe.relief_was_load", count=len(numbers), numbers=numbers),)
 
 
 def _entry(part: Any, what: str) -> Entry:
     if not isinstance(part, dict):
-        raise OptionsError(f"{what} is not written as [[edit]].")
+        raise OptionsError("recipe.file.entry", what=what)
     tree = dict(cast(dict[str, Any], part))
     kind, on = tree.pop("do", ""), tree.pop("on", True)
     if not isinstance(on, bool):
-        raise OptionsError(f"{what}: on must be true or false.")
+        raise OptionsError("recipe.file.switch", what=what)
     try:
         accept = any_value_of(tree.pop("accept", []), tuple[str, ...], f"{what}: accept")
     except Mismatch as error:
-        raise OptionsError(f"{error}.") from error
+        raise OptionsError("recipe.mismatch", reason=str(error)) from error
     words = plain_words(accept, what)
     return Entry(edit=make_edit(str(kind), tree, what), on=on, accept=words)
 

@@ -15,6 +15,7 @@ import numpy as np
 from limbgram.core.geometry.smoothing import SMOOTHED_OVER
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
+from limbgram.findings import Finding, told
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
 from limbgram.workbench.edits.regions import moved_by, roughness_mm
 from limbgram.workbench.limb import Limb
@@ -100,7 +101,7 @@ class Line:
     """None for a mirror, which moves everything; for a cleaning, which takes away what was no
     limb; and where an edit only added surface beyond an open edge, which lies neither outside the
     old one nor inside."""
-    told: tuple[str, ...] = ()
+    told: tuple[Finding, ...] = ()
     """What the edit itself has to say: what it took away, or could not do."""
     concerns: tuple[Concern, ...] = ()
     """Where it presses on what bears no pressure, and what of it is unusually deep."""
@@ -229,7 +230,7 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
         if abs(new.roughness_mm - old.roughness_mm) > 0.05 * old.roughness_mm:
             parts.append(f"roughness {old.roughness_mm:.3f} -> {new.roughness_mm:.3f} mm")
         texts.append("   " + "; ".join(parts))
-        texts += [f"   {sentence}" for sentence in line.told]
+        texts += [f"   {told(one)}" for one in line.told]
         texts += [f"   {concern_line(concern)}" for concern in line.concerns]
         texts.append(
             f"   girths along the contour, {SMOOTHED_OVER}, by height "
@@ -248,9 +249,9 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
 def concern_line(concern: Concern) -> str:
     """A concern in a line: what it is, and whether somebody means it."""
     if not concern.word:
-        return f"! {concern.what}"
+        return f"! {told(concern.finding)}"
     meant = "accepted" if concern.accepted else "NOT accepted"
-    return f"! {concern.what} ({meant}: {concern.word})"
+    return f"! {told(concern.finding)} ({meant}: {concern.word})"
 
 
 def _volume(change: VolumeChange | None) -> str:

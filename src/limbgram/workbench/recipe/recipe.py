@@ -19,6 +19,7 @@ from difflib import SequenceMatcher
 
 from limbgram.core.errors import EditError, OptionsError
 from limbgram.core.run import track
+from limbgram.findings import Finding
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import do_edit, require_sense
@@ -31,8 +32,11 @@ from limbgram.workbench.recipe.accepting import (
     Concern,
     concerns_of,
     concerns_on_limb,
+    findings_of,
+    lacking,
     plain_words,
-    require_accepted,
+    typed,
+    words_for,
 )
 from limbgram.workbench.recipe.ledger import (
     Figures,
@@ -70,7 +74,7 @@ class Recipe:
     scan_sha256: str = ""
     """Of the scan's file; empty for a recipe that is meant for any limb."""
     entries: tuple[Entry, ...] = ()
-    notes: tuple[str, ...] = field(default=(), compare=False)
+    notes: tuple[Finding, ...] = field(default=(), compare=False)
     """What was odd about its file and how it was taken; no part of what is written."""
 
 
@@ -177,7 +181,9 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         if reached.walled is not None:
             require_thickness_kept(reached.walled, wall_of(after.mesh))
     except EditError as error:
-        raise EditError(f"Edit {number} ({described(entry)}): {error}") from error
+        raise EditError(
+            "recipe.edit.refused", number=number, edit=described(entry), reason=error.finding
+        ) from error
     gained = figures_of(after, reached.levels_mm)
     found = AtPlaces(pressures=(), shifts_mm={})
     reach_mm = (0.0, 0.0)
@@ -219,11 +225,7 @@ def require_scan(recipe: Recipe, scan_sha256: str, scan_name: str) -> None:
         OptionsError: the hash of the scan's file is another.
     """
     if recipe.scan_sha256 and recipe.scan_sha256 != scan_sha256:
-        raise OptionsError(
-            f'The recipe "{recipe.name}" was made for another file than {scan_name} as it is now. '
-            "Its places may lie elsewhere on this one. Take the scan it was made for, or say "
-            "--other-scan if you have checked that they fit."
-        )
+        raise OptionsError("recipe.other_scan", name=recipe.name, scan=scan_name)
 
 
 def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[str] = ()) -> Recipe:
@@ -236,14 +238,19 @@ def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[st
     words = plain_words(accept, "The new edit")
     place = len(recipe.entries) + 1 if at is None else at
     if not 1 <= place <= len(recipe.entries) + 1:
-        raise OptionsError(
-            f"An edit can be added as number 1 to {len(recipe.entries) + 1}, not as {place}."
-        )
+        raise OptionsError("recipe.number.added", most=len(recipe.entries) + 1, number=place)
     try:
         require_sense(edit)
-        require_accepted(concerns_of(edit, words), "this edit", "--accept")
+        missing = lacking(concerns_of(edit, words))
+        if missing:
+            raise EditError(
+                "recipe.asks",
+                concerns=findings_of(missing),
+                words=words_for(missing),
+                typed=typed(words_for(missing)),
+            )
     except EditError as error:
-        raise OptionsError(f"Not added: {error}") from error
+        raise OptionsError("recipe.not_added", reason=error.finding) from error
     entries = list(recipe.entries)
     entries.insert(place - 1, Entry(edit=edit, accept=words))
     return replace(recipe, entries=tuple(entries))
@@ -252,7 +259,7 @@ def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[st
 def undone(recipe: Recipe, steps: int = 1) -> Recipe:
     """The recipe without its last edits."""
     if not 1 <= steps <= len(recipe.entries):
-        raise OptionsError(f"The recipe has {len(recipe.entries)} edits; {steps} cannot be undone.")
+        raise OptionsError("recipe.number.undone", edits=len(recipe.entries), steps=steps)
     return replace(recipe, entries=recipe.entries[:-steps])
 
 
@@ -264,10 +271,7 @@ def beginning(recipe: Recipe, edits: int) -> Recipe:
     """
     count = len(recipe.entries)
     if not 0 <= edits <= count:
-        raise OptionsError(
-            f"The recipe has {count} {'edit' if count == 1 else 'edits'}; there is no state after "
-            f"{edits}. Choose 0, which is the shape before the first edit, to {count}."
-        )
+        raise OptionsError("recipe.number.state", edits=count, number=edits)
     return replace(recipe, entries=recipe.entries[:edits])
 
 
@@ -323,18 +327,30 @@ def differences(old: Recipe, new: Recipe) -> tuple[str, ...]:
 
 def described(entry: Entry) -> str:
     """An edit in one line: its name and the parameters that differ from their defaults, or all."""
-    values = {one.name: getattr(entry.edit, one.name) for one in fields(entry.edit)}
-    usual = {one.name: one.default for one in fields(entry.edit)}
-    own = {name: value for name, value in values.items() if value != usual[name]}
-    given = [f"{name} = {_text_of(value)}" for name, value in (own or values).items()]
+    given = [f"{name} = {_text_of(getattr(entry.edit, name))}" for name in telling(entry.edit)]
     off = "" if entry.on else " (off)"
     meant = f" (accepted: {', '.join(entry.accept)})" if entry.accept else ""
     return f"{name_of(type(entry.edit))}{off}: {', '.join(given)}{meant}"
 
 
+def telling(edit: Edit) -> tuple[str, ...]:
+    """The parameters that tell an edit: those that differ from their defaults, or all."""
+    every = fields(edit)
+    own = tuple(one.name for one in every if getattr(edit, one.name) != one.default)
+    return own or tuple(one.name for one in every)
+
+
 def _require(number: int, entry: Entry, concerns: tuple[Concern, ...]) -> None:
-    how = f"`limbgram edit accept RECIPE {number}`"
-    require_accepted(concerns, f"Edit {number} ({described(entry)})", how)
+    missing = lacking(concerns)
+    if missing:
+        raise EditError(
+            "recipe.edit.asks",
+            number=number,
+            edit=described(entry),
+            concerns=findings_of(missing),
+            words=words_for(missing),
+            typed=typed(words_for(missing)),
+        )
 
 
 def _start_after(edit: Edit, start: Limb, before: Limb, after: Limb) -> Limb:
@@ -350,7 +366,7 @@ def _start_after(edit: Edit, start: Limb, before: Limb, after: Limb) -> Limb:
 
 def _entry(recipe: Recipe, number: int) -> Entry:
     if not 1 <= number <= len(recipe.entries):
-        raise OptionsError(f"The recipe has edits 1 to {len(recipe.entries)}; none is {number}.")
+        raise OptionsError("recipe.number.none", edits=len(recipe.entries), number=number)
     return recipe.entries[number - 1]
 
 

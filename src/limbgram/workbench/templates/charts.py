@@ -95,15 +95,15 @@ def plain_chart(limb: Limb, reference: str) -> LimbChart:
         MeasureError: no limb frame, no reference landmark, or one that lies too low.
     """
     if limb.frame is None:
-        raise MeasureError(
-            f"{limb.name or 'The limb'} has no limb frame. Run `limbgram align` on it first."
-        )
+        raise MeasureError("template.limb.not_aligned", name=limb.name or None)
     mark = named(reference, limb.landmarks)
     if mark is None:
         names = (one.name for one in limb.landmarks)
         raise MeasureError(
-            f"{limb.name or 'The limb'} has no landmark {reference!r}, from which the template's "
-            f"heights count.{likeliest(reference, names)} Mark it with `limbgram align --landmark`."
+            "template.limb.no_reference",
+            name=limb.name or None,
+            reference=reference,
+            meant=likeliest(reference, names),
         )
     in_limb = limb.mesh.with_vertices(limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm))
     top = float(limb.frame.limb_from_mesh.apply(mark.position_mm[None])[0, 2])
@@ -116,9 +116,10 @@ def plain_chart(limb: Limb, reference: str) -> LimbChart:
     dome = float(rings[round_end[0]]) if len(round_end) else tip
     if not len(round_end) or top - dome < _SHORTEST_MM:
         raise MeasureError(
-            f"The landmark {reference!r} lies {top - tip:.0f} mm above the distal end of "
-            f"{limb.name or 'the limb'}, within its rounded end: heights cannot count from it. "
-            "Choose a more proximal landmark."
+            "template.limb.low_reference",
+            name=limb.name or None,
+            reference=reference,
+            above_mm=top - tip,
         )
     return LimbChart(
         tip_mm=tip,
@@ -164,9 +165,11 @@ def pulled_chart(
     for name, (rise, turn) in zip(names, wanted):
         if max(abs(rise), abs(turn)) > _FARTHEST_PULL:
             raise MeasureError(
-                f"The landmark {name!r} of {limb.name or 'the limb'} lies {np.degrees(turn):+.0f} "
-                f"degrees and {rise:+.2f} of the height from where the template has it. It is "
-                "probably misplaced or misnamed, or the side or the alignment is wrong."
+                "template.limb.misplaced",
+                name=limb.name or None,
+                landmark=name,
+                turn_deg=float(np.degrees(turn)),
+                rise=float(rise),
             )
     nearness = _nearness(centres, centres) + 1e-6 * np.eye(len(names))
     pulled = LimbChart(
@@ -203,7 +206,4 @@ def _require_order(chart: LimbChart, name: str) -> None:
     angles = np.linspace(-np.pi, np.pi, round(2 * np.pi / _GRID), endpoint=False)
     grid = np.stack(np.meshgrid(heights, angles, indexing="ij"), axis=-1).reshape(-1, 2)
     if chart.spacing(grid).min() < _STEEP:
-        raise MeasureError(
-            f"The landmarks of {name or 'the limb'} lie in another order than the template's, so "
-            "it cannot be stretched to them. Check where they were picked and what they are named."
-        )
+        raise MeasureError("template.limb.order", name=name or None)

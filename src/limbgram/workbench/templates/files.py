@@ -90,8 +90,7 @@ def read_template(path: Path | str) -> Template:
         return decode_template(read_content(path, _LARGEST_BYTES, ShapeFileError))
     except ValueError as error:
         raise ShapeFileError(
-            f"{path.name} is no template that can be read: {error}. Choose a file that `limbgram "
-            "template learn` wrote, or learn it again."
+            "template.file.unreadable", name=path.name, reason=str(error)
         ) from error
 
 

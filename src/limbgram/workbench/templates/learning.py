@@ -22,6 +22,7 @@ from scipy.ndimage import gaussian_filter, median_filter
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
+from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.compare.comparison import lay
 from limbgram.workbench.compare.counterparts import Ground, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
@@ -106,7 +107,7 @@ class Learned:
     """A template, and how far to trust it."""
 
     template: Template
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
     """How each after was laid on its before, and what is odd about the pairs."""
 
 
@@ -114,12 +115,7 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
     """Average what was done to the limbs of several pairs, or keep what was done to one."""
     sides = {pair.before.frame.side for pair in pairs if pair.before.frame is not None}
     if not pairs or ("none" in sides and len(sides) > 1):
-        raise OptionsError(
-            "Some of the limbs have a side and others none, so their lateral sides cannot be "
-            "matched. Say the side of all by `limbgram align --side`."
-            if pairs
-            else "No pair is given. Name a shape before and one after the rectification."
-        )
+        raise OptionsError("template.learn.some_sided" if pairs else "template.learn.no_pair")
     for pair in pairs:
         _require_one_side(pair)
     pairs = [
@@ -147,7 +143,7 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
     kept = found_alike(fields, options.false_share)
     kept &= np.nan_to_num(np.abs(mean)) >= options.least_mm
     if not kept.any():
-        raise MeasureError(_nothing_kept(mean, spread, len(pairs), options))
+        raise _nothing_kept(mean, spread, len(pairs), options)
     template = Template(
         name=name,
         pairs=len(pairs),
@@ -159,8 +155,8 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         spread_mm=np.round(spread, _DECIMALS),
         known_pairs=known,
     )
-    notes = [note for pair, move in zip(pairs, moves) for note in about_pair(pair, move)]
-    return Learned(template=template, notes=tuple(dict.fromkeys(notes)))
+    said = [one for pair, move in zip(pairs, moves) for one in about_pair(pair, move)]
+    return Learned(template=template, notes=tuple(dict.fromkeys(said)))
 
 
 def displacements(pair: Pair, options: LearnOptions) -> Displacements:
@@ -194,22 +190,30 @@ def displacements(pair: Pair, options: LearnOptions) -> Displacements:
     )
 
 
-def about_pair(pair: Pair, move: Displacements) -> tuple[str, ...]:
+def about_pair(pair: Pair, move: Displacements) -> tuple[Finding, ...]:
     """What was odd about its files, how the pair was laid, and whether what differs can be a
     rectification at all.
     """
-    name = f"{pair.before.name or 'before'} to {pair.after.name or 'after'}"
+    before, after = pair.before.name or None, pair.after.name or None
     notes = [*pair.before.notes, *pair.after.notes]
-    notes += [f"{name}: aligned {move.alignment.sentence}.", *move.alignment.notes]
+    notes.append(
+        note("template.pair.aligned", before=before, after=after, how=move.alignment.sentence)
+    )
+    notes += [note("said.as_is", message=text) for text in move.alignment.notes]
     most_mm = float(np.quantile(np.abs(move.moved_mm), _NEARLY_ALL))
     rms_mm = float(np.sqrt(np.mean(move.moved_mm**2)))
     if most_mm > _MOST_MM or rms_mm > _MOST_RMS_MM:
         notes.append(
-            f"{name}: the shapes differ by {move.moved_mm.min():+.1f} to "
-            f"{move.moved_mm.max():+.1f} mm, {rms_mm:.1f} mm RMS. That is more than a "
-            f"rectification does ({_MOST_MM:g} mm at a place, {_MOST_RMS_MM:g} mm RMS): they look "
-            "like two limbs, or lie wrongly on each other. Do not use this template before you "
-            "know why."
+            doubt(
+                "template.pair.unlike",
+                before=before,
+                after=after,
+                low_mm=float(move.moved_mm.min()),
+                high_mm=float(move.moved_mm.max()),
+                rms_mm=rms_mm,
+                most_mm=_MOST_MM,
+                most_rms_mm=_MOST_RMS_MM,
+            )
         )
     return tuple(notes)
 
@@ -265,9 +269,11 @@ def _require_one_side(pair: Pair) -> None:
         return
     if {before.frame.side, after.frame.side} == {"left", "right"}:
         raise OptionsError(
-            f"{before.name} is a {before.frame.side} limb and {after.name} a {after.frame.side} "
-            "one: what lies between them is a mirror, no rectification. Mirror one of them back "
-            "by `limbgram edit`."
+            "template.learn.mirror",
+            before=before.name,
+            before_side=before.frame.side,
+            after=after.name,
+            after_side=after.frame.side,
         )
 
 
@@ -278,19 +284,13 @@ def _reference(pairs: Sequence[Pair], asked: str | None) -> str:
     for pair in pairs:
         frame = pair.before.frame
         if frame is None:
-            raise MeasureError(
-                f"{pair.before.name or 'A limb'} has no limb frame. Run `limbgram align` on every "
-                "shape before its rectification."
-            )
+            raise MeasureError("template.learn.not_aligned", name=pair.before.name or None)
         for one, mark in by_identity(pair.before.landmarks).items():
             height = float(frame.limb_from_mesh.apply(mark.position_mm[None])[0, 2])
             heights.setdefault(one, []).append(height)
     shared = {name: np.mean(found) for name, found in heights.items() if len(found) == len(pairs)}
     if not shared:
-        raise MeasureError(
-            "The shapes before rectification share no landmark, so a template would not know "
-            "where to go on another limb. Mark the same places on all with `limbgram align`."
-        )
+        raise MeasureError("template.learn.no_shared")
     return max(shared, key=lambda name: (shared[name], name))
 
 
@@ -318,18 +318,15 @@ def _top(limb: Limb, chart: LimbChart) -> float:
     return (brim_mm - chart.dome_mm) / (chart.reference_mm - chart.dome_mm)
 
 
-def _nothing_kept(mean: Field, spread: Field, pairs: int, options: LearnOptions) -> str:
+def _nothing_kept(mean: Field, spread: Field, pairs: int, options: LearnOptions) -> MeasureError:
     most = np.unravel_index(np.nanargmax(np.abs(np.nan_to_num(mean))), mean.shape)
     if not abs(mean[most]) >= options.least_mm:
-        return (
-            f"Nothing was done to these limbs that is {options.least_mm:g} mm or more on the mean "
-            "of the pairs. Name each shape before its rectification first, and after it second."
-        )
-    return (
-        f"Nothing was done alike to these limbs: where the {pairs} pairs differ most from before, "
-        f"by {mean[most]:+.1f} mm on the mean, they spread by {spread[most]:.1f} mm. Check that "
-        "landmarks stand at the same places on all limbs and that the right shapes are paired, or "
-        "learn from more pairs."
+        return MeasureError("template.learn.nothing", least_mm=options.least_mm)
+    return MeasureError(
+        "template.learn.unlike",
+        pairs=pairs,
+        mean_mm=float(mean[most]),
+        spread_mm=float(spread[most]),
     )
 
 

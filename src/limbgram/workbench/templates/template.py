@@ -8,6 +8,7 @@ from jaxtyping import Float64, Int64
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.pressing import DEEPEST_MM, Pressure, at_places
 from limbgram.workbench.frame.names import by_identity, identity_of
@@ -68,7 +69,7 @@ class Applied:
     """Of each vertex along its normal, positive outwards."""
     pressures: tuple[Pressure, ...]
     """Sensitive places that it presses on."""
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
 
 
 def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> Applied:
@@ -82,16 +83,14 @@ def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> App
         EditError: the surface would fold or cross itself.
     """
     if not (np.isfinite(strength) and 0 < strength <= _STRONGEST):
-        raise OptionsError(
-            f"A strength of {strength:g} cannot be used. Choose more than 0 and at most "
-            f"{_STRONGEST:g}; 1 is as learned."
-        )
+        raise OptionsError("template.strength", strength=strength, most=_STRONGEST)
     if limb.frame is not None and not template.suits(limb.frame.side):
         raise MeasureError(
-            f"The template {template.name!r} was learned on limbs "
-            f"{'with a side' if template.sided else 'without side'}, and {limb.name or 'this limb'}"
-            f" has side {limb.frame.side!r}: what is lateral cannot be told. Align it again with "
-            "its side, or learn the template from limbs of a stated side."
+            "template.other_side",
+            template=template.name,
+            sided=template.sided,
+            name=limb.name or None,
+            side=limb.frame.side,
         )
     marks = {identity_of(mark.name): mark.place for mark in template.marks}
     chart = pulled_chart(limb, plain_chart(limb, template.reference), marks)
@@ -139,29 +138,23 @@ def _carried(limb: Limb, moved_mm: np.ndarray) -> tuple[Landmark, ...]:
     )
 
 
-def _pressing(pressures: Sequence[Pressure], moved_mm: np.ndarray) -> Iterator[str]:
+def _pressing(pressures: Sequence[Pressure], moved_mm: np.ndarray) -> Iterator[Finding]:
     for one in pressures:
-        yield (
-            f"It presses {one.depth_mm:.1f} mm on the {one.place} ({one.why}): look whether that "
-            "is meant; the edit relieve gives room there."
-        )
+        yield doubt("template.presses", depth_mm=one.depth_mm, place=one.place, why=one.why)
     deepest = float(np.abs(moved_mm).max(initial=0.0))
     if deepest > DEEPEST_MM:
-        yield f"It moves the surface by {deepest:.1f} mm; more than {DEEPEST_MM:g} mm is unusual."
+        yield doubt("template.deep", depth_mm=deepest, usual_mm=DEEPEST_MM)
 
 
-def _notes(limb: Limb, template: Template, heights: Float64[np.ndarray, " n"]) -> tuple[str, ...]:
+def _notes(
+    limb: Limb, template: Template, heights: Float64[np.ndarray, " n"]
+) -> tuple[Finding, ...]:
     have = by_identity(limb.landmarks)
-    missing = [f'"{one.name}"' for one in template.marks if identity_of(one.name) not in have]
-    notes: list[str] = []
+    missing = tuple(one.name for one in template.marks if identity_of(one.name) not in have)
+    notes: list[Finding] = []
     if missing:
-        notes.append(
-            f"The limb lacks {', '.join(missing)}: what belongs there lies where the others put it."
-        )
+        notes.append(note("template.marks_missing", names=missing))
     above = float((heights > template.heights[-1]).mean())
     if above > _LOW_SHARE:
-        notes.append(
-            f"{above:.0%} of the limb lies above what the template knows; it is continued as at "
-            "its upper end."
-        )
+        notes.append(note("template.above", share=above))
     return tuple(notes)

@@ -14,6 +14,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops, face_components, volume_mm3
+from limbgram.findings import note, told
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.cleaning import Clean
 from limbgram.workbench.edits.editing import do_edit
@@ -86,7 +87,7 @@ def test_a_spoilt_scan_is_what_it_was(scan: Limb, spoilt: Limb) -> None:
     tree = TriangleTree.of(scan.mesh.vertices_mm, scan.mesh.faces)
     assert tree.closest(mesh.vertices_mm).distances_mm.max() < 0.6
     assert volume_mm3(mesh) == pytest.approx(volume_mm3(scan.mesh), rel=2e-4)
-    notes = " / ".join(cleaned.notes)
+    notes = " / ".join(map(told, cleaned.notes))
     assert "2 loose scraps of surface" in notes
     assert "1 loose scrap of surface on the skin" in notes
     assert "spikes of 3 points" in notes
@@ -112,13 +113,13 @@ def test_each_kind_can_be_left(spoilt: Limb) -> None:
     assert len(boundary_loops(only_scraps.mesh.faces)) == 1 + 3 + 1
     tight = do_edit(spoilt, Clean(scraps_mm=0, sheets_mm=0.5, spikes=False, holes_mm=5))
     assert len(tight.mesh.faces) == len(spoilt.mesh.faces)
-    assert tight.notes[-1] == "nothing was found to be cleaned"
+    assert tight.notes[-1] == note("edit.clean.nothing")
 
 
 def test_a_sound_shape_stays_as_it_is(scan: Limb) -> None:
     cleaned = do_edit(scan, Clean())
     assert cleaned.mesh is scan.mesh
-    assert cleaned.notes == ("nothing was found to be cleaned",)
+    assert cleaned.notes == (note("edit.clean.nothing"),)
 
 
 @pytest.mark.parametrize(
@@ -141,7 +142,7 @@ def test_the_ledger_says_what_was_taken_away(spoilt: Limb) -> None:
     assert line.displacement is None
     assert len(line.told) == 4
     printed = "\n".join(lines_of(replayed.ledger))
-    assert all(sentence in printed for sentence in line.told)
+    assert all(told(one) in printed for one in line.told)
 
 
 def test_it_stands_in_a_recipe_like_the_others(tmp_path: Path, spoilt: Limb) -> None:
@@ -154,6 +155,7 @@ def test_it_stands_in_a_recipe_like_the_others(tmp_path: Path, spoilt: Limb) -> 
     ):
         done = CliRunner().invoke(app, ["edit", *words])
         assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)["ledger"]["lines"][0]["told"]
-    assert any("spikes of 3 points" in sentence for sentence in told)
+    (line,) = json.loads(done.stdout)["ledger"]["lines"]
+    (spikes,) = (one for one in line["told"] if one["code"] == "edit.clean.spikes")
+    assert spikes["values"]["count"] == 3
     assert 'do = "clean"' in recipe.read_text()

@@ -15,6 +15,7 @@ from limbgram.core.mesh.topology import (
     volume_mm3,
     with_faces,
 )
+from limbgram.findings import doubt, note
 from limbgram.workbench.edits.cutting import PlaneCut
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
@@ -144,7 +145,7 @@ def test_a_brim_turned_over_is_closed_by_a_dome_and_said_so(limb: Limb) -> None:
     hat = limb.with_mesh(Mesh(vertices_mm=places, faces=np.concatenate([mesh.faces, flange])))
     closed = do_edit(hat, Fill(brim=True))
     assert not boundary_loops(closed.mesh.faces)
-    assert any("dome" in note for note in closed.notes)
+    assert note("edit.fill.domed") in closed.notes
     assert volume_mm3(closed.mesh) > 1.02 * volume_mm3(hat.mesh)
 
 
@@ -182,7 +183,7 @@ def test_a_hole_that_touches_itself_is_left_and_told(limb: Limb) -> None:
     with pytest.raises(EditError, match="only holes that touch themselves"):
         do_edit(torn, Fill())
     closed = do_edit(torn, Fill(brim=True))
-    assert closed.notes == ("holes that touch themselves in a point, and were left open: 1",)
+    assert closed.notes == (doubt("edit.fill.left", count=1),)
     assert [len(loop) for loop in boundary_loops(closed.mesh.faces)] == [6]
     assert (closed.mesh.face_normals() != 0).any(1).all()
 
@@ -209,14 +210,12 @@ def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) ->
 
 def test_a_wall_says_where_it_is_thinnest(limb: Limb) -> None:
     made = do_edit(limb, Wall(thickness_mm=4))
-    assert "mm thick where it is thinnest" in made.notes[-1]
+    assert made.notes[-1].code == "edit.wall.thickness"
     found = wall_of(made.mesh)
     assert found is not None
     assert found.thinnest_mm == pytest.approx(4, abs=0.1)
-    assert any(
-        "no weight before it was tested" in note
-        for note in do_edit(limb, Wall(thickness_mm=1.5)).notes
-    )
+    thin = do_edit(limb, Wall(thickness_mm=1.5))
+    assert any(one.code == "edit.wall.unstudied" for one in thin.notes)
 
 
 def test_a_wall_thinner_than_can_be_made_is_refused(limb: Limb) -> None:
@@ -246,7 +245,7 @@ def test_a_ragged_brim_is_cut_before_it_becomes_a_wall(limb: Limb) -> None:
     assert limb.frame is not None
     heights = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)[:, 2]
     cut = do_edit(torn, PlaneCut(height_mm=float(heights.max()) - 12))
-    assert "where it is thinnest" in do_edit(cut, Wall(thickness_mm=3)).notes[-1]
+    assert do_edit(cut, Wall(thickness_mm=3)).notes[-1].code == "edit.wall.thickness"
 
 
 def test_a_brim_of_teeth_becomes_a_wall_without_them() -> None:
@@ -262,10 +261,10 @@ def test_a_brim_of_teeth_becomes_a_wall_without_them() -> None:
     found = wall_of(made.mesh)
     assert found is not None
     assert found.thinnest_mm == pytest.approx(3, abs=0.05)
-    left_mm2 = float(made.notes[0].split(" mm2")[0])
+    left_mm2 = made.notes[0].values["area_mm2"]
     row_mm2 = 2 * np.pi * RADIUS_MM * 2.0
     assert 0.1 * row_mm2 < left_mm2 < 2 * row_mm2
-    assert "open edge" in made.notes[0]
+    assert made.notes[0].code == "edit.wall.trimmed"
 
 
 def test_an_open_edge_that_is_crumpled_deeply_becomes_a_wall_without_its_crumples() -> None:
@@ -282,7 +281,7 @@ def test_an_open_edge_that_is_crumpled_deeply_becomes_a_wall_without_its_crumple
     )
     assert is_edge_manifold(made.mesh.faces)
     assert not len(boundary_half_edges(made.mesh.faces))
-    left_mm2 = float(made.notes[0].split(" mm2")[0])
+    left_mm2 = made.notes[0].values["area_mm2"]
     flat_mm2 = 13 * 0.3 * RADIUS_MM
     assert flat_mm2 < left_mm2 < 0.03 * 2 * np.pi * RADIUS_MM * TOP_MM
     found = wall_of(made.mesh)
@@ -305,7 +304,7 @@ def test_a_wall_is_thinner_where_the_shape_bends_more_tightly_and_says_where() -
     assert skins.median_mm == pytest.approx(8, abs=0.05)
     assert skins.place_mm[0] > 25
     assert abs(skins.place_mm[1]) < 12
-    assert f"{skins.thinnest_mm:.2f} mm thick where it is thinnest" in made.notes[0]
+    assert made.notes[0].values["thinnest_mm"] == skins.thinnest_mm
     added = (8 * 2 * np.pi * 44 * 120) + 2 / 3 * np.pi * (48**3 - 40**3)
     volume = volume_mm3(made.mesh)
     assert 0.9 * added < volume < 1.02 * added

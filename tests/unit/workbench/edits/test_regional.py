@@ -98,7 +98,7 @@ def test_a_load_through_the_other_side_is_refused(limb: Limb) -> None:
         (Relieve(depth_mm=3, falloff_mm=5), "either a place"),
         (Relieve(at="front", within=ring(9.0), depth_mm=3, falloff_mm=5), "either a place"),
         (Relieve(at="front", depth_mm=-3, falloff_mm=5), "negative depth"),
-        (Relieve(at="heel", depth_mm=3, falloff_mm=5), '"front", "right"'),
+        (Relieve(at="heel", depth_mm=3, falloff_mm=5), "front, right"),
         (Relieve(at=(0.0, 90.0, 100.0), depth_mm=3, falloff_mm=5), "from the surface"),
         (Relieve(within=ring(9.0)[:2], depth_mm=3, falloff_mm=5), "at least 3 points"),
     ],

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import OptionsError
+from limbgram.findings.tell import terms
 from limbgram.workbench.compare.registration import by_landmarks
-from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.editing import EDITS, do_edit
 from limbgram.workbench.edits.regional import Relieve
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.frame.landmarks import NAMES, likely_meant
@@ -39,6 +40,24 @@ def test_every_place_has_a_name_in_every_language_and_no_name_means_two(language
             assert known_identity(name) == identity
             assert known_identity(without_accents(name).upper()) == identity
             assert known_identity(name.replace(" ", "-")) == identity
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_what_findings_call_a_place_is_its_first_name(language: str) -> None:
+    known = terms(language)
+    for identity, names in NAMES_IN[language].items():  # type: ignore[index]
+        assert known.get(identity, identity) == names[0]
+
+
+def test_sensitive_places_their_reasons_and_edits_have_german_words() -> None:
+    german = terms("de")
+    places = [place for kind in KINDS for place in SENSITIVE[kind]]
+    asked = (sensitive_place(name, None) for name in ("scar", "whatever"))
+    places += [place for place in asked if place is not None]
+    assert {"marked place", "unknown place"} <= {place.name for place in places}
+    assert {place.name for place in places} <= set(german)
+    assert {place.why for place in places} <= set(german)
+    assert {kind.title for kind in EDITS} <= set(german)
 
 
 @pytest.mark.parametrize("identity", sorted(NAMES_IN["en"]))

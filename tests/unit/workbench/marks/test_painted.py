@@ -109,7 +109,8 @@ def test_a_spot_in_one_photo_only_is_left_out_and_said(capture: Capture, tmp_pat
     assert all(np.linalg.norm(mark.position_mm - spot) > 5 for mark in found.marks)
     beside = [one for one in found.left_out if np.linalg.norm(one.position_mm - spot) < 1.5]
     assert len(beside) == 1
-    assert beside[0].reason.startswith("1 of ")
+    assert beside[0].reason.code == "landmark.spot.few"
+    assert beside[0].reason.values["showing"] == 1
 
 
 def test_a_mark_that_many_squarely_looking_photos_do_not_show_is_left_out(

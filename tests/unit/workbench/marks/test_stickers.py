@@ -12,6 +12,7 @@ from limbgram.cli.shapes import sticker_names
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
+from limbgram.findings import note, told
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks
 from limbgram.workbench.marks.stickers import place_stickers
 
@@ -87,14 +88,15 @@ def test_a_photo_that_shows_it_elsewhere_is_left_out() -> None:
     found.photos[3].corners_px[0] += np.array([60.0, 0.0])
     after = place_stickers(found, VIEWS)
     assert after.placed == ()
-    assert "different places" in after.lost[0].reason
+    assert after.lost[0].reason == note("landmark.sticker.moved")
 
 
 def test_a_sticker_that_one_photo_shows_or_none_believes_says_why() -> None:
     found = place_stickers(detections([1], doubt="the photo shows this mark twice"), VIEWS)
     assert [one.mark_id for one in found.lost] == [12, 30]
-    assert found.lost[0].reason == "1 placed photos show it whole; 2 are needed"
-    assert "twice" in found.lost[1].reason
+    assert found.lost[0].reason == note("landmark.sticker.few", count=1, least=2)
+    assert found.lost[1].reason.code == "landmark.sticker.doubted"
+    assert "twice" in told(found.lost[1].reason)
 
 
 def test_names_are_read_and_what_is_no_number_is_refused(tmp_path: Path) -> None:

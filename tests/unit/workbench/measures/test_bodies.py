@@ -10,9 +10,9 @@ import pytest
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.formats.aop.writing import write_aop
 from limbgram.workbench.bodies import kept, left_out, outer_bodies, outside_of, without_loose
-from limbgram.workbench.compare.frames import outside_by_name
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
@@ -62,8 +62,8 @@ def test_a_crumb_far_from_the_limb_changes_no_figure(
     (body,) = table.loose
     np.testing.assert_allclose(body.place_mm, [200, 10, 100], atol=1e-9)
     assert body.size_mm == pytest.approx(6)
-    (told,) = left_out(table.bodies_left_out, table.loose)
-    assert "6.0 mm across at x 200, y 10, z 100 mm" in told
+    (noted,) = left_out(table.bodies_left_out, table.loose)
+    assert "6.0 mm across at x 200, y 10, z 100 mm" in told(noted)
     fit = fit_to_tape(
         Limb(mesh=both, frame=FRAME), [TapeReading(height_mm=100.0, girth_mm=1.1 * GIRTH_MM)]
     )
@@ -110,11 +110,10 @@ def test_bones_and_crumbs_are_told_apart(make_turned: Callable[..., Mesh], cylin
     )
     limb = outside_of(Limb(mesh=both))
     assert len(limb.mesh) == len(cylinder)
-    inside, loose = limb.notes
+    inside, loose = map(told, limb.notes)
     assert inside == "1 body inside the limb was left out"
     assert loose.startswith("2 loose bodies apart from the limb (")
     assert loose.endswith(" were left out")
-    assert [note[-1] for note in outside_by_name(Limb(mesh=both)).notes] == [".", "."]
 
 
 def test_two_limbs_in_one_file_have_no_girth(
@@ -133,7 +132,7 @@ def test_two_limbs_in_one_file_have_no_girth(
             use()
     assert not list(tmp_path.iterdir())
     (note,) = outside_of(limb).notes
-    assert "figures mix them" in note
+    assert note.code == "limb.rivals.mixed"
     small = drum_of(make_turned, 15.0, 40.0)
     found = outer_bodies(joined(small.with_vertices(small.vertices_mm + 100.0), cylinder))
     assert (len(found.loose), found.rivals) == (1, ())
@@ -170,7 +169,8 @@ def test_loose_bodies_alone_go_and_bones_stay(
     np.testing.assert_array_equal(found.mesh.vertices_mm, limb.vertices_mm)
     np.testing.assert_array_equal(found.mesh.faces, limb.faces)
     assert (found.inside, len(found.loose)) == (1, 1)
-    assert kept(found) == ("1 body inside the limb, such as a bone, was written too",)
+    (inner,) = kept(found)
+    assert told(inner) == "1 body inside the limb, such as a bone, was written too"
     # A kernel within a loose body is no bone of the limb.
     nested = without_loose(joined(limb, shell, crumb(make_turned, 150, 0, 10)))
     np.testing.assert_array_equal(nested.mesh.faces, limb.faces)
@@ -178,4 +178,4 @@ def test_loose_bodies_alone_go_and_bones_stay(
     other = drum_of(make_turned, 40.0, 150.0)
     two = without_loose(joined(cylinder, other.with_vertices(other.vertices_mm + 200.0)))
     assert len(two.mesh) == len(cylinder) + len(other)
-    assert kept(two)[0].endswith("all were written")
+    assert kept(two)[0].code == "limb.rivals.written"

@@ -13,6 +13,7 @@ from limbgram.cli.main import app
 from limbgram.core.errors import EditError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.edit import Edit
 from limbgram.workbench.edits.percent import Reduction
@@ -136,7 +137,9 @@ def test_with_the_word_it_is_done_and_marked() -> None:
     (concern,) = line.concerns
     assert concern.accepted
     assert concern.word == WORD
-    assert "presses 5.0 mm on the fibula head" in concern.what
+    assert concern.finding.code == "recipe.presses"
+    assert concern.finding.values["place"] == "fibula head"
+    assert concern.finding.values["depth_mm"] == pytest.approx(5.0, abs=0.05)
     assert done.ledger.places_mm == {"fibula head": pytest.approx(-5.0, abs=0.05)}
     told = lines_of(done.ledger)
     assert any("! presses 5.0 mm on the fibula head" in text for text in told)
@@ -187,7 +190,8 @@ def test_a_depth_beyond_the_limit_needs_its_own_word(kind: type[Load] | type[Rel
     done = replay(Recipe(name="x", entries=(entry,)), limb())
     (concern,) = done.ledger.lines[0].concerns
     assert concern.accepted
-    assert "12.5 mm" in concern.what
+    assert concern.finding.code == "recipe.deep"
+    assert concern.finding.values["depth_mm"] == 12.5
     deeper = Entry(edit=replace(deep, depth_mm=40.0), accept=entry.accept)
     with pytest.raises(EditError, match="depth to 40 mm"):
         replay(Recipe(name="x", entries=(deeper,)), limb())
@@ -214,7 +218,8 @@ def test_what_presses_all_round_is_told_and_needs_no_word() -> None:
     for line, depth in zip(done.ledger.lines, (2.0, 1.0), strict=True):
         (concern,) = line.concerns
         assert (concern.word, concern.accepted) == ("", True)
-        assert f"fibula head {depth:.1f} mm" in concern.what
+        assert concern.finding.code == "recipe.presses_on"
+        assert f"fibula head {depth:.1f} mm" in told(concern.finding)
     assert done.ledger.places_mm["fibula head"] == pytest.approx(-3.0, abs=0.05)
 
 

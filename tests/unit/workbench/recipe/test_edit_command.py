@@ -129,7 +129,7 @@ def test_a_recipe_without_edits_says_that_nothing_was_done(scan: Path, tmp_path:
     edit("off", recipe, "1")
     assert "No edit was done" in edit("apply", scan, recipe, "-o", out)
     answer = json.loads(edit("apply", scan, recipe, "-o", out, "--json"))
-    assert any("No edit was done" in note for note in answer["notes"])
+    assert any(note["code"] == "recipe.nothing_done" for note in answer["notes"])
 
 
 def test_a_default_that_was_typed_stands_in_the_file(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import trimesh
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.workbench.compare.frames import outside_by_name
 from limbgram.workbench.edits.solids import Offset
 from limbgram.workbench.limb import Limb, LimbFrame
@@ -36,18 +37,23 @@ def test_the_skin_is_edited_as_if_no_bones_were_there() -> None:
     np.testing.assert_array_equal(found.limb.mesh.vertices_mm, alone.limb.mesh.vertices_mm)
     np.testing.assert_array_equal(found.limb.mesh.faces, alone.limb.mesh.faces)
     assert found.ledger == alone.ledger
-    assert found.limb.notes == ("2 bodies inside the limb, such as bones, were left out",)
+    assert [told(note) for note in found.limb.notes] == [
+        "2 bodies inside the limb, such as bones, were left out"
+    ]
     assert alone.limb.notes == ()
     with_one = replay(RECIPE, limb_of(skin, bones[0]))
-    assert with_one.limb.notes == ("1 body inside the limb, such as a bone, was left out",)
+    assert [told(note) for note in with_one.limb.notes] == [
+        "1 body inside the limb, such as a bone, was left out"
+    ]
 
 
 def test_shapes_are_compared_by_their_outsides() -> None:
     skin, bones = ball(60, (0, 0, 60)), (ball(15, (-16, 0, 60)), ball(15, (16, 0, 60)))
     shape = replace(limb_of(skin, *bones), name="scan")
-    assert outside_by_name(shape).notes == ("2 bodies inside scan were left out.",)
+    (noted,) = outside_by_name(shape).notes
+    assert told(noted) == "2 bodies inside scan were left out"
     nameless = outside_by_name(replace(limb_of(skin, bones[0]), name=""))
-    assert nameless.notes == ("1 body inside a shape was left out.",)
+    assert [told(note) for note in nameless.notes] == ["1 body inside a shape was left out"]
     assert len(nameless.mesh.faces) == len(skin.faces)
 
 

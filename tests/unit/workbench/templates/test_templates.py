@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from limbgram.cli.main import app
 from limbgram.core.errors import MeasureError, OptionsError, ShapeFileError
 from limbgram.core.mesh.topology import volume_mm3
+from limbgram.findings import Gravity, note, told
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.learned import FromTemplate
@@ -23,6 +24,8 @@ from limbgram.workbench.templates.files import decode_template, encode_template,
 from limbgram.workbench.templates.learning import LearnOptions, Pair, learn
 from limbgram.workbench.templates.template import apply_template, moves_at_marks
 
+OF_FILE = note("said.as_is", message="two bodies were left out")
+OTHER_FILE = note("said.as_is", message="a hole was closed")
 AS_IS = LearnOptions(registration=RegistrationOptions(way="as-is"))
 BUILDS = [
     {},
@@ -163,7 +166,9 @@ def test_a_template_tells_where_it_presses_on_bone(bench, own, tmp_path) -> None
     (pressure,) = applied.pressures
     assert pressure.place == "marked place"
     assert pressure.depth_mm == pytest.approx(-applied.moved_mm.min(), abs=0.3)
-    assert any("mm on the marked place" in note and "sore" in note for note in applied.notes)
+    (pressing,) = (one for one in applied.notes if one.code == "template.presses")
+    assert pressing.values["place"] == "marked place"
+    assert "sore" in told(pressing)
     path = tmp_path / "own.json"
     path.write_bytes(encode_template(template))
     answer = CliRunner().invoke(app, ["template", "show", str(path)])
@@ -201,7 +206,8 @@ def test_missing_landmarks_and_frames_are_named(bench, own) -> None:
     with pytest.raises(MeasureError, match=own.reference):
         apply_template(replace(limb, landmarks=without), own)
     other = tuple(mark for mark in limb.landmarks if mark.name != "fibula head")
-    assert "fibula head" in apply_template(replace(limb, landmarks=other), own).notes[0]
+    (lacking,) = apply_template(replace(limb, landmarks=other), own).notes
+    assert lacking == note("template.marks_missing", names=("fibula head",))
     with pytest.raises(MeasureError, match="limb frame"):
         apply_template(replace(limb, frame=None), own)
     bare = replace(limb, landmarks=())
@@ -214,23 +220,23 @@ def test_missing_landmarks_and_frames_are_named(bench, own) -> None:
 def test_what_a_template_says_reaches_the_ledger(bench, own) -> None:
     limb = bench.limb_of(bench.build())
     lacking = tuple(mark for mark in limb.landmarks if mark.name != "fibula head")
-    limb = replace(limb, landmarks=lacking, notes=("said of the file",))
+    limb = replace(limb, landmarks=lacking, notes=(OF_FILE,))
     said = apply_template(limb, own).notes
-    assert 'lacks "fibula head"' in said[0]
+    assert said[0] == note("template.marks_missing", names=("fibula head",))
     edit = FromTemplate(learned=encode_template(own).decode())
     done = replay(Recipe(name="x", entries=(Entry(edit=edit),)), limb)
-    assert done.limb.notes == ("said of the file", *(one.removesuffix(".") for one in said))
+    assert done.limb.notes == (OF_FILE, *said)
     (line,) = done.ledger.lines
     assert line.told == done.limb.notes[1:]
-    assert any('lacks "fibula head"' in text for text in lines_of(done.ledger))
+    assert any("lacks fibula head" in text for text in lines_of(done.ledger))
 
 
 def test_what_was_odd_about_a_pair_s_files_is_said_of_the_template(bench) -> None:
     limb = bench.limb_of(bench.build())
-    after = replace(bench.after(limb, bench.rectification(limb)), notes=("a hole was closed",))
-    before = replace(limb, notes=("two bodies were left out",))
+    after = replace(bench.after(limb, bench.rectification(limb)), notes=(OTHER_FILE,))
+    before = replace(limb, notes=(OF_FILE,))
     notes = learn([Pair(before=before, after=after)], "one", AS_IS).notes
-    assert {"two bodies were left out", "a hole was closed"} <= set(notes)
+    assert {OF_FILE, OTHER_FILE} <= set(notes)
 
 
 def test_a_landmark_on_the_wrong_side_is_refused(bench, own) -> None:
@@ -380,13 +386,13 @@ def test_two_limbs_are_no_rectification(bench) -> None:
     limb, other = bench.limb_of(bench.build()), bench.limb_of(bench.build(size=1.25, squeeze=0.1))
     done = bench.after(limb, bench.rectification(limb))
     (warned,) = (
-        note
-        for note in learn([Pair(before=limb, after=other)], "two", AS_IS).notes
-        if "RMS" in note
+        one
+        for one in learn([Pair(before=limb, after=other)], "two", AS_IS).notes
+        if one.code == "template.pair.unlike"
     )
-    assert "more than a rectification does" in warned
-    told = learn([Pair(before=limb, after=done)], "one", AS_IS).notes
-    assert not any("more than a rectification" in note for note in told)
+    assert warned.gravity is Gravity.DOUBT
+    usual = learn([Pair(before=limb, after=done)], "one", AS_IS).notes
+    assert not any(one.code == "template.pair.unlike" for one in usual)
 
 
 def test_by_default_a_pair_is_taken_as_it_lies(bench) -> None:
@@ -396,7 +402,7 @@ def test_by_default_a_pair_is_taken_as_it_lies(bench) -> None:
     inside[:, :2] *= 1 - np.interp(inside[:, 2], [20, 160], [0.03, 0.0])[:, None]
     done = limb.with_mesh(limb.mesh.with_vertices(limb.frame.limb_from_mesh.inverse.apply(inside)))
     learned = learn([Pair(before=limb, after=done)], "reduction")
-    assert any("taken as they lie" in note for note in learned.notes)
+    assert any("taken as they lie" in told(one) for one in learned.notes)
     applied = apply_template(limb, learned.template).limb
     true_mm3, found_mm3 = (
         volume_mm3(shape.mesh) - volume_mm3(limb.mesh) for shape in (done, applied)
