@@ -110,10 +110,7 @@ def _templates(clinic: Clinic) -> Templates:
 def _pair(clinic: Clinic, case_id: str) -> Pair:
     bench = Bench(clinic.shelf.case(case_id))
     if not bench.recipe().entries:
-        raise OptionsError(
-            f"The case {case_id} has no edits: there is nothing to learn from it. Rectify it "
-            "first, or leave it out."
-        )
+        raise OptionsError("case.template.no_edits", case=case_id)
     return Pair(
         before=limb_of(clinic, bench, "scan")[0], after=limb_of(clinic, bench, "rectified")[0]
     )

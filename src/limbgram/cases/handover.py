@@ -19,7 +19,7 @@ from typing import Any, Literal
 from limbgram.cases.bench import MAKING, Bench, Work, digits_of
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.record import write_json
-from limbgram.core.errors import CarveError, CaseError
+from limbgram.core.errors import CarveError, CaseError, MissingError
 from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
@@ -110,10 +110,7 @@ def _handed_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOv
     rectified = bench.rectified(work.done.limb) if edits else None
     read = work.scan if rectified is None else read_shape(rectified)
     if read.limb.doubt and not options.signed_by.strip():
-        raise CarveError(
-            f"Not written: {read.limb.doubt}. If it is meant all the same, somebody has to say "
-            "who takes it on, and why."
-        )
+        raise CarveError("case.not_signed", doubt=read.limb.doubt)
     limb = admit(read.limb, options.side)
     bench.made(bench.files)
     letter = {"left": "-L", "right": "-R", "none": ""}[options.side]
@@ -165,7 +162,7 @@ def handed(bench: Bench, name: str) -> HandedOver:
     """
     found = next((one for one in handed_over(bench) if one.name == name), None)
     if found is None:
-        raise LookupError("There is no such file.")
+        raise MissingError("case.no_such_file")
     return found
 
 

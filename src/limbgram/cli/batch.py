@@ -295,8 +295,8 @@ def _on_cluster(
 
 def _reply(outcomes: Sequence[Outcome], table: BatchTable, stopped: bool) -> Reply:
     """How many went well, and what is wrong with the others."""
-    faults = [f"  {one.name}: {one.state}: {one.message}" for one in outcomes if not one.done] + [
-        f"  {one.name}: {step.name}: {step.message}"
+    faults = [f"  {one.name}: {one.state}: {one.told}" for one in outcomes if not one.done] + [
+        f"  {one.name}: {step.name}: {step.told}"
         for one in outcomes
         for step in one.steps
         if step.exit_code

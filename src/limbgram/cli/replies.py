@@ -20,7 +20,7 @@ from limbgram.core.errors import (
     CaseError,
     LimbgramError,
     OptionsError,
-    disk_advice,
+    disk_finding,
     printable,
 )
 from limbgram.findings import Finding
@@ -65,7 +65,7 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
             _refuse(error, as_json)
             raise typer.Exit(error.exit_code) from error
         except KeyboardInterrupt:
-            stopped = Cancelled("Stopped. Run the same command again to continue.")
+            stopped = Cancelled("job.command_stopped")
             _refuse(stopped, as_json)
             raise typer.Exit(stopped.exit_code) from None
         if as_json:
@@ -115,7 +115,7 @@ def _done(command: Callable[P, Reply], *args: P.args, **kwargs: P.kwargs) -> Rep
     except OSError as error:
         if error.errno is None:  # no answer of the system: a fault of ours
             raise
-        raise CaseError(disk_advice(error)) from error
+        raise CaseError.of(disk_finding(error)) from error
 
 
 def _say(reply: Reply) -> None:
