@@ -24,6 +24,7 @@ from limbgram.cli.shapes import (
 from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import Interval, explained, plus_minus
+from limbgram.findings import note
 from limbgram.formats.limb_file import write_limb_file
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import limb_file_beside
@@ -138,22 +139,19 @@ def align_command(
     if names:
         return _names(kind)
     if shape is None:
-        raise OptionsError(f"Name the shape to align: an {READ} file.")
+        raise OptionsError("options.align.no_shape", ending=READ)
     read = shape_of(shape, unit)
     limb = read.limb
     wanted = marks or asks_for_marks(landmark or [])
     if stickers is not None and photos is None:
-        raise OptionsError("Stickers are seen in photos: name the case by --photos.")
+        raise OptionsError("options.align.stickers_without_photos")
     if not wanted and ((photos is not None and stickers is None) or colour is not None):
-        raise OptionsError(
-            "--photos and --colour are for painted marks. List these with --marks, or take one by "
-            'its number with --landmark "fibula head=#2".'
-        )
+        raise OptionsError("options.align.photos_for_marks")
     seen = _marks_seen(limb, photos, colour) if wanted else None
     if marks and seen is not None:
         return seen.reply
     if side is None:
-        raise OptionsError("The side is never guessed. Say --side left, --side right or none.")
+        raise OptionsError("options.align.side")
     options = AlignOptions(
         side=side.value,
         kind=None if kind is None else kind.value,
@@ -339,15 +337,13 @@ def _sticker_landmarks(limb: Limb, case: Path, names: dict[int, str]) -> tuple[L
     places = {one.mark_id: one.position_mm for one in found.placed}
     reasons = {one.mark_id: one.reason for one in found.lost}
     missing = [
-        f"{number} ({name}): {reasons.get(number, 'no placed photo shows it')}"
+        note("options.align.sticker_lost", number=number, name=name, reason=reasons.get(number))
         for number, name in names.items()
         if number not in places
     ]
     if missing:
         raise OptionsError(
-            f"These stickers have no place: {'; '.join(missing)}. Seen were "
-            f"{', '.join(map(str, places)) or 'none'}. Check the numbers, or leave these names out "
-            "and pick the landmarks with --landmark."
+            "options.align.stickers_lost", stickers=tuple(missing), seen=tuple(places) or None
         )
     return tuple(Landmark(name=name, position_mm=places[number]) for number, name in names.items())
 

@@ -115,9 +115,9 @@ def new_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Begin a recipe without edits."""
-    require_no_shape(recipe, "a recipe")
+    require_no_shape(recipe, "recipe")
     if recipe.exists():
-        raise OptionsError(f"{recipe} is there already. Choose another name, or add to that one.")
+        raise OptionsError("options.recipe_there", path=str(recipe))
     scan_hash = "" if scan is None else shape_of(scan, unit).sha256
     return _kept(recipe, Recipe(name=name or recipe.stem, scan_sha256=scan_hash))
 
@@ -225,7 +225,7 @@ def kinds_command(
 ) -> Reply:
     """List the edits there are, or the parameters of one."""
     if kind is not None and kind not in EDIT_NAMED:
-        raise OptionsError(f'There is no edit "{kind}". There are: {", ".join(EDIT_NAMED)}.')
+        raise OptionsError("options.no_edit", kind=kind, known=tuple(EDIT_NAMED))
     chosen = EDIT_NAMED if kind is None else {kind: EDIT_NAMED[kind]}
     lines: list[str] = []
     content: dict[str, Any] = {}
@@ -272,12 +272,12 @@ def _parameter(text: str) -> tuple[str, Any]:
     """A name and its value; what is no TOML value is a text without its quotes."""
     name, equals, value = text.partition("=")
     if not equals or not name:
-        raise OptionsError(f"{text} is no parameter: write name=value, such as depth_mm=4.")
+        raise OptionsError("options.no_parameter", text=text)
     try:
         return name, toml_of(f"value = {value}")["value"]
     except ValueError as error:
         if value[:1] in ("[", '"', "'", "{"):
-            raise OptionsError(f"{text} cannot be read: {error}.") from error
+            raise OptionsError("options.parameter_unreadable", text=text, why=str(error)) from error
         return name, value
 
 

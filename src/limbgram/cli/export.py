@@ -347,10 +347,10 @@ def export_command(
     _refuse_others(to, "aop dxf", given(spacing=spacing))
     path = out or _free_default(shape, to)
     if path.suffix.lower() != f".{to}" and to != "gcode":
-        raise OptionsError(f"{path.name} does not end in .{to}: programs go by the ending.")
+        raise OptionsError("options.export.ending", name=path.name, ending=to)
     require_apart(path, shape)
     if to == "gcode":
-        require_no_shape(path, "a program for a carver")
+        require_no_shape(path, "program")
     read = shape_of(shape, unit)
     limb = read.limb
     confirmed = None if side is None else side.value
@@ -365,14 +365,11 @@ def export_command(
             asked = Asked(for_gcode, for_control, machine, fast=preset is PresetName.FAST)
             set_up = machine_of(asked)
             if write_machine is not None:
-                require_output(write_machine, ".toml", "a machine file")
+                require_output(write_machine, ".toml", "machine")
                 require_place(write_machine)
             for other in (machine, write_machine):
                 if other is not None and other.resolve() == path.resolve():
-                    raise OptionsError(
-                        f"{path.name} is named for the program and for the machine file. Choose "
-                        "another name for one."
-                    )
+                    raise OptionsError("options.export.one_name_for_two", name=path.name)
             limb = admit(limb, confirmed)
             reply = gcode_reply(limb, path, set_up, to_mm=to_mm, keep=write_machine)
         case "dxf":
@@ -395,10 +392,7 @@ def _free_default(shape: Path, to: str) -> Path:
     if kind is not None and kind.holds_limbs:
         path = shape.with_name(f"{shape.stem}-export-{to}.{to}")
     if path.exists():
-        raise OptionsError(
-            f"{path} is there already, and may be another program's or a scan. Choose a name with "
-            "-o; the same name writes over it."
-        )
+        raise OptionsError("options.export.there", path=str(path))
     return path
 
 
@@ -426,8 +420,12 @@ def _refuse_others(to: str, formats: str, values: dict[str, Any]) -> None:
     """An option that the format does not know must not be passed over."""
     if values and to not in formats.split():
         names = ", ".join(f"--{_TYPED.get(name, name)}" for name in values)
-        wanted = " or ".join(formats.split())
-        raise OptionsError(f"{names}: for {wanted} only, and you write {to}. Leave it out.")
+        raise OptionsError(
+            "options.export.of_other_format",
+            options=names,
+            formats=formats,
+            written=to,
+        )
 
 
 def given(**values: Any) -> dict[str, Any]:

@@ -104,8 +104,7 @@ def _require_measures(options: Mapping[str, object]) -> None:
         for number in cast(list[object], value) if isinstance(value, list) else [value]:
             if isinstance(number, float) and number and not _SMALLEST <= abs(number) <= _LARGEST:
                 raise OptionsError(
-                    f"--{name.replace('_', '-')}: {number:g} measures nothing. Write a number in "
-                    "digits, such as 12.5."
+                    "options.no_measure", option=name.replace("_", "-"), number=number
                 )
 
 

@@ -71,11 +71,9 @@ def learn_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Learn a template from shapes before and after the clinic's own rectifications."""
-    require_output(out, ".json", "a template")
+    require_output(out, ".json", "template")
     if len(shapes) % 2:
-        raise OptionsError(
-            f"{len(shapes)} shapes are no pairs. Name one before and one after, in turns."
-        )
+        raise OptionsError("options.template.no_pairs", shapes=len(shapes))
     limbs = [shape_of(shape, unit).limb for shape in shapes]
     pairs = [Pair(before=one, after=two) for one, two in zip(limbs[::2], limbs[1::2])]
     options = LearnOptions(
@@ -144,7 +142,7 @@ def show_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Say what a template does and where."""
-    require_output(picture, ".png", "a picture")
+    require_output(picture, ".png", "picture")
     known = read_template(template)
     written: list[Path] = []
     if picture is not None:
