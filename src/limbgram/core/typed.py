@@ -114,12 +114,10 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
         return _one_of(tree, parts, at, by)
     if origin is tuple:
         return _sequence(tree, parts, at, by)
-    if hint is Finding and isinstance(tree, str):  # a sentence, as earlier versions kept it
-        return note(AS_IS, message=tree)
-    if not _may_be(tree, hint):
-        raise Mismatch(f"{at or 'it'} must be {_words(hint)}, not {tree!r:.60}")
     if hint is Finding:
         return _finding(tree, at)
+    if not _may_be(tree, hint):
+        raise Mismatch(f"{at or 'it'} must be {_words(hint)}, not {tree!r:.60}")
     if is_dataclass(hint) and isinstance(hint, type):
         return fields_of(cast(dict[str, Any], tree), hint, at, by)
     if hint is float:
@@ -130,6 +128,8 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
 
 
 def _finding(tree: object, at: str) -> Finding:
+    if isinstance(tree, str):  # a sentence, as earlier versions kept it
+        return note(AS_IS, message=tree)
     try:
         return Finding.from_tree(tree)
     except ValueError as error:

@@ -2029,6 +2029,8 @@ export interface components {
              * @default
              */
             message: string;
+            /** @description The same as data. */
+            finding?: components["schemas"]["FindingReply"] | null;
             /**
              * Calibrated
              * @description Date and time, UTC; empty before.
@@ -2198,12 +2200,14 @@ export interface components {
              * @default
              */
             message: string;
+            /** @description The message as data. */
+            finding?: components["schemas"]["FindingReply"] | null;
             /**
              * Unreadable
              * @description Of files in which people's work is kept and that cannot be read: what, why, what to do. `set-aside` begins them anew.
              * @default []
              */
-            unreadable: string[];
+            unreadable: components["schemas"]["FindingReply"][];
             verdict?: components["schemas"]["Verdict"] | null;
             /**
              * Photos
@@ -2807,6 +2811,8 @@ export interface components {
              * @default
              */
             message: string;
+            /** @description The message as data. */
+            finding?: components["schemas"]["FindingReply"] | null;
             /**
              * Kind
              * @description Name of the error; for experts.

@@ -413,11 +413,11 @@ def _sync(path: Path) -> None:
 
 
 def _changed(case: Path | str) -> CaseError:
-    return CaseError("batch.case_changed", case=case)
+    return CaseError("batch.case_changed", case=str(case))
 
 
 def _not_whole(case: Path | str) -> CaseError:
-    return CaseError("batch.files_missing", case=case)
+    return CaseError("batch.files_missing", case=str(case))
 
 
 def _without_library(url: str, missing: str) -> OptionsError:
@@ -433,7 +433,7 @@ def _answering(place: Path) -> Generator[None]:
         if error.errno is None:
             raise
         if is_full(error):
-            raise CaseError("batch.disk_full", place=place) from error
+            raise CaseError("batch.disk_full", place=str(place)) from error
         raise CaseError.of(disk_finding(error)) from error
 
 
