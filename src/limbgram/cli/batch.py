@@ -20,7 +20,7 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 
-from limbgram.cases.batch.attempt import Outcome, Plan
+from limbgram.cases.batch.attempt import Outcome, Plan, StepOutcome
 from limbgram.cases.batch.finding import Capture, find_captures, loose_photos
 from limbgram.cases.batch.running import BatchOptions, BatchRun
 from limbgram.cases.batch.settings import (
@@ -64,8 +64,9 @@ from limbgram.cli.captures import (
     read_distances,
 )
 from limbgram.cli.reconstruct import boardless
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.core.errors import Cancelled, LimbgramError, OptionsError, printable
+from limbgram.findings import told
 from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
 from limbgram.report.stages import stage_title
 
@@ -283,8 +284,8 @@ def _on_cluster(
 
 def _reply(outcomes: Sequence[Outcome], table: BatchTable, stopped: bool) -> Reply:
     """How many went well, and what is wrong with the others."""
-    faults = [f"  {one.name}: {one.state}: {one.told}" for one in outcomes if not one.done] + [
-        f"  {one.name}: {step.name}: {step.told}"
+    faults = [f"  {one.name}: {one.state}: {_told(one)}" for one in outcomes if not one.done] + [
+        f"  {one.name}: {step.name}: {_told(step)}"
         for one in outcomes
         for step in one.steps
         if step.exit_code
@@ -299,6 +300,10 @@ def _reply(outcomes: Sequence[Outcome], table: BatchTable, stopped: bool) -> Rep
     )
     code = Cancelled.exit_code if stopped else table.exit_code
     return Reply(lines, table.content, exit_code=code)
+
+
+def _told(one: Outcome | StepOutcome) -> str:
+    return one.told if one.finding is None else told(one.finding, spoken())
 
 
 def _batch(folder: Path, given: Path | None) -> tuple[Batch, Path]:

@@ -1,6 +1,7 @@
 """Replies: what a command says at its end, for people or as JSON, and its exit code."""
 
 import json
+import os
 import signal
 import sys
 import threading
@@ -23,7 +24,7 @@ from limbgram.core.errors import (
     disk_finding,
     printable,
 )
-from limbgram.findings import Finding
+from limbgram.findings import LANGUAGES, Finding, told
 
 P = ParamSpec("P")
 
@@ -124,6 +125,12 @@ def _say(reply: Reply) -> None:
         console.print(Text(printable(line), style=colour))
 
 
+def spoken() -> str:
+    """The language of the terminal; English where LIMBGRAM_LANGUAGE names none of ours."""
+    asked = os.environ.get("LIMBGRAM_LANGUAGE", "")[:2].lower()
+    return asked if asked in LANGUAGES else LANGUAGES[0]
+
+
 def refuse_in_json(kind: str, message: str, exit_code: int, finding: Finding | None = None) -> None:
     """A refusal as the one JSON document on standard output."""
     error: dict[str, Any] = {"kind": kind, "message": message}
@@ -138,5 +145,5 @@ def _refuse(error: LimbgramError, as_json: bool) -> None:
         return
     console = Console(stderr=True, highlight=False)
     colour = "yellow" if isinstance(error, Cancelled) else "red"
-    text = Text(printable(str(error)), style=colour)
+    text = Text(printable(told(error.finding, spoken())), style=colour)
     console.print(text, soft_wrap=not console.is_terminal)
