@@ -11,7 +11,8 @@ export type Value = null | boolean | number | string | Finding | readonly Value[
 export interface Finding {
   readonly code: string;
   readonly gravity: string;
-  readonly values: Readonly<Record<string, Value>>;
+  /** Each a `Value`; the server's description says no more than that they are JSON. */
+  readonly values: Readonly<Record<string, unknown>>;
   /** In English, for readers without the words. */
   readonly sentence?: string;
 }
@@ -37,19 +38,21 @@ export function told(finding: Finding): string {
 /** What is found, and why. */
 export function sentence(finding: Finding): string {
   const entry = words.value[language.value]?.codes[finding.code];
-  return entry ? filled(entry.says, finding.values) : (finding.sentence ?? finding.code);
+  return entry ? filled(entry.says, valuesOf(finding)) : (finding.sentence ?? finding.code);
 }
 
 /** What to do about it. */
 export function advice(finding: Finding): string {
   const entry = words.value[language.value]?.codes[finding.code];
-  return entry?.do ? filled(entry.do, finding.values) : "";
+  return entry?.do ? filled(entry.do, valuesOf(finding)) : "";
 }
 
 /** A thing's name, by its English one. */
 export function term(name: string): string {
   return words.value[language.value]?.terms[name] ?? name;
 }
+
+const valuesOf = (finding: Finding) => finding.values as Readonly<Record<string, Value>>;
 
 /** A template with its values put in. */
 export function filled(template: string, values: Readonly<Record<string, Value>>): string {

@@ -25,8 +25,9 @@ from http.cookies import CookieError, SimpleCookie
 from typing import Any, Literal, Protocol
 
 from limbgram.app.attempts import Attempts
-from limbgram.app.replies import refusal
-from limbgram.core.errors import CaseError, disk_advice
+from limbgram.app.replies import refused
+from limbgram.core.errors import CaseError, disk_finding
+from limbgram.findings import Finding, fault
 
 COOKIE = "limbgram_session"
 _OPEN_PATHS = ("/api/v1/session", "/start")
@@ -237,20 +238,20 @@ class Access:
         if signed is not None and self.lock_after_s is not None:
             signed.acted = self.clock() - self.lock_after_s
 
-    def fault(self, headers: dict[str, str], *, navigating: bool) -> str | None:
+    def fault(self, headers: dict[str, str], *, navigating: bool) -> Finding | None:
         """Why a request is refused for where it comes from; None where it is not.
 
         Args:
             navigating: A page is asked for, which a link elsewhere may lead to.
         """
         if headers.get("host", "").lower() not in self.hosts:
-            return "The request names another machine than this one. Open the app by its own link."
+            return fault("app.other_machine")
         origin = headers.get("origin")
         if origin is not None and origin.lower() not in self._origins:
-            return "The request comes from a page of another place, and is not answered."
+            return fault("app.other_page")
         site = headers.get("sec-fetch-site", "none")
         if site not in ("same-origin", "none") and not navigating:
-            return "The request comes from a page of another place, and is not answered."
+            return fault("app.other_page")
         return None
 
     @property
@@ -289,21 +290,22 @@ class Guard:
         }
         path = str(scope["path"])
         in_api = path.startswith("/api/")
-        fault = self.access.fault(headers, navigating=not in_api and scope["method"] == "GET")
+        elsewhere = self.access.fault(headers, navigating=not in_api and scope["method"] == "GET")
         session = session_in(headers.get("cookie", ""), self.access.cookie)
-        if fault is not None:
-            await refusal(403, "Elsewhere", fault)(scope, receive, _guarded(send))
+        if elsewhere is not None:
+            await refused(403, "Elsewhere", elsewhere)(scope, receive, _guarded(send))
         elif not self.allows(scope["method"], path):
-            told = "This door takes photos of one case, and answers nothing else."
-            await refusal(403, "Elsewhere", told)(scope, receive, _guarded(send))
+            await refused(403, "Elsewhere", fault("app.photos_only"))(
+                scope, receive, _guarded(send)
+            )
         elif in_api and not self._is_for_all(path) and self.access.signed(session) is None:
-            await refusal(401, "NoSession", self._how_to_sign_in)(scope, receive, _guarded(send))
+            await refused(401, "NoSession", self._how_to_sign_in)(scope, receive, _guarded(send))
         elif in_api and path not in _LOCKED_PATHS and not self.access.is_open(session):
-            told = "Nobody did anything here for a while, so it is locked. Give your password."
-            await refusal(423, "Locked", told)(scope, receive, _guarded(send))
+            await refused(423, "Locked", fault("app.locked"))(scope, receive, _guarded(send))
         elif not FILES.fullmatch(path) and _length(headers) > _MOST_BYTES:
-            told = "The request is larger than any that is answered. Send less at a time."
-            await refusal(413, "TooLarge", told)(scope, receive, _guarded(send))
+            await refused(413, "TooLarge", fault("app.request_too_large"))(
+                scope, receive, _guarded(send)
+            )
         else:
             if in_api and scope["method"] not in ("GET", "HEAD") and path not in _LOCKED_PATHS:
                 self.access.act(session)
@@ -316,13 +318,10 @@ class Guard:
         return path in _OPEN_PATHS or (path == _SIGN_IN_PATH and self.access.people is not None)
 
     @property
-    def _how_to_sign_in(self) -> str:
+    def _how_to_sign_in(self) -> Finding:
         if self.access.people is not None:
-            return "Nobody is signed in here. Sign in by your name and password."
-        return (
-            "Nobody is signed in here. Open the app by the link that `limbgram app` shows; it "
-            "is good once."
-        )
+            return fault("app.not_signed_in")
+        return fault("app.not_opened")
 
     def _written(self, scope: Scope, headers: dict[str, str], session: str, send: Send) -> Send:
         """Write an act down before it is answered; without its line no act is confirmed."""
@@ -343,9 +342,9 @@ class Guard:
                         await asyncio.to_thread(diary.write, *line)
                     except (OSError, CaseError) as error:
                         in_place = True
-                        why = disk_advice(error) if isinstance(error, OSError) else str(error)
-                        told = f"The log of who did what cannot be written. {why}"
-                        await refusal(507, type(error).__name__, told)(scope, _nothing, send)
+                        why = disk_finding(error) if isinstance(error, OSError) else error.finding
+                        found = fault("app.log_not_written", reason=why)
+                        await refused(507, type(error).__name__, found)(scope, _nothing, send)
                         return
             await send(message)
 

@@ -23,10 +23,11 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 from limbgram.app.access import FILES, Asgi, Message, Receive, Scope, Send
-from limbgram.app.replies import refusal
+from limbgram.app.replies import refused
 from limbgram.cases.shelf import Shelf
 from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, write_bytes
+from limbgram.findings import fault
 
 ACT_ID = "^[0-9A-Za-z]{8,64}$"
 _ID = re.compile(ACT_ID)
@@ -34,10 +35,6 @@ _CASE = re.compile(r"/api/v1/cases/([2-9A-HJKMNP-Z]{3}-[2-9A-HJKMNP-Z]{3})(?:/|$
 _MOST = 100
 """Answers that are kept of a case; a page waits for each before it sends the next."""
 _LARGEST = 8_000_000
-_ANOTHER = (
-    "Under this id another act was done already, and that one stands. Look at what is there now; "
-    "send what is to be done besides under an id of its own."
-)
 
 
 @dataclass(frozen=True)
@@ -62,7 +59,7 @@ class OnceEach:
                 scope["route"] = SimpleNamespace(name=known["act"])
                 scope["path_params"] = {"case_id": known["case"]}
                 if known.get("sent", sent) != sent:
-                    await refusal(409, "CaseError", _ANOTHER)(scope, receive, send)
+                    await refused(409, "CaseError", fault("app.another_act"))(scope, receive, send)
                     return
                 await _answer(send, known["status"], known["type"], known["body"].encode())
                 return

@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import replace as otherwise
 from datetime import UTC, datetime
 from pathlib import Path as FilePath
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Header, Path, Request
 from fastapi.responses import FileResponse
@@ -14,11 +14,12 @@ from pydantic import BaseModel, Field
 from limbgram.app.boards import BoardSpec
 from limbgram.app.clinic import Clinic, ClinicHere
 from limbgram.app.photos import NameHere, Photos, Sent, UploadId, photos_reply, receive, received_of
-from limbgram.app.replies import BYTES, PICTURE, missing
+from limbgram.app.replies import BYTES, PICTURE, FindingReply, missing
 from limbgram.cases.cameras import CAMERA_ID_PATTERN, Cameras, CameraState, KeptCamera
 from limbgram.cases.intake import checked_name, photos_in
 from limbgram.core.errors import CaseError, LimbgramError
 from limbgram.core.run import Run
+from limbgram.findings import Finding
 
 router = APIRouter(tags=["cameras"])
 
@@ -37,6 +38,7 @@ class CameraReply(BaseModel):
     message: str = Field(
         default="", description="What the calibration found, or why it was refused."
     )
+    finding: FindingReply | None = Field(default=None, description="The same as data.")
     calibrated: str = Field(default="", description="Date and time, UTC; empty before.")
     age_days: int | None = None
     old: bool = Field(
@@ -95,8 +97,8 @@ def calibrate_camera(clinic: ClinicHere, camera_id: CameraId, given: BoardSpec) 
     """Find the lens by the photos that are here; ask again until the state says how it ended."""
     camera, board = _cameras(clinic).camera(camera_id), given.board()
     if camera_id in clinic.calibrations:
-        raise CaseError("This camera is being calibrated already. Wait until that has ended.")
-    camera.relabel(otherwise(camera.label, state="calibrating", message=""))
+        raise CaseError("camera.calibrating")
+    camera.relabel(camera.label.as_calibrating)
     clinic.calibrations.add(camera_id)
 
     def work() -> None:
@@ -146,7 +148,7 @@ def delete_board_photo(clinic: ClinicHere, camera_id: CameraId, name: NameHere) 
     """Take a photo of the board away."""
     camera = _cameras(clinic).camera(camera_id)
     if not clinic.intake_of(camera.received).remove(checked_name(name)):
-        raise missing("There is no such photo.")
+        raise missing("app.no_photo")
     clinic.news.tell("cameras", camera_id)
 
 
@@ -167,7 +169,7 @@ def read_camera_file(clinic: ClinicHere, camera_id: CameraId) -> FileResponse:
     """The camera file, for `limbgram reconstruct --camera`."""
     camera = _cameras(clinic).camera(camera_id)
     if not camera.file.is_file():
-        raise missing("This camera is not calibrated yet.")
+        raise missing("camera.not_calibrated", name=camera.label.name)
     return FileResponse(camera.file, filename=f"camera-{camera_id}.json")
 
 
@@ -176,7 +178,7 @@ def read_certificate(clinic: ClinicHere, camera_id: CameraId) -> FileResponse:
     """Residuals and coverage of its calibration, a picture."""
     camera = _cameras(clinic).camera(camera_id)
     if not camera.certificate.is_file():
-        raise missing("This camera has no certificate.")
+        raise missing("camera.without_certificate")
     return FileResponse(camera.certificate)
 
 
@@ -190,7 +192,7 @@ def camera_files(clinic: Clinic, ids: list[str]) -> tuple[FilePath, ...]:
     for camera_id in ids:
         camera = _cameras(clinic).camera(camera_id)
         if not camera.file.is_file():
-            raise CaseError(f"The camera {camera.label.name} is not calibrated yet.")
+            raise CaseError("camera.not_calibrated", name=camera.label.name)
         files.append(camera.file)
     return tuple(files)
 
@@ -209,20 +211,20 @@ def _reply(clinic: Clinic, camera: KeptCamera) -> CameraReply:
         label, lens = camera.label, camera.calibration()
     except CaseError as error:  # it hides none of the others
         name = camera.camera_id
-        return CameraReply(id=name, name=name, state="refused", message=str(error), photos=0)
+        why = _worded(clinic, error.finding)
+        return CameraReply(id=name, name=name, state="refused", photos=0, **why)
     age = None
     if label.calibrated:
         age = (datetime.now(UTC) - datetime.fromisoformat(label.calibrated)).days
     shown = camera.certificate.is_file()
     if camera.camera_id in clinic.calibrations:
-        label = otherwise(label, state="calibrating", message="")
+        label = label.as_calibrating
     elif label.state == "calibrating" and not clinic.sampling.locked():  # a sample has its own
         label = camera.interrupted  # by a full disk, say, that did not take the end either
     return CameraReply(
         id=camera.camera_id,
         name=label.name,
         state=label.state,
-        message=label.message,
         calibrated=label.calibrated,
         age_days=age,
         old=age is not None and age > _OLD_DAYS,
@@ -233,4 +235,10 @@ def _reply(clinic: Clinic, camera: KeptCamera) -> CameraReply:
         height_px=0 if lens is None else lens.camera.height_px,
         rms_px=None if lens is None else lens.rms_px,
         certificate=f"/api/v1/cameras/{camera.camera_id}/certificate" if shown else None,
+        **({} if label.told is None else _worded(clinic, label.told)),
     )
+
+
+def _worded(clinic: Clinic, finding: Finding) -> dict[str, Any]:
+    found = FindingReply.of(finding, clinic.shelf.root)
+    return {"message": found.sentence, "finding": found}

@@ -13,7 +13,7 @@ from pydantic import BaseModel, Field
 
 from limbgram.app.acts import forget_acts
 from limbgram.app.clinic import BenchHere, CaseHere, Clinic, ClinicHere
-from limbgram.app.replies import PICTURE, missing
+from limbgram.app.replies import PICTURE, FindingReply, missing
 from limbgram.app.thumbnails import thumbnail_of
 from limbgram.cases.bench import MAKING, Bench, Progress
 from limbgram.cases.overview import Overview
@@ -23,6 +23,7 @@ from limbgram.cases.sample import begin_sample, fill_sample
 from limbgram.cases.shelf import Holding, Label, ShelvedCase, last_change
 from limbgram.core.errors import CaseError, LimbgramError
 from limbgram.core.run import Run
+from limbgram.findings import Finding
 from limbgram.formats.sidecar import progress_of
 from limbgram.report.summary import Verdict as Summary
 from limbgram.workbench.limb import Kind, Side
@@ -77,7 +78,8 @@ class Case(BaseModel):
     sample: bool = False
     state: State
     message: str = Field(default="", description="Why it was refused, interrupted or failed.")
-    unreadable: list[str] = Field(
+    finding: FindingReply | None = Field(default=None, description="The message as data.")
+    unreadable: list[FindingReply] = Field(
         default=[],
         description="Of files in which people's work is kept and that cannot be read: what, why, "
         "what to do. `set-aside` begins them anew.",
@@ -176,7 +178,7 @@ def new_sample(clinic: ClinicHere, request: Request) -> Case:
     as for any other.
     """
     if not clinic.sampling.acquire(blocking=False):
-        raise CaseError("A sample case is being made already. It is in the list: open that one.")
+        raise CaseError("app.sample_underway")
     with ExitStack() as undoing:
         undoing.callback(clinic.sampling.release)
         made = begin_sample(clinic.shelf)
@@ -260,7 +262,7 @@ def clear_case(clinic: ClinicHere, case: CaseHere) -> Freed:
 def read_thumbnail(case: CaseHere) -> Response:
     """A small picture of the case's surface, without a ground."""
     if case.thumbnail is None:
-        raise missing("This case has no picture yet.")
+        raise missing("app.no_picture")
     changed = case.thumbnail.stat().st_mtime_ns
     return Response(
         thumbnail_of(case.thumbnail, changed),
@@ -277,7 +279,7 @@ class _Kept:
     """Files of a case in which people's work is kept: what they say, or why it cannot be read."""
 
     values: dict[FilePath, object]
-    faults: dict[FilePath, str]
+    faults: dict[FilePath, Finding]
 
 
 def _read_all(bench: Bench) -> _Kept:
@@ -299,7 +301,7 @@ def _read_all(bench: Bench) -> _Kept:
         try:
             kept.values[file] = read()
         except LimbgramError as error:
-            kept.faults[file] = str(error)
+            kept.faults[file] = error.finding
     return kept
 
 
@@ -314,12 +316,13 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
     running = clinic.runner.running(case.folder)
     job = running.file if running else cast(JobFile | None, kept.values.get(job_file(case.folder)))
     state: State = "finished" if verdict is not None else "photos" if photos else "empty"
-    message = ""
+    why: Finding | None = None
     if running is not None and running.active:
-        state, message = ("held" if running.file.state == "held" else "computing"), ""
+        state = "held" if running.file.state == "held" else "computing"
     elif job is not None and job.state != "finished" and state != "finished":
         state = "interrupted" if job.state in ("running", "queued") else job.state
-        message = job.message
+        why = job.why
+    found = None if why is None else FindingReply.of(why, clinic.shelf.root)
     said = (
         None
         if verdict is None
@@ -342,8 +345,9 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
         archived=label.archived,
         sample=label.sample,
         state=state,
-        message=message,
-        unreadable=list(kept.faults.values()),
+        message="" if found is None else found.sentence,
+        finding=found,
+        unreadable=[FindingReply.of(one, clinic.shelf.root) for one in kept.faults.values()],
         verdict=said,
         photos=photos,
         steps=steps,

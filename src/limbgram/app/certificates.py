@@ -71,18 +71,16 @@ def given_certificate(file: Path, key: Path) -> Certificate:
     now = datetime.now(UTC)
     if not found.not_valid_before_utc <= now <= found.not_valid_after_utc:
         raise OptionsError(
-            f"The certificate {file} is good from {found.not_valid_before_utc:%Y-%m-%d} to "
-            f"{found.not_valid_after_utc:%Y-%m-%d}, and not today. Get a new one, and check this "
-            "machine's date."
+            "app.tls.not_now",
+            file=str(file),
+            begins=f"{found.not_valid_before_utc:%Y-%m-%d}",
+            ends=f"{found.not_valid_after_utc:%Y-%m-%d}",
         )
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     try:
         context.load_cert_chain(file, key, password=_no_password(key))
     except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
-        raise OptionsError(
-            f"The key {key} cannot be used with the certificate {file}. Give the key that belongs "
-            "to it, as PEM, without a password."
-        ) from error
+        raise OptionsError("app.tls.key_unfit", key=str(key), file=str(file)) from error
     digest = found.fingerprint(hashes.SHA256()).hex(":").upper()
     return Certificate(file=file, key=key, fingerprint=digest, ends=found.not_valid_after_utc)
 
@@ -90,10 +88,7 @@ def given_certificate(file: Path, key: Path) -> Certificate:
 def _no_password(key: Path) -> "bytes":
     """A locked key is refused: nobody sits where the app starts to type a password."""
     if b"ENCRYPTED" in read_content(key, _LARGEST, OptionsError, "Give a PEM file."):
-        raise OptionsError(
-            f"The key {key} has a password. Give one without, in a folder that only the owner of "
-            "the program can open."
-        )
+        raise OptionsError("app.tls.key_locked", key=str(key))
     return b""
 
 
@@ -102,9 +97,7 @@ def _certificate(file: Path) -> x509.Certificate:
     try:
         return x509.load_pem_x509_certificate(content)
     except ValueError as error:
-        raise OptionsError(
-            f"{file} is no certificate. Give a PEM file, which begins with -----BEGIN CERTIFICATE."
-        ) from error
+        raise OptionsError("app.tls.no_certificate", file=str(file)) from error
 
 
 def _names_in(certificate: x509.Certificate) -> set[str]:

@@ -14,7 +14,7 @@ from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
 from limbgram.app.replies import BINARY, BYTES, missing
 from limbgram.app.surface import Which, limb_before, limb_of
 from limbgram.cases.bench import Bench
-from limbgram.core.errors import OptionsError
+from limbgram.core.errors import MissingError, OptionsError
 from limbgram.core.files import written_whole
 from limbgram.formats.reading import SUFFIXES, read_limb
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
@@ -85,7 +85,7 @@ async def put_shape(
     """Send a shape to compare with: STL, PLY, OBJ, GLB or AOP."""
     suffix = f".{name.rpartition('.')[2].lower()}"
     if suffix not in SUFFIXES:
-        raise OptionsError(f"{name} is of a kind that is not read. Send STL, PLY, OBJ, GLB or AOP.")
+        raise OptionsError("app.shape_of_other_kind", name=name)
     bench.made(bench.shapes)
     beside, size = bench.shapes / f".{secrets.token_hex(4)}{suffix}", 0
     try:
@@ -93,8 +93,7 @@ async def put_shape(
             async for piece in request.stream():  # of which none stays in memory
                 size += len(piece)
                 if size > _MOST_BYTES:
-                    told = f"{name} is larger than 400 MB. Reduce it where it came from."
-                    raise OptionsError(told)
+                    raise OptionsError("app.shape_too_large", name=name, most_mb=_MOST_BYTES / 1e6)
                 await asyncio.to_thread(stream.write, piece)
         # Others are answered meanwhile.
         await asyncio.to_thread(_keep_shape, beside, bench.shapes / name)
@@ -110,7 +109,7 @@ def delete_shape(
 ) -> None:
     """Take a shape away that was sent."""
     if name not in [one.name for one in list_shapes(bench)]:
-        raise missing("There is no such shape.")
+        raise missing("app.no_shape")
     (bench.shapes / name).unlink()
     clinic.news.tell(bench.case.case_id, "work")
 
@@ -165,15 +164,13 @@ def _compared(clinic: Clinic, bench: Bench, given: Against) -> Comparison:
 def _first(clinic: Clinic, bench: Bench, given: Against) -> Limb:
     chosen = [one for one in (given.case, given.shape, given.edits) if one is not None]
     if len(chosen) > 1:
-        raise OptionsError(
-            "Compare with a case, with a file or with an earlier state, not with several at once."
-        )
+        raise OptionsError("app.compare_with_one")
     if given.case is not None:
         return clinic.desk.shape(Bench(clinic.shelf.case(given.case))).limb
     if given.shape is not None:
         known = [one.name for one in list_shapes(bench)]
         if given.shape not in known:
-            raise LookupError("There is no such shape. Send it first.")
+            raise MissingError("app.no_shape")
         return read_limb(bench.shapes / given.shape)
     return limb_before(clinic, bench, given.edits)
 

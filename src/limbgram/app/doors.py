@@ -145,10 +145,7 @@ def own_address() -> str:
             asking.connect(("192.0.2.1", 9))  # an address for documentation (RFC 5737)
             host: str = asking.getsockname()[0]
         except OSError as error:
-            raise OptionsError(
-                "This machine is in no network, so a phone cannot reach it. Join the network of "
-                "the phone, or bring the photos by cable."
-            ) from error
+            raise OptionsError("app.no_network") from error
     return host
 
 

@@ -9,7 +9,7 @@ from limbgram.app.blocks import encode_blocks, surface_blocks
 from limbgram.app.boards import BoardSpec
 from limbgram.app.cameras import camera_files
 from limbgram.app.clinic import CaseHere, Clinic, ClinicHere
-from limbgram.app.replies import BINARY, missing
+from limbgram.app.replies import BINARY, FindingReply, missing
 from limbgram.cases.order import Job
 from limbgram.cases.running import JobState, StageProgress, TimeLeft, read_job_file
 from limbgram.cases.shelf import ShelvedCase
@@ -70,6 +70,7 @@ class JobReply(BaseModel):
     left: TimeLeft | None = Field(default=None, description="null where nobody knows.")
     began: str = ""
     message: str = Field(default="", description="What, why, what to do; where it did not finish.")
+    finding: FindingReply | None = Field(default=None, description="The message as data.")
     kind: str = Field(default="", description="Name of the error; for experts.")
     light: str = ""
     photos: list[str] = Field(default=[], description="That it works on.")
@@ -104,7 +105,7 @@ def start_job(clinic: ClinicHere, case: CaseHere, given: JobOptions) -> JobReply
     received = clinic.intake(case).received()
     folder = case.received if received else case.folder.photos
     if not folder.is_dir():
-        raise CaseError("There are no photos here yet. Send them first.")
+        raise CaseError("app.no_photos_yet")
     megapixels = sum(one.width_px * one.height_px for one in received) / 1e6
     job = Job(
         case=case.folder.root,
@@ -134,7 +135,7 @@ def pause_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
     """Let the run rest; it keeps its memory and its elapsed time."""
     job = clinic.runner.running(case.folder)
     if job is None:
-        raise CaseError("Nothing is running that could rest. Start it first.")
+        raise CaseError("job.nothing_to_hold")
     job.hold()
     return _reply(clinic, case)
 
@@ -155,7 +156,7 @@ def cancel_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
     """End the run within two seconds; finished stages are kept, `resume` goes on from there."""
     job = clinic.runner.running(case.folder)
     if job is None or not job.active:
-        raise CaseError("Nothing is running that could be cancelled.")
+        raise CaseError("job.nothing_to_cancel")
     job.cancel()
     return _reply(clinic, case)
 
@@ -186,7 +187,7 @@ def read_cloud(
     """The points, as soon as they are there: blocks positions, normals, colours."""
     cloud = cloud_underway(case.folder)
     if cloud is None:
-        raise missing("There are no points yet.")
+        raise missing("app.no_points_yet")
     step = max(1, -(-len(cloud) // most))
     blocks = {
         "positions": cloud.points_mm[::step],
@@ -202,7 +203,7 @@ def read_surface_underway(case: CaseHere) -> Response:
     """The surface as far as it is: wrapped, then measured."""
     mesh = surface_underway(case.folder)
     if mesh is None:
-        raise missing("There is no surface yet.")
+        raise missing("app.no_surface_yet")
     return Response(surface_blocks(mesh, {}), media_type="application/octet-stream")
 
 
@@ -212,6 +213,7 @@ def _reply(clinic: Clinic, case: ShelvedCase) -> JobReply:
     there = Underway.of(case.folder)
     if job is None:
         return JobReply(state="none", stages=[], stage=0, elapsed_s=0.0, there=there)
+    why = None if job.why is None else FindingReply.of(job.why, clinic.shelf.root)
     at = next((k for k, one in enumerate(job.stages, 1) if one.state == "running"), 0)
     return JobReply(
         state=job.state,
@@ -221,7 +223,8 @@ def _reply(clinic: Clinic, case: ShelvedCase) -> JobReply:
         elapsed_s=job.elapsed_s if running is None else running.elapsed_s,
         left=None if running is None else running.left(),
         began=job.began,
-        message=job.message,
+        message="" if why is None else why.sentence,
+        finding=why,
         kind=job.kind,
         light=job.light,
         photos=[one.name for one in clinic.intake(case).received()],

@@ -28,7 +28,7 @@ from typing import Any
 
 from limbgram.app.users import made_private
 from limbgram.cases.record import read_kept, write_json
-from limbgram.core.errors import CaseError, OptionsError, disk_advice
+from limbgram.core.errors import CaseError, OptionsError, disk_finding, in_words
 from limbgram.core.typed import Mismatch, tree_of, value_of
 
 _LONGEST_LINE = 4096
@@ -111,12 +111,8 @@ class Journal:
             with self._here, _alone(self.folder / ".log.lock"):
                 self._put(self._anchor())
         except (OSError, RuntimeError) as error:  # RuntimeError: the account has no folder
-            told = disk_advice(error) if isinstance(error, OSError) else f"{error}."
-            raise OptionsError(
-                f"The key that seals the log of who did what cannot be kept. {told} It is kept "
-                "outside the folder of the cases, in the folder that XDG_STATE_HOME names, or in "
-                "~/.local/state."
-            ) from error
+            why = disk_finding(error) if isinstance(error, OSError) else in_words(f"{error}.")
+            raise OptionsError("app.log_key_not_kept", reason=why) from error
 
     def require_key(self) -> None:
         """Refuse where there are lines and no key: with another one they would be proved no more.
@@ -125,11 +121,7 @@ class Journal:
             CaseError: so it is.
         """
         if not self.anchor_file.exists() and self.file.is_file() and self.file.stat().st_size:
-            raise CaseError(
-                f"The key that seals it is not in {self.anchors}: it was deleted, or this is "
-                "another account or machine than wrote it. Put the key back; or start the app "
-                "anew, which begins another one: lines before it are called unproved from then on."
-            )
+            raise CaseError("app.log_key_missing", folder=str(self.anchors))
 
     def write(self, who: str, address: str, act: str, case: str = "", status: int = 0) -> None:
         """Add a line.
@@ -175,7 +167,7 @@ class Journal:
 
     def _anchor(self) -> _Anchor:
         """What is kept outside; a new one where there is none."""
-        kept = read_kept(self.anchor_file, _Anchor, "The key of the log")
+        kept = read_kept(self.anchor_file, _Anchor, "log_key")
         if kept is not None:
             return kept
         content = self.file.read_bytes() if self.file.is_file() else b""

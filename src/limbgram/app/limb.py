@@ -144,7 +144,7 @@ def delete_place(clinic: ClinicHere, bench: BenchHere, name: NameHere) -> LimbRe
         shape = clinic.desk.shape(bench)
         left = tuple(one for one in shape.limb.landmarks if one.name != name)
         if len(left) == len(shape.limb.landmarks):
-            raise missing("There is no place of that name.")
+            raise missing("app.no_place")
         bench.save_limb(replace(shape.limb, landmarks=left), shape.file)
     return _told(clinic, bench)
 

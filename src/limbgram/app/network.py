@@ -70,10 +70,7 @@ def serve_on_network(
     folder = shelf.root / ACCESS_FOLDER
     users = Users(folder)
     if not users.all():
-        raise OptionsError(
-            "Nobody could sign in: there is no user yet. Add one on this machine: "
-            f"limbgram app users add NAME --cases {options.cases}"
-        )
+        raise OptionsError("app.user.nobody", cases=str(options.cases))
     named = names_of(network)
     certificate = _certificate(network, folder, named)
     listening = socket_at(network.address or named[0], options.port or PORT)
@@ -125,10 +122,7 @@ def names_of(network: NetworkOptions) -> tuple[str, ...]:
     found += [name.lower() for name in network.names]
     for name in found[1:]:
         if not _NAME.fullmatch(name) and name in network.names:
-            raise OptionsError(
-                f"{name!r} is no name of a machine. Write it as sock.clinic.example, without "
-                "https:// and without a port."
-            )
+            raise OptionsError("app.no_machine_name", name=name)
     return tuple(dict.fromkeys(name for name in found if _NAME.fullmatch(name)))
 
 
@@ -136,8 +130,5 @@ def _certificate(network: NetworkOptions, folder: Path, named: tuple[str, ...]) 
     if network.certificate is None and network.key is None:
         return own_certificate(folder, named)
     if network.certificate is None or network.key is None:
-        raise OptionsError(
-            "A certificate and its key belong together. Give both, by --certificate and --key; or "
-            "neither, and one is made here."
-        )
+        raise OptionsError("app.tls.one_alone")
     return given_certificate(network.certificate, network.key)

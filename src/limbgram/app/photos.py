@@ -136,7 +136,7 @@ async def put_photo(
 def delete_photo(clinic: ClinicHere, case: CaseHere, name: NameHere) -> None:
     """Take a photo out of the case."""
     if not clinic.intake(case).remove(checked_name(name)):
-        raise missing("There is no such photo.")
+        raise missing("app.no_photo")
     clinic.news.tell(case.case_id, "photos")
 
 
@@ -190,7 +190,7 @@ async def receive(
         async for piece in request.stream():
             here += len(piece)
             if here > most:
-                raise OptionsError(f"{name} is longer than was announced, or than is taken.")
+                raise OptionsError("case.upload.longer", name=name)
             if not pending and len(piece) >= _PIECE:
                 await asyncio.to_thread(stream.write, piece)
                 continue
@@ -248,7 +248,7 @@ def photo_file(case: ShelvedCase, name: str) -> FilePath:
     for folder in (case.received, case.folder.photos):
         if (folder / name).is_file():
             return folder / name
-    raise missing("There is no such photo.")
+    raise missing("app.no_photo")
 
 
 def _finished(intake: Intake, name: str, replace: bool) -> tuple[tuple[Received, bool], ...]:
@@ -280,10 +280,7 @@ def _range(text: str | None) -> tuple[int, int | None, int | None]:
     first, last = (int(found[1]), int(found[2])) if found else (0, -1)
     total = int(found[3]) if found and found[3] != "*" else None
     if last < first or (total is not None and last >= total):
-        raise OptionsError(
-            "The header Content-Range is none. Write it as bytes 0-1048575/8000000, or leave it "
-            "out and send the whole file."
-        )
+        raise OptionsError("case.upload.bad_range")
     return first, last, total
 
 
@@ -294,7 +291,7 @@ def _reduced(path: FilePath, width: int, *, upright: bool) -> bytes:
             turned = ImageOps.exif_transpose(picture) if upright else picture
             small = turned.convert("RGB")
     except DECODING_FAULTS as fault:
-        raise missing("The photo cannot be shown: it is damaged.") from fault
+        raise missing("app.photo_damaged") from fault
     height = max(1, round(small.height * width / small.width))
     if small.width > width:
         small = small.resize((width, height), Image.Resampling.BOX)

@@ -44,5 +44,5 @@ def report_page(case: CaseHere, page: Literal["report", "accuracy"]) -> FileResp
     """What the capture's report, or its accuracy, says; a page by itself."""
     path = case.folder.page if page == "report" else case.folder.accuracy("html")
     if not path.is_file():
-        raise missing("There is no report yet. Compute the shape first.")
+        raise missing("app.no_report")
     return FileResponse(path, media_type="text/html; charset=utf-8", headers=PAGE_POLICY)

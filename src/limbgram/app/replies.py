@@ -3,23 +3,24 @@
 from pathlib import Path
 from typing import Any
 
-from fastapi import HTTPException, Request
+from fastapi import Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException as StarletteHTTPException
 
-from limbgram.app.plain import finding_for_app, plain, without_folders
+from limbgram.app.plain import finding_for_app, plain
 from limbgram.core.errors import (
     CaseError,
     ExportError,
     FoldedShapeError,
     LimbgramError,
+    MissingError,
     OptionsError,
-    disk_advice,
+    disk_finding,
     printable,
 )
-from limbgram.findings import Finding, Gravity
+from limbgram.findings import Finding, Gravity, Value
 
 
 class FindingReply(BaseModel):
@@ -72,9 +73,15 @@ BINARY: dict[int | str, dict[str, Any]] = {
 }
 
 
-def missing(what: str) -> HTTPException:
+def missing(code: str, /, **values: Value) -> MissingError:
     """The refusal where there is no such thing."""
-    return HTTPException(404, detail=what)
+    return MissingError(code, **values)
+
+
+def refused(status: int, kind: str, finding: Finding, root: Path | None = None) -> JSONResponse:
+    """A refusal of ours, of before or beside the routes."""
+    found = FindingReply.of(finding, root)
+    return refusal(status, kind, found.sentence, found=found)
 
 
 def refusal(
@@ -89,8 +96,7 @@ def refusal(
 def answer_refusal(request: Request, error: Exception) -> JSONResponse:
     """A refusal of the library."""
     assert isinstance(error, LimbgramError)
-    found = FindingReply.of(error.finding, _root(request))
-    return refusal(_status(error), type(error).__name__, found.sentence, found=found)
+    return refused(_status(error), type(error).__name__, error.finding, _root(request))
 
 
 def answer_http(_request: Request, error: Exception) -> JSONResponse:
@@ -121,7 +127,7 @@ def answer_disk(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, OSError)
     if error.errno is None:  # no answer of the system: a fault of ours
         raise error
-    return refusal(507, "OSError", without_folders(disk_advice(error), _root(request)))
+    return refused(507, "OSError", disk_finding(error), _root(request))
 
 
 def _root(request: Request) -> Path:
@@ -132,6 +138,8 @@ def _root(request: Request) -> Path:
 
 def _status(error: LimbgramError) -> int:
     match error:
+        case MissingError():
+            return 404
         case OptionsError():
             return 422
         case CaseError():

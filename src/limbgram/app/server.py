@@ -130,7 +130,7 @@ def guarded(clinic: Clinic, static: Path = STATIC) -> Guard:
 
 def _page(static: Path, path: str, accepted: str) -> Response:
     if path.startswith("api/"):
-        raise missing("The API has no such route.")
+        raise missing("app.no_route")
     start = static / "index.html"
     if not start.is_file():
         return HTMLResponse(_NO_CLIENT, status_code=503)
@@ -145,7 +145,7 @@ def _page(static: Path, path: str, accepted: str) -> Response:
             return Response(small, media_type=kind, headers=headers)
         return FileResponse(found, headers={"cache-control": kept, "vary": "accept-encoding"})
     if "." in path.rpartition("/")[2]:
-        raise missing("There is no such file.")
+        raise missing("case.no_such_file")
     return FileResponse(start, headers={"cache-control": "no-cache"})
 
 

@@ -145,7 +145,7 @@ def socket_at(address: str, port: int) -> socket.socket:
         OptionsError: the port is taken or below 1024, or the address is none of this machine.
     """
     if port and not 1024 <= port <= 65535:
-        raise OptionsError(f"Port {port} cannot be used. Choose one from 1024 to 65535.")
+        raise OptionsError("app.port_out_of_range", port=port, least=1024, most=65535)
     listening = prompt_socket()
     try:
         listening.bind((address, port))
@@ -154,11 +154,7 @@ def socket_at(address: str, port: int) -> socket.socket:
         listening.close()
         if isinstance(error, UnicodeError) or error.errno != errno.EADDRINUSE:
             raise OptionsError(
-                f"{printable(address, keep='')[:60]} is no address of this machine. Write one as "
-                "192.168.1.20, or leave it out."
+                "app.no_address", address=printable(address, keep="")[:60]
             ) from error
-        raise OptionsError(
-            f"Port {port} is taken: another program uses it, or the app runs already. Close that "
-            "one, choose another by --port, or leave --port out."
-        ) from error
+        raise OptionsError("app.port_taken", port=port) from error
     return listening

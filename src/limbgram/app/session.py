@@ -11,10 +11,11 @@ from pydantic import BaseModel, Field
 
 from limbgram.app.access import Access, People
 from limbgram.app.clinic import ClinicHere, SessionHere
-from limbgram.app.replies import Refusal, refusal
+from limbgram.app.replies import Refusal, refused
 from limbgram.cases.shelf import ID_PATTERN
 from limbgram.core.errors import OptionsError
 from limbgram.core.run import machine_mb, worker_count
+from limbgram.findings import fault
 
 _PHONE_PAGE = re.compile(f"phone/{ID_PATTERN.strip('^$')}")
 router = APIRouter(tags=["session"])
@@ -94,7 +95,7 @@ def open_session(clinic: ClinicHere, given: Token, response: Response) -> Sessio
     """Sign a program in by the token of a start link; answers without a session."""
     opened = clinic.access.open_session(given.token)
     if opened is None:
-        return refusal(401, "NoSession", "The token is not good any more. Make another link.")
+        return refused(401, "NoSession", fault("app.token_used"))
     _set(response, clinic.access, opened)
     return _session(clinic.access, opened)
 
@@ -186,10 +187,7 @@ def _session(access: Access, session: str) -> Session:
 
 def _people(access: Access) -> People:
     if access.people is None:
-        raise OptionsError(
-            "This app has no users: it answers this machine alone. Open it by the link that "
-            "`limbgram app` shows."
-        )
+        raise OptionsError("app.no_users")
     return access.people
 
 
@@ -200,14 +198,12 @@ def _tried(
     address = request.client.host if request.client else ""
     wait_s = math.ceil(access.attempts.wait_s(name, address))
     if wait_s:
-        told = f"Too many passwords were wrong. Wait {wait_s} s, then try again."
-        answer = refusal(429, "TooMany", told)
+        answer = refused(429, "TooMany", fault("app.too_many_passwords", wait_s=wait_s))
         answer.headers["retry-after"] = str(wait_s)
         return answer
     access.attempts.failed(name, address)  # also of those that are tried at the same time
     if not people.is_right(name, password):
-        told = "The name or the password is not right. Mind capitals and the language of the keys."
-        return refusal(401, "NotRight", told)
+        return refused(401, "NotRight", fault("app.password_wrong"))
     access.attempts.passed(name, address)
     return None
 

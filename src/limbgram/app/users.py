@@ -145,9 +145,9 @@ class Users:
         """
         found = self.named(name)
         if found is None:
-            known = ", ".join(one.name for one in self.all()) or "none yet"
+            known = tuple(one.name for one in self.all())
             raise OptionsError(
-                f"There is no user {printable(name, keep='')[:40]}. The users are: {known}."
+                "app.user.none", name=printable(name, keep="")[:40], users=known or None
             )
         return found
 
@@ -159,10 +159,7 @@ class Users:
         """
         name = checked_user_name(name)
         if self.named(name) is not None:
-            raise OptionsError(
-                f"There is a user {name} already. Give them another password by "
-                f"`limbgram app users password {name}`, or choose another name."
-            )
+            raise OptionsError("app.user.known", name=name)
         return name
 
     def _keep(self, name: str, password: str) -> User:
@@ -183,10 +180,7 @@ class Users:
             tree = json_of(read_content(self.file, _LARGEST, CaseError))
             return value_of(tree, _File, strictness=_AS_WRITTEN).users
         except (Mismatch, ValueError) as error:
-            raise CaseError(
-                f"The list of users {self.file} is damaged: {error}. Put back a copy of it, or "
-                "delete it and add the users again by `limbgram app users add`."
-            ) from error
+            raise CaseError("app.user.list_damaged", file=str(self.file), why=str(error)) from error
 
     @cached_property
     def _nobodys(self) -> str:
@@ -209,10 +203,7 @@ def checked_user_name(name: str) -> str:
     """
     normal = _normal(name).strip()
     if not _NAME.fullmatch(normal):
-        raise OptionsError(
-            f"{printable(name, keep='')[:60]!r} cannot be a user's name. Choose 1 to 40 letters, "
-            "digits, spaces, or . ' @ -, beginning with a letter or digit."
-        )
+        raise OptionsError("app.user.no_name", name=printable(name, keep="")[:60])
     return normal
 
 
@@ -220,14 +211,10 @@ def _checked_password(name: str, password: str) -> str:
     normal = _normal(password)
     if not LEAST_LETTERS <= len(normal) <= MOST_LETTERS:
         raise OptionsError(
-            f"The password has {len(normal)} letters; {LEAST_LETTERS} to {MOST_LETTERS} are "
-            "needed. Four words that have nothing to do with each other are good and easily kept."
+            "app.user.password_length", letters=len(normal), least=LEAST_LETTERS, most=MOST_LETTERS
         )
     if len(set(normal)) < 5 or _folded(name) in _folded(normal):
-        raise OptionsError(
-            "The password is easily guessed: it holds the user's name, or hardly different "
-            "letters. Choose four words that have nothing to do with each other."
-        )
+        raise OptionsError("app.user.password_weak")
     return normal
 
 

@@ -102,11 +102,7 @@ def require_unaltered(photos: Iterable[Photo]) -> None:
         except OSError:
             same = False
         if not same:
-            raise CaseError(
-                f"{photo.path} is no longer the photo that the case was made from: it was altered, "
-                "moved or damaged. Put the original back, or run `limbgram reconstruct` with the "
-                "photos into a new case."
-            )
+            raise CaseError("case.photo_altered", photo=str(photo.path))
 
 
 def _finished(case: CaseFolder) -> CaseRecord:
@@ -114,15 +110,9 @@ def _finished(case: CaseFolder) -> CaseRecord:
     try:
         record = read_record(case)
     except LookupError as error:
-        raise CaseError(
-            f"{case.root} is no case: it has no readable case.json. Name the folder that "
-            "`limbgram reconstruct` was given with -o."
-        ) from error
+        raise CaseError("case.none", folder=str(case.root)) from error
     if record.state != "finished":
-        raise CaseError(
-            f"The case {case.root} is {record.state}. Run `limbgram reconstruct` again: it "
-            "continues where it stopped."
-        )
+        raise CaseError("case.not_finished", case=str(case.root), state=record.state)
     return record
 
 
@@ -131,11 +121,7 @@ def _read(case: CaseFolder, keys: dict[str, str], stage: str, hint: type[T]) -> 
     try:
         kept, _ = read_product(folder, keys[stage], hint, case.root)
     except LookupError as error:
-        raise CaseError(
-            f"{folder} is not what the case was finished with: it is damaged, was edited, or was "
-            "made by another version. Run `limbgram reconstruct` on the case again: it makes anew "
-            "what is not whole."
-        ) from error
+        raise CaseError("case.stage_altered", folder=str(folder)) from error
     return cast(T, kept)
 
 
@@ -157,14 +143,9 @@ def read_truth(path: Path, evidence: Evidence, alignment: Alignment) -> KnownTru
     elif path.is_file():
         known = _of_mesh(path, alignment)
     else:
-        raise CaseError(
-            f"{path} holds no truth. Name a mesh file in millimetres, or the folder of a capture "
-            "with truth/mesh.ply and truth/cameras.json."
-        )
+        raise CaseError("case.no_truth", path=str(path))
     if alignment == "cameras" and len(known.centres_mm) < _FEWEST_CAMERAS:
-        raise OptionsError(
-            f"{path} does not tell where three of the photos were taken. Align by the surface."
-        )
+        raise OptionsError("case.truth_without_places", path=str(path))
     return known
 
 
@@ -197,9 +178,7 @@ def _lowest_mm(notes: Path) -> float:
         region: Any = json_of(read_content(notes, _LARGEST_BYTES, CaseError)).get("roi", {})
         return float(region.get("z_min", -math.inf))
     except (ValueError, TypeError, AttributeError) as error:
-        raise CaseError(
-            f"{notes} does not say what of the truth counts ({error}). Make the capture again."
-        ) from error
+        raise CaseError("case.truth_unclear", path=str(notes), why=str(error)) from error
 
 
 def _of_mesh(path: Path, alignment: Alignment) -> KnownTruth:
@@ -249,32 +228,17 @@ def cited(case: CaseFolder) -> CaseSource:
         schema, unit, truth = accuracy["schema"], accuracy["unit"], accuracy["truth"]
         hash_of_photos = digest_of(photo.sha256 for photo in record.photos)
     except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
-        raise CaseError(
-            f"{case.root} is no finished case with an accuracy.json that can be read. Name the "
-            "folder that `limbgram reconstruct` was given by -o, or run `limbgram accuracy` on it."
-        ) from error
+        raise CaseError("case.without_accuracy", case=str(case.root)) from error
     if schema != ACCURACY_SCHEMA:
-        raise CaseError(
-            f"The accuracy.json of {case.root} is of another version ({schema}). Run `limbgram "
-            "accuracy` on the case again."
-        )
+        raise CaseError("case.accuracy_of_other_version", case=str(case.root), version=schema)
     try:
         said = value_of(unsealed(accuracy), CaseAccuracy, strictness=_AS_FAR_AS_CITED)
     except (LookupError, Mismatch) as error:
-        raise CaseError(
-            f"The accuracy.json of {case.root} is not as it was written: it is damaged, was "
-            "edited, or is older than this version. Run `limbgram accuracy` on the case again."
-        ) from error
+        raise CaseError("case.accuracy_altered", case=str(case.root)) from error
     if truth is not None:
-        raise CaseError(
-            f"The accuracy.json of {case.root} is a comparison with a truth, not what the case "
-            "says of itself. Run `limbgram accuracy` on the case again, without --truth."
-        )
+        raise CaseError("case.accuracy_of_truth", case=str(case.root))
     if unit != "mm":
-        raise CaseError(
-            f"The case {case.root} has no scale, so nothing in it is in millimetres. Leave --case "
-            "out, or reconstruct with a board or known distances."
-        )
+        raise CaseError("case.without_scale", case=str(case.root))
     return CaseSource(sha256=hash_of_photos, accuracy=said, files=files)
 
 
@@ -334,9 +298,9 @@ def _require_same_place(case: CaseFolder, shape: Mesh, kept: Mesh) -> None:
     if abs(middle_mm) <= _THICKEST_SOCK_MM and uneven_mm <= _ALIKE_MM:
         return
     raise OptionsError(
-        f"The photos of {case.root} are not of this shape as it lies now: its surface lies "
-        f"{abs(middle_mm):.1f} mm from the case's (median) and is uneven to it by "
-        f"{uneven_mm:.1f} mm. Marks would lie elsewhere on it. Take the case's own "
-        f"{case.deliverables / 'surface.ply'}, mark and align that, and edit it afterwards; or "
-        "name the case that made this shape."
+        "case.other_shape",
+        photos=str(case.root),
+        middle_mm=abs(middle_mm),
+        uneven_mm=uneven_mm,
+        surface=str(case.deliverables / "surface.ply"),
     )

@@ -281,7 +281,7 @@ class Bench:
         try:
             text = content.decode("utf-8")
         except UnicodeDecodeError as error:
-            raise unreadable(self.recipe_file, "The recipe of this case") from error
+            raise unreadable(self.recipe_file, "recipe") from error
         return parse_recipe(text, self.recipe_file.name)
 
     def require_recipe(self) -> None:
@@ -310,7 +310,7 @@ class Bench:
         history = self.history()
         at = history.present + by
         if not 0 <= at < len(history.recipes):
-            raise OptionsError("There is nothing to undo." if by < 0 else "Nothing was undone.")
+            raise OptionsError("case.nothing_to_undo" if by < 0 else "case.nothing_undone")
         self._put(replace(history, present=at))
         return self.recipe()
 
@@ -404,13 +404,12 @@ class Bench:
         kept = self._tapes()
         if reading not in kept.readings:
             raise OptionsError(
-                f"No girth of {reading.girth_mm:g} mm is kept at {reading.height_mm:g} mm. Look at "
-                "the readings again: another window may have changed them."
+                "case.no_such_reading", girth_mm=reading.girth_mm, height_mm=reading.height_mm
             )
         self._put_tapes(kept.readings, (*self.tape_acts(), _done("accepted", reading)))
 
     def _tapes(self) -> _Tapes:
-        kept = read_kept(self.tape_file, _Tapes, "What was read by tape in this case")
+        kept = read_kept(self.tape_file, _Tapes, "tapes")
         return _Tapes(()) if kept is None else kept
 
     def _put_tapes(self, readings: Sequence[TapeReading], acts: Sequence[TapeAct]) -> None:
@@ -425,7 +424,7 @@ class Bench:
             CaseError: those before cannot be read, and would be lost.
         """
         if len(readings) > _MOST_READINGS:
-            raise OptionsError(f"{len(readings)} readings are given; {_MOST_READINGS} are kept.")
+            raise OptionsError("case.too_many_readings", given=len(readings), most=_MOST_READINGS)
         for reading in readings:
             require_girth(reading)
         kept = self._tapes()
@@ -447,7 +446,7 @@ class Bench:
         return self.root / "history.json"
 
     def _kept_history(self) -> History | None:
-        return read_kept(self._history_file, History, "What undo goes back to")
+        return read_kept(self._history_file, History, "history")
 
     def _put(self, history: History) -> None:
         """The recipe's file last: if the program is ended in between, history follows the file."""
@@ -471,10 +470,7 @@ class Bench:
     def _take_scan(self) -> Path:
         delivered = self._delivered()
         if delivered is None:
-            raise CaseError(
-                "This case has no surface yet. Compute its shape first: it needs the photos and "
-                "Compute shape."
-            )
+            raise CaseError("case.no_surface")
         before = self._kept_scan()
         carried = None if before is None else read_shape(before).limb
         self.made(self.root)

@@ -21,16 +21,19 @@ from limbgram.core.errors import (
     CalibrationError,
     CaseError,
     LimbgramError,
+    MissingError,
     OptionsError,
     PhotoError,
-    disk_advice,
+    disk_finding,
+    in_words,
     printable,
 )
 from limbgram.core.files import write_bytes
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
+from limbgram.findings import Finding, fault, note
 from limbgram.formats.camera import read_camera, write_camera
-from limbgram.reconstruction.calibration.board import calibrate
+from limbgram.reconstruction.calibration.board import BoardCalibration, calibrate
 from limbgram.reconstruction.calibration.cameras import (
     Calibration,
     cameras_for,
@@ -38,7 +41,7 @@ from limbgram.reconstruction.calibration.cameras import (
 )
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 from limbgram.reconstruction.targets.board import Board
-from limbgram.report.calibration import calibration_picture, calibration_text
+from limbgram.report.calibration import calibration_picture
 
 CAMERA_ID_PATTERN = "^[a-z0-9]{8}$"
 _ID = re.compile(CAMERA_ID_PATTERN)
@@ -47,7 +50,7 @@ _LONGEST_NAME = 80
 _LOOKED_AT = 12
 """Photos of a capture whose headers tell whether the camera is theirs; the run looks at all."""
 
-_INTERRUPTED = "The calibration was interrupted. Calibrate again."
+_INTERRUPTED = fault("camera.interrupted")
 
 CameraState = Literal["empty", "calibrating", "refused", "ready"]
 
@@ -62,8 +65,20 @@ class CameraLabel:
     calibrated: str = ""
     """Date and time of its calibration, UTC; empty before."""
     state: CameraState = "empty"
-    message: str = ""
+    finding: Finding | None = None
     """Why the last calibration was refused, or what it found."""
+    message: str = ""
+    """The same in a file of an earlier version, in its own words."""
+
+    @property
+    def as_calibrating(self) -> "CameraLabel":
+        """While its calibration goes on."""
+        return replace(self, state="calibrating", finding=None, message="")
+
+    @property
+    def told(self) -> Finding | None:
+        """What became of the last calibration, whichever version wrote it down."""
+        return self.finding or (in_words(self.message) if self.message else None)
 
 
 @dataclass(frozen=True)
@@ -92,7 +107,7 @@ class KeptCamera:
         Raises:
             CaseError: that is there and cannot be read.
         """
-        kept = read_kept(self.label_file, CameraLabel, "What was said of this camera")
+        kept = read_kept(self.label_file, CameraLabel, "camera")
         return CameraLabel(name=self.camera_id, made="") if kept is None else kept
 
     @property
@@ -101,16 +116,16 @@ class KeptCamera:
 
     def relabel(self, label: CameraLabel) -> None:
         if not label.name.strip() or len(label.name) > _LONGEST_NAME:
-            raise OptionsError(f"A camera's name has 1 to {_LONGEST_NAME} letters.")
+            raise OptionsError("camera.name_length", most=_LONGEST_NAME)
         if printable(label.name, keep="") != label.name:
-            raise OptionsError("The name holds signs that cannot be shown. Write it anew.")
+            raise OptionsError("camera.name_not_shown")
         write_json(self.label_file, tree_of(label))
 
     @property
     def interrupted(self) -> CameraLabel:
         """Its label where nobody calibrates it any more though it says so."""
         state: CameraState = "ready" if self.file.is_file() else "empty"
-        return replace(self.label, state=state, message=_INTERRUPTED)
+        return replace(self.label, state=state, finding=_INTERRUPTED, message="")
 
     def calibration(self) -> Calibration | None:
         """Its lens; None before it is calibrated."""
@@ -122,26 +137,23 @@ class KeptCamera:
         Raises:
             LimbgramError: the photos do not tell the lens; an earlier calibration stays.
         """
-        self.relabel(replace(self.label, state="calibrating", message=""))
+        self.relabel(self.label.as_calibrating)
         try:
             if not self.received.is_dir():
-                raise CalibrationError(
-                    "There are no photos of the board here yet. Take 10 to 20 with the zoom and "
-                    "focus that you will use for limbs, from all sides, and send them."
-                )
+                raise CalibrationError("camera.no_board_photos")
             found = run(calibrate, run(read_photos, (self.received,)), board)
             provenance = {"board": str(found.board), "photos": str(len(found.photos))}
-            picture, text = calibration_picture(found), calibration_text(found)
+            picture, told = calibration_picture(found), _told(found)
             self.certificate.unlink(missing_ok=True)  # it never stands beside another lens
             write_camera(self.file, found.calibration, provenance)
             write_bytes(self.certificate, picture)
         except (LimbgramError, OSError) as error:
             state: CameraState = "ready" if self.file.is_file() else "refused"
-            told = disk_advice(error) if isinstance(error, OSError) else str(error)
-            self.relabel(replace(self.label, state=state, message=told))
+            found = disk_finding(error) if isinstance(error, OSError) else error.finding
+            self.relabel(replace(self.label, state=state, finding=found, message=""))
             raise
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        self.relabel(replace(self.label, state="ready", calibrated=now, message=text))
+        self.relabel(replace(self.label, state="ready", calibrated=now, finding=told))
 
     def take_file(self, content: bytes) -> None:
         """Take a camera file that was made elsewhere.
@@ -157,7 +169,7 @@ class KeptCamera:
         finally:
             beside.unlink(missing_ok=True)
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        self.relabel(replace(self.label, state="ready", calibrated=now, message=""))
+        self.relabel(replace(self.label, state="ready", calibrated=now, finding=None, message=""))
 
 
 @dataclass(frozen=True)
@@ -180,7 +192,7 @@ class Cameras:
         """
         folder = self.root / camera_id
         if not _ID.match(camera_id) or not folder.is_dir():
-            raise LookupError("There is no such camera.")
+            raise MissingError("camera.none")
         return KeptCamera(camera_id, folder)
 
     def new_camera(self, name: str) -> KeptCamera:
@@ -222,3 +234,19 @@ def camera_doubt(photos: Sequence[Path], given: Sequence[Calibration]) -> str:
         return str(error)
     except PhotoError:
         return ""  # no photo can be read yet: nothing tells against the camera
+
+
+def _told(found: BoardCalibration) -> Finding:
+    """What a calibration found."""
+    return note(
+        "camera.calibrated",
+        photos=len(found.photos),
+        rms_px=found.calibration.rms_px,
+        remarks=(
+            *(
+                note("camera.left_out", photo=one.name, reason=one.reason)
+                for one in found.set_aside
+            ),
+            *found.doubts,
+        ),
+    )

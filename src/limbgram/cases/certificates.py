@@ -36,16 +36,13 @@ def require_certificate_place(path: Path) -> None:
         CaseError: another file lies there, or its name is none for a certificate.
     """
     if not path.name.endswith(".json"):
-        raise CaseError(f"{path} is no name for a certificate. Let it end in .json.")
+        raise CaseError("case.certificate.no_name", path=str(path))
     if not path.exists():
         return
     try:
         read_certificate(path)
     except CaseError as error:
-        raise CaseError(
-            f"{path} is there already and is no certificate of ours: it would be lost. Choose "
-            "another name by -o."
-        ) from error
+        raise CaseError("case.certificate.another_file", path=str(path)) from error
 
 
 def write_certificate(path: Path, certificate: Certificate) -> None:
@@ -74,12 +71,9 @@ def read_certificate(path: Path) -> Certificate:
             raise ValueError("it is none")
         return value_of(unsealed(tree), Certificate, "the certificate")
     except (ValueError, OptionsError) as error:
-        raise CaseError(f"{path} is no usable certificate: {error}. {_ADVICE}") from error
+        raise CaseError("case.certificate.unusable", path=str(path), why=str(error)) from error
     except LookupError as error:
-        raise CaseError(
-            f"{path} is no certificate, or not as it was written: it is damaged or was edited. "
-            f"{_ADVICE}"
-        ) from error
+        raise CaseError("case.certificate.altered", path=str(path)) from error
 
 
 def take_certificates_in(case: CaseFolder, camera_files: Sequence[Path]) -> None:

@@ -141,8 +141,9 @@ class CaptureWatch:
             photos = masked_by(photos, self._masks)
         if len(photos.photos) < 2:
             raise PhotoError(
-                f"Photos that can be read so far: {len(photos.photos)}; 2 are needed for a check. "
-                f"Go on taking photos.{left_out_lines(photos.set_aside)}"
+                "case.too_few_photos",
+                readable=len(photos.photos),
+                left_out=left_out_lines(photos.set_aside),
             )
         fresh = tuple(one for one in photos.photos if _pixels_of(one) not in self._copies)
         if fresh:
@@ -177,7 +178,7 @@ def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
     found: dict[Path, _Stamp] = {}
     for source in sources:
         if not source.exists():
-            raise PhotoError(f"{source} does not exist. Check the path of the photos.")
+            raise PhotoError("case.source_missing", source=str(source))
         inside = source.is_dir()
         for file in sorted(source.iterdir(), key=natural_order) if inside else (source,):
             if file.is_file() and not (inside and file.name.startswith(".")):

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import IO, Literal
 
 from limbgram.cases.fingerprint import file_sha256
-from limbgram.core.errors import CaseError, PhotoError, disk_advice, is_full
+from limbgram.core.errors import CaseError, PhotoError, disk_finding, is_full
 from limbgram.core.files import written_whole
 from limbgram.reconstruction.photos.masks import (
     MASKS_FOLDER,
@@ -116,15 +116,9 @@ def require_apart(case: CaseFolder, sources: Sequence[Path]) -> None:
     for source in (source for source in sources if source.is_dir()):
         place = source.resolve()
         if root in (place, place / MASKS_FOLDER):
-            raise CaseError(
-                f"-o names the folder of the photos itself, {source}. What is made would lie "
-                f"among them. Name another folder for the case, such as {source / 'case'}."
-            )
+            raise CaseError("case.among_photos", folder=str(source), other=str(source / "case"))
         if place in (root / "photos", root / "photos-left-out") and not case.record.is_file():
-            raise CaseError(
-                f"{source} lies where the case {case.root} would keep its own copies of the "
-                "photos. Name another folder for the case by -o."
-            )
+            raise CaseError("case.photos_in_its_place", photos=str(source), case=str(case.root))
 
 
 def require_new_or_ours(case: CaseFolder) -> None:
@@ -139,10 +133,7 @@ def require_new_or_ours(case: CaseFolder) -> None:
     found = [name for name in names if (case.root / name).exists()]
     found += sorted(file.name for file in case.root.glob("accuracy*.*"))
     if found:
-        raise CaseError(
-            f"{case.root} is no case, and what lies there would be written over: "
-            f"{', '.join(found)}. Name a new folder by -o."
-        )
+        raise CaseError("case.folder_taken", folder=str(case.root), names=tuple(found))
 
 
 def take_in(
@@ -169,10 +160,7 @@ def take_in(
     require_apart(case, sources)
     for source, name in files:
         if wanted.setdefault(name, source).resolve() != source.resolve():
-            raise PhotoError(
-                f"{source} and {wanted[name]} have the same name. Results are told by photo "
-                "name: rename one of the two."
-            )
+            raise PhotoError("case.photos_of_one_name", one=str(source), two=str(wanted[name]))
     for name, source in list(wanted.items()):
         fault = _take_in_one(case, source, name)
         if fault is not None:
@@ -235,8 +223,7 @@ def _take_in_one(case: CaseFolder, source: Path, name: Path) -> str | None:
         same = file_sha256(kept) == sha256
         if not same and name.parent.name != MASKS_FOLDER:  # masks are corrected again and again
             raise CaseError(
-                f"{name} in {case.photos} is another file than {source}. A case never alters the "
-                "photos it received. Use a new case folder, or rename one of the two."
+                "case.other_photo", name=str(name), folder=str(case.photos), photo=str(source)
             )
         if same and not kept.samefile(source):
             return None
@@ -244,10 +231,7 @@ def _take_in_one(case: CaseFolder, source: Path, name: Path) -> str | None:
 
     def require_same(copy: Path) -> None:
         if file_sha256(copy) != sha256:
-            raise CaseError(
-                f"The copy of {source} in {case.photos} is not the same as the photo. It was "
-                "altered meanwhile, or a disk is failing: run the same command again."
-            )
+            raise CaseError("case.copy_differs", photo=str(source), folder=str(case.photos))
 
     with written_whole(kept, require_same) as beside:
         _copy(source, beside)
@@ -275,11 +259,11 @@ def _no_photos(sources: Sequence[Path], set_aside: Sequence[SetAside]) -> PhotoE
         for file in sorted(source.iterdir())
         if file.is_dir() and not file.name.startswith(".") and file.name != MASKS_FOLDER
     ]
-    inside = f" It holds folders ({', '.join(folders[:_TOLD_AT_MOST])})." if folders else ""
     return PhotoError(
-        f"There are no photos in {where}.{inside} Name the folder in which the photos themselves "
-        "lie, as JPEG, PNG or TIFF; sub-folders are not searched."
-        f"{left_out_lines(set_aside)}"
+        "case.no_photos",
+        sources=where,
+        folders=tuple(folders[:_TOLD_AT_MOST]) or None,
+        left_out=left_out_lines(set_aside),
     )
 
 
@@ -310,10 +294,7 @@ def locked(case: CaseFolder) -> Generator[None]:
         raise cannot_be_made(case, error) from error
     with file:
         if not _try_lock(file):
-            raise CaseError(
-                f"Another run is working in {case.root}. Wait until it has ended, or choose "
-                "another case folder with -o."
-            )
+            raise CaseError("case.locked", case=str(case.root))
         yield
 
 
@@ -334,10 +315,7 @@ def _try_lock(file: IO[str]) -> bool:
 
 def cannot_be_made(case: CaseFolder, error: OSError) -> CaseError:
     """The refusal of a case folder that cannot be begun."""
-    return CaseError(
-        f"The case folder {case.root} cannot be made or written. {disk_advice(error)} Choose a "
-        "folder on a disk that you may write to."
-    )
+    return CaseError("case.folder_fails", folder=str(case.root), reason=disk_finding(error))
 
 
 @contextmanager
@@ -352,12 +330,6 @@ def with_disk_advice(case: CaseFolder) -> Generator[None]:
         if error.errno is None:
             raise
         if not is_full(error):
-            raise CaseError(
-                f"{disk_advice(error)} Then run the same command again: finished stages are kept."
-            ) from error
+            raise CaseError("case.disk", reason=disk_finding(error)) from error
         free_mb = shutil.disk_usage(case.root).free / 2**20
-        raise CaseError(
-            f"The disk of {case.root} is full ({free_mb:.0f} MB free). Free some space (a case "
-            "needs about 50 MB a photo) and run the same command again: it continues where it "
-            "stopped."
-        ) from error
+        raise CaseError("case.disk_full", case=str(case.root), free_mb=free_mb) from error

@@ -157,10 +157,7 @@ def _read_record(folder: Path) -> dict[str, Any] | None:
 
 def _require_ours(folder: Path) -> None:
     if folder.exists() and any(folder.iterdir()) and _read_record(folder) is None:
-        raise CaseError(
-            f"{folder} is there already and holds something else than frames of a video. Name a "
-            "new folder by -o."
-        )
+        raise CaseError("case.frames_folder_taken", folder=str(folder))
 
 
 def _folder_of(folder: Path, record: dict[str, Any]) -> FrameFolder:

@@ -24,7 +24,7 @@ from typing import IO, Self
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.record import write_json
 from limbgram.cases.zips import copy_member, damage_refused
-from limbgram.core.errors import CaseError, OptionsError, printable
+from limbgram.core.errors import CaseError, MissingError, OptionsError, printable
 from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.typed import Mismatch, tree_of, value_of
 from limbgram.reconstruction.photos.photo import SetAside
@@ -108,10 +108,7 @@ class Piece:
         with self._alone:
             self.last_s = time.monotonic()
             if self._over:
-                raise CaseError(
-                    "This piece was given up: another request goes on with the same file, or "
-                    "deleted it. Ask for the list, and go on from what is here."
-                )
+                raise CaseError("case.upload.given_up")
             written = self._stream.write(content)
             self._stream.flush()  # what the list tells is what is here
             return written
@@ -207,23 +204,19 @@ class Intake:
         most = limit_of(name)
         if total is not None and total > most:
             raise OptionsError(
-                f"{name} has {total / 1e6:.0f} MB; {most / 1e6:.0f} MB are taken. Send a JPEG, or "
-                "a shorter film."
+                "case.upload.too_large", name=name, size_mb=total / 1e6, most_mb=most / 1e6
             )
         if start == 0 and len(self._listed()) >= MOST_FILES:
-            raise OptionsError(f"There are {MOST_FILES} files here already. Begin another case.")
+            raise OptionsError("case.upload.too_many", most=MOST_FILES)
         if not self.folder.parent.is_dir():
-            raise LookupError("What the photos belong to was deleted meanwhile.")
+            raise MissingError("case.upload.deleted")
         for made in (self.folder, self._records):
             made.mkdir(exist_ok=True)
         with _BEGINNING:
             self._require_free(name, start, total, upload)
             here = self.arrived(name)
             if start > here:
-                raise OptionsError(
-                    f"{here} bytes of {name} are here, and a piece from byte {start} was sent. Go "
-                    f"on from byte {here}."
-                )
+                raise OptionsError("case.upload.gap", name=name, here=here, start=start)
             part = self._part(name)
             write_json(self._announced(name), tree_of(_Announced(total=total, upload=upload)))
             stream = part.open("r+b" if here else "wb")
@@ -240,18 +233,18 @@ class Intake:
         if coming is not None:
             quiet = time.monotonic() - coming.last_s > GIVEN_UP_S
             if coming.closed or not (own_id or quiet):
-                raise _other_upload(name, "comes in just now")
+                raise _other_upload(name, "coming")
             coming.give_way()  # its line is dead, and its sender is here again
         if not self.arrived(name):
             return
         if start > 0:
             same = upload == known.upload or (upload, known.upload) == (PIECES, WHOLE)
             if not same or (None not in (total, known.total) and total != known.total):
-                raise _other_upload(name, "has begun to come in")
+                raise _other_upload(name, "begun")
             return
         again = own_id or (upload, known.upload) == (WHOLE, WHOLE)
         if not again and time.time() - part.stat().st_mtime < GIVEN_UP_S:
-            raise _other_upload(name, f"has begun to come in, {self.arrived(name)} bytes are here")
+            raise _other_upload(name, "begun", self.arrived(name))
 
     def finish(self, name: str, *, replace: bool = False) -> tuple[Received, bool]:
         """Give a file that has arrived its name; also whether it is new here.
@@ -267,10 +260,7 @@ class Intake:
             return known, False
         if known is not None and not replace:
             self._forget(name)
-            raise CaseError(
-                f"Another photo called {name} is here already, with other content. Two cameras "
-                "may count alike: rename one of the files and send it again."
-            )
+            raise CaseError("case.upload.other_content", name=name)
         with _ONE_AT_A_TIME:  # a photo is in memory while its header is cleaned
             received = self._keep(name, part, sha256, size)
         write_json(self._records / f"{name}.json", tree_of(received))
@@ -285,10 +275,7 @@ class Intake:
         """
 
         def damaged(_: Exception) -> OptionsError:
-            return OptionsError(
-                f"{name} cannot be unpacked: it is damaged, or has a password. Make it again, or "
-                "send the photos themselves."
-            )
+            return OptionsError("archive.sent_damaged", name=name)
 
         part = self._part(name)
         found: list[tuple[Received, bool]] = []
@@ -319,7 +306,7 @@ class Intake:
         finally:
             self._forget(name)
         if not found:
-            raise OptionsError(f"{name} holds no photos. Send JPEG, PNG, TIFF, HEIC or raw files.")
+            raise OptionsError("archive.sent_without_photos", name=name)
         return tuple(found)
 
     def remove(self, name: str) -> bool:
@@ -328,7 +315,7 @@ class Intake:
         with _BEGINNING:
             coming = _COMING.get(self._part(name))
             if coming is not None and coming.closed:
-                raise _other_upload(name, "is whole and looked at just now")
+                raise _other_upload(name, "whole")
             if coming is not None:
                 coming.give_way()
         (self.folder / name).unlink(missing_ok=True)
@@ -390,12 +377,8 @@ class Intake:
 _ONE_AT_A_TIME = threading.Lock()
 
 
-def _other_upload(name: str, what: str) -> CaseError:
-    return CaseError(
-        f"Another upload of a file called {name} {what}. If it is another photo, rename one of the "
-        "files. If it is your own that broke off, go on from the bytes that the list tells, or "
-        "wait a minute and begin again."
-    )
+def _other_upload(name: str, state: str, bytes_here: int | None = None) -> CaseError:
+    return CaseError("case.upload.another", name=name, state=state, bytes_here=bytes_here)
 
 
 def checked_name(name: str) -> str:
@@ -412,15 +395,9 @@ def checked_name(name: str) -> str:
         or name.endswith((" ", "."))
     )
     if odd:
-        raise OptionsError(
-            f"{printable(name, keep='')[:60]!r} is no name of a photo: it is too long, is a path, "
-            "or has signs that not every system takes. Rename the file."
-        )
+        raise OptionsError("case.upload.no_name", name=printable(name, keep="")[:60])
     if suffix_of(name) not in (*PICTURE_SUFFIXES, *VIDEO_SUFFIXES, *_ZIP):
-        raise OptionsError(
-            f"{name} is no photo by its name. JPEG, PNG, TIFF, HEIC and raw photos are taken, "
-            "films as MP4 or MOV, and a zip of photos."
-        )
+        raise OptionsError("case.upload.no_photo", name=name)
     return name
 
 
@@ -463,6 +440,5 @@ def _require_reasonable(name: str, members: list[zipfile.ZipInfo]) -> None:
     large = any(one.file_size > MOST_PHOTO_BYTES for one in members)
     if len(members) > MOST_FILES or whole > MOST_FILM_BYTES or bomb or large:
         raise OptionsError(
-            f"{name} would unpack to {len(members)} files of {whole / 1e6:.0f} MB, which no walk "
-            "round a limb has. Send the photos themselves."
+            "archive.too_large_sent", name=name, files=len(members), size_mb=whole / 1e6
         )

@@ -89,10 +89,7 @@ def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:
     for idx, file in enumerate(job.camera_files):
         kept = case.camera_file(idx)
         if kept.resolve() in {other.resolve() for other in job.camera_files if other != file}:
-            raise CaseError(
-                f"{kept} is given as a camera file, and the case would keep a copy of {file} in "
-                "its place. Move it out of the case folder, or name it first."
-            )
+            raise CaseError("camera.file_in_its_place", kept=str(kept), file=str(file))
         if not (kept.exists() and kept.samefile(file)):
             with written_whole(kept) as beside:
                 shutil.copyfile(file, beside)

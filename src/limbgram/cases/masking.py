@@ -69,14 +69,10 @@ def write_masks(case: CaseFolder, folder: Path, run: Run, margin_mm: float) -> M
     """
     if not 0.0 <= margin_mm <= WIDEST_MARGIN_MM:  # not a number is not either
         raise OptionsError(
-            f"A margin of {margin_mm:g} mm round the limb was asked for; it must be a number from "
-            f"0 to {WIDEST_MARGIN_MM:g}. Leave it out to have {MARGIN_MM:g} mm."
+            "case.mask_margin", margin_mm=margin_mm, widest_mm=WIDEST_MARGIN_MM, usual_mm=MARGIN_MM
         )
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
-        raise CaseError(
-            f"{folder} is there already. Masks in it may have been corrected by hand, so nothing "
-            "is written over: name a new folder by -o."
-        )
+        raise CaseError("case.masks_folder_taken", folder=str(folder))
     evidence = kept_evidence(case)
     require_unaltered(evidence.photos.photos)
     scene, mesh = evidence.metric.scene, evidence.mesh

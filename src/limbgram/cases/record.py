@@ -15,6 +15,7 @@ from limbgram.cases.store import CachingRun
 from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.typed import Strictness, tree_of, value_of
+from limbgram.findings import Finding, as_json, told
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.report.summary import Verdict
@@ -117,6 +118,9 @@ class _Content:
     schema: str = SCHEMA
     state: State
     message: str
+    """In English, for readers without the words."""
+    finding: Finding | None
+    """Why there is no result, or what became of a later run."""
     verdict: Verdict | None
     superseded: str | None
     """Folder of the earlier run's results that no longer stand."""
@@ -151,7 +155,7 @@ def read_verdict(case: CaseFolder) -> Verdict | None:
     Raises:
         CaseError: the record is there and cannot be read.
     """
-    kept = read_kept(case.record, _Judged, "The record of the case")
+    kept = read_kept(case.record, _Judged, "record")
     return kept.verdict if kept is not None and kept.state == "finished" else None
 
 
@@ -160,8 +164,8 @@ def write_record(
     state: State,
     run: CachingRun,
     done: Reconstruction | None = None,
-    message: str = "",
     *,
+    finding: Finding | None = None,
     job: str = "",
     verdict: Verdict | None = None,
 ) -> None:
@@ -173,7 +177,8 @@ def write_record(
     """
     content = _Content(
         state=state,
-        message=message,
+        message="" if finding is None else told(finding),
+        finding=finding,
         verdict=verdict,
         superseded=case.superseded.name if case.superseded.is_dir() else None,
         job=job,
@@ -189,10 +194,10 @@ def write_record(
     write_json(case.record, tree_of(content))
 
 
-def add_message(case: CaseFolder, message: str) -> None:
+def add_finding(case: CaseFolder, finding: Finding) -> None:
     """Tell in case.json of a later run that changed nothing."""
     record: Any = json.loads(case.record.read_text("utf-8"))
-    write_json(case.record, {**record, "message": message})
+    write_json(case.record, {**record, "message": told(finding), "finding": as_json(finding)})
 
 
 def write_json(path: Path, content: Any) -> None:
@@ -208,7 +213,7 @@ def read_kept(path: Path, kind: type[T], what: str) -> T | None:
     one over it, made of nothing.
 
     Args:
-        what: The file for people, as a sentence begins.
+        what: The file, by the key under which `kept.unreadable` tells it.
 
     Raises:
         CaseError: it is there and cannot be read.
@@ -224,10 +229,7 @@ def read_kept(path: Path, kind: type[T], what: str) -> T | None:
 
 def unreadable(path: Path, what: str) -> CaseError:
     """The refusal of a file that people's work is kept in and that cannot be read."""
-    return CaseError(
-        f"{what} cannot be read: {path.name} is damaged, or the disk fails. It stays as it is, and "
-        "nothing is written over it. Put back a copy of it; or set it aside, and begin it anew."
-    )
+    return CaseError("kept.unreadable", what=what, file=path.name)
 
 
 def set_aside(path: Path) -> Path:

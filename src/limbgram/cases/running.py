@@ -29,9 +29,10 @@ from limbgram.cases.folder import CaseFolder
 from limbgram.cases.order import Job, plain_tree, read_job
 from limbgram.cases.record import read_kept, write_json
 from limbgram.cases.supervision import COMMAND, Event, JobBug, Supervision
-from limbgram.core.errors import Cancelled, CaseError, LimbgramError, disk_advice
+from limbgram.core.errors import Cancelled, CaseError, LimbgramError, disk_finding, in_words
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import tree_of
+from limbgram.findings import Finding, fault
 from limbgram.report.stages import stage_title
 
 JobState = Literal[
@@ -41,16 +42,9 @@ GRACE_S = 1.5
 """Between the wish to cancel and the end of the process."""
 _SCHEMA = "limbgram-job/1"
 _LARGEST = 4_000_000
-_STOPPED = "It was cancelled. What is finished is kept: started again, it goes on from there."
-_INTERRUPTED = "The program was ended meanwhile. Nothing is lost: what is finished is kept."
-_KILLED_TWICE = (
-    f"{_INTERRUPTED} It was ended twice in the same step, so it does not go on by itself: memory "
-    "may be too small for it. Close other programs, or take smaller photos, and start it again."
-)
-_FAULT = (
-    "The program met a fault of its own. What is finished is kept: start it again. If it ends "
-    "there again, report it with the file log.txt of the case."
-)
+_STOPPED = fault("job.stopped")
+_INTERRUPTED = fault("job.interrupted")
+_KILLED_TWICE = fault("job.killed_twice")
 _ACTIVE = ("queued", "running", "held")
 _DIES_S = 10.0
 """As long as a process that was ended by the system may take to be gone."""
@@ -127,7 +121,10 @@ class JobFile:
     elapsed_s: float = 0.0
     """In all starts together, without the time that it was held."""
     stages: tuple[StageProgress, ...] = ()
+    finding: Finding | None = None
+    """Why it did not finish."""
     message: str = ""
+    """The same in a file of an earlier version, in its own words."""
     kind: str = ""
     """Of the refusal."""
     light: str = ""
@@ -137,6 +134,11 @@ class JobFile:
     killed: bool = False
     """The program was killed while it ran, and no stage has ended since."""
     schema: str = _SCHEMA
+
+    @property
+    def why(self) -> Finding | None:
+        """Why it did not finish, whichever version wrote it down."""
+        return self.finding or (in_words(self.message) if self.message else None)
 
 
 @dataclass
@@ -175,16 +177,16 @@ class RunningJob:
         try:
             self._begin(command)
         except OSError as error:
-            self._end("refused", message=disk_advice(error), kind="OSError")
+            self._end("refused", disk_finding(error), kind="OSError")
         except LimbgramError as error:
-            self._end("refused", message=str(error), kind=type(error).__name__)
+            self._end("refused", error.finding, kind=type(error).__name__)
         except (ValueError, RuntimeError) as error:  # its order is damaged; no thread is to be had
-            self._end("failed", message=f"{_FAULT}\n{error}", kind=type(error).__name__)
+            self._end("failed", _fault(str(error)), kind=type(error).__name__)
 
     def _begin(self, command: tuple[str, ...]) -> None:
         """Start its process, or let the one that rests go on."""
         if not self.case.root.is_dir():
-            raise CaseError("The case was deleted or taken away meanwhile.")
+            raise CaseError("job.case_gone")
         with self._lock:
             self.file = replace(self.file, state="running")
             self._since = time.monotonic()
@@ -220,12 +222,9 @@ class RunningJob:
         """Let it rest."""
         with self._lock:
             if self.file.state != "running" or self._supervision is None:
-                raise CaseError("Nothing is running that could rest. Start it first.")
+                raise CaseError("job.nothing_to_hold")
             if not self._supervision.hold():
-                raise CaseError(
-                    "This system cannot let a run rest. Cancel it: what is finished is kept, and "
-                    "it goes on from there."
-                )
+                raise CaseError("job.cannot_hold")
             self.file = replace(self.file, elapsed_s=self.elapsed_s, state="held", wanted=False)
         self._try_save()
         self.on_rest()
@@ -237,7 +236,7 @@ class RunningJob:
         if self._supervision is not None:
             self._supervision.stop()
         elif self.file.state == "queued":
-            self._end("cancelled", message=_STOPPED, kind=Cancelled.__name__)
+            self._end("cancelled", _STOPPED, kind=Cancelled.__name__)
 
     def drop(self) -> None:
         """Its case goes: wait no more, and write nothing down."""
@@ -266,24 +265,24 @@ class RunningJob:
             self._end("finished", light=answer.light)
         except Cancelled as error:
             if self._asked:
-                self._end("cancelled", message=_STOPPED, kind=type(error).__name__)
+                self._end("cancelled", _STOPPED, kind=type(error).__name__)
             else:  # as the machine shuts down: every process is asked to end
-                self._end("interrupted", message=_INTERRUPTED, wanted=self.file.wanted)
+                self._end("interrupted", _INTERRUPTED, wanted=self.file.wanted)
         except JobBug as bug:
-            self._end("failed", message=f"{_FAULT}\n{bug}", kind="JobBug")
+            self._end("failed", _fault(str(bug)), kind="JobBug")
         except LimbgramError as error:
-            self._end("refused", message=str(error), kind=type(error).__name__)
+            self._end("refused", error.finding, kind=type(error).__name__)
         except OSError as error:
-            self._end("failed", message=str(error), kind="OSError")
+            self._end("failed", disk_finding(error), kind="OSError")
         finally:
             if self.active:  # a fault of ours passes on, and nobody waits for this one
-                self._end("failed", message=_FAULT, kind="JobBug")
+                self._end("failed", _fault(), kind="JobBug")
 
     def _end(
         self,
         state: JobState,
+        finding: Finding | None = None,
         *,
-        message: str = "",
         kind: str = "",
         light: str = "",
         wanted: bool = False,
@@ -298,7 +297,8 @@ class RunningJob:
                 self.file,
                 elapsed_s=self.elapsed_s,
                 state=state,
-                message=message,
+                finding=finding,
+                message="",
                 kind=kind,
                 light=light,
                 process=0,
@@ -406,7 +406,7 @@ class Runner:
         """
         kept = read_job_file(case)
         if kept is None:
-            raise CaseError("Nothing was begun here yet. Start it with its options.")
+            raise CaseError("job.never_begun")
         return self._again(case, replace(kept, killed=False))
 
     def take_up(self, cases: Iterable[CaseFolder]) -> None:
@@ -426,14 +426,16 @@ class Runner:
 
     def _again(self, case: CaseFolder, kept: JobFile) -> RunningJob:
         job = read_job(json.loads(kept.order), case.root)
-        return self._start(job, replace(kept, state="running", message="", kind="", light=""))
+        return self._start(
+            job, replace(kept, state="running", finding=None, message="", kind="", light="")
+        )
 
     def _start(self, job: Job, file: JobFile) -> RunningJob:
         case = CaseFolder(job.case)
         with self._lock:
             known = self._jobs.get(case.root)
             if known is not None and known.active:
-                raise CaseError("A run is working in this case already. Wait, or cancel it first.")
+                raise CaseError("job.works_already")
             usual, own = self._usual()
             stages = tuple(_waiting(name) for name in usual)
             started = RunningJob(
@@ -461,7 +463,7 @@ class Runner:
         with self._lock:
             job = self._jobs.get(case.root)
             if job is None or job.file.state != "held":
-                raise CaseError("Nothing rests here that could go on.")
+                raise CaseError("job.nothing_rests")
             with suppress(OSError):
                 job.queue()
             self._line.append(job)
@@ -480,7 +482,7 @@ class Runner:
         with self._lock:
             job = self._jobs.get(case.root)
             if job is not None and job.has_process:
-                raise CaseError("A run is working in this case. Wait, or cancel it first.")
+                raise CaseError("job.works")
             yield
             if job is not None:
                 job.drop()
@@ -566,7 +568,7 @@ def read_job_file(case: CaseFolder) -> JobFile | None:
     Raises:
         CaseError: it is there and cannot be read.
     """
-    return read_kept(job_file(case), JobFile, "What was computed in this case")
+    return read_kept(job_file(case), JobFile, "job")
 
 
 def mark_interrupted(case: CaseFolder) -> JobFile | None:
@@ -585,14 +587,15 @@ def mark_interrupted(case: CaseFolder) -> JobFile | None:
         _end_process(kept.process, case)
     ran = kept.state == "running"
     wanted = kept.state == "queued" or (ran and not kept.killed)
-    message = _KILLED_TWICE if ran and kept.killed else _INTERRUPTED
+    finding = _KILLED_TWICE if ran and kept.killed else _INTERRUPTED
     stages = tuple(
         replace(one, state="waiting") if one.state == "running" else one for one in kept.stages
     )
     kept = replace(
         kept,
         state="interrupted",
-        message=message,
+        finding=finding,
+        message="",
         process=0,
         wanted=wanted,
         killed=kept.killed or ran,
@@ -608,7 +611,9 @@ def _close(case: CaseFolder, *, wanted: bool) -> None:
     kept = read_job_file(case)
     if kept is None or kept.state != "cancelled":
         return
-    kept = replace(kept, state="interrupted", message=_INTERRUPTED, kind="", wanted=wanted)
+    kept = replace(
+        kept, state="interrupted", finding=_INTERRUPTED, message="", kind="", wanted=wanted
+    )
     with _WRITING:
         write_json(job_file(case), tree_of(kept))
 
@@ -628,6 +633,10 @@ def time_left(job: JobFile, usual_s: dict[str, float], *, known: bool, stage_s: 
             own = stage_s * (1 - part) / part if part >= 0.1 else max(0.0, usual - stage_s)
             left += own
     return TimeLeft(least_s=_SPREAD[0] * left, most_s=_SPREAD[1] * left, known=known)
+
+
+def _fault(trace: str | None = None) -> Finding:
+    return fault("job.fault", trace=trace)
 
 
 def _waiting(name: str) -> StageProgress:

@@ -89,4 +89,4 @@ def _numbers(listed: object, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _no_truth(path: Path, why: object) -> CaseError:
-    return CaseError(f"{path} is no truth of a capture ({why}). Make the capture again.")
+    return CaseError("case.no_capture_truth", path=str(path), why=str(why))

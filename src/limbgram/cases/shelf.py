@@ -24,7 +24,7 @@ from typing import Literal
 
 from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.record import read_kept, write_json
-from limbgram.core.errors import CaseError, OptionsError, disk_advice, printable
+from limbgram.core.errors import CaseError, MissingError, OptionsError, disk_finding, printable
 from limbgram.core.typed import tree_of
 from limbgram.workbench.limb import Kind, Side
 
@@ -103,7 +103,7 @@ class ShelvedCase:
         Raises:
             CaseError: the label is there and cannot be read.
         """
-        kept = read_kept(self.label_file, Label, "What was said of this case")
+        kept = read_kept(self.label_file, Label, "label")
         return self.unlabelled if kept is None else kept
 
     @property
@@ -119,10 +119,7 @@ class ShelvedCase:
             OptionsError: the note is too long, or holds what cannot be shown.
         """
         if len(label.note) > _LONGEST_NOTE or printable(label.note, keep="") != label.note:
-            raise OptionsError(
-                f"The note is longer than {_LONGEST_NOTE} letters, or holds some that cannot be "
-                "shown. Write a few words on one line, without the patient's name."
-            )
+            raise OptionsError("case.note_length", most=_LONGEST_NOTE)
         write_json(self.label_file, tree_of(label))
         return label
 
@@ -196,7 +193,7 @@ class Shelf:
             (self.root / ".writable").write_bytes(b"")
         except OSError as error:
             raise CaseError(
-                f"The folder of cases {self.root} cannot be used. {disk_advice(error)}"
+                "case.shelf_fails", folder=str(self.root), reason=disk_finding(error)
             ) from error
 
     def cases(self) -> tuple[ShelvedCase, ...]:
@@ -231,7 +228,7 @@ class Shelf:
             made = datetime.now(UTC).isoformat(timespec="seconds")
             case.relabel(Label(made=made, kind=kind, side=side, note=note, sample=sample))
             return case
-        raise CaseError(f"No free id was found in {self.root}. Archive cases in another folder.")
+        raise CaseError("case.no_free_id", folder=str(self.root))
 
     def take_out(self, case: ShelvedCase) -> Path:
         """Take a case out of the list at once; returns the folder that is left to be deleted.
@@ -250,7 +247,7 @@ class Shelf:
 
 
 def _no_case(case_id: str) -> LookupError:
-    return LookupError(f"There is no case {printable(case_id, keep='')[:20]}.")
+    return MissingError("case.no_such_case", name=printable(case_id, keep="")[:20])
 
 
 def last_change(case: ShelvedCase) -> str:

@@ -14,12 +14,12 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, cast
 
 from limbgram.cases.folder import CaseFolder, cannot_be_made, require_apart, require_new_or_ours
 from limbgram.cases.order import Answer, Job, plain_tree, read_answer
 from limbgram.core import errors
-from limbgram.core.errors import Cancelled, LimbgramError
+from limbgram.core.errors import Cancelled, LimbgramError, in_words
 from limbgram.core.run import NEUTRAL_FOLDER
 from limbgram.findings import Finding
 
@@ -109,13 +109,11 @@ class Supervision:
                 code = process.wait()
             except (KeyboardInterrupt, _StopAsked):
                 self._stop(process)
-                raise Cancelled(
-                    "Stopped. Finished stages are kept: run the same command again to continue."
-                ) from None
+                raise Cancelled("job.run_stopped") from None
             finally:
                 process.kill()
         if code != _announced(last):
-            raise JobDied(_how_it_died(self._stage, code, case.log, last))
+            raise _death(self._stage, code, case.log, last)
         return _answer(last)
 
     def _start(self, log: IO[bytes]) -> "subprocess.Popen[bytes]":
@@ -216,23 +214,27 @@ def _log(case: CaseFolder) -> IO[bytes]:
         raise cannot_be_made(case, error) from error
 
 
-def _how_it_died(stage: str, code: int, log: Path, last: Event) -> str:
+def _death(stage: str, code: int, log: Path, last: Event) -> JobDied:
+    """How the process ended by itself."""
     answered = _announced(last) is not None
     if code == -getattr(signal, "SIGKILL", 9) and not answered:
-        return (
-            f"The system ended the program during '{stage}', probably because memory ran out. "
-            "Close other programs, or use fewer or smaller photos, and run the same command "
-            "again: finished stages are kept."
-        )
-    how = f"by {signal.Signals(-code).name}" if code < 0 else f"with code {code}"
-    when = (
-        f"after '{stage}', though it had already said: {last.get('message') or last['event']}"
-        if answered
-        else f"during '{stage}', without an answer of its own"
-    )
+        return JobDied("job.memory_ran_out", stage=stage)
     tail = log.read_text("utf-8", errors="replace").strip().splitlines()[-5:]
-    return (
-        f"The program ended {how} {when}. Finished stages are kept: run the same command again. "
-        f"If it ends there again, report it with {log}"
-        + (", whose last lines are:\n" + "\n".join(tail) if tail else ".")
+    return JobDied(
+        "job.died",
+        stage=stage,
+        signal=signal.Signals(-code).name if code < 0 else None,
+        code=code,
+        answer=_said(last) if answered else None,
+        log=str(log),
+        last_lines="\n".join(tail) or None,
     )
+
+
+def _said(last: Event) -> Finding:
+    """What the process answered before it died."""
+    match last:
+        case {"finding": dict(finding)}:
+            return Finding.from_tree(cast(dict[str, Any], finding))
+        case _:
+            return in_words(str(last["event"]))

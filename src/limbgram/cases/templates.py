@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from limbgram.core.errors import OptionsError, ShapeFileError, printable
+from limbgram.core.errors import MissingError, OptionsError, ShapeFileError, printable
 from limbgram.core.files import write_bytes
 from limbgram.workbench.templates.files import decode_template, encode_template, read_template
 from limbgram.workbench.templates.learning import Learned, Pair, learn
@@ -57,7 +57,7 @@ class Templates:
         """
         file = self.root / f"{template_id}.json"
         if not _ID.match(template_id) or not file.is_file():
-            raise LookupError("There is no such template.")
+            raise MissingError("case.template.none")
         return KeptTemplate(template_id, file)
 
     def learn(self, name: str, pairs: Sequence[Pair]) -> Learned:
@@ -69,7 +69,7 @@ class Templates:
         """
         plain = name.strip()
         if not 0 < len(plain) <= _LONGEST_NAME or printable(plain, keep="") != plain:
-            raise OptionsError(f"A template's name has 1 to {_LONGEST_NAME} letters on one line.")
+            raise OptionsError("case.template.name_length", most=_LONGEST_NAME)
         learned = learn(pairs, plain)
         self._keep(encode_template(learned.template))
         return learned
@@ -83,10 +83,7 @@ class Templates:
         try:
             decode_template(content)
         except ValueError as error:
-            raise ShapeFileError(
-                f"This is no template that can be read: {error}. Choose a file that this program "
-                "wrote."
-            ) from error
+            raise ShapeFileError("case.template.unreadable", why=str(error)) from error
         self._keep(content)
 
     def remove(self, template: KeptTemplate) -> None:

@@ -87,34 +87,24 @@ def _one_kit(cases: Sequence[CaseFolder], camera: CameraTested | None) -> tuple[
     for case, kit in zip(cases, kits, strict=True):
         if {one.sha256 for one in kit} != {one.sha256 for one in kits[0]}:
             raise CaseError(
-                f"{case.root} was made with another camera file than {cases[0].root}. A "
-                "certificate is of one kit: test each by itself."
+                "case.certificate.other_camera", one=str(case.root), two=str(cases[0].root)
             )
         if camera is not None and camera.sha256 not in {one.sha256 for one in kit}:
-            raise CaseError(
-                f"{case.root} was not made with the camera file that --camera names. Name the one "
-                "it was made with, or reconstruct the artefact again."
-            )
+            raise CaseError("case.certificate.not_this_camera", case=str(case.root))
     return kits[0]
 
 
 def _require_several(tested: Sequence[MeasuredCapture]) -> None:
     ids = [one.id for one in tested]
     if len(set(ids)) < len(ids):
-        raise OptionsError(
-            "Two of the captures are of the same photos: a repeat is a walk round the artefact "
-            "taken anew. Leave the copy out."
-        )
+        raise OptionsError("case.certificate.same_photos")
 
 
 def _capture(case: CaseFolder, name: str, artefact: Artefact) -> MeasuredCapture:
     evidence = kept_evidence(case)
     scale = evidence.metric.scale
     if scale.unit != "mm":
-        raise CaseError(
-            f"The case {case.root} has no scale, so it measures no millimetres. Reconstruct the "
-            "artefact with the scale board that you use for limbs."
-        )
+        raise CaseError("case.certificate.without_scale", case=str(case.root))
     meshes = (evidence.mesh, *_others(case))
     return MeasuredCapture(
         name=name,
@@ -134,10 +124,7 @@ def _others(case: CaseFolder) -> Iterator[Mesh]:
     delivered = {file.sha256 for file in read_record(case).files}
     for path in sorted(case.deliverables.glob(part_file("*", "ply"))):
         if file_sha256(path) not in delivered:
-            raise CaseError(
-                f"{path} is not what the case delivered: it was edited or damaged. Run `limbgram "
-                "reconstruct` on the case again."
-            )
+            raise CaseError("case.file_altered", path=str(path))
         yield read_limb(path).mesh
 
 

@@ -24,13 +24,14 @@ from limbgram.cases.folder import CaseFolder, locked, sweep, with_disk_advice
 from limbgram.cases.frames import with_frames
 from limbgram.cases.job import do
 from limbgram.cases.order import Job, plain_tree, read_job
-from limbgram.cases.record import State, add_message, write_record
+from limbgram.cases.record import State, add_finding, write_record
 from limbgram.cases.store import CachingRun
 from limbgram.cases.superseding import drop_superseded, finished, key_of, stands, supersede
 from limbgram.cases.supervision import GRACE_S
 from limbgram.core.errors import Cancelled, LimbgramError
 from limbgram.core.run import usual_budget_mb
 from limbgram.core.typed import tree_of
+from limbgram.findings import doubt
 
 _EVENT_STEP_S = 0.1
 
@@ -99,9 +100,9 @@ def _do_and_record(job: Job, run: CachingRun, events: Events) -> int:
     except LimbgramError as error:
         # Nothing of the case was touched: results that lie there still are what they were.
         if finished(case):
-            add_message(case, f"A later run could not begin: {error}")
+            add_finding(case, doubt("job.later_not_begun", reason=error.finding))
         else:
-            write_record(case, "refused", run, message=str(error))
+            write_record(case, "refused", run, finding=error.finding)
         raise
     same = stands(case, key)
     if not same:
@@ -113,9 +114,9 @@ def _do_and_record(job: Job, run: CachingRun, events: Events) -> int:
     except LimbgramError as error:
         state: State = "cancelled" if isinstance(error, Cancelled) else "refused"
         if same:
-            add_message(case, f"A later run with the same photos and options was {state}: {error}")
+            add_finding(case, doubt("job.later_ended", state=state, reason=error.finding))
         else:
-            write_record(case, state, run, message=str(error), job=key)
+            write_record(case, state, run, finding=error.finding, job=key)
         raise
     drop_superseded(case)
     write_record(case, "finished", run, done.reconstruction, job=key, verdict=done.verdict)

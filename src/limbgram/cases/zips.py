@@ -101,10 +101,7 @@ def copy_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, writer: Writer)
 
 
 def _damaged(source: Path, error: Exception) -> PhotoError:
-    return PhotoError(
-        f"{source} cannot be unpacked: {error}. It is damaged or was not copied whole: make it "
-        "again, or unpack it yourself into a folder."
-    )
+    return PhotoError("archive.damaged", source=str(source), why=str(error))
 
 
 def _members(source: Path, archive: zipfile.ZipFile) -> list[_Member]:
@@ -121,11 +118,9 @@ def _members(source: Path, archive: zipfile.ZipFile) -> list[_Member]:
     for member in kept:
         other = seen.setdefault(str(member.place).casefold(), member.place)
         if other is not member.place:
-            raise PhotoError(
-                f"{source} holds {other} twice. Results are told by photo name: rename one."
-            )
+            raise PhotoError("archive.twice", source=str(source), name=str(other))
     if not kept:
-        raise PhotoError(f"{source} holds no files. Put the photos themselves into it.")
+        raise PhotoError("archive.empty", source=str(source))
     return kept
 
 
@@ -142,18 +137,11 @@ def _place(source: Path, info: zipfile.ZipInfo) -> PurePosixPath:
         or any(len(part.encode()) > _LONGEST_PART for part in place.parts)
     )
     if outside:
-        raise PhotoError(
-            f"{source} holds a file called {printable(name, keep='')[:80]!r}, which would lie "
-            "outside the folder, or which not every system can write. Nothing was unpacked. Ask "
-            "who sent it, and make the zip again from the photos."
-        )
+        raise PhotoError("archive.outside", source=str(source), name=printable(name, keep="")[:80])
     if stat.S_ISLNK(info.external_attr >> 16):
-        raise PhotoError(
-            f"{source} holds a link, {name}, instead of a file. Nothing was unpacked. Make the "
-            "zip again from the photos themselves."
-        )
+        raise PhotoError("archive.link", source=str(source), name=name)
     if info.flag_bits & 1:
-        raise PhotoError(f"{source} has a password. Make it again without one.")
+        raise PhotoError("archive.password", source=str(source))
     return place
 
 
@@ -165,10 +153,11 @@ def _require_reasonable(source: Path, members: list[zipfile.ZipInfo]) -> None:
     )
     if len(members) > _MOST_FILES or whole > _MOST_BYTES or bomb:
         raise PhotoError(
-            f"{source} has {source.stat().st_size / 1e6:,.1f} MB and would take "
-            f"{whole / 1e6:,.0f} MB unpacked ({len(members):,} in all), which no walk round a "
-            "limb does. Nothing was unpacked. If it is meant all the same, unpack it yourself "
-            "into a folder."
+            "archive.too_large",
+            source=str(source),
+            size_mb=source.stat().st_size / 1e6,
+            unpacked_mb=whole / 1e6,
+            files=len(members),
         )
 
 
@@ -190,6 +179,9 @@ def _require_room(source: Path, folder: Path, members: list[_Member]) -> None:
     free = shutil.disk_usage(folder).free
     if needed > free:
         raise CaseError(
-            f"{source} needs {needed / 1e6:,.0f} MB unpacked, and {free / 1e6:,.0f} MB are free on "
-            f"the disk of {folder.parent}. Free some space."
+            "archive.no_room",
+            source=str(source),
+            needed_mb=needed / 1e6,
+            free_mb=free / 1e6,
+            folder=str(folder.parent),
         )

@@ -119,12 +119,17 @@ def _app(
 ) -> None:
     if context.invoked_subcommand is not None:
         if cases != CASES:
-            told = f"Write --cases behind the command: limbgram app {context.invoked_subcommand}"
-            _refuse_later(f"{told} ... --cases {cases}", as_json=as_json)
+            _refuse_later(
+                OptionsError(
+                    "options.app.cases_before",
+                    command=context.invoked_subcommand,
+                    cases=str(cases),
+                ),
+                as_json=as_json,
+            )
         return
     if not network and (address or name or certificate or key):
-        only = "--address, --name, --certificate and --key"
-        _refuse_later(f"{only} belong to --network. Add it, or leave them out.", as_json=as_json)
+        _refuse_later(OptionsError("options.app.without_network"), as_json=as_json)
     if network:
         _on_network(
             cases=cases,
@@ -143,8 +148,8 @@ def _app(
 
 
 @answered
-def _refuse_later(told: str, *, as_json: bool) -> Reply:  # noqa: ARG001 - read by `answered`
-    raise OptionsError(told)
+def _refuse_later(error: OptionsError, *, as_json: bool) -> Reply:  # noqa: ARG001 - read by `answered`
+    raise error
 
 
 @answered
@@ -360,7 +365,4 @@ def _libraries() -> Generator[None]:
     except ModuleNotFoundError as error:
         if error.name not in _LIBRARIES:
             raise
-        raise OptionsError(
-            "The app needs libraries that are not installed. Install them by: "
-            "pip install 'limbgram[app]'"
-        ) from error
+        raise OptionsError("options.app.libraries") from error

@@ -20,7 +20,7 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 
-from limbgram.cases.batch.attempt import Outcome, Plan
+from limbgram.cases.batch.attempt import Outcome, Plan, StepOutcome
 from limbgram.cases.batch.finding import Capture, find_captures, loose_photos
 from limbgram.cases.batch.running import BatchOptions, BatchRun
 from limbgram.cases.batch.settings import (
@@ -64,8 +64,9 @@ from limbgram.cli.captures import (
     read_distances,
 )
 from limbgram.cli.reconstruct import boardless
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.core.errors import Cancelled, LimbgramError, OptionsError, printable
+from limbgram.findings import told
 from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
 from limbgram.report.stages import stage_title
 
@@ -155,10 +156,7 @@ def batch_command(
     if example:
         return Reply(tuple(EXAMPLE.splitlines()), {"example": EXAMPLE})
     if folder is None or cases is None:
-        raise OptionsError(
-            "Name the folder of the captures and, by -o, the folder of the cases: "
-            "limbgram batch CAPTURES -o CASES."
-        )
+        raise OptionsError("batch.folders_missing")
     _require_fitting(folder, cases, cluster, part=part, memory=memory)
     with _places(folder, cases) as places:
         batch, base = _batch(places.folder, settings)
@@ -252,17 +250,11 @@ def _require_fitting(
         OptionsError: says what, and what to do instead.
     """
     if cluster is None and (is_url(folder) or is_url(cases)):
-        raise OptionsError(
-            "Captures and cases behind a URL need --cluster: its workers fetch and bring them. "
-            "On this machine alone: --cluster local:2."
-        )
+        raise OptionsError("batch.url_without_cluster")
     if cluster is not None and part is not None:
-        raise OptionsError("--part is for jobs of a queue; a cluster shares the work by itself.")
+        raise OptionsError("batch.part_on_cluster")
     if cluster is not None and memory is not None:
-        raise OptionsError(
-            "--memory is for this machine. On a cluster as many captures work at a time as its "
-            "workers have threads; memory_gb in the settings limits each."
-        )
+        raise OptionsError("batch.memory_on_cluster")
 
 
 def _on_cluster(
@@ -278,10 +270,7 @@ def _on_cluster(
     except ModuleNotFoundError as error:
         if error.name not in ("dask", "distributed"):
             raise
-        raise OptionsError(
-            "--cluster needs a library that is not installed. Install it by: "
-            "pip install 'limbgram[cluster]'"
-        ) from error
+        raise OptionsError("dask.not_installed") from error
     options = ClusterOptions(
         address=address,
         captures=places.captures,
@@ -295,8 +284,8 @@ def _on_cluster(
 
 def _reply(outcomes: Sequence[Outcome], table: BatchTable, stopped: bool) -> Reply:
     """How many went well, and what is wrong with the others."""
-    faults = [f"  {one.name}: {one.state}: {one.message}" for one in outcomes if not one.done] + [
-        f"  {one.name}: {step.name}: {step.message}"
+    faults = [f"  {one.name}: {one.state}: {_told(one)}" for one in outcomes if not one.done] + [
+        f"  {one.name}: {step.name}: {_told(step)}"
         for one in outcomes
         for step in one.steps
         if step.exit_code
@@ -311,6 +300,10 @@ def _reply(outcomes: Sequence[Outcome], table: BatchTable, stopped: bool) -> Rep
     )
     code = Cancelled.exit_code if stopped else table.exit_code
     return Reply(lines, table.content, exit_code=code)
+
+
+def _told(one: Outcome | StepOutcome) -> str:
+    return one.told if one.finding is None else told(one.finding, spoken())
 
 
 def _batch(folder: Path, given: Path | None) -> tuple[Batch, Path]:
@@ -334,12 +327,14 @@ def _chosen(
         strange = [name for name in asked if name not in names]
         if strange:
             raise OptionsError(
-                f"{what} {', '.join(strange[:5])}: no capture has this name. There are "
-                f"{', '.join(sorted(names)[:_SHOWN_AT_MOST])}."
+                "batch.no_such_capture",
+                where=what,
+                names=tuple(strange[:5]),
+                known=tuple(sorted(names)[:_SHOWN_AT_MOST]),
             )
     taken = names & set(NAMES)
     if taken:
-        raise OptionsError(f"{', '.join(taken)} is the name of our own table. Rename the capture.")
+        raise OptionsError("batch.name_of_table", names=tuple(taken))
     return tuple(one for one in captures if only is None or one.name in only)
 
 
@@ -354,10 +349,10 @@ def _part(captures: tuple[Capture, ...], part: str | None) -> tuple[Capture, ...
     number, slash, count = part.partition("/")
     numbers = (number.strip(), count.strip())
     if not slash or not all(one.isdecimal() and len(one) < 8 for one in numbers):
-        raise OptionsError(f"--part {part!r} is none. Write the first of forty jobs as 1/40.")
+        raise OptionsError("batch.no_part", part=part)
     first, every = int(numbers[0]), int(numbers[1])
     if not 1 <= first <= every:
-        raise OptionsError(f"--part {part!r}: the number must lie between 1 and {every}.")
+        raise OptionsError("batch.part_out_of_range", part=part, most=every)
     return captures[first - 1 :: every]
 
 
@@ -395,8 +390,8 @@ def _located(name: str, capture: Capture, base: Path) -> Path:
         return own.absolute()
     shared = base / name
     if not shared.is_file():
-        where = f"{capture.path} and {base}" if capture.kind == "folder" else str(base)
-        raise OptionsError(f"{name} is not there. It was looked for in {where}.")
+        where = (str(capture.path), str(base)) if capture.kind == "folder" else (str(base),)
+        raise OptionsError("batch.file_missing", name=name, places=where)
     return shared.absolute()
 
 
@@ -413,7 +408,7 @@ def _job(settings: Settings, case: Path, located: Callable[[str], Path]) -> Job:
         board = parse_board(str(located(named or "")) if file else named or DEFAULT_BOARD)
     box = settings.box_mm
     if box is not None and not all(low < high for low, high in zip(box[:3], box[3:], strict=True)):
-        raise OptionsError("box_mm has a lowest corner that does not lie below the highest one.")
+        raise OptionsError("batch.no_box")
     return Job(
         case=case,
         sources=(),

@@ -78,14 +78,12 @@ def _require_no_photo(report: Path | None, photos: list[Path]) -> None:
     if report is None:
         return
     if report.suffix.lower() != ".png":
-        raise OptionsError(f"{report.name} is no name for a picture. Let it end in .png.")
+        raise OptionsError("options.no_picture_name", name=report.name)
     folders = {photo.resolve() for photo in photos if photo.is_dir()}
     if report.resolve() in {photo.resolve() for photo in photos} or (
         report.parent.resolve() in folders
     ):
-        raise OptionsError(
-            f"{report} would lie among the photos of the board. Write the picture elsewhere."
-        )
+        raise OptionsError("options.picture_among_photos", path=str(report))
 
 
 def as_board(text: str, square_mm: float | None) -> Board:
@@ -93,8 +91,5 @@ def as_board(text: str, square_mm: float | None) -> Board:
     if ":" in text or names_board_file(text):
         return parse_board(text)
     if square_mm is None:
-        raise OptionsError(
-            "The side of one square is missing. Measure ten squares of the print with a ruler, "
-            "divide by ten, and give --square in millimetres."
-        )
+        raise OptionsError("options.square_missing")
     return Board.checkerboard(text, square_mm)

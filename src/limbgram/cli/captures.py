@@ -48,11 +48,7 @@ def parse_board(text: str) -> Board:
         case ["checkerboard", size, square]:
             return Board.checkerboard(size, _millimetres(square))
         case _:
-            raise OptionsError(
-                f"{text!r} names no board. Write charuco:SQUARES:SQUARE_MM:MARKER_MM:DICTIONARY, "
-                f"such as {DEFAULT_BOARD}, or checkerboard:INNER_CORNERS:SQUARE_MM, such as "
-                "checkerboard:14x10:10, or the board file that `limbgram print` wrote."
-            )
+            raise OptionsError("options.no_board", text=text, example=DEFAULT_BOARD)
 
 
 def names_board_file(text: str) -> bool:
@@ -65,10 +61,7 @@ def plates_of(path: Path) -> tuple[MarkPlate, ...]:
     kept = read_marks(path)
     plates = tuple(plate for plate in kept.true_plates if len(plate.marks) > 1)
     if not plates:
-        raise OptionsError(
-            f"{path} is of a sheet without known lengths ({kept.kind}). Give the file of scale "
-            "bars, of a mat or of a ring."
-        )
+        raise OptionsError("options.sheet_without_lengths", path=str(path), kind=kept.kind)
     return plates
 
 
@@ -81,8 +74,7 @@ def read_distances(path: Path) -> tuple[KnownDistance, ...]:
         return any_value_of(tree, tuple[KnownDistance, ...], "distances", _AS_WRITTEN)
     except ValueError as error:
         raise OptionsError(
-            f"{path} holds no known distances: {error}. Each point must be picked in two or more "
-            f"photos; write it like {_DISTANCE_EXAMPLE}"
+            "options.no_distances", path=str(path), why=str(error), example=_DISTANCE_EXAMPLE
         ) from error
 
 
@@ -94,10 +86,7 @@ def parse_box(text: str) -> Box:
         numbers = []
     lower = len(numbers) == 6 and all(a < b for a, b in zip(numbers[:3], numbers[3:], strict=True))
     if not lower or not all(map(math.isfinite, numbers)):
-        raise OptionsError(
-            f"{text!r} is no box. Write its lowest and highest corner in millimetres as "
-            "x,y,z,x,y,z, such as -80,-80,5,80,80,400."
-        )
+        raise OptionsError("options.no_box", text=text)
     x, y, z, *high = numbers
     return (x, y, z), (high[0], high[1], high[2])
 
@@ -110,10 +99,7 @@ def parse_tape(text: str) -> TapedGirth:
     place, equals, girth = text.partition("=")
     girth_mm, sigma_mm = read_girth(girth)
     if not equals or math.isnan(girth_mm):
-        raise OptionsError(
-            f"{text!r} is no taped girth. Write 150=354 for 354 mm round the limb at 150 mm above "
-            "the table, or widest=354; 150=354+-4 where it was read to 4 mm."
-        )
+        raise OptionsError("options.no_taped_girth", text=text)
     height_mm = None if place.strip().lower() == "widest" else _millimetres(place)
     return TapedGirth(girth_mm=girth_mm, height_mm=height_mm, sigma_mm=sigma_mm)
 
@@ -124,5 +110,5 @@ def _millimetres(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise OptionsError(f"{text!r} is no length. Write millimetres, such as 30 or 29.8.")
+        raise OptionsError("options.no_length", text=text)
     return value

@@ -121,7 +121,7 @@ def _watched(
 ) -> CaptureCheck:
     """The first GO; answers before it are shown as they come."""
     if any(is_video(source) for source in sources):
-        raise OptionsError("--watch waits for photos. Check a video without it.")
+        raise OptionsError("options.check.watch_of_video")
     checked: Mapping[Path, tuple[int, int]] | None = None
     with CaptureWatch(calibrations, board, masks=masks) as watch:
         while True:

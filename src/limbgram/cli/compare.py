@@ -136,46 +136,38 @@ def _reply(lines: tuple[str, ...], content: dict[str, Any], written: Path | None
 
 def _require_a_question(shapes: Sequence[Path], day: list[str] | None, *, repeated: bool) -> None:
     if len(shapes) < 2:
-        raise OptionsError("One shape cannot be compared. Name another one.")
+        raise OptionsError("options.compare.one_shape")
     if repeated and day:
-        raise OptionsError("--repeats and --day contradict each other; give one of them.")
+        raise OptionsError("options.compare.repeats_and_days")
     if day and len(day) != len(shapes):
-        raise OptionsError(
-            f"{len(day)} days are given for {len(shapes)} shapes. Write --day once for each, in "
-            "the order of the shapes."
-        )
+        raise OptionsError("options.compare.days", days=len(day), shapes=len(shapes))
     if len(shapes) > 2 and not day and not repeated:
-        raise OptionsError(
-            f"{len(shapes)} shapes: say what they are. --day for each if they are one limb over "
-            "time, --repeats if they are captures of one unchanged limb."
-        )
+        raise OptionsError("options.compare.kind_missing", shapes=len(shapes))
 
 
 def _require_a_picture_name(picture: Path | None, *, repeated: bool) -> None:
     if picture is None:
         return
     if repeated:
-        raise OptionsError("--repeats has no picture. Leave --picture out.")
-    require_output(picture, ".png", "a picture")
+        raise OptionsError("options.compare.no_picture")
+    require_output(picture, ".png", "picture")
 
 
 def _day(text: str) -> date:
     try:
         return date.fromisoformat(text)
     except ValueError:
-        raise OptionsError(f"{text!r} is no day. Write year, month, day: 2026-03-31.") from None
+        raise OptionsError("options.no_day", text=text) from None
 
 
 def _weights(texts: Sequence[str], way: WayName) -> dict[str, float]:
     if texts and way is not WayName.LANDMARKS:
-        raise OptionsError("--weight is read with --align landmarks only. Leave one of them out.")
+        raise OptionsError("options.compare.weight")
     weights: dict[str, float] = {}
     for text in texts:
         name, _, number = text.rpartition("=")
         try:
             weights[name.strip()] = float(number)
         except ValueError:
-            raise OptionsError(
-                f'{text!r} is no weight. Write a landmark and a number: "fibula head=0.5".'
-            ) from None
+            raise OptionsError("options.no_weight", text=text) from None
     return weights

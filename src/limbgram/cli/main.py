@@ -47,6 +47,9 @@ work in a browser.
   a `check` that did not answer GO
 - **8**: the test of a kit could neither be passed nor failed
 - **130**: stopped by Ctrl-C or SIGTERM; the same command continues
+
+With `LIMBGRAM_LANGUAGE=de` in the environment, refusals and findings are told in German; JSON has
+their codes, their values and English.
 """
 
 COMMANDS = {

@@ -206,11 +206,11 @@ def make_capture_command(
     reconstruction of it by `limbgram accuracy CASE --truth FOLDER`.
     """
     if phone and gauge is not None:
-        raise OptionsError("Gauges are photographed from 1.4 m. Leave out --phone or --gauge.")
+        raise OptionsError("options.make.gauge_by_phone")
     if shape is not None and gauge is not None:
-        raise OptionsError("A scan or a gauge can stand there. Leave out --shape or --gauge.")
+        raise OptionsError("options.make.shape_and_gauge")
     if unit is not None and shape is None:
-        raise OptionsError("--unit is the unit of a scan's file. Give the file by --shape.")
+        raise OptionsError("options.make.unit_without_shape")
     scan = (
         None if shape is None else read_scan(shape, None if unit is None else mm_per_unit_of(unit))
     )

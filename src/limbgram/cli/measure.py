@@ -115,12 +115,12 @@ def measure_command(
     A height that has no answer stands in the table with the reason. Run `limbgram align` first.
     """
     if fit is not None and not tape:
-        raise OptionsError("--fit needs the girths that were read: --tape HEIGHT=GIRTH.")
-    require_output(csv, ".csv", "a table")
-    require_output(picture, ".png", "a picture")
-    require_output(walls, ".png", "a map")
+        raise OptionsError("options.measure.fit_without_tape")
+    require_output(csv, ".csv", "table")
+    require_output(picture, ".png", "picture")
+    require_output(walls, ".png", "map")
     if fit is not None and inside:
-        raise OptionsError("--fit makes a limb agree with a tape; leave out --inside.")
+        raise OptionsError("options.measure.fit_inside")
     require_apart(fit, shape)
     limb = shape_of(shape, unit).limb
     if unaligned:
@@ -139,7 +139,7 @@ def measure_command(
     )
     measures = measure_inside(limb, options) if inside else measure_limb(limb, options)
     if walls is not None and measures.wall is None:
-        raise OptionsError("--walls draws the thickness of a wall, and this shape is none.")
+        raise OptionsError("options.measure.no_walls")
     fitted = (
         None
         if fit is None

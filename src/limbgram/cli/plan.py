@@ -98,10 +98,7 @@ def _camera(
 ) -> PlannedCamera:
     if file is not None:
         if focal_mm is not None or pixels is not None:
-            raise OptionsError(
-                "--camera tells focal length and picture size already. Leave out --focal and "
-                "--pixels."
-            )
+            raise OptionsError("options.plan.camera_tells")
         known = read_camera(file)
         return PlannedCamera(
             camera=known.camera,
@@ -110,13 +107,10 @@ def _camera(
             edge_px=known.edge_px,
         )
     if focal_mm is None or sensor_mm is None or pixels is None:
-        raise OptionsError(
-            "A camera is needed: --camera FILE of `limbgram calibrate`, or --focal, --sensor and "
-            "--pixels from its data sheet."
-        )
+        raise OptionsError("options.plan.no_camera")
     sides = pixels.lower().split("x")
     if len(sides) != 2 or not all(side.isdecimal() for side in sides):
-        raise OptionsError(f"--pixels {printable(pixels)}: write width x height, as 6000x4000.")
+        raise OptionsError("options.plan.pixels", pixels=printable(pixels))
     return PlannedCamera.of(focal_mm, sensor_mm, int(sides[0]), int(sides[1]), aperture)
 
 
@@ -124,7 +118,7 @@ def _limb(form: LimbForm, diameter_mm: float | None, length_mm: float | None) ->
     if diameter_mm is None and length_mm is None:
         return form_of(form)
     if diameter_mm is None or length_mm is None:
-        raise OptionsError("--diameter and --length belong together. Give both.")
+        raise OptionsError("options.plan.diameter_and_length")
     return plain_limb(diameter_mm, length_mm)
 
 

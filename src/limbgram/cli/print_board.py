@@ -125,14 +125,14 @@ def print_command(
     if len(chosen) == 1:
         out = out or Path(f"{kind.value}.pdf")
         if out.suffix.lower() != ".pdf":
-            raise OptionsError(f"{out.name} is no name for a sheet. Let it end in .pdf.")
+            raise OptionsError("options.print.no_name", name=out.name)
         places = [out]
     else:
         folder = out or Path(KindName.KIT.value)
         if folder.suffix:
-            raise OptionsError(f"The kit goes into a folder; {folder.name} looks like a file.")
+            raise OptionsError("options.print.kit_into_folder", name=folder.name)
         if options.board is not None:
-            raise OptionsError("The kit has boards of its own. Print another board by itself.")
+            raise OptionsError("options.print.kit_has_boards")
         places = [folder / f"{one.name.value}.pdf" for one in chosen]
     sheets = [one.draw(page.value, options) for one in chosen]
     printed = _printed(sheets[0], measured_mm, measured_down_mm)
@@ -159,13 +159,10 @@ def _pixel_mm(
     by_lens = (camera is not None, focal_35mm is not None and width_px is not None)
     if distance_mm is None:
         if camera is not None or focal_35mm is not None or width_px is not None:
-            raise OptionsError("A lens alone does not tell what a pixel shows: add --distance-mm.")
+            raise OptionsError("options.print.lens_alone")
         return SheetOptions().pixel_mm if pixel_mm is None else pixel_mm
     if pixel_mm is not None or sum(by_lens) != 1 or not distance_mm > 0:
-        raise OptionsError(
-            "Say what a pixel shows of the limb in one way: by --pixel-mm; by --distance-mm and "
-            "--camera; or by --distance-mm, --focal-35mm and --width-px."
-        )
+        raise OptionsError("options.print.pixel")
     if camera is not None:
         return distance_mm / read_camera(camera).camera.fx
     return distance_mm * _FILM_MM / ((focal_35mm or 0.0) * (width_px or 0) or float("nan"))
@@ -174,7 +171,7 @@ def _pixel_mm(
 def _printed(sheet: Sheet, across_mm: float | None, down_mm: float | None) -> PrintedSize | None:
     if across_mm is None:
         if down_mm is not None:
-            raise OptionsError("Give --measured-mm, the ruler across the page, too.")
+            raise OptionsError("options.print.measured_across")
         return None
     return PrintedSize(
         across=Reading(drawn_mm=sheet.ruler_mm, measured_mm=across_mm),

@@ -177,10 +177,7 @@ def reply_lines(case: CaseFolder, answer: Answer, profile: bool) -> tuple[str, .
 def boardless(board: str | None, no_board: bool, lengths: list[Path], unscaled: bool) -> bool:
     """Whether no board is looked for: told so, or another answer to the scale was given."""
     if board is not None and no_board:
-        raise OptionsError("--board and --no-board contradict each other; give one of them.")
+        raise OptionsError("options.board_and_none")
     if no_board and not lengths and not unscaled:
-        raise OptionsError(
-            "Without a board or known distances the size of the surface is unknown. Give "
-            "--known-distance or --marks, or --unscaled if the size does not matter."
-        )
+        raise OptionsError("options.no_size")
     return board is None and (no_board or bool(lengths) or unscaled)

@@ -1,6 +1,7 @@
 """Replies: what a command says at its end, for people or as JSON, and its exit code."""
 
 import json
+import os
 import signal
 import sys
 import threading
@@ -20,10 +21,10 @@ from limbgram.core.errors import (
     CaseError,
     LimbgramError,
     OptionsError,
-    disk_advice,
+    disk_finding,
     printable,
 )
-from limbgram.findings import Finding
+from limbgram.findings import LANGUAGES, Finding, told
 
 P = ParamSpec("P")
 
@@ -65,7 +66,7 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
             _refuse(error, as_json)
             raise typer.Exit(error.exit_code) from error
         except KeyboardInterrupt:
-            stopped = Cancelled("Stopped. Run the same command again to continue.")
+            stopped = Cancelled("job.command_stopped")
             _refuse(stopped, as_json)
             raise typer.Exit(stopped.exit_code) from None
         if as_json:
@@ -104,8 +105,7 @@ def _require_measures(options: Mapping[str, object]) -> None:
         for number in cast(list[object], value) if isinstance(value, list) else [value]:
             if isinstance(number, float) and number and not _SMALLEST <= abs(number) <= _LARGEST:
                 raise OptionsError(
-                    f"--{name.replace('_', '-')}: {number:g} measures nothing. Write a number in "
-                    "digits, such as 12.5."
+                    "options.no_measure", option=name.replace("_", "-"), number=number
                 )
 
 
@@ -115,7 +115,7 @@ def _done(command: Callable[P, Reply], *args: P.args, **kwargs: P.kwargs) -> Rep
     except OSError as error:
         if error.errno is None:  # no answer of the system: a fault of ours
             raise
-        raise CaseError(disk_advice(error)) from error
+        raise CaseError.of(disk_finding(error)) from error
 
 
 def _say(reply: Reply) -> None:
@@ -123,6 +123,12 @@ def _say(reply: Reply) -> None:
     for idx, line in enumerate(reply.lines):
         colour = _COLOURS.get(reply.light, "") if idx == 0 else ""
         console.print(Text(printable(line), style=colour))
+
+
+def spoken() -> str:
+    """The language of the terminal; English where LIMBGRAM_LANGUAGE names none of ours."""
+    asked = os.environ.get("LIMBGRAM_LANGUAGE", "")[:2].lower()
+    return asked if asked in LANGUAGES else LANGUAGES[0]
 
 
 def refuse_in_json(kind: str, message: str, exit_code: int, finding: Finding | None = None) -> None:
@@ -139,5 +145,5 @@ def _refuse(error: LimbgramError, as_json: bool) -> None:
         return
     console = Console(stderr=True, highlight=False)
     colour = "yellow" if isinstance(error, Cancelled) else "red"
-    text = Text(printable(str(error)), style=colour)
+    text = Text(printable(told(error.finding, spoken())), style=colour)
     console.print(text, soft_wrap=not console.is_terminal)

@@ -71,7 +71,7 @@ def report_command(
     told by their hashes, landmarks with names of their own by numbers.
     """
     if way is not None and against is None:
-        raise OptionsError("--align needs another shape to lay on this one: --against.")
+        raise OptionsError("options.report.align_alone")
     record = record_of(
         _shape(shape, unit),
         None if against is None else _shape(against, unit),
@@ -106,15 +106,12 @@ def _recipe(path: Path) -> RecipeSource:
 def _write(record: Record, folder: Path) -> list[Path]:
     """JSON first: page and PDF are made of its tree."""
     if CaseFolder(folder).record.exists():
-        raise OptionsError(
-            f"{folder} is a case, and its own report.html would be lost. Choose another folder by "
-            "-o."
-        )
+        raise OptionsError("options.report.in_case", folder=str(folder))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ExportError(
-            f"The folder {folder} cannot be made: {error.strerror or error}. Choose another by -o."
+            "options.report.no_folder", folder=str(folder), system=str(error.strerror or error)
         ) from error
     report = record_report(record.content, record.pictures)
     tree = json.dumps(record.tree, indent=1, ensure_ascii=False, allow_nan=False)

@@ -56,12 +56,9 @@ def require_output(path: Path | None, ending: str, what: str) -> None:
         OptionsError: the name ends otherwise than files of this kind do.
     """
     if path is not None and path.suffix.lower() != ending:
-        raise OptionsError(f"{path.name} is no name for {what}. Let it end in {ending}.")
+        raise OptionsError("options.output.no_name", name=path.name, what=what, ending=ending)
     if path is not None and path.name.lower().endswith(LIMB_FILE_ENDING):
-        raise OptionsError(
-            f"{path.name} is the name of the landmarks and axes of a shape. Choose another one for "
-            f"{what}."
-        )
+        raise OptionsError("options.output.limb_file", name=path.name, what=what)
 
 
 def require_no_shape(path: Path, what: str) -> None:
@@ -71,10 +68,7 @@ def require_no_shape(path: Path, what: str) -> None:
         OptionsError: the name ends as a shape's does.
     """
     if path.suffix.lower() in SUFFIXES:
-        raise OptionsError(
-            f"{path.name} is the name of a shape, and {what} is to be written. Choose another "
-            "ending, so that no scan is lost."
-        )
+        raise OptionsError("options.output.shape_name", name=path.name, what=what)
 
 
 def require_apart(path: Path | None, read: Path) -> None:
@@ -84,7 +78,7 @@ def require_apart(path: Path | None, read: Path) -> None:
         OptionsError: they are one file.
     """
     if path is not None and path.resolve() == read.resolve():
-        raise OptionsError(f"{path.name} would take the place of the shape. Choose another name.")
+        raise OptionsError("options.output.takes_place", name=path.name)
 
 
 _AXES = {"x": 0, "y": 1, "z": 2}
@@ -106,10 +100,7 @@ def direction(text: str | None, option: str) -> Vector3 | None:
         return unit
     numbers = _numbers(text, 3)
     if numbers is None or max(map(abs, numbers)) < _SHORTEST:
-        raise OptionsError(
-            f"{text!r} is no direction for {option}. Write +x, -x, +y, -y, +z or -z, or three "
-            "numbers such as 0.2,-1,0, in the frame of the shape's file."
-        )
+        raise OptionsError("options.no_direction", text=text, option=option)
     return np.array(numbers)
 
 
@@ -130,10 +121,7 @@ def sticker_names(path: Path) -> dict[int, str]:
             raise ValueError("it is no list of numbers with names")
         return dict(_named_sticker(*row) for row in cast(dict[str, Any], tree).items())
     except ValueError as error:
-        raise OptionsError(
-            f"{path} names no stickers: {error}. Write the number of each sticker and the name of "
-            'its landmark, such as {"12": "fibula head", "13": "tibial tubercle"}.'
-        ) from error
+        raise OptionsError("options.no_stickers", path=str(path), why=str(error)) from error
 
 
 def _named_sticker(number: str, name: object) -> tuple[int, str]:
@@ -154,10 +142,7 @@ def colour_of(text: str | None) -> tuple[int, int, int] | None:
     try:
         return ImageColor.getrgb(text)[:3]
     except ValueError as error:
-        raise OptionsError(
-            f"{text!r} is no colour. Write a name such as magenta, or its red, green and blue as "
-            "whole numbers from 0 to 255, such as 230,20,200."
-        ) from error
+        raise OptionsError("options.no_colour", text=text) from error
 
 
 def asks_for_marks(texts: Sequence[str]) -> bool:
@@ -168,10 +153,7 @@ def pair_of(text: str, option: str) -> tuple[str, str]:
     """Two names with a colon between them."""
     first, colon, second = text.partition(":")
     if not colon or not first.strip() or not second.strip():
-        raise OptionsError(
-            f"{text!r} names no two landmarks for {option}. Write both with a colon between them, "
-            'such as "tibial tubercle:tibia end".'
-        )
+        raise OptionsError("options.no_pair", text=text, option=option)
     return first.strip(), second.strip()
 
 
@@ -183,10 +165,7 @@ def span_of(text: str) -> tuple[float, float]:
         math.inf if high.strip() == _END else _number(high),
     )
     if any(map(math.isnan, ends)) or not ends[0] < ends[1]:
-        raise OptionsError(
-            f"{text!r} are no two heights. Write the lower and the upper one in millimetres, such "
-            "as 20:150; `end:150` counts from the distal end, `20:end` to the proximal one."
-        )
+        raise OptionsError("options.no_span", text=text)
     return ends
 
 
@@ -195,10 +174,7 @@ def reading_of(text: str) -> TapeReading:
     height, _, girth = text.partition("=")
     girth_mm, sigma_mm = read_girth(girth)
     if math.isnan(_number(height)) or math.isnan(girth_mm):
-        raise OptionsError(
-            f"{text!r} is no tape reading. Write the height and the girth in millimetres, such as "
-            "60=312.5, or 60=312.5+-4 where it was read to 4 mm."
-        )
+        raise OptionsError("options.no_tape_reading", text=text)
     return TapeReading(height_mm=_number(height), girth_mm=girth_mm, sigma_mm=sigma_mm)
 
 
@@ -208,16 +184,11 @@ def _landmark(text: str, marks: Sequence[Vector3]) -> Landmark:
     if place.startswith("#") and name:
         number = int(place[1:]) if _COUNTED.fullmatch(place[1:]) else 0
         if not 1 <= number <= len(marks):
-            raise OptionsError(
-                f"{text!r} names no mark: {len(marks)} were seen. List them by --marks."
-            )
+            raise OptionsError("options.no_such_mark", text=text, seen=len(marks))
         return Landmark(name=name, position_mm=marks[number - 1])
     numbers = _numbers(place, 3)
     if not name or numbers is None:
-        raise OptionsError(
-            f"{text!r} is no landmark. Write its name and place in millimetres in the frame of the "
-            'shape, such as "fibula head=41.5,-12,250", or "fibula head=#2" for a painted mark.'
-        )
+        raise OptionsError("options.no_landmark", text=text)
     return Landmark(name=name, position_mm=np.array(numbers))
 
 

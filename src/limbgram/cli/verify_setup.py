@@ -177,10 +177,7 @@ def _certificate_path(camera: Path | None, out: Path | None) -> Path:
     if out is not None:
         return out
     if camera is None:
-        raise OptionsError(
-            "Where is the certificate to be kept? Give --camera, the camera file of your kit, so "
-            "that it lies beside it and reports cite it; or -o for a place of its own."
-        )
+        raise OptionsError("options.certificate_place")
     return certificate_beside(camera)
 
 

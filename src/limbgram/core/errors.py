@@ -22,6 +22,7 @@ LimbgramError            exit code
     EditError                4   an edit would spoil the shape
     CarveError               4   the shape cannot be carved or spoken in a format
     ExportError              5   a file could not be written and verified
+    MissingError             3   there is nothing of the name that was asked for
     cases.supervision.JobDied
                              6   the system or a library ended the program
     Cancelled              130   the user asked to stop
@@ -30,7 +31,7 @@ A result that was made and judged red is no refusal: its files are written, name
 are (surface-RED.stl), and the command ends with RED_EXIT_CODE, 7. Green and amber end with 0. A
 test that can neither be passed nor failed ends with UNDECIDED_EXIT_CODE, 8.
 
-What the system says about a file becomes advice in `disk_advice`, at the edges where it is caught.
+What the system says about a file becomes a finding in `disk_finding`, where it is caught.
 What is told to people goes through `printable`: names of files come from anywhere.
 """
 
@@ -66,7 +67,7 @@ class LimbgramError(Exception):
 
     def __init__(self, code: str, /, **values: Value) -> None:
         super().__init__(code)
-        self.finding = fault(code, **values) if _CODE.fullmatch(code) else _in_words(code)
+        self.finding = fault(code, **values) if _CODE.fullmatch(code) else in_words(code)
 
     def __str__(self) -> str:
         return told(self.finding)
@@ -165,13 +166,19 @@ class FoldedShapeError(ExportError):
     """A surface folds, crosses itself or branches; printers and carvers take it literally."""
 
 
+class MissingError(LimbgramError, LookupError):
+    """There is no case, photo or file of the name that was asked for."""
+
+    exit_code = 3
+
+
 class Cancelled(LimbgramError):
     """The user asked to stop; what is finished is kept."""
 
     exit_code = 130
 
 
-def _in_words(message: str) -> Finding:
+def in_words(message: str) -> Finding:
     """What a library or an earlier version said, in its own words."""
     return fault(AS_IS, message=message)
 
@@ -188,42 +195,32 @@ def is_full(error: OSError) -> bool:
 
 def disk_advice(error: OSError) -> str:
     """What the system said about a file, its likely cause and what to do, in two sentences."""
+    return told(disk_finding(error))
+
+
+def disk_finding(error: OSError) -> Finding:
+    """What the system said about a file, its likely cause and what to do."""
     named = error.filename2 or error.filename
-    name = "a file" if named is None else str(named)
+    name = None if named is None else str(named)
     match error.errno:
         case number if number in _FULL:
-            return f"There is no room for {name}: its disk is full. Free some space."
+            return fault("disk.full", name=name)
         case errno.EACCES | errno.EPERM:
-            return (
-                f"{name} may not be read or written by you. Change its permissions or those of its "
-                "folder, or use another folder."
-            )
+            return fault("disk.not_allowed", name=name)
         case errno.EROFS:
-            return f"{name} lies on a disk that may only be read. Use a folder on another disk."
+            return fault("disk.read_only", name=name)
         case errno.ENOENT:
-            return (
-                f"{name} is not there: it was moved, renamed or deleted, or its disk was taken "
-                "out. Put it back, or check the path."
-            )
+            return fault("disk.not_there", name=name)
         case number if number in _IN_THE_WAY:
-            return (
-                f"{name} is in the way: a folder lies where a file belongs, or a file where a "
-                "folder belongs. Move it elsewhere."
-            )
+            return fault("disk.in_the_way", name=name)
         case errno.ENAMETOOLONG:
-            return f"The name of {name} is too long for its disk. Shorten it."
+            return fault("disk.name_too_long", name=name)
         case errno.ELOOP:
-            return f"{name} is a link that leads round in a circle. Use the file itself."
+            return fault("disk.circle", name=name)
         case errno.EMFILE | errno.ENFILE | errno.ENOMEM | errno.EAGAIN:
-            return (
-                f"The system has no means left to open {name} ({error.strerror}). Close other "
-                "programs."
-            )
+            return fault("disk.no_means", name=name, system=error.strerror)
         case _:
-            return (
-                f"{name} cannot be read or written ({error.strerror or error}). Its disk or the "
-                "connection to it is probably failing: use another disk."
-            )
+            return fault("disk.failing", name=name, system=error.strerror or str(error))
 
 
 def with_full_stop(text: str) -> str:

@@ -21,7 +21,8 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
 
 from limbgram.core.declared import Within, bare, within_of
-from limbgram.findings import Finding, as_json
+from limbgram.core.errors import AS_IS
+from limbgram.findings import Finding, as_json, note
 
 T = TypeVar("T")
 
@@ -120,10 +121,10 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
         return _one_of(tree, parts, at, by)
     if origin is tuple:
         return _sequence(tree, parts, at, by)
-    if not _may_be(tree, hint):
-        raise Mismatch(f"{at or 'it'} must be {words_of_type(hint)}, not {tree!r:.60}")
     if hint is Finding:
         return _finding(tree, at)
+    if not _may_be(tree, hint):
+        raise Mismatch(f"{at or 'it'} must be {words_of_type(hint)}, not {tree!r:.60}")
     if hint is Path:
         return Path(tree)
     if is_dataclass(hint) and isinstance(hint, type):
@@ -145,6 +146,8 @@ def _within(number: Any, limits: Within, at: str) -> Any:
 
 
 def _finding(tree: object, at: str) -> Finding:
+    if isinstance(tree, str):  # a sentence, as earlier versions kept it
+        return note(AS_IS, message=tree)
     try:
         return Finding.from_tree(tree)
     except ValueError as error:

@@ -19,11 +19,11 @@ FULL = OSError(errno.ENOSPC, "No space left on device")
 @pytest.fixture
 def camera(client: TestClient, clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> str:
     """A camera whose photos tell its lens at once."""
-    found = SimpleNamespace(board="7x5", photos=(), calibration=None)
+    lens = SimpleNamespace(rms_px=0.2)
+    found = SimpleNamespace(board="7x5", photos=(), set_aside=(), doubts=(), calibration=lens)
     monkeypatch.setattr(cameras, "read_photos", lambda *_: None)
     monkeypatch.setattr(cameras, "calibrate", lambda *_: found)
     monkeypatch.setattr(cameras, "calibration_picture", lambda _: b"a picture")
-    monkeypatch.setattr(cameras, "calibration_text", lambda _: "It fits.")
     camera_id = client.post(f"{API}/cameras", json={"name": "A"}).json()["id"]
     (clinic.shelf.cameras / camera_id / "received").mkdir()
     return f"{API}/cameras/{camera_id}"

@@ -29,7 +29,9 @@ from limbgram.cases.running import (
 )
 from limbgram.cases.shelf import Shelf
 from limbgram.cases.supervision import Supervision
+from limbgram.core.errors import in_words
 from limbgram.core.typed import tree_of
+from limbgram.findings import fault
 
 API = "/api/v1"
 SLOW = """
@@ -41,7 +43,11 @@ for k in range(1000):
     say(event="progress", stage="detect", done=k, total=1000)
     time.sleep(0.02)
 """
-FULL = {"event": "refused", "kind": "CaseError", "message": "The disk is full."}
+FULL = {
+    "event": "refused",
+    "kind": "CaseError",
+    "finding": in_words("The disk is full.").tree(),
+}
 DEAF = """
 import json, time
 print(json.dumps({"event": "progress", "stage": "detect", "done": 0, "total": 9}), flush=True)
@@ -166,7 +172,7 @@ def test_what_ran_when_the_program_was_killed_is_interrupted_and_ends(
     again = read_job_file(shelved.folder)
     assert again is not None
     assert again.state == "interrupted"
-    assert "Nothing is lost" in again.message
+    assert again.why == fault("job.interrupted")
     client.post(f"{case}/job/cancel")
 
 
@@ -378,7 +384,7 @@ def test_what_was_killed_twice_in_one_stage_is_not_begun_for_ever(
     assert (once.wanted, once.killed) == (True, True)
     twice = killed(before=True)
     assert (twice.state, twice.wanted) == ("interrupted", False)
-    assert "by itself" in twice.message
+    assert twice.why == fault("job.killed_twice")
     opened = Runner(clinic.runner.pace_file, lambda _: None, command=clinic.runner.command)
     opened.take_up([folder])
     assert opened.running(folder) is None
@@ -404,7 +410,8 @@ def test_more_than_one_run_at_a_time_where_it_is_wanted(
 
 
 def test_a_refusal_is_told_word_by_word(client: TestClient, clinic: Clinic, case: str) -> None:
-    refusal = {"event": "refused", "kind": "ScaleError", "message": "The board is in no photo."}
+    finding = in_words("The board is in no photo.").tree()
+    refusal = {"event": "refused", "kind": "ScaleError", "finding": finding}
     clinic.runner.command = (
         sys.executable, "-c", f"print({json.dumps(json.dumps(refusal))}); raise SystemExit(4)",
     )  # fmt: skip

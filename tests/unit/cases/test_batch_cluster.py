@@ -26,6 +26,7 @@ from limbgram.cases.order import Job
 from limbgram.cases.supervision import Event
 from limbgram.cli.main import app
 from limbgram.core.errors import OptionsError
+from limbgram.findings import fault
 
 distributed = pytest.importorskip("distributed", reason="the extra cluster is not installed")
 psutil = pytest.importorskip("psutil")
@@ -61,12 +62,15 @@ tries.write_text("x" * (count + 1))
 (case / "case.json").write_text("{}")
 def send(**event):
     print(json.dumps(event), flush=True)
+def refuse(kind, message):
+    found = {"code": "said.as_is", "gravity": "fault", "values": {"message": message}}
+    send(event="refused", kind=kind, finding=found)
 send(event="progress", stage="place", done=1, total=3)
 time.sleep(float(seconds or 0))
 if what.startswith("die") and count < int(what[3:]):
     os.kill(os.getpid(), 9)
 if what == "refuse":
-    send(event="refused", kind="ScaleError", message=f"No board in {case}.")
+    refuse("ScaleError", f"No board in {case}.")
     sys.exit(4)
 if what == "bug":
     send(event="bug", traceback="Traceback: here")
@@ -225,8 +229,8 @@ def test_each_becomes_what_it_becomes_and_nothing_is_left(crew: Crew) -> None:
         "f ü": ("finished", 0, 1),
     }
     out = crew.folder / "out"
-    assert outcomes[0].message == f"No board in {out / 'a'}."
-    assert "Traceback: here" in outcomes[1].message
+    assert outcomes[0].told == f"No board in {out / 'a'}."
+    assert "Traceback: here" in outcomes[1].told
     assert (out / "d" / "tries").read_text() == "xxx"  # continued, not begun anew
     assert (out / "c" / "deliverables" / "surface.ply").read_text() == "green" * 100
     assert (out / "c" / "threads").read_text() == "1"  # the sums of the command line
@@ -346,7 +350,7 @@ def test_other_versions_are_refused_before_and_at_work(
     (crew.folder / "in").rename(crew.folder / "before")
     outcomes = batch(crew, whats, lambda _: None).wait()
     assert states(outcomes) == {"a": ("refused", 2, 1)}
-    assert "another version" in outcomes[0].message
+    assert outcomes[0].finding == fault("dask.machine_differs", machine=socket.gethostname())
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from limbgram.cases.batch.table import earlier_outcomes, write_table
 from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.order import Job
 from limbgram.cases.supervision import Event, Supervision
-from limbgram.core.errors import Cancelled, OptionsError
+from limbgram.core.errors import Cancelled, OptionsError, in_words
 from limbgram.reconstruction.photos.photo import SetAside
 
 CHILD = """
@@ -36,18 +36,21 @@ count = len(tries.read_text()) if tries.exists() else 0
 tries.write_text("x" * (count + 1))
 def send(**event):
     print(json.dumps(event), flush=True)
+def refuse(kind, message):
+    found = {"code": "said.as_is", "gravity": "fault", "values": {"message": message}}
+    send(event="refused", kind=kind, finding=found)
 send(event="progress", stage="place", done=1, total=3)
 if what.startswith("die") and count < int(what[3:]):
     os.kill(os.getpid(), 9)
 if what == "refuse":
-    send(event="refused", kind="ScaleError", message="No board.")
+    refuse("ScaleError", "No board.")
     sys.exit(4)
 if what == "bug":
     send(event="bug", traceback="Traceback: here")
     sys.exit(1)
 if what == "wait":
     sys.stdin.read()
-    send(event="refused", kind="Cancelled", message="Stopped.")
+    refuse("Cancelled", "Stopped.")
     sys.exit(130)
 light = what if what in ("red", "amber") else "green"
 (case / "summary.json").write_text(json.dumps(
@@ -103,7 +106,7 @@ def test_every_outcome_is_told_and_none_stops_another(
         "f": ("finished", 0, 2),
     }
     assert (tmp_path / "out" / "d" / "tries").read_text() == "xxx"
-    assert "Traceback: here" in outcomes[1].message
+    assert "Traceback: here" in outcomes[1].told
     ends = [event["capture"] for event in events if event["event"] == "ended"]
     assert sorted(ends) == ["a", "b", "c", "d", "d", "d", "e", "f", "f"]
     again = [event["capture"] for event in events if event.get("again")]
@@ -174,7 +177,7 @@ def test_settings_that_are_wrong_are_the_fault_of_one_capture(tmp_path: Path) ->
     plan = Plan(capture=capture, job=job, refusal=OptionsError("No such camera."))
     outcomes = BatchRun([plan], tmp_path / "out", BatchOptions(), lambda _: None).wait()
     assert states(outcomes) == {"a": ("refused", 2, 1)}
-    assert outcomes[0].message == "No such camera."
+    assert outcomes[0].told == "No such camera."
 
 
 def test_a_fault_in_a_thread_of_ours_is_not_lost(
@@ -249,7 +252,7 @@ def test_all_green_is_said_only_where_every_size_is_checked(tmp_path: Path) -> N
 
 
 def test_a_table_cell_is_no_formula(tmp_path: Path) -> None:
-    step = StepOutcome(name="align", state="refused", message="No place.", exit_code=4)
+    step = StepOutcome(name="align", state="refused", finding=in_words("No place."), exit_code=4)
     outcome = Outcome(
         name="=cmd()", source="x", state="finished", light="amber", headline="AMBER",
         exit_code=4, steps=(step,),
@@ -284,7 +287,8 @@ def test_a_capture_that_another_batch_works_on_is_left_to_it(
     with locked(CaseFolder(tmp_path / "out" / "a" / "batch")):
         outcomes = batch.wait()
     assert states(outcomes) == {"a": ("refused", 3, 1)}
-    assert "Another run is working" in outcomes[0].message
+    assert outcomes[0].finding is not None
+    assert outcomes[0].finding.code == "case.locked"
 
 
 def test_a_process_that_outlives_its_batch_is_waited_for(

@@ -117,7 +117,7 @@ def test_the_same_run_again_keeps_its_result_however_it_ends(
     if isinstance(ending, LimbgramError):
         record = run(job, ending)
         assert str(ending) in record["message"]
-        assert {**record, "message": ""} == before
+        assert {**record, "message": "", "finding": None} == before
     else:
         with pytest.raises(RuntimeError):
             run(job, ending)
@@ -131,7 +131,7 @@ def test_a_run_that_cannot_begin_touches_nothing(job: Job, run: Run) -> None:
     before = run(job, "first")
     record = run(replace(job, sources=(job.case / "nowhere",)), "never")
     assert "nowhere does not exist" in record["message"]
-    assert {**record, "message": ""} == before
+    assert {**record, "message": "", "finding": None} == before
     assert all(path.read_text() == "first" for path in written(case))
 
 

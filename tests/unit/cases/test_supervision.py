@@ -88,7 +88,11 @@ def test_ending_without_an_answer_is_an_error(tmp_path: Path) -> None:
     ("answer", "said"),
     [
         ('event="finished", answer={}', "finished"),
-        ('event="refused", kind="ScaleError", message="No board."', r"No board\."),
+        (
+            'event="refused", kind="ScaleError", finding={"code": "said.as_is", '
+            '"gravity": "fault", "values": {"message": "No board."}}',
+            r"No board\.",
+        ),
     ],
 )
 def test_a_process_that_dies_after_its_answer_is_not_believed(

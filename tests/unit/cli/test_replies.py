@@ -118,3 +118,20 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path, as_json: bool) 
     assert answer.exit_code == 3, answer.output
     told = json.loads(answer.stdout)["error"]["message"] if as_json else answer.stderr
     assert "is in the way" in told
+
+
+@pytest.mark.parametrize(
+    ("language", "said"),
+    [("de", "Eine weitere nennen."), ("de_DE.UTF-8", "Eine weitere nennen."),
+     ("", "Name another one."), ("xx", "Name another one.")],
+)  # fmt: skip
+def test_the_terminal_speaks_the_language_that_is_asked_for(
+    tmp_path: Path, language: str, said: str
+) -> None:
+    words = ["compare", str(tmp_path / "one.stl")]
+    answer = CliRunner().invoke(app, words, env={"LIMBGRAM_LANGUAGE": language})
+    assert (answer.exit_code, said in answer.stderr) == (2, True), answer.output
+    in_json = CliRunner().invoke(app, [*words, "--json"], env={"LIMBGRAM_LANGUAGE": language})
+    error = json.loads(in_json.stdout)["error"]
+    assert error["message"].endswith("Name another one.")
+    assert error["finding"]["code"] == "options.compare.one_shape"

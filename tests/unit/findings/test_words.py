@@ -20,7 +20,7 @@ SHARED: dict[str, Any] = json.loads(
     (Path(__file__).parents[2] / "data/words.json").read_text(encoding="utf-8")
 )
 MAKERS = re.compile(
-    r"[A-Z]\w*(Error|Died|Refused|Cancelled)|Cancelled|note|doubt|fault|Finding|judge|says"
+    r"[A-Z]\w*(Error|Died|Refused|Cancelled)|Cancelled|note|doubt|fault|Finding|judge|says|missing"
 )
 """What is called with a code first and values behind it."""
 

@@ -2008,6 +2008,8 @@ export interface components {
              * @default
              */
             message: string;
+            /** @description The same as data. */
+            finding?: components["schemas"]["FindingReply"] | null;
             /**
              * Calibrated
              * @description Date and time, UTC; empty before.
@@ -2136,12 +2138,14 @@ export interface components {
              * @default
              */
             message: string;
+            /** @description The message as data. */
+            finding?: components["schemas"]["FindingReply"] | null;
             /**
              * Unreadable
              * @description Of files in which people's work is kept and that cannot be read: what, why, what to do. `set-aside` begins them anew.
              * @default []
              */
-            unreadable: string[];
+            unreadable: components["schemas"]["FindingReply"][];
             verdict?: components["schemas"]["Verdict"] | null;
             /**
              * Photos
@@ -2828,6 +2832,8 @@ export interface components {
              * @default
              */
             message: string;
+            /** @description The message as data. */
+            finding?: components["schemas"]["FindingReply"] | null;
             /**
              * Kind
              * @description Name of the error; for experts.

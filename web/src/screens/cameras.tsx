@@ -9,6 +9,7 @@ import { Refusal } from "../design/refusal";
 import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { t, when } from "../texts";
+import { told } from "../words";
 
 type Camera = Schemas["CameraReply"];
 
@@ -119,7 +120,7 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
         {[one.label, one.focal_mm ? `${one.focal_mm.toFixed(1)} mm` : "", one.width_px ? `${one.width_px} × ${one.height_px}` : "", one.rms_px ? t("cameras.fit", one.rms_px.toFixed(2)) : "", one.calibrated ? when(one.calibrated) : ""].filter(Boolean).join(". ")}
       </p>
       {one.old && <p class="small-note">{t("cameras.old")}</p>}
-      {one.message && <p class="small-note">{one.message}</p>}
+      {one.finding && <p class="small-note">{told(one.finding)}</p>}
       <Refusal refused={act.refused.value} />
       {removing.value && (
         <Confirm danger title={t("cameras.delete.sure", one.name)} yes={t("cameras.delete")} onYes={() => void remove()} onNo={() => (removing.value = false)}>

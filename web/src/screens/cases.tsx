@@ -11,6 +11,7 @@ import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { bytes, t, tOr, when } from "../texts";
+import { told } from "../words";
 
 type Case = Schemas["Case"];
 type Filter = "all" | "work" | "sent" | "archive";
@@ -188,13 +189,13 @@ export function StateOf({ one }: { one: Case }) {
     return (
       <>
         <Chip tone="red">{t("case.state.refused")}</Chip>
-        <div class="small soft nt">{one.message.split(". ")[0]}</div>
+        <div class="small soft nt">{one.finding && parted(told(one.finding))[0]}</div>
       </>
     );
   return (
     <>
       <Chip tone="plain">{tOr(`case.state.${one.state}`, one.state)}</Chip>
-      <div class="small soft nt">{one.message || (one.photos ? t("state.photos", one.photos) : "")}</div>
+      <div class="small soft nt">{one.finding ? told(one.finding) : one.photos ? t("state.photos", one.photos) : ""}</div>
     </>
   );
 }

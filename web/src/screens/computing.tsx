@@ -18,6 +18,7 @@ import { expert } from "../state/settings";
 import { duration, t, tOr } from "../texts";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode } from "../viewer/surface";
+import { told } from "../words";
 import { Dots } from "./dots";
 import type { Room } from "./room";
 
@@ -174,7 +175,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
 }
 
 function Failure({ job }: { job: Schemas["JobReply"] }) {
-  const [what, rest] = parted(job.message);
+  const [what, rest] = parted(job.finding ? told(job.finding) : "");
   return (
     <Notice tone="red" title={what}>
       <p>{rest}</p>

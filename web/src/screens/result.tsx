@@ -19,6 +19,7 @@ import { t } from "../texts";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode, SurfaceData } from "../viewer/surface";
 import type { Viewer } from "../viewer/viewer";
+import { told } from "../words";
 import { withoutColour } from "./cases";
 import { Computing } from "./computing";
 import { type Limb, useLimb } from "./limb";
@@ -177,7 +178,7 @@ function picks(point: Vec3 | null) {
 
 export function VerdictLines({ info }: { info: Schemas["Case"] }) {
   const verdict = info.verdict;
-  if (!verdict) return <p class="lead-line">{info.message || t("result.none")}</p>;
+  if (!verdict) return <p class="lead-line">{info.finding ? told(info.finding) : t("result.none")}</p>;
   const [lead, more] = parted(withoutColour(verdict.headline));
   const reasons = verdict.reasons.slice(0, expert.value ? 20 : 2).filter((one) => !verdict.headline.includes(one));
   return (

@@ -6,7 +6,7 @@
  */
 import { effect, signal, untracked } from "@preact/signals";
 
-import { ROOT, type Schemas, api, link } from "../api/client";
+import { ROOT, type Schemas, api, link, refusedBy } from "../api/client";
 import { restActs, resumeActs } from "./acts";
 
 const TELL_MS = 45_000;
@@ -55,10 +55,10 @@ export function watch(): void {
 /** Sign in, or unlock; why not, or an empty text. */
 export async function enter(name: string, password: string): Promise<string> {
   const locked = person.value?.locked;
-  const { data, error } = locked
+  const { data, error, response } = locked
     ? await api.POST("/api/v1/session/unlock", { body: { password } })
     : await api.POST("/api/v1/session/sign-in", { body: { name, password } });
-  if (!data) return error && "message" in error ? error.message : " ";
+  if (!data) return refusedBy(response.status, error).message;
   if (locked) person.value = data;
   else leave();
   return "";

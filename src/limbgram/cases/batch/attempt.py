@@ -36,10 +36,11 @@ from limbgram.core.errors import (
     CaseError,
     LimbgramError,
     PhotoError,
-    disk_advice,
+    disk_finding,
 )
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Strictness, tree_of, value_of
+from limbgram.findings import Finding, fault, note, told
 from limbgram.formats.sidecar import limb_file_beside
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.photos.video import is_video
@@ -55,7 +56,6 @@ _AS_WRITTEN = Strictness(pass_over_unknown=True)
 _UNPACKED = ".unpacked"
 _PATIENCE_S = GRACE_S + 10.0
 _STEP_S = 0.2
-_BY_HAND = "The limb file was changed by hand since, and is kept as it is."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,10 +87,18 @@ class StepOutcome:
     name: str
     state: Literal["done", "kept", "refused", "died"]
     """kept: of an earlier run, because nothing that it reads has changed."""
+    finding: Finding | None = None
+    """Why it was not done, or is not done anew."""
     message: str = ""
+    """The same in a file of an earlier version, in its own words."""
     exit_code: int = 0
     key: str = ""
     files: tuple[WrittenFile, ...] = ()
+
+    @property
+    def told(self) -> str:
+        """Why it was not done, in words."""
+        return self.message if self.finding is None else told(self.finding)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,8 +112,10 @@ class Outcome:
     headline: str = ""
     size_checked: bool | None = None
     """Whether something independent confirms the size; None without a result."""
-    message: str = ""
+    finding: Finding | None = None
     """Why it has no result."""
+    message: str = ""
+    """The same in a file of an earlier version, in its own words."""
     kind: str = ""
     """Of the refusal."""
     exit_code: int = 0
@@ -114,6 +124,11 @@ class Outcome:
     steps: tuple[StepOutcome, ...] = ()
     set_aside: tuple[SetAside, ...] = ()
     """What was left out of a result, and why; without a result the message says it."""
+
+    @property
+    def told(self) -> str:
+        """Why it has no result, in words."""
+        return self.message if self.finding is None else told(self.finding)
 
     @property
     def done(self) -> bool:
@@ -189,13 +204,14 @@ def attempt(
             state="failed",
             kind="JobBug",
             exit_code=1,
-            message=f"A fault of limbgram ended it; please report {plan.job.case / 'log.txt'} "
-            f"with these lines:\n{bug}",
+            finding=fault(
+                "batch.fault", log=str(plan.job.case / "log.txt"), trace=str(bug), library=None
+            ),
         )
     except OSError as error:
         if error.errno is None:
             raise
-        outcome = ended(base, "refused", CaseError(disk_advice(error)))
+        outcome = ended(base, "refused", CaseError.of(disk_finding(error)))
     return replace(outcome, seconds=round(time.monotonic() - began, 2))
 
 
@@ -220,7 +236,11 @@ def standing(plan: Plan, number: int) -> Outcome | None:
 def ended(base: Outcome, state: State, error: LimbgramError) -> Outcome:
     """An outcome without a result, with the reason."""
     return replace(
-        base, state=state, kind=type(error).__name__, message=str(error), exit_code=error.exit_code
+        base,
+        state=state,
+        kind=type(error).__name__,
+        finding=error.finding,
+        exit_code=error.exit_code,
     )
 
 
@@ -292,10 +312,7 @@ def _sources(plan: Plan, cases: Path) -> tuple[Path, ...]:
 def _found_in(place: Path, photos: str | None) -> tuple[Path, ...]:
     inside = place if photos is None or place.is_file() else place / photos
     if not inside.exists():
-        raise PhotoError(
-            f"{place} has no folder {photos}, in which its photos should lie. Put them there, or "
-            f"say for this capture where they are: photos = ..."
-        )
+        raise PhotoError("batch.no_photos_folder", capture=str(place), folder=photos)
     return sources_in(inside)
 
 
@@ -366,7 +383,7 @@ def _judged(
         summary = value_of(tree, _Summary, "", _AS_WRITTEN)
     except ValueError as error:
         raise CaseError(
-            f"{case.summary} cannot be read: {error}. Delete it and run the batch again."
+            "batch.summary_unreadable", path=str(case.summary), why=str(error)
         ) from error
     verdict = summary.verdict
     codes = [step.exit_code for step in steps if step.exit_code]
@@ -409,8 +426,8 @@ def _after(
     for step in plan.steps:
         stopping.check()
         if broken is not None:
-            message = f"Not tried, because {broken.name} failed."
-            yield replace(broken, name=step.name, message=message, files=(), key="")
+            why = fault("batch.not_tried", step=broken.name)
+            yield replace(broken, name=step.name, finding=why, files=(), key="")
             continue
         listener({"event": "progress", "stage": f"then {step.name}", "done": 0, "total": 0})
         out = _own_folder(case).root / step.name
@@ -444,7 +461,7 @@ def _step(
         return StepOutcome(
             name=step.name,
             state="refused" if refused else "died",
-            message=str(error),
+            finding=error.finding,
             exit_code=error.exit_code,
         )
     content = {
@@ -482,8 +499,8 @@ def _stands(step: Step, before: StepOutcome, case: CaseFolder) -> bool:
 def _as_kept(step: Step, before: StepOutcome, places: Places, case: CaseFolder) -> StepOutcome:
     """The outcome of an earlier run, with the files as they are now."""
     files = _files(step, places, case)
-    message = before.message if files == before.files else _BY_HAND
-    return replace(before, state="kept", message=message, files=files)
+    finding = before.finding if files == before.files else note("batch.limb_kept_by_hand")
+    return replace(before, state="kept", finding=finding, files=files)
 
 
 def _files(step: Step, places: Places, case: CaseFolder) -> tuple[WrittenFile, ...]:

@@ -38,6 +38,7 @@ from limbgram.cases.batch.storage import Cases, cases_at
 from limbgram.cases.batch.versions import program_version
 from limbgram.cases.supervision import Event, JobDied
 from limbgram.core.errors import Cancelled, LimbgramError, OptionsError
+from limbgram.findings import Finding, fault, note
 
 LOCAL = "local:"
 _COMPARED = ("python", "dask", "distributed", "msgpack", "cloudpickle")
@@ -117,7 +118,7 @@ class ClusterRun:
         cases.end()
         for plan in self.plans:
             if plan.capture.name not in self._outcomes:
-                stopped = Cancelled("Stopped. Run the same command again to continue.")
+                stopped = Cancelled("job.command_stopped")
                 self._end(plan, 1, ended(begun(plan, 1), "cancelled", stopped))
         return tuple(self._outcomes[plan.capture.name] for plan in self.plans)
 
@@ -290,8 +291,8 @@ def require_same(client: Client) -> int:
     versions = cast(dict[str, Any], client.get_versions())
     here = _packages(versions["client"])
     others = {"the scheduler": versions["scheduler"], **versions["workers"]}
-    differing = [
-        f"{name}: {one} {there.get(one)}, here {here[one]}"
+    differing: list[Finding] = [
+        note("dask.other_version", where=name, what=one, there=there.get(one), here=here[one])
         for name, there in ((name, _packages(told)) for name, told in others.items())
         for one in _COMPARED
         if there.get(one) != here[one]
@@ -299,16 +300,14 @@ def require_same(client: Client) -> int:
     told = cast(dict[str, Any], client.run(program_version, on_error="return"))
     for address, found in told.items():
         if isinstance(found, ModuleNotFoundError):
-            differing.append(f"{address}: no library {found.name} is installed there")
+            differing.append(note("dask.no_library", where=address, library=found.name))
         elif found != program_version():
-            differing.append(f"{address}: another version of limbgram, or of a library it uses")
+            differing.append(note("dask.other_program", where=address))
     if differing:
-        more = len(differing) - _MOST_TOLD
         raise OptionsError(
-            "Versions differ, so that results could differ: "
-            + "; ".join(differing[:_MOST_TOLD])
-            + (f"; and {more} more" if more > 0 else "")
-            + ". Install the same versions on all machines, such as by the same container image."
+            "dask.versions_differ",
+            differing=tuple(differing[:_MOST_TOLD]),
+            more=max(0, len(differing) - _MOST_TOLD),
         )
     return len(told)
 
@@ -327,18 +326,13 @@ def _without_answer(plan: Plan, number: int, error: BaseException | None) -> Out
     """A task that Dask gave up, or a fault of ours in it."""
     base = begun(plan, number)
     if isinstance(error, KilledWorker):
-        told = (
-            "The worker that did it was lost, and so were those that tried it after: each was "
-            "ended, or did not answer any more. Probably memory ran out there. Give a worker more "
-            "memory or fewer threads, and run the same command again."
-        )
-        return ended(base, "died", JobDied(told))
+        return ended(base, "died", JobDied("dask.workers_lost"))
     return replace(
         base,
         state="failed",
         kind=type(error).__name__,
         exit_code=1,
-        message=f"A fault of limbgram or of Dask ended it; please report it: {error!r}",
+        finding=fault("batch.fault", log=None, trace=repr(error), library="Dask"),
     )
 
 
@@ -346,13 +340,9 @@ def _process_ended(base: Outcome, tree: dict[str, Any]) -> Outcome:
     """The process of an errand ended without an answer."""
     code, lines = int(tree["ended"]), str(tree["lines"])
     if code > 0:
-        told = f"A fault of limbgram ended it; please report these lines:\n{lines}"
-        return replace(base, state="failed", kind="JobBug", exit_code=1, message=told)
-    died = JobDied(
-        "The system ended the program, probably because memory ran out. Give a worker more "
-        "memory or fewer threads, and run the same command again."
-    )
-    return ended(base, "died", died)
+        found = fault("batch.fault", log=None, trace=lines, library=None)
+        return replace(base, state="failed", kind="JobBug", exit_code=1, finding=found)
+    return ended(base, "died", JobDied("dask.memory_ran_out"))
 
 
 @contextmanager
@@ -363,7 +353,7 @@ def _started(address: str) -> Generator[tuple[str, int]]:
         return
     count = address.removeprefix(LOCAL)
     if not count.isdecimal() or not 1 <= int(count) <= 256:
-        raise OptionsError(f"--cluster {address}: write four workers on this machine as local:4.")
+        raise OptionsError("dask.no_count_of_workers", address=address)
     settings = {
         "distributed.scheduler.allowed-failures": 0,
         "distributed.worker.profile.enabled": False,
@@ -389,10 +379,7 @@ def _connected(address: str) -> Generator[Client]:
     try:
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError, socket.gaierror) as error:
-        raise OptionsError(
-            f"No Dask scheduler answers at {address} ({error}). Check the address, and that it "
-            "runs: dask scheduler. Or try it on this machine: --cluster local:4."
-        ) from error
+        raise OptionsError("dask.no_scheduler", address=address, why=str(error)) from error
     try:
         yield client
     finally:

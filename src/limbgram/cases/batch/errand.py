@@ -43,10 +43,11 @@ from limbgram.core.errors import (
     CaseError,
     LimbgramError,
     OptionsError,
-    disk_advice,
+    disk_finding,
 )
 from limbgram.core.files import read_content
 from limbgram.core.typed import tree_of, value_of
+from limbgram.findings import Finding, fault
 
 MODULE = "limbgram.cases.batch.errand"
 _LARGEST_BYTES = 16_000_000
@@ -178,18 +179,14 @@ def _result(
     base = begun(plan, int(order["number"]))
     try:
         if order["program"] != program_version(_modules(plan)):
-            raise OptionsError(
-                f"{socket.gethostname()} has another version of limbgram, of Python or of a "
-                "library than the machine that gives the work out, so that its results could "
-                "differ. Install the same versions on both."
-            )
+            raise OptionsError("dask.machine_differs", machine=socket.gethostname())
         return _attempted(order, plan, own, tell, stopping)
     except LimbgramError as error:
         return Result(outcome=ended(base, _state_of(error), error), host=socket.gethostname())
     except OSError as error:
         if error.errno is None:
             raise
-        refusal = CaseError(disk_advice(error))
+        refusal = CaseError.of(disk_finding(error))
         return Result(outcome=ended(base, "died", refusal), host=socket.gethostname())
 
 
@@ -248,10 +245,11 @@ def _attempted(
     outcome = _elsewhere_if_full(outcome, plan, own)
     worked_at = time.monotonic()
     here, there = str(plan.job.case), cases.place(name)
-    steps = tuple(
-        replace(one, message=one.message.replace(here, there)) for one in outcome.steps
-    )  # fmt: skip
-    outcome = replace(outcome, message=outcome.message.replace(here, there), steps=steps)
+    outcome = replace(
+        outcome,
+        finding=_at(outcome.finding, here, there),
+        steps=tuple(replace(one, finding=_at(one.finding, here, there)) for one in outcome.steps),
+    )
     timed = Result(
         outcome=outcome,
         seen=seen,
@@ -276,8 +274,17 @@ def _elsewhere_if_full(outcome: Outcome, plan: Plan, own: Path) -> Outcome:
     free_mb = shutil.disk_usage(own).free / 2**20
     if free_mb > _ROOM_MB_A_PHOTO * max(1, count):
         return outcome
-    told = f"The disk of {socket.gethostname()} has {free_mb:.0f} MB left. {outcome.message}"
-    return replace(outcome, state="died", message=told)
+    found = fault(
+        "dask.disk_full", machine=socket.gethostname(), free_mb=free_mb, reason=outcome.finding
+    )
+    return replace(outcome, state="died", finding=found)
+
+
+def _at(finding: Finding | None, here: str, there: str) -> Finding | None:
+    """A finding with the place where the case will lie in the stead of this machine's."""
+    if finding is None:
+        return None
+    return finding.with_texts(lambda text: text.replace(here, there))
 
 
 def _keep_to(processors: str) -> None:

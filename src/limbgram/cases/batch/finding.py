@@ -36,11 +36,10 @@ def find_captures(folder: Path, batch: Batch, cases: Path) -> tuple[Capture, ...
         OptionsError: there is no capture, or two would become one case.
     """
     if not folder.is_dir():
-        raise OptionsError(f"{folder} is no folder. Name the folder in which the captures lie.")
+        raise OptionsError("batch.no_folder", folder=str(folder))
     if cases.resolve() == folder.resolve():
         raise OptionsError(
-            f"-o names the folder of the captures itself, {folder}. Name another one for the "
-            f"cases, such as {folder / 'cases'}."
+            "batch.cases_among_captures", folder=str(folder), other=str(folder / "cases")
         )
     found = {
         path
@@ -57,11 +56,7 @@ def find_captures(folder: Path, batch: Batch, cases: Path) -> tuple[Capture, ...
     ]
     _require_names_apart(captures)
     if not captures:
-        raise OptionsError(
-            f"No capture lies in {folder}: a capture is a folder of photos, a zip of them or a "
-            f"video. Put each into a folder of its own, or say in {BATCH_FILE} where they lie: "
-            'captures = ["2026-*/*"].'
-        )
+        raise OptionsError("batch.no_captures", folder=str(folder), settings=BATCH_FILE)
     return tuple(captures)
 
 
@@ -84,12 +79,12 @@ def _matching(folder: Path, pattern: str) -> list[Path]:
         found = list(folder.glob(pattern))
     except (ValueError, NotImplementedError) as error:
         raise OptionsError(
-            f"{pattern!r} is no pattern of names inside {folder}: {error}. Write it like */P*."
+            "batch.no_pattern", pattern=pattern, folder=str(folder), why=str(error)
         ) from error
     root = folder.resolve()
     outside = [path for path in found if ".." in path.relative_to(folder).parts]
     if outside:
-        raise OptionsError(f"{pattern!r} leaves {root}. Captures lie inside the folder.")
+        raise OptionsError("batch.pattern_leaves_folder", pattern=pattern, folder=str(root))
     return found
 
 
@@ -111,14 +106,10 @@ def _require_names_apart(captures: list[Capture]) -> None:
     seen: dict[str, Capture] = {}
     for capture in captures:
         if printable(capture.name, keep="") != capture.name:
-            raise OptionsError(
-                f"The name of {printable(str(capture.path), keep='')} holds characters that are "
-                "not shown, or is not valid text. Rename it."
-            )
+            raise OptionsError("batch.name_not_shown", name=printable(str(capture.path), keep=""))
         key = unicodedata.normalize("NFC", capture.name).casefold()
         other = seen.setdefault(key, capture)
         if other is not capture:
             raise OptionsError(
-                f"{other.path} and {capture.path} would both become the case {capture.name}. "
-                "Rename one of them."
+                "batch.same_case", one=str(other.path), two=str(capture.path), case=capture.name
             )

@@ -152,7 +152,7 @@ def ended_event(outcome: Outcome, number: int, *, again: bool) -> Event:
         "attempt": number,
         "state": outcome.state,
         "light": outcome.light,
-        "message": outcome.message or outcome.headline,
+        "message": outcome.told or outcome.headline,
         "exit_code": outcome.exit_code,
         "again": again,
     }

@@ -171,7 +171,7 @@ def read_batch(path: Path) -> Batch:
     tree = _tree(path)
     of_one = tree.pop("capture", {})
     if not isinstance(of_one, dict):
-        raise OptionsError(f"{path}: capture must be a table for each, such as [capture.P07].")
+        raise OptionsError("batch.capture_is_no_table", path=str(path))
     patterns = {name: tree.pop(name) for name in ("captures", "leave_out") if name in tree}
     try:
         told = value_of(patterns, _Patterns)
@@ -187,7 +187,7 @@ def read_batch(path: Path) -> Batch:
             },
         )
     except ValueError as error:
-        raise OptionsError(_misfit(path, error)) from error
+        raise _misfit(path, error) from error
 
 
 def read_settings(path: Path) -> Settings:
@@ -200,13 +200,14 @@ def read_settings(path: Path) -> Settings:
     try:
         settings = _checked(value_of(tree, Settings, strictness=_READ), path, "")
     except ValueError as error:
-        raise OptionsError(_misfit(path, error)) from error
+        raise _misfit(path, error) from error
     for name in settings.files:
         if not is_inside(name):
             raise OptionsError(
-                f"{path} names {printable(name, keep='')!r}, which lies outside its capture. "
-                f"Settings that come with a capture name files in it or beside {BATCH_FILE}; "
-                f"say the others in {BATCH_FILE}."
+                "batch.file_outside",
+                path=str(path),
+                name=printable(name, keep=""),
+                settings=BATCH_FILE,
             )
     return settings
 
@@ -231,12 +232,9 @@ def require_complete(settings: Settings) -> None:
         OptionsError: says which, and what to add.
     """
     if settings.align is not None and settings.side is None:
-        raise OptionsError(
-            '[align] needs the side of the patient, which is never guessed: add side = "left", '
-            '"right" or "none".'
-        )
+        raise OptionsError("batch.side_missing")
     if settings.align is not None and settings.unscaled:
-        raise OptionsError("A surface of unknown size cannot be aligned: leave out unscaled.")
+        raise OptionsError("batch.unscaled_not_aligned")
     unaligned = settings.measure is not None and settings.measure.unaligned
     after = {
         "[measure]": settings.measure is not None and not unaligned,
@@ -246,10 +244,7 @@ def require_complete(settings: Settings) -> None:
     }
     missing = [name for name, wanted in after.items() if wanted and settings.align is None]
     if missing:
-        raise OptionsError(
-            f"{', '.join(missing)}: the surface has no axes before it is aligned. Add [align], "
-            "with stickers or landmarks, and the side."
-        )
+        raise OptionsError("batch.not_aligned", tables=tuple(missing))
 
 
 def _tree(path: Path) -> dict[str, Any]:
@@ -257,7 +252,7 @@ def _tree(path: Path) -> dict[str, Any]:
     try:
         return toml_of(content.decode("utf-8-sig"))
     except ValueError as error:
-        raise OptionsError(_misfit(path, error)) from error
+        raise _misfit(path, error) from error
 
 
 def _export(tree: object, hint: Any, at: str) -> object:
@@ -276,26 +271,20 @@ def _export(tree: object, hint: Any, at: str) -> object:
 _READ = Strictness(special=_export)
 
 
-def _misfit(path: Path, error: ValueError) -> str:
-    return (
-        f"{path} cannot be taken: {error}. `limbgram batch --example` shows a file with every "
-        "setting."
-    )
+def _misfit(path: Path, error: ValueError) -> OptionsError:
+    return OptionsError("batch.settings_misfit", path=str(path), why=str(error))
 
 
 def _checked(settings: Settings, path: Path, at: str) -> Settings:
     """The settings, whose numbers are within what they may be."""
     few, many = _TRIANGLES
-    wrong = {
-        f"triangles must lie between {few} and {many}": settings.triangles is not None
-        and not few <= settings.triangles <= many,
-        "part must be 1 or more": settings.part is not None and settings.part < 1,
-        f"memory_gb must be {_LEAST_MEMORY_GB:g} or more": settings.memory_gb is not None
-        and settings.memory_gb < _LEAST_MEMORY_GB,
-    }
-    for words, fails in wrong.items():
-        if fails:
-            raise OptionsError(f"{path}: {at}{words}.")
+    if settings.triangles is not None and not few <= settings.triangles <= many:
+        raise OptionsError("batch.triangles", path=str(path), at=at, least=few, most=many)
+    if settings.part is not None and settings.part < 1:
+        raise OptionsError("batch.too_small", path=str(path), setting=f"{at}part", least=1)
+    if settings.memory_gb is not None and settings.memory_gb < _LEAST_MEMORY_GB:
+        least = _LEAST_MEMORY_GB
+        raise OptionsError("batch.too_small", path=str(path), setting=f"{at}memory_gb", least=least)
     return settings
 
 

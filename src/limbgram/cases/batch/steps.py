@@ -18,10 +18,17 @@ from limbgram.cases.batch.settings import Align, ExportUse, Measure, Settings
 from limbgram.cases.batch.stopping import Stopping
 from limbgram.cases.supervision import environment
 from limbgram.core.declared import words_of
-from limbgram.core.errors import RED_EXIT_CODE, Cancelled, LimbgramError, OptionsError
+from limbgram.core.errors import (
+    RED_EXIT_CODE,
+    Cancelled,
+    LimbgramError,
+    OptionsError,
+    in_words,
+)
 from limbgram.core.files import json_of, read_content
 from limbgram.core.run import NEUTRAL_FOLDER
 from limbgram.core.typed import any_value_of
+from limbgram.findings import Finding
 from limbgram.services.export import FOR_CARVERS, Gcode, file_name
 
 SURFACE, SHAPE, EDITED, CASE, OUT = "{surface}", "{shape}", "{edited}", "{case}", "{out}"
@@ -124,17 +131,12 @@ def run_step(step: Step, places: Places, stopping: Stopping) -> StepReply:
         finally:
             process.kill()
     if stopping.asked:
-        raise Cancelled("Stopped. Run the same command again to continue.")
+        raise Cancelled("job.command_stopped")
     return _reply(step, process.returncode, told, errors)
 
 
 class StepRefused(LimbgramError):
     """A command declined; it has the exit code of its refusal."""
-
-    def __init__(self, message: str, kind: str, exit_code: int) -> None:
-        super().__init__(message)
-        self.kind = kind
-        self.exit_code = exit_code
 
 
 class StepDied(LimbgramError):
@@ -149,16 +151,23 @@ def _reply(step: Step, code: int, told: bytes, errors: bytes) -> StepReply:
     except ValueError:
         content = None
     match content:
-        case {"error": {"kind": str(kind), "message": str(message)}, "exit_code": int(refused)}:
-            raise StepRefused(message, kind, refused)
+        case {"error": {"finding": dict(finding)}, "exit_code": int(refused)}:
+            refusal = StepRefused.of(Finding.from_tree(cast(dict[str, Any], finding)))
+            refusal.exit_code = refused
+            raise refusal
+        case {"error": {"message": str(message)}, "exit_code": int(refused)}:
+            refusal = StepRefused.of(in_words(message))
+            refusal.exit_code = refused
+            raise refusal
         case dict() if code in (0, RED_EXIT_CODE):
             return StepReply(cast(dict[str, Any], content))
         case _:
             last = errors.decode("utf-8", "replace").strip().splitlines()[-3:]
             raise StepDied(
-                f"The command `{step.words[0]}` ended with code {code} and without an answer. Run "
-                "the batch again: what is finished is kept. If it ends there again, report it."
-                + ("" if not last else " Its last lines: " + " / ".join(last))
+                "batch.step_died",
+                command=step.words[0],
+                code=code,
+                last_lines=" / ".join(last) or None,
             )
 
 
@@ -225,11 +234,7 @@ def landmark_words(path: Path) -> dict[str, str]:
         rows = cast(dict[str, Any], tree)
         return {name: _place_words(name, place) for name, place in rows.items()}
     except ValueError as error:
-        raise OptionsError(
-            f"{path} holds no landmarks: {error}. Write the name of each and its place in mm in "
-            'the frame of the surface, such as {"fibula head": [12.0, -40.5, 310.2]}, or the '
-            'number of a painted mark: "#2".'
-        ) from error
+        raise OptionsError("batch.no_landmarks", path=str(path), why=str(error)) from error
 
 
 def _place_words(name: str, place: object) -> str:

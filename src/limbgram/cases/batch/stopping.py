@@ -31,7 +31,7 @@ class Stopping:
     def check(self) -> None:
         """Raise Cancelled once stopping was asked for."""
         if self.asked:
-            raise Cancelled("Stopped before it began. Run the same command again to continue.")
+            raise Cancelled("batch.stopped_before")
 
     @contextmanager
     def calling(self, call: Callable[[], None]) -> Generator[None]:

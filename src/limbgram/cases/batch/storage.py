@@ -27,7 +27,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from limbgram.cases.folder import CaseFolder, locked
-from limbgram.core.errors import CaseError, OptionsError, disk_advice, is_full
+from limbgram.core.errors import CaseError, OptionsError, disk_finding, is_full
 from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES
 from limbgram.reconstruction.photos.video import is_video
 
@@ -232,7 +232,7 @@ class CasesAtUrl:
             case {"attempt": str(token)} if token.isalnum():
                 return max(numbers), token
             case _:
-                raise CaseError(f"The record of {self.place(name)} cannot be read. Delete it.")
+                raise CaseError("batch.record_unreadable", place=self.place(name))
 
     def _forget(self, name: str, number: int, token: str) -> None:
         """Remove what came before a record, and attempts that it does not name."""
@@ -291,7 +291,7 @@ class _Bucket:
         except ImportError as error:
             raise _without_library(self.url, str(error)) from error
         except ValueError as error:
-            raise OptionsError(f"{self.url} is no URL that can be used: {error}.") from error
+            raise OptionsError("batch.no_url", url=self.url, why=str(error)) from error
         self.root = str(root).rstrip("/")
 
     def sizes(self, inside: str) -> dict[str, int]:
@@ -360,7 +360,7 @@ def _inside(key: str) -> PurePosixPath:
     """
     path = PurePosixPath(key)
     if path.is_absolute() or ".." in path.parts or "\\" in key or "\0" in key:
-        raise CaseError(f"{key!r} is no name of a file that can be taken. Rename it.")
+        raise CaseError("batch.no_file_name", name=key)
     return path
 
 
@@ -413,24 +413,15 @@ def _sync(path: Path) -> None:
 
 
 def _changed(case: Path | str) -> CaseError:
-    return CaseError(
-        f"{case} was changed by somebody else while it was worked on, and is left as it is. Run "
-        "the same command again."
-    )
+    return CaseError("batch.case_changed", case=str(case))
 
 
 def _not_whole(case: Path | str) -> CaseError:
-    return CaseError(
-        f"Not all files that were made for {case} have arrived where the cases lie; it is left as "
-        "it is. Run the same command again."
-    )
+    return CaseError("batch.files_missing", case=str(case))
 
 
 def _without_library(url: str, missing: str) -> OptionsError:
-    return OptionsError(
-        f"{url} needs a library that is not installed ({missing}). For S3: pip install "
-        "'limbgram[s3]'; on every machine that takes part."
-    )
+    return OptionsError("batch.library_missing", url=url, library=str(missing))
 
 
 @contextmanager
@@ -442,11 +433,8 @@ def _answering(place: Path) -> Generator[None]:
         if error.errno is None:
             raise
         if is_full(error):
-            raise CaseError(
-                f"The disk of {place} is full. Free some space, and run the same command again: "
-                "what is finished is kept."
-            ) from error
-        raise CaseError(disk_advice(error)) from error
+            raise CaseError("batch.disk_full", place=str(place)) from error
+        raise CaseError.of(disk_finding(error)) from error
 
 
 @contextmanager
@@ -458,7 +446,4 @@ def _reached(url: str) -> Generator[None]:
     try:
         yield
     except unreachable as error:
-        raise CaseError(
-            f"{url} does not give or take files: {error}. Check its name, the rights of this "
-            "machine there, and the network; then run the same command again."
-        ) from error
+        raise CaseError("batch.url_fails", url=url, why=str(error)) from error

@@ -79,7 +79,7 @@ def table_of(
         "exit_code": code,
         "stopped": stopped,
         "notes": list(notes),
-        "captures": [tree_of(one) | {"case": one.name} for one in outcomes],
+        "captures": [_tree(one) for one in outcomes],
     }
     return BatchTable(content, counted([_row(one, cases) for one in outcomes]), code)
 
@@ -95,6 +95,16 @@ def earlier_outcomes(cases: Path) -> dict[str, Outcome]:
     return {one.name: one for one in kept.captures} if kept.schema == _SCHEMA else {}
 
 
+def _tree(outcome: Outcome) -> dict[str, Any]:
+    """With the sentences beside the findings, for readers without the words."""
+    worded = replace(
+        outcome,
+        message=outcome.told,
+        steps=tuple(replace(step, message=step.told) for step in outcome.steps),
+    )
+    return tree_of(worded) | {"case": outcome.name}
+
+
 def _row(outcome: Outcome, cases: Path, *, pictured: bool = False) -> BatchRow:
     return BatchRow(
         name=outcome.name,
@@ -102,9 +112,9 @@ def _row(outcome: Outcome, cases: Path, *, pictured: bool = False) -> BatchRow:
         state=_STATES[outcome.state],
         light=outcome.light,
         size_checked=bool(outcome.size_checked),
-        told=outcome.headline if outcome.done else outcome.message,
+        told=outcome.headline if outcome.done else outcome.told,
         steps=tuple(step.name for step in outcome.steps if not step.exit_code),
-        faults=tuple(f"{one.name}: {one.message}" for one in outcome.steps if one.exit_code),
+        faults=tuple(_faults(outcome)),
         left_out=tuple((part.name, part.reason) for part in outcome.set_aside),
         attempts=outcome.attempts,
         seconds=outcome.seconds,
@@ -143,7 +153,7 @@ def _csv(outcomes: Sequence[Outcome]) -> str:
         done = [step.name for step in one.steps if not step.exit_code]
         failed = [step.name for step in one.steps if step.exit_code]
         left_out = "; ".join(f"{part.name}: {part.reason}" for part in one.set_aside)
-        texts = (one.headline, " ".join((one.message, *_faults(one))).strip(), left_out)
+        texts = (one.headline, " ".join((one.told, *_faults(one))).strip(), left_out)
         writer.writerow((
             _plain(one.name), _plain(one.source), one.state, one.light or "",
             _boolean(one.size_checked), one.exit_code, one.attempts, one.seconds,
@@ -153,7 +163,7 @@ def _csv(outcomes: Sequence[Outcome]) -> str:
 
 
 def _faults(outcome: Outcome) -> list[str]:
-    return [f"{step.name}: {step.message}" for step in outcome.steps if step.exit_code]
+    return [f"{step.name}: {step.told}" for step in outcome.steps if step.exit_code]
 
 
 def _boolean(value: bool | None) -> str:
