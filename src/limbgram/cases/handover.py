@@ -24,6 +24,7 @@ from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
+from limbgram.findings import told
 from limbgram.formats.aop.writing import AopOptions, write_aop
 from limbgram.formats.dxf import curves_of, write_triangles
 from limbgram.formats.gate import admit
@@ -242,7 +243,7 @@ def _gcode(limb: Limb, path: Path, options: HandoverOptions) -> _Written:
         f"most; ridges of {check.scallop_mm:.3f} mm.",
         f"Blank: diameter {2 * blank.radius_mm:.0f} mm. Tool: ball end "
         f"{options.carving.tool_diameter_mm:g} mm. About {check.minutes:.0f} min of cutting.",
-        report.standing,
+        told(report.standing),
     )
     figures = {"lines": lines, "surface_within_mm": check.gouge_mm, "minutes": check.minutes}
     return _Written(check.carved.surface(), limb.landmarks, figures)

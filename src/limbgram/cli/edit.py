@@ -9,7 +9,7 @@ import typer
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import ShapeArgument, UnitOption, require_apart, require_no_shape, shape_of
 from limbgram.core.errors import OptionsError, with_full_stop
-from limbgram.core.files import require, toml_of, write_file
+from limbgram.core.files import other, require, toml_of, write_file
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.edit import parameters_of, purpose_of
 from limbgram.workbench.edits.editing import EDIT_NAMED
@@ -250,7 +250,7 @@ def _kept(path: Path, recipe: Recipe) -> Reply:
         stream.write(content)
 
     def check(written: Path) -> None:
-        require(read_recipe(written) == recipe, f"{path.name}: another recipe")
+        require(read_recipe(written) == recipe, other(path.name, "recipe"))
 
     write_file(path, encode, check)
     return _recipe_reply(recipe)

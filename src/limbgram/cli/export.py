@@ -22,6 +22,7 @@ from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.formats.aop.cost import AopReport
 from limbgram.formats.aop.writing import AopOptions, Own, write_aop
 from limbgram.formats.dxf import Curves, curves_of, write_polyface_dxf, write_triangles
@@ -590,7 +591,7 @@ def gcode_reply(
         f"Carved by simulation: {check.gouge_mm:.3f} mm into the shape at most; ridges "
         f"{check.scallop_mm:.3f} mm (95 %); {check.left_mm:.2f} mm left where the tool cannot "
         f"reach ({check.left_share:.2%} of the surface over 0.2 mm)",
-        report.standing,
+        told(report.standing),
         *_left_out(report),
         *(() if kept is None else (f"Machine file: {kept}",)),
         f"Mirror check: {picture}. {_LOOK}",

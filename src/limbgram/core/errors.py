@@ -30,7 +30,7 @@ A result that was made and judged red is no refusal: its files are written, name
 are (surface-RED.stl), and the command ends with RED_EXIT_CODE, 7. Green and amber end with 0. A
 test that can neither be passed nor failed ends with UNDECIDED_EXIT_CODE, 8.
 
-What the system says about a file becomes advice in `disk_advice`, at the edges where it is caught.
+What the system says about a file becomes a finding in `disk_finding`, where it is caught.
 What is told to people goes through `printable`: names of files come from anywhere.
 """
 
@@ -186,44 +186,45 @@ def is_full(error: OSError) -> bool:
     return error.errno in _FULL
 
 
-def disk_advice(error: OSError) -> str:
-    """What the system said about a file, its likely cause and what to do, in two sentences."""
+def reason_of(error: Exception) -> Finding:
+    """What a refusal found, or what a library or the system said."""
+    return error.finding if isinstance(error, LimbgramError) else _in_words(str(error))
+
+
+def system_reason(error: OSError) -> Finding:
+    """What the system said about a file."""
+    kind = errno.errorcode.get(error.errno or 0)
+    return fault("disk.said", error=kind, text=error.strerror or str(error))
+
+
+def disk_finding(error: OSError) -> Finding:
+    """What the system said about a file, its likely cause and what to do."""
     named = error.filename2 or error.filename
-    name = "a file" if named is None else str(named)
+    name = None if named is None else str(named)
     match error.errno:
         case number if number in _FULL:
-            return f"There is no room for {name}: its disk is full. Free some space."
+            return fault("disk.full", name=name)
         case errno.EACCES | errno.EPERM:
-            return (
-                f"{name} may not be read or written by you. Change its permissions or those of its "
-                "folder, or use another folder."
-            )
+            return fault("disk.not_yours", name=name)
         case errno.EROFS:
-            return f"{name} lies on a disk that may only be read. Use a folder on another disk."
+            return fault("disk.read_only", name=name)
         case errno.ENOENT:
-            return (
-                f"{name} is not there: it was moved, renamed or deleted, or its disk was taken "
-                "out. Put it back, or check the path."
-            )
+            return fault("disk.not_there", name=name)
         case number if number in _IN_THE_WAY:
-            return (
-                f"{name} is in the way: a folder lies where a file belongs, or a file where a "
-                "folder belongs. Move it elsewhere."
-            )
+            return fault("disk.in_the_way", name=name)
         case errno.ENAMETOOLONG:
-            return f"The name of {name} is too long for its disk. Shorten it."
+            return fault("disk.long_name", name=name)
         case errno.ELOOP:
-            return f"{name} is a link that leads round in a circle. Use the file itself."
+            return fault("disk.loop", name=name)
         case errno.EMFILE | errno.ENFILE | errno.ENOMEM | errno.EAGAIN:
-            return (
-                f"The system has no means left to open {name} ({error.strerror}). Close other "
-                "programs."
-            )
+            return fault("disk.no_means", name=name, why=system_reason(error))
         case _:
-            return (
-                f"{name} cannot be read or written ({error.strerror or error}). Its disk or the "
-                "connection to it is probably failing: use another disk."
-            )
+            return fault("disk.failing", name=name, why=system_reason(error))
+
+
+def disk_advice(error: OSError) -> str:
+    """The same, told."""
+    return told(disk_finding(error))
 
 
 def with_full_stop(text: str) -> str:
