@@ -6,7 +6,7 @@ Whoever reads it gets the board of the true size.
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from limbgram.core.errors import OptionsError, reason_of
+from limbgram.core.errors import OptionsError
 from limbgram.formats.printed import PrintedFile, PrintedSize
 from limbgram.reconstruction.targets.board import Board, BoardKind
 
@@ -70,7 +70,7 @@ def read_board(path: Path) -> Board:
         )
         return board_as_printed(drawn, record.printed)
     except OptionsError as error:
-        raise _FILE.unusable(path, reason_of(error)) from error
+        raise _FILE.impossible(path, error) from error
 
 
 def board_as_printed(drawn: Board, printed: PrintedSize | None) -> Board:

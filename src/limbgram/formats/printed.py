@@ -119,7 +119,9 @@ class PrintedFile(Generic[R]):
                     "file.print.other_kind", path=str(path), kind=self.kind, format=other
                 )
             record = value_of(tree, self.record, "the file")
-        except (ValueError, OptionsError) as error:
+        except OptionsError as error:
+            raise self.impossible(path, error) from error
+        except ValueError as error:
             raise self.unusable(path, reason_of(error)) from error
         if (record.format, record.version) != (self.format, self.version):
             found = fault("file.other_version", format=record.format, version=record.version)
@@ -141,6 +143,12 @@ class PrintedFile(Generic[R]):
             raise CaseError("file.print.in_the_way", path=str(path), kind=self.kind) from error
         if there.printed is not None and printed is None:
             raise CaseError("file.print.measured_before", path=str(path))
+
+    def impossible(self, path: Path, refusal: OptionsError) -> CaseError:
+        """What stands in the file can neither be printed nor measured."""
+        return CaseError(
+            "file.print.impossible", path=str(path), kind=self.kind, why=refusal.finding
+        )
 
     def unusable(self, path: Path, why: Finding) -> CaseError:
         return CaseError("file.print.unusable", path=str(path), kind=self.kind, why=why)
