@@ -149,7 +149,7 @@ def test_what_no_file_may_hold_is_refused_by_its_code() -> None:
             json_of(text.encode())
         assert refused.value.finding.code == code
         again = pickle.loads(pickle.dumps(refused.value))
-        assert isinstance(again, ValueError)
+        assert isinstance(again, ContentError)
         assert again.finding == refused.value.finding
 
 
