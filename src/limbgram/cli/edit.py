@@ -8,7 +8,7 @@ import typer
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import ShapeArgument, UnitOption, require_apart, require_no_shape, shape_of
 from limbgram.core.errors import OptionsError, with_full_stop
-from limbgram.core.files import require, toml_of, write_file
+from limbgram.core.files import other, require, toml_of, write_file
 from limbgram.core.typed import tree_of
 from limbgram.findings import note, told
 from limbgram.formats.limb_file import write_limb
@@ -256,7 +256,7 @@ def _kept(path: Path, recipe: Recipe) -> Reply:
         stream.write(content)
 
     def check(written: Path) -> None:
-        require(read_recipe(written) == recipe, f"{path.name}: another recipe")
+        require(read_recipe(written) == recipe, other(path.name, "recipe"))
 
     write_file(path, encode, check)
     return _recipe_reply(recipe)

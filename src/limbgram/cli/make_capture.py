@@ -12,6 +12,7 @@ from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import READ
 from limbgram.core.errors import OptionsError
 from limbgram.core.run import Run
+from limbgram.findings import as_json, told
 from limbgram.formats.units import mm_per_unit_of
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.movement import Movement, MovementKind
@@ -240,7 +241,7 @@ def make_capture_command(
     options = with_faults(options, fault or ())
     with display(as_json) as screen:
         capture = Run(listener=screen.listen)(make_capture, folder, options)
-    about = tuple(f"Of the scan, {note}." for note in scan.notes) if scan else ()
+    about = tuple(f"Of the scan, {told(note)}." for note in scan.notes) if scan else ()
     return Reply(
         (
             *about,
@@ -265,7 +266,13 @@ def _details(asked: Iterable[Detail]) -> SkinDetails:
 def _told(scan: Scan | None) -> dict[str, Any]:
     if scan is None:
         return {}
-    return {"scan": {"sha256": scan.sha256, "height_mm": scan.height_mm, "notes": [*scan.notes]}}
+    return {
+        "scan": {
+            "sha256": scan.sha256,
+            "height_mm": scan.height_mm,
+            "notes": [as_json(note) for note in scan.notes],
+        }
+    }
 
 
 def _distance_mm(phone: bool, gauge: GaugeName | None, scan: Scan | None) -> float:

@@ -19,7 +19,7 @@ from limbgram.cli.shapes import (
     shape_of,
 )
 from limbgram.core.errors import OptionsError, with_full_stop
-from limbgram.core.files import require, write_bytes, write_file
+from limbgram.core.files import other, require, write_bytes, write_file
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.core.typed import tree_of
 from limbgram.findings import told
@@ -166,7 +166,7 @@ def _write(template: Template, path: Path) -> Path:
 
     def check(written: Path) -> None:
         again = encode_template(read_template(written))
-        require(again == content, f"{path.name}: another template")
+        require(again == content, other(path.name, "template"))
 
     return write_file(path, encode, check)
 

@@ -193,9 +193,15 @@ def is_full(error: OSError) -> bool:
     return error.errno in _FULL
 
 
-def disk_advice(error: OSError) -> str:
-    """What the system said about a file, its likely cause and what to do, in two sentences."""
-    return told(disk_finding(error))
+def reason_of(error: Exception) -> Finding:
+    """What a refusal found, or what a library or the system said."""
+    return error.finding if isinstance(error, LimbgramError) else in_words(str(error))
+
+
+def system_reason(error: OSError) -> Finding:
+    """What the system said about a file."""
+    kind = errno.errorcode.get(error.errno or 0)
+    return fault("disk.said", error=kind, text=error.strerror or str(error))
 
 
 def disk_finding(error: OSError) -> Finding:
@@ -206,7 +212,7 @@ def disk_finding(error: OSError) -> Finding:
         case number if number in _FULL:
             return fault("disk.full", name=name)
         case errno.EACCES | errno.EPERM:
-            return fault("disk.not_allowed", name=name)
+            return fault("disk.not_yours", name=name)
         case errno.EROFS:
             return fault("disk.read_only", name=name)
         case errno.ENOENT:
@@ -214,13 +220,18 @@ def disk_finding(error: OSError) -> Finding:
         case number if number in _IN_THE_WAY:
             return fault("disk.in_the_way", name=name)
         case errno.ENAMETOOLONG:
-            return fault("disk.name_too_long", name=name)
+            return fault("disk.long_name", name=name)
         case errno.ELOOP:
-            return fault("disk.circle", name=name)
+            return fault("disk.loop", name=name)
         case errno.EMFILE | errno.ENFILE | errno.ENOMEM | errno.EAGAIN:
-            return fault("disk.no_means", name=name, system=error.strerror)
+            return fault("disk.no_means", name=name, why=system_reason(error))
         case _:
-            return fault("disk.failing", name=name, system=error.strerror or str(error))
+            return fault("disk.failing", name=name, why=system_reason(error))
+
+
+def disk_advice(error: OSError) -> str:
+    """The same, told."""
+    return told(disk_finding(error))
 
 
 def with_full_stop(text: str) -> str:

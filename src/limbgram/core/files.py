@@ -24,7 +24,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
-from limbgram.core.errors import ExportError, LimbgramError, is_full
+from limbgram.core.errors import ExportError, LimbgramError, is_full, reason_of, system_reason
+from limbgram.findings import Finding, fault
 
 _DEEPEST = 64
 """Levels of lists and tables in each other; no format of ours has ten."""
@@ -36,8 +37,12 @@ _LONGEST_KEY = re.compile(r"^[^=,\n]{4000}", re.MULTILINE)
 """A line that would be a dotted key of thousands of parts: tomllib takes their square in time."""
 
 
+class ContentError(LimbgramError, ValueError):
+    """What a file holds is not of its format; whoever reads the file says which file it is."""
+
+
 def read_content(
-    path: Path, most_bytes: int, refusal: type[LimbgramError], advice: str = ""
+    path: Path, most_bytes: int, refusal: type[LimbgramError], advice: Finding | str = ""
 ) -> bytes:
     """The bytes of a regular file; what else the path may be is never opened.
 
@@ -47,19 +52,19 @@ def read_content(
     try:
         about = path.stat()
         if not stat.S_ISREG(about.st_mode):
-            what = "a folder" if stat.S_ISDIR(about.st_mode) else "a device or pipe"
-            raise refusal(f"{path} cannot be read: it is {what}, no file. {advice}".rstrip())
+            why = fault("file.no_file", folder=stat.S_ISDIR(about.st_mode))
+            raise _unread(path, refusal, why, advice)
         size = min(about.st_size, most_bytes)  # room is made for as much as is asked for
         with path.open("rb") as stream:
             content = stream.read(size + 1)
             if len(content) > size:
                 content += stream.read(most_bytes - size)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        told = getattr(error, "strerror", None) or error
-        raise refusal(f"{path} cannot be read: {told}. {advice}".rstrip()) from error
+        why = system_reason(error) if isinstance(error, OSError) else reason_of(error)
+        raise _unread(path, refusal, why, advice) from error
     if len(content) > most_bytes:
-        told = f"{path} is too large for what it should be: more than {_size(most_bytes)}. {advice}"
-        raise refusal(told.rstrip())
+        most_mb = most_bytes >> 20 if most_bytes >= 1 << 20 else most_bytes / 1e6
+        raise refusal.of(fault("file.too_large", path=str(path), most_mb=most_mb, advice=advice))
     return content
 
 
@@ -69,7 +74,7 @@ def json_of(content: bytes) -> Any:
         text = content.decode(json.detect_encoding(content))
         tree = json.loads(text, parse_constant=_no_number, object_pairs_hook=_once_each)
     except RecursionError as error:
-        raise ValueError("its lists lie too deep in each other") from error
+        raise ContentError("file.tree.deep") from error
     _require_plain(tree)
     return tree
 
@@ -80,11 +85,11 @@ def toml_of(text: str) -> dict[str, Any]:
     The format has words for what is no number: who takes a value refuses those by its name.
     """
     if _LONGEST_KEY.search(text):
-        raise ValueError("a line of it is too long for a key")
+        raise ContentError("file.toml.long_key")
     try:
         tree = tomllib.loads(text)
     except RecursionError as error:
-        raise ValueError("its lists lie too deep in each other") from error
+        raise ContentError("file.tree.deep") from error
     _require_plain(tree, numbers_only=False)
     return tree
 
@@ -109,7 +114,7 @@ def write_bytes(path: Path, content: bytes) -> Path:
         stream.write(content)
 
     def check(written: Path) -> None:
-        require(written.read_bytes() == content, f"{path.name}: other bytes")
+        require(written.read_bytes() == content, other(path.name, "bytes"))
 
     return write_file(path, encode, check)
 
@@ -153,13 +158,20 @@ def written_whole(path: Path, check: Callable[[Path], None] | None = None) -> Ge
     _sync_entry(path.parent)
 
 
-def require(holds: bool, finding: str) -> None:
+def require(holds: bool, found: Finding) -> None:
     """Refuse a file that did not read back as it was written."""
     if not holds:
-        raise ExportError(
-            f"Reading back found {finding}. The file was not kept. The disk or its connection is "
-            "probably failing: write to another disk."
-        )
+        raise ExportError("export.read_back", found=found)
+
+
+def other(name: str, what: str) -> Finding:
+    """That a file which was read back holds other ones than were written; what: in the plural."""
+    return fault("export.other", name=name, what=what)
+
+
+def other_count(name: str, what: str, found: int, written: int) -> Finding:
+    """That a file which was read back does not hold as many as were written."""
+    return fault("export.other_count", name=name, what=what, found=found, written=written)
 
 
 def short_name(path: Path) -> str:
@@ -172,7 +184,7 @@ def _require_plain(tree: Any, *, numbers_only: bool = True) -> None:
     """Refuse numbers that no measure has, texts that cannot be written, and trees without end.
 
     Raises:
-        ValueError: says which.
+        ContentError: says which.
     """
     level: Sequence[Any] = [tree]
     for _ in range(_DEEPEST):
@@ -189,20 +201,20 @@ def _require_plain(tree: Any, *, numbers_only: bool = True) -> None:
                     item.encode()
                 case float():
                     if numbers_only and not math.isfinite(item):
-                        raise ValueError("it holds a number without a value or beyond all measure")
+                        raise ContentError("file.tree.no_value")
                 case int():
                     if abs(item) > _LARGEST_WHOLE:
-                        raise ValueError("it holds a number beyond all measure")
+                        raise ContentError("file.tree.large_number")
                 case _:
                     pass
         if not below:
             return
         level = below
-    raise ValueError("its lists lie too deep in each other")
+    raise ContentError("file.tree.deep")
 
 
 def _no_number(word: str) -> float:
-    raise ValueError(f"{word} is no number in JSON")
+    raise ContentError("file.json.no_number", word=word)
 
 
 def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -210,12 +222,14 @@ def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(tree) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"{twice[:40]!r} stands there twice")
+        raise ContentError("file.json.twice", name=twice[:40])
     return tree
 
 
-def _size(count: int) -> str:
-    return f"{count >> 20} MB" if count >= 1 << 20 else f"{count / 1e6:g} MB"
+def _unread(
+    path: Path, refusal: type[LimbgramError], why: Finding, advice: Finding | str
+) -> LimbgramError:
+    return refusal.of(fault("file.unread", path=str(path), why=why, advice=advice))
 
 
 @contextmanager
@@ -226,12 +240,13 @@ def _disk(path: Path) -> Generator[None]:
     except OSError as error:
         if is_full(error):
             raise ExportError(
-                f"{path.name} was not written: the disk of {path.parent} is full. Free some "
-                "space, or choose another folder, and run again; what is finished is kept."
+                "export.disk.full", name=path.name, folder=str(path.parent)
             ) from error
         raise ExportError(
-            f"{path.name} was not written to {path.parent}: {error.strerror or error}. Check "
-            "that the folder exists and may be written to, and that the name is not too long."
+            "export.disk.refused",
+            name=path.name,
+            folder=str(path.parent),
+            why=system_reason(error),
         ) from error
 
 

@@ -27,14 +27,9 @@ CONTRADICTS_SIGMAS = 4.0
 def require_tape(girth_mm: float, sigma_mm: float) -> None:
     """Refuse what no tape reads on a limb."""
     if not (math.isfinite(girth_mm) and 10 < girth_mm < 3000):
-        raise OptionsError(
-            f"{girth_mm:g} mm is no girth of a limb. Write millimetres: 345, not 34.5."
-        )
+        raise OptionsError("mesh.girth.impossible", girth_mm=girth_mm)
     if not 0 < sigma_mm < girth_mm:
-        raise OptionsError(
-            f"A tape cannot be sure to {sigma_mm:g} mm (one standard deviation). Give millimetres "
-            f"above 0, such as {READING_SIGMA_MM:g}."
-        )
+        raise OptionsError("mesh.girth.sigma", sigma_mm=sigma_mm, usual_sigma_mm=READING_SIGMA_MM)
 
 
 def read_girth(text: str) -> tuple[float, float]:

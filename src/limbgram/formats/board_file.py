@@ -27,7 +27,7 @@ class _Record:
 
 
 _FILE = PrintedFile(
-    name="board file", record=_Record, format="limbgram board", version=1, largest_bytes=100_000
+    kind="board", record=_Record, format="limbgram board", version=1, largest_bytes=100_000
 )
 
 
@@ -70,7 +70,7 @@ def read_board(path: Path) -> Board:
         )
         return board_as_printed(drawn, record.printed)
     except OptionsError as error:
-        raise _FILE.unusable(path, str(error)) from error
+        raise _FILE.impossible(path, error) from error
 
 
 def board_as_printed(drawn: Board, printed: PrintedSize | None) -> Board:

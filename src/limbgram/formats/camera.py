@@ -13,10 +13,11 @@ from typing import Literal, cast
 
 import numpy as np
 
-from limbgram.core.errors import CaseError
+from limbgram.core.errors import CaseError, reason_of
 from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.core.typed import Strictness, value_of
+from limbgram.findings import Finding, fault, note
 from limbgram.reconstruction.calibration.cameras import Calibration, LensSource
 
 _FORMAT = "limbgram camera"
@@ -115,10 +116,7 @@ def require_camera_place(path: Path) -> None:
     except (CaseError, ValueError):
         ours = False
     if not ours:
-        raise CaseError(
-            f"{path} is there already and is no camera file: it would be lost. Choose another "
-            "name by -o, such as camera.json."
-        )
+        raise CaseError("file.camera.in_the_way", path=str(path))
 
 
 def read_camera(path: Path | str) -> Calibration:
@@ -128,13 +126,11 @@ def read_camera(path: Path | str) -> Calibration:
         CaseError: there is no such file, or it is no camera file, or a value cannot be.
     """
     path = Path(path)
-    content = read_content(
-        path, _LARGEST_BYTES, CaseError, "A camera file is made with `limbgram calibrate`."
-    )
+    content = read_content(path, _LARGEST_BYTES, CaseError, note("file.camera.how_made"))
     try:
         record = value_of(json_of(content), _CameraFile, strictness=_AS_WRITTEN)
     except ValueError as error:
-        raise _unusable(path, str(error)) from error
+        raise _unusable(path, reason_of(error)) from error
     camera = Camera(
         width_px=record.width_px, height_px=record.height_px, **asdict(record.parameters)
     )
@@ -144,15 +140,15 @@ def read_camera(path: Path | str) -> Calibration:
         <= max(camera.width_px, camera.height_px)
         <= _LARGEST_SIDE_PX
     ):
-        raise _unusable(path, "width_px or height_px is not a size in pixels")
+        raise _unusable(path, fault("file.camera.size"))
     if min(camera.fx, camera.fy) <= 0:
-        raise _unusable(path, "a focal length is not positive")
+        raise _unusable(path, fault("file.camera.focal"))
     if np.abs(camera.packed).max() > _LARGEST_PX:
-        raise _unusable(path, "a parameter is larger than any camera's")
+        raise _unusable(path, fault("file.camera.parameter"))
     for name in ("focal_mm", "focal_35mm", "digital_zoom", "rms_px", "edge_px"):
         value = getattr(record, name)
         if value is not None and value < 0:
-            raise _unusable(path, f"{name} is negative")
+            raise _unusable(path, fault("file.camera.negative", field=name))
     covariance = _covariance(path, record.covariance)
     if record.sigmas is not None:
         _require_own_sigmas(path, record.sigmas, covariance)
@@ -173,18 +169,18 @@ def read_camera(path: Path | str) -> Calibration:
 def _covariance(path: Path, rows: tuple[tuple[float, ...], ...]) -> np.ndarray:
     size = len(PARAMETERS)
     if len(rows) != size or any(len(row) != size for row in rows):
-        raise _unusable(path, f"the covariance is not {size} x {size} numbers")
+        raise _unusable(path, fault("file.camera.covariance_size", size=size))
     covariance = np.array(rows, float)
     if np.abs(covariance).max() > _LARGEST_PX**2:
-        raise _unusable(path, "the covariance holds a number larger than any camera's")
+        raise _unusable(path, fault("file.camera.covariance_number"))
     if (np.diag(covariance) < 0).any():
-        raise _unusable(path, "a variance is negative")
+        raise _unusable(path, fault("file.camera.variance"))
     sigmas = np.sqrt(np.diag(covariance))
     unit = np.outer(np.where(sigmas > 0, sigmas, 1.0), np.where(sigmas > 0, sigmas, 1.0))
     if not np.allclose(covariance, covariance.T, rtol=1e-6) or (
         np.linalg.eigvalsh(covariance / unit).min() < -1e-6
     ):
-        raise _unusable(path, "the covariance is not symmetric and positive")
+        raise _unusable(path, fault("file.camera.covariance"))
     return covariance
 
 
@@ -195,10 +191,8 @@ def _require_own_sigmas(path: Path, sigmas: _Lens, covariance: np.ndarray) -> No
     """
     written = [getattr(sigmas, name) for name in PARAMETERS]
     if not np.allclose(written, np.sqrt(np.diag(covariance)), rtol=1e-6, atol=1e-12):
-        raise _unusable(path, "its sigmas are not those of its covariance")
+        raise _unusable(path, fault("file.camera.sigmas"))
 
 
-def _unusable(path: Path, why: str) -> CaseError:
-    return CaseError(
-        f"{path} is no usable camera file: {why}. Make it again with `limbgram calibrate`."
-    )
+def _unusable(path: Path, why: Finding) -> CaseError:
+    return CaseError("file.camera.unusable", path=str(path), why=why)

@@ -15,9 +15,10 @@ from typing import BinaryIO
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from limbgram.core.files import require, write_file, write_folder
+from limbgram.core.files import other, other_count, require, write_file, write_folder
 from limbgram.core.geometry.lens import without_skew
 from limbgram.core.run import signals_kept
+from limbgram.findings import fault
 from limbgram.formats.writing import target
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.scale.metric import MetricScene
@@ -45,7 +46,7 @@ def write_poses(metric: MetricScene, path: Path, *, unscaled: bool = False) -> P
         stream.write(json.dumps(poses, indent=1).encode())
 
     def check(written: Path) -> None:
-        require(json.loads(written.read_bytes()) == poses, f"{path.name}: other poses")
+        require(json.loads(written.read_bytes()) == poses, other(path.name, "poses"))
 
     return write_file(path, encode, check)
 
@@ -120,15 +121,19 @@ def _check(written: Path, scene: Scene) -> None:
 
     read = pycolmap.Reconstruction(str(written))
     seen = np.unique(scene.observations.point_idx)
-    require(read.num_reg_images() == len(scene.placed), f"{read.num_reg_images()} photos")
-    require(read.num_points3D() == len(seen), f"{read.num_points3D()} points of {len(seen)}")
+    photos, points = int(read.num_reg_images()), int(read.num_points3D())
+    placed = len(scene.placed)
+    require(photos == placed, other_count(written.name, "photos", photos, placed))
+    require(points == len(seen), other_count(written.name, "points", points, len(seen)))
     for photo_idx in scene.placed:
         view, image = scene.view(photo_idx), read.images[photo_idx + 1]
-        require(image.name == view.name, f"{image.name} in place of {view.name}")
+        require(
+            image.name == view.name, fault("export.other_photo", found=image.name, photo=view.name)
+        )
         rows = np.flatnonzero(scene.observations.photo_idx == photo_idx)[:50]
         places = scene.points_in_world[scene.observations.point_idx[rows]]
         ours = without_skew(view.camera, view.project(places)) + _HALF
         in_camera = image.cam_from_world() * places
         theirs = np.asarray(read.cameras[image.camera_id].img_from_cam(in_camera))
         apart = np.abs(ours - theirs)[np.isfinite(ours).all(1)].max(initial=0.0)
-        require(apart < 1e-4, f"{view.name}: projections {apart:.3g} px apart")
+        require(apart < 1e-4, fault("export.projections", photo=view.name, apart_px=float(apart)))

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float64, Int16, Int64
 from numba import njit
 
-from limbgram.core.files import require, write_file
+from limbgram.core.files import other_count, require, write_file
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Section, cut, heights_between
@@ -28,6 +28,7 @@ from limbgram.core.mesh.topology import (
     is_vertex_manifold,
     with_faces,
 )
+from limbgram.findings import fault
 from limbgram.formats.writing import Unit, require_same_triangles, target
 
 _POLYFACE, _PLACE, _CORNERS = 64, 192, 128
@@ -212,11 +213,11 @@ def _polyline(points_mm: Points3, layer: str, *, closed: bool) -> bytes:
 
 def _require_same_lines(name: str, found: Sequence[Points3], wanted: Sequence[Points3]) -> None:
     """Refuse a file whose polylines are not those that were written."""
-    require(len(found) == len(wanted), f"{name}: {len(found)} curves of {len(wanted)}")
+    require(len(found) == len(wanted), other_count(name, "curves", len(found), len(wanted)))
     for number, (polyline, points) in enumerate(zip(found, wanted, strict=True), 1):
         whole = polyline.shape == points.shape
         near = whole and np.allclose(polyline, points, rtol=0, atol=_PRECISION)
-        require(near, f"{name}: curve {number} lies elsewhere")
+        require(near, fault("export.curve_elsewhere", name=name, curve=number))
 
 
 @dataclass(frozen=True)
@@ -229,7 +230,8 @@ class _Drawing:
 def _read_back(path: Path, name: str) -> _Drawing:
     tags = _Tags(name, *_tags(np.fromfile(path, np.uint8)))
     corners = tags.rows("3DFACE", *_CORNER_CODES).reshape(-1, 4, 3)
-    require(bool((corners[:, 2] == corners[:, 3]).all()), f"{name}: faces of four corners")
+    three = bool((corners[:, 2] == corners[:, 3]).all())
+    require(three, fault("export.four_corners", name=name))
     points, flags = tags.rows("VERTEX", 10, 20, 30), tags.rows("VERTEX", 70)[:, 0]
     joined = tags.rows("POLYLINE", 70)[:, 0] == _POLYFACE
     begun = tags.entities[tags.codes == 0]
@@ -241,7 +243,8 @@ def _read_back(path: Path, name: str) -> _Drawing:
     place = flags == _PLACE
     first = np.searchsorted(line_of[place], line_of[flags == _CORNERS])
     idx = tags.rows("VERTEX", 71, 72, 73) - 1 + first[:, None]
-    require(bool(((idx >= 0) & (idx < place.sum())).all()), f"{name}: faces without vertices")
+    known = bool(((idx >= 0) & (idx < place.sum())).all())
+    require(known, fault("export.no_vertices", name=name))
     triangles = np.concatenate([corners[:, :3], points[place][idx.astype(np.int64)]])
     return _Drawing(triangles, polylines)
 
@@ -263,7 +266,7 @@ class _Tags:
         found = self.codes[asked]
         times = len(found) // len(codes)
         in_order = np.array_equal(found, np.tile(np.array(codes, np.int16), times))
-        require(in_order, f"{self.name}: {entity} with other parts")
+        require(in_order, fault("export.other_parts", name=self.name, entity=entity))
         return self.numbers[asked].reshape(-1, len(codes))
 
 

@@ -33,30 +33,17 @@ def admit(limb: Limb, side: Side | None) -> Limb:
         MeasureError: its landmarks contradict the side or the front.
     """
     if limb.frame is None:
-        raise CarveError(
-            "The shape is not aligned, so a carver would not know its axis, its front and its "
-            "side. Run `limbgram align` first."
-        )
+        raise CarveError("export.gate.not_aligned")
     if side is None:
-        raise OptionsError(
-            f"The side must be confirmed before anything is carved. The shape was aligned as "
-            f"{limb.frame.side!r}: check it on the patient, and say --side left, right or none."
-        )
+        raise OptionsError("export.gate.side_unconfirmed", side=limb.frame.side)
     if side != limb.frame.side:
-        raise CarveError(
-            f"The side is not sure: you say {side!r} and the shape was aligned as "
-            f"{limb.frame.side!r}. One of them is wrong. Check it on the patient, and align again "
-            "if it was the alignment."
-        )
+        raise CarveError("export.gate.side_contradicted", said=side, side=limb.frame.side)
     aligned = sure_in_limb_frame(limb)
     if volume_mm3(aligned.mesh) <= 0:
-        raise CarveError("The shape is inside out: it has no volume to carve. Repair it first.")
+        raise CarveError("export.gate.inside_out")
     extent_mm = float(np.ptp(aligned.mesh.vertices_mm, axis=0).max())
     if not LIKELY_MM[0] <= extent_mm <= LIKELY_MM[1]:
-        raise CarveError(
-            f"The shape is {extent_mm:.3g} mm long, which no limb is. Its unit is probably wrong: "
-            "read it again with --unit, and align it again."
-        )
+        raise CarveError("export.gate.size", extent_mm=extent_mm)
     return aligned
 
 
@@ -90,11 +77,8 @@ def without_folds(limb: Limb) -> Limb:
         raise _folded(outside.mesh, find_folds(outside.mesh, ANY_SHAPE))
     if not found.vertices:
         return limb
-    said = (
-        f"the surface folded over or through itself; {found.vertices:,} of its points went back "
-        f"among their neighbours, by up to {found.farthest_mm:.1f} mm, and count as filled in"
-    )
-    notes = (note("said.as_is", message=said), *left_out(len(outside.loose), outside.loose))
+    laid_back = note("export.folds_laid_back", points=found.vertices, farthest_mm=found.farthest_mm)
+    notes = (laid_back, *left_out(len(outside.loose), outside.loose))
     return replace(limb, mesh=found.mesh, notes=(*limb.notes, *notes))
 
 
@@ -113,23 +97,13 @@ def require_unfolded(mesh: Mesh) -> None:
 def _require_manifold(mesh: Mesh) -> None:
     branching = find_branching(mesh.faces)
     if len(branching):
-        x, y, z = mesh.vertices_mm[mesh.faces[branching[0]]].mean(0)
-        raise FoldedShapeError(
-            f"Not written: at {len(branching)} triangles the surface branches, touches itself in a "
-            f"point or turns inside out, the first near ({x:.1f}, {y:.1f}, {z:.1f}) mm. A printer "
-            "or a carver takes that literally. Clean the shape by `limbgram edit`, or mend it in "
-            "the program that it comes from."
-        )
+        x, y, z = mesh.vertices_mm[mesh.faces[branching[0]]].mean(0).tolist()
+        raise FoldedShapeError("export.branching", triangles=len(branching), point_mm=(x, y, z))
 
 
 def _folded(mesh: Mesh, folds: Folds) -> FoldedShapeError:
-    x, y, z = folds.first_mm(mesh)
-    places = "1 place" if len(folds) == 1 else f"{len(folds)} places"
-    return FoldedShapeError(
-        f"Not written: the surface folds over or through itself at {places}, the first near "
-        f"({x:.1f}, {y:.1f}, {z:.1f}) mm. A printer or a carver takes that literally. Smooth or "
-        "cut it there by `limbgram edit`, or mend it in the program that it comes from."
-    )
+    x, y, z = (float(one) for one in folds.first_mm(mesh))
+    return FoldedShapeError("export.folded", places=len(folds), point_mm=(x, y, z))
 
 
 def in_limb_frame(limb: Limb) -> Limb:

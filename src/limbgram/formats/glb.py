@@ -19,10 +19,11 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 from jaxtyping import Float32, Float64, Int64
 
-from limbgram.core.errors import ShapeFileError
-from limbgram.core.files import json_of, require, write_file
+from limbgram.core.errors import ShapeFileError, reason_of
+from limbgram.core.files import ContentError, json_of, other, other_count, require, write_file
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import Finding, fault, note
 from limbgram.formats.soup import Soup
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
@@ -47,12 +48,9 @@ def read_glb(content: bytes, name: str) -> Soup:
     try:
         parts, passed_over = _parts(_File.of(content))
     except (ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
-        raise ShapeFileError(
-            f"{name} is no GLB file that can be read ({_said(error)}). Export it again, without "
-            "compression, or as STL."
-        ) from error
+        raise ShapeFileError("file.glb.unread", name=name, why=_why(error)) from error
     if not parts:
-        raise ShapeFileError(f"{name} holds no surface: none of its nodes has triangles.")
+        raise ShapeFileError("file.glb.empty", name=name)
     starts = np.cumsum([0, *(len(part.places) for part in parts[:-1])])
     places = np.concatenate([part.places for part in parts]) @ _Z_UP_FROM_Y_UP.T
     faces = np.concatenate([part.faces + start for part, start in zip(parts, starts)])
@@ -64,7 +62,7 @@ def read_glb(content: bytes, name: str) -> Soup:
         colours=np.concatenate(colours) if len(colours) == len(parts) else None,
         sigma_mm=sigma,
     )
-    notes = (f"{passed_over} drawings of points or lines were left out",) if passed_over else ()
+    notes = (note("file.glb.passed_over", drawings=passed_over),) if passed_over else ()
     return Soup(mesh=mesh, stated_unit="m", notes=notes)
 
 
@@ -90,18 +88,19 @@ def write_glb(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = Fals
 
     def check(written: Path) -> None:
         scene = trimesh.load_scene(written, file_type="glb", process=False)
-        require(len(scene.geometry) == 1, f"{path.name}: {len(scene.geometry)} surfaces")
+        surfaces = len(scene.geometry)
+        require(surfaces == 1, other_count(path.name, "surfaces", surfaces, 1))
         read = scene.to_mesh()
         places = np.asarray(read.vertices, np.float64) @ _Z_UP_FROM_Y_UP.T / _METRE
         tolerance = 2 * single_precision(mesh)
         require_same_triangles(path.name, places[read.faces], mesh, tolerance)
         if mesh.colours is not None:
             colours = np.asarray(read.visual.vertex_colors)[:, :3]
-            require(np.array_equal(colours, mesh.colours), f"{path.name}: other colours")
+            require(np.array_equal(colours, mesh.colours), other(path.name, "colours"))
         if sigma is not None:
             (kept,) = scene.geometry.values()
             again = np.asarray(kept.vertex_attributes.get(_SIGMA, ())).ravel()
-            require(np.array_equal(again, sigma), f"{path.name}: other sigmas")
+            require(np.array_equal(again, sigma), other(path.name, "sigmas"))
 
     return write_file(path, encode, check)
 
@@ -116,40 +115,40 @@ class _File:
     @classmethod
     def of(cls, content: bytes) -> "_File":
         if content[:4] != _MAGIC or len(content) < 20:
-            raise ValueError("it does not begin as GLB files do")
+            raise ContentError("file.glb.beginning")
         version, length = struct.unpack_from("<II", content, 4)
         if version != 2:
-            raise ValueError(f"it is of version {version}, and 2 is known")
+            raise ContentError("file.glb.version", version=version)
         if length != len(content):
-            raise ValueError(f"it has {len(content):,} bytes of {length:,}")
+            raise ContentError("file.glb.length", bytes=len(content), wanted=length)
         chunks: dict[int, bytes] = {}
         place = 12
         while place < length:
             if place + 8 > length:
-                raise ValueError("it ends in the middle of a part")
+                raise ContentError("file.glb.ends_in_part")
             size, kind = struct.unpack_from("<II", content, place)
             if place + 8 + size > length:
-                raise ValueError("a part of it reaches beyond its end")
+                raise ContentError("file.glb.part_beyond_end")
             if not chunks and kind != _JSON:
-                raise ValueError("its first part is no description")
+                raise ContentError("file.glb.no_description")
             chunks.setdefault(kind, content[place + 8 : place + 8 + size])
             place += 8 + size
         tree = json_of(chunks[_JSON].rstrip(b"\0 "))
         if not str(tree["asset"]["version"]).startswith("2"):
-            raise ValueError("it is of another version of glTF")
+            raise ContentError("file.glb.gltf_version")
         for needed in tree.get("extensionsRequired", []):
             if not str(needed).startswith(_OF_LOOKS):
-                raise ValueError(f"it needs {str(needed)[:60]!r}, which is not read")
+                raise ContentError("file.glb.needs", extension=str(needed)[:60])
         return cls(tree, chunks.get(_BIN, b""))
 
     def item(self, kind: str, number: Any) -> dict[str, Any]:
         """One of a list of the tree."""
         listed = self.tree[kind]
         if not isinstance(listed, list):
-            raise TypeError(f"{kind} is no list")
+            raise ContentError("file.glb.no_list", kind=kind)
         found = cast(list[object], listed)[_whole(number, kind)]
         if not isinstance(found, dict):
-            raise TypeError(f"{kind} holds what is no object")
+            raise ContentError("file.glb.no_object", kind=kind)
         return cast(dict[str, Any], found)
 
     def array(self, number: Any, widths: tuple[str, ...]) -> tuple[np.ndarray, bool]:
@@ -157,11 +156,11 @@ class _File:
         accessor = self.item("accessors", number)
         kind, count = accessor["type"], _whole(accessor["count"], "count")
         if kind not in widths or "sparse" in accessor:
-            raise ValueError(f"numbers of a form that is not read ({str(kind)[:20]})")
+            raise ContentError("file.glb.numbers", kind=str(kind)[:20])
         view = self.item("bufferViews", accessor["bufferView"])
         buffer = self.item("buffers", view["buffer"])
         if "uri" in buffer or view["buffer"] != 0:
-            raise ValueError("its numbers lie in another file")
+            raise ContentError("file.glb.elsewhere")
         cell = np.dtype(_KINDS[accessor["componentType"]])
         width = _WIDTHS[kind]
         start = _whole(view.get("byteOffset", 0), "byteOffset")
@@ -170,7 +169,7 @@ class _File:
         step = _whole(view.get("byteStride", 0), "byteStride") or width * cell.itemsize
         last = first + (count - 1) * step + width * cell.itemsize
         if not count or step < width * cell.itemsize or last > end or end > len(self.numbers):
-            raise ValueError("its description points beyond its numbers")
+            raise ContentError("file.glb.beyond_numbers")
         rows = np.ndarray((count, width), cell, self.numbers, first, strides=(step, cell.itemsize))
         return rows, bool(accessor.get("normalized", False))
 
@@ -197,7 +196,7 @@ def _parts(file: _File) -> tuple[list[_Part], int]:
             part = _part(file, drawing, motion)
             corners += 3 * len(part.faces) + len(part.places)
             if corners > _MOST_CORNERS:
-                raise ValueError("it has more triangles than are read")
+                raise ContentError("file.glb.too_many")
             parts.append(part)
     return parts, passed_over
 
@@ -216,7 +215,7 @@ def _placed(file: _File) -> list[tuple[dict[str, Any], Float64[np.ndarray, "4 4"
     while waiting:
         number, above = waiting.pop()
         if _whole(number, "node") in seen:
-            raise ValueError("a node hangs on two others, or on itself")
+            raise ContentError("file.glb.node_twice")
         seen.add(number)
         node = file.item("nodes", number)
         motion = above @ _motion(node)
@@ -231,11 +230,11 @@ def _motion(node: dict[str, Any]) -> Float64[np.ndarray, "4 4"]:
     if "matrix" in node:
         motion = _floats(node["matrix"], 16).reshape(4, 4).T
         if not np.array_equal(motion[3], [0, 0, 0, 1]):
-            raise ValueError("a node's matrix is no motion")
+            raise ContentError("file.glb.matrix")
     else:
         x, y, z, w = _floats(node.get("rotation", [0, 0, 0, 1]), 4)
         if abs(x * x + y * y + z * z + w * w - 1) > 2 * _TURNED:
-            raise ValueError("a node's rotation is none")
+            raise ContentError("file.glb.rotation")
         motion = np.eye(4)
         motion[:3, :3] = [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -250,21 +249,21 @@ def _motion(node: dict[str, Any]) -> Float64[np.ndarray, "4 4"]:
 def _part(file: _File, drawing: dict[str, Any], motion: Float64[np.ndarray, "4 4"]) -> _Part:
     strange = sorted(set(drawing) - _OF_DRAWING)
     if strange:
-        raise ValueError(f"{strange[0][:40]!r} among what a drawing has")
+        raise ContentError("file.glb.strange", name=strange[0][:40])
     attributes: dict[str, Any] = drawing["attributes"]
     rows, _ = file.array(attributes["POSITION"], ("VEC3",))
     if rows.dtype.kind != "f":
-        raise ValueError("its places are no floating-point numbers")
+        raise ContentError("file.glb.places")
     count = len(rows)
     if "indices" in drawing:
         listed, _ = file.array(drawing["indices"], ("SCALAR",))
         if listed.dtype.kind != "u":
-            raise ValueError("its corners are no whole numbers from 0")
+            raise ContentError("file.glb.corners")
         corners = listed[:, 0].astype(np.int64)
     else:
         corners = np.arange(count)
     if corners.max(initial=-1) >= count:
-        raise ValueError(f"a corner names vertex {int(corners.max())} of {count}")
+        raise ContentError("file.glb.corner", vertex=int(corners.max()), vertices=count)
     faces = _triangles(corners, drawing.get("mode", _TRIANGLES))
     if np.linalg.det(motion[:3, :3]) < 0:
         faces = faces[:, ::-1]
@@ -279,7 +278,7 @@ def _part(file: _File, drawing: dict[str, Any], motion: Float64[np.ndarray, "4 4
 def _triangles(corners: Int64[np.ndarray, " k"], mode: Any) -> Int64[np.ndarray, "f 3"]:
     if mode == _TRIANGLES:
         if len(corners) % 3:
-            raise ValueError(f"{len(corners)} corners make no whole triangles")
+            raise ContentError("file.glb.corner_count", corners=len(corners))
         return corners.reshape(-1, 3)
     first, second, third = corners[:-2], corners[1:-1], corners[2:]
     if mode == _STRIP:
@@ -288,7 +287,7 @@ def _triangles(corners: Int64[np.ndarray, " k"], mode: Any) -> Int64[np.ndarray,
         return faces
     if mode == _FAN:
         return np.column_stack([np.full(len(third), corners[0]), second, third])
-    raise ValueError("it is drawn in a way that is not known")
+    raise ContentError("file.glb.mode")
 
 
 def _colours(file: _File, attributes: dict[str, Any], count: int) -> np.ndarray | None:
@@ -296,14 +295,14 @@ def _colours(file: _File, attributes: dict[str, Any], count: int) -> np.ndarray 
         return None
     rows, shares = file.array(attributes["COLOR_0"], ("VEC3", "VEC4"))
     if len(rows) != count:
-        raise ValueError(f"{len(rows)} colours of {count} vertices")
+        raise ContentError("file.glb.colour_count", colours=len(rows), vertices=count)
     colours = rows[:, :3]
     if colours.dtype.kind == "f":
         if not np.isfinite(colours).all():
-            raise ValueError("a colour is no number")
+            raise ContentError("file.colour.no_number")
         return np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
     if colours.dtype.kind != "u" or colours.dtype.itemsize > 2 or not shares:
-        raise ValueError("its colours are of a form that is not known")
+        raise ContentError("file.glb.colours")
     return (colours >> 8 if colours.dtype.itemsize == 2 else colours).astype(np.uint8)
 
 
@@ -314,30 +313,32 @@ def _sigma(file: _File, attributes: dict[str, Any], count: int) -> np.ndarray | 
     rows, _ = file.array(attributes[_SIGMA], ("SCALAR",))
     sigma = rows[:, 0].astype(np.float32)
     if len(sigma) != count:
-        raise ValueError(f"{len(sigma)} sigmas of {count} vertices")
+        raise ContentError("file.glb.sigma_count", sigmas=len(sigma), vertices=count)
     none = sigma == -1
     if not (none | ((sigma >= 0) & np.isfinite(sigma))).all():
-        raise ValueError("a sigma is negative or no number")
+        raise ContentError("file.glb.sigma")
     return np.where(none, np.nan, sigma).astype(np.float32)
 
 
 def _floats(listed: Any, count: int) -> Float64[np.ndarray, " k"]:
     numbers = np.array(listed, np.float64)
     if numbers.shape != (count,):
-        raise ValueError(f"{numbers.size} numbers in place of {count}")
+        raise ContentError("file.glb.number_count", found=numbers.size, wanted=count)
     return numbers
 
 
 def _whole(number: Any, what: str) -> int:
     """A whole number from 0: lists are counted, and none has an end that counts backwards."""
     if isinstance(number, bool) or not isinstance(number, int) or number < 0:
-        raise ValueError(f"{what} is {str(number)[:20]!r}, no number from 0")
+        raise ContentError("file.glb.no_whole", what=what, found=str(number)[:20])
     return number
 
 
-def _said(error: Exception) -> str:
-    """What went wrong, in words where there are any."""
-    return f"{error} is missing" if isinstance(error, KeyError) else str(error)[:200]
+def _why(error: Exception) -> Finding:
+    """What went wrong; of what Python says no more than a line."""
+    if isinstance(error, KeyError):
+        return fault("file.glb.missing", name=str(error.args[0]))
+    return reason_of(error).with_texts(lambda text: text[:200])
 
 
 def _finite_metres(sigma_mm: Float32[np.ndarray, " n"]) -> Float32[np.ndarray, " n"]:

@@ -6,7 +6,7 @@ from typing import BinaryIO
 import numpy as np
 
 from limbgram.core.errors import ExportError
-from limbgram.core.files import require, write_file
+from limbgram.core.files import other, require, write_file
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.reading import read_mesh
@@ -26,11 +26,8 @@ def write_limb(limb: Limb, path: Path | str) -> Path:
     path = Path(path)
     kind = format_of(path)
     if kind is None or kind.write is None or not kind.holds_limbs:
-        known = ", ".join(one.name.upper() for one in FORMATS if one.holds_limbs)
-        raise ExportError(
-            f"{path.name} was not written: limbs are kept as {known}. Choose one of these "
-            "endings; PLY keeps colours and uncertainty."
-        )
+        known = tuple(one.name.upper() for one in FORMATS if one.holds_limbs)
+        raise ExportError("export.limb.kind", name=path.name, known=known)
     written = kind.write(limb.mesh, path, "mm")
     # The mesh first: stopped between the two, an older limb file has another hash and is refused.
     _write_record(limb, written, hash_of(written.read_bytes()), kind.mm_per_unit)
@@ -52,15 +49,9 @@ def write_limb_file(
     mesh_path = Path(mesh_path)
     mesh_hash = hash_of(mesh_path.read_bytes())
     if sha256 is not None and sha256 != mesh_hash:
-        raise ExportError(
-            f"The limb file of {mesh_path.name} was not written: that file has changed since it "
-            "was read. Run the command again, once no other program writes to it."
-        )
+        raise ExportError("export.limb.changed", name=mesh_path.name)
     if sha256 is None and not _same_surface(read_mesh(mesh_path, mm_per_unit), limb.mesh):
-        raise ExportError(
-            f"The limb file of {mesh_path.name} was not written: that file holds another surface "
-            "than the limb, or one in another unit. Write the limb's own mesh first."
-        )
+        raise ExportError("export.limb.other_surface", name=mesh_path.name)
     return _write_record(limb, mesh_path, mesh_hash, mm_per_unit)
 
 
@@ -84,7 +75,7 @@ def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: floa
                 origins=record.made_from,
             )
             again = encode_record(read, mesh_path.name, mesh_hash, record.mm_per_unit)
-        require(again == written.read_bytes(), f"{path.name}: another record")
+        require(again == written.read_bytes(), other(path.name, "record"))
 
     return write_file(path, encode, check)
 

@@ -43,7 +43,7 @@ class _Record:
 
 
 _FILE = PrintedFile(
-    name="marks file", record=_Record, format="limbgram marks", version=1, largest_bytes=1_000_000
+    kind="marks", record=_Record, format="limbgram marks", version=1, largest_bytes=1_000_000
 )
 
 

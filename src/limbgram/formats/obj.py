@@ -13,8 +13,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from limbgram.core.errors import ShapeFileError
-from limbgram.core.files import write_file
+from limbgram.core.errors import ShapeFileError, reason_of
+from limbgram.core.files import ContentError, write_file
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.soup import Soup, fans_of, require_corners
@@ -43,11 +43,9 @@ def read_obj(content: bytes, name: str) -> Soup:
         places = _rows(lines)
         faces = _faces(lines)
     except ValueError as error:
-        raise ShapeFileError(
-            f"{name} is damaged: {error}. Export it again as OBJ, or as STL."
-        ) from error
+        raise ShapeFileError("file.obj.damaged", name=name, why=reason_of(error)) from error
     if not len(places) or not len(faces):
-        raise ShapeFileError(f"{name} holds no surface: no lines that begin with v and f.")
+        raise ShapeFileError("file.obj.empty", name=name)
     colours = None
     if places.shape[1] in (6, 7):
         colours = np.rint(np.clip(places[:, 3:6], 0, 1) * 255).astype(np.uint8)
@@ -87,7 +85,7 @@ def _lines(content: bytes) -> _Lines:
             kept.append((word, rest.strip()))
         elif word and word not in _PASSED_OVER:
             shown = word[:40].decode("ascii", "replace")
-            raise ValueError(f"line {number} begins with {shown!r}, no word of the format")
+            raise ContentError("file.obj.word", line=number, word=shown)
     return kept
 
 
@@ -97,10 +95,10 @@ def _rows(lines: _Lines) -> np.ndarray:
         return np.empty((0, 3))
     widths = {len(row) for row in rows}
     if len(widths) > 1 or not 3 <= min(widths) <= _MOST_NUMBERS:
-        raise ValueError("its vertices do not all have the same number of coordinates")
+        raise ContentError("file.obj.coordinates")
     numbers = np.array(rows, np.float64)
     if not np.isfinite(numbers[:, 3:]).all():
-        raise ValueError("a colour is no number")
+        raise ContentError("file.colour.no_number")
     return numbers
 
 
@@ -116,10 +114,10 @@ def _faces(lines: _Lines) -> Faces:
                 require_corners(len(rest.split(None, most)), most)
             if not _FACE.fullmatch(rest):
                 shown = rest[:40].decode("ascii", "replace")
-                raise ValueError(f"a face is written {shown!r}, and not as 3 or more corners")
+                raise ContentError("file.obj.face", found=shown)
             corners = [int(corner) for corner in _BEHIND_SLASH.sub(b"", rest).split()]
             if 0 in corners:
-                raise ValueError("a face names vertex 0, and vertices are counted from 1")
+                raise ContentError("file.obj.vertex_0")
             listed.append([k - 1 if k > 0 else vertices + k for k in corners])
     return fans_of(listed)
 

@@ -19,9 +19,10 @@ from typing import BinaryIO
 import numpy as np
 from jaxtyping import Shaped
 
-from limbgram.core.errors import ShapeFileError
-from limbgram.core.files import require, write_file
+from limbgram.core.errors import ShapeFileError, reason_of
+from limbgram.core.files import ContentError, other, other_count, require, write_file
 from limbgram.core.mesh.mesh import Cloud, Mesh
+from limbgram.findings import fault
 from limbgram.formats.soup import Soup, fans_of, require_corners
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
@@ -69,21 +70,19 @@ def read_ply(content: bytes, name: str) -> Soup:
     head, mark, body = content.partition(b"end_header")
     try:
         if not mark:
-            raise ValueError("its header has no end")
+            raise ContentError("file.ply.header_without_end")
         header = _header(head)
         _require_surface(header)
         end = re.match(rb"[ \t]*(\r\n|\r|\n)", body)
         if end is None:
-            raise ValueError("its header has no end")
+            raise ContentError("file.ply.header_without_end")
         body = body[end.end() :]
         vertices, polygons = _text(header, body) if not header.order else _binary(header, body)
         mesh = replace(_mesh(vertices, polygons), correlation_mm=_correlation(head))
     except (ValueError, KeyError, IndexError) as error:
-        told = f"{error} is no word of the format" if isinstance(error, KeyError) else error
-        raise ShapeFileError(
-            f"{name} is no PLY file that can be read ({told}). It may have been cut off on its "
-            "way: copy it again, or export it as STL."
-        ) from error
+        strange = isinstance(error, KeyError)
+        why = fault("file.ply.word", word=str(error.args[0])) if strange else reason_of(error)
+        raise ShapeFileError("file.ply.unread", name=name, why=why) from error
     return Soup(mesh=mesh, stated_unit=stated_unit(head))
 
 
@@ -109,7 +108,7 @@ def write_ply(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = Fals
 
     def check(written: Path) -> None:
         read_rows, corners = _read_back(written)
-        require(read_rows.tobytes() == rows.tobytes(), f"{path.name}: other vertices")
+        require(read_rows.tobytes() == rows.tobytes(), other(path.name, "vertices"))
         places = np.column_stack([read_rows[axis] for axis in "xyz"]).astype(np.float64)
         require_same_triangles(path.name, places[corners], mesh, single_precision(mesh))
 
@@ -130,9 +129,10 @@ def write_cloud_ply(cloud: Cloud, path: Path, unit: Unit, *, unscaled: bool = Fa
 
     def check(written: Path) -> None:
         read_rows, _ = _read_back(written)
-        require(read_rows.dtype == rows.dtype, f"{path.name}: other columns")
-        require(len(read_rows) == len(cloud), f"{path.name}: {len(read_rows)} of {len(cloud)}")
-        require(read_rows.tobytes() == rows.tobytes(), f"{path.name}: other points")
+        require(read_rows.dtype == rows.dtype, other(path.name, "columns"))
+        count = len(read_rows)
+        require(count == len(cloud), other_count(path.name, "points", count, len(cloud)))
+        require(read_rows.tobytes() == rows.tobytes(), other(path.name, "points"))
 
     return write_file(path, encode, check)
 
@@ -142,7 +142,7 @@ def _header(head: bytes) -> _Header:
     elements: list[_Element] = []
     lines = head.decode("latin-1").splitlines()
     if not lines or lines[0].strip() != "ply":
-        raise ValueError("it does not begin with ply")
+        raise ContentError("file.ply.beginning")
     for line in lines[1:]:
         match line.split():
             case ["format", kind, "1.0"] if order is None:
@@ -151,7 +151,7 @@ def _header(head: bytes) -> _Header:
                 elements.append(_Element(name, _counted(number)))
             case ["property", "list", count, kind, name]:
                 if _TYPES[count][0] == "f":
-                    raise ValueError("a list counts in fractions")
+                    raise ContentError("file.ply.list_of_fractions")
                 elements[-1].lists.append((name, _TYPES[count], _TYPES[kind]))
             case ["property", kind, name]:
                 last = elements[-1]
@@ -160,27 +160,27 @@ def _header(head: bytes) -> _Header:
             case [] | ["comment", *_] | ["obj_info", *_]:
                 pass
             case _:
-                raise ValueError(f"{line[:40]!r} in its header")
+                raise ContentError("file.ply.header", line=line[:40])
     if order is None:
-        raise ValueError("it does not say in which order its bytes are")
+        raise ContentError("file.ply.order")
     return _Header(order, elements)
 
 
 def _counted(word: str) -> int:
     if not re.fullmatch(r"\d{1,10}", word):
-        raise ValueError(f"{word[:20]!r} in place of a number of elements")
+        raise ContentError("file.ply.element_count", found=word[:20])
     return int(word)
 
 
 def _require_surface(header: _Header) -> None:
     """Refuse a header without vertices, or without faces by one list."""
     if [element.name for element in header.elements[:2]] != ["vertex", "face"]:
-        raise ValueError("its elements do not begin with vertices and faces")
+        raise ContentError("file.ply.elements")
     vertex, face = header.elements[:2]
     if vertex.lists or len(face.lists) != 1 or min(vertex.count, face.count) < 1:
-        raise ValueError("its vertices or faces are not of the usual form")
+        raise ContentError("file.ply.form")
     if face.lists[0][2][0] == "f":
-        raise ValueError("its faces name vertices in fractions")
+        raise ContentError("file.ply.vertex_in_fractions")
 
 
 _Read = tuple[np.ndarray, list[list[int]] | np.ndarray]
@@ -190,7 +190,7 @@ def _binary(header: _Header, body: bytes) -> _Read:
     vertex, face, *others = header.elements
     rows = _vertex_rows(header, body)
     if len(rows) != vertex.count:
-        raise ValueError("the file ends among the vertices")
+        raise ContentError("file.ply.ends_in_vertices")
     leading = [(name, header.order + kind) for name, kind in face.columns]
     (_, count_kind, kind) = face.lists[0]
     head = np.dtype([*leading, ("count", header.order + count_kind)])
@@ -198,7 +198,7 @@ def _binary(header: _Header, body: bytes) -> _Read:
     of_three = np.dtype([*head.descr, ("corners", header.order + kind, 3), *behind])
     rest = body[rows.nbytes :]
     if face.count * head.itemsize > len(rest):
-        raise ValueError("the file ends among the faces")
+        raise ContentError("file.ply.ends_in_faces")
     if len(rest) >= face.count * of_three.itemsize:
         triangles = np.frombuffer(rest, of_three, face.count)
         if (triangles["count"] == 3).all():
@@ -225,7 +225,7 @@ def _require_end(left: bytes, others: list[_Element]) -> None:
     sizes = (np.dtype([(name, kind) for name, kind in other.columns]).itemsize for other in others)
     wanted = sum(other.count * size for other, size in zip(others, sizes, strict=True))
     if len(left) < wanted or left[wanted:].strip():
-        raise ValueError(f"{len(left):,} bytes behind its faces, where {wanted:,} should be")
+        raise ContentError("file.ply.behind_faces", bytes=len(left), wanted=wanted)
 
 
 @dataclass(frozen=True)
@@ -247,14 +247,14 @@ def _polygons(
     place = 0
     for _ in range(count):
         if place + head.itemsize > len(rest):
-            raise ValueError("the file ends among the faces")
+            raise ContentError("file.ply.ends_in_faces")
         number = int(np.frombuffer(rest, head, 1, place)["count"][0])
         place += head.itemsize
         if number < 3:
-            raise ValueError(f"a face with {number} corners")
+            raise ContentError("file.ply.face", corners=number)
         require_corners(number, vertices)
         if place + number * kind.itemsize + skipped > len(rest):
-            raise ValueError("the file ends among the faces")
+            raise ContentError("file.ply.ends_in_faces")
         corners.append(np.frombuffer(rest, kind, number, place).tolist())
         place += number * kind.itemsize + skipped
     return _Polygons(corners, place)
@@ -265,10 +265,10 @@ def _text(header: _Header, body: bytes) -> _Read:
     lines = [line for line in body.splitlines() if line.strip()]
     wanted = sum(element.count for element in header.elements)
     if len(lines) != wanted:
-        raise ValueError(f"{len(lines)} lines of {wanted}")
+        raise ContentError("file.ply.lines", lines=len(lines), wanted=wanted)
     words = [line.split(None, len(vertex.columns)) for line in lines[: vertex.count]]
     if any(len(row) != len(vertex.columns) for row in words):
-        raise ValueError("a vertex with too few or too many numbers")
+        raise ContentError("file.ply.vertex_numbers")
     table = np.array(words, np.float64)
     wide = np.dtype([(name, "f8" if kind[0] == "f" else kind) for name, kind in vertex.columns])
     rows = np.zeros(vertex.count, wide)
@@ -283,11 +283,11 @@ def _text(header: _Header, body: bytes) -> _Read:
     require_corners(max(map(len, faces), default=0) - most + vertex.count, vertex.count)
     listed = [row[skipped:] for row in faces]
     if any(len(row) <= behind for row in listed):
-        raise ValueError("a face with too few numbers")
+        raise ContentError("file.ply.face_numbers")
     corners = [[int(word) for word in row[: len(row) - behind]] for row in listed]
     for row in corners:
         if not row or row[0] != len(row) - 1 or row[0] < 3:
-            raise ValueError("a face that has not the corners that it counts")
+            raise ContentError("file.ply.face_count")
     return rows, [row[1:] for row in corners]
 
 
@@ -295,7 +295,7 @@ def _require_whole(column: np.ndarray, kind: str, name: str) -> None:
     limits = np.iinfo(kind)
     within = (column >= limits.min) & (column <= limits.max) & (column == np.floor(column))
     if not within.all():
-        raise ValueError(f"{name} has a value that its kind does not know")
+        raise ContentError("file.ply.value", column=name)
 
 
 def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
@@ -304,17 +304,17 @@ def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
         faces = fans_of(polygons)
     else:
         if len(polygons) and not 0 <= polygons.min() <= polygons.max() < 2**31:
-            raise ValueError("a face names a vertex that cannot be")
+            raise ContentError("file.face.vertex")
         faces = polygons.astype(np.int32)
     colours = None
     if set(_COLOUR) <= set(names) and all(rows.dtype[name] == np.uint8 for name in _COLOUR):
         colours = np.column_stack([rows[name] for name in _COLOUR])
     sigma = rows["sigma"].astype(np.float32) if "sigma" in names else None
     if sigma is not None and ((sigma < 0) | np.isinf(sigma)).any():
-        raise ValueError("a sigma is negative or infinite")
+        raise ContentError("file.ply.sigma")
     filled = rows["filled"] if "filled" in names else None
     if filled is not None and not np.isin(filled, (0, 1)).all():
-        raise ValueError("a vertex is neither filled nor not")
+        raise ContentError("file.ply.filled")
     return Mesh(
         vertices_mm=np.column_stack([rows[axis] for axis in "xyz"]).astype(np.float64),
         faces=faces,
@@ -333,7 +333,7 @@ def _shared(rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
         return None
     shared = np.column_stack(parts).astype(np.float32)
     if np.isinf(shared).any():
-        raise ValueError("a shared error is infinite")
+        raise ContentError("file.ply.shared")
     return shared
 
 
@@ -343,7 +343,7 @@ def _lost(rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
         return None
     lost = np.column_stack([rows["lost"], rows["lost_sigma"]]).astype(np.float32)
     if not np.isfinite(lost).all() or (lost[:, 1] < 0).any():
-        raise ValueError("a lost length is not finite, or its sigma is negative")
+        raise ContentError("file.ply.lost")
     return lost
 
 
@@ -354,7 +354,7 @@ def _correlation(head: bytes) -> float | None:
             case ["comment", "sigma", "is", "alike", "over:", length]:
                 value = float(length)
                 if not (math.isfinite(value) and value > 0):
-                    raise ValueError(f"sigma is alike over {length[:20]}")
+                    raise ContentError("file.ply.correlation", length=length[:20])
                 return value
             case _:
                 pass
@@ -399,5 +399,5 @@ def _read_back(path: Path) -> tuple[Shaped[np.ndarray, " n"], np.ndarray]:
     faces = sum(element.count for element in header.elements[1:])
     left = len(body) - rows.nbytes
     complete = len(rows) == header.elements[0].count and left == faces * _FACE.itemsize
-    require(complete, f"{path.name}: {len(body)} bytes after the header")
+    require(complete, other(path.name, "bytes"))
     return rows, np.frombuffer(body[rows.nbytes :], _FACE)["corners"]

@@ -8,11 +8,12 @@ over nothing else, and a measured size is not forgotten by printing again.
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Generic, Protocol, TypeVar, cast
+from typing import Any, ClassVar, Generic, Literal, Protocol, TypeVar, cast
 
-from limbgram.core.errors import CaseError, OptionsError
+from limbgram.core.errors import CaseError, OptionsError, reason_of
 from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.typed import value_of
+from limbgram.findings import Finding, fault, note
 
 _FAR = 0.05
 """A print may be this share off; beyond, the rule was misread or another page was printed to."""
@@ -44,15 +45,18 @@ class PrintedSize:
         for way, one in (("across", self.across), ("down", self.down)):
             if one is not None and not abs(one.growth - 1) <= _FAR:
                 raise OptionsError(
-                    f"The ruler {way} the page was drawn {one.drawn_mm:g} mm long, and "
-                    f"{one.measured_mm:g} mm were measured: more than {_FAR:.0%} off. Print at "
-                    "100 % (actual size, not fitted to the page), or measure again."
+                    "file.print.off",
+                    way=way,
+                    drawn_mm=one.drawn_mm,
+                    measured_mm=one.measured_mm,
+                    most_share=_FAR,
                 )
         if self.down is not None and abs(self.down.growth / self.across.growth - 1) > _UNEQUAL:
             raise OptionsError(
-                f"The print is stretched: {self.across.growth:.4f} of its size across the page, "
-                f"{self.down.growth:.4f} down it. A board must be alike both ways to "
-                f"{_UNEQUAL:.1%}. Measure both rulers again, or print on another printer."
+                "file.print.stretched",
+                across=self.across.growth,
+                down=self.down.growth,
+                most_share=_UNEQUAL,
             )
 
     @property
@@ -83,8 +87,7 @@ R = TypeVar("R", bound=PrintedRecord)
 class PrintedFile(Generic[R]):
     """A kind of such files."""
 
-    name: str
-    """As people call it, such as board file."""
+    kind: Literal["board", "marks"]
     record: type[R]
     format: str
     version: int
@@ -107,17 +110,22 @@ class PrintedFile(Generic[R]):
         Raises:
             CaseError: there is no such file, or it is another, or a value cannot be.
         """
-        advice = f"A {self.name} is made with `limbgram print`."
+        advice = note("file.print.how_made", kind=self.kind)
         content = read_content(path, self.largest_bytes, CaseError, advice)
         try:
             tree = json_of(content)
-            if (other := _other_kind(tree, self.format)) is not None:
-                raise CaseError(f"{path} is no {self.name}: {other}")
+            if (other := _other_format(tree, self.format)) is not None:
+                raise CaseError(
+                    "file.print.other_kind", path=str(path), kind=self.kind, format=other
+                )
             record = value_of(tree, self.record, "the file")
-        except (ValueError, OptionsError) as error:
-            raise self.unusable(path, str(error)) from error
+        except OptionsError as error:
+            raise self.impossible(path, error) from error
+        except ValueError as error:
+            raise self.unusable(path, reason_of(error)) from error
         if (record.format, record.version) != (self.format, self.version):
-            raise self.unusable(path, f"it is {record.format!r}, version {record.version}")
+            found = fault("file.other_version", format=record.format, version=record.version)
+            raise self.unusable(path, found)
         return record
 
     def require_place(self, path: Path, printed: PrintedSize | None = None) -> None:
@@ -132,33 +140,25 @@ class PrintedFile(Generic[R]):
             content = read_content(path, self.largest_bytes, CaseError)
             there = value_of(json_of(content), self.record)
         except (CaseError, OptionsError, ValueError) as error:
-            raise CaseError(
-                f"{path} is there already and is no {self.name}: it would be lost. Choose another "
-                "name by -o."
-            ) from error
+            raise CaseError("file.print.in_the_way", path=str(path), kind=self.kind) from error
         if there.printed is not None and printed is None:
-            raise CaseError(
-                f"{path} holds the measured size of an earlier print, which would be lost. For a "
-                "new print choose another name by -o, or give what its ruler measures: "
-                "--measured-mm."
-            )
+            raise CaseError("file.print.measured_before", path=str(path))
 
-    def unusable(self, path: Path, why: str) -> CaseError:
+    def impossible(self, path: Path, refusal: OptionsError) -> CaseError:
+        """What stands in the file can neither be printed nor measured."""
         return CaseError(
-            f"{path} is no usable {self.name}: {why}. Make it again: `limbgram print`."
+            "file.print.impossible", path=str(path), kind=self.kind, why=refusal.finding
         )
 
-
-_KINDS = {
-    "limbgram board": "it is the file of a board, which is given as --board.",
-    "limbgram marks": "it is the file of bars, a mat or a ring, which are given as --marks, or of "
-    "stickers or a sock, which set no scale.",
-    "limbgram camera": "it is a camera file, which is given as --camera.",
-}
-"""What the program writes, by the name of its format, and what each is for."""
+    def unusable(self, path: Path, why: Finding) -> CaseError:
+        return CaseError("file.print.unusable", path=str(path), kind=self.kind, why=why)
 
 
-def _other_kind(tree: object, wanted: str) -> str | None:
-    """What a file is instead; None where it does not say so."""
-    told = cast(dict[object, object], tree).get("format") if isinstance(tree, dict) else None
-    return _KINDS.get(told) if isinstance(told, str) and told != wanted else None
+_FORMATS = ("limbgram board", "limbgram marks", "limbgram camera")
+"""What the program writes, and tells apart."""
+
+
+def _other_format(tree: object, wanted: str) -> str | None:
+    """Which of them a file is instead; None where it does not say so."""
+    said = cast(dict[object, object], tree).get("format") if isinstance(tree, dict) else None
+    return said if isinstance(said, str) and said != wanted and said in _FORMATS else None

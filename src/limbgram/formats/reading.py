@@ -14,7 +14,7 @@ from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import read_content
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.findings import note, told
+from limbgram.findings import Finding, note
 from limbgram.formats.sidecar import LimbRecord, OfAnother, hash_of, limb_file_beside, read_record
 from limbgram.formats.soup import Sound, Soup, sound_mesh
 from limbgram.formats.table import FORMATS, format_of
@@ -71,7 +71,7 @@ def read_shape(path: Path | str, mm_per_unit: float | None = None) -> ShapeFile:
         limb = replace(limb, doubt=doubt, notes=(note("said.as_is", message=doubt), *limb.notes))
     limb = replace(limb, origins=(own, *(() if record is None else record.made_from)))
     if isinstance(found, OfAnother):
-        limb = replace(limb, notes=(*limb.notes, note("said.as_is", message=_unused(path, found))))
+        limb = replace(limb, notes=(*limb.notes, _unused(path, found)))
     return ShapeFile(
         limb=limb,
         sha256=sha256,
@@ -83,11 +83,7 @@ def read_shape(path: Path | str, mm_per_unit: float | None = None) -> ShapeFile:
 
 def _limb(path: Path, soup: Soup, record: LimbRecord | None, factor: float | None) -> Limb:
     sound = _measured(soup, factor, path.name)
-    limb = Limb(
-        mesh=sound.mesh,
-        name=path.name,
-        notes=tuple(note("said.as_is", message=text) for text in (*soup.notes, *sound.notes)),
-    )
+    limb = Limb(mesh=sound.mesh, name=path.name, notes=(*soup.notes, *sound.notes))
     if record is None:
         marks = tuple(
             replace(mark, position_mm=mark.position_mm * (factor or 1.0)) for mark in soup.landmarks
@@ -109,17 +105,20 @@ def _require_one_side(declared: LimbFrame | None, record: LimbRecord | None, pat
     sides = {declared.side, record.frame.side}
     if sides == {"left", "right"}:
         raise ShapeFileError(
-            f"{path.name} says that it is a {declared.side} limb and its limb file "
-            f"{limb_file_beside(path).name} says {record.frame.side}: one is wrong. Check it on "
-            "the patient. If it is the limb file, move it away and align again; if it is the "
-            "shape's own, have it corrected where it came from."
+            "file.limb.other_side",
+            name=path.name,
+            side=declared.side,
+            limb_file=limb_file_beside(path).name,
+            limb_file_side=record.frame.side,
         )
 
 
-def _unused(path: Path, record: OfAnother) -> str:
-    return (
-        f"the limb file {limb_file_beside(path).name} belongs to {record.mesh_name} and was not "
-        f"used: what it says of the sock, side, axes and landmarks is not known of {path.name}"
+def _unused(path: Path, record: OfAnother) -> Finding:
+    return note(
+        "file.limb.unused",
+        limb_file=limb_file_beside(path).name,
+        owner=record.mesh_name,
+        name=path.name,
     )
 
 
@@ -131,10 +130,8 @@ def read_mesh(path: Path, mm_per_unit: float) -> Mesh:
 def _soup(path: Path, content: bytes) -> Soup:
     known_as = format_of(path)
     if known_as is None or known_as.read is None:
-        known = ", ".join(suffix[1:].upper() for suffix in SUFFIXES)
-        raise ShapeFileError(
-            f"{path.name} is of a kind that is not read. Export the shape as one of {known}."
-        )
+        known = tuple(suffix[1:].upper() for suffix in SUFFIXES)
+        raise ShapeFileError("file.unknown_kind", name=path.name, known=known)
     return known_as.read(content, path.name)
 
 
@@ -142,16 +139,11 @@ def _measured(soup: Soup, mm_per_unit: float | None, name: str) -> Sound:
     sound = sound_mesh(_scaled(soup.mesh, mm_per_unit or 1.0), name)
     check_size(sound.mesh, name, asked=mm_per_unit is not None)
     strays = without_strays(sound.mesh)
-    return Sound(strays.mesh, (*sound.notes, *map(told, strays.findings())))
+    return Sound(strays.mesh, (*sound.notes, *strays.findings()))
 
 
 def _content(path: Path) -> bytes:
-    return read_content(
-        path,
-        _LARGEST_BYTES,
-        ShapeFileError,
-        "Name the file that the scanner or program exported; a larger scan is reduced there.",
-    )
+    return read_content(path, _LARGEST_BYTES, ShapeFileError, note("file.name_the_export"))
 
 
 def _factor(soup: Soup, record: LimbRecord | None, asked: float | None, name: str) -> float | None:
@@ -159,18 +151,16 @@ def _factor(soup: Soup, record: LimbRecord | None, asked: float | None, name: st
     if asked is not None:
         if record is not None and abs(record.mm_per_unit / asked - 1) > 1e-9:
             raise ShapeFileError(
-                f"The limb file of {name} was made with {record.mm_per_unit:g} mm to a unit and "
-                f"{asked:g} is asked for now: its landmarks would lie elsewhere. Leave --unit "
-                "out, or move the limb file away and align again."
+                "file.limb.other_unit",
+                name=name,
+                mm_per_unit=record.mm_per_unit,
+                asked_mm_per_unit=asked,
             )
         return asked
     if record is not None:
         return record.mm_per_unit
     if soup.stated_unit == "unitless":
-        raise ShapeFileError(
-            f"{name} says that it has no scale: it was written from photos without a scale board "
-            "or known distance. Say what one unit is by --unit, if you measured it."
-        )
+        raise ShapeFileError("file.unitless", name=name)
     return _MM_PER_STATED.get(soup.stated_unit or "")
 
 

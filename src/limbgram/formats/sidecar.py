@@ -15,8 +15,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from limbgram.core.errors import ShapeFileError
-from limbgram.core.files import json_of, read_content
+from limbgram.core.errors import ShapeFileError, reason_of
+from limbgram.core.files import ContentError, json_of, read_content
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.typed import Strictness, value_of
 from limbgram.workbench.limb import Kind, Landmark, Limb, LimbFrame, Origin, Side
@@ -214,30 +214,24 @@ def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | OfA
     if owner.file != mesh_path.name and (mesh_path.parent / Path(owner.file).name).is_file():
         return OfAnother(Path(owner.file).name)
     raise ShapeFileError(
-        f"{path.name} belongs to another shape ({owner.file[:80]}), not to "
-        f"{mesh_path.name} as it is now: its landmarks and axes may be wrong on this one. If the "
-        "shape was changed or replaced, move the limb file away and align again; if two shapes "
-        "share a name, rename one."
+        "file.limb.of_another", name=path.name, owner=owner.file[:80], shape=mesh_path.name
     )
 
 
 def _unreadable(path: Path, error: ValueError) -> ShapeFileError:
-    return ShapeFileError(
-        f"{path.name} is no limb file that can be read: {error}. Mend it, or move it away and "
-        "align the shape again."
-    )
+    return ShapeFileError("file.limb.unread", name=path.name, why=reason_of(error))
 
 
 def _record(file: _LimbFile) -> LimbRecord:
     if len(file.landmarks) > _MOST_LANDMARKS:
-        raise ValueError(f"{len(file.landmarks)} landmarks")
+        raise ContentError("file.limb.landmark_count", landmarks=len(file.landmarks))
     if len(file.made_from) > _MOST_ORIGINS:
-        raise ValueError(f"made from {len(file.made_from)} files")
+        raise ContentError("file.limb.origin_count", files=len(file.made_from))
     if not 0 <= file.sock_mm < _THICKEST_SOCK_MM:
-        raise ValueError("sock_mm is a length that cannot be")
+        raise ContentError("file.limb.length", field="sock_mm")
     landmarks = tuple(_landmark(mark) for mark in file.landmarks)
     if len({mark.name for mark in landmarks}) < len(landmarks):
-        raise ValueError("two landmarks of one name")
+        raise ContentError("file.limb.landmark_twice")
     return LimbRecord(
         mm_per_unit=_unit(file.mesh.mm_per_unit),
         landmarks=landmarks,
@@ -258,13 +252,13 @@ def _record(file: _LimbFile) -> LimbRecord:
 
 def _unit(mm_per_unit: float) -> float:
     if not mm_per_unit > 0:
-        raise ValueError("mm_per_unit is a length that cannot be")
+        raise ContentError("file.limb.length", field="mm_per_unit")
     return mm_per_unit
 
 
 def _landmark(mark: _Mark) -> Landmark:
     if not 0 < len(mark.name) <= _LONGEST_NAME or not mark.name.isprintable():
-        raise ValueError("a landmark without a usable name")
+        raise ContentError("file.limb.landmark_name")
     return Landmark(name=mark.name, position_mm=np.array(mark.position_mm))
 
 
@@ -272,7 +266,7 @@ def _frame(file: _LimbFile) -> LimbFrame | None:
     if file.limb_from_mesh is None:
         return None
     if file.side is None:
-        raise ValueError("limb_from_mesh without a side")
+        raise ContentError("file.limb.no_side")
     motion = _motion(file.limb_from_mesh, "limb_from_mesh")
     return LimbFrame(limb_from_mesh=motion, side=file.side)
 
@@ -281,5 +275,5 @@ def _motion(motion: _Motion, name: str) -> Rigid:
     rotation = np.array(motion.rotation)
     turned = np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROUNDING
     if turned or np.linalg.det(rotation) < 0:
-        raise ValueError(f"{name} is no rotation")
+        raise ContentError("file.limb.rotation", field=name)
     return Rigid(rotation, np.array(motion.translation_mm))

@@ -15,6 +15,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from limbgram.core.errors import ShapeFileError
+from limbgram.core.files import ContentError
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import (
@@ -27,6 +28,7 @@ from limbgram.core.mesh.topology import (
     volume_mm3,
     with_faces,
 )
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.surface.cleaning import drop_flat_and_double, make_manifold
 from limbgram.workbench.carving.radius_map import Grid
 from limbgram.workbench.limb import Landmark, LimbFrame
@@ -46,7 +48,7 @@ class Soup:
     frame: LimbFrame | None = None
     grid: Grid | None = None
     """Where the radii stand, if the file holds radii."""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
     """What was odd about the file and how it was taken."""
 
 
@@ -55,7 +57,7 @@ class Sound:
     """A mesh to trust, and what had to be done for it."""
 
     mesh: Mesh
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
 
 
 def triangles_merged(corners: Float64[np.ndarray, "f 3 3"]) -> Mesh:
@@ -77,7 +79,7 @@ def fans_of(polygons: list[list[int]]) -> Faces:
     except OverflowError:
         corners = np.array([-1])
     if len(corners) and not 0 <= corners.min() <= corners.max() < 2**31:
-        raise ValueError("a face names a vertex that cannot be")
+        raise ContentError("file.face.vertex")
     triangles = sizes - 2
     first = np.repeat(np.cumsum(sizes) - sizes, triangles)
     second = np.arange(len(first)) + np.repeat(2 * np.arange(len(sizes)) + 1, triangles)
@@ -88,12 +90,10 @@ def require_corners(count: int, vertices: int) -> None:
     """Refuse a polygon that cannot be one before room is made for it: it names no vertex twice.
 
     Raises:
-        ValueError: it has more corners than its file has vertices.
+        ContentError: it has more corners than its file has vertices.
     """
     if count > vertices:
-        raise ValueError(
-            f"a face has {count:,} corners or more, and there are {vertices:,} vertices"
-        )
+        raise ContentError("file.face.corners", corners=count, vertices=vertices)
 
 
 def sound_mesh(mesh: Mesh, name: str) -> Sound:
@@ -105,10 +105,7 @@ def sound_mesh(mesh: Mesh, name: str) -> Sound:
     _check(mesh, name)
     faces = drop_flat_and_double(mesh.vertices_mm, mesh.faces)
     if not len(faces):
-        raise ShapeFileError(
-            f"{name} holds no triangle with an area: it is a drawing or a cloud of points, or "
-            "the file is damaged. Export the surface as triangles."
-        )
+        raise ShapeFileError("file.no_area", name=name)
     wound = _wound_alike(faces)
     turned = int((wound != faces).any(1).sum())
     whole = _sheets_apart(replace(mesh, faces=wound))
@@ -120,31 +117,31 @@ def sound_mesh(mesh: Mesh, name: str) -> Sound:
         whole = with_faces(whole, kept)
     if volume_mm3(whole) < 0:
         whole = replace(whole, faces=whole.faces[:, ::-1].copy())
-    told = {
-        "triangles without area or there twice were left out": len(mesh.faces) - len(faces),
-        "triangles were turned to agree with their neighbours on what is outside": turned,
-        "triangles that share edges with several others were left out": len(faces) - len(kept),
-    }
-    return Sound(whole, tuple(f"{count:,} {what}" for what, count in told.items() if count))
+    notes = (
+        note("file.left_out.flat", triangles=len(mesh.faces) - len(faces)),
+        note("file.turned", triangles=turned),
+        note("file.left_out.branching", triangles=len(faces) - len(kept)),
+    )
+    return Sound(whole, tuple(one for one in notes if one.values["triangles"]))
 
 
 def _check(mesh: Mesh, name: str) -> None:
     if len(mesh.faces) > _MOST_FACES:
         raise ShapeFileError(
-            f"{name} has {len(mesh.faces):,} triangles; {_MOST_FACES:,} is the most that is read. "
-            "Reduce the scan in the program it comes from."
+            "file.too_many_triangles", name=name, triangles=len(mesh.faces), most=_MOST_FACES
         )
     used = mesh.faces.ravel()
     if len(used) and (used.min() < 0 or used.max() >= len(mesh.vertices_mm)):
         raise ShapeFileError(
-            f"{name} is damaged: a face names vertex {int(used.max())} and there are "
-            f"{len(mesh.vertices_mm)}. Export it again."
+            "file.face.missing_vertex",
+            name=name,
+            vertex=int(used.max()),
+            vertices=len(mesh.vertices_mm),
         )
     bad = int((~np.isfinite(mesh.vertices_mm)).any(1).sum())
     if bad or np.abs(mesh.vertices_mm).max(initial=0.0) > 1e9:
         raise ShapeFileError(
-            f"{name} is damaged: {bad or 'some'} of its {len(mesh.vertices_mm)} vertices have no "
-            "usable place. Export it again."
+            "file.vertices_without_place", name=name, bad=bad, vertices=len(mesh.vertices_mm)
         )
 
 

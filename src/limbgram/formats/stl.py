@@ -16,7 +16,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from limbgram.core.errors import ShapeFileError
+from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import write_file
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.soup import Soup, triangles_merged
@@ -48,16 +48,9 @@ def read_stl(content: bytes, name: str) -> Soup:
     if content[:512].lstrip()[:5].lower() == b"solid":
         return Soup(mesh=triangles_merged(_text(content, name)))
     if len(content) < _HEADER or b"\0" not in content:
-        kind = "it is empty" if not content else f"{len(content):,} bytes of something else"
-        raise ShapeFileError(
-            f"{name} is no STL file, whatever its name says: {kind}. Choose the file that the "
-            "scanner or program exported, or export it again."
-        )
+        raise ShapeFileError("file.stl.other", name=name, bytes=len(content))
     have = (len(content) - _HEADER) // _RECORD.itemsize
-    raise ShapeFileError(
-        f"{name} is no whole STL file: its header promises {max(count, 0):,} triangles and there "
-        f"is room for {max(have, 0):,}. It was probably cut off on its way: copy it again."
-    )
+    raise ShapeFileError("file.stl.cut", name=name, promised=max(count, 0), room=max(have, 0))
 
 
 def write_stl(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
@@ -91,19 +84,11 @@ def _text(content: bytes, name: str) -> np.ndarray:
     ended = rest and any(line.lower().startswith(b"endsolid") for line in rest[-5:])
     strange = next((line for line in rest if line and not _SOLID.fullmatch(line)), None)
     if not found or (strange is None and not ended):
-        raise ShapeFileError(
-            f"{name} is no whole STL file: it ends after {len(found)} triangles without saying "
-            "that this is the end. It was probably cut off on its way: copy it again."
-        )
+        raise ShapeFileError("file.stl.endless", name=name, triangles=len(found))
     if strange is not None:
         shown = strange[:40].decode("ascii", "replace")
-        raise ShapeFileError(
-            f"{name} is damaged: {shown!r} stands where a triangle should. A surface with "
-            "triangles missing would be read of it. Copy the file again, or export it again."
-        )
+        raise ShapeFileError("file.stl.strange", name=name, found=shown)
     try:
         return np.array(found).astype(np.float64).reshape(-1, 3, 3)
     except ValueError as error:
-        raise ShapeFileError(
-            f"{name} is damaged: a corner is no number ({error}). Export it again."
-        ) from error
+        raise ShapeFileError("file.stl.corner", name=name, why=reason_of(error)) from error

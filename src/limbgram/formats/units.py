@@ -21,10 +21,7 @@ def mm_per_unit_of(text: str) -> float:
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value > 0):
-        raise OptionsError(
-            f"{text!r} is no unit of length. Write mm, cm, m or inch, or how many millimetres one "
-            "unit of the file is, such as 383."
-        )
+        raise OptionsError("file.no_unit", text=text)
     return value
 
 
@@ -46,12 +43,12 @@ def check_size(mesh: Mesh, name: str, *, asked: bool) -> None:
     low, high = _POSSIBLE_MM if asked else LIKELY_MM
     if low <= extent_mm <= high:
         return
-    size = "across in the unit that was given" if asked else "across if its unit is millimetres"
-    fitting = [unit for unit in ("mm", "cm", "inch", "m") if _fits(extent_mm * _MM_PER[unit])]
-    guess = f" It would be a limb in {' or '.join(fitting)}." if fitting and not asked else ""
+    if asked:
+        raise ShapeFileError("file.size_in_unit", name=name, extent_mm=extent_mm)
+    fitting = [unit for unit in ("cm", "inch", "m") if _fits(extent_mm * _MM_PER[unit])]
+    unit, other = (*fitting, None, None)[:2]  # three never fit: from cm to m is 1 to 100
     raise ShapeFileError(
-        f"{name} is {extent_mm:.3g} mm {size}: no limb has that size.{guess} Say what one unit "
-        "of the file is: --unit mm, cm, m or inch, or a number of millimetres."
+        "file.size", name=name, extent_mm=extent_mm, fitting_unit=unit, other_unit=other
     )
 
 

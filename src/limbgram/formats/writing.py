@@ -7,9 +7,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import ExportError
-from limbgram.core.files import require
+from limbgram.core.files import other_count, require
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, crosses
+from limbgram.findings import fault
 
 Unit = Literal["mm", "unitless"]
 
@@ -24,11 +25,7 @@ def target(path: Path | str, unit: Unit, *, unscaled: bool) -> Path:
     if unit == "mm":
         return path
     if not unscaled:
-        raise ExportError(
-            f"{path.name} was not written: the scene has no scale, and other programs would take "
-            "its numbers for millimetres. Put a scale board beside the limb or give known "
-            "distances; or ask for a file without unit by --unscaled."
-        )
+        raise ExportError("export.unscaled", name=path.name)
     return path.with_name(f"{path.stem}-unitless{path.suffix}")
 
 
@@ -37,17 +34,18 @@ def require_same_triangles(
 ) -> None:
     """The triangles read back are the mesh's, in order, within the format's precision."""
     wanted = (len(mesh.faces), 3, 3)
-    require(read.shape == wanted, f"{name}: {len(read)} triangles of {len(mesh.faces)}")
+    require(read.shape == wanted, other_count(name, "triangles", len(read), len(mesh.faces)))
     expected = [mesh.vertices_mm[mesh.faces[:, k]] for k in range(3)]
     apart = [np.abs(read[:, k] - expected[k]).max(initial=0.0) for k in range(3)]
     worst = float(np.max(apart))
-    require(worst <= tolerance, f"{name}: a corner lies {worst:.3g} from its place")
+    require(worst <= tolerance, fault("export.corner_elsewhere", name=name, off_mm=worst))
     normals = mesh.face_normals()
     areas = np.linalg.norm(normals, axis=1).sum() / 2
     change = abs(_volume(read[:, 0], _normals(read)) - _volume(expected[0], normals))
     rounding = 1e-12 * float(np.abs(mesh.vertices_mm).max(initial=0.0)) ** 3
     require(
-        change <= 2 * areas * tolerance + rounding, f"{name}: its volume differs by {change:.3g}"
+        change <= 2 * areas * tolerance + rounding,
+        fault("export.other_volume", name=name, change_mm3=change),
     )
 
 

@@ -442,7 +442,7 @@ def _gcode(limb: Limb, path: Path, ask: Gcode, machine: Machine) -> Exported:
             left_mm=check.left_mm,
             left_share=check.left_share,
         ),
-        note("said.as_is", message=report.standing),
+        report.standing,
         *left_out(report.bodies_left_out, report.loose, frame="limb"),
         *(() if kept_as is None else (note("exported.gcode.machine", path=str(kept_as)),)),
     )

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Bool
 from PIL import Image
 
-from limbgram.core.errors import CaseError
+from limbgram.core.errors import CaseError, system_reason
 from limbgram.core.geometry.arrays import Mask
 from limbgram.core.geometry.lens import View
 from limbgram.core.run import in_parallel
@@ -80,7 +80,7 @@ def make_capture(folder: Path | str, options: CaptureOptions = DEFAULTS) -> Capt
     """Photograph a synthetic limb and a calibration board into a new folder."""
     folder = Path(folder)
     if folder.exists():
-        raise CaseError(f"{folder} is there already. Name a new folder, or remove it first.")
+        raise CaseError("made.there_already", folder=str(folder))
     truth = stage_truth(options)
     beside = folder.with_name(f".{folder.name}.{os.getpid()}.part")
     try:
@@ -89,10 +89,7 @@ def make_capture(folder: Path | str, options: CaptureOptions = DEFAULTS) -> Capt
         _take_all(beside, truth, options)
         beside.rename(folder)
     except OSError as error:
-        raise CaseError(
-            f"The capture could not be written to {folder}: {error}. "
-            "Check that the disk has room and the folder may be written."
-        ) from error
+        raise CaseError("made.not_written", folder=str(folder), why=system_reason(error)) from error
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     return Capture(folder, options, truth)

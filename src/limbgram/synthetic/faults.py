@@ -81,14 +81,9 @@ class Faults:
 
     def __post_init__(self) -> None:
         if any(getattr(self, one.name) < 0 for one in fields(self)):
-            raise OptionsError(
-                "This camera cannot be made: the strength of a fault is 0 or more. "
-                "Change that option."
-            )
+            raise OptionsError("made.camera_fault")
         if self.stored_again > 100:
-            raise OptionsError(
-                f"JPEG has no quality {self.stored_again}. Choose 1 to 100, or 0 for one encoding."
-            )
+            raise OptionsError("made.jpeg_quality", quality=self.stored_again)
 
 
 @dataclass(frozen=True)

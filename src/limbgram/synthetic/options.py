@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from limbgram.core.errors import OptionsError
+from limbgram.findings import Finding, fault
 from limbgram.reconstruction.targets.plates import MarkPlate
 from limbgram.synthetic.faults import Faults
 from limbgram.synthetic.movement import Movement, MovementKind
@@ -90,17 +91,16 @@ class CaptureOptions:
     """Edge of the truth's triangles, which are what is rendered."""
 
     def __post_init__(self) -> None:
-        _require(0 <= self.seed < 2**63, "a seed is a whole number from 0")
+        _require(0 <= self.seed < 2**63, fault("made.rule.seed"))
         _require(
             0 <= self.relief.rms_mm <= 2
             and 1 <= self.relief.finest_mm <= 40
             and 0 <= self.relief.growth <= 3,
-            "relief is 0 to 2 mm high, its finest waves are 1 to 40 mm long, and it grows with "
-            "their length to a power of 0 to 3",
+            fault("made.rule.relief"),
         )
         _require(
             self.scan is None or (self.gauge is None and self.fin_mm == 0),
-            "a scan is neither a gauge nor has it a fin",
+            fault("made.rule.scan"),
         )
         details = self.details
         _require(
@@ -109,72 +109,68 @@ class CaptureOptions:
             and all(
                 0 <= high <= 3 for high in (details.veins_mm, details.scars_mm, details.wrinkles_mm)
             ),
-            "a knit is 0 to 0.5 mm high and has 1 to 4 mm from stitch to stitch; veins, scars and "
-            "wrinkles are 0 to 3 mm high",
+            fault("made.rule.details"),
         )
         _require(
             self.mesh_step_mm <= details.coarsest_step_mm,
-            f"these details need edges of {details.coarsest_step_mm:.3g} mm or less (mesh_step_mm)",
+            fault("made.rule.edges", most_mm=details.coarsest_step_mm),
         )
-        _require(
-            self.gauge is None or not details.any, "a gauge has no knit, veins, scars or wrinkles"
-        )
-        _require(self.fin_mm == 0 or 2 <= self.fin_mm <= 20, "a fin is 2 to 20 mm thick")
+        _require(self.gauge is None or not details.any, fault("made.rule.plain_gauge"))
+        _require(self.fin_mm == 0 or 2 <= self.fin_mm <= 20, fault("made.rule.fin"))
         _require(
             self.movement is None or 0 <= self.movement.shift_mm <= 30,
-            "limb and board move by 0 to 30 mm",
+            fault("made.rule.movement"),
         )
         _require(
             self.movement is None
             or self.movement.kind is not MovementKind.PUSHED_BOARD
             or self.board is not None,
-            "a board that is pushed needs a board",
+            fault("made.rule.pushed_board"),
         )
         _require(
             self.turning is None or not (self.filmed or self.movement),
-            "a limb that is turned is neither filmed nor moved in another way",
+            fault("made.rule.turned"),
         )
         _require(
             not isinstance(self.turning, TurnedOver) or self.photos >= 6 * self.rings,
-            "each ring of each of two poses needs 3 photos or more",
+            fault("made.rule.ring_of_pose"),
         )
-        _require(1 <= self.rings <= 3, "1 to 3 rings can be walked")
-        _require(self.photos >= 3 * self.rings, "every ring needs 3 photos or more")
-        _require(self.calibration_photos >= 0, "calibration_photos is 0 or more")
-        _require(0 <= self.coverage <= 0.9, "paint covers 0 to 0.9 of the sock")
+        _require(1 <= self.rings <= 3, fault("made.rule.rings"))
+        _require(self.photos >= 3 * self.rings, fault("made.rule.ring"))
+        _require(self.calibration_photos >= 0, fault("made.rule.calibration_photos"))
+        _require(0 <= self.coverage <= 0.9, fault("made.rule.paint"))
         _require(
             0 <= self.bare < 1 and 0 <= self.uneven <= 1,
-            "a share of the dabs from 0 to below 1 is left out in patches, and 0 to 1 on one side",
+            fault("made.rule.dabs"),
         )
         _require(
             self.paint is Paint.DABS or self.bare == self.uneven == 0,
-            "only of dabs a share can be left out, not of a printed or a plain sock",
+            fault("made.rule.dabs_alone"),
         )
-        _require(min(self.width_px, self.height_px) >= 100, "a picture has 100 px a side or more")
+        _require(min(self.width_px, self.height_px) >= 100, fault("made.rule.picture"))
         _require(
             all(0 <= one.around <= 1 and 0.05 <= one.height <= 0.95 for one in self.spots)
             and all(2 <= one.diameter_mm <= 30 for one in self.spots),
-            "spots lie 0 to 1 round and 0.05 to 0.95 up the limb, 2 to 30 mm wide",
+            fault("made.rule.spots"),
         )
         _require(
             all(0 <= one.around <= 1 and 0.05 <= one.height <= 0.95 for one in self.stickers)
             and all(6 <= one.side_mm <= 40 and 0 <= one.mark_id <= 586 for one in self.stickers),
-            "stickers lie 0 to 1 round and 0.05 to 0.95 up the limb, 6 to 40 mm wide, and are "
-            "numbered 0 to 586",
+            fault("made.rule.stickers"),
         )
-        _require(500 <= self.distance_mm <= 2500, "the room allows 500 to 2500 mm of distance")
-        _require(min(self.noise, self.blur_px, self.shake_px) >= 0, "noise and blur are 0 or more")
-        _require(1 <= self.samples <= 8, "a pixel's side has 1 to 8 samples")
-        _require(0.3 <= self.mesh_step_mm <= 3.0, "the truth's edges have 0.3 to 3 mm")
+        _require(500 <= self.distance_mm <= 2500, fault("made.rule.distance"))
+        _require(min(self.noise, self.blur_px, self.shake_px) >= 0, fault("made.rule.noise"))
+        _require(1 <= self.samples <= 8, fault("made.rule.samples"))
+        _require(0.3 <= self.mesh_step_mm <= 3.0, fault("made.rule.truth_edges"))
         _require(
             all(0 <= k < self.photos for k in self.shaken),
-            f"shaken photos are numbered from 0 to {self.photos - 1}",
+            fault("made.rule.shaken", last=self.photos - 1),
         )
 
 
-def _require(possible: bool, rule: str) -> None:
+def _require(possible: bool, rule: Finding) -> None:
     if not possible:
-        raise OptionsError(f"This capture cannot be made: {rule}. Change that option.")
+        raise OptionsError("made.impossible", rule=rule)
 
 
 DEFAULTS = CaptureOptions()

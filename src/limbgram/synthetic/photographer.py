@@ -42,10 +42,7 @@ class Lens:
 def camera_of(lens: Lens, width_px: int, height_px: int, focus_mm: float) -> Camera:
     """The camera focused at `focus_mm` (thin lens: principal distance f D / (D - f))."""
     if focus_mm <= 2 * lens.focal_mm:
-        raise OptionsError(
-            f"A {lens.focal_mm:g} mm lens cannot be focused at {focus_mm:g} mm. "
-            "Step back, or choose a shorter lens."
-        )
+        raise OptionsError("made.too_near", focal_mm=lens.focal_mm, focus_mm=focus_mm)
     distance_mm = lens.focal_mm * focus_mm / (focus_mm - lens.focal_mm)
     focal_px = distance_mm * width_px / lens.sensor_width_mm
     return Camera(
@@ -161,9 +158,7 @@ def over_board(outline: Points3, camera: Camera, photos: int, seed: int) -> tupl
                 poses.append(pose)
                 break
         else:
-            raise OptionsError(
-                "The calibration board does not fit the picture. Make the picture less narrow."
-            )
+            raise OptionsError("made.narrow_picture")
     return tuple(poses)
 
 

@@ -14,6 +14,7 @@ from jaxtyping import Bool, UInt8
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import PARAMETERS, Camera, View
 from limbgram.core.typed import tree_of
+from limbgram.findings import as_json
 from limbgram.synthetic.faults import Faults
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import LaidBoard, PrintedBoard
@@ -241,7 +242,7 @@ def _scan(scan: Scan | None) -> dict[str, Any]:
     if scan is None:
         return {}
     about = {"sha256": scan.sha256, "mm_per_unit": scan.mm_per_unit, "side": scan.side}
-    return {"scan": about | {"notes": list(scan.notes)}}
+    return {"scan": about | {"notes": [as_json(note) for note in scan.notes]}}
 
 
 def _faulty(options: CaptureOptions) -> dict[str, Any]:

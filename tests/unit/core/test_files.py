@@ -1,6 +1,8 @@
 """Files that people name: never opened without end, and never taken for what they are not."""
 
+import errno
 import os
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +13,16 @@ from typer.testing import CliRunner
 from limbgram.cli.captures import read_distances
 from limbgram.cli.main import app
 from limbgram.cli.shapes import landmarks_of
-from limbgram.core.errors import CaseError, LimbgramError, OptionsError, ShapeFileError
-from limbgram.core.files import json_of, read_content, toml_of
+from limbgram.core.errors import (
+    CaseError,
+    LimbgramError,
+    OptionsError,
+    ShapeFileError,
+    disk_advice,
+    disk_finding,
+)
+from limbgram.core.files import ContentError, json_of, read_content, toml_of
+from limbgram.findings import Finding, told
 from limbgram.formats.camera import read_camera
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.recipe.file import parse_recipe, read_recipe
@@ -85,11 +95,62 @@ def test_what_has_no_end_is_not_read(tmp_path: Path, reader: str) -> None:
     zeros.symlink_to("/dev/zero")
     folder = tmp_path / f"folder{ending}"
     folder.mkdir()
-    for path, told in ((pipe, "device or pipe"), (zeros, "device or pipe"), (folder, "folder")):
-        with pytest.raises(refusal, match=told):
+    for path, kind in ((pipe, "device or pipe"), (zeros, "device or pipe"), (folder, "folder")):
+        with pytest.raises(refusal, match=kind):
             read(path)
     with pytest.raises(refusal, match="cannot be read"):
         read(tmp_path / f"nowhere{ending}")
+
+
+def test_why_a_file_cannot_be_read_is_told_in_both_languages(tmp_path: Path) -> None:
+    with pytest.raises(ShapeFileError) as refused:
+        read_limb(tmp_path / "nowhere.stl")
+    found = refused.value.finding
+    assert found.code == "file.unread"
+    assert isinstance(why := found.values["why"], Finding)
+    assert (why.code, why.values["error"]) == ("disk.said", "ENOENT")
+    assert told(found).startswith(f"{tmp_path / 'nowhere.stl'} cannot be read: No such file")
+    assert "Datei oder Ordner nicht gefunden. Die Datei angeben" in told(found, "de")
+
+
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [
+        (errno.ENOSPC, "disk.full"),
+        (errno.EACCES, "disk.not_yours"),
+        (errno.EROFS, "disk.read_only"),
+        (errno.ENOENT, "disk.not_there"),
+        (errno.EISDIR, "disk.in_the_way"),
+        (errno.ENAMETOOLONG, "disk.long_name"),
+        (errno.ELOOP, "disk.loop"),
+        (errno.EMFILE, "disk.no_means"),
+        (errno.EIO, "disk.failing"),
+    ],
+)
+def test_what_a_disk_says_becomes_a_finding(number: int, code: str) -> None:
+    error = OSError(number, os.strerror(number), "photo.jpg")
+    found = disk_finding(error)
+    assert (found.code, found.values["name"]) == (code, "photo.jpg")
+    assert told(found) == disk_advice(error)
+    nameless = disk_finding(OSError(number, os.strerror(number)))
+    assert "a file" in told(nameless)
+    assert "Datei" in told(nameless, "de")
+
+
+def test_what_no_file_may_hold_is_refused_by_its_code() -> None:
+    for text, code in (
+        ("[" * 100 + "]" * 100, "file.tree.deep"),
+        ("[NaN]", "file.json.no_number"),
+        ("[1e999]", "file.tree.no_value"),
+        ("[90071992547409920]", "file.tree.large_number"),
+        ('{"a": 1, "a": 2}', "file.json.twice"),
+    ):
+        with pytest.raises(ContentError) as refused:
+            json_of(text.encode())
+        assert refused.value.finding.code == code
+        again = pickle.loads(pickle.dumps(refused.value))
+        assert isinstance(again, ContentError)
+        assert again.finding == refused.value.finding
 
 
 def test_a_file_is_read_up_to_its_bound_and_not_beyond(tmp_path: Path) -> None:

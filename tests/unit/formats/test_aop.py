@@ -9,6 +9,7 @@ import pytest
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import is_edge_manifold, volume_mm3
+from limbgram.findings import doubt, note
 from limbgram.formats.aop.grammar import parse_aop
 from limbgram.formats.aop.reading import read_aop
 from limbgram.formats.reading import read_limb
@@ -69,7 +70,7 @@ def test_our_comment_tells_the_unit(unit: str, radius: float) -> None:
 def test_a_radius_in_no_unit_is_put_on_the_surface_and_told() -> None:
     found = read_aop(tiny(marks=("1", "MPT", "1", "303.2", "180", "10")), "tiny.aop")
     np.testing.assert_allclose(found.landmarks[0].position_mm, (0, -50, 10), atol=1e-9)
-    assert "303.2" in found.warnings[0]
+    assert found.warnings == (doubt("aop.landmark_unit", landmark="MPT", radius=303.2),)
 
 
 @pytest.mark.parametrize("end", ["\n", "\r", "\r\n"])
@@ -107,7 +108,7 @@ def test_landmarks_of_one_name_are_both_kept_and_told() -> None:
     assert names == ["FIB", "FIB (2)", "TIB 1", "TIB 1 (2)", "TIB 2"]
     np.testing.assert_allclose(found.landmarks[0].position_mm, (0, 50, 5), atol=1e-9)
     np.testing.assert_allclose(found.landmarks[1].position_mm, (60, 0, 10), atol=1e-9)
-    assert any("called FIB: the later one is FIB (2)" in note for note in found.warnings)
+    assert note("aop.landmark_twice", landmark="FIB", called="FIB (2)") in found.warnings
 
 
 def test_foreign_letters_do_not_stop_it() -> None:
@@ -140,8 +141,10 @@ def test_a_second_number_on_a_line_is_no_radius() -> None:
 
 
 def test_what_is_odd_is_told() -> None:
-    assert "not one turn" in read_aop(tiny(spokes=("4", "80")), "t").warnings[0]
-    assert "2 lines" in read_aop(tiny() + b"more\nand more\n", "t").warnings[0]
+    open_turn = read_aop(tiny(spokes=("4", "80")), "t").warnings
+    assert open_turn == (note("aop.not_one_turn", spokes=4, spacing_deg=80.0),)
+    longer = read_aop(tiny() + b"more\nand more\n", "t").warnings
+    assert longer == (note("aop.lines_left_out", lines=2),)
 
 
 def test_a_shape_that_ends_in_points_closes() -> None:
@@ -167,7 +170,7 @@ def test_early_ampscan_files_count_the_other_way_and_are_told() -> None:
     found = read_aop(content, "tiny.aop")
     assert found.profile == "ampscan-early"
     np.testing.assert_allclose(found.radius_map.points_mm()[0, 3], (-60, 0, 0), atol=1e-9)
-    assert "check the side" in found.warnings[0]
+    assert found.warnings == (doubt("aop.ampscan_early"),)
     with pytest.raises(ShapeFileError, match="mirrored"):
         read_aop(tiny(comments=comments, spokes=FORMS[2][0]), "tiny.aop")
 
@@ -206,7 +209,7 @@ def test_an_axis_that_lies_nowhere_is_not_taken(number: str) -> None:
     said = f"LIMB FROM FILE: 1 0 0 {number} 0 1 0 0 0 0 1 0"
     found = read_aop(tiny(comments=(said,)), "tiny.aop")
     np.testing.assert_array_equal(found.frame.limb_from_mesh.translation, np.zeros(3))
-    assert any("where its axis lies" in warning for warning in found.warnings)
+    assert doubt("aop.axis_place") in found.warnings
 
 
 def test_places_must_rise() -> None:

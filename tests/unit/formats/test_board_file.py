@@ -55,8 +55,8 @@ def test_a_print_that_cannot_serve_is_refused(
     [
         ({"square_mm": "30"}, "square_mm"),
         ({"square_mm": -30}, "30 mm"),
-        ({"format": "limbgram camera"}, "it is a camera file, which is given as --camera"),
-        ({"format": "limbgram marks"}, "file of bars, a mat or a ring, which are given as --marks"),
+        ({"format": "limbgram camera"}, "it is a camera file. A camera is given as --camera"),
+        ({"format": "limbgram marks"}, "Bars, a mat or a ring are given as --marks"),
         ({"format": "another board"}, "another board"),
         ({"version": 2}, "version 2"),
         ({"colour": "red"}, "colour"),

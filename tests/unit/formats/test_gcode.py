@@ -10,6 +10,7 @@ import pytest
 from limbgram.core.errors import CarveError, ExportError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.formats.gcode import writing as program
 from limbgram.formats.gcode.control import Control
 from limbgram.formats.gcode.machine import Machine, read_machine, write_machine
@@ -73,13 +74,15 @@ def test_what_stays_above_the_last_row_is_told_with_its_place(
     whole_mm2 = np.linalg.norm(slanted.mesh.face_normals(), axis=1).sum() / 2
     # the mean of 0.9 mm all round, and of the bump's 4 mm more radius most at its highest
     assert 0.9 * 2 * np.pi * 30 < over.share * whole_mm2 < 0.9 * 2 * np.pi * 32
-    assert "reaches up to 1.8 mm higher, farthest at the right: " in report.standing
+    assert report.standing.code == "carver.stays_in_blank"
+    assert report.standing.values["rise_mm"] == over.rise_mm
+    assert "reaches up to 1.8 mm higher, farthest at the right: " in told(report.standing)
     at = -90 if a_turns == "tool" else 90
-    told = f"LAST ROW: X 30.0, the shape reaches 1.8 mm beyond it, farthest at A {at}, which"
-    assert told in report.path.read_text("ascii")
+    line = f"LAST ROW: X 30.0, the shape reaches 1.8 mm beyond it, farthest at A {at}, which"
+    assert line in report.path.read_text("ascii")
     level = write_gcode(limb, tmp_path / "level.nc", OPTIONS)
     assert level.above.rise_mm < 0.03
-    assert level.standing == "Carved up to the limb's end, at 30.0 mm."
+    assert told(level.standing) == "Carved up to the limb's end, at 30.0 mm."
 
 
 def test_a_bone_inside_the_limb_is_told_and_changes_nothing(tmp_path: Path, limb: Limb) -> None:

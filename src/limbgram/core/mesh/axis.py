@@ -93,10 +93,7 @@ def _first_direction(mesh: Mesh, options: AxisOptions) -> Vector3:
     area = np.maximum(np.linalg.norm(doubled, axis=1, keepdims=True), 1e-300)
     shares, directions = np.linalg.eigh((doubled / area).T @ doubled)
     if shares[0] > options.roundest * shares[1]:
-        raise MeasureError(
-            "The shape has no long axis: it is about as round one way as another. Say where the "
-            "axis points by --axis, such as --axis +z."
-        )
+        raise MeasureError("mesh.axis.round")
     return directions[:, 0]
 
 
@@ -119,9 +116,10 @@ def _middles(
         middles.append(_centroid(mesh, crossed, corners[crossed] - offset, direction))
     if len(middles) < options.least_sections:
         raise MeasureError(
-            f"Only {len(middles)} of {options.sections} sections across the shape are whole; "
-            f"{options.least_sections} are needed to find its long axis. Fill its holes, or say "
-            "where the axis points by --axis, such as --axis +z."
+            "mesh.axis.few_sections",
+            whole=len(middles),
+            sections=options.sections,
+            least=options.least_sections,
         )
     return np.stack(middles)
 

@@ -270,10 +270,7 @@ def heights_between(mesh: Mesh, spacing_mm: float) -> Float64[np.ndarray, " k"]:
         OptionsError: the spacing is none, or so small that nobody could read the sections.
     """
     if not spacing_mm >= LEAST_SPACING_MM:
-        raise OptionsError(
-            f"Sections {spacing_mm:g} mm apart cannot be: take {LEAST_SPACING_MM:g} mm or more "
-            "(10 is usual)."
-        )
+        raise OptionsError("mesh.sections.close", spacing_mm=spacing_mm, least_mm=LEAST_SPACING_MM)
     low, high = float(mesh.vertices_mm[:, 2].min()), float(mesh.vertices_mm[:, 2].max())
     first, last = np.floor(low / spacing_mm) + 1, np.ceil(high / spacing_mm) - 1
     return spacing_mm * np.arange(first, last + 1)

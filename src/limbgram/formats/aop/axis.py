@@ -58,9 +58,7 @@ def fitted_axis(mesh: Mesh, options: MapOptions) -> Rigid:
             break
     line: Line = best * sizes
     if np.hypot(line[0], line[1]) > _STEEPEST_RAD:
-        raise CarveError(
-            "No axis near the limb's own gives single radii. Align the limb, trim it, or send STL."
-        )
+        raise CarveError("aop.no_axis")
     return _motion(line, middle)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import ShapeFileError
+from limbgram.findings import Finding, fault, note
 from limbgram.workbench.carving.radius_map import RadiusMap
 from limbgram.workbench.limb import Side
 
@@ -45,7 +46,7 @@ class AopFile:
     spokes_listed: bool
     """The angles stand one by one, not as a spacing."""
     slices_listed: bool
-    warnings: tuple[str, ...]
+    warnings: tuple[Finding, ...]
 
 
 def parse_aop(content: bytes, name: str) -> AopFile:
@@ -55,26 +56,23 @@ def parse_aop(content: bytes, name: str) -> AopFile:
         ShapeFileError: with the line, what should stand there, and what does.
     """
     if len(content) > _LARGEST_BYTES:
-        raise ShapeFileError(
-            f"{name} is larger than {_LARGEST_BYTES >> 20} MB, which no AOP file is. Check it."
-        )
+        raise ShapeFileError("aop.large", name=name, most_mb=_LARGEST_BYTES >> 20)
     lines = _Lines(re.split(r"\r\n|\r|\n", content.decode("latin-1")), name)
-    if not lines.take("the mark AAOP1").upper().startswith("AAOP"):
-        raise lines.complain("the mark AAOP1")
+    mark = fault("aop.mark")
+    if not lines.take(mark).upper().startswith("AAOP"):
+        raise lines.complain(mark)
     comments: list[str] = []
-    while (comment := lines.take("a comment or END COMMENTS")).upper() != "END COMMENTS":
+    while (comment := lines.take(fault("aop.comment"))).upper() != "END COMMENTS":
         comments.append(comment)
         if len(comments) > _MOST_COMMENTS:
-            raise lines.complain("END COMMENTS")
-    if lines.take("the system CYLINDRICAL").upper() != "CYLINDRICAL":
-        raise lines.complain("CYLINDRICAL, the only system of coordinates that is known")
-    side = _SIDES.get(lines.take("the side").upper())
+            raise lines.complain(fault("aop.end_comments"))
+    if lines.take(fault("aop.system")).upper() != "CYLINDRICAL":
+        raise lines.complain(fault("aop.cylindrical"))
+    side = _SIDES.get(lines.take(fault("aop.side")).upper())
     if side is None:
-        raise lines.complain("LEFT, RIGHT or NONE")
-    landmarks = tuple(
-        _landmark(lines)
-        for _ in range(lines.count("the number of landmarks", (0, _MOST_LANDMARKS)))
-    )
+        raise lines.complain(fault("aop.left_or_right"))
+    count = lines.count(fault("aop.landmark_count"), (0, _MOST_LANDMARKS))
+    landmarks = tuple(_landmark(lines) for _ in range(count))
     spokes = _places(lines, "spokes", _SPOKES)
     slices = _places(lines, "slices", _SLICES)
     radii = _radii(lines, len(slices.values), len(spokes.values))
@@ -99,39 +97,44 @@ class _Lines:
     def __init__(self, lines: list[str], name: str) -> None:
         self._lines, self._name, self._next = lines, name, 0
 
-    def take(self, expected: str) -> str:
+    def take(self, expected: Finding) -> str:
         self._next += 1
         if self._next > len(self._lines):
             raise self.complain(expected)
         return self._lines[self._next - 1].strip()
 
-    def complain(self, expected: str, line: int | None = None) -> ShapeFileError:
+    def complain(self, expected: Finding, line: int | None = None) -> ShapeFileError:
         """line: Number from 1; the one just read if None."""
         number = self._next if line is None else line
         over = number > len(self._lines)
-        found = "the end of the file" if over else repr(self._lines[number - 1].strip()[:60])
         return ShapeFileError(
-            f"{self._name}, line {number}: expected {expected}, found {found}. The file is cut "
-            "off, damaged or of another kind: export it again."
+            "aop.line",
+            name=self._name,
+            line=number,
+            expected=expected,
+            at_end=over,
+            found="" if over else self._lines[number - 1].strip()[:60],
         )
 
-    def number(self, expected: str) -> float:
+    def number(self, expected: Finding) -> float:
         text = self.take(expected)
         try:
             value = float(text)
         except ValueError as error:
             raise self.complain(expected) from error
         if not math.isfinite(value) or abs(value) > _LARGEST:
-            raise self.complain(f"{expected} within {_LARGEST:g}")
+            raise self.complain(fault("aop.within", what=expected, most=_LARGEST))
         return value
 
-    def count(self, expected: str, limits: tuple[int, int]) -> int:
+    def count(self, expected: Finding, limits: tuple[int, int]) -> int:
         text = self.take(expected)
         if not re.fullmatch(r"\d{1,9}", text) or not limits[0] <= int(text) <= limits[1]:
-            raise self.complain(f"{expected}, from {limits[0]} to {limits[1]}")
+            raise self.complain(
+                fault("aop.between", what=expected, least=limits[0], most=limits[1])
+            )
         return int(text)
 
-    def block(self, count: int, expected: str) -> list[str]:
+    def block(self, count: int, expected: Finding) -> list[str]:
         """The next lines at once; all must be there."""
         start, self._next = self._next, self._next + count
         if self._next > len(self._lines):
@@ -141,15 +144,19 @@ class _Lines:
     def line_of_block(self, count: int, idx: int) -> int:
         return self._next - count + idx + 1
 
-    def rest_warnings(self) -> list[str]:
+    def rest_warnings(self) -> list[Finding]:
         left = sum(1 for line in self._lines[self._next :] if line.strip())
-        return [f"{left} lines after the last radius were left out"] if left else []
+        return [note("aop.lines_left_out", lines=left)] if left else []
 
 
 def _landmark(lines: _Lines) -> AopLandmark:
-    name = lines.take("a landmark's name")
-    count = lines.count("a landmark's number of points", (1, _MOST_POINTS))
-    wanted = ("a landmark's radius", "a landmark's angle", "a landmark's height")
+    name = lines.take(fault("aop.landmark_name"))
+    count = lines.count(fault("aop.point_count"), (1, _MOST_POINTS))
+    wanted = (
+        fault("aop.landmark_radius"),
+        fault("aop.landmark_angle"),
+        fault("aop.landmark_height"),
+    )
     places = [[lines.number(what) for what in wanted] for _ in range(count)]
     return AopLandmark(name=name, places=np.array(places))
 
@@ -162,27 +169,30 @@ class _Places:
 
 def _places(lines: _Lines, what: str, limits: tuple[int, int]) -> _Places:
     """Angles or heights: a spacing, or 0 and then one by one."""
-    count = lines.count(f"the number of {what}", limits)
-    spacing = lines.number(f"the spacing of the {what}")
+    count = lines.count(fault("aop.count", what=what), limits)
+    spacing = lines.number(fault("aop.spacing", what=what))
     if spacing < 0:
-        raise lines.complain(f"the spacing of the {what}, 0 or more")
+        raise lines.complain(fault("aop.spacing_from_0", what=what))
     if spacing > 0:
         return _Places(spacing * np.arange(count), listed=False)
-    values = [lines.number(f"one of {count} {what}") for _ in range(count)]
+    expected = fault("aop.one_of", count=count, what=what)
+    values = [lines.number(expected) for _ in range(count)]
     for idx, (before, after) in enumerate(pairwise(values)):
         if after <= before:
-            raise lines.complain(f"rising {what}", lines.line_of_block(count, idx + 1))
+            raise lines.complain(
+                fault("aop.rising", what=what), lines.line_of_block(count, idx + 1)
+            )
     if what == "spokes" and values[-1] - values[0] >= 360:
-        raise lines.complain("angles within one turn")
+        raise lines.complain(fault("aop.one_turn"))
     return _Places(np.array(values), listed=True)
 
 
 def _radii(lines: _Lines, slices: int, spokes: int) -> Float64[np.ndarray, "m n"]:
     """One radius a line; a second number on a line, a value of that point, is left out."""
     count = slices * spokes
-    expected = f"one of {slices} x {spokes} radii, 0 to {_LARGEST:g} mm"
+    expected = fault("aop.radius", slices=slices, spokes=spokes, most_mm=_LARGEST)
     if count > _MOST_RADII:
-        raise lines.complain(f"no more than {_MOST_RADII:,} radii")
+        raise lines.complain(fault("aop.radius_count", most=_MOST_RADII))
     words = [line.split(None, 2) for line in lines.block(count, expected)]
     for idx, of_line in enumerate(words):
         if len(of_line) not in (1, 2):
@@ -201,10 +211,10 @@ def _radius(word: str) -> float:
         return math.nan
 
 
-def _turn_warnings(spokes: _Places) -> list[str]:
-    count = len(spokes.values)
-    if spokes.listed or abs(spokes.values[1] * count - 360) <= 0.5:
+def _turn_warnings(spokes: _Places) -> list[Finding]:
+    count, spacing_deg = len(spokes.values), float(spokes.values[1])
+    if spokes.listed or abs(spacing_deg * count - 360) <= 0.5:
         return []
     if spokes.values[-1] >= 360:
-        return [f"{count} spokes of {spokes.values[1]:g} degrees are more than one turn"]
-    return [f"{count} spokes of {spokes.values[1]:g} degrees are not one turn: closed across"]
+        return [note("aop.over_one_turn", spokes=count, spacing_deg=spacing_deg)]
+    return [note("aop.not_one_turn", spokes=count, spacing_deg=spacing_deg)]

@@ -7,6 +7,7 @@ import numpy as np
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.findings import Finding, doubt, note
 from limbgram.formats.aop.grammar import AopFile, AopLandmark, parse_aop
 from limbgram.formats.aop.profiles import (
     MM_PER_INCH,
@@ -38,7 +39,7 @@ class AopReading:
     profile: Profile
     mm_per_landmark_radius: float
     """25.4 where the landmarks' radii are in inches."""
-    warnings: tuple[str, ...]
+    warnings: tuple[Finding, ...]
 
 
 def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopReading:
@@ -50,29 +51,21 @@ def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopRe
     file = parse_aop(content, name)
     profile = profile or profile_of(file)
     if profile in ("ampscan", "ampscan-early") and file.spokes_listed:
-        raise ShapeFileError(
-            f"{name} was written by ampscan with its angles one by one: that form of its files is "
-            "mirrored in an unknown way. Write it again there with a number of spokes, or as STL."
-        )
+        raise ShapeFileError("aop.ampscan_listed", name=name)
     radius_map = from_the_front(file.radius_map, profile)
     mm_per_radius = _landmark_unit(file, radius_map, profile)
     stated = any(_UNIT_COMMENT in line.upper() for line in file.comments)
     warnings = list(file.warnings)
     if profile == "ampscan-early":
-        warnings.append(
-            "an early ampscan counted the spokes the other way round: the shape was turned to be "
-            "no mirror image; check the side"
-        )
+        warnings.append(doubt("aop.ampscan_early"))
     landmarks: list[Landmark] = []
     for mark in file.landmarks:
         points = landmarks_from_file(mark.places, profile, mm_per_radius)
         near = _to_surface(points, radius_map)
         off_mm = np.abs(np.hypot(*points[:, :2].T) - np.hypot(*near[:, :2].T))
         if not stated and off_mm.max() > _ON_SURFACE_MM:
-            warnings.append(
-                f"landmark {mark.name}: its radius {mark.places[off_mm.argmax(), 0]:g} fits no "
-                "unit; it was put on the surface"
-            )
+            radius = float(mark.places[off_mm.argmax(), 0])
+            warnings.append(doubt("aop.landmark_unit", landmark=mark.name, radius=radius))
             points = np.where((off_mm > _ON_SURFACE_MM)[:, None], near, points)
         landmarks += _named(mark, points)
     landmarks = _apart(landmarks, warnings)
@@ -99,18 +92,18 @@ def read_aop_soup(content: bytes, name: str) -> Soup:
     )
 
 
-def _apart(landmarks: list[Landmark], warnings: list[str]) -> list[Landmark]:
+def _apart(landmarks: list[Landmark], warnings: list[Finding]) -> list[Landmark]:
     """Landmarks each of a name of its own: places are told by name ever after."""
     names = names_apart([mark.name for mark in landmarks])
     warnings += [
-        f"two landmarks of the file are called {mark.name}: the later one is {name} here"
+        note("aop.landmark_twice", landmark=mark.name, called=name)
         for mark, name in zip(landmarks, names, strict=True)
         if mark.name != name
     ]
     return [replace(mark, name=name) for mark, name in zip(landmarks, names, strict=True)]
 
 
-def _place(comments: tuple[str, ...], warnings: list[str]) -> Rigid:
+def _place(comments: tuple[str, ...], warnings: list[Finding]) -> Rigid:
     """Where the file's axes lie in the limb."""
     for line in comments:
         if not line.upper().startswith(PLACE_COMMENT):
@@ -123,7 +116,7 @@ def _place(comments: tuple[str, ...], warnings: list[str]) -> Rigid:
         rigid = np.isfinite(rows).all() and np.abs(turn @ turn.T - np.eye(3)).max() < _ROUNDING
         if rigid and np.linalg.det(turn) > 0:
             return Rigid(turn.copy(), rows[:, 3].copy())
-        warnings.append("where its axis lies in the limb cannot be read; its axis is taken")
+        warnings.append(doubt("aop.axis_place"))
     return Rigid.identity()
 
 

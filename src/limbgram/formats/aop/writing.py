@@ -17,6 +17,7 @@ from limbgram.core.errors import CarveError, OptionsError
 from limbgram.core.files import require, write_file
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import fault
 from limbgram.formats.aop.axis import fitted_axis
 from limbgram.formats.aop.cost import AopReport, cost_of
 from limbgram.formats.aop.profiles import Profile, landmarks_to_file
@@ -71,10 +72,7 @@ def write_aop(limb: Limb, path: Path | str, options: AopOptions = DEFAULTS) -> A
     path = Path(path)
     frame = limb.frame
     if frame is None:
-        raise CarveError(
-            "The limb is not aligned, so an AOP file would have no axis, front or side. Run "
-            "`limbgram align` first."
-        )
+        raise CarveError("aop.not_aligned")
     _check(options)
     points = frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
     outside = outer_bodies(Mesh(vertices_mm=points, faces=limb.mesh.faces))
@@ -94,7 +92,8 @@ def write_aop(limb: Limb, path: Path | str, options: AopOptions = DEFAULTS) -> A
         _compare(held[0], limb, frame, mapped, options)
         found = held[0].frame.limb_from_mesh
         require(
-            _apart(found, place or Rigid.identity()) < _ROUNDING_MM, "another place in the limb"
+            _apart(found, place or Rigid.identity()) < _ROUNDING_MM,
+            fault("aop.read.place"),
         )
 
     write_file(path, encode, check)
@@ -111,7 +110,7 @@ def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, Mapped]:
         try:
             return _mapped_round(fitted_axis(mesh, options.map), mesh, options)
         except CarveError as error:
-            raise CarveError(f"Even round the axis that fits best: {error}") from error
+            raise CarveError("aop.fit_fails", why=error.finding) from error
     try:
         return _mapped_round(Rigid.identity(), mesh, options)
     except CarveError as error:
@@ -120,11 +119,11 @@ def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, Mapped]:
             found, _, _ = _mapped_round(fitted_axis(mesh, free.map), mesh, free)
         except CarveError:
             raise error from None
-        limits = "" if free.map == options.map else " without --from-mm and --to-mm"
-        tilt_deg = angle_between_deg(found.rotation, np.eye(3))
         raise CarveError(
-            f"{error} An axis tilted by {tilt_deg:.1f} degrees would do: --axis fit takes "
-            f"it{limits}, and the file says where it lies."
+            "aop.other_axis",
+            why=error.finding,
+            tilt_deg=angle_between_deg(found.rotation, np.eye(3)),
+            without_limits=free.map != options.map,
         ) from error
 
 
@@ -156,27 +155,17 @@ def _apart(one: Rigid, other: Rigid) -> float:
 
 def _check(options: AopOptions) -> None:
     if options.axis == "fit" and (options.map.from_mm, options.map.to_mm) != (None, None):
-        raise OptionsError(
-            "Heights are those of the limb, and with --axis fit the slices are not level in it. "
-            "Leave out --from-mm and --to-mm, or trim the limb at those heights first: "
-            "`limbgram edit`."
-        )
+        raise OptionsError("aop.heights_and_fit")
     listed = options.spokes_listed or (options.own is not None and not options.own.grid.even)
     if options.profile == "ampscan-early" or (options.profile == "ampscan" and listed):
-        raise OptionsError(
-            "That form is read as a mirror image: ampscan counts listed spokes the wrong way. Use "
-            "the profile ampscan with its angles as a spacing."
-        )
+        raise OptionsError("aop.ampscan_mirrors")
 
 
 def _check_form(mapped: Mapped, options: AopOptions) -> None:
     heights = mapped.radius_map.z_mm
     uneven = float(np.ptp(np.diff(heights))) > 1e-6 or heights[0] != 0
     if not options.slices_listed and uneven:
-        raise OptionsError(
-            "Slices that are not evenly spaced from 0 on must be listed one by one: leave out the "
-            "distal slices, or list the heights."
-        )
+        raise OptionsError("aop.uneven_slices")
 
 
 def _text(
@@ -240,21 +229,26 @@ def _compare(
 ) -> None:
     """What our reader finds is the map, the side and the landmarks, within the file's digits."""
     found, wanted = held.radius_map, mapped.radius_map
-    require(held.frame.side == frame.side, f"side {held.frame.side} for {frame.side}")
-    same_form = found.radii_mm.shape == wanted.radii_mm.shape
-    require(same_form, f"a map of {found.radii_mm.shape} for {wanted.radii_mm.shape}")
-    apart = float(np.abs(found.radii_mm - wanted.radii_mm).max())
-    require(apart <= _ROUNDING_MM, f"radii {apart:.3g} mm apart")
-    turned = float(np.abs(found.thetas_deg - wanted.thetas_deg).max())
-    require(turned < 1e-2, f"spokes turned by {turned:.3g} degrees")
     require(
-        float(np.abs(found.z_mm - wanted.z_mm).max()) <= _ROUNDING_MM, "slices at other heights"
+        held.frame.side == frame.side,
+        fault("aop.read.side", found=held.frame.side, written=frame.side),
     )
-    require(len(held.landmarks) == len(limb.landmarks), f"{len(held.landmarks)} landmarks")
+    same_form = found.radii_mm.shape == wanted.radii_mm.shape
+    require(
+        same_form, fault("aop.read.form", found=found.radii_mm.shape, written=wanted.radii_mm.shape)
+    )
+    apart = float(np.abs(found.radii_mm - wanted.radii_mm).max())
+    require(apart <= _ROUNDING_MM, fault("aop.read.radii", apart_mm=apart))
+    turned = float(np.abs(found.thetas_deg - wanted.thetas_deg).max())
+    require(turned < 1e-2, fault("aop.read.turned", turned_deg=turned))
+    lifted = float(np.abs(found.z_mm - wanted.z_mm).max())
+    require(lifted <= _ROUNDING_MM, fault("aop.read.heights"))
+    marks, written = len(held.landmarks), len(limb.landmarks)
+    require(marks == written, fault("aop.read.landmarks", found=marks, written=written))
     places = _landmark_places(limb, frame, mapped, "mm")
     tolerance = _INCH_ROUNDING_MM if options.profile == "omega" else 2 * _ROUNDING_MM
     for mark, (radius, theta, z) in zip(held.landmarks, places.tolist(), strict=True):
         angle = np.radians(theta)
         there = np.array([radius * np.sin(angle), radius * np.cos(angle), z])
         off = float(np.abs(mark.position_mm - there).max())
-        require(off <= tolerance, f"landmark {mark.name} {off:.3g} mm from its place")
+        require(off <= tolerance, fault("aop.read.landmark", landmark=mark.name, off_mm=off))

@@ -118,29 +118,17 @@ def check_control(control: Control) -> None:
     for name, (low, high) in _LIMITS.items():
         value = float(getattr(control, name))
         if not low <= value <= high:
-            raise OptionsError(
-                f"{name} = {value:g} cannot be: it lies between {low:g} and {high:g}."
-            )
+            raise OptionsError("carver.setting", setting=name, value=value, least=low, most=high)
     for name, known in _CHOICES.items():
         if getattr(control, name) not in known:
-            raise OptionsError(
-                f"{name} = {getattr(control, name)!r} is not known. Choose one of "
-                f"{', '.join(known)}."
-            )
+            value = getattr(control, name)
+            raise OptionsError("carver.choice", setting=name, value=value, known=known)
     habits = control.habits
     if control.feed is not None and control.feed not in habits.feeds:
         raise OptionsError(
-            f"Feed {control.feed} is not written for {control.dialect}: of a move that turns and "
-            f"slides it would not mean the speed over the surface. Choose "
-            f"{' or '.join(habits.feeds)}."
+            "carver.feed", feed=control.feed, dialect=control.dialect, known=habits.feeds
         )
     if control.winding == "rollover" and habits.rollover == "none":
-        raise OptionsError(
-            f"{control.dialect} does not take cutting moves the short way round, so with rollover "
-            "it would turn back a whole turn. Choose unwind or reset."
-        )
+        raise OptionsError("carver.rollover", dialect=control.dialect)
     if control.tool_number and not habits.tools:
-        raise OptionsError(
-            f"{control.dialect} knows no tool change. Leave the tool number out (0), and set the "
-            "tool's tip by hand."
-        )
+        raise OptionsError("carver.tool_change", dialect=control.dialect)

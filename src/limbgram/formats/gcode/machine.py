@@ -8,9 +8,10 @@ refused, for a rate that was passed over would be carved with.
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 
-from limbgram.core.errors import OptionsError
-from limbgram.core.files import read_content, toml_of, write_bytes
+from limbgram.core.errors import OptionsError, reason_of
+from limbgram.core.files import ContentError, read_content, toml_of, write_bytes
 from limbgram.core.typed import value_of
+from limbgram.findings import note
 from limbgram.formats.gcode.control import Control, check_control
 from limbgram.workbench.carving.setup import CarveOptions, check_options
 
@@ -64,9 +65,7 @@ def require_place(path: Path) -> None:
     except OSError:
         ours = False
     if not ours:
-        raise OptionsError(
-            f"{path} is there already and is no machine file. Choose another name for it."
-        )
+        raise OptionsError("carver.file.in_the_way", path=str(path))
 
 
 def read_machine(path: Path | str) -> Machine:
@@ -76,26 +75,22 @@ def read_machine(path: Path | str) -> Machine:
         OptionsError: it cannot be read, or holds what is not known or cannot be.
     """
     path = Path(path)
-    content = read_content(path, _LARGEST_BYTES, OptionsError, "Name the right file.")
+    content = read_content(path, _LARGEST_BYTES, OptionsError, note("carver.file.name_it"))
     try:
         tree = toml_of(content.decode("utf-8"))
     except ValueError as error:  # no UTF-8, or no TOML
-        raise OptionsError(f"{path.name} is no machine file: {error}. Write one anew.") from error
+        raise OptionsError("carver.file.unread", name=path.name, why=reason_of(error)) from error
     unknown = set(tree) - {"format", "version", "control", "carving"}
     if tree.get("format") != _FORMAT or tree.get("version") != _VERSION or unknown:
-        raise OptionsError(
-            f"{path.name} is no machine file of this version: it must begin with format = "
-            f'"{_FORMAT}" and version = {_VERSION}, and hold [control] and [carving] alone. '
-            "--write-machine writes one."
-        )
+        raise OptionsError("carver.file.version", name=path.name, format=_FORMAT, version=_VERSION)
     try:
         control = value_of(tree.get("control", {}), Control, "control")
         carving = value_of(tree.get("carving", {}), CarveOptions, "carving")
         of_the_job = sorted(_OF_THE_JOB.intersection(tree.get("carving", {})))
         if of_the_job:
-            raise ValueError(f"carving has no {', '.join(of_the_job)}: each job has its own")
+            raise ContentError("carver.file.of_the_job", settings=tuple(of_the_job))
     except ValueError as error:
-        raise OptionsError(f"{path.name}: {error}. Correct it.") from error
+        raise OptionsError("carver.file.wrong", name=path.name, why=reason_of(error)) from error
     check_control(control)
     check_options(carving)
     return Machine(control=control, carving=carving)

@@ -182,11 +182,7 @@ def _feeds(strip: Strip, options: CarveOptions, control: Control) -> Float64[np.
 def _require_within(a_deg: Float64[np.ndarray, " k"], control: Control) -> None:
     largest = float(np.abs(a_deg).max())
     if control.winding in ("continuous", "unwind") and largest > control.a_limit_deg:
-        raise CarveError(
-            f"A would wind up to {largest:,.0f} degrees and {control.a_limit_deg:,.0f} are "
-            "allowed. Let it unwind (the helix turns back), reset or roll over; or allow more, if "
-            "the control counts so far."
-        )
+        raise CarveError("carver.winds_up", largest_deg=largest, limit_deg=control.a_limit_deg)
 
 
 def _dwell(control: Control) -> str:

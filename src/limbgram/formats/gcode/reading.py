@@ -6,6 +6,7 @@ import re
 import numpy as np
 
 from limbgram.core.files import require
+from limbgram.findings import fault
 from limbgram.formats.gcode.control import TURN_DEG, Control
 from limbgram.formats.gcode.program import SAFE_START
 from limbgram.workbench.carving.setup import CarveOptions
@@ -47,12 +48,12 @@ def read_moves(text: str, options: CarveOptions, control: Control) -> Moves:
             values = {name: value for name, value in words if name not in "GM"}
             if any(code in _ASIDE for code in codes):
                 if "G92" in codes:
-                    require(set(values) == {letter}, f"the line {line}")
+                    require(set(values) == {letter}, fault("carver.read.line", line=line))
                     off = a - float(values[letter])
                 continue
             for name, value in words:
                 known = name in f"XZFSTO{letter}" or f"{name}{value}" in _CODES
-                require(known, f"the word {name}{value}")
+                require(known, fault("carver.read.word", word=f"{name}{value}"))
             rapid = "G0" in codes or (rapid and "G1" not in codes)
             inverse = "G93" in codes or (inverse and "G94" not in codes)
             before = (x, a, z)

@@ -15,6 +15,7 @@ import numpy as np
 from limbgram.core.errors import CarveError
 from limbgram.core.files import require, write_file
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import Finding, doubt, fault, note
 from limbgram.formats.gcode.control import Control, Winding, check_control
 from limbgram.formats.gcode.program import rotary_words, text_of
 from limbgram.formats.gcode.reading import read_moves
@@ -59,16 +60,17 @@ class GcodeReport:
     """What of the limb stays in the blank over the last row."""
 
     @property
-    def standing(self) -> str:
-        """What stays in the blank over the last row, and where; for people."""
+    def standing(self) -> Finding:
+        """What stays in the blank over the last row, and where."""
         over = self.above
         if over.rise_mm < _LEAST_TOLD_MM:
-            return f"Carved up to the limb's end, at {over.last_mm:.1f} mm."
-        return (
-            f"The last row lies at {over.last_mm:.1f} mm. The limb reaches up to "
-            f"{over.rise_mm:.1f} mm higher, farthest at the {over.side}: {over.share:.1%} of its "
-            "surface is not carved and stays in the blank. Saw and finish it there by hand, or "
-            "trim the limb to a level brim first."
+            return note("carver.whole", height_mm=over.last_mm)
+        return doubt(
+            "carver.stays_in_blank",
+            height_mm=over.last_mm,
+            rise_mm=over.rise_mm,
+            side=over.side,
+            share=over.share,
         )
 
 
@@ -82,10 +84,7 @@ def write_gcode(
     """
     path = Path(path)
     if limb.frame is None:
-        raise CarveError(
-            "The limb is not aligned, so a carver would have no axis to turn it about. Run "
-            "`limbgram align` first."
-        )
+        raise CarveError("carver.not_aligned")
     check_control(control)
     if options.pattern == "helix":
         options = replace(options, most_turns=control.most_turns)
@@ -183,23 +182,23 @@ def _compare(moves: Moves, toolpath: Toolpath, control: Control) -> None:
         ]
     )
     found = np.column_stack([moves.x_mm, moves.a_deg, moves.tip_mm])[cutting]
-    require(found.shape == wanted.shape, f"{len(found)} cutting moves of {len(wanted)}")
+    count = fault("carver.read.moves", found=len(found), written=len(wanted))
+    require(found.shape == wanted.shape, count)
     apart = np.abs(found - wanted).max(0)
     rounding = np.full(3, _ROUNDING)
     rounding[1] = _ROLLED_DEG if control.winding == "rollover" else _ROUNDING
-    require(bool((apart <= rounding).all()), f"a place {apart.max():.3g} mm or degrees off")
+    off = fault("carver.read.place", off=float(apart.max(initial=0.0)))
+    require(bool((apart <= rounding).all()), off)
 
 
 def _refuse_if_unsafe(check: CarveCheck, moves: Moves, options: CarveOptions) -> None:
     mandrel_mm = options.mandrel_diameter_mm / 2
     if mandrel_mm and float(moves.tip_mm.min()) < mandrel_mm:
-        raise CarveError(
-            "The program was not kept: the tool would come within the mandrel. This should not "
-            "be: report it, and take no mandrel."
-        )
+        raise CarveError("carver.in_mandrel")
     if check.gouge_mm > _DEEPEST_GOUGE_MM or check.rapid_hits:
         raise CarveError(
-            f"The program was not kept: by simulation it cuts {check.gouge_mm:.3f} mm into the "
-            f"shape ({_DEEPEST_GOUGE_MM:g} mm is allowed) and makes {check.rapid_hits} rapid moves "
-            "inside the blank. Take a smaller tolerance or a larger tool."
+            "carver.gouges",
+            gouge_mm=check.gouge_mm,
+            most_mm=_DEEPEST_GOUGE_MM,
+            rapid_hits=check.rapid_hits,
         )

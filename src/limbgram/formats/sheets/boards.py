@@ -35,16 +35,21 @@ def draw_board_sheet(board: Board, page: PageName = "a4", name: str = "board") -
         OptionsError: it fits neither way, or the pattern is OpenCV's legacy one.
     """
     if board.legacy:
-        raise OptionsError("Boards of OpenCV's legacy pattern are read, but not printed any more.")
+        raise OptionsError("export.sheet.legacy")
     wide_mm, high_mm = (board.square_mm * count for count in board.squares)
     needed = (2 * EDGE_MM + wide_mm + BESIDE_MM, 2 * EDGE_MM + HEAD_MM + high_mm + FOOT_MM)
     short, long = PAGES_MM[page]
     fits = [(w, h) for w, h in ((long, short), (short, long)) if w >= needed[0] and h >= needed[1]]
     if not fits:
         raise OptionsError(
-            f"A {board} needs {needed[0]:.0f} x {needed[1]:.0f} mm with its rulers and margins; "
-            f"{page} has {long:g} x {short:g} mm. Choose a larger page by --page "
-            f"({', '.join(PAGES_MM)}) or smaller squares."
+            "export.sheet.large_board",
+            board=str(board),
+            wide_mm=needed[0],
+            high_mm=needed[1],
+            page=page,
+            page_long_mm=long,
+            page_short_mm=short,
+            pages=tuple(PAGES_MM),
         )
     paper = Paper(page, upright=fits[0] == (short, long))
     paper.fill(_black_cells_mm(board) + paper.origin_mm)

@@ -34,6 +34,8 @@ _MAT_PITCH_MM = 95.0
 _RING_MARK_MM = 20.0
 _RING_COUNT = 12
 _STIFF = "Print at 100 % (actual size), on matt paper, and glue it flat on a stiff plate."
+_STICKERS_MM = (6.0, 40.0)
+"""Sides of stickers that can be read and stick to a limb."""
 
 
 def draw_bars(page: PageName) -> Sheet:
@@ -155,10 +157,16 @@ def draw_stickers(page: PageName, side_mm: float = STICKER_MM, first: int = 0) -
     Raises:
         OptionsError: the stickers have no size that can be read, or no number is left.
     """
-    if not 6 <= side_mm <= 40 or first not in STICKER_IDS:
+    least_mm, most_mm = _STICKERS_MM
+    if not least_mm <= side_mm <= most_mm or first not in STICKER_IDS:
         raise OptionsError(
-            f"Stickers have marks of 6 to 40 mm and numbers from {STICKER_IDS[0]} to "
-            f"{STICKER_IDS[-1]}; {side_mm:g} mm from number {first} cannot be printed."
+            "export.sheet.stickers",
+            least_mm=least_mm,
+            most_mm=most_mm,
+            first_id=STICKER_IDS[0],
+            last_id=STICKER_IDS[-1],
+            side_mm=side_mm,
+            number=first,
         )
     paper = Paper(page, upright=True)
     room = paper.room_mm

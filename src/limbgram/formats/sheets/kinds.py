@@ -75,7 +75,7 @@ def _scale_board(page: PageName, options: SheetOptions) -> Sheet:
 def _checkerboard(page: PageName, options: SheetOptions) -> Sheet:
     board = options.board or LENS_BOARD
     if board.kind != "checkerboard":
-        raise OptionsError("--board names a ChArUco board: print it as a scale-board.")
+        raise OptionsError("export.sheet.no_checkerboard")
     return draw_board_sheet(board, page, "calibration board")
 
 

@@ -43,6 +43,8 @@ _TILE_STEP_MM = 10.0
 _DARK = ((22, 26, 96), (140, 12, 30), (0, 84, 52), (28, 26, 30), (88, 18, 108))
 _PALE = ((255, 224, 70), (160, 216, 248), (255, 190, 200))
 WHITE = (255, 255, 255)
+_PIXELS_MM = (0.02, 3.0)
+"""Of the skin, in one pixel, for which a sock can be designed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,14 +105,14 @@ def sock_pattern(width_mm: float, height_mm: float, pixel_mm: float, seed: int =
     Raises:
         OptionsError: pixels of this size suit no sock, or the tile is too small for the pattern.
     """
-    if not 0.02 <= pixel_mm <= 3:
+    least_mm, most_mm = _PIXELS_MM
+    if not least_mm <= pixel_mm <= most_mm:
         raise OptionsError(
-            f"A pixel of {pixel_mm:g} mm suits no sock: 0.02 to 3 mm do. It is the distance times "
-            "the sensor's width over focal length and picture width."
+            "export.sheet.sock_pixel", pixel_mm=pixel_mm, least_mm=least_mm, most_mm=most_mm
         )
     if min(width_mm, height_mm) < 2 * _PATCH_PX * pixel_mm:
         raise OptionsError(
-            f"A tile of {width_mm:g} x {height_mm:g} mm is too small for pixels of {pixel_mm:g} mm."
+            "export.sheet.small_tile", width_mm=width_mm, height_mm=height_mm, pixel_mm=pixel_mm
         )
     step_mm = _STEP_PX * pixel_mm
     shape = (round(height_mm / step_mm), round(width_mm / step_mm))

@@ -30,14 +30,9 @@ class PrintedBoard:
 
     def __post_init__(self) -> None:
         if not (abs(self.stretch) <= 0.05 and 0 <= self.sag_mm <= 20):
-            raise OptionsError(
-                "This board cannot be printed: it is stretched by 0.05 at most and bent by 0 to "
-                "20 mm. Change stretch or sag_mm."
-            )
+            raise OptionsError("made.board.bent")
         if self.board.legacy:
-            raise OptionsError(
-                "Boards of OpenCV's legacy pattern cannot be printed here. Set legacy to False."
-            )
+            raise OptionsError("made.board.legacy")
 
     @property
     def square_mm(self) -> float:

@@ -46,10 +46,7 @@ class BallBar:
             and 0 < self.bar_mm < 0.8 * self.diameter_mm
             and self.foot_mm >= 0
         ):
-            raise OptionsError(
-                "This ball bar cannot be made: spheres have 10 to 200 mm, lie apart and up to "
-                "600 mm, and the bar is thinner than they are."
-            )
+            raise OptionsError("made.gauge.ball_bar")
         _require_shape(self.form_mm, self.lean_deg, self.diameter_mm)
 
 
@@ -66,10 +63,7 @@ class GaugeCylinder:
 
     def __post_init__(self) -> None:
         if not (10 <= self.diameter_mm <= 300 and 10 <= self.length_mm <= 600):
-            raise OptionsError(
-                "This cylinder cannot be made: it has 10 to 300 mm of diameter and 10 to 600 mm "
-                "of length."
-            )
+            raise OptionsError("made.gauge.cylinder")
         _require_shape(self.form_mm, self.lean_deg, self.diameter_mm)
 
 
@@ -121,10 +115,7 @@ def calibrated_values(gauge: Gauge) -> dict[str, Any]:
 
 def _require_shape(form_mm: float, lean_deg: float, diameter_mm: float) -> None:
     if not (0 <= form_mm <= 0.1 * diameter_mm and abs(lean_deg) <= 40):
-        raise OptionsError(
-            "This gauge cannot be made: lobes are up to a tenth of the diameter high, and it leans "
-            "by up to 40 degrees."
-        )
+        raise OptionsError("made.gauge.form")
 
 
 def _lean(lean_deg: float) -> Float64[np.ndarray, "3 3"]:

@@ -32,6 +32,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.axis import fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, face_components, with_faces
+from limbgram.findings import Finding, note
 from limbgram.formats.reading import read_shape
 from limbgram.synthetic.props.details import PLAIN, SkinDetails
 from limbgram.synthetic.props.limb import (
@@ -89,8 +90,8 @@ class Scan:
     radii_mm: Float64[np.ndarray, "rows columns"] = field(compare=False)
     """From the axis, then from the middle of the dome; columns at equal angles from +x."""
     anterior_rad: float = field(compare=False)
-    notes: tuple[str, ...] = field(compare=False)
-    """What was left out or filled, a sentence each without a full stop."""
+    notes: tuple[Finding, ...] = field(compare=False)
+    """What was left out or filled."""
 
 
 def read_scan(path: Path | str, mm_per_unit: float | None = None) -> Scan:
@@ -114,11 +115,11 @@ def read_scan(path: Path | str, mm_per_unit: float | None = None) -> Scan:
     anterior = np.array([0.0, 1.0, 0.0])
     if frame is not None:
         anterior = world_from_mesh.rotation @ frame.limb_from_mesh.rotation.T @ anterior
-    notes = [] if not parts_out else [f"{parts_out} smaller pieces of the file were left out"]
+    notes = [note("made.scan.pieces_left_out", pieces=parts_out)] if parts_out else []
     if rings.cut_mm > _STEP_MM:
-        notes.append(f"{rings.cut_mm:.0f} mm of its ragged end were left out")
+        notes.append(note("made.scan.end_left_out", cut_mm=rings.cut_mm))
     if rings.missing > 0:
-        notes.append(f"holes, {rings.missing:.1%} of it, were filled")
+        notes.append(note("made.scan.filled", share=rings.missing))
     return Scan(
         sha256=shape.sha256,
         mm_per_unit=shape.mm_per_unit,
@@ -188,10 +189,7 @@ def _upright(mesh: Mesh, frame: LimbFrame | None, name: str) -> Rigid:
     try:
         axis = fit_axis(mesh)
     except MeasureError as error:
-        raise ShapeFileError(
-            f"{name} cannot stand upright: its long axis was not found, because it is as wide as "
-            "it is long, or mostly open. Give a scan of a limb that is longer than wide."
-        ) from error
+        raise ShapeFileError("made.scan.no_axis", name=name) from error
     up = axis.direction * _sense(mesh, axis.point_mm, axis.direction, frame)
     beside = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     x = beside - (beside @ up) * up
@@ -280,11 +278,7 @@ def _cast_all(mesh: Mesh, name: str) -> _Rays:
         rows.append(_cast(near, level * np.cos(elevation) + up))
     folded = float(np.mean([row.folded for row in rows]))
     if folded > _MOST_FOLDED:
-        raise ShapeFileError(
-            f"{name} has no rings round one axis: {folded:.0%} of the rays from its axis leave it "
-            "more than once, as a bent foot or two limbs in one file do. Cut away what is bent, "
-            "or give a scan of one straight limb."
-        )
+        raise ShapeFileError("made.scan.folded", name=name, share=folded)
     return _Rays(np.stack([row.radii_mm for row in rows]), tube_rows, middle, low)
 
 
@@ -292,9 +286,13 @@ def _require_size(height_mm: float, radius_mm: float, name: str) -> None:
     if _SHORTEST_MM <= height_mm <= _LONGEST_MM and radius_mm <= _WIDEST_MM:
         return
     raise ShapeFileError(
-        f"{name} is {height_mm:.0f} mm long and reaches {radius_mm:.0f} mm from its axis. What is "
-        f"photographed here is {_SHORTEST_MM:g} to {_LONGEST_MM:g} mm long and reaches up to "
-        f"{_WIDEST_MM:g} mm. Check the unit (--unit), or cut the scan down."
+        "made.scan.size",
+        name=name,
+        height_mm=height_mm,
+        radius_mm=radius_mm,
+        shortest_mm=_SHORTEST_MM,
+        longest_mm=_LONGEST_MM,
+        widest_mm=_WIDEST_MM,
     )
 
 
@@ -375,10 +373,7 @@ def _rings(rays: _Rays, edge_mm: float, name: str) -> _Rings:
     known = np.isfinite(radii)
     missing = 1.0 - float(known.mean())
     if missing > _MOST_MISSING:
-        raise ShapeFileError(
-            f"{name} has holes over {missing:.0%} of its surface; up to {_MOST_MISSING:.0%} is "
-            "filled. Close the holes in the scanner's program, or give a whole scan."
-        )
+        raise ShapeFileError("made.scan.holes", name=name, share=missing, most_share=_MOST_MISSING)
     filled = _filled(radii, known)
     shape = _Rings(
         radii_mm=_rounded(filled, edge_mm),
@@ -389,18 +384,14 @@ def _rings(rays: _Rays, edge_mm: float, name: str) -> _Rings:
     )
     steep = _steep(shape)
     if steep > _MOST_STEEP:
-        raise ShapeFileError(
-            f"{name} has no rings round one axis: {steep:.0%} of its surface turns away from the "
-            "axis, as a foot's does. Give a scan of one straight limb."
-        )
+        raise ShapeFileError("made.scan.steep", name=name, share=steep)
     if missing > 0:
         places = _points(shape)
         off, _ = KDTree(places[known]).query(places[~known])
-        if 2 * float(np.max(off)) > _WIDEST_HOLE_MM:
+        wide_mm = 2 * float(np.max(off))
+        if wide_mm > _WIDEST_HOLE_MM:
             raise ShapeFileError(
-                f"{name} has a hole {2 * float(np.max(off)):.0f} mm wide; up to "
-                f"{_WIDEST_HOLE_MM:g} mm is filled. Close it in the scanner's program, or give a "
-                "scan whose distal end is whole."
+                "made.scan.hole", name=name, wide_mm=wide_mm, most_mm=_WIDEST_HOLE_MM
             )
     return shape
 

@@ -250,7 +250,7 @@ class Lighting:
     def __post_init__(self) -> None:
         shares = (self.ambient, self.lamp, self.flash, self.gloss, *self.lamp_colour)
         if min(shares) < 0 or self.polish < 1:
-            raise OptionsError("This light cannot be made: shares are 0 or more, polish 1 or more.")
+            raise OptionsError("made.light")
 
 
 def shadow_edge(lighting: Lighting, middle_in_world: Vector3, seed: int, photo_idx: int) -> Vector3:
