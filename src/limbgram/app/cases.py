@@ -13,7 +13,7 @@ from pydantic import BaseModel, Field
 
 from limbgram.app.acts import forget_acts
 from limbgram.app.clinic import BenchHere, CaseHere, Clinic, ClinicHere
-from limbgram.app.replies import PICTURE, missing
+from limbgram.app.replies import PICTURE, FindingReply, missing
 from limbgram.app.thumbnails import thumbnail_of
 from limbgram.cases.bench import MAKING, Bench, Progress
 from limbgram.cases.overview import Overview
@@ -45,12 +45,12 @@ StepState = Literal["locked", "open", "done", "check"]
 
 
 class Verdict(BaseModel):
-    """Green, amber or red, word by word as the case's report says it."""
+    """Green, amber or red, as the case's report says it."""
 
     light: Literal["green", "amber", "red"]
-    headline: str
+    headline: FindingReply = Field(description="Its value `verdict` says it without the light.")
     size_checked: bool = Field(description="A length that set no scale, and no print, confirms it.")
-    reasons: list[str] = []
+    reasons: list[FindingReply] = []
     facts: str = ""
 
 
@@ -325,9 +325,9 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
         if verdict is None
         else Verdict(
             light=verdict.light,
-            headline=verdict.headline,
+            headline=FindingReply.of(verdict.headline),
             size_checked=verdict.size_checked,
-            reasons=list(verdict.reasons),
+            reasons=[FindingReply.of(one) for one in verdict.reasons],
             facts=verdict.facts,
         )
     )

@@ -41,7 +41,7 @@ from limbgram.reconstruction.photos.photo import Photo, PhotoSet, digest_of
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.taping import TapeWitnesses
 from limbgram.reconstruction.targets.board import BoardDetections
-from limbgram.report.accuracy.assessment import ACCURACY_SCHEMA, Assessment, assess
+from limbgram.report.accuracy.assessment import READ_SCHEMAS, Assessment, assess
 from limbgram.report.accuracy.charts import accuracy_pictures
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.layout import accuracy_report
@@ -253,7 +253,7 @@ def cited(case: CaseFolder) -> CaseSource:
             f"{case.root} is no finished case with an accuracy.json that can be read. Name the "
             "folder that `limbgram reconstruct` was given by -o, or run `limbgram accuracy` on it."
         ) from error
-    if schema != ACCURACY_SCHEMA:
+    if schema not in READ_SCHEMAS:
         raise CaseError(
             f"The accuracy.json of {case.root} is of another version ({schema}). Run `limbgram "
             "accuracy` on the case again."

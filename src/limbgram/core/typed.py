@@ -19,7 +19,7 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
 
-from limbgram.findings import Finding, as_json
+from limbgram.findings import Finding, as_json, note
 
 T = TypeVar("T")
 
@@ -113,6 +113,8 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
         return _one_of(tree, parts, at, by)
     if origin is tuple:
         return _sequence(tree, parts, at, by)
+    if hint is Finding and isinstance(tree, str):  # as earlier versions wrote it
+        return note("said.as_is", message=tree)
     if not _may_be(tree, hint):
         raise Mismatch(f"{at or 'it'} must be {_words(hint)}, not {tree!r:.60}")
     if hint is Finding:

@@ -40,6 +40,7 @@ from limbgram.core.errors import (
 )
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Strictness, tree_of, value_of
+from limbgram.findings import Finding, told
 from limbgram.formats.sidecar import limb_file_beside
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.photos.video import is_video
@@ -129,7 +130,7 @@ class Outcome:
 @dataclass(frozen=True, kw_only=True)
 class _Verdict:
     light: Light
-    headline: str
+    headline: Finding
     size_checked: bool = False
 
 
@@ -375,7 +376,7 @@ def _judged(
         base,
         state=state,
         light=verdict.light,
-        headline=verdict.headline,
+        headline=told(verdict.headline),
         size_checked=verdict.size_checked,
         exit_code=worst_of(codes),
         steps=steps,

@@ -20,6 +20,7 @@ import numpy as np
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import tree_of
+from limbgram.findings import told
 from limbgram.report.drawings.differences import difference_pictures
 from limbgram.report.drawings.drawing import Drawing, Picture, png
 from limbgram.report.drawings.sections import sections_drawing
@@ -219,7 +220,7 @@ def _case(case: CaseSource, shape: ShapeSource, against: ShapeSource | None) -> 
     return CaseCited(
         id=case.id,
         light=case.accuracy.light,
-        headline=case.accuracy.headline,
+        headline=told(case.accuracy.headline),
         delivered=bool(hashes & case.files),
         check_lengths=len(lengths.check),
         check_worst=lengths.check_worst,

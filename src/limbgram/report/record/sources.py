@@ -16,6 +16,7 @@ from limbgram.capture.certificate import SetupCited
 from limbgram.core.errors import OptionsError
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import Finding
 from limbgram.report.accuracy.judgement import Light
 from limbgram.workbench.edits.learned import FromTemplate
 from limbgram.workbench.frame.names import known_identity
@@ -85,7 +86,7 @@ class CaseAccuracy:
     """What a record cites of accuracy.json; its names are the file's."""
 
     light: Light
-    headline: str
+    headline: Finding
     lengths: CheckedScale
     expected: ExpectedOfCase
     setups: tuple[SetupCited, ...] = ()
