@@ -11,7 +11,8 @@ export type Value = null | boolean | number | string | Finding | readonly Value[
 export interface Finding {
   readonly code: string;
   readonly gravity: string;
-  readonly values: Readonly<Record<string, Value>>;
+  /** Each a `Value`, which the description of the server's answers cannot say. */
+  readonly values: Readonly<Record<string, unknown>>;
   /** In English, for readers without the words. */
   readonly sentence?: string;
 }
@@ -29,6 +30,9 @@ export interface Words {
 
 export const words = signal<Partial<Record<Language, Words>>>({});
 
+/** Whether two findings say the same. */
+export const same = (one: Finding, other: Finding) => one.code === other.code && JSON.stringify(one.values) === JSON.stringify(other.values);
+
 /** What is found, and what to do about it. */
 export function told(finding: Finding): string {
   return [sentence(finding), advice(finding)].filter(Boolean).join(" ");
@@ -37,14 +41,16 @@ export function told(finding: Finding): string {
 /** What is found, and why. */
 export function sentence(finding: Finding): string {
   const entry = words.value[language.value]?.codes[finding.code];
-  return entry ? filled(entry.says, finding.values) : (finding.sentence ?? finding.code);
+  return entry ? filled(entry.says, valuesOf(finding)) : (finding.sentence ?? finding.code);
 }
 
 /** What to do about it. */
 export function advice(finding: Finding): string {
   const entry = words.value[language.value]?.codes[finding.code];
-  return entry?.do ? filled(entry.do, finding.values) : "";
+  return entry?.do ? filled(entry.do, valuesOf(finding)) : "";
 }
+
+const valuesOf = (finding: Finding) => finding.values as Readonly<Record<string, Value>>;
 
 /** A template with its values put in. */
 export function filled(template: string, values: Readonly<Record<string, Value>>): string {
@@ -74,7 +80,7 @@ function said(value: Value, how: string, values: Readonly<Record<string, Value>>
   return several(value, how, values);
 }
 
-const isFinding = (value: Finding | readonly Value[]): value is Finding => "code" in value;
+export const isFinding = (value: unknown): value is Finding => typeof value === "object" && value !== null && "code" in value;
 
 function chosen(value: Value, how: string): string {
   const alternatives = split(how);
