@@ -19,6 +19,7 @@ import { forgotten, isOfFiles, missed, pending, perform } from "./state/acts";
 import { useAct, useAsked } from "./state/asked";
 import { type Page, STEPS, type Step, href, place } from "./state/route";
 import { t } from "./texts";
+import { type Finding, told } from "./words";
 
 type Screen = ComponentType<RoomProps>;
 /** From when on it is said that something is not kept yet. */
@@ -141,7 +142,7 @@ function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; hel
   return (
     <Shell place={{ at: "case", id, step }} head={headOf(id, one)} helping={helping} onHelp={onHelp}>
       <Around helping={helping} topic={step} onClose={onHelp}>
-        {one && one.unreadable.length > 0 && <Unreadable id={id} told={one.unreadable} again={asked.again} />}
+        {one && one.unreadable.length > 0 && <Unreadable id={id} found={one.unreadable} again={asked.again} />}
         {asked.refused.value && !one ? (
           <main class="cases" id="content" tabIndex={-1}>
             <Refusal
@@ -166,7 +167,7 @@ function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; hel
 }
 
 /** Files of people's work that cannot be read: nothing is written over them until somebody begins them anew. */
-function Unreadable({ id, told, again }: { id: string; told: readonly string[]; again: () => Promise<unknown> }) {
+function Unreadable({ id, found, again }: { id: string; found: readonly Finding[]; again: () => Promise<unknown> }) {
   const act = useAct();
   const begin = () =>
     act.run(async () => {
@@ -176,8 +177,8 @@ function Unreadable({ id, told, again }: { id: string; told: readonly string[]; 
   return (
     <>
       <Notice tone="red" title={t("unreadable")} action={<Button onClick={() => void begin()}>{t("unreadable.begin")}</Button>}>
-        {told.map((one) => (
-          <p key={one}>{one}</p>
+        {found.map((one) => (
+          <p key={told(one)}>{told(one)}</p>
         ))}
         <p class="small soft">{t("unreadable.kept")}</p>
       </Notice>

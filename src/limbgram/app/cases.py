@@ -23,6 +23,7 @@ from limbgram.cases.sample import begin_sample, fill_sample
 from limbgram.cases.shelf import Holding, Label, ShelvedCase, last_change
 from limbgram.core.errors import CaseError, LimbgramError
 from limbgram.core.run import Run
+from limbgram.findings import Finding
 from limbgram.formats.sidecar import progress_of
 from limbgram.report.summary import Verdict as Summary
 from limbgram.workbench.limb import Kind, Side
@@ -81,7 +82,7 @@ class Case(BaseModel):
     sample: bool = False
     state: State
     message: str = Field(default="", description="Why it was refused, interrupted or failed.")
-    unreadable: list[str] = Field(
+    unreadable: list[FindingReply] = Field(
         default=[],
         description="Of files in which people's work is kept and that cannot be read: what, why, "
         "what to do. `set-aside` begins them anew.",
@@ -281,7 +282,7 @@ class _Kept:
     """Files of a case in which people's work is kept: what they say, or why it cannot be read."""
 
     values: dict[FilePath, object]
-    faults: dict[FilePath, str]
+    faults: dict[FilePath, Finding]
 
 
 def _read_all(bench: Bench) -> _Kept:
@@ -303,7 +304,7 @@ def _read_all(bench: Bench) -> _Kept:
         try:
             kept.values[file] = read()
         except LimbgramError as error:
-            kept.faults[file] = str(error)
+            kept.faults[file] = error.finding
     return kept
 
 
@@ -347,7 +348,7 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
         sample=label.sample,
         state=state,
         message=message,
-        unreadable=list(kept.faults.values()),
+        unreadable=[FindingReply.of(one, clinic.shelf.root) for one in kept.faults.values()],
         verdict=said,
         photos=photos,
         steps=steps,

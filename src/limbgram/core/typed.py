@@ -113,8 +113,6 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
         return _one_of(tree, parts, at, by)
     if origin is tuple:
         return _sequence(tree, parts, at, by)
-    if hint is Finding and isinstance(tree, str):  # as earlier versions wrote it
-        return note("said.as_is", message=tree)
     if not _may_be(tree, hint):
         raise Mismatch(f"{at or 'it'} must be {_words(hint)}, not {tree!r:.60}")
     if hint is Finding:
@@ -129,6 +127,8 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
 
 
 def _finding(tree: object, at: str) -> Finding:
+    if isinstance(tree, str):  # as earlier versions wrote it
+        return note("said.as_is", message=tree)
     try:
         return Finding.from_tree(tree)
     except ValueError as error:
@@ -171,6 +171,8 @@ def _may_be(tree: object, hint: Any) -> bool:
         return any(type(tree) is type(one) and tree == one for one in get_args(hint))
     if get_origin(hint) is tuple:
         return isinstance(tree, list | tuple)
+    if hint is Finding:
+        return isinstance(tree, dict | str)
     if is_dataclass(hint):
         return isinstance(tree, dict)
     if hint is float:

@@ -57,7 +57,8 @@ def test_what_cannot_be_read_is_told_kept_and_begun_anew_only_when_asked(
     other = client.post(f"{API}/cases", json={}).json()["id"]
     listed = {one["id"]: one for one in client.get(f"{API}/cases").json()["cases"]}
     assert set(listed) == {case.case_id, other}, "it hides no other case"
-    assert [file.name in one for one in listed[case.case_id]["unreadable"]] == [True]
+    unreadable = listed[case.case_id]["unreadable"]
+    assert [file.name in one["sentence"] for one in unreadable] == [True]
     assert listed[other]["unreadable"] == []
     refused = save(client, at)
     assert refused.status_code == 409
@@ -92,7 +93,7 @@ def test_all_that_cannot_be_read_is_told_and_set_aside(
     listed = client.get(f"{API}/cases")
     assert listed.status_code == 200
     (told,) = (one["unreadable"] for one in listed.json()["cases"])
-    assert [sum(file.name in one for one in told) for file in files] == [1] * 6
+    assert [sum(file.name in one["sentence"] for one in told) for file in files] == [1] * 6
     assert str(clinic.shelf.root) not in listed.text, "nobody before the app need know where"
     assert len(client.post(f"{at}/set-aside").json()) == 6
     assert client.get(at).json()["unreadable"] == []

@@ -2203,7 +2203,7 @@ export interface components {
              * @description Of files in which people's work is kept and that cannot be read: what, why, what to do. `set-aside` begins them anew.
              * @default []
              */
-            unreadable: string[];
+            unreadable: components["schemas"]["FindingReply"][];
             verdict?: components["schemas"]["Verdict"] | null;
             /**
              * Photos
