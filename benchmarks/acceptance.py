@@ -160,7 +160,7 @@ def tried(trial: Trial, folder: Path, photos: int, width: int) -> Result:
     found = reply["acceptance"]
     result |= {
         "outcome": found["outcome"],
-        "headline": found["headline"],
+        "headline": found["headline"]["sentence"],
         "values": [
             {name: one[name] for name in ("kind", "name", "error_mm", "permissible_mm", "outcome")}
             for one in found["values"]

@@ -171,7 +171,8 @@ def accuracy(case: Path, source: Path) -> dict[str, Any]:
     That is None where the surface lies too far from the truth to be compared.
     """
     own = _accuracy_tree(case)
-    said = {name: own[name] for name in ("headline", "light", "criteria", "expected")}
+    said = {name: own[name] for name in ("light", "criteria", "expected")}
+    said |= {"headline": own["headline"]["sentence"]}
     against = _accuracy_tree(case, source) if (source / "truth").is_dir() else own
     return said | {"truth": against.get("truth")}
 

@@ -167,9 +167,10 @@ def one(seed: int, folder: Path) -> Result:
     result |= {"exit_code": done["exit_code"], "message": done["message"]}
     if done["exit_code"] in JUDGED:
         said = json.loads((folder / "case" / "accuracy.json").read_text())
-        result |= {"light": said["light"], "verdict": said["headline"]}
+        result |= {"light": said["light"], "verdict": said["headline"]["sentence"]}
         result["movement"] = next(
-            (one["sentence"] for one in said["criteria"] if one["key"] == "movement"), None
+            (one["finding"]["sentence"] for one in said["criteria"] if one["key"] == "movement"),
+            None,
         )
     if result["exit_code"] in JUDGED and check.coverage is not None:
         result |= compared(check, surface_of(folder / "case"))

@@ -193,7 +193,7 @@ def surfaced(setting: Setting, source: Path, camera: Path, folder: Path) -> dict
     return told | {
         "light": said["light"],
         "headline": said["headline"],
-        "movement": moved and moved["sentence"],
+        "movement": moved and moved["finding"]["sentence"],
         "rms_mm": truth["rms_mm"],
         "p95_mm": truth["p95_mm"],
         "mean_mm": truth["mean_mm"],

@@ -19,7 +19,7 @@ import { forgotten, isOfFiles, missed, pending, perform } from "./state/acts";
 import { useAct, useAsked } from "./state/asked";
 import { type Page, STEPS, type Step, href, place } from "./state/route";
 import { t } from "./texts";
-import { told } from "./words";
+import { type Finding, told } from "./words";
 
 type Screen = ComponentType<RoomProps>;
 /** From when on it is said that something is not kept yet. */
@@ -167,7 +167,7 @@ function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; hel
 }
 
 /** Files of people's work that cannot be read: nothing is written over them until somebody begins them anew. */
-function Unreadable({ id, found, again }: { id: string; found: readonly Schemas["FindingReply"][]; again: () => Promise<unknown> }) {
+function Unreadable({ id, found, again }: { id: string; found: readonly Finding[]; again: () => Promise<unknown> }) {
   const act = useAct();
   const begin = () =>
     act.run(async () => {
@@ -178,7 +178,7 @@ function Unreadable({ id, found, again }: { id: string; found: readonly Schemas[
     <>
       <Notice tone="red" title={t("unreadable")} action={<Button onClick={() => void begin()}>{t("unreadable.begin")}</Button>}>
         {found.map((one) => (
-          <p key={one.sentence}>{told(one)}</p>
+          <p key={told(one)}>{told(one)}</p>
         ))}
         <p class="small soft">{t("unreadable.kept")}</p>
       </Notice>
@@ -193,22 +193,19 @@ function headOf(id: string, one: Schemas["Case"] | null): CaseHead {
   for (const step of one?.steps ?? [])
     steps[step.name] = {
       state: step.state === "done" ? "done" : step.state === "locked" ? "later" : "open",
-      note: step.state === "check" ? t("step.check") : lineOf(step),
+      note: step.state === "check" ? t("step.check") : lineOf(step, one),
       warn: step.state === "check",
     };
   return { id, kind: one ? (one.sample ? t("kind.sample") : t(`kind.${one.kind ?? "none"}`)) : "", side: one?.side, steps };
 }
 
-/** The server's line, in the language chosen where it is one of the usual ones. */
-function lineOf(step: Schemas["Step"]): string {
-  if (step.state === "locked") return "";
-  const number = /\d+/.exec(step.line)?.[0] ?? "";
-  if (step.name === "capture" && number) return t("state.photos", number);
-  if (step.name === "result" && /^(Green|Amber|Red)$/.test(step.line)) return t(`verdict.${step.line.toLowerCase() as "green"}`);
-  if (step.name === "align" && number) return step.line.includes("front") ? t("state.front", number) : t("state.places", number);
-  if (step.name === "measure" && number) return t("state.tapes", number);
-  if (step.name === "rectify" && number) return t("state.edits", number);
-  if (step.name === "send" && number) return t("state.files", number);
-  return step.name === "record" ? "" : step.line;
+/** What a step has brought. */
+function lineOf({ name, state, count, front }: Schemas["Step"], one: Schemas["Case"] | null): string {
+  if (state === "locked") return "";
+  if (name === "result") return one?.verdict ? t(`verdict.${one.verdict.light}`) : t("result.none");
+  if (name === "record") return "";
+  return t(name === "align" && front ? "state.front" : LINES[name], count);
 }
+
+const LINES = { capture: "state.photos", align: "state.places", measure: "state.tapes", rectify: "state.edits", send: "state.files" } as const;
 

@@ -30,6 +30,9 @@ export interface Words {
 
 export const words = signal<Partial<Record<Language, Words>>>({});
 
+/** Whether two findings say the same. */
+export const same = (one: Finding, other: Finding) => one.code === other.code && JSON.stringify(one.values) === JSON.stringify(other.values);
+
 /** What is found, and what to do about it. */
 export function told(finding: Finding): string {
   return [sentence(finding), advice(finding)].filter(Boolean).join(" ");
@@ -82,7 +85,7 @@ function said(value: Value, how: string, values: Readonly<Record<string, Value>>
   return several(value, how, values);
 }
 
-const isFinding = (value: Finding | readonly Value[]): value is Finding => "code" in value;
+export const isFinding = (value: unknown): value is Finding => typeof value === "object" && value !== null && "code" in value;
 
 function chosen(value: Value, how: string): string {
   const alternatives = split(how);

@@ -1,5 +1,7 @@
 import { beforeEach, expect, test, vi } from "vitest";
 
+import type { Value } from "../src/words";
+
 beforeEach(() => {
   vi.stubGlobal("localStorage", { getItem: () => null, setItem: () => {} });
   vi.stubGlobal("navigator", { language: "en" });
@@ -11,14 +13,18 @@ beforeEach(() => {
 
 test("a row of the list says what the surface keeps to, and the first doubt", async () => {
   const { inShort } = await import("../src/screens/cases");
-  const surface = "Surface: 95 % within 0.09 mm (limit 0.60 mm).";
-  const set = "Scale: set by one board, 4 check lengths agree to 0.004 %";
-  expect(inShort({ light: "green", size_checked: false, headline: `GREEN. ${surface} ${set}; not checked independently.` })).toBe("Within 0.09\u00a0mm; size not checked");
-  expect(inShort({ light: "green", size_checked: true, headline: `GREEN. ${surface} ${set}; confirmed to 0.6 % by tape.` })).toBe("Within 0.09\u00a0mm");
-  const filled = "10.1 % of the surface was filled in; no photo measured it.";
-  expect(inShort({ light: "amber", size_checked: true, headline: `AMBER. ${filled} Measured surface: 95 % within 0.20 mm. ${set}; checked independently.` })).toBe("10.1 % of the surface was filled in");
-  expect(inShort({ light: "amber", size_checked: false, headline: `AMBER. ${filled} Measured surface: 95 % within 0.20 mm. ${set}; not checked independently.` })).toBe("10.1 % of the surface was filled in; size not checked");
-  expect(inShort({ light: "red", size_checked: false, headline: "RED. No millimetres. Nothing in the photos says how large the limb is." })).toBe("No millimetres");
+  const { words } = await import("../src/words");
+  const filled = "{filled_percent:.1f} % of the surface was filled in; no photo measured it.";
+  words.value = { en: { codes: { "verdict.filled": { says: filled }, "verdict.no_size": { says: "No millimetres. {size}" }, "verdict.scale.unknown": { says: "Nothing says how large it is." } }, terms: {} } };
+  const headline = (gravity: string, code: string, values: Record<string, Value>) => ({ code: "verdict.headline", gravity, values: { verdict: { code, gravity, values } } });
+  const green = headline("note", "verdict.green", { p95_mm: 0.09, limit_mm: 0.6 });
+  expect(inShort({ size_checked: false, headline: green })).toBe("Within 0.09\u00a0mm; size not checked");
+  expect(inShort({ size_checked: true, headline: green })).toBe("Within 0.09\u00a0mm");
+  const amber = headline("doubt", "verdict.doubtful", { first: { code: "verdict.filled", gravity: "doubt", values: { filled_percent: 10.1 } }, second: null, p95_mm: 0.2 });
+  expect(inShort({ size_checked: true, headline: amber })).toBe("10.1 % of the surface was filled in");
+  expect(inShort({ size_checked: false, headline: amber })).toBe("10.1 % of the surface was filled in; size not checked");
+  const red = headline("fault", "verdict.no_size", { size: { code: "verdict.scale.unknown", gravity: "fault", values: {} } });
+  expect(inShort({ size_checked: false, headline: red })).toBe("No millimetres");
 });
 
 test("what an edit asks for is offered as words where it may be only some", async () => {

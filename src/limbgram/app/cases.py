@@ -46,12 +46,12 @@ StepState = Literal["locked", "open", "done", "check"]
 
 
 class Verdict(BaseModel):
-    """Green, amber or red, word by word as the case's report says it."""
+    """Green, amber or red, as the case's report says it."""
 
     light: Literal["green", "amber", "red"]
-    headline: str
+    headline: FindingReply = Field(description="Its value `verdict` says it without the light.")
     size_checked: bool = Field(description="A length that set no scale, and no print, confirms it.")
-    reasons: list[str] = []
+    reasons: list[FindingReply] = []
     facts: str = ""
 
 
@@ -62,7 +62,11 @@ class Step(BaseModel):
     state: StepState = Field(
         description="locked: something before it is missing; check: what it rests on changed."
     )
-    line: str = Field(description="One line of state, or what is missing.")
+    count: int = Field(
+        default=0,
+        description="Of what the step has brought: photos, places, girths by tape, edits, files.",
+    )
+    front: bool = Field(default=False, description="Of align: whether the front is set.")
 
 
 class Case(BaseModel):
@@ -328,13 +332,13 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
         if verdict is None
         else Verdict(
             light=verdict.light,
-            headline=verdict.headline,
+            headline=FindingReply.of(verdict.headline),
             size_checked=verdict.size_checked,
-            reasons=list(verdict.reasons),
+            reasons=[FindingReply.of(one) for one in verdict.reasons],
             facts=verdict.facts,
         )
     )
-    steps = _steps(bench, seen, progress, state, said)
+    steps = _steps(bench, seen, progress, state)
     return Case(
         id=case.case_id,
         kind=label.kind,
@@ -380,7 +384,6 @@ def _steps(
     seen: Overview,
     progress: Progress | None,
     state: State,
-    verdict: Verdict | None,
 ) -> list[Step]:
     scan, stale = bench.has_scan(), seen.stale
     aligned = progress is not None and progress.aligned
@@ -397,37 +400,17 @@ def _steps(
     edits = 0 if progress is None else progress.edits
     files = 0 if progress is None else progress.files
     tapes = 0 if progress is None else progress.tapes
-    need_axis = "Needs the front and the axis: Align."
     return [
-        Step(name="capture", state=capture, line=f"{seen.photos} photos are here"),
-        Step(
-            name="result",
-            state=result,
-            line=verdict.light.capitalize() if verdict else "Compute the shape first",
-        ),
+        Step(name="capture", state=capture, count=seen.photos),
+        Step(name="result", state=result),
         Step(
             name="align",
             state="done" if aligned and not stale else of_scan,
-            line=f"{places} places{', front set' if aligned else ''}" if scan else "Needs a shape",
+            count=places,
+            front=aligned,
         ),
-        Step(
-            name="measure",
-            state=after(tapes > 0),
-            line=f"{tapes} by tape" if aligned else need_axis,
-        ),
-        Step(
-            name="rectify",
-            state=after(edits > 0),
-            line=f"{edits} edits" if aligned else need_axis,
-        ),
-        Step(
-            name="send",
-            state=after(files > 0),
-            line=f"{files} files" if aligned else need_axis,
-        ),
-        Step(
-            name="record",
-            state="locked" if not aligned else "open",
-            line="To print" if aligned else need_axis,
-        ),
+        Step(name="measure", state=after(tapes > 0), count=tapes),
+        Step(name="rectify", state=after(edits > 0), count=edits),
+        Step(name="send", state=after(files > 0), count=files),
+        Step(name="record", state="locked" if not aligned else "open"),
     ]

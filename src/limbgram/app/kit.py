@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field
 
 from limbgram.app.cameras import camera_files
 from limbgram.app.clinic import CaseHere, ClinicHere
+from limbgram.app.replies import FindingReply
 from limbgram.capture.acceptance import Outcome
 from limbgram.cases.cameras import camera_doubt
 from limbgram.cases.certificates import cameras_of, cited_setups
@@ -36,18 +37,17 @@ class Setup(BaseModel):
     months: int = Field(description="Since then.")
     valid_months: int
     expired: bool = Field(description="Older than it was meant to count for.")
-    sentence: str
+    finding: FindingReply = Field(description="How it did, and what to do about it, if anything.")
     due: bool = Field(
         description="Whether another test is due: the last one is too old, or was not passed."
     )
-    remark: str = Field(default="", description="What to do about it, if anything.")
 
 
 class TapeSaid(BaseModel):
-    """A taped girth beside the surface, word by word as the case's accuracy says it."""
+    """A taped girth beside the surface, as the case's accuracy says it."""
 
     light: Literal["green", "amber", "red"]
-    sentence: str
+    finding: FindingReply
 
 
 class Kit(BaseModel):
@@ -56,9 +56,9 @@ class Kit(BaseModel):
     cameras: list[str] = Field(description="Labels of the camera files that were given.")
     setups: list[Setup] = Field(description="Of those with a certificate.")
     tapes: list[TapeSaid] = Field(description="Girths taped on the limb, given with the run.")
-    notes: list[str] = Field(
+    notes: list[FindingReply] = Field(
         description="Whether the limb kept still, and what was done with the photos: masks, a "
-        "turntable, two poses, marks that helped; word by word as the page says it."
+        "turntable, two poses, marks that helped; as the page says it."
     )
 
 
@@ -89,14 +89,14 @@ def read_kit(case: CaseHere) -> Kit:
                 months=one.months,
                 valid_months=one.valid_months,
                 expired=one.expired,
-                sentence=one.sentence,
+                finding=FindingReply.of(one.finding),
                 due=one.expired or one.outcome != "pass",
-                remark=one.remark,
             )
             for one in cited_setups(case.folder, datetime.now(UTC).date())
         ],
         tapes=[
-            TapeSaid(light=one.light, sentence=one.sentence) for one in tapes_judged(case.folder)
+            TapeSaid(light=one.light, finding=FindingReply.of(one.finding))
+            for one in tapes_judged(case.folder)
         ],
-        notes=list(capture_notes(case.folder)),
+        notes=[FindingReply.of(one) for one in capture_notes(case.folder)],
     )

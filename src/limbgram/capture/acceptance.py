@@ -18,7 +18,7 @@ Fails   OptionsError: no permissible error is for anything on the artefact. Meas
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -33,12 +33,18 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.planted import signed_on
 from limbgram.core.run import track
+from limbgram.findings import Finding, Gravity, note
 from limbgram.workbench.compare.comparison import lay
 from limbgram.workbench.compare.frames import axes_of
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.limb import Limb
 
 Outcome = Literal["pass", "fail", "cannot tell"]
+_GRAVITIES: dict[Outcome, Gravity] = {
+    "pass": Gravity.NOTE,
+    "cannot tell": Gravity.DOUBT,
+    "fail": Gravity.FAULT,
+}
 _SPACING_SHARE = 0.05
 """Two spheres whose distance is farther from the calibrated one are not this pair."""
 _MISSING_COST = 10.0
@@ -108,7 +114,7 @@ class NotMeasured:
 
     capture: str
     name: str
-    reason: str
+    reason: Finding
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,7 +149,7 @@ class Acceptance:
     """The whole test."""
 
     outcome: Outcome
-    headline: str
+    headline: Finding
     values: tuple[MeasuredError, ...]
     spreads: tuple[Spread, ...]
     bodies: tuple[Body, ...]
@@ -181,10 +187,10 @@ def accept(
         bodies += tested.bodies
         missing += tested.missing
     if not values:
-        told = " ".join(f"{one.name} in {one.capture}: {one.reason}." for one in missing[:3])
         raise MeasureError(
-            f"Nothing of {artefact.name} was measured. {told} See that the artefact is painted "
-            "with fine spots and seen from all sides, and that its file has its true sizes in mm."
+            "kit.nothing_measured",
+            artefact=artefact.name,
+            missing=tuple(map(_not_measured, missing[:3])),
         )
     outcome = _whole(values, missing)
     return Acceptance(
@@ -282,13 +288,13 @@ class _Tested:
         for one in artefact.spheres:
             probed = chosen.get(one.name)
             if probed is None:
-                self._miss(f"sphere {one.name}", "no such sphere is in the surface")
+                self._miss(f"sphere {one.name}", note("kit.missing.sphere"))
                 continue
             self._round(one.name, probed, one.diameter_mm, one.uncertainty_mm, one.form_mm)
         for spacing in artefact.spacings:
             ends = [chosen.get(spacing.first), chosen.get(spacing.second)]
             if ends[0] is None or ends[1] is None:
-                self._miss(spacing.name, "one of its spheres was not found")
+                self._miss(spacing.name, note("kit.missing.end"))
                 continue
             self._length("spacing", spacing, _apart_mm(ends[0], ends[1]))
 
@@ -298,7 +304,7 @@ class _Tested:
             return
         probed = find_cylinder(self.capture.surface, one.diameter_mm)
         if probed is None:
-            self._miss(f"cylinder {one.name}", "no such cylinder is in the surface")
+            self._miss(f"cylinder {one.name}", note("kit.missing.cylinder"))
             return
         self._round(one.name, probed, one.diameter_mm, one.uncertainty_mm, one.form_mm)
 
@@ -309,11 +315,11 @@ class _Tested:
             if ids is None:
                 continue
             if frozenset(ids) in self.capture.gave_scale:
-                self._miss(one.name, "this very length set the scale, so it cannot test it")
+                self._miss(one.name, note("kit.missing.set_scale"))
                 continue
             lost = [number for number in ids if number not in self.capture.marks_mm]
             if lost:
-                self._miss(one.name, f"mark {lost[0]} was found in fewer than two placed photos")
+                self._miss(one.name, note("kit.missing.mark", mark=lost[0]))
                 continue
             first, second = (self.capture.marks_mm[number] for number in ids)
             self._length("length", one, float(np.linalg.norm(first - second)))
@@ -326,12 +332,12 @@ class _Tested:
         try:
             off_mm, reached = held_against(self.capture.meshes[0], calibrated)
         except LimbgramError as error:
-            self._miss(standard.name, f"the surface could not be laid on it: {error}")
+            self._miss(standard.name, note("kit.missing.not_laid", reason=error.finding))
             return
         if reached < _LEAST_REACHED:
             self._miss(
                 standard.name,
-                f"the surface shows {reached:.0%} of it; {_LEAST_REACHED:.0%} are needed",
+                note("kit.missing.scrap", shown_share=reached, needed_share=_LEAST_REACHED),
             )
             return
         p95 = float(np.quantile(np.abs(off_mm), 0.95))
@@ -400,7 +406,7 @@ class _Tested:
             )
         )
 
-    def _miss(self, name: str, reason: str) -> None:
+    def _miss(self, name: str, reason: Finding) -> None:
         self.missing.append(NotMeasured(capture=self.capture.name, name=name, reason=reason))
 
 
@@ -436,8 +442,10 @@ def _require_use(artefact: Artefact, limits: Limits) -> None:
         kinds.add("surface")
     if not kinds & limits.keys():
         raise OptionsError(
-            f"The permissible errors are for {', '.join(limits)}, and {artefact.name} can test "
-            f"{', '.join(sorted(kinds))}. Give one of these by --mpe."
+            "kit.nothing_to_test",
+            limits=tuple(limits),
+            artefact=artefact.name,
+            kinds=tuple(sorted(kinds)),
         )
 
 
@@ -448,38 +456,66 @@ def _whole(values: Sequence[MeasuredError], missing: Sequence[NotMeasured]) -> O
     return "cannot tell" if missing or "cannot tell" in outcomes else "pass"
 
 
+def without_outcome(headline: Finding) -> Finding:
+    """A headline without the name of its outcome, for where the outcome itself is shown.
+
+    That of a file of an earlier version, which has no values, stays whole.
+    """
+    said = headline.values.get("answer")
+    return said if isinstance(said, Finding) else headline
+
+
 def _headline(
     outcome: Outcome, values: Sequence[MeasuredError], missing: Sequence[NotMeasured]
-) -> str:
+) -> Finding:
+    answer = _answer(outcome, values, missing)
+    return replace(
+        note("kit.headline", outcome=outcome, answer=answer), gravity=_GRAVITIES[outcome]
+    )
+
+
+def _answer(
+    outcome: Outcome, values: Sequence[MeasuredError], missing: Sequence[NotMeasured]
+) -> Finding:
     judged = [one for one in values if one.outcome is not None]
     match outcome:
         case "pass":
-            worst = max(judged, key=lambda one: abs(one.error_mm) / (one.permissible_mm or 1.0))
-            return (
-                f"PASS: all {len(judged)} errors lie within what is permitted, with the artefact's "
-                f"uncertainty counted. The nearest to its limit: {_sentence(worst)}."
-            )
+            return note("kit.all_within", count=len(judged), worst=_error(_worst(judged)))
         case "fail":
             failed = [one for one in judged if one.outcome == "fail"]
-            worst = max(failed, key=lambda one: abs(one.error_mm) / (one.permissible_mm or 1.0))
-            return f"FAIL: {len(failed)} of {len(judged)} errors are too large. {_sentence(worst)}."
+            return note(
+                "kit.too_large",
+                failed=len(failed),
+                count=len(judged),
+                worst=_error(_worst(failed)),
+            )
         case "cannot tell":
-            open_ones = [one for one in judged if one.outcome == "cannot tell"]
-            reasons = [f"{one.name} in {one.capture}: {one.reason}" for one in missing]
+            reasons = [_not_measured(one) for one in missing]
             reasons += [
-                f"{_sentence(one)}, nearer to the limit than the artefact is known "
-                f"({one.uncertainty_mm:.3g} mm)"
-                for one in open_ones
+                note("kit.near_limit", error=_error(one), uncertainty_mm=one.uncertainty_mm)
+                for one in judged
+                if one.outcome == "cannot tell"
             ]
-            more = f" And {len(reasons) - 1} more." if len(reasons) > 1 else ""
-            return f"CANNOT TELL: {reasons[0]}.{more}"
+            return note("kit.open", first=reasons[0], more=len(reasons) - 1)
 
 
-def _sentence(one: MeasuredError) -> str:
-    sign = "" if one.kind in ("form", "form-all", "surface") else "+"
-    return (
-        f"{KINDS[one.kind]} of {one.name} in {one.capture} is {one.error_mm:{sign}.3f} mm, "
-        f"{one.permissible_mm:.3f} mm are permitted"
+def _worst(judged: Sequence[MeasuredError]) -> MeasuredError:
+    return max(judged, key=lambda one: abs(one.error_mm) / (one.permissible_mm or 1.0))
+
+
+def _not_measured(one: NotMeasured) -> Finding:
+    return note("kit.not_measured", name=one.name, capture=one.capture, reason=one.reason)
+
+
+def _error(one: MeasuredError) -> Finding:
+    return note(
+        "kit.error",
+        kind=one.kind,
+        name=one.name,
+        capture=one.capture,
+        error_mm=one.error_mm,
+        signed=one.kind not in ("form", "form-all", "surface"),
+        permissible_mm=one.permissible_mm,
     )
 
 

@@ -28,12 +28,14 @@ from typing import Literal
 from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, toml_of
 from limbgram.core.typed import value_of
+from limbgram.findings import Finding, note
 
 _LARGEST_BYTES = 1_000_000
 _MARK = re.compile(r"mark (\d{1,4})")
 _SMALLEST_MM, _LARGEST_MM = 1.0, 5000.0
 _LARGEST_SHARE = 0.05
 """Nobody calls a value calibrated whose uncertainty is larger than this share of it."""
+_LARGEST_OF_MESH_MM = 1.0
 _MOST_SPHERES = 12
 _EXAMPLE = "`limbgram verify-setup --help` shows how such a file is written."
 
@@ -152,9 +154,10 @@ def read_artefact(path: Path) -> Artefact:
         file = value_of(tree, _File, "the file")
         fault = next(_faults(file), None)
     except ValueError as error:
-        raise CaseError(f"{path} is no usable artefact file: {error}. {_EXAMPLE}") from error
+        reason = note("said.as_is", message=str(error))
+        raise CaseError("kit.artefact.unusable", path=str(path), reason=reason) from error
     if fault is not None:
-        raise CaseError(f"{path} is no usable artefact file: {fault}. {_EXAMPLE}")
+        raise CaseError("kit.artefact.unusable", path=str(path), reason=fault)
     mesh = file.mesh
     if mesh is not None:
         mesh = MeshStandard(
@@ -174,44 +177,53 @@ def read_artefact(path: Path) -> Artefact:
     )
 
 
-def _faults(file: _File) -> Iterator[str]:
-    """What is wrong with the values, in words."""
+def _faults(file: _File) -> Iterator[Finding]:
+    """What is wrong with the values."""
     if not (file.spheres or file.lengths or file.cylinder or file.mesh):
-        yield "it holds no spheres, no lengths, no cylinder and no mesh"
+        yield note("kit.artefact.empty")
     names = [one.name for one in file.spheres]
     if len(set(names)) != len(names):
-        yield "two spheres have the same name"
+        yield note("kit.artefact.same_name")
     if len(names) > _MOST_SPHERES:
-        yield f"it has {len(names)} spheres, and {_MOST_SPHERES} can be told apart"
+        yield note("kit.artefact.too_many", spheres=len(names), most=_MOST_SPHERES)
     round_ones = [*file.spheres, *([file.cylinder] if file.cylinder else [])]
     for one in round_ones:
-        yield from _value_faults(f"the diameter of {one.name}", one.diameter_mm, one.uncertainty_mm)
+        yield from _value_faults("diameter", one.name, one.diameter_mm, one.uncertainty_mm)
         if not 0 <= one.form_mm <= _LARGEST_SHARE * one.diameter_mm:
-            yield f"the form of {one.name} is {one.form_mm:g} mm, which no calibrated body has"
+            yield note("kit.artefact.form", name=one.name, form_mm=one.form_mm)
     for length in file.lengths:
-        yield from _value_faults(length.name, length.length_mm, length.uncertainty_mm)
+        yield from _value_faults("length", length.name, length.length_mm, length.uncertainty_mm)
         yield from _end_faults(length, names)
-    if file.mesh is not None and not 0 <= file.mesh.uncertainty_mm <= 1:
-        yield f"the uncertainty of {file.mesh.name} must be 0 to 1 mm"
+    if file.mesh is not None and not 0 <= file.mesh.uncertainty_mm <= _LARGEST_OF_MESH_MM:
+        yield note("kit.artefact.mesh", name=file.mesh.name, most_mm=_LARGEST_OF_MESH_MM)
 
 
-def _value_faults(what: str, value_mm: float, uncertainty_mm: float) -> Iterator[str]:
+def _value_faults(
+    of: Literal["diameter", "length"], name: str, value_mm: float, uncertainty_mm: float
+) -> Iterator[Finding]:
     if not _SMALLEST_MM <= value_mm <= _LARGEST_MM:
-        yield f"{what} is {value_mm:g} mm; {_SMALLEST_MM:g} to {_LARGEST_MM:g} mm are possible"
+        yield note(
+            "kit.artefact.value",
+            of=of,
+            name=name,
+            value_mm=value_mm,
+            least_mm=_SMALLEST_MM,
+            most_mm=_LARGEST_MM,
+        )
     elif not 0 <= uncertainty_mm <= _LARGEST_SHARE * value_mm:
-        yield (
-            f"the uncertainty of {what} is {uncertainty_mm:g} mm; it must be 0 to "
-            f"{_LARGEST_SHARE:.0%} of the value"
+        yield note(
+            "kit.artefact.uncertainty",
+            of=of,
+            name=name,
+            uncertainty_mm=uncertainty_mm,
+            most_share=_LARGEST_SHARE,
         )
 
 
-def _end_faults(length: LengthStandard, names: list[str]) -> Iterator[str]:
+def _end_faults(length: LengthStandard, names: list[str]) -> Iterator[Finding]:
     if length.first == length.second:
-        yield f"the length {length.name} begins where it ends"
+        yield note("kit.artefact.no_length", name=length.name)
     elif length.mark_ids is None:
         for end in (length.first, length.second):
             if end not in names:
-                yield (
-                    f"the length {length.name} ends at {end}, which is no sphere of the file; "
-                    "write marks by their number, such as mark 7"
-                )
+                yield note("kit.artefact.no_end", name=length.name, end=end)

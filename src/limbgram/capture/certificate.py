@@ -10,16 +10,12 @@ from typing import Literal
 
 from limbgram.capture.acceptance import Acceptance, Outcome
 from limbgram.core.errors import OptionsError
+from limbgram.findings import Finding, doubt, fault, note
 
 FORMAT: Literal["limbgram acceptance"] = "limbgram acceptance"
 USUAL_MONTHS = 12
 _MOST_MONTHS = 120
 _ID_DIGITS = 8
-WORDS: dict[Outcome, str] = {
-    "pass": "passed",
-    "fail": "FAILED",
-    "cannot tell": "could neither pass nor fail",
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,13 +68,15 @@ class Certificate:
     def __post_init__(self) -> None:
         if not 1 <= self.valid_months <= _MOST_MONTHS:
             raise OptionsError(
-                f"A test that counts for {self.valid_months} months cannot be. Choose 1 to "
-                f"{_MOST_MONTHS} months; {USUAL_MONTHS} are usual."
+                "kit.valid_months",
+                valid_months=self.valid_months,
+                most=_MOST_MONTHS,
+                usual=USUAL_MONTHS,
             )
         try:
             date.fromisoformat(self.made)
         except ValueError as error:
-            raise OptionsError(f"{self.made!r} is no day. Write 2026-03-31.") from error
+            raise OptionsError("kit.no_day", made=self.made) from error
 
     def is_for(self, camera_sha256: str) -> bool:
         """Whether it was made with this very camera file."""
@@ -98,34 +96,49 @@ class SetupCited:
     months: int
     """Since then, on the day of the report; negative before it."""
     valid_months: int
-    sentence: str
-    remark: str
-    """What to do about it; empty where nothing is to be done."""
 
     @property
     def expired(self) -> bool:
         """Whether the test is older than it was meant to count for."""
         return self.months >= self.valid_months
 
+    @property
+    def to_do(self) -> bool:
+        """Whether something is to be done about it."""
+        return self.outcome != "pass" or self.expired or self.months < 0
+
+    @property
+    def finding(self) -> Finding:
+        """How the kit did, and what to do."""
+        said: dict[str, str | int] = {
+            "artefact": self.artefact,
+            "made": self.made,
+            "months": self.months,
+            "certificate": self.certificate,
+        }
+        match self.outcome:
+            case "fail":
+                return fault("kit.failed", **said)
+            case "cannot tell":
+                return doubt("kit.undecided", **said)
+            case "pass" if self.expired:
+                return doubt("kit.expired", **said, valid_months=self.valid_months)
+            case "pass" if self.months < 0:
+                return doubt("kit.to_come", **said)
+            case "pass":
+                return note("kit.passed", **said)
+
 
 def cite(certificate: Certificate, sha256: str, camera: CameraTested, today: date) -> SetupCited:
     """What is said of a kit on this day."""
-    months = _months(date.fromisoformat(certificate.made), today)
-    outcome, name = certificate.acceptance.outcome, certificate.artefact.name
-    age = f"{months} months ago" if months != 1 else "1 month ago"
-    when = f"on {certificate.made}" + (f", {age}" if months > 0 else "")
-    number = sha256[:_ID_DIGITS]
     return SetupCited(
-        certificate=number,
+        certificate=sha256[:_ID_DIGITS],
         camera=camera.label,
-        artefact=name,
-        outcome=outcome,
+        artefact=certificate.artefact.name,
+        outcome=certificate.acceptance.outcome,
         made=certificate.made,
-        months=months,
+        months=_months(date.fromisoformat(certificate.made), today),
         valid_months=certificate.valid_months,
-        sentence=f"The kit {WORDS[outcome]} its acceptance test on {name} {when} "
-        f"(certificate {number}).",
-        remark=_remark(outcome, months, certificate.valid_months),
     )
 
 
@@ -133,21 +146,3 @@ def _months(made: date, today: date) -> int:
     """Whole months between two days."""
     months = 12 * (today.year - made.year) + today.month - made.month
     return months - (today.day < made.day)
-
-
-def _remark(outcome: Outcome, months: int, valid_months: int) -> str:
-    if outcome == "fail":
-        return (
-            "Calibrate the camera again, measure the scale board's print, and repeat the test "
-            "before anything is made from these photos."
-        )
-    if outcome == "cannot tell":
-        return "Repeat the test with more captures, or with an artefact that is known better."
-    if months >= valid_months:
-        return (
-            f"The test is {months} months old and was meant to count for {valid_months}. Repeat "
-            "it: `limbgram verify-setup`."
-        )
-    if months < 0:
-        return "The certificate is of a day to come: is the clock of one computer wrong?"
-    return ""

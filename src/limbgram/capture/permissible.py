@@ -62,10 +62,7 @@ def parse_limits(texts: Sequence[str]) -> Limits:
         found = _FORMULA.fullmatch(formula.replace(" ", ""))
         kind = _NAMES.get(name.strip())
         if found is None or (equals and kind is None):
-            raise OptionsError(
-                f"{text!r} is no permissible error. Write millimetres, such as 0.2, or for one "
-                f"kind length=0.05+L/1000. The kinds are {', '.join(KINDS)}."
-            )
+            raise OptionsError("kit.no_permissible", text=text, kinds=tuple(KINDS))
         limit = Permissible(
             base_mm=_number(found["base"], text),
             per=math.inf if found["per"] is None else _number(found["per"], text),
@@ -77,10 +74,7 @@ def parse_limits(texts: Sequence[str]) -> Limits:
     if general is not None:
         limits = {**dict.fromkeys(_ALWAYS, general), **limits}
     if not limits:
-        raise OptionsError(
-            "No permissible error is given. Say how far off your kit may be, such as --mpe 0.3: "
-            "for sockets 0.3 mm of surface and 0.1 % of length are usual."
-        )
+        raise OptionsError("kit.nothing_permitted")
     return limits
 
 
@@ -90,5 +84,5 @@ def _number(text: str, whole: str) -> float:
     except ValueError:
         value = math.nan
     if not 0 < value < 1e6:
-        raise OptionsError(f"{whole!r} is no permissible error: {text} is no number above 0.")
+        raise OptionsError("kit.not_above_0", whole=whole, text=text)
     return value

@@ -41,7 +41,7 @@ from limbgram.reconstruction.photos.photo import Photo, PhotoSet, digest_of
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.taping import TapeWitnesses
 from limbgram.reconstruction.targets.board import BoardDetections
-from limbgram.report.accuracy.assessment import ACCURACY_SCHEMA, Assessment, assess
+from limbgram.report.accuracy.assessment import READ_SCHEMAS, Assessment, assess
 from limbgram.report.accuracy.charts import accuracy_pictures
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.layout import accuracy_report
@@ -229,7 +229,7 @@ def cited(case: CaseFolder) -> CaseSource:
         hash_of_photos = digest_of(photo.sha256 for photo in record.photos)
     except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         raise CaseError("case.without_accuracy", case=str(case.root)) from error
-    if schema != ACCURACY_SCHEMA:
+    if schema not in READ_SCHEMAS:
         raise CaseError("case.accuracy_of_other_version", case=str(case.root), version=schema)
     try:
         said = value_of(unsealed(accuracy), CaseAccuracy, strictness=_AS_FAR_AS_CITED)

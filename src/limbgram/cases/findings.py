@@ -7,25 +7,41 @@ from typing import Literal, TypeVar
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.files import json_of
 from limbgram.core.typed import Strictness, value_of
+from limbgram.findings import Finding, note
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finding:
+class Judged:
     """One criterion of the accuracy, as it was judged."""
 
     key: str
     light: Literal["green", "amber", "red"]
-    sentence: str
+    finding: Finding
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Judged:
-    criteria: tuple[Finding, ...]
+class _Criterion:
+    """A criterion in accuracy.json; earlier versions wrote its sentence alone."""
+
+    key: str
+    light: Literal["green", "amber", "red"]
+    finding: Finding | None = None
+    sentence: str = ""
+
+    @property
+    def judged(self) -> Judged:
+        said = self.finding or note("said.as_is", message=self.sentence)
+        return Judged(key=self.key, light=self.light, finding=said)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Accuracy:
+    criteria: tuple[_Criterion, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Noted:
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,25 +55,25 @@ _TAPE, _MOVEMENT = "tape", "movement"
 """Criteria of accuracy.json."""
 
 
-def tapes_judged(case: CaseFolder) -> tuple[Finding, ...]:
+def tapes_judged(case: CaseFolder) -> tuple[Judged, ...]:
     """What accuracy.json says of each taped girth; nothing where no such file can be read."""
-    return _findings(case, _TAPE)
+    return _judged(case, _TAPE)
 
 
-def capture_notes(case: CaseFolder) -> tuple[str, ...]:
+def capture_notes(case: CaseFolder) -> tuple[Finding, ...]:
     """Whether the limb kept still, and what was done with the photos, as the pages say it.
 
     Masks, a turntable, two poses, coded marks that helped, lenses of single photos, photos that
     were reduced. Nothing where no such files can be read.
     """
-    moved = tuple(one.sentence for one in _findings(case, _MOVEMENT))
+    moved = tuple(one.finding for one in _judged(case, _MOVEMENT))
     done = _read(case.summary, _Done)
     return moved if done is None else (*moved, *done.scene.notes, *done.resolution.notes)
 
 
-def _findings(case: CaseFolder, key: str) -> tuple[Finding, ...]:
-    judged = _read(case.accuracy("json"), _Judged)
-    return () if judged is None else tuple(one for one in judged.criteria if one.key == key)
+def _judged(case: CaseFolder, key: str) -> tuple[Judged, ...]:
+    said = _read(case.accuracy("json"), _Accuracy)
+    return () if said is None else tuple(one.judged for one in said.criteria if one.key == key)
 
 
 def _read(file: Path, kind: type[_Kept]) -> _Kept | None:

@@ -190,6 +190,8 @@ def _may_be(tree: object, hint: Any) -> bool:
         return any(type(tree) is type(one) and tree == one for one in get_args(hint))
     if get_origin(hint) is tuple:
         return isinstance(tree, list | tuple)
+    if hint is Finding:
+        return isinstance(tree, dict | str)
     if is_dataclass(hint):
         return isinstance(tree, dict)
     if hint is float:

@@ -9,9 +9,17 @@ from collections.abc import Iterator, Sequence
 
 from matplotlib.axes import Axes
 
-from limbgram.capture.acceptance import Acceptance, MeasuredError, Outcome, Spread
+from limbgram.capture.acceptance import (
+    Acceptance,
+    MeasuredError,
+    Outcome,
+    Spread,
+    without_outcome,
+)
 from limbgram.capture.certificate import Certificate, SetupCited
 from limbgram.capture.permissible import KINDS
+from limbgram.core.errors import with_full_stop
+from limbgram.findings import advice, sentence, told
 from limbgram.report.blocks import (
     Advice,
     AdviceList,
@@ -65,12 +73,11 @@ _RULE = (
 def acceptance_report(certificate: Certificate) -> Report:
     """The certificate, the answer first."""
     found = certificate.acceptance
-    word = found.outcome.upper()
     return Report(
         title=f"Acceptance test of {_kit(certificate)}",
         banner=Banner(
-            badge=word,
-            words=found.headline.removeprefix(word).lstrip(": "),
+            badge=found.outcome.upper(),
+            words=told(without_outcome(found.headline)),
             colour=COLOURS[found.outcome],
         ),
         cards=_cards(certificate),
@@ -93,11 +100,17 @@ def setup_section(setups: Sequence[SetupCited], sheet: int | None = None) -> Ite
     if not setups:
         return
     remarks = tuple(
-        Advice(what=one.sentence, remedy=one.remark, serious=one.outcome == "fail")
+        Advice(
+            what=sentence(one.finding),
+            remedy=advice(one.finding),
+            serious=one.outcome == "fail",
+        )
         for one in setups
-        if one.remark
+        if one.to_do
     )
-    blocks: tuple[Block, ...] = tuple(Text(words=one.sentence) for one in setups if not one.remark)
+    blocks: tuple[Block, ...] = tuple(
+        Text(words=told(one.finding)) for one in setups if not one.to_do
+    )
     if remarks:
         blocks = (*blocks, AdviceList(items=remarks))
     yield Section(title="Proof of the kit", blocks=blocks, sheet=sheet)
@@ -114,7 +127,7 @@ def acceptance_lines(found: Acceptance) -> tuple[str, ...]:
         )
         for one in found.values
     ]
-    missing = [f"  {one.capture}: {one.name}: {one.reason}" for one in found.not_measured]
+    missing = [f"  {one.capture}: {one.name}: {told(one.reason)}" for one in found.not_measured]
     spreads = [
         f"  {KINDS[one.kind]}: mean {one.bias_mm:+.3f} mm"
         + (f" ({one.bias_share:+.3%})" if one.bias_share is not None else "")
@@ -123,7 +136,7 @@ def acceptance_lines(found: Acceptance) -> tuple[str, ...]:
         for one in found.spreads
     ]
     return (
-        found.headline,
+        told(found.headline),
         *rows,
         *(("Not measured:", *missing) if missing else ()),
         "All together:",
@@ -172,7 +185,7 @@ def _missing(found: Acceptance) -> Iterator[Section]:
         return
     items = tuple(
         Advice(
-            what=f"{one.name}, {one.capture}: {one.reason}.",
+            what=with_full_stop(f"{one.name}, {one.capture}: {told(one.reason)}"),
             remedy="Paint it with fine spots all over, take it from all sides and from above, and "
             "keep it whole in every photo. Give the photos themselves and not a case, so that "
             "pieces which lie apart are taken for one object.",

@@ -7,8 +7,10 @@ Out     a Report; it has no sheets of paper.
 import math
 from collections.abc import Iterator, Sequence
 
+from limbgram.findings import told
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.report.acceptance import setup_section
+from limbgram.report.accuracy.judgement import told_in, without_light
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.blocks import Banner, Block, Illustration, Link, Report, Section, Table, Text
 from limbgram.report.parts import PartSummary, area_of, place_of
@@ -52,7 +54,7 @@ def _what_was_done(notes: Sequence[str]) -> Iterator[Section]:
 
 def _without_camera_file(found: SelfCalibration | None) -> Iterator[Section]:
     if found is not None:
-        yield Section(title="Camera without a file", blocks=(Text(words=found.sentence),))
+        yield Section(title="Camera without a file", blocks=(Text(words=told(found.finding)),))
 
 
 _TO_ACCURACY = Link(words="How accurate is it, and what limits it?", address="accuracy.html")
@@ -60,13 +62,12 @@ _TO_ACCURACY = Link(words="How accurate is it, and what limits it?", address="ac
 
 def _verdict(verdict: Verdict) -> Banner:
     """The light that the accuracy has, in its colour and in words, and every reason for it."""
-    word = verdict.light.upper()
-    words = verdict.headline.removeprefix(word).lstrip(". ")
+    said = told_in(verdict.headline)
     return Banner(
-        badge=word,
-        words=words,
+        badge=verdict.light.upper(),
+        words=told(without_light(verdict.headline)),
         colour=verdict.light,
-        reasons=tuple(reason for reason in verdict.reasons if reason not in words),
+        reasons=tuple(told(reason) for reason in verdict.reasons if reason not in said),
     )
 
 

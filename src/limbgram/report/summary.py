@@ -16,6 +16,7 @@ from limbgram.capture.certificate import SetupCited
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Timing
 from limbgram.core.typed import Strictness, value_of
+from limbgram.findings import Finding
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.calibration.cameras import LensSource
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
@@ -41,11 +42,11 @@ MOST_LEFT_OUT = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What the case says of itself, word by word that of its accuracy."""
+    """What the case says of itself: the findings of its accuracy."""
 
     light: Light
-    headline: str
-    reasons: tuple[str, ...]
+    headline: Finding
+    reasons: tuple[Finding, ...]
     facts: str
     size_checked: bool = False
     """Whether a length that owes nothing to what set the scale confirms the size; earlier versions

@@ -7,6 +7,7 @@ Out     lines: the verdict, what was left out, size, bodies, resolution; and wha
 import math
 from collections.abc import Sequence
 
+from limbgram.findings import told
 from limbgram.report.parts import part_lines
 from limbgram.report.stages import stage_title
 from limbgram.report.summary import StageSummary, Summary
@@ -20,7 +21,7 @@ def summary_lines(summary: Summary) -> tuple[str, ...]:
     missing = [f"  {photo.name}: {photo.reason}" for photo in summary.photos if photo.reason]
     aside = [f"  {part.name}: {part.reason}" for part in summary.set_aside]
     return (
-        summary.verdict.headline,
+        told(summary.verdict.headline),
         *_to_check(summary),
         summary.verdict.facts,
         *missing,
@@ -29,8 +30,8 @@ def summary_lines(summary: Summary) -> tuple[str, ...]:
         *part_lines(summary.parts, summary.unit),
         *summary.scene.notes,
         *summary.resolution.notes,
-        *(() if summary.self_calibration is None else (summary.self_calibration.sentence,)),
-        *(f"{one.sentence} {one.remark}".rstrip() for one in summary.setups),
+        *(() if summary.self_calibration is None else (told(summary.self_calibration.finding),)),
+        *(told(one.finding) for one in summary.setups),
     )
 
 

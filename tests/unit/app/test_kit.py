@@ -15,9 +15,10 @@ from limbgram.capture.acceptance import Outcome
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.typed import tree_of
+from limbgram.findings import as_json
 from limbgram.formats.camera import write_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.report.accuracy.judgement import MOVED, SCALE, TAPE
+from limbgram.report.accuracy.judgement import MOVED, SCALE, TAPE, as_is
 
 API = "/api/v1"
 
@@ -71,13 +72,12 @@ def test_another_acceptance_test_is_due_in_the_month_in_which_the_report_asks_fo
         made="2026-03-31",
         months=months,
         valid_months=12,
-        sentence="It was tested.",
-        remark="",
     )
     monkeypatch.setattr(kit, "cited_setups", lambda *_: (cited,))
     case_id = client.post(f"{API}/cases", json={}).json()["id"]
     (told,) = client.get(f"{API}/cases/{case_id}/kit").json()["setups"]
     assert told["due"] is due
+    assert told["finding"]["code"] == cited.finding.code
 
 
 def test_what_a_tape_said_of_the_size_is_told_as_the_accuracy_says_it(
@@ -85,14 +85,14 @@ def test_what_a_tape_said_of_the_size_is_told_as_the_accuracy_says_it(
 ) -> None:
     case_id = client.post(f"{API}/cases", json={}).json()["id"]
     said = [
-        SCALE.judge(0.01, "The scale agrees."),
-        TAPE.judge(0.4, "The tape read 354 mm; the surface has 353.1 mm there."),
-        TAPE.judge(5.0, "The tape read 254 mm; the surface has 263.1 mm there."),
+        SCALE.judged(0.01, as_is("The scale agrees.")),
+        TAPE.judged(0.4, as_is("The tape read 354 mm; the surface has 353.1 mm there.")),
+        TAPE.judged(5.0, as_is("The tape read 254 mm; the surface has 263.1 mm there.")),
     ]
     accuracy = clinic.shelf.case(case_id).folder.accuracy("json")
     accuracy.write_text(json.dumps({"unit": "mm", "criteria": [tree_of(one) for one in said]}))
     assert client.get(f"{API}/cases/{case_id}/kit").json()["tapes"] == [
-        {"light": one.light, "sentence": one.sentence} for one in said[1:]
+        {"light": one.light, "finding": as_json(one.finding)} for one in said[1:]
     ]
     accuracy.write_text('{"criteria": 3}')
     assert client.get(f"{API}/cases/{case_id}/kit").json()["tapes"] == []
@@ -103,19 +103,32 @@ def test_movement_and_what_was_done_with_the_photos_are_told_as_the_pages_say_it
 ) -> None:
     case_id = client.post(f"{API}/cases", json={}).json()["id"]
     folder = clinic.shelf.case(case_id).folder
-    moved = MOVED.judge(8.0, "The limb moved by up to 8.0 mm.")
-    judged = {"criteria": [tree_of(one) for one in (SCALE.judge(0.01, "It agrees."), moved)]}
+    moved = MOVED.judged(8.0, as_is("The limb moved by up to 8.0 mm."))
+    agrees = SCALE.judged(0.01, as_is("It agrees."))
+    judged = {"criteria": [tree_of(one) for one in (agrees, moved)]}
     folder.accuracy("json").write_text(json.dumps(judged))
     still, reduced = "What stood still in the photos was left out.", "The photos were reduced."
     told = {"scene": {"placed": 12, "notes": [still]}, "resolution": {"notes": [reduced]}}
     folder.summary.write_text(json.dumps(told))
-    assert client.get(f"{API}/cases/{case_id}/kit").json()["notes"] == [
-        moved.sentence,
-        still,
-        reduced,
-    ]
+    said = "The limb moved by up to 8.0 mm."
+    assert notes_of(client, case_id) == [said, still, reduced]
     folder.summary.write_text("no JSON")
-    assert client.get(f"{API}/cases/{case_id}/kit").json()["notes"] == [moved.sentence]
+    assert notes_of(client, case_id) == [said]
+
+
+def test_what_an_earlier_version_wrote_is_told_in_its_words(
+    client: TestClient, clinic: Clinic
+) -> None:
+    case_id = client.post(f"{API}/cases", json={}).json()["id"]
+    old = {"key": "movement", "light": "green", "sentence": "Limb and scale board kept still."}
+    accuracy = clinic.shelf.case(case_id).folder.accuracy("json")
+    accuracy.write_text(json.dumps({"criteria": [old]}))
+    assert notes_of(client, case_id) == [old["sentence"]]
+
+
+def notes_of(client: TestClient, case_id: str) -> list[str]:
+    notes = client.get(f"{API}/cases/{case_id}/kit").json()["notes"]
+    return [one["sentence"] for one in notes]
 
 
 def camera_file(folder: Path) -> bytes:

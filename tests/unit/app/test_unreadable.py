@@ -57,7 +57,8 @@ def test_what_cannot_be_read_is_told_kept_and_begun_anew_only_when_asked(
     other = client.post(f"{API}/cases", json={}).json()["id"]
     listed = {one["id"]: one for one in client.get(f"{API}/cases").json()["cases"]}
     assert set(listed) == {case.case_id, other}, "it hides no other case"
-    assert [file.name in one["sentence"] for one in listed[case.case_id]["unreadable"]] == [True]
+    unreadable = listed[case.case_id]["unreadable"]
+    assert [file.name in one["sentence"] for one in unreadable] == [True]
     assert listed[other]["unreadable"] == []
     refused = save(client, at)
     assert refused.status_code == 409

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from limbgram.capture.acceptance import MeasuredCapture as Shown
-from limbgram.capture.acceptance import accept, assign, decide
+from limbgram.capture.acceptance import accept, assign, decide, without_outcome
 from limbgram.capture.artefact import (
     Artefact,
     CylinderStandard,
@@ -18,6 +18,7 @@ from limbgram.capture.permissible import Permissible, parse_limits
 from limbgram.capture.probing import Probed, find_spheres, surface_of
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.synthetic.props.gauges import BallBar, GaugeCylinder, make_gauge
 from limbgram.synthetic.props.limb import LimbKind, make_limb
 
@@ -84,7 +85,8 @@ def test_an_error_of_scale_is_found_in_the_spacing_and_in_the_size() -> None:
     assert errors["spacing", "A to B"].outcome == "fail"
     assert errors["size", "A"].outcome == "pass"
     assert found.outcome == "fail"
-    assert "spacing" in found.headline
+    assert without_outcome(found.headline).code == "kit.too_large"
+    assert "sphere-spacing error" in told(found.headline)
     spread = next(one for one in found.spreads if one.kind == "spacing")
     assert spread.bias_share == pytest.approx(0.001, abs=1e-5)
 
@@ -104,7 +106,7 @@ def test_a_good_kit_passes_and_repeats_tell_bias_and_spread() -> None:
 def test_an_error_at_the_limit_leaves_the_test_undecided() -> None:
     found = accept(BAR, [bar_capture(1.001)], parse_limits(["spacing=0.150"]))
     assert found.outcome == "cannot tell"
-    assert "nearer to the limit than the artefact is known" in found.headline
+    assert "nearer to the limit than the artefact is known" in told(found.headline)
 
 
 def test_a_sphere_that_is_not_there_leaves_the_test_undecided() -> None:
@@ -119,8 +121,10 @@ def test_a_sphere_that_is_not_there_leaves_the_test_undecided() -> None:
 
 def test_nothing_measured_is_a_refusal() -> None:
     cylinder = make_gauge(GaugeCylinder(), 1.5, 60.0).mesh
-    with pytest.raises(MeasureError, match="Nothing of bar was measured"):
+    with pytest.raises(MeasureError, match="Nothing of bar was measured") as refused:
         accept(BAR, [capture(cylinder)], parse_limits(["0.2"]))
+    finding = refused.value.finding
+    assert (finding.code, finding.values["artefact"]) == ("kit.nothing_measured", "bar")
 
 
 def test_a_limit_for_nothing_on_the_artefact_is_refused() -> None:

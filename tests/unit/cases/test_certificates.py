@@ -22,6 +22,7 @@ from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.geometry.lens import Camera
+from limbgram.findings import advice, note, told
 from limbgram.formats.camera import write_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.report.accuracy.judgement import Criterion, of_kit
@@ -38,7 +39,7 @@ def certificate(
         captures=(),
         acceptance=Acceptance(
             outcome=outcome,
-            headline="so it is",
+            headline=note("said.as_is", message="so it is"),
             values=(),
             spreads=(),
             bodies=(),
@@ -70,13 +71,14 @@ def test_whole_months_are_counted(made: str, today: str, months: int) -> None:
     one = certificate(made)
     cited = cite(one, "f" * 64, one.cameras[0], date.fromisoformat(today))
     assert cited.months == months
-    assert bool(cited.remark) == (months >= 12 or months < 0)
+    assert cited.to_do == (months >= 12 or months < 0)
+    assert bool(advice(cited.finding)) == cited.to_do
 
 
 def test_the_users_own_term_counts() -> None:
     one = replace(certificate("2026-01-01"), valid_months=3)
     cited = cite(one, "f" * 64, one.cameras[0], date(2026, 4, 1))
-    assert "3 months old and was meant to count for 3" in cited.remark
+    assert "3 months old and was meant to count for 3" in told(cited.finding)
     with pytest.raises(OptionsError):
         replace(one, valid_months=0)
 
@@ -88,14 +90,15 @@ def test_a_kit_that_failed_is_never_green_and_one_that_passed_is() -> None:
         return found
 
     assert judged("fail").light == "amber"
-    assert "FAILED" in judged("fail").sentence
+    assert "FAILED" in told(judged("fail").finding)
+    assert "Calibrate" not in told(judged("fail").finding)
     assert judged("pass").light == "green"
     assert judged("cannot tell").light == "amber"
-    assert "could neither pass nor fail" in judged("cannot tell").sentence
+    assert "could neither pass nor fail" in told(judged("cannot tell").finding)
     assert judged("pass", "2025-04-02").light == "green"
     old = judged("pass", "2025-02-01")
     assert old.light == "amber"
-    assert "14 months old and was meant to count for 12" in old.sentence
+    assert "14 months old and was meant to count for 12" in told(old.finding)
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
@@ -133,7 +136,8 @@ def test_a_case_cites_the_certificate_of_its_very_camera_file(tmp_path: Path) ->
     take_certificates_in(case, (file,))
     (cited,) = cited_setups(case, date(2026, 9, 30))
     assert cited.camera == "Cam"
-    assert "passed its acceptance test on Ball bar 12 on 2026-03-31, 5 months ago" in cited.sentence
+    said = "passed its acceptance test on Ball bar 12 on 2026-03-31, 5 months ago"
+    assert said in told(cited.finding)
 
     camera_file(file, fx=3001.0)  # calibrated anew: the old proof is none any more
     case.camera_file(0).write_bytes(file.read_bytes())

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from limbgram.core.typed import Mismatch, Strictness, any_value_of, tree_of, value_of
+from limbgram.findings import Finding, note
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,3 +115,19 @@ def test_any_tree_is_read_or_refused(tree: object, hint: Any) -> None:
         return
     assert hint not in (File, Lens)
     assert hint is not float or type(read) is float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Said:
+    headline: Finding
+    reason: Finding | None = None
+
+
+def test_a_sentence_of_an_earlier_version_is_read_as_a_finding_of_its_words() -> None:
+    first, second = (note("said.as_is", message=words) for words in ("GREEN. It is.", "So."))
+    old = value_of({"headline": "GREEN. It is.", "reason": "So."}, Said)
+    assert old == Said(headline=first, reason=second)
+    assert value_of(tree_of(old), Said) == old
+    for tree in (3, {"code": "a.b"}, None):
+        with pytest.raises(Mismatch):
+            value_of({"headline": tree}, Said)

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from limbgram.core.typed import Mismatch, tree_of
+from limbgram.findings import note
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.photos.photo import Exif, Photo, SetAside
 from limbgram.reconstruction.scale.metric import LengthCheck, Scale
@@ -101,11 +102,13 @@ def test_the_line_of_facts_says_scale_check_and_what_is_missing() -> None:
 
 
 def summary(light: Light) -> Summary:
+    first = note("said.as_is", message="5 < 6 & so on")
+    said = note("verdict.no_size", size=first, first=None, second=None)
     return Summary(
         verdict=Verdict(
             light=light,
-            headline=f"{light.upper()}: 5 < 6 & so on",
-            reasons=("5 < 6 & so on", "another <reason>"),
+            headline=note("verdict.headline", light=light, verdict=said),
+            reasons=(first, note("said.as_is", message="another <reason>")),
             facts="3 of 4 photos",
         ),
         intended_use="use",

@@ -186,8 +186,6 @@ def test_the_test_of_the_kit_is_cited(outcome: str, gravity: str) -> None:
         "made": "2026-03-31",
         "months": 2,
         "valid_months": 12,
-        "sentence": "So the kit did on Ball bar 12.",
-        "remark": "",
     }
     tree = record_of(source(cylinder()), case=case(setups=[setup])).tree
     assert tree["case"]["setups"][0]["outcome"] == outcome

@@ -2876,9 +2876,9 @@ export interface components {
             tapes: components["schemas"]["TapeSaid"][];
             /**
              * Notes
-             * @description Whether the limb kept still, and what was done with the photos: masks, a turntable, two poses, marks that helped; word by word as the page says it.
+             * @description Whether the limb kept still, and what was done with the photos: masks, a turntable, two poses, marks that helped; as the page says it.
              */
-            notes: string[];
+            notes: components["schemas"]["FindingReply"][];
         };
         /**
          * KnownDistance
@@ -3778,19 +3778,13 @@ export interface components {
              * @description Older than it was meant to count for.
              */
             expired: boolean;
-            /** Sentence */
-            sentence: string;
+            /** @description How it did, and what to do about it, if anything. */
+            finding: components["schemas"]["FindingReply"];
             /**
              * Due
              * @description Whether another test is due: the last one is too old, or was not passed.
              */
             due: boolean;
-            /**
-             * Remark
-             * @description What to do about it, if anything.
-             * @default
-             */
-            remark: string;
         };
         /**
          * ShapeName
@@ -3849,10 +3843,17 @@ export interface components {
              */
             state: "locked" | "open" | "done" | "check";
             /**
-             * Line
-             * @description One line of state, or what is missing.
+             * Count
+             * @description Of what the step has brought: photos, places, girths by tape, edits, files.
+             * @default 0
              */
-            line: string;
+            count: number;
+            /**
+             * Front
+             * @description Of align: whether the front is set.
+             * @default false
+             */
+            front: boolean;
         };
         /**
          * Tape
@@ -3911,7 +3912,7 @@ export interface components {
         };
         /**
          * TapeSaid
-         * @description A taped girth beside the surface, word by word as the case's accuracy says it.
+         * @description A taped girth beside the surface, as the case's accuracy says it.
          */
         TapeSaid: {
             /**
@@ -3919,8 +3920,7 @@ export interface components {
              * @enum {string}
              */
             light: "green" | "amber" | "red";
-            /** Sentence */
-            sentence: string;
+            finding: components["schemas"]["FindingReply"];
         };
         /**
          * TemplateName
@@ -4022,7 +4022,7 @@ export interface components {
         };
         /**
          * Verdict
-         * @description Green, amber or red, word by word as the case's report says it.
+         * @description Green, amber or red, as the case's report says it.
          */
         Verdict: {
             /**
@@ -4030,8 +4030,8 @@ export interface components {
              * @enum {string}
              */
             light: "green" | "amber" | "red";
-            /** Headline */
-            headline: string;
+            /** @description Its value `verdict` says it without the light. */
+            headline: components["schemas"]["FindingReply"];
             /**
              * Size Checked
              * @description A length that set no scale, and no print, confirms it.
@@ -4041,7 +4041,7 @@ export interface components {
              * Reasons
              * @default []
              */
-            reasons: string[];
+            reasons: components["schemas"]["FindingReply"][];
             /**
              * Facts
              * @default

@@ -11,7 +11,7 @@ import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { bytes, t, tOr, when } from "../texts";
-import { told } from "../words";
+import { type Finding, isFinding, sentence, told } from "../words";
 
 type Case = Schemas["Case"];
 type Filter = "all" | "work" | "sent" | "archive";
@@ -180,7 +180,7 @@ export function StateOf({ one }: { one: Case }) {
     return (
       <>
         <Chip tone={one.verdict.light}>{t(`verdict.${one.verdict.light}`)}</Chip>
-        <div class="small soft nt" title={one.verdict.headline}>
+        <div class="small soft nt" title={told(one.verdict.headline)}>
           {inShort(one.verdict)}
         </div>
       </>
@@ -200,18 +200,27 @@ export function StateOf({ one }: { one: Case }) {
   );
 }
 
-/** A verdict's line without the colour's name, which the chip beside it says. */
-export function withoutColour(headline: string): string {
-  const rest = headline.replace(/^(GREEN|AMBER|RED)( for the shape)?[:;,.]?\s*/, "");
-  return rest ? rest[0].toUpperCase() + rest.slice(1) : headline;
+/** A verdict without its colour, which the chip beside it shows; a file of an earlier version has it in one sentence. */
+export function withoutColour(headline: Finding): Finding {
+  const said = headline.values.verdict;
+  return isFinding(said) ? said : headline;
 }
 
 /** The same in one line of the list: what the surface keeps to, or the first doubt; and whether anything checked the size. */
-export function inShort({ light, headline, size_checked }: Pick<Schemas["Verdict"], "light" | "headline" | "size_checked">): string {
-  const within = light === "green" ? /within ([\d.]+) mm/.exec(headline)?.[1] : undefined;
-  const said = within ? t("case.within", within) : parted(withoutColour(headline))[0].split(/[:;]|\.$/)[0];
-  return size_checked || light === "red" ? said : `${said}; ${t("case.size.unchecked")}`;
+export function inShort({ headline, size_checked }: { headline: Finding; size_checked: boolean }): string {
+  const verdict = withoutColour(headline);
+  const { p95_mm, first } = verdict.values;
+  const said =
+    verdict.code === "verdict.green" && typeof p95_mm === "number"
+      ? t("case.within", p95_mm.toFixed(2))
+      : isFinding(first) && verdict.code === "verdict.doubtful"
+        ? sentence(first)
+        : sentence(verdict);
+  return size_checked || headline.gravity === "fault" ? inBrief(said) : `${inBrief(said)}; ${t("case.size.unchecked")}`;
 }
+
+/** A sentence as far as its first stop. */
+const inBrief = (said: string) => parted(said)[0].split(/[:;]|\.$/)[0];
 
 function nextOf(one: Case): { text: string; to: string } {
   const to = (step: Case["next"]) => href.step(one.id, step);

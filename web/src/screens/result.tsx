@@ -16,6 +16,7 @@ import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
 import { t } from "../texts";
+import { type Finding, advice, isFinding, same, sentence, told } from "../words";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode, SurfaceData } from "../viewer/surface";
 import type { Viewer } from "../viewer/viewer";
@@ -179,8 +180,9 @@ function picks(point: Vec3 | null) {
 export function VerdictLines({ info }: { info: Schemas["Case"] }) {
   const verdict = info.verdict;
   if (!verdict) return <p class="lead-line">{info.finding ? told(info.finding) : t("result.none")}</p>;
-  const [lead, more] = parted(withoutColour(verdict.headline));
-  const reasons = verdict.reasons.slice(0, expert.value ? 20 : 2).filter((one) => !verdict.headline.includes(one));
+  const [lead, more] = parted(told(withoutColour(verdict.headline)));
+  const said = toldIn(verdict.headline);
+  const reasons = said.length ? unsaid(verdict.reasons.slice(0, expert.value ? 20 : 2), said) : [];
   return (
     <>
       <div class="verdict">
@@ -191,7 +193,7 @@ export function VerdictLines({ info }: { info: Schemas["Case"] }) {
       {verdict.light !== "green" && reasons.length > 0 && (
         <ul class="findings small-note soft">
           {reasons.map((one) => (
-            <li key={one}>{one}</li>
+            <li key={one.code}>{told(one)}</li>
           ))}
         </ul>
       )}
@@ -210,10 +212,10 @@ function SizeLines({ tapes, verdict }: { tapes: Schemas["Kit"]["tapes"]; verdict
     ) : null;
   return (
     <div class="chk said" role="group" aria-label={t("size.tape")}>
-      {tapes.filter((one) => !said.includes(one.sentence)).map((one) => (
-        <div key={one.sentence}>
+      {tapes.filter((one) => unsaid([one.finding], said).length).map((one) => (
+        <div key={told(one.finding)}>
           <Icon name={one.light === "green" ? "ok" : "warn"} tone={one.light === "green" ? "g" : "a"} />
-          {one.sentence}
+          {told(one.finding)}
         </div>
       ))}
     </div>
@@ -227,12 +229,12 @@ function KitLines({ kit }: { kit: Schemas["Kit"] }) {
       <p class="soft">{kit.cameras.length ? t("kit.camera", kit.cameras.filter(Boolean).join(", ") || t("kit.camera.unnamed")) : t("kit.none")}</p>
       {kit.setups.map((one) =>
         one.due ? (
-          <Notice key={one.camera + one.made} tone="amber" title={t(one.outcome === "pass" ? "kit.late" : "kit.not.passed", one.made, one.months)}>
-            {t("kit.late.do")}
+          <Notice key={one.camera + one.made} tone="amber" title={sentence(one.finding)}>
+            {advice(one.finding)}
           </Notice>
         ) : (
           <p key={one.camera + one.made} class="soft">
-            {t("kit.passed", one.made, one.months)}
+            {told(one.finding)}
           </p>
         ),
       )}
@@ -241,16 +243,16 @@ function KitLines({ kit }: { kit: Schemas["Kit"] }) {
 }
 
 /** Whether the limb kept still and what was done with the photos, where the verdict above does not say it. */
-function NoteLines({ notes, verdict }: { notes: readonly string[]; verdict: Schemas["Case"]["verdict"] }) {
+function NoteLines({ notes, verdict }: { notes: Schemas["Kit"]["notes"]; verdict: Schemas["Case"]["verdict"] }) {
   const said = saidOf(verdict);
-  const more = notes.filter((one) => !said.includes(one));
+  const more = unsaid(notes, said);
   if (!more.length) return null;
   return (
     <section class="small-note" role="group" aria-label={t("result.notes")}>
       <h3>{t("result.notes")}</h3>
       {more.map((one) => (
-        <p key={one} class="soft">
-          {one}
+        <p key={told(one)} class="soft">
+          {told(one)}
         </p>
       ))}
     </section>
@@ -258,9 +260,14 @@ function NoteLines({ notes, verdict }: { notes: readonly string[]; verdict: Sche
 }
 
 /** What the lines of the verdict say to everybody. */
-function saidOf(verdict: Schemas["Case"]["verdict"]): string {
-  return [verdict?.headline ?? "", ...(verdict?.reasons ?? []).slice(0, 2)].join(" ");
+function saidOf(verdict: Schemas["Case"]["verdict"]): Finding[] {
+  return verdict ? [...toldIn(verdict.headline), ...verdict.reasons.slice(0, 2)] : [];
 }
+
+/** What a headline tells, finding by finding; nothing of a file of an earlier version, which has it in one sentence. */
+const toldIn = (headline: Finding): Finding[] => Object.values(withoutColour(headline).values).filter(isFinding);
+
+const unsaid = (found: readonly Finding[], said: readonly Finding[]): Finding[] => found.filter((one) => !said.some((other) => same(one, other)));
 
 interface Share {
   share: number;

@@ -196,7 +196,7 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
 
 /** Which cases a template is learned from, and what it is called. */
 function Learning({ room, onLearned }: { room: Room; onLearned: (reply: Schemas["LearnedReply"]) => void }) {
-  const cases = useAsked(async () => (await taken(api.GET("/api/v1/cases", { params: { query: {} } }))).cases.filter((one) => one.steps.some((step) => step.name === "rectify" && step.state !== "locked" && /[1-9]/.test(step.line))), []);
+  const cases = useAsked(async () => (await taken(api.GET("/api/v1/cases", { params: { query: {} } }))).cases.filter((one) => one.steps.some((step) => step.name === "rectify" && step.state !== "locked" && step.count > 0)), []);
   const name = useSignal("");
   const ticked = useSignal<ReadonlySet<string>>(new Set([room.id]));
   const act = useAct();

@@ -144,7 +144,7 @@ class Outcome:
 @dataclass(frozen=True, kw_only=True)
 class _Verdict:
     light: Light
-    headline: str
+    headline: Finding
     size_checked: bool = False
 
 
@@ -392,7 +392,7 @@ def _judged(
         base,
         state=state,
         light=verdict.light,
-        headline=verdict.headline,
+        headline=told(verdict.headline),
         size_checked=verdict.size_checked,
         exit_code=worst_of(codes),
         steps=steps,

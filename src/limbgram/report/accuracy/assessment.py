@@ -14,6 +14,7 @@ from jaxtyping import Float64
 
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.typed import tree_of
+from limbgram.findings import Finding
 from limbgram.report.accuracy.capture import image_figures, length_figures, movement_figures
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import Figures
@@ -28,7 +29,7 @@ from limbgram.report.accuracy.judgement import (
     size_is_checked,
     worst,
 )
-from limbgram.report.accuracy.limits import Finding, findings
+from limbgram.report.accuracy.limits import findings
 from limbgram.report.accuracy.network import (
     camera_figures,
     network_figures,
@@ -40,7 +41,9 @@ from limbgram.report.accuracy.surface import surface_figures
 from limbgram.report.accuracy.truth import KnownTruth, truth_figures
 from limbgram.report.intended_use import OF_SCANS
 
-ACCURACY_SCHEMA = "limbgram-accuracy/1"
+ACCURACY_SCHEMA = "limbgram-accuracy/2"
+READ_SCHEMAS = ("limbgram-accuracy/1", ACCURACY_SCHEMA)
+"""The first had sentences in the place of findings."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,10 +54,10 @@ class Assessment:
     unit: str
     """What a length is called: mm, or scene units."""
     light: Light
-    headline: str
+    headline: Finding
     size_checked: bool
     """Whether a length that owes nothing to what set the scale confirms the size."""
-    reasons: tuple[str, ...]
+    reasons: tuple[Finding, ...]
     """Everything that is not green, the gravest first."""
     criteria: tuple[Criterion, ...]
     findings: tuple[Finding, ...]
@@ -74,9 +77,9 @@ class Assessment:
             "case": self.case,
             "unit": self.unit,
             "light": self.light,
-            "headline": self.headline,
+            "headline": tree_of(self.headline),
             "size_checked": self.size_checked,
-            "reasons": list(self.reasons),
+            "reasons": tree_of(self.reasons),
             "intended_use": OF_SCANS,
             "criteria": tree_of(self.criteria),
             "findings": tree_of(self.findings),
@@ -113,7 +116,7 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
         light=worst(judged),
         headline=headline(figures, judged),
         size_checked=size_is_checked(figures),
-        reasons=tuple(one.sentence for one in reasons(judged)),
+        reasons=tuple(one.finding for one in reasons(judged)),
         criteria=judged,
         findings=findings(figures, evidence.setups, uncalibrated),
         figures=figures,

@@ -223,6 +223,7 @@ def _tape(one: TapeWitness, mesh: Mesh) -> TapedLength:
     off_mm = girth.value - one.taped.girth_mm
     return TapedLength(
         place=one.taped.place,
+        height_mm=one.taped.height_mm,
         read_mm=one.taped.girth_mm,
         measured_mm=girth.value,
         error_mm=off_mm,

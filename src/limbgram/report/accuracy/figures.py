@@ -260,6 +260,8 @@ class TapedLength:
     """A girth that was taped, beside the surface's own."""
 
     place: str
+    height_mm: float | None
+    """Above the table; None: at the widest place."""
     read_mm: float
     measured_mm: float
     error_mm: float

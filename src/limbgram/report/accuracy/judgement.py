@@ -15,6 +15,7 @@ from typing import Literal
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.core.tape import AGREES_SIGMAS, CONTRADICTS_SIGMAS, sigmas_apart
+from limbgram.findings import Finding, Gravity, Value, note
 from limbgram.reconstruction.calibration.cameras import SQUARE_WITHIN, squareness
 from limbgram.reconstruction.mapping.zoom import zoomed_sentence
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
@@ -34,6 +35,11 @@ from limbgram.report.accuracy.selfcalibration import SelfCalibration
 
 Light = Literal["green", "amber", "red"]
 _ORDER: tuple[Light, ...] = ("green", "amber", "red")
+_GRAVITIES: dict[Light, Gravity] = {
+    "green": Gravity.NOTE,
+    "amber": Gravity.DOUBT,
+    "red": Gravity.FAULT,
+}
 
 IMAGE, FAR_SCALE = "image measurement", "scale, at the far end"
 """Parts of the expected error beside those that the mesh names."""
@@ -52,8 +58,8 @@ class Criterion:
     green: float
     red: float
     light: Light
-    sentence: str
-    """For people; says the figure and what it is of."""
+    finding: Finding
+    """Says the figure and what it is of."""
 
 
 @dataclass(frozen=True)
@@ -65,15 +71,22 @@ class _Limit:
     red: float = math.inf
     """Infinite where the figure alone spoils nothing."""
 
-    def judge(self, value: float, sentence: str, unknown: Light = "amber") -> Criterion:
+    def judge(
+        self, code: str, value: float, /, unknown: Light = "amber", **values: Value
+    ) -> Criterion:
         """Compare; a figure that is not known gets the light `unknown`."""
+        return self.judged(value, Finding(code, values=values), unknown)
+
+    def judged(self, value: float, finding: Finding, unknown: Light = "amber") -> Criterion:
+        """The same with a finding that says it; it is as grave as the light."""
         if not math.isfinite(value):
             light: Light = unknown
         elif value <= self.green:
             light = "green"
         else:
             light = "amber" if value <= self.red else "red"
-        return Criterion(**asdict(self), value=value, light=light, sentence=sentence)
+        said = _as_grave(finding, light)
+        return Criterion(**asdict(self), value=value, light=light, finding=said)
 
 
 SCALE = _Limit("scale_check", "Scale: worst check length", "%", 0.1, 0.3)
@@ -203,21 +216,55 @@ def worst(judged: Sequence[Criterion]) -> Light:
     return _ORDER[max(_ORDER.index(one.light) for one in judged)]
 
 
-def headline(figures: Figures, judged: Sequence[Criterion]) -> str:
+def headline(figures: Figures, judged: Sequence[Criterion]) -> Finding:
     """The first line: the light and its reasons, then surface and scale in figures."""
     light = worst(judged)
-    word = light.upper()
+    verdict = _as_grave(_verdict(figures, judged, light), light)
+    return _as_grave(note("verdict.headline", light=light, verdict=verdict), light)
+
+
+def without_light(headline: Finding) -> Finding:
+    """A headline without the name of its light, for where the light itself is shown.
+
+    That of a file of an earlier version, which has no values, stays whole.
+    """
+    said = headline.values.get("verdict")
+    return said if isinstance(said, Finding) else headline
+
+
+def told_in(headline: Finding) -> tuple[Finding, ...]:
+    """What a headline tells, finding by finding."""
+    values = without_light(headline).values.values()
+    return tuple(one for one in values if isinstance(one, Finding))
+
+
+def as_is(message: str) -> Finding:
+    """What another part of the program says in words of its own."""
+    return note("said.as_is", message=message)
+
+
+def _verdict(figures: Figures, judged: Sequence[Criterion], light: Light) -> Finding:
+    doubts = [one for one in reasons(judged) if one.light == light]
     if figures.lengths.unit != "mm":
-        more = [one for one in reasons(judged) if one.light == light and one is not judged[0]]
-        return " ".join((f"{word}. No millimetres.", judged[0].sentence, *_reasons(more)))
+        first, second = _reasons([one for one in doubts if one is not judged[0]])
+        return note("verdict.no_size", size=judged[0].finding, first=first, second=second)
     main = next(one for one in judged if one.key == SURFACE_P95.key)
-    scale = f"Scale: {_scale_words(figures)}."
+    scale = _scale_said(figures)
     if light == "green":
-        within = f"95 % within {main.value:.2f} mm (limit {main.green:.2f} mm)"
-        return f"{word}. Surface: {within}. {scale}"
-    grave = [one for one in reasons(judged) if one.light == light and one is not main]
-    said = _reasons(grave) or [main.sentence]
-    return " ".join((f"{word}.", *said, *_measured(main), scale))
+        return note("verdict.green", p95_mm=main.value, limit_mm=main.green, scale=scale)
+    first, second = _reasons([one for one in doubts if one is not main])
+    sure = math.isfinite(main.value) and main.light == "green"  # makes up for nothing missing
+    return note(
+        "verdict.doubtful",
+        first=first or main.finding,
+        second=second,
+        p95_mm=main.value if sure else None,
+        scale=scale,
+    )
+
+
+def _as_grave(finding: Finding, light: Light) -> Finding:
+    return replace(finding, gravity=_GRAVITIES[light])
 
 
 def reasons(judged: Sequence[Criterion]) -> tuple[Criterion, ...]:
@@ -261,98 +308,117 @@ def _sure_to(tape: TapedLength) -> float:
     return AGREES_SIGMAS * tape.sigma_mm / tape.read_mm
 
 
-def _scale_words(figures: Figures) -> str:
+def _scale_said(figures: Figures) -> Finding:
     """What set the scale, how well check lengths agree, and what checks it independently."""
     lengths = figures.lengths
     count, error = len(lengths.check), 100 * lengths.check_worst
-    set_by = f"set by {rests_on(lengths)}"
-    if count and error <= SCALE.green:
-        lengths_agree = "check length agrees" if count == 1 else "check lengths agree"
-        set_by += f", {count} {lengths_agree} to {error:.3f} %"
+    agree = count > 0 and error <= SCALE.green
+    checked, vague, sure = "no", None, None
     if not size_is_checked(figures):
         if lengths.checked_by_another_piece:
-            return f"{set_by}; a taped girth contradicts it"
-        vague = _vague(lengths)
-        return f"{set_by}; not checked independently{vague and f': {vague}'}"
-    if figures.truth is not None or lengths.checked_by_another_piece:
-        return f"{set_by}; checked independently"
-    return f"{set_by}; confirmed to {100 * confirmed_by_tape(lengths):.1f} % by tape"
+            checked = "contradicted"
+        else:
+            vague = _vague(lengths) or None
+    elif figures.truth is not None or lengths.checked_by_another_piece:
+        checked = "length"
+    else:
+        checked, sure = "tape", 100 * confirmed_by_tape(lengths)
+    return note(
+        "verdict.scale",
+        source=rests_on(lengths),
+        count=count if agree else 0,
+        error_percent=error,
+        checked=checked,
+        why=vague,
+        sure_percent=sure,
+    )
 
 
-def rests_on(lengths: LengthFigures) -> str:
-    """What the scale was set by."""
+def rests_on(lengths: LengthFigures) -> Literal["prints", "distances", "distance", "board"]:
+    """What the scale was set by: the prints of one printer, known distances, or one of a kind."""
     if any(marks_of_label(one.label) for one in (*lengths.control, *lengths.check)):
-        return "prints of one printer"
+        return "prints"
     if lengths.source == "distances":
-        return "known distances" if len(lengths.control) > 1 else "one known distance"
-    return "one board"
+        return "distances" if len(lengths.control) > 1 else "distance"
+    return "board"
 
 
-def _vague(lengths: LengthFigures) -> str:
-    """What is said of tapes that cannot tell the size; empty where one can."""
+def _vague(lengths: LengthFigures) -> tuple[Finding, ...]:
+    """What is said of tapes that cannot tell the size; nothing where one can."""
     sure = min((_sure_to(one) for one in lengths.tapes if not one.reason), default=None)
     if sure is None:
-        return "; ".join(f"the {_not_compared(one)}" for one in lengths.tapes)
+        return tuple(
+            note("verdict.tape.unseen", height_mm=one.height_mm, reason=as_is(one.reason))
+            for one in lengths.tapes
+        )
     if sure <= TAPE_TELLS:
-        return ""
-    return f"the tape is sure to {100 * sure:.1f} % only ({100 * TAPE_TELLS:g} % is needed)"
+        return ()
+    said = note("verdict.tape.unsure", sure_percent=100 * sure, needed_percent=100 * TAPE_TELLS)
+    return (said,)
 
 
-def _reasons(grave: Sequence[Criterion]) -> list[str]:
+def _reasons(grave: Sequence[Criterion]) -> tuple[Finding | None, Finding | None]:
     """The first two reasons; the surface's RMS says what its 95 % say."""
-    return [one.sentence for one in grave if one.key != SURFACE_RMS.key][:2]
-
-
-def _measured(main: Criterion) -> list[str]:
-    """How sure the rest is, which makes up for nothing that is missing."""
-    if not math.isfinite(main.value) or main.light != "green":
-        return []
-    return [f"Measured surface: 95 % within {main.value:.2f} mm."]
+    first, second, *_more = (
+        *(one.finding for one in grave if one.key != SURFACE_RMS.key),
+        None,
+        None,
+    )
+    return first, second
 
 
 def _scale(figures: Figures) -> tuple[Criterion, ...]:
     lengths = figures.lengths
     if lengths.unit != "mm":
-        sentence = "Nothing in the photos says how large the limb is."
-        return (SCALE.judge(math.nan, sentence, "red"),)
-    count = len(lengths.check)
+        return (SCALE.judge("verdict.scale.unknown", math.nan, "red"),)
+    return _checks(lengths), _sure(figures)
+
+
+def _checks(lengths: LengthFigures) -> Criterion:
+    """How well lengths that did not set the scale agree with it."""
     error = 100 * lengths.check_worst
-    plural = "check length" if count == 1 else "check lengths"
-    if not count:
-        sentence = "No length that did not set the scale confirms it."
-    elif error <= SCALE.green:
-        sentence = (
-            f"The scale agrees with {count} {plural} to {error:.3f} % (limit {SCALE.green} %)."
+    if not lengths.check:
+        return SCALE.judge("verdict.scale.unchecked", error)
+    if error <= SCALE.green:
+        return SCALE.judge(
+            "verdict.scale.agrees",
+            error,
+            count=len(lengths.check),
+            error_percent=error,
+            limit_percent=SCALE.green,
         )
-    else:
-        sentence = (
-            f"The check length {lengths.check_worst_label} is off by {error:.3f} % "
-            f"(limit {SCALE.green} %)."
-        )
-    two_sigma = 200 * lengths.relative_sigma
-    return (
-        SCALE.judge(error, sentence),
-        SCALE_SIGMA.judge(
-            two_sigma,
-            f"The scale is known to {two_sigma:.3f} % (limit {SCALE_SIGMA.green} %)"
-            + (_surer(figures) if two_sigma > SCALE_SIGMA.green else "."),
-        ),
+    return SCALE.judge(
+        "verdict.scale.off",
+        error,
+        label=lengths.check_worst_label,
+        error_percent=error,
+        limit_percent=SCALE.green,
     )
 
 
-def _surer(figures: Figures) -> str:
-    """Why no more is known of the scale, and what would tell more."""
+def _sure(figures: Figures) -> Criterion:
+    """How surely the scale is known; where not surely enough, why, and what would tell more."""
+    two_sigma, limit = 200 * figures.lengths.relative_sigma, SCALE_SIGMA.green
     stretch = figures.lengths.board_stretch
+    if not two_sigma > limit:
+        return SCALE_SIGMA.judge(
+            "verdict.scale.sure", two_sigma, two_sigma_percent=two_sigma, limit_percent=limit
+        )
     if stretch == 0:
-        return ". Show a board in more photos, or tape a longer distance, or more of them."
+        return SCALE_SIGMA.judge(
+            "verdict.scale.vague", two_sigma, two_sigma_percent=two_sigma, limit_percent=limit
+        )
     longer, shorter = ("x", "y") if stretch > 0 else ("y", "x")
-    said = (
-        f": the board is {100 * abs(stretch):.2f} % longer along its {longer} than along its "
-        f"{shorter}. "
+    beside_moved = figures.movement is not None and figures.movement.alone
+    return SCALE_SIGMA.judge(
+        "verdict.scale.beside_moved" if beside_moved else "verdict.scale.stretched",
+        two_sigma,
+        two_sigma_percent=two_sigma,
+        limit_percent=limit,
+        stretch_percent=100 * abs(stretch),
+        longer=longer,
+        shorter=shorter,
     )
-    if figures.movement is not None and figures.movement.alone:
-        return f"{said}It stood beside a limb that moved, which may be why. Photograph it again."
-    return f"{said}Measure both on the print, and print it again at 100 %."
 
 
 def _independent(figures: Figures) -> Iterator[Criterion]:
@@ -365,41 +431,40 @@ def _independent(figures: Figures) -> Iterator[Criterion]:
     if math.isfinite(ratio):
         factor = max(ratio, 1 / ratio)
         yield FOCUSED.judge(
+            "verdict.focused.elsewhere" if factor > FOCUSED.green else "verdict.focused.there",
             factor,
-            f"The photos say that the lens was focused {factor:.1f} times as "
-            f"{'near' if ratio > 1 else 'far'} as the limb is by this scale"
-            + (": was the length given in another unit?" if factor > FOCUSED.green else "."),
+            factor=factor,
+            near=ratio > 1,
         )
-
-
-def _not_compared(tape: TapedLength) -> str:
-    return f"taped girth {tape.place} could not be compared ({tape.reason.rstrip('.')})"
 
 
 def _taped(tape: TapedLength, source: str) -> Criterion:
     """A reading that cannot be compared says nothing against the surface."""
     if tape.reason:
-        return TAPE.judge(math.nan, f"The {_not_compared(tape)}.", unknown="green")
-    said = (
-        f"The tape read {tape.read_mm:g} mm {tape.place}; the surface has "
-        f"{tape.measured_mm:.1f} mm there ({tape.error:+.1%}, both are sure to "
-        f"{COVER * tape.sigma_mm:.0f} mm together)"
+        return TAPE.judge(
+            "verdict.tape.not_compared",
+            math.nan,
+            "green",
+            height_mm=tape.height_mm,
+            reason=as_is(tape.reason),
+        )
+    apart = sigmas_apart(tape.error_mm, tape.sigma_mm)
+    return TAPE.judge(
+        "verdict.tape.agrees" if apart <= TAPE.green else "verdict.tape.contradicts",
+        apart,
+        height_mm=tape.height_mm,
+        read_mm=tape.read_mm,
+        measured_mm=tape.measured_mm,
+        error_share=tape.error,
+        sure_mm=COVER * tape.sigma_mm,
+        source=source,
     )
-    judged = TAPE.judge(sigmas_apart(tape.error_mm, tape.sigma_mm), f"{said}.")
-    if judged.light == "green":
-        return judged
-    cause = (
-        "the scale board is probably not as large as stated: measure a row of its squares"
-        if source == "board"
-        else "a known distance was probably mistyped: measure it again"
-    )
-    return replace(judged, sentence=f"{said}: {cause}, and tape again.")
 
 
 def _uncalibrated(figures: Figures, found: SelfCalibration | None) -> Iterator[Criterion]:
     """Never green where nobody can say what a lens without a file costs, or where it costs much."""
     if found is not None and figures.lengths.unit == "mm":
-        yield LENS_FOUND.judge(COVER * found.sigma_mm, found.sentence)
+        yield LENS_FOUND.judged(COVER * found.sigma_mm, found.finding)
 
 
 def of_kit(setups: Sequence[SetupCited]) -> Iterator[Criterion]:
@@ -410,11 +475,11 @@ def of_kit(setups: Sequence[SetupCited]) -> Iterator[Criterion]:
     """
     for one in setups:
         if one.outcome == "fail":
-            yield SETUP.judge(1.0, one.sentence)
+            yield SETUP.judge("verdict.kit.proved", 1.0, test=one.finding)
         elif one.outcome == "cannot tell" or one.expired:
-            yield SETUP.judge(math.nan, f"{one.sentence} {one.remark}")
+            yield SETUP.judge("verdict.kit.unproved", math.nan, test=one.finding)
         else:
-            yield SETUP.judge(0.0, one.sentence)
+            yield SETUP.judge("verdict.kit.proved", 0.0, test=one.finding)
 
 
 def _cameras(figures: Figures) -> Iterator[Criterion]:
@@ -423,28 +488,25 @@ def _cameras(figures: Figures) -> Iterator[Criterion]:
     for camera, lens in zip(figures.residuals.by_camera, figures.cameras, strict=True):
         if lens.source != "board":
             continue
-        name = lens.name
         free = [one for one in lens.parameters if math.isfinite(one.contradicted_sigmas)]
         if free:
             worst_one = max(free, key=lambda one: abs(one.contradicted_sigmas))
             sigmas = abs(worst_one.contradicted_sigmas)
             yield LENS.judge(
+                "verdict.lens.contradicted" if sigmas > LENS.green else "verdict.lens.agrees",
                 sigmas,
-                f"The photos contradict the camera file of {name}: they say another "
-                f"{worst_one.name}, by {sigmas:.1f} sigmas. Was zoom or focus touched since the "
-                "calibration, or is it another camera's file?"
-                if sigmas > LENS.green
-                else f"The photos agree with the camera file of {name}.",
+                camera=lens.name,
+                parameter=worst_one.name,
+                sigmas=sigmas,
             )
         yield _square(lens)
         pattern = camera.systematic_px
         if math.isfinite(pattern):
             yield replace(LENS_PATTERN, green=limit_px).judge(
+                "verdict.pattern.seen" if pattern > limit_px else "verdict.pattern.none",
                 pattern,
-                f"The residuals of {name} follow a pattern over the picture ({pattern:.3f} px): "
-                "its lens is not what the camera file says."
-                if pattern > limit_px
-                else f"The residuals of {name} follow no pattern over the picture.",
+                camera=lens.name,
+                pattern_px=pattern,
             )
 
 
@@ -452,10 +514,7 @@ def _zoomed(figures: Figures) -> Iterator[Criterion]:
     """Nothing is said where all photos have the focal length of their camera."""
     names = [one.name for one in figures.images.by_photo if one.zoomed]
     if names:
-        yield ZOOMED.judge(
-            float(len(names)),
-            zoomed_sentence(names, figures.images.photos),
-        )
+        yield ZOOMED.judged(float(len(names)), as_is(zoomed_sentence(names, figures.images.photos)))
 
 
 def _square(lens: LensFigures) -> Criterion:
@@ -470,30 +529,14 @@ def _square(lens: LensFigures) -> Criterion:
     of_file = abs(calibrated) > abs(found)
     off = 100 * (calibrated if of_file else found)
     limit = replace(SQUARE, green=100 * squareness(lens.width_px, lens.height_px))
-    if abs(off) <= limit.green:
-        return limit.judge(abs(off), f"The pixels of {lens.name} come out square.")
-    longer, shorter = ("wider", "high") if off < 0 else ("higher", "wide")
-    whose = (
-        f"The calibration of {lens.name} says that its pixels are"
-        if of_file
-        else f"The pixels of {lens.name} come out"
-    )
     return limit.judge(
+        "verdict.pixels.square" if abs(off) <= limit.green else "verdict.pixels.stretched",
         abs(off),
-        f"{whose} {abs(off):.2f} % {longer} than {shorter} (limit "
-        f"{limit.green:.1f} %), and sensors have square ones: the camera moved while its rows were "
-        "read (rolling shutter), its stabiliser shifted the picture, or the calibration board is "
-        "stretched. Hold the camera still for each photo, with stabiliser and electronic shutter "
-        "off where it can be done, and calibrate again.",
-    )
-
-
-def _misfit(what: str, did: str) -> str:
-    """What does not fit while nobody can say whether limb or lens is the cause."""
-    return (
-        f"{what} not keep together from photo to photo, beyond chance: the limb {did}, or the "
-        "lens, which no board calibrated, is another than was found. Calibrate the camera, or let "
-        "the limb rest and take the photos again."
+        camera=lens.name,
+        of_file=of_file,
+        off_percent=abs(off),
+        wider=off < 0,
+        limit_percent=limit.green,
     )
 
 
@@ -507,26 +550,24 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
     if movement is None:
         return
     if movement.misfit:
-        yield MOVED.judge(
-            math.nan,
-            _misfit("The limb and what lies round it do", "moved"),
-        )
+        yield MOVED.judge("verdict.misfit.moved", math.nan)
     if movement.bending_misfit:
-        yield BENT.judge(
-            math.nan,
-            _misfit("The two halves of the limb do", "bent"),
-        )
+        yield BENT.judge("verdict.misfit.bent", math.nan)
     if math.isfinite(movement.shift):
-        sentence, limit = movement.sentence, MOVED
+        said = as_is(movement.sentence)
         if movement.shift > 0.0 and movement.alone:
-            sentence += " The photos were placed by the points on the limb alone."
+            yield MOVED.judge("verdict.moved.alone", movement.shift, movement=said)
         elif movement.shift > 0.0:
             limit = replace(MOVED, red=_MOVED_RED_MM)
-            sentence += " Its own points do not place them. Take the photos again."
-        yield limit.judge(movement.shift, sentence)
+            yield limit.judge("verdict.moved.together", movement.shift, movement=said)
+        else:
+            yield MOVED.judged(movement.shift, said)
     if math.isfinite(movement.bending):
-        again = " Take them again." if movement.bending else ""
-        yield BENT.judge(movement.bending, movement.bending_sentence + again)
+        said = as_is(movement.bending_sentence)
+        if movement.bending:
+            yield BENT.judge("verdict.bent", movement.bending, bending=said)
+        else:
+            yield BENT.judged(movement.bending, said)
 
 
 def _expected(figures: Figures) -> tuple[Criterion, ...]:
@@ -535,13 +576,9 @@ def _expected(figures: Figures) -> tuple[Criterion, ...]:
         return ()
     p95, rms = expected.p95_mm, expected.rms_mm
     return (
-        SURFACE_P95.judge(
-            p95,
-            f"95 % of the measured surface is expected within {p95:.2f} mm of the limb "
-            f"(limit {SURFACE_P95.green:.2f} mm).",
-        ),
+        SURFACE_P95.judge("verdict.surface.expected", p95, p95_mm=p95, limit_mm=SURFACE_P95.green),
         SURFACE_RMS.judge(
-            rms, f"Expected RMS error {rms:.3f} mm (limit {SURFACE_RMS.green:.2f} mm)."
+            "verdict.surface.expected_rms", rms, rms_mm=rms, limit_mm=SURFACE_RMS.green
         ),
     )
 
@@ -551,19 +588,12 @@ def _against_truth(truth: TruthFigures) -> tuple[Criterion, ...]:
     girth = max((abs(one.error_mm) for one in truth.girths), default=math.nan)
     volume = 100 * abs(truth.volume_error)
     return (
-        SURFACE_P95.judge(
-            p95,
-            f"95 % of the measured surface lies within {p95:.3f} mm of the truth "
-            f"(limit {SURFACE_P95.green:.2f} mm).",
-        ),
-        SURFACE_RMS.judge(rms, f"RMS distance to the truth {rms:.3f} mm."),
-        MEAN.judge(
-            abs(mean),
-            f"Mean signed distance to the truth {mean:+.3f} mm (limit {MEAN.green:.2f} mm).",
-        ),
-        SPREAD.judge(iqr, f"Interquartile range {iqr:.3f} mm (limit {SPREAD.green:.2f} mm)."),
-        GIRTH.judge(girth, f"The worst girth is off by {girth:.2f} mm."),
-        VOLUME.judge(volume, f"The volume is off by {volume:.2f} %."),
+        SURFACE_P95.judge("verdict.truth.p95", p95, p95_mm=p95, limit_mm=SURFACE_P95.green),
+        SURFACE_RMS.judge("verdict.truth.rms", rms, rms_mm=rms),
+        MEAN.judge("verdict.truth.mean", abs(mean), mean_mm=mean, limit_mm=MEAN.green),
+        SPREAD.judge("verdict.truth.spread", iqr, iqr_mm=iqr, limit_mm=SPREAD.green),
+        GIRTH.judge("verdict.truth.girth", girth, error_mm=girth),
+        VOLUME.judge("verdict.truth.volume", volume, error_percent=volume),
     )
 
 
@@ -577,37 +607,26 @@ def _completeness(figures: Figures) -> tuple[Criterion, ...]:
     missing = images.photos - images.placed
     return (
         AROUND.judge(
+            "verdict.around.missing" if round_about > AROUND.green else "verdict.around.whole",
             round_about,
-            f"{round_about:.0f} % of the directions round the limb have no measured surface (the "
-            f"widest gap is {around.widest_gap_deg:.0f} degrees, seen from its middle): a tape "
-            "there would run over air."
-            if round_about > AROUND.green
-            else f"{round_about:.0f} % of the directions round the limb have no measured surface.",
+            missing_percent=round_about,
+            widest_gap_deg=around.widest_gap_deg,
         ),
         OPEN.judge(
+            "verdict.open.beyond" if beyond > OPEN.green else "verdict.open.one_brim",
             beyond,
-            f"The surface is open beyond one brim: {beyond:.0f} % of it would be needed to close "
-            "the rest."
-            if beyond > OPEN.green
-            else "The surface is open at one brim at most.",
+            missing_percent=beyond,
         ),
-        FILLED.judge(filled, f"{filled:.1f} % of the surface was filled in; no photo measured it."),
-        LEFT_OUT.judge(
-            left_out,
-            f"{left_out:.1f} % of what was measured of it was torn off or in crumbs, and is not in "
-            "the surface.",
-        ),
+        FILLED.judge("verdict.filled", filled, filled_percent=filled),
+        LEFT_OUT.judge("verdict.left_out", left_out, left_out_percent=left_out),
         _which(surface),
         MISSING.judge(
+            "verdict.photos_missing",
             100 * missing / max(images.photos, 1),
-            f"{missing} of {images.photos} photos could not be placed.",
+            missing=missing,
+            photos=images.photos,
         ),
-        GAP.judge(
-            gap,
-            f"No photo looks from {gap:.0f} degrees in a row: that side is not measured."
-            if gap > GAP.green
-            else f"The widest gap between photos is {gap:.0f} degrees.",
-        ),
+        GAP.judge("verdict.gap.wide" if gap > GAP.green else "verdict.gap.usual", gap, gap_deg=gap),
     )
 
 
@@ -615,12 +634,9 @@ def _which(surface: SurfaceFigures) -> Criterion:
     """Whether it is clear which body is meant; the other side of its wall is no rival."""
     rivals = [one for one in surface.other_parts if one.relation == "apart"]
     count = 0 if surface.part_given else len(rivals)
-    plural = "Another body lies" if count == 1 else f"{count} other bodies lie"
-    sentence = "It is clear which body is meant."
-    if count:
-        numbers = ", ".join(str(one.number) for one in rivals)
-        sentence = (
-            f"{plural} apart from it (part {numbers}): the photos look at this one most. Say "
-            "--part NUMBER to choose."
-        )
-    return WHICH.judge(float(count), sentence)
+    return WHICH.judge(
+        "verdict.part.rivals" if count else "verdict.part.clear",
+        float(count),
+        count=count,
+        numbers=tuple(one.number for one in rivals),
+    )

@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from limbgram.findings import Gravity, advice, sentence, told
 from limbgram.report.acceptance import setup_section
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.charts import (
@@ -30,7 +31,7 @@ from limbgram.report.accuracy.figures import (
     TapedLength,
 )
 from limbgram.report.accuracy.glossary import Term, terms, value_at
-from limbgram.report.accuracy.judgement import BENT, MOVED
+from limbgram.report.accuracy.judgement import BENT, MOVED, without_light
 from limbgram.report.blocks import (
     Advice,
     AdviceList,
@@ -57,12 +58,11 @@ MEANING = (
 
 def accuracy_report(assessment: Assessment, pictures: Sequence[Picture]) -> Report:
     """The assessment, the verdict first and every figure last."""
-    word = assessment.light.upper()
     return Report(
         title=f"How accurate is {assessment.case}?",
         banner=Banner(
-            badge=word,
-            words=assessment.headline.removeprefix(word).lstrip(". "),
+            badge=assessment.light.upper(),
+            words=told(without_light(assessment.headline)),
             colour=assessment.light,
         ),
         cards=_cards(assessment),
@@ -124,7 +124,7 @@ def _cards(assessment: Assessment) -> tuple[Card, ...]:
 
 def _findings(assessment: Assessment) -> Section:
     items = tuple(
-        Advice(what=one.what, remedy=one.remedy, serious=one.gravity == "serious")
+        Advice(what=sentence(one), remedy=advice(one), serious=one.gravity is Gravity.FAULT)
         for one in assessment.findings
     )
     nothing = Text(words="Nothing that would be worth another photograph.")
@@ -151,7 +151,7 @@ def _criteria(assessment: Assessment) -> Table:
             one.unit,
             f"{one.green:g}",
             f"{one.red:g}" if math.isfinite(one.red) else "never",
-            one.sentence,
+            told(one.finding),
             one.light,
         )
         for one in judged
@@ -169,13 +169,13 @@ def _not_told(assessment: Assessment) -> Iterator[tuple[str, ...]]:
     """Rows of what has no light, because nobody looked or nothing could be seen."""
     movement = assessment.figures.movement
     turned = "Not looked for: the object was turned on purpose, or an older version made the case."
-    for limit, sentence in (
+    for limit, said in (
         (MOVED, turned if movement is None else movement.sentence),
         (BENT, turned if movement is None else movement.bending_sentence),
     ):
         if not any(one.key == limit.key for one in assessment.criteria):
-            found = "not looked for" if movement is None or not sentence else "not known"
-            yield limit.title, found, limit.unit, "", "", sentence, "none"
+            found = "not looked for" if movement is None or not said else "not known"
+            yield limit.title, found, limit.unit, "", "", said, "none"
 
 
 def _against_truth(assessment: Assessment) -> Iterator[Section]:

@@ -7,29 +7,27 @@ Out     findings, the gravest first; every rule has a number and a remedy.
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from limbgram.capture.certificate import SetupCited
-from limbgram.core.errors import with_full_stop
 from limbgram.core.interval import COVER
 from limbgram.core.tape import AGREES_SIGMAS, sigmas_apart
+from limbgram.findings import Finding, Gravity, doubt, fault, note
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
 from limbgram.report.accuracy.figures import Figures, SurfaceSigma
 from limbgram.report.accuracy.judgement import (
     FAR_SCALE,
     IMAGE,
     LENS_FOUND,
+    as_is,
     rests_on,
     tape_tells,
 )
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.accuracy.surface import UNNAMED
 
-Gravity = Literal["serious", "worth doing", "note"]
-_ORDER: tuple[Gravity, ...] = ("serious", "worth doing", "note")
+_ORDER = (Gravity.FAULT, Gravity.DOUBT, Gravity.NOTE)
 
 _NARROW_DEG = 12.0
 _WIDE_GAP_DEG = 30.0
@@ -51,18 +49,15 @@ _NOT_ROUND = 0.10
 _OPEN = 0.05
 _LEFT_OUT = 0.02
 _CHECK_OFF = 0.001
-_CALIBRATE = (
-    "Photograph the calibration board at the same zoom and focus, then run `limbgram calibrate`."
-)
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that limits the result."""
-
-    gravity: Gravity
-    what: str
-    remedy: str
+_PARTS = {
+    IMAGE: "image",
+    CAMERAS: "cameras",
+    SCALE: "scale",
+    FAR_SCALE: "far_scale",
+    OFFSET: "offset",
+    UNNAMED: "unnamed",
+}
+"""Parts of the expected error, as findings name them."""
 
 
 def findings(
@@ -75,13 +70,9 @@ def findings(
     found = [finding for rule in rules for finding in rule(figures)]
     if uncalibrated is not None:
         little = COVER * uncalibrated.sigma_mm <= LENS_FOUND.green  # not so where it is not known
-        gravity: Gravity = "worth doing" if little else "serious"
-        found.append(Finding(gravity, uncalibrated.sentence, _CALIBRATE))
-    found += [
-        Finding("serious" if one.outcome == "fail" else "worth doing", one.sentence, one.remark)
-        for one in setups
-        if one.remark
-    ]
+        make = doubt if little else fault
+        found.append(make("limit.no_camera_file", cost=uncalibrated.finding))
+    found += [one.finding for one in setups if one.to_do]
     return tuple(sorted(found, key=lambda one: _ORDER.index(one.gravity)))
 
 
@@ -92,14 +83,7 @@ def _paint(figures: Figures) -> Iterator[Finding]:
         return
     unsure = _share_beyond(sigma, _UNSURE_TIMES * _quantile(sigma, _SUREST))
     if unsure > _UNSURE:
-        yield Finding(
-            "worth doing",
-            f"Paint is missing on the surface, or few photos see it: {unsure:.0%} of what was "
-            f"measured is more than {_UNSURE_TIMES:.0f} times less sure than the surest quarter "
-            "(light in the picture of the uncertainty), for relief there is not seen.",
-            "Dab spots of 1 to 8 mm on the bare places, no gap wider than a spot, and photograph "
-            "again.",
-        )
+        yield doubt("limit.paint", unsure_share=unsure, times=_UNSURE_TIMES)
 
 
 def _quantile(sigma: SurfaceSigma, share: float) -> float:
@@ -117,214 +101,106 @@ def _share_beyond(sigma: SurfaceSigma, limit_mm: float) -> float:
 def _scale(figures: Figures) -> Iterator[Finding]:
     lengths, board = figures.lengths, figures.lengths.board
     if lengths.unit != "mm":
-        yield Finding(
-            "serious",
-            "Nothing says how large the limb is: every length here has an unknown unit.",
-            "Lay the scale board beside the limb, or give a known distance, and run again.",
-        )
+        yield fault("limit.scale.none")
         return
     if not lengths.check:
-        yield Finding(
-            "serious",
-            "No second length checks the scale: a mistyped or misprinted length goes unnoticed.",
-            "Give one more known distance between marks that the photos show.",
-        )
+        yield fault("limit.scale.unchecked")
     elif not lengths.checked_by_another_piece and not any(map(tape_tells, lengths.tapes)):
-        yield Finding(
-            "worth doing",
-            f"The scale was set by {rests_on(lengths)} alone: what checks it was printed with what "
-            "set it, and a print that is too large as a whole would go unnoticed.",
-            "Tape a girth of 300 mm or more where the limb hardly tapers, and say so: `--tape "
-            "150=354` for 354 mm round the limb at 150 mm above the table, or `--tape widest=354`. "
-            "Or measure a distance beside the limb with a steel rule, and give it with "
-            "`--known-distance`.",
-        )
+        yield doubt("limit.scale.one_source", source=rests_on(lengths))
     for tape in lengths.tapes:
         if tape.reason:
-            yield Finding(
-                "worth doing",
-                f"The girth that was taped {tape.place} could not be compared: "
-                f"{tape.reason.rstrip('.')}.",
-                "Tape it where the surface has a whole girth, and say how high above the table.",
+            yield doubt(
+                "limit.tape.not_compared", height_mm=tape.height_mm, reason=as_is(tape.reason)
             )
         elif sigmas_apart(tape.error_mm, tape.sigma_mm) > AGREES_SIGMAS:
-            yield Finding(
-                "serious",
-                f"The girth that was taped {tape.place} is {abs(tape.error_mm):.1f} mm "
-                f"{'smaller' if tape.error_mm > 0 else 'larger'} than the surface's.",
-                "Tape it again; then measure a long row of the board's squares, or the known "
-                "distance, and give its true size.",
-            )
+            yield fault("limit.tape.conflict", height_mm=tape.height_mm, error_mm=tape.error_mm,
+                        off_mm=abs(tape.error_mm), smaller=tape.error_mm > 0)  # fmt: skip
     if lengths.check_worst > _CHECK_OFF:
-        yield Finding(
-            "serious",
-            f"The check length {lengths.check_worst_label} is off by "
-            f"{100 * lengths.check_worst:.2f} %.",
-            "Measure that length again; look whether the board is flat and did not move.",
+        yield fault(
+            "limit.scale.check_off",
+            label=lengths.check_worst_label,
+            error_percent=100 * lengths.check_worst,
         )
     if board is not None and board.photos < _BOARD_PHOTOS * board.placed_photos:
-        yield Finding(
-            "worth doing",
-            f"The scale board is seen in {board.photos} of {board.placed_photos} photos.",
-            "Lay it closer to the limb, flat, so that most photos show the whole of it.",
-        )
+        yield doubt("limit.scale.board_seen", photos=board.photos, placed=board.placed_photos)
 
 
 def _movement(figures: Figures) -> Iterator[Finding]:
     movement = figures.movement
     if movement is not None and movement.shift > 0.0:
-        yield Finding(
-            "worth doing" if movement.alone else "serious",
-            movement.sentence,
-            "Support the limb, take the photos in one quick walk, and let nobody touch the board.",
-        )
+        make = doubt if movement.alone else fault
+        yield make("limit.moved", movement=as_is(movement.sentence))
     if movement is not None and movement.bending > 0.0:
-        yield Finding(
-            "serious",
-            movement.bending_sentence,
-            "Let the patient rest the limb so that no joint or muscle moves, calibrate the camera "
-            "with a board, hold it still for each photo, and take them again.",
-        )
+        yield fault("limit.bent", bending=as_is(movement.bending_sentence))
 
 
 def _surface(figures: Figures) -> Iterator[Finding]:
-    surface = figures.surface
-    if surface.around.missing_share > _NOT_ROUND:
-        yield Finding(
-            "serious",
-            f"{surface.around.missing_share:.0%} of the directions round the limb have no "
-            f"measured surface; the widest gap is {surface.around.widest_gap_deg:.0f} "
-            "degrees.",
-            "Walk all the way round in steps of 20 degrees or less; look which photos were not "
-            "placed.",
+    surface, around = figures.surface, figures.surface.around
+    if around.missing_share > _NOT_ROUND:
+        yield fault(
+            "limit.surface.not_round",
+            missing_share=around.missing_share,
+            widest_gap_deg=around.widest_gap_deg,
         )
-    if surface.around.open_share > _OPEN:
-        yield Finding(
-            "serious",
-            f"The surface is open beyond one brim: {surface.around.open_share:.0%} of it is "
-            "missing there.",
-            "Take photos that look at the open places squarely, at the limb's end from above.",
-        )
+    if around.open_share > _OPEN:
+        yield fault("limit.surface.open", missing_share=around.open_share)
     if surface.sigma is None:
-        yield Finding(
-            "note",
-            "The surface carries no uncertainty of its own: the expected error is a rough guess "
-            "from the scene's points.",
-            "Run `limbgram reconstruct` again with this version.",
-        )
+        yield note("limit.surface.without_sigma")
     if surface.filled_share > _FILLED:
-        yield Finding(
-            "worth doing",
-            f"{surface.filled_share:.1%} of the surface was filled in where fewer than two "
-            "photos measured it (orange in the picture).",
-            "Paint what is bare there, and add photos that look at those places squarely, from "
-            "above and below as needed.",
-        )
+        yield doubt("limit.surface.filled", filled_share=surface.filled_share)
     if surface.left_out_share > _LEFT_OUT:
-        yield Finding(
-            "serious",
-            f"{surface.left_out_share:.1%} of what was measured of the surface was torn off by "
-            "a bare strip, or hangs on nothing, and is not in it.",
-            "Look whether the wanted side is there; paint bare places and overlap more.",
-        )
+        yield fault("limit.surface.left_out", left_out_share=surface.left_out_share)
     few = surface.photos_per_place.below_3_share
     if few > _FEW_PHOTOS:
-        yield Finding(
-            "worth doing",
-            f"{few:.1%} of the surface is seen by fewer than three photos within 65 degrees: "
-            "nothing checks the measurement there.",
-            "Walk round in smaller steps, and once more higher or lower.",
-        )
+        yield doubt("limit.surface.few_photos", share=few)
 
 
 def _photographs(figures: Figures) -> Iterator[Finding]:
     images = figures.images
-    missing = [row.name for row in images.by_photo if not row.placed]
+    missing = tuple(row.name for row in images.by_photo if not row.placed)
     if missing:
-        yield Finding(
-            "worth doing",
-            f"{len(missing)} photos could not be placed ({', '.join(missing[:4])}"
-            f"{' ...' if len(missing) > 4 else ''}).",
-            "The table of photos says why, and what to do, for each.",
-        )
+        yield doubt("limit.photos.missing", count=len(missing), photos=missing)
     if images.edge_width_px > _BLURRED_PX:
-        yield Finding(
-            "worth doing",
-            f"The photos are soft: the sharpest edges are {images.edge_width_px:.1f} px wide.",
-            "Hold the camera still, use a shorter exposure or a flash, focus on the limb.",
-        )
+        yield doubt("limit.photos.soft", edge_px=images.edge_width_px)
     if images.noise_grey > _NOISY_GREY:
-        yield Finding(
-            "worth doing",
-            f"The photos are noisy: {images.noise_grey:.1f} grey levels.",
-            "More light and a lower ISO number.",
-        )
+        yield doubt("limit.photos.noisy", noise_grey=images.noise_grey)
     for row in images.by_photo:
         for remark in row.remarks:
-            yield Finding(
-                "note", with_full_stop(f"{row.name}: {remark}"), "Take that photo again if you can."
-            )
+            yield note("limit.photos.remark", photo=row.name, remark=as_is(remark))
     usual = figures.residuals.rms_px
     for row in figures.residuals.by_photo:
         if row.rms_px > _ODD_PHOTO * usual:
-            yield Finding(
-                "worth doing",
-                f"{row.name} fits worse than the others: {row.rms_px:.2f} px against "
-                f"{usual:.2f} px.",
-                "Leave it out or take it again.",
-            )
+            yield doubt("limit.photos.odd", photo=row.name, rms_px=row.rms_px, usual_px=usual)
 
 
 def _geometry(figures: Figures) -> Iterator[Finding]:
     network = figures.network
     ring, angles = network.ring, network.angles
     if ring is not None and ring.largest_gap_deg > _WIDE_GAP_DEG:
-        gaping = ring.largest_gap_deg > _GAPING_DEG
-        yield Finding(
-            "serious" if gaping else "note",
-            f"The widest gap between photos, seen from the limb, is "
-            f"{ring.largest_gap_deg:.0f} degrees.",
-            "Take photos in steps of 20 degrees or less all the way round.",
-        )
+        make = fault if ring.largest_gap_deg > _GAPING_DEG else note
+        yield make("limit.photos.gap", gap_deg=ring.largest_gap_deg)
     if angles.median_deg < _NARROW_DEG:
-        yield Finding(
-            "worth doing",
-            f"The base is small: rays meet at {angles.median_deg:.0f} degrees (median), which "
-            "leaves depth uncertain.",
-            "Walk round the limb rather than turn the camera; keep 15 to 20 degrees between "
-            "photos that show the same place.",
-        )
+        yield doubt("limit.photos.small_base", angle_deg=angles.median_deg)
     if network.rays.two_share > _TWO_RAYS:
-        yield Finding(
-            "note",
-            f"{network.rays.two_share:.0%} of the points are seen by two photos only.",
-            "More overlap: smaller steps, or a second round at another height.",
-        )
+        yield note("limit.photos.two_rays", share=network.rays.two_share)
 
 
 def _lens(figures: Figures) -> Iterator[Finding]:
     for camera, lens in zip(figures.residuals.by_camera, figures.cameras, strict=True):
-        name = lens.name
         limit_px = max(_SYSTEMATIC_PX, _SYSTEMATIC_SIGMAS * figures.network.sigma0_robust_px)
         if camera.systematic_px > limit_px:
-            yield Finding(
-                "worth doing",
-                f"The residuals of {name} follow a pattern over the picture "
-                f"({camera.systematic_px:.3f} px): its lens is not what the calibration says.",
-                "Calibrate again at the zoom and focus of these photos, with the board reaching "
-                "into every corner of the picture.",
-            )
-        moved = [
+            yield doubt("limit.lens.pattern", camera=lens.name, pattern_px=camera.systematic_px)
+        moved = tuple(
             one.name
             for one in lens.parameters
             if lens.source == "board" and abs(one.contradicted_sigmas) > _MOVED_SIGMAS
-        ]
+        )
         if moved:
-            yield Finding(
-                "worth doing",
-                f"The photos contradict the calibration of {name} by more than three sigmas "
-                f"({', '.join(moved)}).",
-                "Was the focus or zoom touched since? Calibrate again with this set-up.",
+            yield doubt(
+                "limit.lens.contradicted",
+                camera=lens.name,
+                parameters=moved,
+                limit_sigmas=_MOVED_SIGMAS,
             )
 
 
@@ -334,21 +210,9 @@ def _largest_part(figures: Figures) -> Iterator[Finding]:
     if not known or figures.lengths.unit != "mm":
         return
     largest = max(known, key=lambda one: one.sigma_mm)
-    pixel = figures.images.pixel
-    larger = "A larger board, closer to the limb and in more photos; or a longer known distance."
-    overlap = "More overlap between photos, and a fresh calibration with more board photos."
-    remedies = {
-        IMAGE: f"A pixel is {pixel:.2f} mm on the limb: come closer, or use more "
-        "pixels; more photos help with their square root only.",
-        CAMERAS: overlap,
-        SCALE: larger,
-        FAR_SCALE: larger,
-        OFFSET: "Sharper photos, or photos from nearer: it goes with the size of a pixel.",
-        UNNAMED: f"{overlap} {larger}",
-    }
-    yield Finding(
-        "note",
-        f"The largest part of the expected error is {largest.part}: "
-        f"{largest.sigma_mm:.3f} mm (one sigma).",
-        remedies[largest.part],
+    yield note(
+        "limit.largest_part",
+        part=_PARTS[largest.part],
+        sigma_mm=largest.sigma_mm,
+        pixel_mm=figures.images.pixel,
     )

@@ -1,7 +1,7 @@
 """Self-calibration: what it costs that the lens was found from the photos of the limb alone.
 
 In      the cameras of an assessment and the error that is expected.
-Out     a SelfCalibration, in mm and in words; None where every camera had a camera file.
+Out     a SelfCalibration, in mm and as a finding; None where every camera had a camera file.
 Method  The adjustment frees the lens of a camera that has no file, and its covariance goes into
         the sigma of every vertex: the part that cameras and lens have in it is the most that a
         calibration could take away. It knows nothing of a lens that no polynomial describes.
@@ -11,14 +11,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from limbgram.core.interval import HOLDS, Interval, plus_minus
+from limbgram.core.interval import COVER
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
-from limbgram.report.accuracy.figures import LENS_SOURCES, ExpectedError, LensFigures
+from limbgram.report.accuracy.figures import ExpectedError, LensFigures
 
 MEASURED_COST_MM = 0.002
 """Most that the RMS error of rendered captures grew without their camera file
 (benchmarks/results/selfcalibration.md)."""
 _FOCAL = "fx"
+_FINE_MM, _FINE_PERCENT = 0.0005, 0.005
+"""What is less is told by its first digit, as it would round to nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +34,7 @@ class SelfCalibration:
     sigma_mm: float
     """One standard deviation on the surface, root mean square, of cameras and lens together; NaN
     where the surface carries no sigmas or nothing is known in mm."""
-    sentence: str
+    finding: Finding
 
 
 def self_calibration(
@@ -48,7 +51,7 @@ def self_calibration(
         cameras=tuple(one.name for one in found),
         focal_sigma=focal,
         sigma_mm=sigma_mm,
-        sentence=_sentence(found, focal, sigma_mm),
+        finding=_finding(found, focal, sigma_mm),
     )
 
 
@@ -57,21 +60,26 @@ def _focal_sigma(lens: LensFigures) -> float:
     return one.sigma / one.value
 
 
-def _sentence(found: Sequence[LensFigures], focal: float, sigma_mm: float) -> str:
-    lenses = " and ".join(
-        f"the lens of {names} was {words}"
-        for source, words in LENS_SOURCES.items()
-        if (names := ", ".join(one.name for one in found if one.source == source))
-    )
-    told = f"No camera file was given: {lenses}, and found from these photos alone"
-    if math.isfinite(focal):
-        told += f", its focal length {plus_minus(Interval.of_sigma(100 * focal), 2)} %"
+def _finding(found: Sequence[LensFigures], focal: float, sigma_mm: float) -> Finding:
+    exif = tuple(one.name for one in found if one.source == "exif")
+    guess = tuple(one.name for one in found if one.source == "guess")
+    focal_percent = 100 * COVER * focal if math.isfinite(focal) else None
+    fine_focal = focal_percent is not None and focal_percent < _FINE_PERCENT
     if not math.isfinite(sigma_mm):
-        return f"{told}. What that costs on the surface is not known."
-    cost = plus_minus(Interval.of_sigma(sigma_mm), 3)
-    return (
-        f"{told}. With the places of the cameras that costs {cost} mm on the surface ({HOLDS}). On "
-        f"renders the same photos came out {MEASURED_COST_MM:.3f} mm worse at most (RMS); a lens "
-        "of another kind than theirs may cost more, which only a calibration or a known length "
-        "shows."
+        return note(
+            "verdict.no_camera_file.cost_unknown",
+            exif=exif or None,
+            guess=guess or None,
+            focal_percent=focal_percent,
+            fine_focal=fine_focal,
+        )
+    return note(
+        "verdict.no_camera_file",
+        exif=exif or None,
+        guess=guess or None,
+        focal_percent=focal_percent,
+        fine_focal=fine_focal,
+        cost_mm=COVER * sigma_mm,
+        fine_cost=COVER * sigma_mm < _FINE_MM,
+        rendered_mm=MEASURED_COST_MM,
     )

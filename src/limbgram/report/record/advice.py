@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from limbgram.core.errors import with_full_stop
 from limbgram.core.tape import AGREES_SIGMAS, READING_SIGMA_MM
-from limbgram.findings import told
+from limbgram.findings import advice, sentence, told
 from limbgram.report.record.content import CaseCited, Content, Finding, Json, RecipeDone
 from limbgram.report.record.sources import SAME_MM
 from limbgram.workbench.edits.pressing import PRESSES_MM
@@ -162,8 +162,8 @@ def _about_case(case: CaseCited | None) -> Iterator[Finding]:
     for one in case.setups:
         yield Finding(
             topic="case",
-            what=one.sentence,
-            remedy=one.remark or "The certificate lies beside the camera file.",
+            what=sentence(one.finding),
+            remedy=advice(one.finding) or "The certificate lies beside the camera file.",
             gravity="serious" if one.outcome == "fail" else "mild",
         )
     if not case.delivered:

@@ -222,7 +222,7 @@ def _case(case: CaseSource, shape: ShapeSource, against: ShapeSource | None) -> 
     return CaseCited(
         id=case.id,
         light=case.accuracy.light,
-        headline=case.accuracy.headline,
+        headline=told(case.accuracy.headline),
         delivered=bool(hashes & case.files),
         check_lengths=len(lengths.check),
         check_worst=lengths.check_worst,

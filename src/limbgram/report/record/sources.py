@@ -86,7 +86,7 @@ class CaseAccuracy:
     """What a record cites of accuracy.json; its names are the file's."""
 
     light: Light
-    headline: str
+    headline: Finding
     lengths: CheckedScale
     expected: ExpectedOfCase
     setups: tuple[SetupCited, ...] = ()

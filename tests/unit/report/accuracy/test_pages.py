@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from limbgram.findings import advice, told
 from limbgram.reconstruction.mapping.scene import Movement
 from limbgram.reconstruction.scale.given import TapedGirth
 from limbgram.reconstruction.scale.taping import TapeWitness, TapeWitnesses
@@ -17,6 +18,7 @@ from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.charts import Series, accuracy_pictures, histogram
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.glossary import terms, value_at
+from limbgram.report.accuracy.judgement import as_is, without_light
 from limbgram.report.accuracy.layout import accuracy_report
 from limbgram.report.accuracy.truth import KnownTruth
 from limbgram.report.alignment import Truth
@@ -60,7 +62,7 @@ def with_truth(evidence: Evidence) -> KnownTruth:
 def test_the_tree_is_plain_json_and_says_what_its_figures_are(with_sigmas: Evidence) -> None:
     tree = assess(with_sigmas).tree
     assert json.loads(json.dumps(tree, allow_nan=False)) == tree
-    assert tree["schema"] == "limbgram-accuracy/1"
+    assert tree["schema"] == "limbgram-accuracy/2"
     assert [term.path for term in terms()] == list(tree["glossary"])
 
 
@@ -101,9 +103,9 @@ def test_the_page_is_whole_and_asks_nothing_of_the_network(
     assert len(reader.addresses) == (2 if compared else 1)
     assert "<b>tube" not in page
     assert "&lt;b&gt;tube" in page
-    assert assessment.tree["headline"].partition(": ")[2] in page
-    for finding in assessment.tree["findings"]:
-        assert finding["remedy"].split("`")[0] in page
+    assert told(without_light(assessment.headline)) in page
+    for finding in assessment.findings:
+        assert advice(finding).split("`")[0] in page
 
 
 def test_the_pdf_has_two_pages(evidence: Evidence) -> None:
@@ -132,7 +134,7 @@ def test_the_map_of_sigmas_names_its_unit(with_sigmas: Evidence) -> None:
 
 @pytest.mark.parametrize("words", [3, 40])
 def test_the_box_of_the_verdict_is_as_high_as_its_words(with_sigmas: Evidence, words: int) -> None:
-    said = replace(assess(with_sigmas), light="red", headline="RED. " + "word " * words)
+    said = replace(assess(with_sigmas), light="red", headline=as_is("word " * words))
     first, _ = sheets_of(accuracy_report(said, ()))
     box = next(one for one in first if isinstance(one, Box))
     lines = [one for one in first if isinstance(one, Line) and one.words.startswith("word")]
