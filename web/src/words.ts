@@ -93,7 +93,8 @@ function clause(reason: Finding, how: string): string {
 
 function several(items: readonly Value[], how: string, values: Readonly<Record<string, Value>>): string {
   const first = Number(/^first (\d+)$/.exec(how)?.[1] ?? Infinity);
-  const each = items.map((one) => said(one, how === "and" || first < Infinity ? "" : how, values));
+  const each = items.map((one) => said(one, how === "and" || how === "lines" || first < Infinity ? "" : how, values));
+  if (how === "lines") return each.map((one) => `\n  ${one}`).join("");
   if (each.length > first) return `${each.slice(0, first).join(", ")} ...`;
   if (how === "and" && each.length > 1) return `${each.slice(0, -1).join(", ")} ${language.value === "de" ? "und" : "and"} ${each.at(-1)}`;
   const one = items[0];

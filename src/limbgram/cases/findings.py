@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeVar
 
+from limbgram import findings
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.files import json_of
 from limbgram.core.typed import Strictness, value_of
@@ -25,7 +26,7 @@ class _Judged:
 
 @dataclass(frozen=True, kw_only=True)
 class _Noted:
-    notes: tuple[str, ...] = ()
+    notes: tuple[findings.Finding, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +53,9 @@ def capture_notes(case: CaseFolder) -> tuple[str, ...]:
     """
     moved = tuple(one.sentence for one in _findings(case, _MOVEMENT))
     done = _read(case.summary, _Done)
-    return moved if done is None else (*moved, *done.scene.notes, *done.resolution.notes)
+    if done is None:
+        return moved
+    return (*moved, *map(findings.told, (*done.scene.notes, *done.resolution.notes)))
 
 
 def _findings(case: CaseFolder, key: str) -> tuple[Finding, ...]:

@@ -15,6 +15,7 @@ from limbgram.cases.store import CachingRun
 from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.typed import Strictness, tree_of, value_of
+from limbgram.findings import Finding, told
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.report.summary import Verdict
@@ -246,10 +247,14 @@ def _photos(done: Reconstruction) -> tuple[_PhotoEntry, ...]:
             name=photo.name,
             sha256=photo.sha256,
             placed=verdicts[photo.name].placed,
-            reason=verdicts[photo.name].reason,
+            reason=_told(verdicts[photo.name].reason),
         )
         for photo in done.photos.photos
     )
+
+
+def _told(reason: Finding | None) -> str:
+    return "" if reason is None else told(reason)
 
 
 def _stages(run: CachingRun) -> tuple[_StageRun, ...]:

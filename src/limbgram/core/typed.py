@@ -19,6 +19,7 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
 
+from limbgram.core.errors import AS_IS
 from limbgram.findings import Finding, as_json
 
 T = TypeVar("T")
@@ -113,10 +114,10 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
         return _one_of(tree, parts, at, by)
     if origin is tuple:
         return _sequence(tree, parts, at, by)
-    if not _may_be(tree, hint):
-        raise Mismatch(f"{at or 'it'} must be {_words(hint)}, not {tree!r:.60}")
     if hint is Finding:
         return _finding(tree, at)
+    if not _may_be(tree, hint):
+        raise Mismatch(f"{at or 'it'} must be {_words(hint)}, not {tree!r:.60}")
     if is_dataclass(hint) and isinstance(hint, type):
         return fields_of(cast(dict[str, Any], tree), hint, at, by)
     if hint is float:
@@ -127,6 +128,9 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
 
 
 def _finding(tree: object, at: str) -> Finding:
+    """Earlier versions wrote sentences."""
+    if isinstance(tree, str):
+        return Finding(AS_IS, values={"message": tree})
     try:
         return Finding.from_tree(tree)
     except ValueError as error:
@@ -135,6 +139,8 @@ def _finding(tree: object, at: str) -> Finding:
 
 def _one_of(tree: Any, parts: Sequence[Any], at: str, by: Strictness) -> Any:
     """The first type of a union that fits; if only one can be meant, what that one says."""
+    if tree == "" and {*parts} == {Finding, types.NoneType}:  # as earlier versions wrote it
+        return None
     likely = [part for part in parts if _may_be(tree, part)]
     told: list[Mismatch] = []
     for part in likely:
@@ -169,6 +175,8 @@ def _may_be(tree: object, hint: Any) -> bool:
         return any(type(tree) is type(one) and tree == one for one in get_args(hint))
     if get_origin(hint) is tuple:
         return isinstance(tree, list | tuple)
+    if hint is Finding:
+        return isinstance(tree, dict | str)
     if is_dataclass(hint):
         return isinstance(tree, dict)
     if hint is float:

@@ -7,6 +7,7 @@ Out     a Report; it has no sheets of paper.
 import math
 from collections.abc import Iterator, Sequence
 
+from limbgram.findings import told
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.report.acceptance import setup_section
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
@@ -26,7 +27,7 @@ def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
         intended_use=summary.intended_use,
         sections=(
             Section(title="", blocks=(_TO_ACCURACY,)),
-            *_what_was_done((*summary.scene.notes, *summary.resolution.notes)),
+            *_what_was_done((*summary.scene.notes, *map(told, summary.resolution.notes))),
             *parts_section(summary.parts, summary.unit),
             *_without_camera_file(summary.self_calibration),
             *setup_section(summary.setups),
@@ -129,7 +130,7 @@ def _photos(photos: Sequence[PhotoSummary]) -> Table:
 
 def _set_aside(files: Sequence[SetAside]) -> Iterator[Section]:
     if files:
-        rows = tuple((file.name, file.reason) for file in files)
+        rows = tuple((file.name, told(file.reason)) for file in files)
         yield Section(title="Set aside", blocks=(Table(heads=("what", "why"), rows=rows),))
 
 

@@ -7,6 +7,7 @@ Out     lines: the verdict, what was left out, size, bodies, resolution; and wha
 import math
 from collections.abc import Sequence
 
+from limbgram.findings import told
 from limbgram.report.parts import part_lines
 from limbgram.report.stages import stage_title
 from limbgram.report.summary import StageSummary, Summary
@@ -18,7 +19,7 @@ def summary_lines(summary: Summary) -> tuple[str, ...]:
     unit = "mm" if summary.unit == "mm" else "units of unknown size"
     size = " x ".join(f"{side:.1f}" for side in mesh.size)
     missing = [f"  {photo.name}: {photo.reason}" for photo in summary.photos if photo.reason]
-    aside = [f"  {part.name}: {part.reason}" for part in summary.set_aside]
+    aside = [f"  {part.name}: {told(part.reason)}" for part in summary.set_aside]
     return (
         summary.verdict.headline,
         *_to_check(summary),
@@ -28,7 +29,7 @@ def summary_lines(summary: Summary) -> tuple[str, ...]:
         f"Surface: {mesh.faces:,} triangles, {size} {unit}.",
         *part_lines(summary.parts, summary.unit),
         *summary.scene.notes,
-        *summary.resolution.notes,
+        *map(told, summary.resolution.notes),
         *(() if summary.self_calibration is None else (summary.self_calibration.sentence,)),
         *(f"{one.sentence} {one.remark}".rstrip() for one in summary.setups),
     )

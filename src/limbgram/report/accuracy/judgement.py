@@ -15,8 +15,9 @@ from typing import Literal
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.core.tape import AGREES_SIGMAS, CONTRADICTS_SIGMAS, sigmas_apart
+from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import SQUARE_WITHIN, squareness
-from limbgram.reconstruction.mapping.zoom import zoomed_sentence
+from limbgram.reconstruction.mapping.zoom import zoomed_photos
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
 from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.report.accuracy.figures import (
@@ -454,7 +455,7 @@ def _zoomed(figures: Figures) -> Iterator[Criterion]:
     if names:
         yield ZOOMED.judge(
             float(len(names)),
-            zoomed_sentence(names, figures.images.photos),
+            told(zoomed_photos(names, figures.images.photos)),
         )
 
 

@@ -18,6 +18,7 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.core.interval import widening
+from limbgram.findings import told
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.targets.board import KIT_DICTIONARY
 from limbgram.reconstruction.targets.marks import (
@@ -97,7 +98,7 @@ def place_stickers(found: MarkDetections, views: Sequence[View]) -> PlacedSticke
         if isinstance(one, PlacedSticker):
             placed.append(one)
         else:
-            doubt = f" ({doubted[mark_id]})" if mark_id in doubted else ""
+            doubt = f" ({told(doubted[mark_id])})" if mark_id in doubted else ""
             lost.append(LostSticker(mark_id=mark_id, reason=one + doubt))
     return PlacedStickers(tuple(placed), tuple(lost))
 
