@@ -16,6 +16,7 @@ from PIL import Image
 
 from limbgram.app import coaching
 from limbgram.core.errors import ScaleError
+from limbgram.findings import told
 from limbgram.formats.board_file import read_board, write_board
 from limbgram.formats.printed import PrintedSize, Reading
 from limbgram.reconstruction.targets.board import Board
@@ -143,13 +144,13 @@ def test_a_check_that_is_asked_for_as_another_ends_is_let_be(
     coach.ask(asked(1))
     assert running.wait(20)
     assert first_told.wait(20), "the first one is over"
-    assert (coach.state, coach.message) == ("running", "No answer.")
+    assert (coach.state, told_by(coach)) == ("running", "No answer.")
     assert [one.closed for one in watches] == [False]
     ending.set()
     until = time.monotonic() + 20
     while coach.state == "running" and time.monotonic() < until:
         time.sleep(0.01)
-    assert (coach.state, coach.message) == ("done", "No answer.")
+    assert (coach.state, told_by(coach)) == ("done", "No answer.")
     assert [one.checks for one in watches] == [[1, 2]]
 
 
@@ -200,3 +201,7 @@ def test_a_ruler_more_than_five_per_cent_off_is_refused(
     assert 400 <= refused.status_code < 500
     assert "100 %" in refused.json()["message"]
     assert not watches
+
+
+def told_by(coach: coaching.Coach) -> str:
+    return "" if coach.refusal is None else told(coach.refusal)

@@ -6,9 +6,10 @@ from typing import Literal
 
 import numpy as np
 
+from limbgram.findings import told
 from limbgram.reconstruction.mapping.own import with_room_for
 from limbgram.reconstruction.mapping.scene import Movement
-from limbgram.reconstruction.movement import moved_mm, movement_remark, movement_sentence
+from limbgram.reconstruction.movement import moved_mm, movement_found, movement_remark
 from limbgram.report.accuracy.assessment import Assessment, assess
 from limbgram.report.accuracy.capture import movement_figures
 from limbgram.report.accuracy.evidence import Evidence
@@ -70,8 +71,8 @@ def test_the_table_says_where_nobody_looked_for_movement(with_sigmas: Evidence) 
     vain = html_of(accuracy_report(assessed(with_sigmas, unknown, unknown), ()))
     assert "not looked for" not in vain
     assert "Whether the limb kept still is not known: no points." in vain
-    told = html_of(accuracy_report(assessed(with_sigmas, still, still), ()))
-    assert "not looked for" not in told
+    page = html_of(accuracy_report(assessed(with_sigmas, still, still), ()))
+    assert "not looked for" not in page
 
 
 def test_a_limb_that_kept_still_stays_green(with_sigmas: Evidence) -> None:
@@ -103,8 +104,8 @@ def test_what_looks_bent_may_be_the_lens_where_that_is_not_known(with_sigmas: Ev
         assert ("Either the limb bent, or the lens" in said.bending_sentence) is (
             cause.startswith("because")
         )
-    (told,) = [one for one in assessed(with_sigmas, still, bent).criteria if one.key == "bending"]
-    assert told.sentence.endswith("No rigid surface fits all photos. Take them again.")
+    (bend,) = [one for one in assessed(with_sigmas, still, bent).criteria if one.key == "bending"]
+    assert bend.sentence.endswith("No rigid surface fits all photos. Take them again.")
 
 
 def test_things_that_moved_beside_limb_and_board_cost_no_light(with_sigmas: Evidence) -> None:
@@ -164,7 +165,7 @@ def test_a_limb_that_bent_is_never_green(with_sigmas: Evidence) -> None:
 def test_a_drift_counts_from_end_to_end() -> None:
     drift = movement([2.0, 1.0, 0.0, 1.0, 2.5], "drift")
     assert moved_mm(drift) == 4.5
-    assert "by 4.5 mm in all" in movement_sentence(drift, list("abcde"), "mm")
+    assert "by 4.5 mm in all" in told(movement_found(drift, list("abcde"), "mm"))
     assert math.isnan(moved_mm(None))
 
 
@@ -172,12 +173,11 @@ def test_each_moved_photo_has_its_remark(with_sigmas: Evidence) -> None:
     scene = replace(with_sigmas.metric.scene, movement=movement(shifts(with_sigmas, 8.0)))
     assert movement_remark(scene, 0, "mm") == ()
     last = len(scene.names) - 1
-    assert movement_remark(scene, last, "mm") == (
-        "the limb lies 8.0 mm from where most photos show it",
-    )
+    (remark,) = movement_remark(scene, last, "mm")
+    assert told(remark) == "the limb lies 8.0 mm from where most photos show it"
 
 
 def test_many_photos_are_counted_not_listed() -> None:
     names = [f"{k}.jpg" for k in range(20)]
-    said = movement_sentence(movement([0.0] * 10 + [3.0] * 10), names, "mm")
+    said = told(movement_found(movement([0.0] * 10 + [3.0] * 10), names, "mm"))
     assert said.endswith("in 10.jpg, 11.jpg, 12.jpg, 13.jpg, 14.jpg, 15.jpg and 4 more.")
