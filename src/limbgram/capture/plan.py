@@ -25,8 +25,8 @@ from limbgram.capture.proxy import LimbProxy, tube
 from limbgram.capture.stands import Stand, height_of
 from limbgram.core.errors import OptionsError, PlanError
 from limbgram.core.geometry.lens import Camera
-from limbgram.core.interval import COVER, HOLDS
-from limbgram.findings import Finding, Value, doubt, note, told
+from limbgram.core.interval import COVER
+from limbgram.findings import Finding, Value, doubt, note
 from limbgram.formats.sheets.sock import SPECKLE_PX
 
 _RINGS_DEG = ((25.0,), (15.0, 45.0), (10.0, 35.0, 60.0))
@@ -177,32 +177,49 @@ class CapturePlan:
     notes: tuple[Finding, ...]
 
     @property
-    def lines(self) -> tuple[str, ...]:
-        """The plan as a photographer reads it."""
-        rings = f"{len(self.rings)} ring{'s' if len(self.rings) > 1 else ''}"
-        said = [
-            f"{self.photos} photos in {rings}, "
-            f"{self.distance_mm:.0f} mm from the limb's middle: expected ±"
-            f"{COVER * self.sigma_mm:.2f} mm or better on nine tenths of it ({HOLDS}), sigma "
-            f"{self.sigma_mm:.3f} mm where {self.asked_sigma_mm:g} is asked; "
-            f"{self.coverage.measured:.0%} of it seen by two photos or more."
-        ]
-        for number, ring in enumerate(self.rings, start=1):
-            said.append(
-                f"  Ring {number}: {ring.photos} photos, {360 / ring.photos:.0f} degrees apart, "
-                f"{told(height_of(ring.elevation_deg))}: {abs(ring.above_middle_mm):.0f} mm "
-                f"{'above' if ring.above_middle_mm >= 0 else 'below'} the limb's middle, "
-                f"{ring.level_distance_mm:.0f} mm from its axis."
+    def summary(self) -> Finding:
+        """What is reached by how many photos."""
+        return note(
+            "plan.reached",
+            photos=self.photos,
+            rings=len(self.rings),
+            distance_mm=self.distance_mm,
+            expected_mm=COVER * self.sigma_mm,
+            sigma_mm=self.sigma_mm,
+            asked_mm=self.asked_sigma_mm,
+            measured=self.coverage.measured,
+        )
+
+    @property
+    def steps(self) -> tuple[Finding, ...]:
+        """The plan as a photographer follows it, and what else is worth knowing."""
+        rings = (
+            note(
+                "plan.ring",
+                number=number,
+                photos=ring.photos,
+                step_deg=360 / ring.photos,
+                height=height_of(ring.elevation_deg),
+                off_mm=abs(ring.above_middle_mm),
+                above=ring.above_middle_mm >= 0,
+                level_distance_mm=ring.level_distance_mm,
             )
-        held = "upright" if self.portrait else "level"
-        said.append(f"  Hold the camera {held}; a pixel shows {self.pixel_mm:.2f} mm.")
-        near, far = self.depth_mm
-        sharp = f"  Focus at {self.focus_mm:.0f} mm and lock it; sharp from {near:.0f} to {far:.0f}"
-        if self.aperture is not None:
-            sharp = f"  Aperture f/{self.aperture:.2g}. " + sharp.strip()
-        said.append(f"{sharp} mm.")
-        said.append(f"  Paint marks and gaps of about {self.paint_mm:.1f} mm all over the sock.")
-        return (*said, *(f"  {told(one)}" for one in self.notes))
+            for number, ring in enumerate(self.rings, start=1)
+        )
+        near_mm, far_mm = self.depth_mm
+        return (
+            *rings,
+            note("plan.hold", portrait=self.portrait, pixel_mm=self.pixel_mm),
+            note(
+                "plan.focus",
+                aperture=self.aperture,
+                focus_mm=self.focus_mm,
+                near_mm=near_mm,
+                far_mm=far_mm,
+            ),
+            note("plan.paint", paint_mm=self.paint_mm),
+            *self.notes,
+        )
 
 
 def form_of(limb: LimbForm) -> LimbProxy:

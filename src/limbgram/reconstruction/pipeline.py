@@ -179,7 +179,7 @@ class OtherPart:
     part: Part
     mesh: Mesh | None
     """Measured in the same way; None where it could not be."""
-    reason: str = ""
+    reason: Finding | None = None
     """Why it could not be."""
 
 
@@ -563,7 +563,7 @@ def _if_it_can_be(part: Part, measured: Callable[[int], Mesh]) -> OtherPart:
     try:
         return OtherPart(part=part, mesh=measured(part.number))
     except (SurfaceError, BudgetError) as refusal:
-        return OtherPart(part=part, mesh=None, reason=str(refusal))
+        return OtherPart(part=part, mesh=None, reason=refusal.finding)
 
 
 def wrap(cloud: Cloud, options: PivotOptions | PoissonOptions, run: Run) -> Mesh:

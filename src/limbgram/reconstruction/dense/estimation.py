@@ -175,9 +175,6 @@ _CROP_BYTES = 2.0
 """A pixel of a photo, for its mask while it is cropped."""
 _COARSE_AGREE_PX, _COARSE_AGREE_DEG = 1.5, 60.0
 """How closely a rough map must agree with another one."""
-_UNPAINTED = (
-    "The sock is probably unpainted. Paint it with dense, irregular spots, and photograph again."
-)
 _SURROUNDINGS_PX = 3
 """Pixels round a confirmed one that are looked at again, at the coarsest level."""
 
