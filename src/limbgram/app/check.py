@@ -1,5 +1,6 @@
 """Check: whether the photos will do, told while the patient is still there."""
 
+import math
 from dataclasses import fields, is_dataclass
 from typing import Any, Literal, cast
 
@@ -34,13 +35,13 @@ class CheckedReply(BaseModel):
     name: str
     placed: bool
     points: int = Field(description="Scene points seen in it.")
-    edge_px: float = Field(description="Width of the sharpest edges on the limb; null: unknown.")
-    burnt: float = Field(description="Share of the limb that is burnt out.")
-    features_per_cm2: float
-    azimuth_deg: float = Field(
+    edge_px: float | None = Field(description="Width of the sharpest edges on the limb.")
+    burnt: float | None = Field(description="Share of the limb that is burnt out.")
+    features_per_cm2: float | None
+    azimuth_deg: float | None = Field(
         description="From above, counter-clockwise from the first placed photo."
     )
-    elevation_deg: float = Field(description="Of the camera above level.")
+    elevation_deg: float | None = Field(description="Of the camera above level.")
     counts: bool = Field(description="Whether it is placed, sharp and well exposed.")
     remarks: list[FindingReply]
 
@@ -70,7 +71,7 @@ class CoverageReply(BaseModel):
     radius: float
     measured: float = Field(description="Share of the limb that two photos or more see.")
     well: float = Field(description="Share that three or more see.")
-    sigma_middle_mm: float
+    sigma_middle_mm: float | None
     weakest: FindingReply | None
 
 
@@ -82,7 +83,7 @@ class CoachReply(BaseModel):
     findings: list[FindingReply] = Field(description="What stands in the way of GO.")
     photos: list[CheckedReply]
     missing: list[MissingReply]
-    largest_gap_deg: float = Field(description="Between photos that count.")
+    largest_gap_deg: float | None = Field(description="Between photos that count.")
     board_photos: int | None = Field(description="Photos in which the board was found.")
     coverage: CoverageReply | None
     notes: list[FindingReply]
@@ -95,10 +96,12 @@ class CoachReply(BaseModel):
 
 
 def _replied(value: object) -> Any:
-    """Dataclasses as tables, their findings as replies."""
+    """Dataclasses as tables, their findings as replies; None for what is not known."""
     match value:
         case Finding():
             return FindingReply.of(value)
+        case float():
+            return value if math.isfinite(value) else None
         case tuple():
             return [_replied(item) for item in cast(tuple[object, ...], value)]
         case _ if is_dataclass(value) and not isinstance(value, type):

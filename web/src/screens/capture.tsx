@@ -239,8 +239,8 @@ export function dialOf(answer: Check["answer"] | null | undefined): DialData | n
   const add = additions(answer);
   return {
     photos: answer.photos
-      .filter((one) => one.placed && one.azimuth_deg !== null && Number.isFinite(one.azimuth_deg))
-      .map((one) => ({ name: one.name, azimuth_deg: one.azimuth_deg as number, elevation_deg: Number.isFinite(one.elevation_deg) ? one.elevation_deg : 0 })),
+      .filter((one) => one.placed && one.azimuth_deg !== null)
+      .map((one) => ({ name: one.name, azimuth_deg: one.azimuth_deg as number, elevation_deg: one.elevation_deg ?? 0 })),
     gaps: add.map((one) => ({ from_deg: one.azimuth_deg - 12, to_deg: one.azimuth_deg + 12, high: one.high })),
     add,
   };
@@ -370,7 +370,7 @@ function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void)
     { ok: sharp === answer.photos.length, text: t("find.sharp", sharp, answer.photos.length) },
     ...(answer.board_photos === null || answer.board_photos === undefined ? [] : [{ ok: !answer.findings.some((one) => one.code === "coach.board_unseen"), text: t("find.board", answer.board_photos) }]),
     ...(answer.kept_still === null || answer.kept_still === undefined ? [] : [{ ok: answer.kept_still, text: t(answer.kept_still ? "find.still" : "find.moved") }]),
-    { ok: answer.photos.every((one) => one.burnt < 0.02), text: answer.photos.every((one) => one.burnt < 0.02) ? t("find.light") : t("find.light.bad") },
+    { ok: answer.photos.every((one) => (one.burnt ?? 0) < 0.02), text: answer.photos.every((one) => (one.burnt ?? 0) < 0.02) ? t("find.light") : t("find.light.bad") },
   ];
   return (
     <section>
