@@ -2286,26 +2286,26 @@ export interface components {
             points: number;
             /**
              * Edge Px
-             * @description Width of the sharpest edges on the limb; null: unknown.
+             * @description Width of the sharpest edges on the limb.
              */
-            edge_px: number;
+            edge_px: number | null;
             /**
              * Burnt
              * @description Share of the limb that is burnt out.
              */
-            burnt: number;
+            burnt: number | null;
             /** Features Per Cm2 */
-            features_per_cm2: number;
+            features_per_cm2: number | null;
             /**
              * Azimuth Deg
              * @description From above, counter-clockwise from the first placed photo.
              */
-            azimuth_deg: number;
+            azimuth_deg: number | null;
             /**
              * Elevation Deg
              * @description Of the camera above level.
              */
-            elevation_deg: number;
+            elevation_deg: number | null;
             /**
              * Counts
              * @description Whether it is placed, sharp and well exposed.
@@ -2335,7 +2335,7 @@ export interface components {
              * Largest Gap Deg
              * @description Between photos that count.
              */
-            largest_gap_deg: number;
+            largest_gap_deg: number | null;
             /**
              * Board Photos
              * @description Photos in which the board was found.
@@ -2435,7 +2435,7 @@ export interface components {
              */
             well: number;
             /** Sigma Middle Mm */
-            sigma_middle_mm: number;
+            sigma_middle_mm: number | null;
             weakest: components["schemas"]["FindingReply"] | null;
         };
         /**
