@@ -8,10 +8,13 @@ import { type Language, language } from "./texts";
 
 export type Value = null | boolean | number | string | Finding | readonly Value[];
 
+type Values = Readonly<Record<string, Value>>;
+
 export interface Finding {
   readonly code: string;
   readonly gravity: string;
-  readonly values: Readonly<Record<string, Value>>;
+  /** Each is a Value: answers are typed as JSON. */
+  readonly values: Readonly<Record<string, unknown>>;
   /** In English, for readers without the words. */
   readonly sentence?: string;
 }
@@ -37,13 +40,13 @@ export function told(finding: Finding): string {
 /** What is found, and why. */
 export function sentence(finding: Finding): string {
   const entry = words.value[language.value]?.codes[finding.code];
-  return entry ? filled(entry.says, finding.values) : (finding.sentence ?? finding.code);
+  return entry ? filled(entry.says, finding.values as Values) : (finding.sentence ?? finding.code);
 }
 
 /** What to do about it. */
 export function advice(finding: Finding): string {
   const entry = words.value[language.value]?.codes[finding.code];
-  return entry?.do ? filled(entry.do, finding.values) : "";
+  return entry?.do ? filled(entry.do, finding.values as Values) : "";
 }
 
 /** A template with its values put in. */

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from limbgram.findings import told
+from limbgram.findings import fault, told
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.photos.quality import (
     brightest_luma,
@@ -145,12 +145,14 @@ def test_the_odd_photos_are_remarked_on_and_no_others() -> None:
 def test_what_spoils_most_photos_is_named() -> None:
     sharp, soft = photo("a", 0.9), photo("b", 4.0)
     assert common_fault([sharp, sharp, soft]) is None
-    assert "2 of 3 photos are blurred: their edges are 4.0 px" in str(
-        common_fault([sharp, soft, soft])
-    )
-    assert "overexposed: 40%" in told(common_fault([photo("c", 4.0, burnt=0.4)]))
-    assert "underexposed" in told(common_fault([photo("d", 0.9, brightest=20.0)]))
-    assert "no edge at all" in told(common_fault([photo("e", float("nan"))]))
+    blurred = common_fault([sharp, soft, soft])
+    assert blurred == fault("photo.most_blurred", spoilt=2, photos=3, edge_px=4.0)
+    burnt = common_fault([photo("c", 4.0, burnt=0.4)])
+    assert burnt == fault("photo.most_overexposed", spoilt=1, photos=1, share=0.4)
+    dark = common_fault([photo("d", 0.9, brightest=20.0)])
+    assert dark == fault("photo.most_underexposed", spoilt=1, photos=1)
+    bare = common_fault([photo("e", float("nan"))])
+    assert bare == fault("photo.most_edgeless", spoilt=1, photos=1)
 
 
 def test_blur_counts_as_far_as_keypoints_see_it() -> None:
