@@ -12,7 +12,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.geometry.lens import Camera
-from limbgram.findings import told
+from limbgram.findings import note, told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.mapping.scene import Scene
@@ -208,8 +208,14 @@ def test_every_photo_that_is_left_out_gets_its_own_reason(
         make_pair(1, 6, rows),
     )
     photos = taken(7)
+    dropped = {1: "unused", 4: "It moved."}
     verdicts = judge(
-        placed, photos, places, Pairs(pairs, 0), [other], {1: "unused", 4: "It moved."}
+        placed,
+        photos,
+        places,
+        Pairs(pairs, 0),
+        [other],
+        {k: note("said.as_is", message=one) for k, one in dropped.items()},
     )
     assert [verdict.placed for verdict in verdicts] == [True, True, *5 * (False,)]
     starts = [
