@@ -179,8 +179,8 @@ def test_photos_are_halved_until_the_measurement_fits() -> None:
         found = resolution(sheet(), 100_000, memory_mb)
         halvings.append(found.photo_halvings)
         assert found.edge_mm >= 4.5 * PIXEL_MM * 2**found.photo_halvings
-        told = any("reduced to 1/" in told(one) for one in found.notes)
-        assert told == (found.photo_halvings > 0)
+        reduced = any("reduced to 1/" in told(one) for one in found.notes)
+        assert reduced == (found.photo_halvings > 0)
     assert halvings == sorted(halvings)
     assert (halvings[0], halvings[-1]) == (0, 2)
 
