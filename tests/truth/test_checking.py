@@ -19,6 +19,7 @@ from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.main import app
 from limbgram.core.errors import PhotoError
 from limbgram.core.run import Run
+from limbgram.findings import told
 from limbgram.formats.camera import write_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.report.drawings.coverage import coverage_picture
@@ -58,7 +59,7 @@ def true_azimuths_deg(capture: Capture) -> np.ndarray:
 def test_a_good_capture_is_told_to_go(capture: Capture) -> None:
     found = checked(capture, list(capture.photos))
     assert found.go, found.headline
-    assert found.headline.startswith(f"GO: {PHOTOS} of {PHOTOS} photos placed")
+    assert told(found.headline).startswith(f"GO: {PHOTOS} of {PHOTOS} photos placed")
     assert found.board_photos is not None
     assert found.board_photos >= 10
     turns = np.array([photo.azimuth_deg for photo in found.photos])
@@ -71,7 +72,7 @@ def test_a_good_capture_is_told_to_go(capture: Capture) -> None:
     assert found.coverage.measured > 0.97
     pixel_mm = 1300.0 / capture.truth.views[0].camera.fx
     assert 0.05 < found.coverage.sigma_middle_mm / pixel_mm < 0.13
-    assert f"± {1.96 * found.coverage.sigma_middle_mm:.2f} mm" in found.headline
+    assert f"± {1.96 * found.coverage.sigma_middle_mm:.2f} mm" in told(found.headline)
 
 
 def test_a_missing_side_is_named_with_its_place(capture: Capture) -> None:
@@ -86,7 +87,7 @@ def test_a_missing_side_is_named_with_its_place(capture: Capture) -> None:
     true = true_azimuths_deg(capture)
     for place in missing.azimuths_deg:
         assert true[4] < place < true[8]
-    assert "o'clock as seen from above" in found.headline
+    assert "o'clock as seen from above" in told(found.headline)
     assert all(15 < height < 45 for height in missing.elevations_deg)
     coverage = found.coverage
     assert coverage is not None
@@ -108,10 +109,10 @@ def test_a_step_that_was_left_out_is_advice(capture: Capture) -> None:
     assert found.go, found.headline
     assert 40 < found.largest_gap_deg < 60
     assert found.missing == ()
-    (advice,) = (one for one in found.notes if "empty" in one)
-    assert photos[5].name in advice
-    assert photos[6].name in advice
-    assert left_out.name not in advice
+    (advice,) = (one for one in found.notes if "empty" in told(one))
+    assert photos[5].name in told(advice)
+    assert photos[6].name in told(advice)
+    assert left_out.name not in told(advice)
 
 
 def test_a_blurred_photo_does_not_count(capture: Capture, tmp_path: Path) -> None:
@@ -137,7 +138,7 @@ def test_a_blurred_photo_does_not_count(capture: Capture, tmp_path: Path) -> Non
 def test_photos_that_do_not_join_are_the_answer_and_no_error(capture: Capture) -> None:
     found = checked(capture, [capture.photos[0], capture.photos[5], capture.photos[10]])
     assert not found.go
-    assert found.headline.startswith("NOT YET")
+    assert told(found.headline).startswith("NOT YET")
     assert not found.missing or all(one.count for one in found.missing)
 
 
@@ -149,7 +150,7 @@ def test_without_the_board_it_is_said(capture: Capture) -> None:
         Run(),
     )
     assert not found.go
-    assert any("board" in text.lower() for text in found.findings)
+    assert any("board" in told(one).lower() for one in found.findings)
 
 
 def test_a_capture_that_grows_is_told_the_same_and_known_photos_cost_nothing(
@@ -205,7 +206,7 @@ def test_masks_hide_the_room_from_the_check(capture: Capture, tmp_path: Path) ->
         masks=tmp_path,
     )  # fmt: skip
     assert found.go, found.headline
-    assert f"All {PHOTOS} photos have masks" in found.notes[0]
+    assert f"All {PHOTOS} photos have masks" in told(found.notes[0])
     shown, all_of_it = (np.mean([p.points for p in one.photos]) for one in (found, whole))
     assert 0.3 * all_of_it < shown < 0.95 * all_of_it
     assert found.board_photos == whole.board_photos

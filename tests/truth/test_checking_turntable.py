@@ -10,6 +10,7 @@ import pytest
 from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.core.run import Run
+from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.synthetic import CaptureOptions, TurnedOver, Turning, make_capture
 from limbgram.synthetic.capture import Capture
@@ -37,7 +38,9 @@ def test_photos_of_a_turning_limb_are_placed_by_the_limb(capture: Capture) -> No
     board = parse_board(DEFAULT_BOARD)
     whole = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
     assert sum(one.placed for one in whole.photos) == PHOTOS, whole.headline
-    assert any(f"camera stood still in {PHOTOS} photos" in one for one in whole.notes), whole.notes
+    assert any(f"camera stood still in {PHOTOS} photos" in told(one) for one in whole.notes), (
+        whole.notes
+    )
     middle = capture.truth.limb.mesh.vertices_mm.mean(0)
     away = np.array([view.centre_in_world for view in capture.truth.views]) - middle
     true_deg = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
@@ -73,7 +76,7 @@ def test_a_board_that_stands_still_tells_no_size(tmp_path: Path) -> None:
     board = parse_board(DEFAULT_BOARD)
     found = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
     assert not found.go
-    assert any("stands still" in text for text in found.findings), found.findings
+    assert any("stands still" in told(text) for text in found.findings), found.findings
 
 
 def test_a_cast_that_was_turned_over_is_placed_in_both_poses(tmp_path: Path) -> None:
@@ -85,6 +88,6 @@ def test_a_cast_that_was_turned_over_is_placed_in_both_poses(tmp_path: Path) -> 
     board = parse_board(DEFAULT_BOARD)
     found = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
     assert sum(one.placed for one in found.photos) == options.photos, found.headline
-    (said,) = [one for one in found.notes if "turned over" in one]
+    (said,) = [one for one in found.notes if "turned over" in told(one)]
     names = [photo.name for photo in capture.photos]
     assert f"{names[0]} to {names[15]} and {names[16]} to {names[-1]}" in said

@@ -8,6 +8,8 @@ import { type Language, language } from "./texts";
 
 export type Value = null | boolean | number | string | Finding | readonly Value[];
 
+
+
 export interface Finding {
   readonly code: string;
   readonly gravity: string;
@@ -106,7 +108,8 @@ const JOINED_BY = { and: { en: "and", de: "und" }, or: { en: "or", de: "oder" } 
 
 function several(items: readonly Value[], how: string, values: Readonly<Record<string, Value>>): string {
   const first = Number(/^first (\d+)$/.exec(how)?.[1] ?? Infinity);
-  const each = items.map((one) => said(one, how in JOINED_BY || first < Infinity ? "" : how, values));
+  const each = items.map((one) => said(one, how in JOINED_BY || how === "lines" || first < Infinity ? "" : how, values));
+  if (how === "lines") return each.map((one) => `\n  ${one}`).join("");
   if (each.length > first) return `${each.slice(0, first).join(", ")} ...`;
   if (how in JOINED_BY && each.length > 1) return `${each.slice(0, -1).join(", ")} ${JOINED_BY[how as keyof typeof JOINED_BY][language.value]} ${each.at(-1)}`;
   const one = items[0];

@@ -8,11 +8,13 @@ beforeEach(() => {
   vi.resetModules();
 });
 
-const ANSWER = { go: false, headline: "NOT YET: in English", findings: [], photos: [{ counts: true }, { counts: false }], missing: [], board_photos: 5, coverage: null, notes: [], largest_gap_deg: 30 };
+const found = (code: string, values = {}, english = "") => ({ code, gravity: "fault", values, sentence: english });
+const WHY = found("placing.too_few", { placed: 2, count: 9 }, "Only 2 of 9 photos could be joined.");
+const ANSWER = { go: false, headline: found("coach.not_yet", { why: WHY }, "NOT YET: in English"), findings: [WHY], photos: [{ counts: true }, { counts: false }], missing: [], board_photos: 5, coverage: null, notes: [], largest_gap_deg: 30 };
 
 test("what is missing is told in the language chosen, by its figures", async () => {
   const { coachWords, standWords } = await import("../src/screens/coach-words");
-  const gap = { count: 2, azimuths_deg: [90, 110], elevations_deg: [10, 10], between: ["a.jpg", "b.jpg"], words: "" };
+  const gap = { count: 2, azimuths_deg: [90, 110], elevations_deg: [10, 10], between: ["a.jpg", "b.jpg"] };
   const said = coachWords({ ...ANSWER, missing: [gap] } as never);
   expect(said.lead).toBe("Noch nicht: 2 weitere Fotos fehlen, wie der Ring zeigt.");
   expect(said.why).toBe("1 Foto zählt nicht.");
@@ -25,17 +27,26 @@ test("photos that join no other are told as such, with what to do", async () => 
   const said = coachWords({ ...ANSWER, photos } as never);
   expect(said.lead).toBe("Noch nicht: 2 von 3 Fotos hängen mit keinem anderen zusammen.");
   expect(said.why).toMatch(/herumgehen/);
-  const long = coachWords({ ...ANSWER, headline: "NOT YET: the first sentence. What to do." } as never);
-  expect(long).toEqual({ lead: "NOT YET: the first sentence.", why: "What to do." });
 });
 
-test("what the figures do not tell is the server's own sentence", async () => {
+test("too few photos of the board and places that too few see are told with their limits", async () => {
+  const { coachWords } = await import("../src/screens/coach-words");
+  const board = found("coach.board_unseen", { photos: 2, least: 4 });
+  expect(coachWords({ ...ANSWER, findings: [board] } as never).lead).toBe("Noch nicht: Das Brett ist in 2 Fotos; 4 sind das Mindeste.");
+  const unseen = found("coach.unseen.add", { share: 0.2, least: 3 });
+  expect(coachWords({ ...ANSWER, findings: [unseen] } as never).lead).toBe("Noch nicht: 80 % des Gliedmaßes sehen 3 Fotos oder mehr.");
+});
+
+test("what is of no usual kind is told in its own words", async () => {
   const { coachWords, remarkWords } = await import("../src/screens/coach-words");
-  expect(coachWords(ANSWER as never).lead).toBe("NOT YET: in English");
+  const { words } = await import("../src/words");
+  expect(coachWords(ANSWER as never)).toEqual({ lead: "Noch nicht: Only 2 of 9 photos could be joined.", why: "" });
+  words.value = { de: { codes: { "placing.too_few": { says: "Nur {placed} von {count} Fotos.", do: "Herumgehen." } }, terms: {} } };
+  expect(coachWords(ANSWER as never)).toEqual({ lead: "Noch nicht: Nur 2 von 9 Fotos.", why: "Herumgehen." });
   expect(coachWords({ ...ANSWER, go: true } as never).lead).toMatch(/^GO/);
-  expect(remarkWords("blurred: edges 5 px wide")).toBe("unscharf");
-  expect(remarkWords("480 x 720, where 11 others are 720 x 480: a program has turned its pixels by a quarter")).toBe("von einem Programm gedreht");
-  expect(remarkWords("something else")).toBe("something else");
+  expect(remarkWords(found("photo.blurred"))).toBe("unscharf");
+  expect(remarkWords(found("photo.turned"))).toBe("von einem Programm gedreht");
+  expect(remarkWords(found("photo.other", {}, "something else"))).toBe("something else");
 });
 
 test("a limb that moved and photos that were zoomed are told", async () => {
@@ -43,6 +54,6 @@ test("a limb that moved and photos that were zoomed are told", async () => {
   expect(coachWords({ ...ANSWER, go: true, kept_still: false } as never).why).toMatch(/Gliedmaß bewegte sich/);
   expect(coachWords({ ...ANSWER, go: true, kept_still: true } as never).why).not.toMatch(/bewegte/);
   expect(coachWords({ ...ANSWER, kept_still: false } as never).lead).toMatch(/bewegte oder beugte sich/);
-  const photos = [{ counts: true, placed: true, remarks: ["Its focal length is longer than that of the other photos, by 4.8%"] }];
-  expect(coachWords({ ...ANSWER, photos } as never).lead).toMatch(/^Noch nicht: 1 Foto/);
+  const zoomed = found("lens.zoomed", { count: 1, photos: 2 });
+  expect(coachWords({ ...ANSWER, findings: [zoomed] } as never).lead).toMatch(/^Noch nicht: 1 Foto/);
 });

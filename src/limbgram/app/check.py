@@ -1,6 +1,8 @@
 """Check: whether the photos will do, told while the patient is still there."""
 
-from typing import Literal
+import math
+from dataclasses import fields, is_dataclass
+from typing import Any, Literal, cast
 
 from fastapi import APIRouter
 from pydantic import BaseModel, Field
@@ -9,8 +11,10 @@ from limbgram.app.boards import BoardSpec
 from limbgram.app.cameras import camera_files
 from limbgram.app.clinic import CaseHere, ClinicHere
 from limbgram.app.coaching import Asked
+from limbgram.app.replies import FindingReply
 from limbgram.capture.coach import CaptureCheck
 from limbgram.cases.fingerprint import file_sha256
+from limbgram.findings import Finding
 from limbgram.formats.camera import read_camera
 
 router = APIRouter(tags=["photos"])
@@ -25,6 +29,87 @@ class AskCheck(BaseModel):
     cameras: list[str] = Field(default=[], max_length=20, description="Ids of cameras.")
 
 
+class CheckedReply(BaseModel):
+    """One photo as far as it was looked at."""
+
+    name: str
+    placed: bool
+    points: int = Field(description="Scene points seen in it.")
+    edge_px: float | None = Field(description="Width of the sharpest edges on the limb.")
+    burnt: float | None = Field(description="Share of the limb that is burnt out.")
+    features_per_cm2: float | None
+    azimuth_deg: float | None = Field(
+        description="From above, counter-clockwise from the first placed photo."
+    )
+    elevation_deg: float | None = Field(description="Of the camera above level.")
+    counts: bool = Field(description="Whether it is placed, sharp and well exposed.")
+    remarks: list[FindingReply]
+
+
+class MissingReply(BaseModel):
+    """Photos to add, and from where."""
+
+    count: int
+    azimuths_deg: list[float]
+    elevations_deg: list[float] = Field(description="Above level, one for each azimuth.")
+    between: tuple[str, str] | None = Field(
+        description="Photos on either side of a gap; null where a place is seen by too few."
+    )
+    asked: FindingReply = Field(description="The same as a request.")
+
+
+class CoverageReply(BaseModel):
+    """What the photos that count will measure, cell by cell, rows from below upwards."""
+
+    rows: int
+    side_rows: int
+    columns: int
+    photos: list[list[int | None]] = Field(description="That show the cell squarely, six at most.")
+    sigma_mm: list[list[float | None]]
+    places: list[list[tuple[float, float, float]]] = Field(description="Middles of the cells.")
+    length: float
+    radius: float
+    measured: float = Field(description="Share of the limb that two photos or more see.")
+    well: float = Field(description="Share that three or more see.")
+    sigma_middle_mm: float | None
+    weakest: FindingReply | None
+
+
+class CoachReply(BaseModel):
+    """The answer of the coach, and what it rests on."""
+
+    go: bool
+    headline: FindingReply
+    findings: list[FindingReply] = Field(description="What stands in the way of GO.")
+    photos: list[CheckedReply]
+    missing: list[MissingReply]
+    largest_gap_deg: float | None = Field(description="Between photos that count.")
+    board_photos: int | None = Field(description="Photos in which the board was found.")
+    coverage: CoverageReply | None
+    notes: list[FindingReply]
+    kept_still: bool | None = Field(description="Whether the limb kept still and its shape.")
+
+    @classmethod
+    def of(cls, found: CaptureCheck) -> "CoachReply":
+        """An answer, its findings in the words of the app."""
+        return cls.model_validate(_replied(found))
+
+
+def _replied(value: object) -> Any:
+    """Dataclasses as tables, their findings as replies; None for what is not known."""
+    match value:
+        case Finding():
+            return FindingReply.of(value)
+        case float():
+            return value if math.isfinite(value) else None
+        case tuple():
+            return [_replied(item) for item in cast(tuple[object, ...], value)]
+        case _ if is_dataclass(value) and not isinstance(value, type):
+            return {field.name: _replied(getattr(value, field.name)) for field in fields(value)}
+        case _:
+            return value
+
+
 class Check(BaseModel):
     """The answer of the coach, and whether it is that of today's photos."""
 
@@ -34,7 +119,8 @@ class Check(BaseModel):
     stage: str = ""
     took_s: float = 0.0
     message: str = Field(default="", description="Why there is no answer.")
-    answer: CaptureCheck | None = None
+    finding: FindingReply | None = Field(default=None, description="The same as data.")
+    answer: CoachReply | None = None
 
 
 @router.get("/cases/{case_id}/check")
@@ -43,14 +129,17 @@ def read_check(clinic: ClinicHere, case: CaseHere) -> Check:
     coach = clinic.coaches.of(case)
     here = len(clinic.intake(case).received())
     answered = coach.state in ("done", "refused")
+    root = clinic.shelf.root
+    why = None if coach.refusal is None else FindingReply.of(coach.refusal, root)
     return Check(
-        state="refused" if answered and coach.message else coach.state,
+        state="refused" if answered and why else coach.state,
         current=coach.photos == here and answered,
         photos=coach.photos,
         stage=coach.stage,
         took_s=coach.took_s,
-        message=coach.message,
-        answer=coach.found,
+        message="" if why is None else why.sentence,
+        finding=why,
+        answer=None if coach.found is None else CoachReply.of(coach.found),
     )
 
 

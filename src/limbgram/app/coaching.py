@@ -15,14 +15,14 @@ from typing import Literal
 from limbgram.capture.coach import CaptureCheck
 from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cases.shelf import ShelvedCase
-from limbgram.core.errors import Cancelled, LimbgramError, disk_advice
+from limbgram.core.errors import AS_IS, Cancelled, LimbgramError, disk_advice
 from limbgram.core.run import Run
+from limbgram.findings import Finding, Gravity, fault
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.video import is_video
 from limbgram.reconstruction.targets.board import Board
 
 CheckState = Literal["none", "running", "done", "refused"]
-_FAULT = "The check met a fault of its own. Check again; if it ends so again, report it."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +50,8 @@ class Coach:
     on_change: Callable[[], None]
     state: CheckState = "none"
     found: CaptureCheck | None = None
-    message: str = ""
+    refusal: Finding | None = None
+    """Why there is no answer."""
     stage: str = ""
     photos: int = 0
     """Files that the answer, or the check that runs, looked at."""
@@ -91,7 +92,7 @@ class Coach:
             self._check_all()
         except BaseException:  # a fault of ours passes on, and nobody waits for it
             with self._lock:
-                self.state, self.found, self.message = "done", None, _FAULT
+                self.state, self.found, self.refusal = "done", None, fault("coach.own_fault")
                 self._let_go()
             raise
         finally:
@@ -102,7 +103,7 @@ class Coach:
             with self._lock:
                 asked, self._next = self._next, None
                 if asked is None:
-                    ended = "none" if self.found is None and not self.message else self.state
+                    ended = "none" if self.found is None and not self.refusal else self.state
                     self.state = "done" if ended == "running" else ended
                     if self._to_rest:
                         self._let_go()
@@ -117,13 +118,14 @@ class Coach:
         began = time.monotonic()
         try:
             self.found = self._answer(asked, run)
-            self.message = ""
+            self.refusal = None
         except Cancelled:
             return
         except LimbgramError as error:
-            self.found, self.message = None, str(error)
+            self.found, self.refusal = None, error.finding
         except OSError as error:
-            self.found, self.message = None, disk_advice(error)
+            advice = Finding(AS_IS, Gravity.FAULT, {"message": disk_advice(error)})
+            self.found, self.refusal = None, advice
         self.took_s = time.monotonic() - began
 
     def _answer(self, asked: Asked, run: Run) -> CaptureCheck:

@@ -190,7 +190,7 @@ async def receive(
         async for piece in request.stream():
             here += len(piece)
             if here > most:
-                raise OptionsError("case.upload.longer", name=name)
+                raise OptionsError("photo.upload.too_long", name=name)
             if not pending and len(piece) >= _PIECE:
                 await asyncio.to_thread(stream.write, piece)
                 continue
@@ -280,7 +280,7 @@ def _range(text: str | None) -> tuple[int, int | None, int | None]:
     first, last = (int(found[1]), int(found[2])) if found else (0, -1)
     total = int(found[3]) if found and found[3] != "*" else None
     if last < first or (total is not None and last >= total):
-        raise OptionsError("case.upload.bad_range")
+        raise OptionsError("photo.upload.no_range")
     return first, last, total
 
 

@@ -18,7 +18,7 @@ Fails   never on photos that cannot be joined or scaled: that is its answer. Pho
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 
@@ -31,7 +31,7 @@ from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, proxy_of
 from limbgram.capture.stands import (
     Stand,
     clock,
-    height_words,
+    height_of,
     shows_squarely,
     stand_of,
     stands_to_add,
@@ -45,8 +45,9 @@ from limbgram.core.errors import (
 )
 from limbgram.core.geometry.arrays import GreyImage, Points3, Vector3
 from limbgram.core.geometry.lens import View
-from limbgram.core.interval import HOLDS, Interval, plus_minus
+from limbgram.core.interval import COVER
 from limbgram.core.run import Run, in_parallel
+from limbgram.findings import Finding, Value, doubt, fault, note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cameras_for
 from limbgram.reconstruction.dense.region import (
     RegionOptions,
@@ -62,7 +63,7 @@ from limbgram.reconstruction.features.detection import (
 )
 from limbgram.reconstruction.mapping.ring import MappingOptions
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.zoom import zoomed_sentence
+from limbgram.reconstruction.mapping.zoom import zoomed_photos
 from limbgram.reconstruction.matching.matching import (
     Candidate,
     MatchedPair,
@@ -72,11 +73,12 @@ from limbgram.reconstruction.matching.matching import (
     pairs_worth_matching,
 )
 from limbgram.reconstruction.matching.still import Still, find_still
-from limbgram.reconstruction.movement import bending_sentence, lens_doubt, movement_sentence
+from limbgram.reconstruction.movement import bending_found, lens_doubt, movement_found
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.masks import load_mask, mask_notes
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import (
+    SPOILT,
     QualityOptions,
     brightest_luma,
     burnt_share,
@@ -175,7 +177,7 @@ class CheckedPhoto:
     """Of the camera above level, seen from the limb's middle."""
     counts: bool
     """Whether it is placed, sharp and well exposed."""
-    remarks: tuple[str, ...]
+    remarks: tuple[Finding, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,14 +190,15 @@ class MissingPhotos:
     """Above level, one for each azimuth."""
     between: tuple[str, str] | None
     """Photos on either side of a gap; None where a place is seen by too few."""
-    words: str
+    asked: Finding
+    """The same as a request."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CoveredRegion:
     """A part of the limb: a third of its height, and the side that faces an hour; or its end."""
 
-    name: str
+    name: Finding
     photos: int
     """That measure the middle one of its cells, six at most."""
     unseen: float
@@ -230,8 +233,8 @@ class Coverage:
     sigma_middle_mm: float
     """Half of what is measured is expected to be surer; NaN where there is no size."""
     regions: tuple[CoveredRegion, ...]
-    weakest: str
-    """The region with the least sure middle, in words; empty where there is none."""
+    weakest: Finding | None
+    """The region with the least sure middle; None where there is none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -239,9 +242,9 @@ class CaptureCheck:
     """The answer, and what it rests on."""
 
     go: bool
-    headline: str
+    headline: Finding
     """The answer in one line."""
-    findings: tuple[str, ...]
+    findings: tuple[Finding, ...]
     """What stands in the way of GO."""
     photos: tuple[CheckedPhoto, ...]
     missing: tuple[MissingPhotos, ...]
@@ -251,7 +254,7 @@ class CaptureCheck:
     """Photos in which the board was found; None where none was looked for."""
     coverage: Coverage | None = None
     """None where the limb was not found."""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
     """What does not stand in the way of GO and is worth a look."""
     kept_still: bool | None = None
     """Whether the limb kept still and kept its shape; None where that is not known: while the ring
@@ -300,8 +303,8 @@ class Coach:
     def check(self, photos: PhotoSet, small: PhotoSet, run: Run | None = None) -> CaptureCheck:
         """Whether these photos are good; those known from an earlier check cost little."""
         found = self._checked(photos, small, run or Run())
-        left_out = (f"{one.name} is left out: {one.reason}." for one in photos.set_aside)
-        notes = (*left_out, *mask_notes(photos), *found.notes)
+        aside = (note("coach.left_out", name=k.name, reason=k.reason) for k in photos.set_aside)
+        notes = (*aside, *mask_notes(photos), *found.notes)
         return replace(found, notes=notes, set_aside=photos.set_aside)
 
     def _checked(self, photos: PhotoSet, small: PhotoSet, run: Run) -> CaptureCheck:
@@ -319,14 +322,14 @@ class Coach:
                 small, features, matches, pairs, cameras, detections, run, mapping, twoview
             )
         except (CalibrationError, MatchingError, PlacementError) as refusal:
-            return _refused(photos, str(refusal), options)
+            return _refused(photos, refusal.finding, options)
         poses = placed.poses
         placing = Placing(features, placed.matches, placed.pairs, placed.scene, still, poses)
         if placed.scene.ring is not None and placed.scene.ring.closed:
             # while it is open, more photos are to come, and an arc bends as if the limb moved
             settled = by_the_limb(small, cameras, placing, detections, PipelineOptions(), run)
             placing, detections = settled.placing, settled.found
-        findings: list[str] = []
+        findings: list[Finding] = []
         scene = placing.scene
         if detections is not None and (still.groups or poses.sides):
             detections = board_of_object(detections, still, poses)
@@ -334,18 +337,16 @@ class Coach:
         try:
             metric = to_millimetres(scene, detections, (), cameras=cameras)
         except ScaleError as refusal:
-            findings.append(str(refusal))
+            findings.append(refusal.finding)
             metric = to_millimetres(scene)
         if board_photos is not None and board_photos < options.min_board_photos and not findings:
-            findings.append(
-                f"The scale board is found in {board_photos} photos; {options.min_board_photos} "
-                "are needed. Lay it flat beside the limb and take photos that show all of it."
-            )
+            least = options.min_board_photos
+            findings.append(fault("coach.board_unseen", photos=board_photos, least=least))
         found = True
         try:
             limb = limb_shown(metric)
         except RegionError as refusal:
-            findings.append(str(refusal))
+            findings.append(refusal.finding)
             limb, found = metric.scene.points_in_world, False
         looked_at = run(look_at_limb, photos, small, features, metric, limb, self._seen)
         seen = _Seen(photos, small, metric, limb, looked_at, found)
@@ -423,57 +424,44 @@ def _kept_still(scene: Scene) -> bool | None:
     return True
 
 
-def _moved_findings(metric: MetricScene, cameras: Cameras) -> Iterator[str]:
+def _moved_findings(metric: MetricScene, cameras: Cameras) -> Iterator[Finding]:
     """That the limb bent, or moved where its own points do not place the photos."""
     scene, unit = metric.scene, _unit_of(metric)
     movement, bending = scene.movement, scene.bending
-    again = "Let the limb rest on something firm, and take the photos again."
     if movement is not None and movement.moved and not movement.alone:
-        words = movement_sentence(movement, scene.names, unit)
-        yield f"{words} Its own points do not place the photos. {again}"
+        yield fault("coach.moved", how=movement_found(movement, scene.names, unit))
     if bending is not None and bending.moved:
-        doubt = lens_doubt(scene, cameras)
-        yield f"{bending_sentence(bending, scene.names, unit, doubt)} {again}"
+        lens = lens_doubt(scene, cameras)
+        yield fault("coach.bent", how=bending_found(bending, scene.names, unit, lens))
 
 
 def _unit_of(metric: MetricScene) -> str:
     return "mm" if metric.scale.unit == "mm" else "scene units"
 
 
-def _moved_notes(metric: MetricScene) -> Iterator[str]:
+def _moved_notes(metric: MetricScene) -> Iterator[Finding]:
     """That the limb moved as one piece, or what lies round it did: the surface will do without."""
     scene = metric.scene
     movement = scene.movement
     if movement is not None and movement.moved and movement.alone:
-        yield (
-            f"{movement_sentence(movement, scene.names, _unit_of(metric))} The surface will be "
-            "made by the points on the limb alone, and its verdict will not be green. For a green "
-            "one let the limb rest on something firm, and take the photos again."
-        )
+        how = movement_found(movement, scene.names, _unit_of(metric))
+        yield doubt("coach.moved_alone", how=how)
     elif movement is not None and movement.beside:
-        yield movement_sentence(movement, scene.names, _unit_of(metric))
+        yield movement_found(movement, scene.names, _unit_of(metric))
 
 
-def _turning_notes(still: Still) -> tuple[str, ...]:
+def _turning_notes(still: Still) -> tuple[Finding, ...]:
     """What a still camera was seen by, and what the hours mean then."""
     if not still.groups:
         return ()
-    turn = (
-        "Hours are where the camera stood as seen from the limb: turn the limb, not the camera, "
-        "to reach one."
-    )
-    return (*still.notes, turn)
+    return (*still.notes, note("coach.turn_the_limb"))
 
 
-def _turned_over_notes(poses: Poses, small: PhotoSet) -> tuple[str, ...]:
+def _turned_over_notes(poses: Poses, small: PhotoSet) -> tuple[Finding, ...]:
     """That the hours of a photo count for its own pose of the object."""
     if not poses.sides:
         return ()
-    return (
-        f"The object was turned over: {poses.names(small)} show it in two poses, joined by what "
-        "lies on the object alone. Hours and heights count in the pose whose photos show the board "
-        "more often, as if the object had kept it.",
-    )
+    return (note("coach.turned_over", sides=poses.names(small)),)
 
 
 def _renumbered(known: MatchedPair, candidate: Candidate) -> MatchedPair:
@@ -483,52 +471,50 @@ def _renumbered(known: MatchedPair, candidate: Candidate) -> MatchedPair:
 
 
 def _answer(
-    seen: "_Seen", findings: list[str], board_photos: int | None, options: CheckOptions
+    seen: "_Seen", findings: list[Finding], board_photos: int | None, options: CheckOptions
 ) -> CaptureCheck:
     """All that was found, as one answer."""
     scene = seen.metric.scene
-    fault = common_fault([one.photo for one in seen.looked_at if one.placed], options.quality)
-    if fault is not None:
-        findings.append(fault)
+    spoilt = common_fault([one.photo for one in seen.looked_at if one.placed], options.quality)
+    if spoilt is not None:
+        findings.append(spoilt)
     zoomed = [one.name for one in scene.verdicts if one.remark]
     if zoomed:
-        findings.append(zoomed_sentence(zoomed, len(scene.names)))
+        findings.append(zoomed_photos(zoomed, len(scene.names)))
     checked, missing = _judged(seen.photos, seen.looked_at, scene, seen.limb, options)
     gap_deg = max(_gaps_deg([one.azimuth_deg for one in checked if one.counts]), default=math.nan)
     ring = scene.ring
     shown = _shown(seen, checked, options) if seen.found else None
     asked: tuple[MissingPhotos, ...] = ()
-    said: list[str] = []
-    notes: tuple[str, ...] = ()
+    said: list[Finding] = []
+    notes: tuple[Finding, ...] = ()
     if shown is not None:
         asked, said, notes = _asked_for(shown, seen.metric, checked, missing, options)
     closed = ring is not None and ring.closed
     if closed and not findings and not said and _may_stay(missing, checked, options):
-        advice = (f"Not needed, but the surface becomes surer: {one.words}" for one in missing)
+        advice = (note("coach.surer", asked=one.asked) for one in missing)
         missing, notes = (), (*advice, *notes)
-    findings += [one.words for one in missing]
+    findings += [one.asked for one in missing]
     if not missing and ring is not None and not closed:
-        findings.append(
-            f"Neighbouring photos share few points: {ring.weakest_bridge} join the two sides of "
-            "the weakest place. Paint the sock more densely there, or take more photos between."
-        )
+        findings.append(fault("coach.weak_bridge", points=ring.weakest_bridge))
     findings += said
     counting = sum(one.counts for one in checked)
     if not findings and counting < options.fewest_round:
-        findings.append(
-            f"{counting} photos count, and {options.fewest_round} are needed at least: the surface "
-            "would have holes. Take photos in steps of 30 degrees or less all the way round."
-        )
-    placed = sum(one.placed for one in checked)
-    facts = f"{placed} of {len(checked)} photos placed, largest gap {gap_deg:.0f} degrees"
-    if board_photos is not None:
-        facts += f", board in {board_photos}"
+        findings.append(fault("coach.few_count", counting=counting, least=options.fewest_round))
+    expected_mm = None
     if shown is not None and math.isfinite(shown.coverage.sigma_middle_mm):
-        expected = Interval.of_sigma(shown.coverage.sigma_middle_mm)
-        facts += f"; expected {plus_minus(expected, 2)} mm ({HOLDS})"
+        expected_mm = COVER * shown.coverage.sigma_middle_mm
+    go = note(
+        "coach.go",
+        placed=sum(one.placed for one in checked),
+        photos=len(checked),
+        gap_deg=float(gap_deg),
+        board=board_photos,
+        expected_mm=expected_mm,
+    )
     return CaptureCheck(
         go=not findings,
-        headline=f"GO: {facts}." if not findings else f"NOT YET: {findings[0]}",
+        headline=go if not findings else fault("coach.not_yet", why=findings[0]),
         findings=tuple(findings),
         photos=checked,
         missing=(*missing, *asked),
@@ -696,15 +682,16 @@ def _judged(
 ) -> tuple[tuple[CheckedPhoto, ...], tuple[MissingPhotos, ...]]:
     """Every photo with what is wrong, and the photos that are missing between those that count."""
     on_limb = replace(photos, photos=tuple(one.photo for one in looked_at))
-    said: dict[str, list[str]] = {}
+    said: dict[str, list[Finding]] = {}
     for remark in remarks(on_limb, options.quality):
-        said.setdefault(remark.name, []).append(remark.text)
+        said.setdefault(remark.name, []).append(remark.finding)
     stands = _stands(scene, limb)
     checked: list[CheckedPhoto] = []
     for idx, one in enumerate(looked_at):
         verdict = scene.verdicts[idx]
-        told = said.get(one.photo.name, [])
-        bad = any(text.startswith(("blurred", "overexposed", "underexposed")) for text in told)
+        own = said.get(one.photo.name, [])
+        bad = any(found.code in SPOILT for found in own)
+        named = _named_in(verdict.reason)
         checked.append(
             CheckedPhoto(
                 name=one.photo.name,
@@ -717,12 +704,19 @@ def _judged(
                 elevation_deg=stands[idx].elevation_deg,
                 counts=one.placed and not bad,
                 remarks=(
-                    *(one for one in (verdict.reason, verdict.remark) if one),
-                    *(text for text in told if text.split(":")[0] not in verdict.reason),
+                    *(found for found in (verdict.reason, verdict.remark) if found is not None),
+                    *(found for found in own if found.code not in named),
                 ),
             )
         )
     return tuple(checked), missing_round(checked, options)
+
+
+def _named_in(reason: Finding | None) -> set[str]:
+    """Codes of the remarks that a verdict names itself."""
+    measured = () if reason is None else reason.values.get("measured")
+    found = measured if isinstance(measured, tuple) else ()
+    return {one.code for one in found if isinstance(one, Finding)}
 
 
 def _stands(scene: Scene, limb: Points3) -> list[Stand]:
@@ -766,12 +760,16 @@ def missing_round(
         places = tuple(
             float((one.azimuth_deg + gap * k / (count + 1)) % 360) for k in range(1, count + 1)
         )
-        hours = ", ".join(dict.fromkeys(clock(place) for place in places))
         height_deg = (one.elevation_deg + following.elevation_deg) / 2
-        words = (
-            f"Add {count} photo{'s' if count > 1 else ''} between {one.name} and "
-            f"{following.name}, where {gap:.0f} degrees are empty: at {hours} o'clock as seen from "
-            f"above, where {first} stands at 12, {height_words(height_deg)} as these two are."
+        asked = fault(
+            "coach.add_between",
+            count=count,
+            before=one.name,
+            after=following.name,
+            gap_deg=float(gap),
+            hours=_hours(places),
+            first=first,
+            height=height_of(height_deg),
         )
         found.append(
             MissingPhotos(
@@ -779,10 +777,15 @@ def missing_round(
                 azimuths_deg=places,
                 elevations_deg=(height_deg,) * count,
                 between=(one.name, following.name),
-                words=words,
+                asked=asked,
             )
         )
     return tuple(sorted(found, key=lambda one: -one.count))
+
+
+def _hours(azimuths_deg: Iterable[float]) -> tuple[int, ...]:
+    """The hours at which places stand, each once."""
+    return tuple(dict.fromkeys(clock(azimuth) for azimuth in azimuths_deg))
 
 
 def _may_stay(
@@ -833,8 +836,8 @@ class _Shown:
     coverage: Coverage
     thin: float
     """Share of the limb of which no two photos stand near enough to each other to find depth."""
-    bare: tuple[str, ...] = ()
-    """Regions in which paint is missing, in words."""
+    bare: tuple[Finding, ...] = ()
+    """Regions in which paint is missing."""
 
 
 def _shown(seen: _Seen, checked: Sequence[CheckedPhoto], options: CheckOptions) -> _Shown:
@@ -883,11 +886,11 @@ def _usual_pixel(views: Sequence[View], proxy: LimbProxy) -> float:
 
 def _bare_regions(
     proxy: LimbProxy, prediction: Prediction, gap_px: Float64[np.ndarray, " n"]
-) -> list[str]:
+) -> list[Finding]:
     """Regions of which much is farther from paint than can be bridged, though photos see it."""
     bare = (gap_px > _BARE_PX) & (prediction.squarely >= 2) & proxy.known
     return [
-        f"{title} ({bare[cells].mean():.0%} of it)"
+        note("coach.region.bare", region=title, share=float(bare[cells].mean()))
         for title, cells in _cells_of_regions(proxy)
         if cells.any() and bare[cells].mean() > _BARE_SHARE
     ]
@@ -928,9 +931,11 @@ def coverage_of(proxy: LimbProxy, prediction: Prediction, in_mm: bool) -> Covera
         well=prediction.share(prediction.squarely >= 3, proxy),
         sigma_middle_mm=prediction.middle_sigma_mm(proxy) if in_mm else math.nan,
         regions=regions,
-        weakest=""
+        weakest=None
         if weakest is None
-        else f"{weakest.name}, {plus_minus(Interval.of_sigma(weakest.sigma_mm), 2)} mm",
+        else note(
+            "coach.region.weakest", region=weakest.name, expected_mm=COVER * weakest.sigma_mm
+        ),
     )
 
 
@@ -943,21 +948,20 @@ def _regions(
     )
 
 
-def _cells_of_regions(proxy: LimbProxy) -> list[tuple[str, Bool[np.ndarray, " n"]]]:
+def _cells_of_regions(proxy: LimbProxy) -> list[tuple[Finding, Bool[np.ndarray, " n"]]]:
     """The regions by name, from below upwards, and which cells are theirs."""
     row, column = np.divmod(np.arange(len(proxy.mesh)), COLUMNS)
     third = np.minimum(row * len(_THIRDS) // proxy.side_rows, len(_THIRDS) - 1)
-    found: list[tuple[str, Bool[np.ndarray, " n"]]] = []
+    found: list[tuple[Finding, Bool[np.ndarray, " n"]]] = []
     for part, name in enumerate(_THIRDS):
         for hour in range(0, 12, _HOURS):
             middle = -hour * COLUMNS / 12 % COLUMNS
             off = np.abs((column - middle + COLUMNS / 2) % COLUMNS - COLUMNS / 2)
             cells = (row < proxy.side_rows) & (third == part) & (off <= _HOURS * COLUMNS / 24)
-            title = f"{name} third, side that faces {hour or 12} o'clock"
-            found.append((title, cells))
+            found.append((note("coach.region.side", third=name, hour=hour or 12), cells))
     end = (row >= proxy.side_rows) & proxy.known
     if end.any():
-        found.append(("upper end", end))
+        found.append((note("coach.region.end"), end))
     return found
 
 
@@ -967,7 +971,7 @@ _HOURS = 2
 
 
 def _region(
-    name: str,
+    name: Finding,
     cells: np.ndarray,
     prediction: Prediction,
     sigma_mm: Float64[np.ndarray, " n"],
@@ -988,63 +992,48 @@ def _asked_for(
     checked: Sequence[CheckedPhoto],
     missing: Sequence[MissingPhotos],
     options: CheckOptions,
-) -> tuple[tuple[MissingPhotos, ...], list[str], tuple[str, ...]]:
+) -> tuple[tuple[MissingPhotos, ...], list[Finding], tuple[Finding, ...]]:
     """Photos for places that too few see, the findings that they belong to, and notes."""
     proxy, prediction = shown.proxy, shown.prediction
     unseen = prediction.share(prediction.squarely < options.least_photos, proxy)
     unsure = prediction.share(prediction.sigma_mm > options.max_sigma_mm, proxy)
-    findings: list[str] = []
+    findings: list[Finding] = []
     asked: tuple[MissingPhotos, ...] = ()
+    first = first_placed(checked)
     if unseen > options.max_unseen:
         asked = _for_places(shown, metric, missing, options)
-        first = first_placed(checked)
-        places = _grouped_words([one for part in asked for one in _stands_of(part)])
-        findings.append(
-            f"{unseen:.0%} of the limb is seen by fewer than {options.least_photos} photos"
-            + (
-                f". Add {sum(one.count for one in asked)}: {places}; {first} stands at 12 o'clock, "
-                "seen from above."
-                if asked
-                else "; the photos named above will show it."
-                if missing
-                else ", and no place round it would show more. Free the limb on that side."
-            )
-        )
+        part: dict[str, Value] = {"share": float(unseen), "least": options.least_photos}
+        if asked:
+            count, places = sum(one.count for one in asked), _grouped(asked)
+            added = fault("coach.unseen.add", count=count, places=places, first=first, **part)
+            findings.append(added)
+        elif missing:
+            findings.append(fault("coach.unseen.coming", **part))
+        else:
+            findings.append(fault("coach.unseen.blocked", **part))
     if shown.thin > options.max_thin:
         steps = replace(options, max_gap_deg=options.widest_pair_deg, max_gap_ratio=0.0)
         between = () if missing or asked else missing_round(checked, steps)
         asked = (*asked, *between)
-        places = _grouped_words([one for part in between for one in _stands_of(part)])
-        findings.append(
-            f"For {shown.thin:.0%} of the limb no two photos stand within "
-            f"{options.widest_pair_deg:.0f} degrees of each other: its surface would have holes. "
-            "Take photos in steps of 30 degrees or less all the way round."
-            + (
-                f" Add photos {places}; {first_placed(checked)} stands at 12 o'clock."
-                if places
-                else ""
-            )
+        thin = fault(
+            "coach.thin",
+            share=float(shown.thin),
+            widest_deg=options.widest_pair_deg,
+            parts=len(between),
+            places=_grouped(between),
+            first=first,
         )
+        findings.append(thin)
     if metric.scale.unit == "mm" and unsure > options.max_unseen:
-        findings.append(
-            f"{unsure:.0%} of the limb would be measured to worse than "
-            f"{plus_minus(Interval.of_sigma(options.max_sigma_mm), 1)} mm ({HOLDS}). "
-            "Come closer, hold the camera still, and paint where the sock is plain."
-        )
-    notes: list[str] = []
+        most_mm = COVER * options.max_sigma_mm
+        findings.append(fault("coach.unsure", share=float(unsure), most_mm=most_mm))
+    notes: list[Finding] = []
     if not proxy.known[-1]:
-        notes.append(
-            "Nothing is seen on the limb's upper end. If it is not open there, add a photo from "
-            "straight above."
-        )
+        notes.append(note("coach.no_upper_end"))
     if shown.bare:
-        notes.append(
-            f"Paint is missing here: {'; '.join(shown.bare)}. {first_placed(checked)} stands at 12 "
-            "o'clock, seen from above. The surface is bridged there and less sure: paint spots on "
-            "the plain sock and take the photos again, or stick coded marks on it."
-        )
-    if shown.coverage.weakest:
-        notes.append(f"Least sure: {shown.coverage.weakest}.")
+        notes.append(doubt("coach.unpainted", regions=shown.bare, first=first))
+    if shown.coverage.weakest is not None:
+        notes.append(note("coach.least_sure", weakest=shown.coverage.weakest))
     return asked, findings, tuple(notes)
 
 
@@ -1085,7 +1074,9 @@ def _for_places(
             azimuths_deg=(one.azimuth_deg,),
             elevations_deg=(one.elevation_deg,),
             between=None,
-            words=f"Add 1 at {one.words}.",
+            asked=fault(
+                "coach.add_at", hour=clock(one.azimuth_deg), height=height_of(one.elevation_deg)
+            ),
         )
         for one in by_height
     )
@@ -1098,22 +1089,22 @@ def _stands_of(asked: MissingPhotos) -> list[Stand]:
     ]
 
 
-def _grouped_words(stands: Sequence[Stand]) -> str:
+def _grouped(asked: Sequence[MissingPhotos]) -> tuple[Finding, ...]:
     """Hours by height: "at 2, 4 o'clock, 25 degrees above level"."""
-    parts: list[str] = []
-    for words, group in groupby(stands, key=lambda one: height_words(one.elevation_deg)):
-        hours = ", ".join(dict.fromkeys(clock(one.azimuth_deg) for one in group))
-        parts.append(f"at {hours} o'clock, {words}")
-    return "; ".join(parts)
+    stands = [one for part in asked for one in _stands_of(part)]
+    return tuple(
+        note("coach.stands", hours=_hours(one.azimuth_deg for one in group), height=height)
+        for height, group in groupby(stands, key=lambda one: height_of(one.elevation_deg))
+    )
 
 
-def _refused(photos: PhotoSet, why: str, options: CheckOptions) -> CaptureCheck:
-    said: dict[str, list[str]] = {}
+def _refused(photos: PhotoSet, why: Finding, options: CheckOptions) -> CaptureCheck:
+    said: dict[str, list[Finding]] = {}
     for remark in remarks(photos, options.quality):
-        said.setdefault(remark.name, []).append(remark.text)
+        said.setdefault(remark.name, []).append(remark.finding)
     return CaptureCheck(
         go=False,
-        headline=f"NOT YET: {why}",
+        headline=fault("coach.not_yet", why=why),
         findings=(why,),
         photos=tuple(
             CheckedPhoto(

@@ -22,10 +22,11 @@ from jaxtyping import Float64
 from limbgram.capture.coach import Coverage, coverage_of
 from limbgram.capture.prediction import FINE_POWER, Prediction, Showing, cosines_of, predict
 from limbgram.capture.proxy import LimbProxy, tube
-from limbgram.capture.stands import Stand, height_words
+from limbgram.capture.stands import Stand, height_of
 from limbgram.core.errors import OptionsError, PlanError
 from limbgram.core.geometry.lens import Camera
-from limbgram.core.interval import COVER, HOLDS
+from limbgram.core.interval import COVER
+from limbgram.findings import Finding, Value, doubt, note
 from limbgram.formats.sheets.sock import SPECKLE_PX
 
 _RINGS_DEG = ((25.0,), (15.0, 45.0), (10.0, 35.0, 60.0))
@@ -98,10 +99,7 @@ class PlannedCamera:
     ) -> "PlannedCamera":
         """From what a data sheet tells."""
         if min(focal_mm, sensor_width_mm) <= 0 or min(width_px, height_px) < 100:
-            raise OptionsError(
-                "Focal length and sensor width are lengths in mm, and a picture has 100 px a side "
-                "or more. Take them from the camera's data sheet."
-            )
+            raise OptionsError("plan.camera")
         focal_px = focal_mm / sensor_width_mm * width_px
         camera = Camera(
             width_px=width_px,
@@ -176,35 +174,52 @@ class CapturePlan:
     sigma_middle_mm: float
     """Expected: half of the surface is surer."""
     coverage: Coverage
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
 
     @property
-    def lines(self) -> tuple[str, ...]:
-        """The plan as a photographer reads it."""
-        rings = f"{len(self.rings)} ring{'s' if len(self.rings) > 1 else ''}"
-        said = [
-            f"{self.photos} photos in {rings}, "
-            f"{self.distance_mm:.0f} mm from the limb's middle: expected ±"
-            f"{COVER * self.sigma_mm:.2f} mm or better on nine tenths of it ({HOLDS}), sigma "
-            f"{self.sigma_mm:.3f} mm where {self.asked_sigma_mm:g} is asked; "
-            f"{self.coverage.measured:.0%} of it seen by two photos or more."
-        ]
-        for number, ring in enumerate(self.rings, start=1):
-            said.append(
-                f"  Ring {number}: {ring.photos} photos, {360 / ring.photos:.0f} degrees apart, "
-                f"{height_words(ring.elevation_deg)}: {abs(ring.above_middle_mm):.0f} mm "
-                f"{'above' if ring.above_middle_mm >= 0 else 'below'} the limb's middle, "
-                f"{ring.level_distance_mm:.0f} mm from its axis."
+    def summary(self) -> Finding:
+        """What is reached by how many photos."""
+        return note(
+            "plan.reached",
+            photos=self.photos,
+            rings=len(self.rings),
+            distance_mm=self.distance_mm,
+            expected_mm=COVER * self.sigma_mm,
+            sigma_mm=self.sigma_mm,
+            asked_mm=self.asked_sigma_mm,
+            measured=self.coverage.measured,
+        )
+
+    @property
+    def steps(self) -> tuple[Finding, ...]:
+        """The plan as a photographer follows it, and what else is worth knowing."""
+        rings = (
+            note(
+                "plan.ring",
+                number=number,
+                photos=ring.photos,
+                step_deg=360 / ring.photos,
+                height=height_of(ring.elevation_deg),
+                off_mm=abs(ring.above_middle_mm),
+                above=ring.above_middle_mm >= 0,
+                level_distance_mm=ring.level_distance_mm,
             )
-        held = "upright" if self.portrait else "level"
-        said.append(f"  Hold the camera {held}; a pixel shows {self.pixel_mm:.2f} mm.")
-        near, far = self.depth_mm
-        sharp = f"  Focus at {self.focus_mm:.0f} mm and lock it; sharp from {near:.0f} to {far:.0f}"
-        if self.aperture is not None:
-            sharp = f"  Aperture f/{self.aperture:.2g}. " + sharp.strip()
-        said.append(f"{sharp} mm.")
-        said.append(f"  Paint marks and gaps of about {self.paint_mm:.1f} mm all over the sock.")
-        return (*said, *(f"  {note}" for note in self.notes))
+            for number, ring in enumerate(self.rings, start=1)
+        )
+        near_mm, far_mm = self.depth_mm
+        return (
+            *rings,
+            note("plan.hold", portrait=self.portrait, pixel_mm=self.pixel_mm),
+            note(
+                "plan.focus",
+                aperture=self.aperture,
+                focus_mm=self.focus_mm,
+                near_mm=near_mm,
+                far_mm=far_mm,
+            ),
+            note("plan.paint", paint_mm=self.paint_mm),
+            *self.notes,
+        )
 
 
 def form_of(limb: LimbForm) -> LimbProxy:
@@ -216,7 +231,7 @@ def form_of(limb: LimbForm) -> LimbProxy:
 def plain_limb(diameter_mm: float, length_mm: float) -> LimbProxy:
     """A limb of one thickness with a rounded end."""
     if not 20 <= diameter_mm <= 600 or not 20 <= length_mm <= 1500:
-        raise OptionsError("A limb is 20 to 600 mm thick and 20 to 1500 mm long.")
+        raise OptionsError("plan.limb")
     end_mm = min(0.7 * diameter_mm / 2, 0.4 * length_mm)
     radii = np.full(3, diameter_mm / 2)
     return tube(np.linspace(0, length_mm - end_mm, 3), radii, end_mm)
@@ -235,17 +250,18 @@ def plan_capture(
         distance_mm: From the limb's middle; the nearest at which the limb fits where none is given.
     """
     if not 0 < sigma_mm <= 5:
-        raise OptionsError("A sigma is larger than 0 and at most 5 mm.")
+        raise OptionsError("plan.sigma")
     fits_mm, portrait = _nearest_mm(camera.camera, limb, options)
     given = distance_mm is not None
     distance_mm = fits_mm if distance_mm is None else distance_mm
     if distance_mm < fits_mm:
         shown_mm = max(camera.camera.width_px, camera.camera.height_px) / camera.camera.fx
         raise PlanError(
-            f"The limb does not fit into the picture: from {distance_mm:.0f} mm it shows "
-            f"{shown_mm * distance_mm:.0f} mm along its longer side, and the limb needs "
-            f"{shown_mm * fits_mm:.0f}. Step back to {math.ceil(fits_mm / 10) * 10} mm, or take a "
-            "shorter lens."
+            "plan.too_near",
+            distance_mm=distance_mm,
+            shown_mm=shown_mm * distance_mm,
+            needed_mm=shown_mm * fits_mm,
+            back_mm=math.ceil(fits_mm / 10) * 10,
         )
     held = _upright(camera.camera) if portrait else camera.camera
     best: tuple[float, int] | None = None
@@ -437,15 +453,11 @@ def _told(
     options: PlanOptions,
 ) -> CapturePlan:
     pixel_mm = distance_mm / camera.camera.fx
-    notes: list[str] = []
+    notes: list[Finding] = []
     if sharpness.aperture is None:
-        notes.append("For the aperture give --sensor, the sensor's width in mm.")
+        notes.append(note("plan.no_aperture"))
     elif sharpness.defocus_px > _FINER_PX:
-        notes.append(
-            f"The limb is deeper than the lens is sharp: its nearest and farthest places are "
-            f"blurred by {sharpness.defocus_px:.1f} px. Step back or take a shorter lens; the "
-            "expected sigma counts this."
-        )
+        notes.append(doubt("plan.defocus", blur_px=float(sharpness.defocus_px)))
     return CapturePlan(
         asked_sigma_mm=asked_mm,
         photos=sum(ring.photos for ring in rings),
@@ -477,21 +489,27 @@ def _beyond(
     """Why it cannot be reached, and what would reach it."""
     if best is None:
         return PlanError(
-            f"No {options.most_photos} photos from {distance_mm:.0f} mm see {options.covered:.0%} "
-            "of this limb squarely. Step back, so that more of it is seen at a time."
+            "plan.uncovered",
+            photos=options.most_photos,
+            distance_mm=distance_mm,
+            share=options.covered,
         )
     reached_mm, photos = best
     nearer_mm = distance_mm * (asked_mm / reached_mm) ** (1 / (1 + FINE_POWER))
-    said = (
-        f"A sigma of {asked_mm:g} mm cannot be reached from {distance_mm:.0f} mm with this camera: "
-        f"{photos} photos would give {reached_mm:.3f} mm. "
-    )
+    reached: dict[str, Value] = {
+        "asked_mm": asked_mm,
+        "distance_mm": distance_mm,
+        "photos": photos,
+        "reached_mm": reached_mm,
+    }
     if given and nearer_mm >= fits_mm:
-        return PlanError(said + f"Come as near as {nearer_mm:.0f} mm.")
+        return PlanError("plan.beyond.nearer", nearer_mm=nearer_mm, **reached)
     factor = distance_mm / nearer_mm
     size = camera.camera.width_px * camera.camera.height_px / 1e6
     return PlanError(
-        said + f"The limb fills the picture already at {fits_mm:.0f} mm, so coming nearer does not "
-        f"help alone: take a camera of {size * factor**2:.0f} megapixels instead of {size:.0f}, or "
-        "ask for less."
+        "plan.beyond.camera",
+        fits_mm=fits_mm,
+        needed_megapixels=size * factor**2,
+        megapixels=size,
+        **reached,
     )

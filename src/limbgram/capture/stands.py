@@ -18,6 +18,7 @@ from limbgram.capture.proxy import LimbProxy
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
+from limbgram.findings import Finding, note
 
 _UP = np.array([0.0, 0.0, 1.0])
 _AZIMUTHS_DEG = np.arange(0.0, 360.0, 15.0)
@@ -40,10 +41,6 @@ class Stand:
     distance: float
     """In the scene's unit."""
 
-    @property
-    def words(self) -> str:
-        return f"{clock(self.azimuth_deg)} o'clock, {height_words(self.elevation_deg)}"
-
     def view(self, camera: Camera, middle: Vector3, first_rad: float, name: str = "") -> View:
         """What a camera sees that stands here and aims at the middle.
 
@@ -56,19 +53,19 @@ class Stand:
         return View(name, camera, pose)
 
 
-def clock(azimuth_deg: float) -> str:
+def clock(azimuth_deg: float) -> int:
     """The hour at which a place stands, 12 where azimuth is 0; clocks turn clockwise."""
-    return str(round(-azimuth_deg / 30.0) % 12 or 12)
+    return round(-azimuth_deg / 30.0) % 12 or 12
 
 
-def height_words(elevation_deg: float) -> str:
+def height_of(elevation_deg: float) -> Finding:
     """How high a camera is held, in steps that a hand can follow."""
-    step = 5 * round(elevation_deg / 5)
+    step_deg = 5 * round(elevation_deg / 5)
     if abs(elevation_deg) < _LEVEL_DEG:
-        return "level with the limb's middle"
-    if step >= 75:
-        return "from straight above"
-    return f"{abs(step)} degrees {'above' if step > 0 else 'below'} level"
+        return note("coach.height.level")
+    if step_deg >= 75:
+        return note("coach.height.straight_above")
+    return note("coach.height", off_deg=abs(step_deg), above=step_deg > 0)
 
 
 def stand_of(centre: Vector3, middle: Vector3, first_rad: float) -> Stand:

@@ -31,7 +31,7 @@ from limbgram.core.errors import (
 from limbgram.core.files import write_bytes
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
-from limbgram.findings import Finding, fault, note
+from limbgram.findings import Finding, fault, note, told
 from limbgram.formats.camera import read_camera, write_camera
 from limbgram.reconstruction.calibration.board import BoardCalibration, calibrate
 from limbgram.reconstruction.calibration.cameras import (
@@ -229,7 +229,8 @@ def camera_doubt(photos: Sequence[Path], given: Sequence[Calibration]) -> str:
     step = max(1, -(-len(photos) // _LOOKED_AT))
     try:
         found = read_photos(photos[::step], PhotoOptions(min_photos=1))
-        return contradicting_exif(found, cameras_for(found, given)) or ""
+        foreign = contradicting_exif(found, cameras_for(found, given))
+        return "" if foreign is None else told(foreign)
     except CalibrationError as error:
         return str(error)
     except PhotoError:

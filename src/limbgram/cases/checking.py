@@ -26,7 +26,7 @@ from limbgram.reconstruction.photos.masks import (
     no_mask_fits,
     require_masks_folder,
 )
-from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside, left_out_lines
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside, left_out
 from limbgram.reconstruction.photos.reading import (
     PhotoOptions,
     candidates_in,
@@ -41,6 +41,8 @@ from limbgram.reconstruction.photos.video import is_video
 from limbgram.reconstruction.targets.board import Board
 
 _SMALL_MEGAPIXELS = 1.5
+_FEWEST = 2
+"""Photos that can be checked."""
 
 
 def check_sources(
@@ -139,11 +141,13 @@ class CaptureWatch:
         photos = self._read_again(sources, run)
         if self._masks is not None:
             photos = masked_by(photos, self._masks)
-        if len(photos.photos) < 2:
+        if len(photos.photos) < _FEWEST:
             raise PhotoError(
-                "case.too_few_photos",
-                readable=len(photos.photos),
-                left_out=left_out_lines(photos.set_aside),
+                "photo.too_few_yet",
+                photos=len(photos.photos),
+                least=_FEWEST,
+                aside=len(photos.set_aside),
+                left_out=left_out(photos.set_aside),
             )
         fresh = tuple(one for one in photos.photos if _pixels_of(one) not in self._copies)
         if fresh:
@@ -178,7 +182,7 @@ def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
     found: dict[Path, _Stamp] = {}
     for source in sources:
         if not source.exists():
-            raise PhotoError("case.source_missing", source=str(source))
+            raise PhotoError("photo.missing_path", source=str(source))
         inside = source.is_dir()
         for file in sorted(source.iterdir(), key=natural_order) if inside else (source,):
             if file.is_file() and not (inside and file.name.startswith(".")):

@@ -5,6 +5,7 @@ dataclasses. The type annotations are the schema (`core.typed`): what does not f
 
     dataclass   {"is": name, field: tree, ...}      tuple   [tree, ...]
     array       {"array": index}                    path    {"path": text}
+    finding     {"code": ..., "gravity": ..., "values": ...}
     NaN, inf    {"float": "nan"}                    the rest as JSON has it
 
 A seal is the hash of a record's own text, kept in it, so that a changed figure is noticed. It
@@ -24,6 +25,7 @@ import numpy as np
 from jaxtyping import AbstractArray
 
 from limbgram.core.typed import Mismatch, Strictness, any_value_of, fields_of, value_of
+from limbgram.findings import Finding
 
 _SEAL = "seal"
 
@@ -71,6 +73,8 @@ def to_tree(value: object, arrays: list[np.ndarray], path_text: Callable[[Path],
             return {"path": path_text(value)}
         case tuple():
             return [to_tree(item, arrays, path_text) for item in cast(tuple[object, ...], value)]
+        case Finding():
+            return value.tree()
         case _ if is_dataclass(value) and not isinstance(value, type):
             named = {f.name: getattr(value, f.name) for f in fields(value) if f.init}
             tree = {name: to_tree(item, arrays, path_text) for name, item in named.items()}
@@ -91,7 +95,7 @@ def from_tree(tree: Json, hint: Any, arrays: Sequence[np.ndarray], root: Path) -
     def special(tree: Any, hint: Any, at: str) -> object:
         """What JSON has no form for: named dataclasses, arrays, paths, and no numbers."""
         table = cast(dict[str, Any], tree) if isinstance(tree, dict) else {}
-        if isinstance(hint, type) and is_dataclass(hint):
+        if isinstance(hint, type) and is_dataclass(hint) and hint is not Finding:
             if table.get("is") != hint.__name__:
                 raise Mismatch(f"{at or 'it'} is no {hint.__name__}: {tree!r:.80}")
             inside = {name: item for name, item in table.items() if name != "is"}

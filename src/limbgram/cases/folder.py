@@ -24,8 +24,9 @@ from pathlib import Path
 from typing import IO, Literal
 
 from limbgram.cases.fingerprint import file_sha256
-from limbgram.core.errors import CaseError, PhotoError, disk_finding, is_full
+from limbgram.core.errors import AS_IS, CaseError, PhotoError, disk_finding, is_full
 from limbgram.core.files import written_whole
+from limbgram.findings import Finding
 from limbgram.reconstruction.photos.masks import (
     MASKS_FOLDER,
     find_mask,
@@ -164,7 +165,7 @@ def take_in(
     for name, source in list(wanted.items()):
         fault = _take_in_one(case, source, name)
         if fault is not None:
-            set_aside.append(SetAside(name.name, fault))
+            set_aside.append(SetAside(name.name, Finding(AS_IS, values={"message": fault})))
             del wanted[name]
     if not wanted:
         raise _no_photos(sources, set_aside)

@@ -28,6 +28,7 @@ from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, written_whole
 from limbgram.core.geometry.arrays import ColourImage
 from limbgram.core.run import Run
+from limbgram.findings import told
 from limbgram.reconstruction.photos.quality import name_for_people
 from limbgram.reconstruction.photos.reading import names_apart
 from limbgram.reconstruction.photos.video import (
@@ -187,7 +188,7 @@ def _record(choice: FrameChoice, stem: str) -> dict[str, Any]:
                 "edge_px": round(frame.edge_px, 3) if math.isfinite(frame.edge_px) else None,
                 "taken": frame.taken,
                 "name": _name(stem, frame) if frame.taken else None,
-                "reason": frame.reason,
+                "reason": told(frame.reason),
             }
             for frame in choice.frames
         ],

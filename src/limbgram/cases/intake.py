@@ -27,6 +27,7 @@ from limbgram.cases.zips import copy_member, damage_refused
 from limbgram.core.errors import CaseError, MissingError, OptionsError, printable
 from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.typed import Mismatch, tree_of, value_of
+from limbgram.findings import told
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.photos.privacy import take_place_from_film, without_traces
 from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES, VIDEO_SUFFIXES
@@ -350,7 +351,7 @@ class Intake:
             kept=cleaned.kept,
             width_px=0 if unusable else seen.width_px,
             height_px=0 if unusable else seen.height_px,
-            problem=f"It cannot be used: {seen.reason}." if unusable else "",
+            problem=f"It cannot be used: {told(seen.reason)}." if unusable else "",
         )
 
     def _arriving(self, name: str) -> Arriving:

@@ -248,10 +248,14 @@ def _photos(done: Reconstruction) -> tuple[_PhotoEntry, ...]:
             name=photo.name,
             sha256=photo.sha256,
             placed=verdicts[photo.name].placed,
-            reason=verdicts[photo.name].reason,
+            reason=_told(verdicts[photo.name].reason),
         )
         for photo in done.photos.photos
     )
+
+
+def _told(reason: Finding | None) -> str:
+    return "" if reason is None else told(reason)
 
 
 def _stages(run: CachingRun) -> tuple[_StageRun, ...]:

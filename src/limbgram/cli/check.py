@@ -17,6 +17,7 @@ from limbgram.core.errors import OptionsError, PhotoError, printable
 from limbgram.core.files import write_bytes
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
+from limbgram.findings import told
 from limbgram.formats.camera import read_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.video import is_video
@@ -87,10 +88,11 @@ def check_command(
 
 def check_lines(found: CaptureCheck) -> tuple[str, ...]:
     """The answer, what stands in its way, what is worth a look, and what is wrong with photos."""
-    notes = [f"  {one.name}: {text}" for one in found.photos for text in one.remarks]
+    notes = [f"  {one.name}: {told(remark)}" for one in found.photos for remark in one.remarks]
+    more = map(told, (*found.findings[1:], *found.notes))
     return (
-        found.headline,
-        *(f"  {text}" for text in (*found.findings[1:], *found.notes, *_texture(found))),
+        told(found.headline),
+        *(f"  {text}" for text in (*more, *_texture(found))),
         *notes,
     )
 

@@ -21,6 +21,7 @@ from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError, printable
 from limbgram.core.files import write_bytes
 from limbgram.core.typed import tree_of
+from limbgram.findings import told
 from limbgram.formats.camera import read_camera
 from limbgram.report.drawings.coverage import plan_picture
 
@@ -82,7 +83,7 @@ def plan_command(
         distance,
         PlanOptions(sock=sock),
     )
-    lines = found.lines
+    lines = (told(found.summary), *(f"  {told(one)}" for one in found.steps))
     if picture is not None:
         write_bytes(picture, _picture(found))
         lines = (*lines, f"Picture: {printable(str(picture))}")

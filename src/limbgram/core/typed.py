@@ -156,6 +156,8 @@ def _finding(tree: object, at: str) -> Finding:
 
 def _one_of(tree: Any, parts: Sequence[Any], at: str, by: Strictness) -> Any:
     """The first type of a union that fits; if only one can be meant, what that one says."""
+    if tree == "" and {*parts} == {Finding, types.NoneType}:  # as earlier versions wrote it
+        return None
     likely = [part for part in parts if _may_be(tree, part)]
     told: list[Mismatch] = []
     for part in likely:

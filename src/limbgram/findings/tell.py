@@ -16,6 +16,7 @@ after a colon, how it is told:
                                                            value is true or false, none is none
     {names:and}  {names:or}  {names:first 4}               "a, b and c"; "a or b"; "a, b, c, d ..."
     {heights_mm:.0f}                                       each of several, with commas
+    {reasons:lines}                                        each of several, below on its own line
     {place:term}                                           by the table of `LANGUAGE/terms.toml`
     {name!r}  {name:.60}  {name!r:.60}                     in quotes, cut to so many letters
     {reason}  {reason:says}  {reason:clause}               a finding: whole, without advice, without
@@ -224,8 +225,10 @@ def _clause(reason: Finding, how: str, put: _Put) -> str:
 
 def _several(items: tuple[Value, ...], how: str, put: _Put) -> str:
     first = _FIRST.fullmatch(how)
-    each = "" if first or how in _JOINED_BY else how
+    each = "" if first or how in (*_JOINED_BY, "lines") else how
     said = [_said(one, each, put) for one in items]
+    if how == "lines":
+        return "".join(f"\n  {one}" for one in said)
     if first and len(said) > int(first[1]):
         return f"{', '.join(said[: int(first[1])])} ..."
     if how in _JOINED_BY and len(said) > 1:

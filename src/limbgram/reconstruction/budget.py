@@ -17,6 +17,7 @@ from jaxtyping import Int32
 from limbgram.core.errors import BudgetError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import PROGRAM_MB
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.measuring.imagery import imagery_mb
 from limbgram.reconstruction.photos.decoding import in_flight_mb
@@ -60,7 +61,7 @@ class Resolution:
     """How often the photos were halved for the measurement."""
     depth_share: float
     """Pixels of the depth maps over what the options ask for."""
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
     """What was done at a lower size than the photos allow, and why; empty where nothing was."""
 
 
@@ -68,22 +69,20 @@ def refuse_beyond(photos: PhotoSet, memory_mb: float) -> None:
     """Raise BudgetError where no size would do."""
     count = len(photos.photos)
     needs_mb = {
-        "comparing two photos": PROGRAM_MB
-        + _KEPT_MB * count
-        + in_flight_mb(photos.photos, _PAIR_BYTES),
-        "placing all photos": PROGRAM_MB + _PLACED_MB * count,
-        "looking for the board": PROGRAM_MB
-        + _KEPT_MB * count
-        + in_flight_mb(photos.photos, SEARCH_BYTES),
+        "pairs": PROGRAM_MB + _KEPT_MB * count + in_flight_mb(photos.photos, _PAIR_BYTES),
+        "placing": PROGRAM_MB + _PLACED_MB * count,
+        "board": PROGRAM_MB + _KEPT_MB * count + in_flight_mb(photos.photos, SEARCH_BYTES),
     }
     worst = max(needs_mb, key=lambda what: needs_mb[what])
     if needs_mb[worst] > memory_mb:
         largest = max(photo.width_px * photo.height_px for photo in photos.photos)
         raise BudgetError(
-            f"These {count} photos of up to {largest / 1e6:.0f} megapixels need "
-            f"{needs_mb[worst] / 1024:.1f} GB of memory for {worst} alone, and "
-            f"{memory_mb / 1024:.1f} GB may be used. Allow more with --memory, on a machine that "
-            "has it, or give fewer or smaller photos."
+            "memory.photos",
+            count=count,
+            megapixels=largest / 1e6,
+            needs_gb=needs_mb[worst] / 1024,
+            allowed_gb=memory_mb / 1024,
+            stage=worst,
         )
 
 
@@ -132,34 +131,36 @@ def resolution_for(
     halvings = len(needs_mb) - 1
     if needs_mb[-1] > memory_mb:
         raise BudgetError(
-            f"Measuring this surface needs {needs_mb[-1] / 1024:.1f} GB of memory even in photos "
-            f"reduced to an eighth, and {memory_mb / 1024:.1f} GB may be used. Allow more with "
-            "--memory, or ask for fewer --triangles."
+            "memory.surface",
+            needs_gb=needs_mb[-1] / 1024,
+            allowed_gb=memory_mb / 1024,
+            parts=2**_MOST_HALVINGS,
         )
-    notes: list[str] = []
+    notes: list[Finding] = []
+    allowed_gb, whole_gb = memory_mb / 1024, needs_mb[0] / 1024
     if depth_share < 1.0:
-        notes.append(
-            f"Depth was measured at {depth_share:.0%} of the usual pixels, because "
-            f"{memory_mb / 1024:.1f} GB of memory may be used: --memory allows more."
-        )
+        notes.append(note("memory.depth_reduced", share=depth_share, allowed_gb=allowed_gb))
     if halvings and needs_mb[0] <= memory_mb:
-        notes.append(
-            f"The surface was measured in photos reduced to 1/{2**halvings} of their width: its "
-            f"triangles are too large for smaller pixels (--triangles), and at full size this "
-            f"takes about {needs_mb[0] / 1024:.1f} GB of memory."
-        )
+        notes.append(note("memory.finer_than_triangles", parts=2**halvings, needs_gb=whole_gb))
     elif halvings:
         notes.append(
-            f"The surface was measured in photos reduced to 1/{2**halvings} of their width: at "
-            f"full size this takes about {needs_mb[0] / 1024:.1f} GB of memory, and "
-            f"{memory_mb / 1024:.1f} GB may be used (--memory)."
+            note(
+                "memory.photos_reduced",
+                parts=2**halvings,
+                needs_gb=whole_gb,
+                allowed_gb=allowed_gb,
+            )
         )
     if shortest > edge_px * pixel * 2**halvings:
-        unit = "mm" if metric.scale.unit == "mm" else "units"
         notes.append(
-            f"Edges are {shortest:.2f} {unit} long, so that there are about {most_triangles:,} "
-            f"triangles{' on all parts together' if beside_mm2 else ''}; the photos would allow "
-            f"{edge_px * pixel:.2f} {unit} (--triangles). Their pixels all serve the measurement."
+            note(
+                "memory.edges",
+                edge=shortest,
+                finest=edge_px * pixel,
+                unit="mm" if metric.scale.unit == "mm" else "unit",
+                triangles=most_triangles,
+                beside=beside_mm2 > 0.0,
+            )
         )
     by_pixels = edge_px * pixel * 2**halvings
     return Resolution(

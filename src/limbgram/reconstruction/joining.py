@@ -17,6 +17,7 @@ import numpy as np
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.run import Run
+from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.ring import MappingOptions, place
@@ -36,7 +37,7 @@ _CORNERS_SEEN = 3
 _FEWEST_PHOTOS = 2
 _MOST_AGAIN = 2
 """Times that photos are placed again: without some marks others may turn out not to fit."""
-_IN_ROOM = "it stands still in the picture while the object turns, so it belongs to the room"
+_IN_ROOM = note("placing.mark_in_room")
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def join_by_marks(
     Raises:
         MatchingError, PlacementError: they do not join the photos.
     """
-    moved: dict[int, str] = {}
+    moved: dict[int, Finding] = {}
     given = with_marks(features, matches, detections, still)
     joined = _joined(photos, given, cameras, verifying, mapping, run)
     for _ in range(_MOST_AGAIN):
@@ -97,10 +98,7 @@ def join_by_marks(
         joined = _joined(photos, given, cameras, verifying, mapping, run)
     else:
         if odd := _odd_marks(joined.scene, detections, joined.coded):
-            raise PlacementError(
-                f"Marks {', '.join(map(str, moved | odd))} do not stay where they are against each "
-                "other. Stick them on firmly and flat, and take the photos again."
-            )
+            raise PlacementError("placing.marks_moved", marks=tuple(map(int, moved | odd)))
     in_room = dict.fromkeys(joined.coded.in_room, _IN_ROOM)
     left_out = dict(sorted((in_room | moved).items()))
     held = sorted({*shared_marks(detections)} - {*left_out})
@@ -126,7 +124,7 @@ def _joined(
     return Joined(given.features, given.matches, pairs, scene, given.coded)
 
 
-def _odd_marks(scene: Scene, detections: MarkDetections, coded: Coded) -> dict[int, str]:
+def _odd_marks(scene: Scene, detections: MarkDetections, coded: Coded) -> dict[int, Finding]:
     """Marks that do not fit in half of the placed photos that show them, and why."""
     shown: dict[int, list[bool]] = {}
     for one in detections.photos:
@@ -137,8 +135,7 @@ def _odd_marks(scene: Scene, detections: MarkDetections, coded: Coded) -> dict[i
             if mark_id in used:
                 shown.setdefault(mark_id, []).append(stays)
     return {
-        mark_id: f"it fits in {sum(stays)} of the {len(stays)} photos that show it: it moved "
-        "against the others, or it is bent"
+        mark_id: doubt("placing.mark_moved", fits=sum(stays), shown=len(stays))
         for mark_id, stays in sorted(shown.items())
         if len(stays) >= _FEWEST_PHOTOS and 2 * sum(stays) < len(stays)
     }

@@ -20,6 +20,7 @@ Limits  What moves by more than some hundredths of the picture's width, a turnta
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Int8
@@ -29,6 +30,7 @@ from limbgram.core.geometry.arrays import AnyPoints3, Points2
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
+from limbgram.findings import Finding, Value, doubt, note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
@@ -45,7 +47,7 @@ from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.mapping.tracks import with_tracks
 from limbgram.reconstruction.mapping.verdicts import agreed_by
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
-from limbgram.reconstruction.photos.photo import PhotoSet, listed
+from limbgram.reconstruction.photos.photo import PhotoSet, first_of
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 
@@ -86,7 +88,7 @@ class Sides:
     keypoints: tuple[Int8[np.ndarray, " k"] | None, ...] = ()
     """By photo and keypoint: 0 beside the limb, 1 and 2 on the halves of its length, 3 where the
     picture may show either; None where the photo was not placed."""
-    unknown: str = ""
+    unknown: Finding | None = None
     """Why nothing is known of them."""
 
     def among(self, pairs: Sequence[PairMatches], kinds: tuple[int, ...]) -> list[PairMatches]:
@@ -113,7 +115,7 @@ def tell_sides(photos: PhotoSet, features: Features, scene: Scene) -> Sides:
     try:
         region = find_region(photos, metric)
     except RegionError:
-        return Sides(unknown="the limb cannot be told from its surroundings")
+        return Sides(unknown=note("movement.unknown.region"))
     halves = _halved(region)
     found: list[Int8[np.ndarray, " k"] | None] = [None] * len(scene.names)
     for k in scene.placed:
@@ -135,8 +137,8 @@ def find_movement(
     """Whether limb and surroundings kept still against each other, and in which photos not."""
     if sides.unknown:
         return BodyMotion.unknown(len(scene.names), sides.unknown)
-    limb = _Body("on the limb", sides.among(matches.pairs, _ON_LIMB))
-    room = _Body("beside the limb", sides.among(matches.pairs, (_ROOM,)))
+    limb = _Body("limb", sides.among(matches.pairs, _ON_LIMB))
+    room = _Body("room", sides.among(matches.pairs, (_ROOM,)))
     return _between(limb, room, features, scene, cameras, photos, options, options.between)
 
 
@@ -152,11 +154,8 @@ def find_bending(
     """Whether the two halves of the limb's length kept still against each other."""
     if sides.unknown:
         return BodyMotion.unknown(len(scene.names), sides.unknown)
-    wheres = ("on one half of the limb", "on the other half of the limb")
-    one, other = (
-        _Body(where, sides.among(matches.pairs, (half,)))
-        for where, half in zip(wheres, _HALVES, strict=True)
-    )
+    one = _Body("half", sides.among(matches.pairs, _HALVES[:1]))
+    other = _Body("other half", sides.among(matches.pairs, _HALVES[1:]))
     fewer = replace(options, pair_matches=options.half_matches)
     return _between(one, other, features, scene, cameras, photos, fewer, options.halves)
 
@@ -177,7 +176,7 @@ def held_against_board(
     Leaflets and boxes that somebody moves seem to be a limb that moves against its surroundings.
     The size is taken from the board, so what counts is whether the limb kept still against that.
     """
-    limb = _Body("on the limb", sides.among(matches.pairs, _ON_LIMB))
+    limb = _Body("limb", sides.among(matches.pairs, _ON_LIMB))
     try:
         some = _thinned(limb.pairs, options.pair_matches)
         by_limb = _placed_by(features, some, scene, cameras, photos, options)
@@ -337,9 +336,9 @@ def _miss_px(seen: list[PhotoCorners], views: list[View], places: AnyPoints3) ->
 
 @dataclass(frozen=True)
 class _Body:
-    """Matches of one body, and what it is called."""
+    """Matches of one body."""
 
-    where: str
+    where: Literal["limb", "room", "half", "other half"]
     pairs: list[PairMatches]
 
 
@@ -357,8 +356,8 @@ def _between(
     try:
         return _compared(first, second, features, scene, cameras, photos, options, counts)
     except np.linalg.LinAlgError:  # equations without a solution: a photo loses all its points
-        reason = f"the points {first.where} or {second.where} do not hold all photos"
-        return BodyMotion.unknown(len(scene.names), reason)
+        unheld = note("movement.unknown.unheld", first=first.where, second=second.where)
+        return BodyMotion.unknown(len(scene.names), unheld)
 
 
 def _compared(
@@ -376,8 +375,8 @@ def _compared(
         some = _thinned(body.pairs, options.pair_matches)
         placed = _placed_by(features, some, scene, cameras, photos, options)
         if placed is None:
-            reason = f"too few points {body.where} join the photos"
-            return BodyMotion.unknown(len(scene.names), reason)
+            few = note("movement.unknown.few_points", where=body.where)
+            return BodyMotion.unknown(len(scene.names), few)
         alone.append(_in_frame_of(scene, placed))
     board = all(one.source == "board" for one in cameras.calibrations)
     return movement_between(alone[0], alone[1], counts, lenses_known=board)
@@ -512,66 +511,55 @@ def moved_mm(movement: Movement | None) -> float:
     return float(ends.sum()) if movement.kind == "drift" else largest
 
 
-def movement_sentence(movement: Movement, names: Sequence[str], unit: str) -> str:
-    """What happened, in a sentence."""
+def movement_found(movement: Movement, names: Sequence[str], unit: str) -> Finding:
+    """Whether the limb kept still."""
     if movement.kind == "unknown":
-        return f"Whether the limb kept still is not known: {movement.reason}."
-    far = f"{moved_mm(movement):.1f} {unit}"
-    turn = f"{float(np.nanmax(movement.turn_deg)):.1f} degrees"
+        return note("movement.unknown", reason=movement.reason)
+    if movement.kind == "still":
+        return note("movement.beside") if movement.beside else note("movement.still")
+    far, turn_deg = moved_mm(movement), float(np.nanmax(movement.turn_deg))
     match movement.kind:
-        case "still" if movement.beside:
-            return (
-                "Limb and scale board kept still against each other. Other things round them lay "
-                "elsewhere from photo to photo, and the surface is made without them."
-            )
-        case "still":
-            return "The limb kept still against its surroundings."
         case "drift":
-            return f"The limb moved slowly through all photos, by {far} in all."
+            return doubt("movement.drift", far=far, unit=unit)
         case "restless":
-            return (
-                "Limb and surroundings lie otherwise against each other in every photo, by up to "
-                f"{far} and {turn}: the limb swayed, things round it were moved, or the camera's "
-                "stabiliser or rolling shutter bent the photos."
-            )
+            return doubt("movement.restless", far=far, unit=unit, turn_deg=turn_deg)
         case "step":
-            return (
-                f"The limb moved by up to {far} and turned by {turn} between the photos: it lies "
-                f"elsewhere in {listed(moved_photos(movement, names))}."
-            )
+            moved = first_of(moved_photos(movement, names))
+            return doubt("movement.step", far=far, unit=unit, turn_deg=turn_deg, **moved)
 
 
-def lens_doubt(scene: Scene, cameras: Cameras) -> str:
-    """Why the lenses of photos may be others than were found; empty where they are known."""
+LensDoubt = Literal["uncalibrated", "varying"]
+
+
+def lens_doubt(scene: Scene, cameras: Cameras) -> LensDoubt | None:
+    """Why the lenses of photos may be others than were found; None where they are known."""
     if any(one.source != "board" for one in cameras.calibrations):
-        return "no board calibrated it"
-    return "" if scene.own is None else "it differed from photo to photo"
+        return "uncalibrated"
+    return None if scene.own is None else "varying"
 
 
-def bending_sentence(bending: Movement, names: Sequence[str], unit: str, doubt: str = "") -> str:
+def bending_found(
+    bending: Movement, names: Sequence[str], unit: str, lens: LensDoubt | None = None
+) -> Finding:
     """Whether the limb kept its shape; what was seen, and what may have caused it.
 
     Args:
-        doubt: Why the lens may be another than was found, which looks the same (`lens_doubt`).
+        lens: Why the lens may be another than was found, which looks the same (`lens_doubt`).
     """
     if bending.kind == "unknown":
-        return f"Whether the limb kept its shape is not known: {bending.reason}."
+        return note("movement.shape.unknown", reason=bending.reason)
     if not bending.moved:
-        return "Both halves of the limb kept still against each other."
-    where = "from photo to photo"
-    if bending.kind == "step":
-        where = f"in {listed(moved_photos(bending, names))}"
-    far = f"{moved_mm(bending):.1f} {unit} and {float(np.nanmax(bending.turn_deg)):.1f} degrees"
-    rigid = "No rigid surface fits all photos."
-    if doubt:
-        return (
-            f"The two halves of its length lie elsewhere against each other {where}, by up to "
-            f"{far}. Either the limb bent, or the lens is not what was found, because {doubt}. "
-            f"{rigid}"
-        )
-    return (
-        f"The limb bent: one half of its length moved by {far} against the other {where}. {rigid}"
-    )
+        return note("movement.shape.kept")
+    values: dict[str, Value] = {
+        "far": moved_mm(bending),
+        "unit": unit,
+        "turn_deg": float(np.nanmax(bending.turn_deg)),
+        "step": bending.kind == "step",
+        **first_of(moved_photos(bending, names)),
+    }
+    if lens is not None:
+        return doubt("movement.shape.bent_or_lens", lens=lens, **values)
+    return doubt("movement.shape.bent", **values)
 
 
 def moved_photos(movement: Movement, names: Sequence[str]) -> tuple[str, ...]:
@@ -579,10 +567,10 @@ def moved_photos(movement: Movement, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name, far in zip(names, movement.shift, strict=True) if far > 0.0)
 
 
-def movement_remark(scene: Scene, photo_idx: int, unit: str) -> tuple[str, ...]:
+def movement_remark(scene: Scene, photo_idx: int, unit: str) -> tuple[Finding, ...]:
     """What is odd about one photo; nothing where the limb kept still in it."""
     movement = scene.movement
     if movement is None or not movement.shift[photo_idx] > 0.0:
         return ()
-    others = "most photos show" if movement.kind == "step" else "the middle of the walk shows"
-    return (f"the limb lies {movement.shift[photo_idx]:.1f} {unit} from where {others} it",)
+    far, step = float(movement.shift[photo_idx]), movement.kind == "step"
+    return (doubt("movement.photo", far=far, unit=unit, step=step),)

@@ -16,6 +16,7 @@ import numpy as np
 from limbgram.core.errors import BudgetError, MatchingError, PlacementError, SurfaceError
 from limbgram.core.mesh.mesh import Cloud, Mesh, Part
 from limbgram.core.run import Run
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.budget import Resolution, depth_share, refuse_beyond, resolution_for
 from limbgram.reconstruction.calibration.cameras import (
     Calibration,
@@ -178,7 +179,7 @@ class OtherPart:
     part: Part
     mesh: Mesh | None
     """Measured in the same way; None where it could not be."""
-    reason: str = ""
+    reason: Finding | None = None
     """Why it could not be."""
 
 
@@ -393,20 +394,20 @@ def _by_paint(
     if largest < _WORTH_REDUCING * 1e6 * options.reduced.max_megapixels:
         return _by_full_size(photos, cameras, options, run, found)
     if any(calibration.source != "board" for calibration in cameras.calibrations):
-        reduced = "the lens unknown, as no board calibrated it"
+        reduced = note("placing.reduced.lens")
     else:
         reduced = _by_reduced(photos, cameras, options, run)
     if isinstance(reduced, Placing):
         if not may_be_turned_over(reduced.scene, found):
             return reduced
-        reduced = "it open whether the object was turned over"
+        reduced = note("placing.reduced.turned_over")
     placing = _by_full_size(photos, cameras, options, run, found)
     return replace(placing, scene=replace(placing.scene, full_size=reduced))
 
 
 def _by_reduced(
     photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run
-) -> Placing | str:
+) -> Placing | Finding:
     """All photos placed firmly, or why they are not."""
     share = options.reduced_keypoints // max(len(photos.photos), 1)
     most = min(max(share, _FEWEST_REDUCED), options.reduced.max_keypoints)
@@ -415,7 +416,7 @@ def _by_reduced(
         still = run(find_still, features, options.still)
         features = still.moving(features)
         if np.median([len(keypoints) for keypoints in features.keypoints]) < _ENOUGH_REDUCED:
-            return "few feature points"
+            return note("placing.reduced.few_points")
         matches = run(match, photos, features, options.matching)
         pairs = run(verify, photos, matches, cameras, options.twoview)
         rough = run(place_roughly, photos, features, pairs, cameras, options.mapping)
@@ -424,7 +425,7 @@ def _by_reduced(
         following = replace(options.following, mapping=options.mapping)
         scene = run(follow_points, photos, rough, cameras, following)
     except (MatchingError, PlacementError):
-        return "too few matches"
+        return note("placing.reduced.few_matches")
     return _lacking(scene) or Placing(features, matches, pairs, scene, still, followed=True)
 
 
@@ -533,16 +534,16 @@ def _by_full_size(
     return Placing(features, placed.matches, placed.pairs, placed.scene, still, placed.poses)
 
 
-def _lacking(scene: Scene) -> str:
-    """What a scene lacks for all photos to stand firmly; nothing where they do."""
+def _lacking(scene: Scene) -> Finding | None:
+    """What a scene lacks for all photos to stand firmly; None where they do."""
     missing = len(scene.names) - len(scene.placed)
     if missing:
-        return f"{missing} photo{'s' * (missing > 1)} without a place"
+        return note("placing.reduced.unplaced", photos=missing)
     if scene.ring is None or not scene.ring.closed:
-        return "a gap in the ring"
+        return note("placing.reduced.gap")
     if min(one.points for one in scene.verdicts) < _FIRM_POINTS:
-        return "a photo with few points"
-    return ""
+        return note("placing.reduced.loose")
+    return None
 
 
 def _wall_in_one(
@@ -562,7 +563,7 @@ def _if_it_can_be(part: Part, measured: Callable[[int], Mesh]) -> OtherPart:
     try:
         return OtherPart(part=part, mesh=measured(part.number))
     except (SurfaceError, BudgetError) as refusal:
-        return OtherPart(part=part, mesh=None, reason=str(refusal))
+        return OtherPart(part=part, mesh=None, reason=refusal.finding)
 
 
 def wrap(cloud: Cloud, options: PivotOptions | PoissonOptions, run: Run) -> Mesh:

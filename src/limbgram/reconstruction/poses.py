@@ -36,6 +36,7 @@ from limbgram.core.geometry.frames import (
 )
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.run import Run
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region, footprint
@@ -129,10 +130,13 @@ class Poses:
     sides: tuple[Side, ...] = ()
     clearance: float = DEFAULTS.clearance
 
-    def names(self, photos: PhotoSet) -> str:
-        """First and last photo of each side, as words."""
+    def names(self, photos: PhotoSet) -> tuple[Finding, ...]:
+        """First and last photo of each side."""
         of = photos.names
-        return " and ".join(f"{of[one.photos[0]]} to {of[one.photos[-1]]}" for one in self.sides)
+        return tuple(
+            note("placing.side", first=of[one.photos[0]], last=of[one.photos[-1]])
+            for one in self.sides
+        )
 
     def on_object(self, features: Features) -> tuple[Bool[np.ndarray, " n"], ...]:
         """Which keypoints of each photo lie on the object; of photos without a place, none."""
@@ -288,12 +292,7 @@ def refuse_apart(poses: Poses, scene: Scene) -> None:
             if off.max() < _AGREEING * size.mean():
                 continue
         names = [scene.names[photo] for photo in side.photos]
-        raise PlacementError(
-            f"The object was turned over, and {names[0]} to {names[-1]} show it in another pose "
-            "than the other photos. Too few marks on the object itself join the two poses. Paint "
-            "it more densely where both poses show it, and take photos of both all round, in steps "
-            "of 20 degrees or less; or reconstruct the two poses one by one."
-        )
+        raise PlacementError("placing.poses_apart", first=names[0], last=names[-1])
 
 
 def _side(

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from limbgram.core.geometry.lens import PARAMETERS
 from limbgram.core.interval import HOLDS, Interval, plus_minus
+from limbgram.findings import Finding, told
 from limbgram.reconstruction.calibration.adjustment import BOARD_TERMS
 from limbgram.reconstruction.calibration.board import BoardCalibration
 from limbgram.reconstruction.calibration.screening import Estimate
@@ -93,7 +94,7 @@ class CalibrationSummary:
     coverage: CoverageSummary
     photos: tuple[BoardPhoto, ...]
     set_aside: tuple[SetAside, ...]
-    doubts: tuple[str, ...]
+    doubts: tuple[Finding, ...]
 
 
 def calibration_picture(result: BoardCalibration) -> bytes:
@@ -121,7 +122,7 @@ def calibration_text(result: BoardCalibration) -> str:
         f"{result.board}",
         f"{len(result.photos)} photos used, {len(result.set_aside)} set aside; "
         f"RMS {calibration.rms_px:.3f} px",
-        *(f"  {one.name}: {one.reason}" for one in result.set_aside),
+        *(f"  {one.name}: {told(one.reason)}" for one in result.set_aside),
         "",
     ]
     for name, value, sigma in zip(PARAMETERS, camera.packed, calibration.sigmas):
@@ -138,7 +139,7 @@ def calibration_text(result: BoardCalibration) -> str:
         lines += ["board not flat or true (of its half side):"] + [
             f"{name:>10} {_with_spread(one)}" for name, one in zip(BOARD_TERMS, result.board_shape)
         ]
-    return "\n".join(lines + [""] + [f"! {doubt}" for doubt in result.doubts])
+    return "\n".join(lines + [""] + [f"! {told(doubt)}" for doubt in result.doubts])
 
 
 def calibration_summary(result: BoardCalibration) -> CalibrationSummary:

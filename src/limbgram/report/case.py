@@ -28,7 +28,7 @@ def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
         intended_use=summary.intended_use,
         sections=(
             Section(title="", blocks=(_TO_ACCURACY,)),
-            *_what_was_done((*summary.scene.notes, *summary.resolution.notes)),
+            *_what_was_done((*summary.scene.notes, *map(told, summary.resolution.notes))),
             *parts_section(summary.parts, summary.unit),
             *_without_camera_file(summary.self_calibration),
             *setup_section(summary.setups),
@@ -130,7 +130,7 @@ def _photos(photos: Sequence[PhotoSummary]) -> Table:
 
 def _set_aside(files: Sequence[SetAside]) -> Iterator[Section]:
     if files:
-        rows = tuple((file.name, file.reason) for file in files)
+        rows = tuple((file.name, told(file.reason)) for file in files)
         yield Section(title="Set aside", blocks=(Table(heads=("what", "why"), rows=rows),))
 
 

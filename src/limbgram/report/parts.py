@@ -12,6 +12,7 @@ import numpy as np
 
 from limbgram.core.mesh.mesh import Mesh, Relation
 from limbgram.core.mesh.topology import faces_inwards
+from limbgram.findings import told
 from limbgram.reconstruction.pipeline import OtherPart, Reconstruction
 
 MAIN_FILE = "surface.stl"
@@ -118,5 +119,5 @@ def _other(one: OtherPart) -> PartSummary:
         middle=tuple(part.middle_mm.tolist()),
         size=part.size_mm,
         file=None,
-        reason=one.reason,
+        reason="" if one.reason is None else told(one.reason),
     )

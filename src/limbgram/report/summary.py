@@ -16,7 +16,7 @@ from limbgram.capture.certificate import SetupCited
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Timing
 from limbgram.core.typed import Strictness, value_of
-from limbgram.findings import Finding
+from limbgram.findings import Finding, told
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.calibration.cameras import LensSource
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
@@ -254,8 +254,7 @@ def summarise(
             observations=len(scene.observations.xy_px),
             rms_px=float(np.sqrt(np.nanmean(residuals**2))),
             notes=(
-                *mask_notes(done.photos),
-                *done.still.notes,
+                *map(told, (*mask_notes(done.photos), *done.still.notes)),
                 *_poses_notes(done),
                 *_placing_notes(scene),
             ),
@@ -278,8 +277,9 @@ def summarise(
 def _poses_notes(done: Reconstruction) -> tuple[str, ...]:
     if not done.poses.sides:
         return ()
+    names = " and ".join(map(told, done.poses.names(done.photos)))
     return (
-        f"The object was turned over: {done.poses.names(done.photos)} show it in two poses. They "
+        f"The object was turned over: {names} show it in two poses. They "
         "were joined by what lies on the object alone; floor, board and room of each pose were "
         "left out, and the board sets the scale in the pose whose photos show it more often. The "
         "surface was made as a closed one, by the Poisson method.",
@@ -288,10 +288,10 @@ def _poses_notes(done: Reconstruction) -> tuple[str, ...]:
 
 def _placing_notes(scene: Scene) -> tuple[str, ...]:
     notes: list[str] = []
-    if scene.full_size:
+    if scene.full_size is not None:
         notes.append(
             "The photos were placed by feature points of their full size, which takes longer: "
-            f"reduced photos left {scene.full_size}."
+            f"reduced photos left {told(scene.full_size)}."
         )
     notes += _mark_notes(scene)
     notes += [one.sentence for one in own_lenses(scene)]
@@ -316,7 +316,7 @@ def _mark_notes(scene: Scene) -> list[str]:
     ids = ", ".join(map(str, marks.ids))
     notes = [f"{paint}; the coded marks {ids} helped: now {len(scene.placed)} are placed."]
     notes += [
-        f"The coded mark {one} was left out: {why}."
+        f"The coded mark {one} was left out: {told(why)}."
         for one, why in zip(marks.left_out, marks.reasons, strict=True)
     ]
     return notes
@@ -449,11 +449,11 @@ def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
             placed=verdict.placed,
             points=verdict.points,
             rms_px=verdict.rms_px,
-            reason=verdict.reason,
+            reason="" if verdict.reason is None else told(verdict.reason),
             remarks=(
                 *remarked.get(photo.name, ()),
-                *([verdict.remark] if verdict.remark else []),
-                *movement_remark(done.metric.scene, number, unit),
+                *([told(verdict.remark)] if verdict.remark else []),
+                *map(told, movement_remark(done.metric.scene, number, unit)),
             ),
             features=len(keypoints),
             edge_width_px=photo.sharpness,
@@ -472,5 +472,5 @@ def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
 def _remarks(photos: PhotoSet) -> dict[str, list[str]]:
     said: dict[str, list[str]] = {}
     for remark in remarks(photos):
-        said.setdefault(remark.name, []).append(remark.text)
+        said.setdefault(remark.name, []).append(told(remark.finding))
     return said

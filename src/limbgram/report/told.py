@@ -19,7 +19,7 @@ def summary_lines(summary: Summary) -> tuple[str, ...]:
     unit = "mm" if summary.unit == "mm" else "units of unknown size"
     size = " x ".join(f"{side:.1f}" for side in mesh.size)
     missing = [f"  {photo.name}: {photo.reason}" for photo in summary.photos if photo.reason]
-    aside = [f"  {part.name}: {part.reason}" for part in summary.set_aside]
+    aside = [f"  {part.name}: {told(part.reason)}" for part in summary.set_aside]
     return (
         told(summary.verdict.headline),
         *_to_check(summary),
@@ -29,7 +29,7 @@ def summary_lines(summary: Summary) -> tuple[str, ...]:
         f"Surface: {mesh.faces:,} triangles, {size} {unit}.",
         *part_lines(summary.parts, summary.unit),
         *summary.scene.notes,
-        *summary.resolution.notes,
+        *map(told, summary.resolution.notes),
         *(() if summary.self_calibration is None else (told(summary.self_calibration.finding),)),
         *(told(one.finding) for one in summary.setups),
     )

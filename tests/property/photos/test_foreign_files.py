@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from limbgram.findings import told
 from limbgram.reconstruction.photos.decoding import load_colour, load_luma
 from limbgram.reconstruction.photos.reading import read_photos
 
@@ -45,7 +46,7 @@ def test_thirty_files_of_noise_truncation_and_wrong_types_are_set_aside(capture:
     photos = read_photos([capture])
     assert photos.names == tuple(f"good{index}.jpg" for index in range(5))
     assert {part.name for part in photos.set_aside} == bad
-    assert all(len(part.reason) > 10 for part in photos.set_aside)
+    assert all(len(told(part.reason)) > 10 for part in photos.set_aside)
 
 
 @settings(

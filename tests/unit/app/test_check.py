@@ -2,6 +2,7 @@
 
 import errno
 import io
+import math
 import threading
 import time
 from collections.abc import Sequence
@@ -15,7 +16,9 @@ from fastapi.testclient import TestClient
 from PIL import Image
 
 from limbgram.app import coaching
+from limbgram.capture.coach import CaptureCheck, CheckedPhoto
 from limbgram.core.errors import ScaleError
+from limbgram.findings import doubt, fault, told
 from limbgram.formats.board_file import read_board, write_board
 from limbgram.formats.printed import PrintedSize, Reading
 from limbgram.reconstruction.targets.board import Board
@@ -84,6 +87,31 @@ def test_photos_that_cannot_be_checked_are_refused_in_words(client: TestClient) 
     assert told["answer"] is None
 
 
+@pytest.mark.usefixtures("watches")
+def test_an_answer_tells_codes_and_values_and_nothing_of_what_is_not_known(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unseen = fault("coach.board_unseen", photos=2, least=3)
+    blurred = doubt("photo.blurred", edge_px=4.0, usual_px=1.0)
+    photo = CheckedPhoto(
+        name="0.png", placed=False, points=0, edge_px=math.nan, burnt=0.0,
+        features_per_cm2=math.nan, azimuth_deg=math.nan, elevation_deg=math.nan, counts=False,
+        remarks=(blurred,),
+    )  # fmt: skip
+    found = CaptureCheck(
+        go=False, headline=fault("coach.not_yet", why=unseen), findings=(unseen,), photos=(photo,),
+        missing=(), largest_gap_deg=math.nan, board_photos=2,
+    )  # fmt: skip
+    monkeypatch.setattr(Watch, "check", lambda *_: found)
+    answer = checked(client, case_with_photos(client, 2))["answer"]
+    assert answer["findings"][0]["code"] == "coach.board_unseen"
+    assert answer["findings"][0]["values"] == {"photos": 2, "least": 3}
+    assert answer["headline"]["sentence"].startswith("NOT YET: The scale board is found in 2")
+    assert answer["photos"][0]["remarks"][0]["code"] == "photo.blurred"
+    assert answer["photos"][0]["edge_px"] is None
+    assert answer["coverage"] is None
+
+
 def test_a_further_photo_goes_to_what_is_known_already(
     client: TestClient, watches: list[Watch]
 ) -> None:
@@ -143,13 +171,13 @@ def test_a_check_that_is_asked_for_as_another_ends_is_let_be(
     coach.ask(asked(1))
     assert running.wait(20)
     assert first_told.wait(20), "the first one is over"
-    assert (coach.state, coach.message) == ("running", "No answer.")
+    assert (coach.state, told_by(coach)) == ("running", "No answer.")
     assert [one.closed for one in watches] == [False]
     ending.set()
     until = time.monotonic() + 20
     while coach.state == "running" and time.monotonic() < until:
         time.sleep(0.01)
-    assert (coach.state, coach.message) == ("done", "No answer.")
+    assert (coach.state, told_by(coach)) == ("done", "No answer.")
     assert [one.checks for one in watches] == [[1, 2]]
 
 
@@ -200,3 +228,7 @@ def test_a_ruler_more_than_five_per_cent_off_is_refused(
     assert 400 <= refused.status_code < 500
     assert "100 %" in refused.json()["message"]
     assert not watches
+
+
+def told_by(coach: coaching.Coach) -> str:
+    return "" if coach.refusal is None else told(coach.refusal)

@@ -91,7 +91,7 @@ def test_a_fixed_aperture_is_kept_and_its_blur_is_counted() -> None:
     assert plan.aperture == 1.4
     assert plan.blur_px > 2 * best.blur_px
     assert plan.sigma_mm > best.sigma_mm
-    assert any("blurred" in note for note in plan.notes)
+    assert any(one.code == "plan.defocus" for one in plan.notes)
 
 
 def test_a_camera_whose_board_photos_were_less_sharp_is_planned_to_be_less_sure() -> None:

@@ -3,16 +3,17 @@
 import numpy as np
 import pytest
 
-from limbgram.capture.stands import Stand, clock, height_words, stand_of
+from limbgram.capture.stands import Stand, clock, height_of, stand_of
 from limbgram.core.geometry.lens import Camera
+from limbgram.findings import told
 
 CAMERA = Camera(width_px=300, height_px=200, fx=300.0, fy=300.0, cx=150.0, cy=100.0)
 
 
 @pytest.mark.parametrize(
-    ("azimuth_deg", "hour"), [(0, "12"), (30, "11"), (90, "9"), (180, "6"), (270, "3"), (350, "12")]
+    ("azimuth_deg", "hour"), [(0, 12), (30, 11), (90, 9), (180, 6), (270, 3), (350, 12)]
 )
-def test_clocks_turn_clockwise(azimuth_deg: float, hour: str) -> None:
+def test_clocks_turn_clockwise(azimuth_deg: float, hour: int) -> None:
     assert clock(azimuth_deg) == hour
 
 
@@ -26,7 +27,7 @@ def test_clocks_turn_clockwise(azimuth_deg: float, hour: str) -> None:
     ],
 )
 def test_heights_are_said_in_steps(elevation_deg: float, words: str) -> None:
-    assert height_words(elevation_deg) == words
+    assert told(height_of(elevation_deg)) == words
 
 
 def test_a_stand_and_its_view_are_the_same_place() -> None:

@@ -24,6 +24,7 @@ from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.order import Job
 from limbgram.cases.supervision import Event, Supervision
 from limbgram.core.errors import Cancelled, OptionsError, in_words
+from limbgram.findings import note
 from limbgram.reconstruction.photos.photo import SetAside
 
 CHILD = """
@@ -269,10 +270,13 @@ def test_what_a_surface_was_made_without_is_told(
     run: Callable[..., BatchRun], tmp_path: Path
 ) -> None:
     (outcome,) = run({"a": "green"}, lambda _: None).wait()
-    assert outcome.set_aside == (SetAside("IMG_7.jpg", "the file is cut off"),)
+    assert outcome.set_aside == (
+        SetAside("IMG_7.jpg", note("said.as_is", message="the file is cut off")),
+    )
     table = write_table([outcome], tmp_path, (), stopped=False)
-    (told,) = table.content["captures"]
-    assert told["set_aside"] == [{"name": "IMG_7.jpg", "reason": "the file is cut off"}]
+    (row,) = table.content["captures"]
+    (aside,) = row["set_aside"]
+    assert (aside["name"], aside["reason"]["sentence"]) == ("IMG_7.jpg", "the file is cut off")
     row = next(csv.DictReader((tmp_path / "batch.csv").open()))
     assert row["left_out"] == "IMG_7.jpg: the file is cut off"
     page = (tmp_path / "batch.html").read_text("utf-8")

@@ -15,6 +15,8 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import Mismatch
+from limbgram.findings import note
+from limbgram.reconstruction.mapping.scene import PhotoVerdict
 
 
 @dataclass(frozen=True)
@@ -119,3 +121,14 @@ def test_a_field_that_came_later_takes_its_default() -> None:
 def test_what_is_no_product_is_a_bug(value: object) -> None:
     with pytest.raises(TypeError):
         to_tree(value, [], str)
+
+
+def test_findings_are_kept_and_sentences_of_earlier_versions_are_read_as_such() -> None:
+    verdict = PhotoVerdict(
+        name="a", placed=False, points=3, rms_px=0.1, reason=note("placing.photo.loose", points=3)
+    )
+    arrays: list[np.ndarray] = []
+    tree: Any = json.loads(json.dumps(to_tree(verdict, arrays, str)))
+    assert from_tree(tree, PhotoVerdict, arrays, ROOT) == verdict
+    older = from_tree({**tree, "reason": "Too few.", "remark": ""}, PhotoVerdict, arrays, ROOT)
+    assert (older.reason, older.remark) == (note("said.as_is", message="Too few."), None)

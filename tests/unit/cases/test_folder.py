@@ -11,6 +11,7 @@ from limbgram.cases import folder
 from limbgram.cases.folder import CaseFolder, require_apart, sweep, take_in, with_disk_advice
 from limbgram.core.errors import CaseError, PhotoError
 from limbgram.core.files import written_whole
+from limbgram.findings import told
 
 
 @pytest.fixture
@@ -117,8 +118,8 @@ def test_ten_thousand_other_files_stay_out_and_are_summed_up(source: Path, tmp_p
     case = CaseFolder(tmp_path / "case")
     (left_out,) = take_in(case, [source])
     assert left_out.name == "10,001 other files"
-    assert left_out.reason.startswith("not pictures: film.mov, note 00000.txt, ")
-    assert len(left_out.reason) < 200
+    assert told(left_out.reason).startswith("not pictures: film.mov, note 00000.txt, ")
+    assert len(told(left_out.reason)) < 200
     kept = sorted(file.name for file in case.photos.rglob("*") if file.is_file())
     assert kept == ["a 1.jpg", "b.jpg", "b.png", "without ending"]
 
@@ -146,7 +147,7 @@ def test_what_cannot_be_read_is_set_aside_by_name(
 
     monkeypatch.setattr(folder, "file_sha256", unreadable)
     case = CaseFolder(tmp_path / "case")
-    reasons = {one.name: one.reason for one in take_in(case, [source])}
+    reasons = {one.name: told(one.reason) for one in take_in(case, [source])}
     expected = {
         "folder.jpg": "a folder",
         "lost.jpg": "leads nowhere",

@@ -26,6 +26,7 @@ from limbgram.cases.order import Job
 from limbgram.cases.store import CachingRun
 from limbgram.core.errors import CalibrationError, LimbgramError, PhotoError
 from limbgram.core.run import Run
+from limbgram.findings import told
 from limbgram.reconstruction.calibration.board import calibrate
 from limbgram.reconstruction.calibration.cameras import cameras_for
 from limbgram.reconstruction.photos.heif import HAS_HEIF
@@ -190,8 +191,8 @@ def by_watch(sources: Sequence[Path], _: Path) -> dict[str, str]:
 
 def told_by(found: CaptureCheck) -> dict[str, str]:
     for one in found.set_aside:
-        assert f"{one.name} is left out: {one.reason}." in found.notes
-    return {one.name: one.reason for one in found.set_aside}
+        assert f"{one.name} is left out: {told(one.reason)}." in map(told, found.notes)
+    return {one.name: told(one.reason) for one in found.set_aside}
 
 
 def by_reconstruction(sources: Sequence[Path], scratch: Path) -> dict[str, str]:
@@ -240,10 +241,10 @@ def test_all_doors_say_the_same_of_a_spoiled_capture(fault: str, tmp_path: Path)
     read = read_photos(sources)
     assert len(read.photos) == spoiled.photos
     assert [one.name for one in read.set_aside] == [name for name, _ in spoiled.left_out]
-    assert all(part in one.reason for one, (_, part) in zip(read.set_aside, spoiled.left_out))
+    assert all(part in told(one.reason) for one, (_, part) in zip(read.set_aside, spoiled.left_out))
     for door, says in doors.items():
         told = says(sources, tmp_path)
-        assert told == {one.name: one.reason for one in read.set_aside}, door
+        assert told == {one.name: told(one.reason) for one in read.set_aside}, door
     assert read_photos([tmp_path / "case" / "photos"]).names == read.names
 
 

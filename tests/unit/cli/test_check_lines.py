@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from limbgram.capture.coach import CaptureCheck, CheckedPhoto
 from limbgram.cli.check import check_lines
+from limbgram.findings import Finding, note
 
 PHOTO = CheckedPhoto(
     name="IMG_1.jpg", placed=True, points=900, edge_px=0.8, burnt=0.0, features_per_cm2=12.0,
@@ -12,21 +13,25 @@ PHOTO = CheckedPhoto(
 )  # fmt: skip
 
 
+def said(message: str) -> Finding:
+    return note("said.as_is", message=message)
+
+
 def check(*photos: CheckedPhoto) -> CaptureCheck:
     return CaptureCheck(
         go=False,
-        headline="NOT YET: the first finding",
-        findings=("the first finding", "the second finding"),
+        headline=note("coach.not_yet", why=said("the first finding")),
+        findings=(said("the first finding"), said("the second finding")),
         photos=photos,
         missing=(),
         largest_gap_deg=30.0,
         board_photos=3,
-        notes=("a note",),
+        notes=(said("a note"),),
     )
 
 
 def test_the_answer_comes_first_and_each_finding_once() -> None:
-    lines = check_lines(check(replace(PHOTO, remarks=("blurred: hold still",))))
+    lines = check_lines(check(replace(PHOTO, remarks=(said("blurred: hold still"),))))
     assert lines[:3] == ("NOT YET: the first finding", "  the second finding", "  a note")
     assert lines[-1] == "  IMG_1.jpg: blurred: hold still"
 

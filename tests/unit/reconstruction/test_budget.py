@@ -13,6 +13,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Run, budget_mb, in_parallel, machine_mb, resident_megabytes
+from limbgram.findings import told
 from limbgram.reconstruction.budget import Resolution, depth_share, refuse_beyond, resolution_for
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.measuring.imagery import imagery_mb, load_crops, prepare
@@ -120,7 +121,7 @@ def test_pixels_too_fine_for_the_triangles_are_halved_where_they_take_much_memor
     many = of(60, 30_000)
     assert many.photo_halvings == 1
     assert many.edge_mm == of(10, 30_000).edge_mm
-    assert "too large for smaller pixels" in many.notes[0]
+    assert "too large for smaller pixels" in told(many.notes[0])
     views = [metric().scene.view(0)] * 60
     assert (
         imagery_mb(views, sheet().vertices_mm, 0) > 600 > imagery_mb(views, sheet().vertices_mm, 1)
@@ -142,7 +143,7 @@ def test_edges_grow_where_pixels_would_make_too_many_triangles(most: int) -> Non
     assert found.edge_mm > 4.5 * PIXEL_MM
     made = len(refine(sheet(), found.edge_mm).faces)
     assert 0.7 * most < made < 1.3 * most
-    assert f"{most:,} triangles" in found.notes[0]
+    assert f"{most:,} triangles" in told(found.notes[0])
 
 
 def test_parts_share_the_triangles_by_their_areas() -> None:
@@ -150,7 +151,7 @@ def test_parts_share_the_triangles_by_their_areas() -> None:
     area = 0.5 * float(np.linalg.norm(sheet().face_normals(), axis=1).sum())
     alone, beside = resolution(sheet(), 20_000), resolution(sheet(), 80_000, 1e5, 3 * area)
     assert beside.edge_mm == pytest.approx(alone.edge_mm, rel=1e-12)
-    assert "80,000 triangles on all parts together" in beside.notes[0]
+    assert "80,000 triangles on all parts together" in told(beside.notes[0])
     small = replace(sheet(), vertices_mm=sheet().vertices_mm * 0.2)
     assert resolution(small, beside_mm2=1000.0).edge_mm == 4.5 * PIXEL_MM
 
@@ -178,8 +179,8 @@ def test_photos_are_halved_until_the_measurement_fits() -> None:
         found = resolution(sheet(), 100_000, memory_mb)
         halvings.append(found.photo_halvings)
         assert found.edge_mm >= 4.5 * PIXEL_MM * 2**found.photo_halvings
-        told = any("reduced to 1/" in note for note in found.notes)
-        assert told == (found.photo_halvings > 0)
+        reduced = any("reduced to 1/" in told(one) for one in found.notes)
+        assert reduced == (found.photo_halvings > 0)
     assert halvings == sorted(halvings)
     assert (halvings[0], halvings[-1]) == (0, 2)
 

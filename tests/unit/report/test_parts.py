@@ -9,6 +9,7 @@ import numpy as np
 import trimesh
 
 from limbgram.core.mesh.mesh import Mesh, Part, Relation
+from limbgram.findings import note
 from limbgram.reconstruction.pipeline import OtherPart, Reconstruction
 from limbgram.report.blocks import Section, Table
 from limbgram.report.case import parts_section
@@ -78,7 +79,10 @@ def reconstruction(chosen: Mesh, other: Mesh | None, relation: Relation) -> Reco
         looked_at=0.4,
         relation=relation,
     )
-    found = SimpleNamespace(mesh=chosen, others=(OtherPart(part=part, mesh=other, reason="-"),))
+    found = SimpleNamespace(
+        mesh=chosen,
+        others=(OtherPart(part=part, mesh=other, reason=note("said.as_is", message="-")),),
+    )
     return cast(Reconstruction, found)
 
 

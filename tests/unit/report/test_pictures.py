@@ -95,7 +95,9 @@ def test_the_line_of_facts_says_scale_check_and_what_is_missing() -> None:
     assert "checked on 2 other lengths: they agree to 0.158% (worst 0.200%, Acheck)" in several
     assert "not checked" in facts(scale(length("control", 0.0)), [], [])
     assert facts(scale(unit="unitless"), [], []).startswith("NO SCALE")
-    assert "1 file was set aside" in facts(scale(), [], [SetAside("a", "b")])
+    assert "1 file was set aside" in facts(
+        scale(), [], [SetAside("a", note("said.as_is", message="b"))]
+    )
     assert "31% of the measured surface" in facts(scale(), [], [], 0.31)
     assert "surface" not in facts(scale(), [], [], 0.01)
     assert "12 points of the surface, folded by the measurement" in facts(scale(), [], [], laid=12)
@@ -134,7 +136,7 @@ def summary(light: Light) -> Summary:
                 edge_width_px=1.0,
             ),
         ),
-        set_aside=(SetAside("notes.txt", "no photo"),),
+        set_aside=(SetAside("notes.txt", note("said.as_is", message="no photo")),),
         cameras=(),
         matches=MatchSummary(
             pairs_tried=1, before_correlation=1, after_correlation=1, verified_pairs=1, verified=1

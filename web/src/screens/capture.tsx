@@ -22,6 +22,7 @@ import { Dial, type DialData, HIGH_DEG } from "./dial";
 import { Expected } from "./expected";
 import { FromPhone } from "./from-phone";
 import type { Room, RoomProps } from "./room";
+import { told } from "../words";
 
 type Check = Schemas["Check"];
 
@@ -238,8 +239,8 @@ export function dialOf(answer: Check["answer"] | null | undefined): DialData | n
   const add = additions(answer);
   return {
     photos: answer.photos
-      .filter((one) => one.placed && one.azimuth_deg !== null && Number.isFinite(one.azimuth_deg))
-      .map((one) => ({ name: one.name, azimuth_deg: one.azimuth_deg as number, elevation_deg: Number.isFinite(one.elevation_deg) ? one.elevation_deg : 0 })),
+      .filter((one) => one.placed && one.azimuth_deg !== null)
+      .map((one) => ({ name: one.name, azimuth_deg: one.azimuth_deg as number, elevation_deg: one.elevation_deg ?? 0 })),
     gaps: add.map((one) => ({ from_deg: one.azimuth_deg - 12, to_deg: one.azimuth_deg + 12, high: one.high })),
     add,
   };
@@ -253,7 +254,7 @@ function Banner({ said, photos, sample, busy, done, off, onCompute, onResult, ac
   const rests = done && !answer && !running;
   const tone = rests ? "green" : goes ? "green" : answer && !running ? "amber" : said?.state === "refused" ? "amber" : "";
   const lead = busy ? t("capture.computing") : rests ? t("capture.done") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? coachWords(answer).lead : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t(sample ? "capture.sample" : "capture.begin");
-  const why = busy ? "" : rests ? t("capture.done.why") : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? coachWords(answer).why : running ? t("capture.checking.why") : t(sample && !photos ? "capture.sample.why" : "capture.begin.why");
+  const why = busy ? "" : rests ? t("capture.done.why") : said?.state === "refused" && !running ? (said.finding ? told(said.finding) : "") : answer && !running ? coachWords(answer).why : running ? t("capture.checking.why") : t(sample && !photos ? "capture.sample.why" : "capture.begin.why");
   return (
     <div class="say" role="status">
       <span class={`mark ${tone}`}>
@@ -276,10 +277,10 @@ function Banner({ said, photos, sample, busy, done, off, onCompute, onResult, ac
   );
 }
 
-function PhotoTile({ room, photo, number, said, on, onClick }: { room: Room; photo: Schemas["Photo"]; number: number; said?: Schemas["CheckedPhoto"]; on: boolean; onClick: () => void }) {
+function PhotoTile({ room, photo, number, said, on, onClick }: { room: Room; photo: Schemas["Photo"]; number: number; said?: Schemas["CheckedReply"]; on: boolean; onClick: () => void }) {
   const film = /\.(mp4|mov|avi|mkv|webm)$/i.test(photo.name);
   const bad = photo.state === "unusable" || (said !== undefined && !said.counts);
-  const remark = photo.state === "unusable" ? t("capture.unusable") : remarkWords(said?.remarks[0] ?? "");
+  const remark = photo.state === "unusable" ? t("capture.unusable") : remarkWords(said?.remarks[0]);
   return (
     <button type="button" class={`ph ${bad ? "bad" : ""} ${on ? "on" : ""}`} title={[photo.name, remark].filter(Boolean).join(": ")} onClick={onClick} aria-pressed={on} aria-label={`${number}: ${photo.name} ${remark}`}>
       {film || photo.state === "unusable" ? <Icon name="camera" /> : <img src={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />}
@@ -288,7 +289,7 @@ function PhotoTile({ room, photo, number, said, on, onClick }: { room: Room; pho
   );
 }
 
-function PhotoNote({ room, name, photo, said, onGone }: { room: Room; name: string; photo?: Schemas["Photo"]; said?: Schemas["CheckedPhoto"]; onGone: () => void }) {
+function PhotoNote({ room, name, photo, said, onGone }: { room: Room; name: string; photo?: Schemas["Photo"]; said?: Schemas["CheckedReply"]; onGone: () => void }) {
   const act = useAct();
   if (!photo) return null;
   const remove = () =>
@@ -302,7 +303,7 @@ function PhotoNote({ room, name, photo, said, onGone }: { room: Room; name: stri
       <p class="soft small-note">
         {[photo.width_px ? `${photo.width_px} × ${photo.height_px}` : "", bytes(photo.bytes), photo.removed.length ? t("capture.removed", photo.removed.join(", ")) : "", photo.kept.length ? t("capture.kept.one", photo.kept.join(", ")) : ""].filter(Boolean).join(". ")}
       </p>
-      {(said?.remarks.length || photo.problem) && <p class="small-note">{[photo.problem, ...(said?.remarks ?? [])].filter(Boolean).join(". ")}</p>}
+      {(said?.remarks.length || photo.problem) && <p class="small-note">{[photo.problem, ...(said?.remarks ?? []).map(told)].filter(Boolean).join(". ")}</p>}
       <Refusal refused={act.refused.value} />
       <div class="acts">
         <a class="btn" href={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(name)}/picture?width=2400`} target="_blank" rel="noreferrer">
@@ -335,7 +336,7 @@ function HowToStand({ answer }: { answer: NonNullable<Check["answer"]> }) {
         <div>
           <h2>{letters.length > 1 ? t("capture.photos.letters", letters.slice(0, -1).join(", "), letters[letters.length - 1]) : t("capture.photo.letter", letters[0] ?? "")}</h2>
           {answer.missing.slice(0, 3).map((one) => (
-            <p class="soft" key={one.words}>
+            <p class="soft" key={told(one.asked)}>
               {standWords(
                 one,
                 one.azimuths_deg.map((azimuth, i) => ((one.elevations_deg[i] ?? 0) >= HIGH_DEG ? t("dial.high", sideWords(azimuth)) : sideWords(azimuth))),
@@ -367,9 +368,9 @@ function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void)
   const checks: { ok: boolean; text: string }[] = [
     { ok: placed && answer.missing.length === 0, text: !placed ? t("find.ring.none") : answer.missing.length === 0 ? t("find.ring") : t("find.ring.gap", answer.largest_gap_deg ? Math.round(answer.largest_gap_deg) : "?") },
     { ok: sharp === answer.photos.length, text: t("find.sharp", sharp, answer.photos.length) },
-    ...(answer.board_photos === null || answer.board_photos === undefined ? [] : [{ ok: answer.board_photos >= 3, text: t("find.board", answer.board_photos) }]),
+    ...(answer.board_photos === null || answer.board_photos === undefined ? [] : [{ ok: !answer.findings.some((one) => one.code === "coach.board_unseen"), text: t("find.board", answer.board_photos) }]),
     ...(answer.kept_still === null || answer.kept_still === undefined ? [] : [{ ok: answer.kept_still, text: t(answer.kept_still ? "find.still" : "find.moved") }]),
-    { ok: answer.photos.every((one) => one.burnt < 0.02), text: answer.photos.every((one) => one.burnt < 0.02) ? t("find.light") : t("find.light.bad") },
+    { ok: answer.photos.every((one) => (one.burnt ?? 0) < 0.02), text: answer.photos.every((one) => (one.burnt ?? 0) < 0.02) ? t("find.light") : t("find.light.bad") },
   ];
   return (
     <section>
@@ -383,7 +384,7 @@ function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void)
       </div>
       {answer.findings.length > 0 && (
         <ul class="findings small-note soft">
-          {answer.findings.map((one) => (
+          {answer.findings.map(told).map((one) => (
             <li key={one}>{one}</li>
           ))}
         </ul>
@@ -392,7 +393,7 @@ function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void)
         <>
           <h3>{t("find.notes")}</h3>
           <ul class="findings small-note soft">
-            {answer.notes.map((one) => (
+            {answer.notes.map(told).map((one) => (
               <li key={one}>{one}</li>
             ))}
           </ul>

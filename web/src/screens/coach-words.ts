@@ -1,11 +1,10 @@
 /**
- * What the coach says, in the language chosen: made of the figures of its answer, not of its sentences.
- *
- * Where the figures do not tell why there is no GO, the server's own sentence stands, in English.
+ * What the coach says, in the language chosen: shortly where its findings are of the usual kinds, else in
+ * their own words.
  */
 import type { Schemas } from "../api/client";
-import { parted } from "../design/refusal";
 import { type TextKey, t } from "../texts";
+import { advice, type Finding, sentence } from "../words";
 
 type Answer = NonNullable<Schemas["Check"]["answer"]>;
 type Missing = Answer["missing"][number];
@@ -15,28 +14,25 @@ export interface CoachWords {
   readonly why: string;
 }
 
-const LEAST_BOARD_PHOTOS = 3;
-const LEAST_SEEN = 0.95;
-const ZOOMED = /focal length is (longer|shorter)/;
-
 /** The answer in one line, and what it rests on. */
 export function coachWords(answer: Answer): CoachWords {
   if (answer.go) return { lead: t("capture.go"), why: t(answer.kept_still === false ? "coach.moved.go" : "capture.go.why") };
   const said = reasons(answer);
   if (said[0]) return { lead: t("coach.not.yet", said[0]), why: said[1] ?? "" };
-  const [lead, why] = parted(answer.headline);
-  return { lead, why };
+  const first = answer.findings[0];
+  return first ? { lead: t("coach.not.yet", sentence(first)), why: advice(first) } : { lead: sentence(answer.headline), why: "" };
 }
 
 function reasons(answer: Answer): string[] {
   const found: string[] = [];
   const count = answer.missing.reduce((sum, one) => sum + one.count, 0);
   if (count) found.push(t("coach.add", count));
-  if (answer.board_photos !== null && answer.board_photos !== undefined && answer.board_photos < LEAST_BOARD_PHOTOS) found.push(t("coach.board", answer.board_photos));
-  const measured = answer.coverage?.measured;
-  if (measured !== undefined && measured < LEAST_SEEN) found.push(t("coach.seen", (100 * measured).toFixed(0)));
-  const zoomed = answer.photos.filter((one) => one.placed && one.remarks.some((said) => ZOOMED.test(said))).length;
-  if (zoomed) found.push(t("coach.zoomed", zoomed));
+  for (const one of answer.findings) {
+    const { photos, least, share } = one.values as Record<string, number>;
+    if (one.code === "coach.board_unseen") found.push(t("coach.board", photos, least));
+    if (one.code.startsWith("coach.unseen.")) found.push(t("coach.seen", (100 * (1 - share)).toFixed(0), least));
+    if (one.code === "lens.zoomed") found.push(t("coach.zoomed", Number(one.values.count)));
+  }
   if (answer.kept_still === false) found.push(t("coach.moved"));
   const apart = answer.photos.filter((one) => one.placed === false).length;
   if (!found.length && apart) return [t("coach.apart", apart, answer.photos.length), t("coach.apart.do")];
@@ -51,18 +47,19 @@ export function standWords(one: Missing, where: readonly string[]): string {
   return one.between ? t("coach.between", one.count, one.between[0], one.between[1], places) : t("coach.places", one.count, places);
 }
 
-const REMARKS: readonly [RegExp, TextKey][] = [
-  [/^blurred/, "remark.blurred"],
-  [/^overexposed/, "remark.overexposed"],
-  [/^underexposed/, "remark.underexposed"],
-  [/^stored mirrored/, "remark.mirrored"],
-  [/^taken with/, "remark.lens"],
-  [/a program has turned its pixels/, "remark.turned"],
-  [ZOOMED, "remark.zoomed"],
-];
+const REMARKS: Readonly<Record<string, TextKey>> = {
+  "photo.blurred": "remark.blurred",
+  "photo.overexposed": "remark.overexposed",
+  "photo.underexposed": "remark.underexposed",
+  "photo.mirrored": "remark.mirrored",
+  "photo.other_lens": "remark.lens",
+  "photo.turned": "remark.turned",
+  "lens.photo.zoomed": "remark.zoomed",
+};
 
 /** What is wrong with a photo, shortly where it is one of the usual things. */
-export function remarkWords(remark: string): string {
-  const known = REMARKS.find(([pattern]) => pattern.test(remark));
-  return known ? t(known[1]) : remark;
+export function remarkWords(remark: Finding | undefined): string {
+  if (!remark) return "";
+  const known = REMARKS[remark.code];
+  return known ? t(known) : sentence(remark);
 }

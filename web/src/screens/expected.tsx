@@ -7,6 +7,7 @@
 import type { Schemas } from "../api/client";
 import { SURE_COLOURS, SURE_STOPS_MM } from "../geometry/scales";
 import { t } from "../texts";
+import { told } from "../words";
 
 const WIDE = 14;
 const HIGH = 9;
@@ -18,7 +19,7 @@ export function sureColour(two_sigma_mm: number): string {
   return SURE_COLOURS[at];
 }
 
-export function Expected({ coverage }: { coverage: Schemas["Coverage"] }) {
+export function Expected({ coverage }: { coverage: Schemas["CoverageReply"] }) {
   const { rows, columns } = coverage;
   const half = Math.floor(columns / 2);
   return (
@@ -28,7 +29,7 @@ export function Expected({ coverage }: { coverage: Schemas["Coverage"] }) {
         <span class="grow" />
         <span class="small faint">{t("expected.share", Math.round(100 * coverage.measured))}</span>
       </div>
-      <svg class="expected" viewBox={`0 0 ${columns * WIDE} ${rows * HIGH}`} role="img" aria-label={t("expected.label", coverage.weakest || "–")}>
+      <svg class="expected" viewBox={`0 0 ${columns * WIDE} ${rows * HIGH}`} role="img" aria-label={t("expected.label", coverage.weakest ? told(coverage.weakest) : "–")}>
         <defs>
           <pattern id="unseen-cells" width="4" height="4" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">
             <rect width="4" height="4" class="ground" />

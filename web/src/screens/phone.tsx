@@ -18,6 +18,7 @@ import { bytes, t } from "../texts";
 import { additions, dialOf } from "./capture";
 import { Dial } from "./dial";
 import { coachWords, remarkWords } from "./coach-words";
+import { told } from "../words";
 
 const MOST_ROWS = 5;
 
@@ -152,7 +153,7 @@ function Said({ said, goes, photos }: { said: Schemas["Check"] | null; goes: boo
   const refused = said?.state === "refused" && !running;
   const tone = goes ? "green" : refused || (answer && !running) ? "amber" : "";
   const lead = goes ? t("capture.go") : running ? t("capture.checking", said?.photos ?? 0) : refused ? t("capture.cannot.check") : answer && !answer.go ? notYet(answer) : t(photos ? "capture.collect" : "phone.begin");
-  const why = running ? t("capture.checking.why") : refused ? (said?.message ?? "") : answer?.go && answer.kept_still === false ? coachWords(answer).why : "";
+  const why = running ? t("capture.checking.why") : refused ? (said?.finding ? told(said.finding) : "") : answer?.go && answer.kept_still === false ? coachWords(answer).why : "";
   return (
     <div class="say" role="status">
       <span class={`mark ${tone}`}>
@@ -189,14 +190,14 @@ function OnItsWay({ upload, picture }: { upload: Upload; picture?: string }) {
 }
 
 /** A photo that does not count, and why. */
-function ToTakeAgain({ id, photo, number, said }: { id: string; photo: Schemas["Photo"]; number: number; said?: Schemas["CheckedPhoto"] }) {
+function ToTakeAgain({ id, photo, number, said }: { id: string; photo: Schemas["Photo"]; number: number; said?: Schemas["CheckedReply"] }) {
   const unusable = photo.state === "unusable";
   if (!unusable && (said === undefined || said.counts)) return null;
   return (
     <li class="bad">
       {unusable ? <span class="none" /> : <img src={`${ROOT}/cases/${id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />}
       <span>
-        {t("phone.photo", number)}: {unusable ? t("capture.unusable") : (said?.remarks[0] ? remarkWords(said.remarks[0]) : t("phone.not.counted"))}
+        {t("phone.photo", number)}: {unusable ? t("capture.unusable") : (remarkWords(said?.remarks[0]) || t("phone.not.counted"))}
         <small>{t("phone.again")}</small>
       </span>
       <Icon name="warn" tone="a" />

@@ -18,6 +18,7 @@ from limbgram.cases.record import write_json
 from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.typed import Strictness, tree_of, value_of
+from limbgram.findings import told
 from limbgram.report.batch import BatchRow, batch_report, counted
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.html import html_of
@@ -115,7 +116,7 @@ def _row(outcome: Outcome, cases: Path, *, pictured: bool = False) -> BatchRow:
         told=outcome.headline if outcome.done else outcome.told,
         steps=tuple(step.name for step in outcome.steps if not step.exit_code),
         faults=tuple(_faults(outcome)),
-        left_out=tuple((part.name, part.reason) for part in outcome.set_aside),
+        left_out=tuple((part.name, told(part.reason)) for part in outcome.set_aside),
         attempts=outcome.attempts,
         seconds=outcome.seconds,
         thumbnail=_thumbnail(cases / outcome.name, outcome.name)
@@ -152,7 +153,7 @@ def _csv(outcomes: Sequence[Outcome]) -> str:
     for one in outcomes:
         done = [step.name for step in one.steps if not step.exit_code]
         failed = [step.name for step in one.steps if step.exit_code]
-        left_out = "; ".join(f"{part.name}: {part.reason}" for part in one.set_aside)
+        left_out = "; ".join(f"{part.name}: {told(part.reason)}" for part in one.set_aside)
         texts = (one.headline, " ".join((one.told, *_faults(one))).strip(), left_out)
         writer.writerow((
             _plain(one.name), _plain(one.source), one.state, one.light or "",

@@ -297,9 +297,5 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
     finite = bool(np.isfinite(scaled).all())
     values, vectors = np.linalg.eigh(scaled if finite else np.zeros_like(scaled))
     if not finite or values[0] <= 1e-14 * values[-1]:
-        raise CalibrationError(
-            "These photos do not determine the camera: different lenses explain them equally "
-            "well. The board was probably held parallel to the sensor in all of them. Tilt it "
-            "by 20 to 45 degrees to all sides."
-        )
+        raise CalibrationError("lens.undetermined")
     return (vectors / values) @ vectors.T * np.outer(unit, unit)

@@ -25,7 +25,8 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.lens import Camera
-from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet, listed
+from limbgram.findings import Finding, fault
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet, first_of
 
 LensSource = Literal["board", "exif", "guess"]
 """Where a lens is known from: a board calibrated it, EXIF told its focal length, or nothing did."""
@@ -231,7 +232,7 @@ def focal_from_exif(
 
 def contradicting_exif(
     photos: PhotoSet, cameras: Cameras, options: CameraOptions = DEFAULTS
-) -> str | None:
+) -> Finding | None:
     """Why a measured calibration cannot be that of its photos, by their EXIF; None where it can.
 
     Where EXIF tells nothing, one that is more than any lens is long cannot.
@@ -241,19 +242,17 @@ def contradicting_exif(
         ratio = calibration.camera.fx / guess.focal_px
         far = max(ratio, 1.0 / ratio) > 1.0 + _FAR_SIGMAS * guess.relative_sigma
         if calibration.source == "board" and far:
-            shown_by = "their EXIF tells" if guess.source == "exif" else "a usual lens has"
+            shown_by = "exif" if guess.source == "exif" else "usual"
             return foreign_camera(calibration.camera.fx, guess.focal_px, shown_by)
     return None
 
 
-def foreign_camera(given_px: float, shown_px: float, shown_by: str) -> str:
-    """What to say where photos show another focal length than the camera file has."""
-    return (
-        f"The camera file is not that of these photos: its focal length is {given_px:.0f} px, "
-        f"where {shown_by} about {shown_px:.0f} px. It was made with another camera, lens, zoom or "
-        "focus, or the zoom was changed between the photos. Give the file of the camera and lens "
-        "that took the photos, made at the same zoom, or give none; take the photos again where "
-        "some show the limb larger than others do from the same place."
+def foreign_camera(
+    given_px: float, shown_px: float, shown_by: Literal["exif", "usual", "placed", "board"]
+) -> Finding:
+    """That photos show another focal length than the camera file has; what shows it."""
+    return fault(
+        "lens.foreign", given_px=float(given_px), shown_px=float(shown_px), shown_by=shown_by
     )
 
 
@@ -287,25 +286,24 @@ def _fitting(
 ) -> Calibration:
     """The calibration of this group, the most particular one."""
     misfits = [_misfit(group, one, options) for one in given]
-    fitting = [one for one, fault in zip(given, misfits) if fault is None]
+    fitting = [one for one, misfit in zip(given, misfits) if misfit is None]
     if fitting:
         best = min(_strangeness(group, one) for one in fitting)
         chosen = [one for one in fitting if _strangeness(group, one) == best]
         if any(one.camera != chosen[0].camera for one in chosen):
-            raise CalibrationError(
-                f"{len(chosen)} calibrations given fit {listed(names, 3)} equally well, and "
-                "nothing in the photos tells which camera took them. Give the camera file of one "
-                "camera, or keep the photos of each camera as a case of its own."
-            )
+            raise CalibrationError("lens.ambiguous", count=len(chosen), **first_of(names, 3))
         return _as_taken(chosen[0], group)
-    faults = [fault for fault in misfits if fault is not None]
     raise CalibrationError(
-        f"No calibration given fits {listed(names, 3)} ({group.width_px} x {group.height_px}"
-        f"{' ' + label_of(group.exif) if label_of(group.exif) else ''}): {'; '.join(faults)}."
+        "lens.none_fits",
+        **first_of(names, 3),
+        width_px=group.width_px,
+        height_px=group.height_px,
+        label=label_of(group.exif) or None,
+        misfits=tuple(misfit for misfit in misfits if misfit is not None),
     )
 
 
-def _misfit(group: CameraGroup, calibration: Calibration, options: CameraOptions) -> str | None:
+def _misfit(group: CameraGroup, calibration: Calibration, options: CameraOptions) -> Finding | None:
     """Why a calibration is not that of a group; None where it is."""
     camera, exif = calibration.camera, group.exif
     size, calibrated = (group.width_px, group.height_px), (camera.width_px, camera.height_px)
@@ -313,54 +311,42 @@ def _misfit(group: CameraGroup, calibration: Calibration, options: CameraOptions
         calibrated = calibrated[::-1]
     factor = size[0] / calibrated[0]
     if factor > 1.0 or abs(calibrated[1] * factor - size[1]) > 1.0:
-        return (
-            f"the calibration is for {camera.width_px} x {camera.height_px}, the photos are "
-            f"{size[0]} x {size[1]}. Calibrate with the same camera at the size of the photos"
+        return fault(
+            "lens.misfit.size",
+            width_px=camera.width_px,
+            height_px=camera.height_px,
+            photo_width_px=size[0],
+            photo_height_px=size[1],
         )
     label = label_of(exif)
     if not (label.startswith(calibration.label) or calibration.label.startswith(label)):
-        return (
-            f"the calibration is of {calibration.label}, the photos are by {label}. Calibrate "
-            "the camera and lens that took the photos"
-        )
+        return fault("lens.misfit.label", calibrated=calibration.label, label=label)
     if exif.focal_mm is not None and calibration.focal_mm is not None:
         ratio = exif.focal_mm / calibration.focal_mm
         if abs(ratio - 1.0) > options.focal_tolerance:
-            return (
-                f"the calibration is for {calibration.focal_mm:g} mm, the photos were taken at "
-                f"{exif.focal_mm:g} mm. Leave the zoom as it was, or calibrate at this setting"
+            return fault(
+                "lens.misfit.focal", calibrated_mm=calibration.focal_mm, taken_mm=exif.focal_mm
             )
     return _body_misfit(exif, calibration) or _zoom_misfit(exif, calibration, options)
 
 
-def _body_misfit(exif: Exif, calibration: Calibration) -> str | None:
+def _body_misfit(exif: Exif, calibration: Calibration) -> Finding | None:
     if exif.body is None or calibration.body is None or exif.body == calibration.body:
         return None
-    return (
-        f"the calibration is of another {calibration.label} than the one that took the photos, "
-        "as their serial numbers tell. Calibrate each camera"
-    )
+    return fault("lens.misfit.body", calibrated=calibration.label)
 
 
-def _zoom_misfit(exif: Exif, calibration: Calibration, options: CameraOptions) -> str | None:
+def _zoom_misfit(exif: Exif, calibration: Calibration, options: CameraOptions) -> Finding | None:
     """A digital zoom shows in the zoom ratio, in the focal length for film, or in both."""
     now, then = exif.digital_zoom or 1.0, calibration.digital_zoom or 1.0
     if abs(now / then - 1.0) > options.focal_tolerance:
-        return (
-            f"the calibration is for photos enlarged {then:g} times by the camera's digital zoom, "
-            f"the photos are enlarged {now:g} times. Take them without digital zoom, or calibrate "
-            "at this setting"
-        )
+        return fault("lens.misfit.zoom", calibrated=then, taken=now)
     if exif.focal_35mm is None or calibration.focal_35mm is None:
         return None
     off_mm = abs(exif.focal_35mm - calibration.focal_35mm)
     if off_mm <= options.tolerance_35mm + options.focal_tolerance * calibration.focal_35mm:
         return None
-    return (
-        f"the calibration is for {calibration.focal_35mm:g} mm in terms of 35-mm film, the photos "
-        f"were taken at {exif.focal_35mm:g} mm. Use the same lens of the phone without zoom, or "
-        "calibrate at this setting"
-    )
+    return fault("lens.misfit.film", calibrated_mm=calibration.focal_35mm, taken_mm=exif.focal_35mm)
 
 
 def _strangeness(group: CameraGroup, calibration: Calibration) -> tuple[bool, ...]:

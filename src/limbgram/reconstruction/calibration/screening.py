@@ -18,6 +18,7 @@ from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS
+from limbgram.findings import doubt
 from limbgram.reconstruction.calibration.adjustment import (
     SHARED,
     BoardObservation,
@@ -79,8 +80,11 @@ def screen(
         set_aside.append(
             SetAside(
                 observations[worst].name,
-                f"its corners are {rms_px[worst]:.2f} px off, those of the other photos "
-                f"{float(np.median(rms_px)):.2f} px: moved, out of focus, or a bent board",
+                doubt(
+                    "lens.photo.off",
+                    rms_px=float(rms_px[worst]),
+                    others_px=float(np.median(rms_px)),
+                ),
             )
         )
         observations = observations[:worst] + observations[worst + 1 :]
@@ -136,10 +140,7 @@ def _start(
                 flags=flags,
             )
     except cv2.error as error:
-        raise CalibrationError(
-            "No camera explains these photos of the board. The board was probably held the same "
-            "way in all of them, or its size is wrong. Tilt it by 20 to 45 degrees to all sides."
-        ) from error
+        raise CalibrationError("lens.unexplained") from error
     shared = np.zeros(SHARED)
     shared[:4] = np.asarray(matrix)[[0, 1, 0, 1], [0, 1, 2, 2]]
     shared[5:7] = np.asarray(distortion).ravel()[:2]
@@ -148,10 +149,7 @@ def _start(
         for turn, shift in zip(turns, shifts)
     )
     if not np.isfinite(shared).all() or min(shared[:2]) <= 0:
-        raise CalibrationError(
-            "The focal length cannot be told from these photos: the board was held parallel to "
-            "the sensor in all of them. Tilt it by 20 to 45 degrees to all sides."
-        )
+        raise CalibrationError("lens.parallel")
     return adjust(observations, board_mm, shared, poses, free)
 
 

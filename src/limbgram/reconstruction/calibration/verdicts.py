@@ -3,6 +3,7 @@
 A doubt is told to the user; a refusal is raised.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,9 +13,10 @@ from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, Camera, lens_slopes
+from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.adjustment import Solution
 from limbgram.reconstruction.calibration.cameras import label_of
-from limbgram.reconstruction.photos.photo import Photo
+from limbgram.reconstruction.photos.photo import Photo, left_out
 from limbgram.reconstruction.targets.board import BoardDetections
 
 _CELLS = (12, 8)
@@ -64,12 +66,7 @@ def refuse_contradiction(solution: Solution, limit_px: float) -> None:
 
 
 def _contradiction(solution: Solution) -> CalibrationError:
-    return CalibrationError(
-        "No one camera explains these photos of the board together: the corners are "
-        f"{solution.rms_px:.2f} px off. The zoom or focus changed between the photos, the board "
-        "bends, or the lens is a fisheye. Fix zoom and focus, mount the board on a stiff plate, "
-        "and take the photos again."
-    )
+    return CalibrationError("lens.contradiction", rms_px=float(solution.rms_px))
 
 
 def refuse_undetermined(solution: Solution, inflation: float, max_focal_sigma: float) -> None:
@@ -82,10 +79,12 @@ def refuse_undetermined(solution: Solution, inflation: float, max_focal_sigma: f
         raise _contradiction(solution)
     tilts = tilts_deg(solution.poses)
     raise CalibrationError(
-        f"The focal length stays uncertain by {share:.1%} (at most {max_focal_sigma:.1%} is "
-        f"accepted): the board was tilted by {tilts.min():.0f} to {tilts.max():.0f} degrees "
-        f"against the sensor in {len(tilts)} photos. Take 12 or more photos with the board "
-        "tilted by 20 to 45 degrees to all sides, and some with the camera turned upright."
+        "lens.focal_uncertain",
+        share=share,
+        most=max_focal_sigma,
+        least_deg=float(tilts.min()),
+        most_deg=float(tilts.max()),
+        photos=len(tilts),
     )
 
 
@@ -126,17 +125,13 @@ def refuse_uncovered(
     max_edge_sigma_px: float,
 ) -> None:
     """Raise CalibrationError where the distortion is unknown in a corner of the picture."""
-    bare = [
+    bare = tuple(
         name
         for name, reach, sigma_px in zip(_CORNERS, seen.reach, edge_sigmas_px)
         if reach < min_reach or sigma_px > max_edge_sigma_px
-    ]
+    )
     if bare:
-        raise CalibrationError(
-            f"The board never came near the {', '.join(bare)} of the picture, so the lens's "
-            "distortion is unknown there. Add photos in which the board fills the picture, and "
-            "some with it in each corner."
-        )
+        raise CalibrationError("lens.uncovered", corners=bare)
 
 
 _CORNERS = ("top left", "top right", "bottom left", "bottom right")
@@ -150,77 +145,64 @@ def doubts(
     *,
     few_photos: int,
     good_reach: float,
-) -> tuple[str, ...]:
+) -> tuple[Finding, ...]:
     """What is accepted but not as it should be."""
-    said: list[str] = []
+    found: list[Finding] = []
     photos = len(solution.poses)
     if photos < few_photos:
-        said.append(f"{photos} photos are few; 12 to 20 make sigmas trustworthy.")
-    weak = [name for name, reach in zip(_CORNERS, seen.reach) if reach < good_reach]
+        found.append(doubt("lens.doubt.few_photos", photos=photos))
+    weak = tuple(name for name, reach in zip(_CORNERS, seen.reach) if reach < good_reach)
     if weak:
-        said.append(
-            f"Towards the {', '.join(weak)} the board covers less than {good_reach:.0%} of the "
-            "way from the middle; distortion is extrapolated there."
-        )
+        found.append(doubt("lens.doubt.reach", corners=weak, good=good_reach))
     if np.isnan(edge_sigmas_px).any():
-        said.append(
-            "The lens is too wide for this lens model in the picture's corners; points there "
-            "are not usable."
-        )
+        found.append(doubt("lens.doubt.too_wide"))
     if inflation > 2.0:
-        said.append(
-            f"The photos differ {inflation:.1f} times more than their corners' noise explains, "
-            "and all sigmas are enlarged by that: the board is probably not flat, the focus "
-            "changed, or a stabiliser shifted the pictures."
-        )
+        found.append(doubt("lens.doubt.spread", times=float(inflation)))
     if solution.rms_px > 0.5:
-        said.append(
-            f"The corners are {solution.rms_px:.2f} px off; 0.1 to 0.3 px is usual. Look at the "
-            "residuals: blur, a bent board or a changed focus."
-        )
+        found.append(doubt("lens.doubt.residuals", rms_px=float(solution.rms_px)))
     tilts = tilts_deg(solution.poses)
     if tilts.max() < 15.0:
-        said.append(
-            f"The board was tilted by {tilts.max():.0f} degrees at most; 20 to 45 are better."
-        )
-    return tuple(said)
+        found.append(doubt("lens.doubt.tilt", most_deg=float(tilts.max())))
+    return tuple(found)
 
 
 def refuse_few(detections: BoardDetections, min_photos: int) -> None:
     if len(detections.photos) >= min_photos:
         return
-    said = (
-        f"The {detections.board} was found in {len(detections.photos)} of "
-        f"{len(detections.photos) + len(detections.set_aside)} photos; {min_photos} are the "
-        "least, 12 to 20 are good. "
-    )
-    if detections.cause:
-        raise CalibrationError(said + detections.cause)
-    reasons = [f"{one.name}: {one.reason}" for one in detections.set_aside[:3]]
+    found, count = len(detections.photos), len(detections.photos) + len(detections.set_aside)
+    board = detections.board.finding
+    cause = detections.cause
+    if cause is None:
+        unseen = left_out(detections.set_aside[:3])
+        cause = doubt("lens.board_unseen", count=len(unseen), photos=unseen)
     raise CalibrationError(
-        f"{said}Check the board's size and kind, and that it is seen whole, sharp and evenly lit."
-        + "".join(f" {reason}." for reason in reasons)
+        "lens.few_photos", board=board, found=found, count=count, least=min_photos, cause=cause
     )
 
 
 def refuse_mixed(photos: tuple[Photo, ...]) -> None:
     """Refuse photos of several sizes, cameras or zoom settings, with names."""
-    groups: dict[str, list[str]] = {}
+    groups: dict[tuple[str | float | None, ...], list[Photo]] = {}
     for photo in photos:
         exif = photo.exif
-        focal = "" if exif.focal_mm is None else f" at {exif.focal_mm:g} mm"
-        film = "" if exif.focal_35mm is None else f" ({exif.focal_35mm:g} mm for 35-mm film)"
-        zoom = "" if exif.digital_zoom is None else f" enlarged {exif.digital_zoom:g} times"
-        size = f"{photo.width_px} x {photo.height_px}"
-        key = f"{size} {label_of(exif)}{focal}{film}{zoom}".strip()
-        groups.setdefault(key, []).append(photo.name)
-    if len(groups) == 1:
-        return
-    told = "; ".join(
-        f"{key}: {', '.join(names[:4])}{' ...' if len(names) > 4 else ''}"
-        for key, names in groups.items()
-    )
-    raise CalibrationError(
-        f"The photos of the board are of {len(groups)} cameras, sizes or zoom settings ({told}). "
-        "A calibration holds for one of them: calibrate each apart."
+        zooms = exif.focal_mm, exif.focal_35mm, exif.digital_zoom
+        key = photo.width_px, photo.height_px, label_of(exif), *zooms
+        groups.setdefault(key, []).append(photo)
+    if len(groups) > 1:
+        told = tuple(map(_group, groups.values()))
+        raise CalibrationError("lens.mixed", count=len(groups), groups=told)
+
+
+def _group(photos: Sequence[Photo]) -> Finding:
+    """Photos of one camera and zoom."""
+    first = photos[0]
+    return note(
+        "lens.group",
+        width_px=first.width_px,
+        height_px=first.height_px,
+        label=label_of(first.exif) or None,
+        focal_mm=first.exif.focal_mm,
+        film_mm=first.exif.focal_35mm,
+        zoom=first.exif.digital_zoom,
+        names=tuple(photo.name for photo in photos),
     )

@@ -25,6 +25,7 @@ from numba import njit
 from limbgram.core.errors import DenseError, OptionsError
 from limbgram.core.geometry.arrays import Mask
 from limbgram.core.run import in_parallel
+from limbgram.findings import doubt
 from limbgram.reconstruction.dense.crops import HALVINGS, Crop, crop_photo, halved, reduction_for
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.neighbours import NeighbourOptions, choose_neighbours
@@ -174,9 +175,6 @@ _CROP_BYTES = 2.0
 """A pixel of a photo, for its mask while it is cropped."""
 _COARSE_AGREE_PX, _COARSE_AGREE_DEG = 1.5, 60.0
 """How closely a rough map must agree with another one."""
-_UNPAINTED = (
-    "The sock is probably unpainted. Paint it with dense, irregular spots, and photograph again."
-)
 _SURROUNDINGS_PX = 3
 """Pixels round a confirmed one that are looked at again, at the coarsest level."""
 
@@ -190,15 +188,12 @@ def estimate_depth(
         DenseError: fewer than two photos show the region, or too little could be matched.
     """
     if not 1 <= options.sources <= MOST_SOURCES:
-        raise OptionsError(f"sources must lie between 1 and {MOST_SOURCES}.")
+        raise OptionsError("depth.sources", most=MOST_SOURCES)
     crops = _crops(photos, metric, region, options)
     neighbours = _neighbours(metric, region, crops, options)
     crops = [crop for crop in crops if neighbours[crop.photo_idx]]
     if len(crops) < 2:
-        raise DenseError(
-            "No two photos show the limb from directions that suit each other. Photograph all "
-            "round the limb, with 10 to 25 degrees from one photo to the next."
-        )
+        raise DenseError("depth.no_neighbours")
     of_photo = {crop.photo_idx: k for k, crop in enumerate(crops)}
     sources = [[of_photo[photo] for photo in neighbours[crop.photo_idx]] for crop in crops]
     every = range(len(crops))
@@ -234,10 +229,7 @@ def _crops(
     )
     crops = [crop for crop in found if crop is not None]
     if len(crops) < 2:
-        raise DenseError(
-            f"{len(crops)} of {len(scene.placed)} placed photos show the region; 2 are needed. "
-            "The box or the masks probably miss the limb. Correct them, or leave them out."
-        )
+        raise DenseError("depth.region_unseen", showing=len(crops), placed=len(scene.placed))
     return crops
 
 
@@ -286,8 +278,5 @@ def _refuse_if_bare(
         int(np.isfinite(depth_map.depth_mm).sum()) for depth_map in depth_maps
     )
     if measured < options.least_measured * wanted:
-        raise DenseError(
-            f"Only {measured / wanted:.1%} of the limb's pixels could be measured; the photos "
-            "show too little there that can be told apart. "
-            + (common_fault(photos.photos) or _UNPAINTED)
-        )
+        cause = common_fault(photos.photos) or doubt("depth.unpainted")
+        raise DenseError("depth.bare", share=measured / wanted, cause=cause)

@@ -434,7 +434,7 @@ def fuse(
     pixel_mm = _pixel_mm(depth_maps)
     spacing_mm = options.spacing_mm or _SPACING_PX * pixel_mm
     if not spacing_mm > 0 or not options.smoothing >= 1:
-        raise OptionsError("spacing_mm must be positive and smoothing at least 1.")
+        raise OptionsError("depth.fusion_options")
     stride = max(1, round(0.5 * spacing_mm / pixel_mm))
     parts = in_parallel(lambda depth_map: _measured(depth_map, stride), depth_maps)
     measured = Measured(
@@ -471,10 +471,7 @@ def _pixel_mm(depth_maps: Sequence[DepthMap]) -> float:
         if np.isfinite(depth_map.depth_mm).any()
     ]
     if not sizes:
-        raise DenseError(
-            "The depth maps are empty: nothing on the limb could be measured. Paint the sock with "
-            "dense, irregular spots, and photograph again with more overlap."
-        )
+        raise DenseError("depth.empty")
     return float(np.median(sizes))
 
 
@@ -538,8 +535,4 @@ def _in_large_pieces(
 
 
 def _too_few(count: int, options: FusionOptions) -> DenseError:
-    return DenseError(
-        f"Only {count} points of the surface could be measured that several photos agree on; "
-        f"{options.least_points} are needed. The sock is probably unpainted, or the photos "
-        "overlap too little. Paint it with dense, irregular spots, and photograph again."
-    )
+    return DenseError("depth.few_points", count=int(count), least=options.least_points)

@@ -77,23 +77,17 @@ def limb_among(points: Points3, aim: Aim, least_points: int, gap_mm: float = 0.0
         if choice.rival_share <= _RIVAL_SHARE * choice.share:
             break
     if choice is None or choice.share == 0.0:
-        raise RegionError(
-            "The scene points are scattered and form no object. Photograph with more overlap, "
-            "or give a box or photo masks."
-        )
+        raise RegionError("limbregion.scattered")
     if choice.rival_share > _RIVAL_SHARE * choice.share:
         raise RegionError(
-            f"Two objects could be the limb: they hold {choice.share:.0%} and "
-            f"{choice.rival_share:.0%} of the {len(points)} scene points where the cameras look. "
-            "If the limb is plain, its surroundings were found instead: paint the sock with dense, "
-            "irregular spots and photograph again. Otherwise remove the other object, or give a "
-            "box or photo masks."
+            "limbregion.two_objects",
+            share=float(choice.share),
+            rival_share=float(choice.rival_share),
+            points=len(points),
         )
     if choice.limb.sum() < least_points:
         raise RegionError(
-            f"The object where the cameras look has only {choice.limb.sum()} points; "
-            f"{least_points} are needed. Paint it more densely, come closer, or give a box or "
-            "photo masks."
+            "limbregion.few_points", points=int(choice.limb.sum()), least=least_points
         )
     return LimbPoints(points[choice.limb], choice.link_mm)
 
@@ -398,32 +392,21 @@ def aimed_at(scene: Scene, aim: Aim, options: RegionOptions = DEFAULTS) -> Bool[
 def refuse_few(points: int, needed: int) -> None:
     """Refuse a scene of which too little can be the limb."""
     if points < needed:
-        raise RegionError(
-            f"Only {points} scene points lie where the photos look, above the floor and "
-            f"within the masks; {needed} are needed to tell the limb from its "
-            "surroundings. Aim all photos at the limb, paint it more densely, or give a box or "
-            "photo masks."
-        )
+        raise RegionError("limbregion.few_in_view", points=int(points), least=needed)
 
 
 def _refuse_flat(points_mm: Points3) -> None:
     """A sheet or a table top is no limb: better no surface than that one."""
     spreads = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(points_mm.T)), 0))
     if spreads[0] < _FLATTEST * spreads[2]:
-        raise RegionError(
-            "What the photos look at is flat: a table or a printed sheet was taken for the limb. "
-            "Lay a scale board beside the limb, so that the floor is known, or give a box or "
-            "photo masks."
-        )
+        raise RegionError("limbregion.flat")
 
 
 def _from_box(corners: Sequence[tuple[float, float, float]], cubes: int) -> Region:
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
     if not np.all(np.isfinite(high - low)) or np.any(high - low <= 0):
-        raise OptionsError(
-            f"The box from {tuple(corners[0])} to {tuple(corners[1])} has no volume. Give two "
-            "opposite corners as x, y, z in millimetres."
-        )
+        low_mm, high_mm = (tuple(map(float, corner)) for corner in corners)
+        raise OptionsError("limbregion.box_empty", low_mm=low_mm, high_mm=high_mm)
     cell_mm = float((high - low).max()) / cubes
     shape = np.maximum(1, np.ceil((high - low) / cell_mm - 1e-9)).astype(int)
     return Region(origin_mm=low, cell_mm=cell_mm, occupied=np.ones(shape, bool))

@@ -40,7 +40,7 @@ def chain(photos: PhotoSet, pairs: Pairs, cameras: Cameras) -> Chain:
     links = [_link(pairs, photos.names, idx) for idx in range(len(lenses) - 1)]
     start = links[0].second_from_first
     if start is None:
-        raise PlacementError(f"{photos.names[0]} and {photos.names[1]} were taken from one spot.")
+        raise PlacementError("placing.one_spot", first=photos.names[0], second=photos.names[1])
     views = [View(photos.names[0], lenses[0], Rigid.identity())]
     views.append(View(photos.names[1], lenses[1], start))
     points = [_pair_points(views[0], views[1], links[0])]
@@ -54,8 +54,7 @@ def chain(photos: PhotoSet, pairs: Pairs, cameras: Cameras) -> Chain:
         )
         if pose is None:
             raise PlacementError(
-                f"Only {usable.sum()} points join {photos.names[idx]} to the photos before it. "
-                "Take photos in steps of 20 degrees or less, in order."
+                "placing.chain_weak", points=int(usable.sum()), photo=photos.names[idx]
             )
         views.append(View(photos.names[idx], lenses[idx], pose))
         points.append(_pair_points(views[-2], views[-1], link))
@@ -92,10 +91,7 @@ def _link(pairs: Pairs, names: Sequence[str], first: int) -> VerifiedPair:
     for pair in pairs.verified:
         if (pair.matches.first, pair.matches.second) == (first, first + 1):
             return pair
-    raise PlacementError(
-        f"{names[first]} and {names[first + 1]} do not match, and the classical chain needs every "
-        "photo to match the next. Take them in order, in steps of 20 degrees or less."
-    )
+    raise PlacementError("placing.chain_broken", first=names[first], second=names[first + 1])
 
 
 def _pair_points(first: View, second: View, link: VerifiedPair) -> Points3:

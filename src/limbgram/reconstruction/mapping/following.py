@@ -25,6 +25,7 @@ from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, View, differentiate_all
 from limbgram.core.run import in_parallel
+from limbgram.findings import fault
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import spread
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
@@ -37,7 +38,6 @@ from limbgram.reconstruction.photos.photo import PhotoSet
 _NEIGHBOURS = 12
 """Points of the scene whose plane is taken for the surface's."""
 _FEWEST_RAYS = 2
-_WEAK = "Only {} points of the scene were found in it at full size. Take it again."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,12 +77,13 @@ def follow_points(
     shown = np.bincount(found.observations.photo_idx, minlength=len(scene.names))
     weak = {photo for photo in scene.placed if shown[photo] < options.mapping.min_photo_points}
     if len(scene.placed) - len(weak) < options.mapping.min_placed:
-        raise PlacementError(
-            f"{len(weak)} of {len(scene.placed)} photos do not show the scene's points sharply. "
-            "Hold the camera still, focus on the limb, and take the photos again."
-        )
+        raise PlacementError("placing.unsharp", weak=len(weak), placed=len(scene.placed))
     verdicts = tuple(
-        replace(one, placed=False, reason=_WEAK.format(shown[photo])) if photo in weak else one
+        replace(
+            one, placed=False, reason=fault("placing.photo.unfollowed", points=int(shown[photo]))
+        )
+        if photo in weak
+        else one
         for photo, one in enumerate(scene.verdicts)
     )
     firm = _with_rays(replace(without_photos(found, weak), verdicts=verdicts))

@@ -35,6 +35,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid, Similarity, fit_similarity
 from limbgram.core.geometry.lens import POSE_SIZE
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.mapping.scene import Movement, Scene
 
 _FEWEST_PHOTOS = 10
@@ -118,7 +119,7 @@ class BodyMotion:
     the Movement refers to; nought where nothing is known. World frame and unit of the first."""
 
     @classmethod
-    def unknown(cls, photos: int, reason: str, chance: float = 1.0) -> "BodyMotion":
+    def unknown(cls, photos: int, reason: Finding, chance: float = 1.0) -> "BodyMotion":
         none = Movement.unknown(photos, reason, chance)
         return cls(movement=none, middle=np.zeros(3), motions=np.zeros((photos, _MOVE)))
 
@@ -140,20 +141,20 @@ def movement_between(
     """
     photos = tuple(sorted({*first.placed} & {*second.placed}))
     if len(photos) < _FEWEST_PHOTOS:
-        few = f"only {len(photos)} photos show enough of both"
+        few = note("movement.unknown.few_shown", photos=len(photos))
         return BodyMotion.unknown(len(first.names), few)
     apart = _Apart.of(first, second, photos)
     loose = _loose(apart, np.minimum(tied_points(first), tied_points(second)), options)
     if loose is not None:
         photos = tuple(photo for photo in photos if photo != loose)
         if len(photos) < _FEWEST_PHOTOS:
-            few = f"only {len(photos)} photos are held well enough by both"
+            few = note("movement.unknown.few_held", photos=len(photos))
             return BodyMotion.unknown(len(first.names), few)
         apart = _Apart.of(first, second, photos)
     found = _course(apart, options)
     if found.fit.unlikely < options.false_alarm and not lenses_known:
-        reason = "the lens is not known closely enough to tell"
-        return BodyMotion.unknown(len(first.names), reason, found.fit.unlikely)
+        lens = note("movement.unknown.lens")
+        return BodyMotion.unknown(len(first.names), lens, found.fit.unlikely)
     if found.fit.noise > _UNEXPLAINED or (not found.told and _sways(apart, found.fit, options)):
         found = _restless(apart)
     return _told(apart, found, len(first.names), options)

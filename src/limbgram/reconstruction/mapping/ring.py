@@ -18,6 +18,7 @@ import numpy as np
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.triangulation import triangulate
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.calibration.cameras import (
     Cameras,
     contradicting_exif,
@@ -51,17 +52,8 @@ _BRIDGE_DEG = 60.0
 _FEWEST_BRIDGES = 15
 _CODED_WORTH = 2
 """A corner of a coded mark, which cannot be mistaken, bridges as so many points of paint do."""
-_SAME_SPOT = (
-    "They were taken from nearly the same spot, or the matches are too few. Walk round the object "
-    "in steps of 20 degrees or less, keep it sharp and filling the frame, and see that its surface "
-    "is covered with painted spots."
-)
 _OTHER_FOCAL = 0.1
 """Difference of focal length from which photos placed without a calibration contradict it."""
-_ADVICE = (
-    "Walk round the object in steps of 20 degrees or less, keep it sharp and filling the frame, "
-    "and see that its surface is covered with painted spots."
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,8 +108,7 @@ def place(
         cause = _foreign(photos, features, pairs, cameras, options) or common_fault(photos.photos)
         if cause is None:
             raise
-        what = str(refusal).removesuffix(_SAME_SPOT).removesuffix(_ADVICE).strip()
-        raise PlacementError(f"{what} {cause}") from refusal
+        raise PlacementError("placing.because", what=refusal.finding, cause=cause) from refusal
 
 
 def place_roughly(
@@ -140,7 +131,7 @@ def _placed(
     coded: Coded | None = None,
 ) -> Scene:
     if not pairs.verified:
-        raise PlacementError(f"No two photos show the same points. {_ADVICE}")
+        raise PlacementError("placing.nothing_shared")
     places_px = agreed_places(features, pairs)
     seeds = farthest_reaching(pairs, options.mapper_matches)
     from limbgram.reconstruction.mapping.colmap import map_incrementally  # loads pycolmap
@@ -148,10 +139,7 @@ def _placed(
     own_sigmas_px = None if coded is None else coded.own_sigmas_px()
     found = map_incrementally(photos, places_px, seeds, cameras, options.seed, own_sigmas_px)
     if not found:
-        raise PlacementError(
-            f"{len(pairs.verified)} pairs of photos match, but no pair of them starts a scene. "
-            f"{_SAME_SPOT}"
-        )
+        raise PlacementError("placing.no_start", pairs=len(pairs.verified))
     rough = _adjusted(without_photos(found[0], _unheld(found[0])), cameras, options)
     dropped = _misplaced(rough, by_found_lenses(rough, pairs, cameras), options)
     rough = without_photos(rough, set(dropped))
@@ -187,7 +175,7 @@ def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene
             points=int(points),
             rms_px=float(rms_px) if pose is not None else math.nan,
             reason=aside.get(k, one.reason),
-            remark=odd.get(k, ""),
+            remark=odd.get(k),
         )
         for k, (one, pose, (points, rms_px)) in enumerate(
             zip(scene.verdicts, adjusted.camera_from_world, figures, strict=True)
@@ -198,7 +186,7 @@ def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene
 
 def _odd_of(
     adjusted: Scene, before: Scene, cameras: Cameras, options: MappingOptions
-) -> dict[int, str]:
+) -> dict[int, Finding]:
     """Photos of another focal length; a few that hide each other are tried by the others' points.
 
     Args:
@@ -241,7 +229,7 @@ def _odd_of(
 
 def _foreign(
     photos: PhotoSet, features: Features, pairs: Pairs, cameras: Cameras, options: MappingOptions
-) -> str | None:
+) -> Finding | None:
     """Whether photos that cannot be placed with the calibrations given can be placed without.
 
     Then the camera file is another lens's; None where that is not the cause.
@@ -262,7 +250,7 @@ def _foreign(
     worst = max(range(len(used)), key=lambda k: abs(np.log(given[k] / shown[k])))
     if abs(given[worst] / shown[worst] - 1.0) < _OTHER_FOCAL:
         return None
-    return foreign_camera(given[worst], shown[worst], "they are placed with")
+    return foreign_camera(given[worst], shown[worst], "placed")
 
 
 def _adjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
@@ -286,9 +274,7 @@ def _adjusted_alike(scene: Scene, cameras: Cameras, options: MappingOptions) -> 
             outlier_sigmas=options.outlier_sigmas,
         )
     except np.linalg.LinAlgError as fault:
-        raise PlacementError(
-            f"The points that photos share do not hold all of them in place. {_ADVICE}"
-        ) from fault
+        raise PlacementError("placing.unheld") from fault
 
 
 def _unheld(scene: Scene) -> set[int]:
@@ -314,38 +300,30 @@ def _scene_of(adjusted: Adjusted) -> Scene:
     )
 
 
-def _misplaced(scene: Scene, pairs: Pairs, options: MappingOptions) -> dict[int, str]:
+def _misplaced(scene: Scene, pairs: Pairs, options: MappingOptions) -> dict[int, Finding]:
     """Placed photos that must not stay, and why."""
     wrong, figures = contradicted(scene, pairs), photo_points(scene)
-    reasons: dict[int, str] = {}
+    reasons: dict[int, Finding] = {}
     for photo in scene.placed:
         points, rms_px = figures[photo]
         if points < options.min_photo_points:
-            reasons[photo] = (
-                f"Only {points:.0f} scene points hold it in place. Take one more photo between it "
-                "and its neighbours."
-            )
+            reasons[photo] = note("placing.photo.loose", points=round(points))
         elif rms_px > options.max_photo_rms_px:
-            reasons[photo] = (
-                f"Its points miss by {rms_px:.1f} px, {options.max_photo_rms_px:g} at most are "
-                "accepted. Take it again, with lens, zoom and focus as in the other photos."
+            reasons[photo] = note(
+                "placing.photo.misses", rms_px=float(rms_px), most_px=options.max_photo_rms_px
             )
         elif wrong[photo]:
-            reasons[photo] = (
-                "Its place in the scene contradicts the turns that most of its matches show. Hide "
-                "or mask what repeats or stands still in the background."
-            )
+            reasons[photo] = note("placing.photo.contradicted")
     return reasons
 
 
 def _refuse_too_few(scene: Scene, options: MappingOptions) -> None:
     placed, count = len(scene.placed), len(scene.names)
     if placed < options.min_placed or placed < options.min_placed_share * count:
-        missing = [name for name, pose in zip(scene.names, scene.camera_from_world) if pose is None]
-        raise PlacementError(
-            f"Only {placed} of {count} photos could be joined to one scene (not: "
-            f"{', '.join(missing[:10])}{' ...' if len(missing) > 10 else ''}). {_ADVICE}"
+        missing = tuple(
+            name for name, pose in zip(scene.names, scene.camera_from_world) if pose is None
         )
+        raise PlacementError("placing.too_few", placed=placed, count=count, missing=missing)
 
 
 def without_photos(scene: Scene, photos: set[int]) -> Scene:

@@ -9,21 +9,22 @@ from jaxtyping import Bool, Float64, Int32, Int64
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.core.geometry.lens import POSE_SIZE, Camera, View
+from limbgram.findings import Finding
 
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoVerdict:
-    """What became of one photo, in words a clinician can act on."""
+    """What became of one photo, with what a clinician can do about it."""
 
     name: str
     placed: bool
     points: int
     """Scene points seen in it."""
     rms_px: float
-    reason: str = ""
-    """Why it was not placed and what to do; empty for a placed photo."""
-    remark: str = ""
-    """That it is used though its focal length is not that of the others; what to do."""
+    reason: Finding | None = None
+    """Why it was not placed; None of a placed photo."""
+    remark: Finding | None = None
+    """That it is used though its focal length is not that of the others."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class Movement:
     turn_deg: Float64[np.ndarray, " n"]
     chance: float = 1.0
     """That photos without movement look as much like it."""
-    reason: str = ""
+    reason: Finding | None = None
     """Why it is not known."""
     alone: bool = False
     """Whether the photos were placed by the points of what they aim at alone."""
@@ -86,7 +87,7 @@ class Movement:
     """Whether other things round it moved, while it and the scale board kept still."""
 
     @classmethod
-    def unknown(cls, photos: int, reason: str = "", chance: float = 1.0) -> "Movement":
+    def unknown(cls, photos: int, reason: Finding | None = None, chance: float = 1.0) -> "Movement":
         nan = np.full(photos, np.nan)
         return cls(
             kind="unknown",
@@ -121,7 +122,7 @@ class JoinedByMarks:
     """Marks that hold the photos together."""
     left_out: tuple[int, ...]
     """Marks that do not fit,"""
-    reasons: tuple[str, ...]
+    reasons: tuple[Finding, ...]
     """and why, in the same order."""
 
 
@@ -169,7 +170,7 @@ class Scene:
     a camera's, or a placed photo's where photos have lenses of their own (`lens_idx`).
     The seven directions of the world's own frame carry nothing."""
     ring: Ring | None = None
-    full_size: str = ""
+    full_size: Finding | None = None
     """What keypoints of reduced photos left open, so that those of the full size were needed."""
     movement: Movement | None = None
     """Of what the photos aim at against its surroundings. None where nobody looked."""

@@ -28,6 +28,7 @@ from scipy.spatial import KDTree
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.run import in_parallel
+from limbgram.findings import Finding, fault
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.chain import LARGEST_MISS_PX, resect
@@ -173,7 +174,7 @@ def judge(
     places_px: Sequence[Points2],
     pairs: Pairs,
     others: Sequence[Scene],
-    dropped: dict[int, str],
+    dropped: dict[int, Finding],
 ) -> tuple[PhotoVerdict, ...]:
     """A verdict for every photo.
 
@@ -187,9 +188,9 @@ def judge(
     verdicts: list[PhotoVerdict] = []
     for photo, name in enumerate(scene.names):
         placed = scene.camera_from_world[photo] is not None
-        reason = "" if placed else dropped.get(photo, "")
-        if not placed and not reason:
-            measured = " ".join(f"It is {one.text}." for one in remarked if one.name == name)
+        reason = None if placed else dropped.get(photo)
+        if not placed and reason is None:
+            measured = tuple(one.finding for one in remarked if one.name == name)
             reason = _why(photo, scene, places_px, pairs, others, measured)
         verdicts.append(
             PhotoVerdict(
@@ -209,37 +210,28 @@ def _why(
     places_px: Sequence[Points2],
     pairs: Pairs,
     others: Sequence[Scene],
-    measured: str,
-) -> str:
+    measured: tuple[Finding, ...],
+) -> Finding:
     """Why a photo has no place; a fault of the photo is named only where it was measured."""
-    found = len(places_px[photo])
+    found, faults = len(places_px[photo]), len(measured)
     if found < _FEW_KEYPOINTS:
-        return (
-            f"Only {found} feature points were found. "
-            f"{measured or 'Take it again in better light, or paint more spots on the sock.'}"
-        )
+        return fault("placing.photo.plain", points=found, faults=faults, measured=measured)
     for other in others:
         if photo in other.placed:
-            names = ", ".join(other.names[k] for k in other.placed if k != photo)
-            return (
-                f"It joins only with {names}, and this group has no firm link to the others. "
-                "Take photos that bridge the gap, in steps of 20 degrees or less."
-            )
+            names = tuple(other.names[k] for k in other.placed if k != photo)
+            return fault("placing.photo.other_group", names=names)
     own = [pair for pair in pairs.verified if photo in (pair.matches.first, pair.matches.second)]
     if not own:
-        return (
-            "No other photo shows the same points: it lies too far from its neighbours or shows "
-            "something else. Take photos between it and the next, in steps of 20 degrees or less."
-        )
+        return fault("placing.photo.alone")
     if all(pair.kind == "rotation" for pair in own):
-        return (
-            "It was taken from the same spot as its neighbours, so it gives no depth. "
-            "Step sideways between photos."
-        )
+        return fault("placing.photo.same_spot")
     agreeing, matched = _agreement(photo, scene, places_px, own)
-    return (
-        f"Not placed: {agreeing} of its {matched} matches with points of the scene agree. "
-        f"{measured or 'Take it again.'}"
+    return fault(
+        "placing.photo.disagrees",
+        agreeing=agreeing,
+        matched=matched,
+        faults=faults,
+        measured=measured,
     )
 
 

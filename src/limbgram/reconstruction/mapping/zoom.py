@@ -31,9 +31,10 @@ from jaxtyping import Bool, Float64
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import View
+from limbgram.findings import Finding, doubt
 from limbgram.reconstruction.mapping.own import numbers_of
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.photos.photo import listed
+from limbgram.reconstruction.photos.photo import first_of
 
 _SHARED_ERROR = 3.0
 """As in the adjustment: neighbouring keypoints share their errors."""
@@ -48,9 +49,6 @@ _SUSPECTED_SIGMAS = 2.0
 _ODD_SHARE = 0.0035
 """Of photos that did not zoom the rendered ones show 0.0003 and one sigma, those of a flowerpot,
 under autofocus, 0.0029 and 12 sigmas, those of a skull 0.017 and 3 sigmas."""
-_CAUSE = (
-    "zoomed, focused at another distance, or taken with another lens. Lock zoom and focus, and take"
-)
 _ALIKE = 0.01
 """Photos whose own focal lengths lie within it, either way, were not zoomed against each other."""
 _BEYOND_FOCUS = 0.02
@@ -71,8 +69,7 @@ class FocalFit:
 class JudgedFocals:
     """Photos whose focal length is not that of the others."""
 
-    odd: dict[int, str]
-    """In words, and what to do."""
+    odd: dict[int, Finding]
     suspected: tuple[int, ...]
     """These, and others that may be: neighbours that were zoomed too leave it open."""
 
@@ -92,7 +89,7 @@ def focal_fits(scene: Scene) -> tuple[FocalFit | None, ...]:
     return tuple(fits)
 
 
-def odd_focals(scene: Scene) -> dict[int, str]:
+def odd_focals(scene: Scene) -> dict[int, Finding]:
     """Photos of another focal length than their camera's, and what to do."""
     return judged_focals(scene).odd
 
@@ -105,7 +102,7 @@ def judged_focals(scene: Scene) -> JudgedFocals:
     )
 
 
-def odd_among(suspected: Sequence[int], by_others: Scene) -> dict[int, str]:
+def odd_among(suspected: Sequence[int], by_others: Scene) -> dict[int, Finding]:
     """The suspected photos that are odd by the points that the other photos hold.
 
     Args:
@@ -113,21 +110,18 @@ def odd_among(suspected: Sequence[int], by_others: Scene) -> dict[int, str]:
     """
     fits = focal_fits(by_others)
     return {
-        photo: words
-        for photo, words in _standing_out(fits, _ODD_SIGMAS).items()
+        photo: found
+        for photo, found in _standing_out(fits, _ODD_SIGMAS).items()
         if photo in suspected
     }
 
 
-def zoomed_sentence(zoomed: Sequence[str], photos: int) -> str:
+def zoomed_photos(zoomed: Sequence[str], photos: int) -> Finding:
     """Which of so many photos are used though they have another focal length."""
-    return (
-        f"{len(zoomed)} of {photos} photos have another focal length than the others: "
-        f"{listed(zoomed)}. They were {_CAUSE} them again."
-    )
+    return doubt("lens.zoomed", count=len(zoomed), photos=photos, **first_of(zoomed))
 
 
-def zoomed_by_own(scene: Scene) -> dict[int, str]:
+def zoomed_by_own(scene: Scene) -> dict[int, Finding]:
     """Photos whose solved focal lengths (`Scene.own`) lie apart from the largest group of others.
 
     Empty where none was solved for, or where a camera's photos form no group.
@@ -139,7 +133,7 @@ def zoomed_by_own(scene: Scene) -> dict[int, str]:
     for kind in own.deviations[: own.deviations.index("focal length")]:
         first += numbers_of(kind)
     factors, fits = 1.0 + own.values[:, first], focal_fits(scene)
-    found: dict[int, str] = {}
+    found: dict[int, Finding] = {}
     for camera in sorted({scene.camera_idx[photo] for photo in scene.placed}):
         known = [
             (photo, fit.sigma)
@@ -153,7 +147,7 @@ def zoomed_by_own(scene: Scene) -> dict[int, str]:
         off = factors[photos] / np.median(factors[photos[alike]]) - 1.0
         firm = _ODD_SIGMAS * _understated(off[alike], sigmas[alike]) * sigmas
         for k in np.flatnonzero(np.abs(off) > np.maximum(_BEYOND_FOCUS, firm)).tolist():
-            found[int(photos[k])] = _told(float(off[k]), "")
+            found[int(photos[k])] = _odd(float(off[k]), at_least=False)
     return found
 
 
@@ -174,14 +168,11 @@ def _understated(offs: Float64[np.ndarray, " p"], sigmas: Float64[np.ndarray, " 
     return max(1.0, 1.4826 * float(np.median(np.abs(offs) / sigmas)))
 
 
-def _told(off: float, more: str) -> str:
-    return (
-        f"Its focal length is {'longer' if off > 0 else 'shorter'} than that of the other "
-        f"photos, by {abs(off):.1%}{more}: it was {_CAUSE} it again."
-    )
+def _odd(off: float, *, at_least: bool) -> Finding:
+    return doubt("lens.photo.zoomed", longer=off > 0, share=abs(off), at_least=at_least)
 
 
-def _standing_out(fits: Sequence[FocalFit | None], sigmas: float) -> dict[int, str]:
+def _standing_out(fits: Sequence[FocalFit | None], sigmas: float) -> dict[int, Finding]:
     """Photos whose focal length stands out from the others' spread and so many own sigmas."""
     known = {photo: fit for photo, fit in enumerate(fits) if fit is not None}
     if not known:
@@ -190,11 +181,11 @@ def _standing_out(fits: Sequence[FocalFit | None], sigmas: float) -> dict[int, s
     own_sigmas = np.array([fit.sigma for fit in known.values()])
     usual = 1.4826 * float(np.median(offs))
     understated = _understated(offs, own_sigmas)
-    found: dict[int, str] = {}
+    found: dict[int, Finding] = {}
     for photo, fit in known.items():
         off = fit.ratio - 1.0
         if abs(off) > max(_ODD_SHARE, sigmas * understated * fit.sigma, _ODD_SIGMAS * usual):
-            found[photo] = _told(off, " or more")
+            found[photo] = _odd(float(off), at_least=True)
     return found
 
 

@@ -21,6 +21,7 @@ from jaxtyping import Bool, Float32, Float64, Int32
 
 from limbgram.core.errors import MatchingError
 from limbgram.core.run import in_parallel, spare_mb, worker_count
+from limbgram.findings import doubt
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.matching.descriptors import (
     ScaleBand,
@@ -35,7 +36,7 @@ from limbgram.reconstruction.matching.windows import (
     correlate,
 )
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
-from limbgram.reconstruction.photos.photo import PhotoSet, listed
+from limbgram.reconstruction.photos.photo import PhotoSet, first_of
 from limbgram.reconstruction.photos.quality import common_fault
 
 
@@ -236,15 +237,6 @@ _UNKNOWN_CHANGE = 2.0
 """Factor by which more change of scale is allowed where the pair's own is not known."""
 _PYRAMID_BYTES = 4 / 3
 """All levels of a photo, a pixel."""
-_PLAIN = (
-    "No blur and no wrong exposure was measured, so the sock is probably plain. Paint irregular "
-    "spots of several sizes all over it."
-)
-_APART = (
-    "The photos probably lie too far apart, or the limb has too few marks. Walk round it with 15 "
-    "or more photos a round, so that each shows most of what the one before shows, and paint "
-    "irregular spots all over the sock."
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -434,9 +426,12 @@ def _refuse_bare(photos: PhotoSet, features: Features, options: MatchingOptions)
     bare = [name for name, n in zip(photos.names, counts) if n < options.few_keypoints]
     if 2 * len(bare) > len(counts):
         raise MatchingError(
-            f"{len(bare)} of {len(counts)} photos show hardly anything that can be recognised "
-            f"({int(np.median(counts))} keypoints in the middle one): {listed(bare)}. "
-            + (common_fault(photos.photos) or _PLAIN)
+            "pairs.bare",
+            bare=len(bare),
+            count=len(counts),
+            keypoints=int(np.median(counts)),
+            **first_of(bare),
+            cause=common_fault(photos.photos) or doubt("pairs.plain"),
         )
 
 
@@ -445,6 +440,9 @@ def _refuse_strangers(photos: PhotoSet, pairs: Sequence[PairMatches]) -> None:
     strangers = [name for index, name in enumerate(photos.names) if index not in met]
     if 2 * len(strangers) > len(photos.names):
         raise MatchingError(
-            f"{len(strangers)} of {len(photos.names)} photos show nothing that another photo shows "
-            f"too: {listed(strangers)}. " + (common_fault(photos.photos) or _APART)
+            "pairs.strangers",
+            strangers=len(strangers),
+            count=len(photos.names),
+            **first_of(strangers),
+            cause=common_fault(photos.photos) or doubt("pairs.apart"),
         )

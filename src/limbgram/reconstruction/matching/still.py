@@ -28,6 +28,7 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import MatchingError
 from limbgram.core.geometry.arrays import Points2
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.matching.descriptors import comparable, match_descriptors
 
@@ -87,15 +88,11 @@ class Still:
         return sum(int(flags.sum()) for flags in self.keypoints)
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Finding, ...]:
         """What a user is told: that the camera stood still, and what was left out."""
         if not self.groups:
             return ()
-        return (
-            f"The camera stood still in {len(self.photos)} photos and the object turned: "
-            f"{self.count:,} feature points stay at one place of the picture. They belong to the "
-            "room (or are dirt on the sensor, or a watermark) and were left out.",
-        )
+        return (note("pairs.turned", photos=len(self.photos), points=self.count),)
 
     def moving(self, features: Features) -> Features:
         """The features without what stands still."""
@@ -126,11 +123,7 @@ def find_still(features: Features, options: StillOptions = DEFAULTS) -> Still:
             for photo, standing in found.items():
                 flags[photo] = standing
         elif len(group) == len(features.keypoints):
-            raise MatchingError(
-                f"All {len(group)} photos show the same picture: the camera stood still, and "
-                "nothing that moved could be recognised. If the limb turned before a still camera, "
-                "paint its sock with more irregular spots; if it stood still, walk round it."
-            )
+            raise MatchingError("pairs.same_picture", photos=len(group))
     return Still(groups=tuple(groups), keypoints=tuple(flags) if groups else ())
 
 

@@ -164,11 +164,7 @@ def match_patches(
     found = _patches(mesh, imagery, seen, asked, options)
     good = found.good
     if good.sum() < 0.05 * asked.sum():
-        raise SurfaceError(
-            f"Only {good.sum()} of {asked.sum()} surface points look alike in two photos. The "
-            "cameras or the surface are wrong, or the limb carries no paint. Check the pictures "
-            "of the placed photos; paint more densely and photograph again."
-        )
+        raise SurfaceError("surface.unlike", good=int(good.sum()), asked=int(asked.sum()))
     sigma_mm = np.where(good, found.sigma_mm, _UNMEASURED_PX * seen.pixel_mm)
     # The plate is as stiff as if every vertex had been asked.
     usual = float(np.median(1 / sigma_mm[asked] ** 2))

@@ -31,6 +31,7 @@ from PIL.ImageFile import ImageFile
 
 from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import ColourImage, GreyImage
+from limbgram.findings import Finding, fault
 from limbgram.reconstruction.photos.heif import (
     HAS_HEIF,
     HEIF_BRANDS,
@@ -275,23 +276,23 @@ def in_flight_mb(
     return max(map(each, photos), default=0.0)
 
 
-def fault_for_people(path: Path, fault: BaseException) -> str:
-    """Why a file could not be decoded, in plain words."""
-    if path.suffix.lower() in RAW_SUFFIXES and isinstance(fault, OSError | SyntaxError):
+def decoding_fault(path: Path, error: BaseException) -> Finding:
+    """Why a file could not be decoded."""
+    if path.suffix.lower() in RAW_SUFFIXES and isinstance(error, OSError | SyntaxError):
         return BAD_RAW if HAS_RAW else NO_RAW
-    if isinstance(fault, Image.DecompressionBombError):
-        return f"it claims more than {MEGAPIXELS_DECODER} megapixels"
-    if isinstance(fault, PermissionError):
-        return "no permission to read it"
-    if isinstance(fault, UnidentifiedImageError):
+    if isinstance(error, Image.DecompressionBombError):
+        return fault("photo.file.bomb", most_megapixels=MEGAPIXELS_DECODER)
+    if isinstance(error, PermissionError):
+        return fault("photo.file.forbidden")
+    if isinstance(error, UnidentifiedImageError):
         if not HAS_HEIF and (path.suffix.lower() in HEIF_SUFFIXES or is_heif(path)):
             return NO_HEIF
-        return f"not a {FORMATS_FOR_PEOPLE} picture, or its beginning is broken"
-    if isinstance(fault, MemoryError):
-        return "too little memory to decode it"
-    if "truncated" in str(fault).lower():
-        return "the file is cut off: copy it again from the camera"
-    return "the file is broken: copy it again from the camera"
+        return fault("photo.file.unknown_kind", formats=FORMATS_FOR_PEOPLE)
+    if isinstance(error, MemoryError):
+        return fault("photo.file.memory")
+    if "truncated" in str(error).lower():
+        return fault("photo.file.cut_off")
+    return fault("photo.file.broken")
 
 
 def _deep_colour(picture: ImageFile, bits: int) -> ColourImage:
@@ -329,10 +330,7 @@ def _of_size(photo: Photo, pixels: np.ndarray, halvings: int = 0) -> np.ndarray:
 
 def gone(photo: Photo) -> PhotoError:
     """The refusal of a photo that changed or vanished since it was read first."""
-    return PhotoError(
-        f"The photo {photo.name} could be read before and no longer can. It was probably moved, "
-        f"replaced or altered. Put it back at {photo.path}, or start again with the photos there."
-    )
+    return PhotoError("photo.gone", photo=photo.name, path=str(photo.path))
 
 
 _LONGEST_TEXT = 64

@@ -22,13 +22,12 @@ from PIL import Image
 from PIL.ExifTags import Base
 from PIL.ImageFile import ImageFile
 
+from limbgram.findings import fault
+
 HAS_HEIF = find_spec("pi_heif") is not None
 HEIF_SUFFIXES = (".heic", ".heif", ".hif")
 HEIF_BRANDS = (b"heic", b"heix", b"hevc", b"mif1", b"msf1")
-NO_HEIF = (
-    "a HEIF picture, for which a decoder must be added: pip install 'limbgram[heif]'. Or export it "
-    "as JPEG in its full size"
-)
+NO_HEIF = fault("photo.file.no_heif")
 """Why such a picture is set aside where pi-heif is not installed."""
 
 _ORIENTATIONS = {

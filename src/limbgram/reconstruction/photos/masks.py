@@ -15,14 +15,15 @@ from PIL import Image
 
 from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import Mask
+from limbgram.findings import Finding, fault, note
 from limbgram.reconstruction.photos.decoding import (
     DECODING_FAULTS,
-    fault_for_people,
+    decoding_fault,
     gone,
     open_picture,
 )
 from limbgram.reconstruction.photos.heif import HEIF_SUFFIXES
-from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet, listed
+from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet, first_of
 from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
 
 MASKS_FOLDER = "masks"
@@ -45,7 +46,7 @@ def load_mask(photo: Photo) -> Mask | None:
         mask = read_mask(photo.mask_path, photo.width_px, photo.height_px, photo.exif)
     except DECODING_FAULTS as fault:
         raise _gone(photo) from fault
-    if isinstance(mask, str):
+    if isinstance(mask, Finding):
         raise _gone(photo)
     return mask if own is None else mask & own
 
@@ -102,18 +103,12 @@ def mask_in(folder: Path, photo: Path, name: str | None = None) -> Path | None:
 def require_masks_folder(folder: Path) -> None:
     """Raises PhotoError where there is no such folder."""
     if not folder.is_dir():
-        raise PhotoError(
-            f"{folder} is no folder of masks. Name the folder that holds NAME.png for each photo "
-            "NAME; `limbgram masks CASE -o FOLDER` makes one."
-        )
+        raise PhotoError("photo.mask.no_folder", folder=str(folder))
 
 
 def no_mask_fits(folder: Path, photo: Path) -> PhotoError:
     """The refusal of a folder in which no picture is the mask of a photo."""
-    return PhotoError(
-        f"No picture in {folder} is named as the mask of a photo. The mask of "
-        f"{photo.name} is called {photo.stem}.png: rename the masks, or leave them out."
-    )
+    return PhotoError("photo.mask.none_fits", folder=str(folder), photo=photo.name, stem=photo.stem)
 
 
 def held_upright(mask: Mask, exif: Exif) -> Bool[np.ndarray, "rows columns"]:
@@ -130,45 +125,46 @@ def upright(picture: Picture, exif: Exif) -> Picture:
     return cast(Picture, np.ascontiguousarray(np.rot90(stored, -exif.quarter_turns)))
 
 
-def read_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> Mask | str:
+def read_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> Mask | Finding:
     """A mask in the sensor's frame, or why the file is none. Raises one of DECODING_FAULTS."""
     with Image.open(path, formats=("PNG",)) as picture:
         upright = exif.quarter_turns % 2 == 1 and picture.size == (height_px, width_px)
         if picture.size != (width_px, height_px) and not upright:
-            return (
-                f"its size {picture.width} x {picture.height} is not that of its photo, "
-                f"{width_px} x {height_px}"
+            return fault(
+                "photo.mask.size",
+                width_px=picture.width,
+                height_px=picture.height,
+                photo_width_px=width_px,
+                photo_height_px=height_px,
             )
         levels = _levels(picture)
-    if isinstance(levels, str):
+    if isinstance(levels, Finding):
         return levels
     mask = _white(levels)
     if not mask.any():
-        return "it is black everywhere and would hide the whole photo"
+        return fault("photo.mask.black")
     return np.ascontiguousarray(_turned_back(mask, exif) if upright else mask)
 
 
-def mask_fault(path: Path, width_px: int, height_px: int, exif: Exif) -> str | None:
+def mask_fault(path: Path, width_px: int, height_px: int, exif: Exif) -> Finding | None:
     """Why a mask cannot be used; None where it can."""
     try:
         mask = read_mask(path, width_px, height_px, exif)
-    except DECODING_FAULTS as fault:
-        return fault_for_people(path, fault)
-    return mask if isinstance(mask, str) else None
+    except DECODING_FAULTS as error:
+        return decoding_fault(path, error)
+    return mask if isinstance(mask, Finding) else None
 
 
-def mask_notes(photos: PhotoSet) -> tuple[str, ...]:
+def mask_notes(photos: PhotoSet) -> tuple[Finding, ...]:
     """How many photos have masks, and which of them have none; nothing where none has."""
     whole = [one.name for one in photos.photos if not one.masked]
     count = len(photos.photos)
     if len(whole) == count:
         return ()
     if not whole:
-        return (f"All {count} photos have masks: only what is white in them was used.",)
-    return (
-        f"{count - len(whole)} of {count} photos have masks: only what is white in them was used. "
-        f"Used whole, for want of a mask: {listed(whole)}.",
-    )
+        return (note("photo.mask.all", photos=count),)
+    masked = count - len(whole)
+    return (note("photo.mask.some", masked=masked, photos=count, **first_of(whole)),)
 
 
 def _png_named(base: Path) -> Path | None:
@@ -182,7 +178,7 @@ def _png_named(base: Path) -> Path | None:
     return None
 
 
-def _levels(picture: Image.Image) -> np.ndarray | str:
+def _levels(picture: Image.Image) -> np.ndarray | Finding:
     """Brightness, or opacity of a picture cut out on transparent ground."""
     opacity = opacity_of(picture)
     if opacity is not None:
@@ -191,7 +187,7 @@ def _levels(picture: Image.Image) -> np.ndarray | str:
         return np.asarray(picture)
     colour = np.asarray(picture.convert("RGB"))
     if np.ptp(colour.astype(np.int16), axis=2).max() > _COLOURED:
-        return "it is a coloured picture, not a mask in black and white"
+        return fault("photo.mask.coloured")
     return colour[:, :, 1]
 
 
@@ -201,7 +197,4 @@ def _turned_back(upright: Mask, exif: Exif) -> Bool[np.ndarray, "rows columns"]:
 
 
 def _gone(photo: Photo) -> PhotoError:
-    return PhotoError(
-        f"The mask of {photo.name} could be read before and no longer can. It was probably moved, "
-        f"replaced or altered. Put it back at {photo.mask_path}, or start again."
-    )
+    return PhotoError("photo.mask.gone", photo=photo.name, path=str(photo.mask_path))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from limbgram.core.errors import Cancelled, LimbgramError
+from limbgram.findings import Finding, Value, note, told
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,13 +72,18 @@ class SetAside:
     """A part that was left out, and why: told to the user by name."""
 
     name: str
-    reason: str
+    reason: Finding
 
 
 def left_out_lines(set_aside: Sequence[SetAside]) -> str:
     """What was left out and why, to go below a message; empty where nothing was."""
-    lines = "".join(f"\n  {one.name}: {one.reason}" for one in set_aside)
+    lines = "".join(f"\n  {told(one)}" for one in left_out(set_aside))
     return f"\nLeft out:{lines}" if lines else ""
+
+
+def left_out(set_aside: Sequence[SetAside]) -> tuple[Finding, ...]:
+    """What was left out and why, each to go on a line of its own (`{left_out:lines}`)."""
+    return tuple(note("photo.left_out", name=one.name, reason=one.reason) for one in set_aside)
 
 
 @contextmanager
@@ -88,7 +94,11 @@ def naming_left_out(set_aside: Sequence[SetAside]) -> Generator[None]:
     except Cancelled:
         raise
     except LimbgramError as refusal:
-        raise type(refusal)(f"{refusal}{left_out_lines(set_aside)}") from refusal
+        if not set_aside:
+            raise
+        raise type(refusal)(
+            "photo.some_left_out", refusal=refusal.finding, left_out=left_out(set_aside)
+        ) from refusal
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,10 +114,9 @@ class CameraGroup:
 _LISTED_AT_MOST = 6
 
 
-def listed(names: Sequence[str], most: int = _LISTED_AT_MOST) -> str:
-    """The first few names in words, and how many more there are."""
-    more = len(names) - most
-    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+def first_of(names: Sequence[str], most: int = _LISTED_AT_MOST) -> dict[str, Value]:
+    """The first few names, and how many more there are: values of a finding."""
+    return {"names": tuple(names[:most]), "more": max(len(names) - most, 0)}
 
 
 def digest_of(sha256s: Iterable[str]) -> str:

@@ -25,6 +25,7 @@ import numpy as np
 
 from limbgram.core.errors import printable
 from limbgram.core.geometry.arrays import GreyImage, Mask
+from limbgram.findings import Finding, Value, doubt, fault, note
 from limbgram.reconstruction.photos.heif import HEIF_BRANDS, HEIF_SUFFIXES
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
@@ -85,7 +86,7 @@ class Remark:
     """What is wrong with a photo that is used all the same."""
 
     name: str
-    text: str
+    finding: Finding
 
 
 def remarks(photos: PhotoSet, options: QualityOptions = DEFAULTS) -> tuple[Remark, ...]:
@@ -96,42 +97,37 @@ def remarks(photos: PhotoSet, options: QualityOptions = DEFAULTS) -> tuple[Remar
     found: list[Remark] = []
     for photo in photos.photos:
         if photo.sharpness > limit_px:
-            text = (
-                f"blurred: edges {photo.sharpness:.1f} px wide, {usual_px:.1f} px in the other "
-                "photos. Hold the camera still, or take a shorter exposure"
-            )
-            found.append(Remark(photo.name, text))
+            blurred = doubt("photo.blurred", edge_px=photo.sharpness, usual_px=usual_px)
+            found.append(Remark(photo.name, blurred))
         if photo.burnt > options.max_burnt:
-            text = f"overexposed: {photo.burnt:.0%} of it is burnt out"
-            found.append(Remark(photo.name, text))
+            found.append(Remark(photo.name, doubt("photo.overexposed", share=photo.burnt)))
         if photo.brightest < options.min_brightest:
-            found.append(Remark(photo.name, "underexposed: nearly everything in it is dark"))
+            found.append(Remark(photo.name, doubt("photo.underexposed")))
         if photo.exif.mirrored:
-            text = (
-                "stored mirrored, as its file says: a shape made of mirrored photos is the mirror "
-                "image of the limb. Use the rear camera, and the photos as they come from it"
-            )
-            found.append(Remark(photo.name, text))
+            found.append(Remark(photo.name, doubt("photo.mirrored")))
     return (*found, *_of_other_lenses(photos, options))
 
 
-def _strange(photos: PhotoSet, idx: int, most: int, others: int) -> str:
+SPOILT = ("photo.blurred", "photo.overexposed", "photo.underexposed")
+"""Remarks on photos that measure nothing."""
+
+
+def _strange(photos: PhotoSet, idx: int, most: int, others: int) -> Finding:
     """What is said of a photo of a camera that hardly any other photo is of."""
     own, usual = photos.cameras[idx], photos.cameras[most]
-    size, usual_size = (f"{one.width_px} x {one.height_px}" for one in (own, usual))
+    sizes: dict[str, Value] = {
+        "width_px": own.width_px,
+        "height_px": own.height_px,
+        "usual_width_px": usual.width_px,
+        "usual_height_px": usual.height_px,
+        "others": others,
+    }
     if own.label == usual.label and (own.height_px, own.width_px) == (
         usual.width_px,
         usual.height_px,
     ):
-        return (
-            f"{size}, where {others} others are {usual_size}: a program has turned its pixels by a "
-            "quarter, and so it counts as of another camera. Send photos as the phone took them, "
-            "upright and lengthwise"
-        )
-    return (
-        f"taken with {own.label}, {size}, where {others} others are of {usual.label}, "
-        f"{usual_size}: so few photos tell little about a lens. Stay with one lens and zoom"
-    )
+        return doubt("photo.turned", **sizes)
+    return doubt("photo.other_lens", label=own.label, usual=usual.label, **sizes)
 
 
 def _of_other_lenses(photos: PhotoSet, options: QualityOptions) -> Iterator[Remark]:
@@ -149,51 +145,43 @@ def _of_other_lenses(photos: PhotoSet, options: QualityOptions) -> Iterator[Rema
             focal_m = exif.focal_mm / 1000
             longer = _extension(focal_m, exif.subject_m) - _extension(focal_m, usual_m)
             if abs(longer) > options.max_refocus:
-                text = (
-                    f"focused at {exif.subject_m:.2g} m, where {usual_m:.2g} m is usual: its lens "
-                    f"is {abs(longer):.1%} {'longer' if longer > 0 else 'shorter'}. Lock the focus"
+                refocused = doubt(
+                    "photo.refocused",
+                    focus_m=exif.subject_m,
+                    usual_m=usual_m,
+                    share=abs(longer),
+                    longer=longer > 0,
                 )
-                yield Remark(photo.name, text)
+                yield Remark(photo.name, refocused)
 
 
 def _extension(focal_m: float, distance_m: float) -> float:
     return focal_m / max(distance_m - focal_m, focal_m)
 
 
-def common_fault(photos: Sequence[Photo], options: QualityOptions = DEFAULTS) -> str | None:
-    """What spoils most of these photos, with the remedy; None where their pixels show nothing.
+def common_fault(photos: Sequence[Photo], options: QualityOptions = DEFAULTS) -> Finding | None:
+    """What spoils most of these photos; None where their pixels show nothing.
 
     For photos that already failed together: a fault here is no reason to refuse them.
     """
     burnt = [photo for photo in photos if photo.burnt > options.fault_burnt]
     if 2 * len(burnt) > len(photos):
         share = float(np.median([photo.burnt for photo in burnt]))
-        return (
-            f"{len(burnt)} of {len(photos)} photos are overexposed: {share:.0%} of the picture is "
-            "burnt out to white, and nothing can be measured there. Expose shorter or use less "
-            "light, until even the brightest places show their pattern, and photograph again."
-        )
+        return fault("photo.most_overexposed", spoilt=len(burnt), photos=len(photos), share=share)
     dark = [photo for photo in photos if photo.brightest < options.min_brightest]
     if 2 * len(dark) > len(photos):
-        return (
-            f"{len(dark)} of {len(photos)} photos are underexposed: nearly everything in them is "
-            "dark. Use more light or expose longer, and photograph again."
-        )
+        return fault("photo.most_underexposed", spoilt=len(dark), photos=len(photos))
     widths_px = np.array([_seen_width_px(photo, options) for photo in photos])
     bare = np.isinf(widths_px)
     if 2 * bare.sum() > len(photos):
-        return (
-            f"{bare.sum()} of {len(photos)} photos show no edge at all: they are out of focus, or "
-            "what they show is plain. Focus on the object, with its outline in the picture. "
-            "Paint irregular spots all over a plain surface."
-        )
+        return fault("photo.most_edgeless", spoilt=int(bare.sum()), photos=len(photos))
     blurred = widths_px > options.fault_blur_px
     if 2 * blurred.sum() > len(photos):
-        return (
-            f"{blurred.sum()} of {len(photos)} photos are blurred: their edges are "
-            f"{float(np.median(widths_px[blurred])):.1f} px wide, where 1 px is usual. Focus on "
-            "the object, hold the camera still, with more light or a shorter exposure, and "
-            "photograph again."
+        return fault(
+            "photo.most_blurred",
+            spoilt=int(blurred.sum()),
+            photos=len(photos),
+            edge_px=float(np.median(widths_px[blurred])),
         )
     return None
 
@@ -318,7 +306,7 @@ class Sifted:
     """Candidates in the order in which they were given, and the rest."""
 
     pictures: tuple[Path, ...]
-    faulty: tuple[tuple[Path, str], ...]
+    faulty: tuple[tuple[Path, Finding], ...]
     """Named as pictures, and why they are none that can be opened."""
     others: tuple[SetAside, ...]
 
@@ -327,11 +315,11 @@ def sifted(files: Iterable[Path]) -> Sifted:
     """Part what can be a picture from what cannot."""
     pictures: list[Path] = []
     others: list[Path] = []
-    faulty: list[tuple[Path, str]] = []
+    faulty: list[tuple[Path, Finding]] = []
     for file in files:
-        fault = _fault(file)
-        if fault is not None:
-            faulty.append((file, fault))
+        unreadable = _fault(file)
+        if unreadable is not None:
+            faulty.append((file, unreadable))
         elif file.suffix.lower() in PICTURE_SUFFIXES or _begins_as_picture(file):
             pictures.append(file)
         elif not file.is_dir():
@@ -344,26 +332,26 @@ def name_for_people(path: Path) -> str:
     return printable(path.name or str(path), keep="")
 
 
-def name_fault(path: Path) -> str | None:
+def name_fault(path: Path) -> Finding | None:
     """Why a file's name cannot stand in results; None where it can."""
     if name_for_people(path) == path.name:
         return None
-    return "its name is not valid text, or holds characters that are not shown: rename it"
+    return fault("photo.file.name")
 
 
-def _fault(path: Path) -> str | None:
+def _fault(path: Path) -> Finding | None:
     """Why what is named as a picture is none that can be opened."""
     try:
         mode = path.stat().st_mode
     except PermissionError:
-        return "no permission to read it"
+        return fault("photo.file.forbidden")
     except OSError:
-        return "not a file, or a link that leads nowhere"
+        return fault("photo.file.nowhere")
     if stat.S_ISREG(mode):
         return name_fault(path)
     if path.suffix.lower() not in PICTURE_SUFFIXES:
         return None
-    return "a folder, not a file" if stat.S_ISDIR(mode) else "not a file"
+    return fault("photo.file.folder") if stat.S_ISDIR(mode) else fault("photo.file.none")
 
 
 def _begins_as_picture(path: Path) -> bool:
@@ -378,14 +366,14 @@ def _begins_as_picture(path: Path) -> bool:
     return first.startswith(_BEGINNINGS) or (first[4:8] == b"ftyp" and first[8:] in HEIF_BRANDS)
 
 
-def _no_picture(file: Path) -> str:
+def _no_picture(file: Path) -> Finding:
     if file.suffix.lower() in VIDEO_SUFFIXES:
-        return "a video: name it by itself, in place of the folder, if its frames are the photos"
-    return "not a picture"
+        return note("photo.file.video")
+    return note("photo.file.no_picture")
 
 
 def _summed_up(others: list[Path]) -> list[SetAside]:
     if len(others) <= _NAMED_AT_MOST:
         return [SetAside(name_for_people(file), _no_picture(file)) for file in others]
-    some = ", ".join(name_for_people(file) for file in others[:_NAMED_AT_MOST])
-    return [SetAside(f"{len(others):,} other files", f"not pictures: {some} and so on")]
+    some = tuple(name_for_people(file) for file in others[:_NAMED_AT_MOST])
+    return [SetAside(f"{len(others):,} other files", note("photo.file.no_pictures", names=some))]

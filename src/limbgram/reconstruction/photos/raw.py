@@ -25,17 +25,13 @@ from PIL import Image
 from PIL.ExifTags import IFD, Base
 from PIL.ImageFile import ImageFile
 
+from limbgram.findings import fault
+
 HAS_RAW = find_spec("rawpy") is not None
 RAW_SUFFIXES = (".3fr", ".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".pef", ".raf", ".rw2")
-NO_RAW = (
-    "a raw file, for which a decoder must be added: pip install 'limbgram[raw]'. Or export it as "
-    "JPEG or TIFF without cropping"
-)
+NO_RAW = fault("photo.file.no_raw")
 """Why such a file is set aside where rawpy is not installed."""
-BAD_RAW = (
-    "a raw file that cannot be developed: it is broken, or its camera is newer than rawpy. Copy it "
-    "again from the camera, or export it as JPEG or TIFF without cropping"
-)
+BAD_RAW = fault("photo.file.bad_raw")
 
 _ORIENTATION_OF_FLIP = {0: 1, 3: 3, 5: 8, 6: 6}
 _TIFF = (b"II*\0", b"MM\0*")

@@ -22,12 +22,13 @@ from pathlib import Path
 
 from limbgram.core.errors import OptionsError, PhotoError, printable
 from limbgram.core.run import PROGRAM_MB, budget_mb, in_parallel
+from limbgram.findings import fault, note
 from limbgram.reconstruction.photos.decoding import (
     DECODING_FAULTS,
     MEGAPIXELS_DECODER,
+    decoding_fault,
     decoding_mb,
     depth_of,
-    fault_for_people,
     in_flight_mb,
     is_deep,
     load_colour,
@@ -51,7 +52,7 @@ from limbgram.reconstruction.photos.photo import (
     Photo,
     PhotoSet,
     SetAside,
-    left_out_lines,
+    left_out,
 )
 from limbgram.reconstruction.photos.quality import judged, name_for_people, sifted
 from limbgram.reconstruction.photos.raw import HAS_RAW, NO_RAW, RAW_SUFFIXES
@@ -181,7 +182,7 @@ def candidates_in(sources: Sequence[Path]) -> Candidates:
 def look_at_all(files: Sequence[Path], options: PhotoOptions) -> list[Photo | SetAside]:
     """`look_at` for many files, as memory allows."""
     if not 0 < options.max_megapixels <= MEGAPIXELS_DECODER:
-        raise OptionsError(f"max_megapixels must lie between 0 and {MEGAPIXELS_DECODER}.")
+        raise OptionsError("photo.max_megapixels", most=MEGAPIXELS_DECODER)
     each_mb = max((_reading_mb(file, options) for file in files), default=0.0)
     return in_parallel(lambda file: look_at(file, options), files, each_mb=each_mb)
 
@@ -224,17 +225,13 @@ def _files_in(sources: Sequence[Path]) -> tuple[Collection[Path], list[SetAside]
             try:
                 found = [entry for entry in source.iterdir() if not entry.name.startswith(".")]
             except OSError:
-                set_aside.append(
-                    SetAside(name_for_people(source), "no permission to read the folder")
-                )
+                forbidden = fault("photo.folder_forbidden")
+                set_aside.append(SetAside(name_for_people(source), forbidden))
                 continue
         elif source.exists() or source.is_symlink():
             found = [source]
         else:
-            raise PhotoError(
-                f"{source} does not exist. Check the spelling; a folder of photos or photo files "
-                "are expected."
-            )
+            raise PhotoError("photo.missing_source", source=str(source))
         for file in found:
             files.setdefault(file.parent.resolve() / file.name, file)
     return files.values(), set_aside
@@ -282,8 +279,8 @@ def look_at(path: Path, options: PhotoOptions = DEFAULTS) -> Photo | SetAside:
         return SetAside(path.name, NO_RAW)
     try:
         return _decoded(path, options)
-    except DECODING_FAULTS as fault:
-        return SetAside(path.name, fault_for_people(path, fault))
+    except DECODING_FAULTS as error:
+        return SetAside(path.name, decoding_fault(path, error))
 
 
 def _reading_mb(path: Path, options: PhotoOptions) -> float:
@@ -300,38 +297,47 @@ def _reading_mb(path: Path, options: PhotoOptions) -> float:
 def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
     """Raises one of DECODING_FAULTS."""
     if path.stat().st_size == 0:
-        return SetAside(path.name, "the file is empty: copy it again from the camera")
+        return SetAside(path.name, fault("photo.file.empty"))
     with open_picture(path) as picture:
         width_px, height_px = picture.size
         if width_px * height_px > options.max_megapixels * 1e6:
-            return SetAside(
-                path.name,
-                f"{width_px} x {height_px} is more than {options.max_megapixels:g} megapixels",
+            too_large = fault(
+                "photo.file.too_large",
+                width_px=width_px,
+                height_px=height_px,
+                most_megapixels=options.max_megapixels,
             )
+            return SetAside(path.name, too_large)
         if path.stat().st_size * _MOST_PX_PER_BYTE < width_px * height_px:
-            return SetAside(
-                path.name,
-                f"the file is broken: {width_px} x {height_px} pixels are not in its "
-                f"{path.stat().st_size:,} bytes; copy it again from the camera",
+            lacking = fault(
+                "photo.file.lacking",
+                width_px=width_px,
+                height_px=height_px,
+                size_bytes=path.stat().st_size,
             )
+            return SetAside(path.name, lacking)
         needed_mb = decoding_mb(path, width_px * height_px, deep=is_deep(picture)) + _LOOKING_MB
         if needed_mb > budget_mb() - PROGRAM_MB:
-            return SetAside(
-                path.name,
-                f"{width_px} x {height_px} pixels take {needed_mb / 1000:.1f} GB to decode, and of "
-                f"the {budget_mb() / 1000:.1f} GB of memory that may be used the program itself "
-                f"takes {PROGRAM_MB / 1000:.1f}: allow more (--memory), or export smaller photos",
+            needs_memory = fault(
+                "photo.file.needs_memory",
+                width_px=width_px,
+                height_px=height_px,
+                needs_gb=needed_mb / 1000,
+                allowed_gb=budget_mb() / 1000,
+                program_gb=PROGRAM_MB / 1000,
             )
+            return SetAside(path.name, needs_memory)
         if min(width_px, height_px) < _SMALLEST_SIDE_PX:
-            return SetAside(path.name, f"{width_px} x {height_px} is too small for a photo")
+            too_small = fault("photo.file.too_small", width_px=width_px, height_px=height_px)
+            return SetAside(path.name, too_small)
         if picture.mode == "F":
-            return SetAside(path.name, "floating-point pixels: export it as JPEG")
+            return SetAside(path.name, fault("photo.file.floating"))
         # Before EXIF: a fault in the pixels must show here.
         bits = depth_of(picture)
         luma = luma_of(picture, bits)
         opacity = opacity_of(picture)
         if opacity is not None and not opacity.any():
-            return SetAside(path.name, "it is transparent everywhere and shows nothing")
+            return SetAside(path.name, fault("photo.file.transparent"))
         exif = read_exif(picture)
     with path.open("rb") as stream:
         digest = hashlib.file_digest(stream, "sha256").hexdigest()
@@ -375,12 +381,10 @@ def _without_repeats(photos: Iterable[Photo]) -> tuple[list[Photo], list[SetAsid
     for photo in photos:
         if photo.sha256 in by_digest:
             original = by_digest[photo.sha256].name
-            set_aside.append(SetAside(photo.name, f"the same file as {original}"))
+            set_aside.append(SetAside(photo.name, note("photo.repeated", original=original)))
         elif photo.name in by_name:
-            other = by_name[photo.name].path
-            set_aside.append(
-                SetAside(photo.name, f"another photo has this name, {other}: rename one")
-            )
+            other = str(by_name[photo.name].path)
+            set_aside.append(SetAside(photo.name, fault("photo.same_name", other=other)))
         else:
             by_digest[photo.sha256] = by_name[photo.name] = photo
     return list(by_name.values()), set_aside
@@ -391,9 +395,10 @@ def _without_bad_masks(photos: Iterable[Photo]) -> tuple[list[Photo], list[SetAs
     set_aside: list[SetAside] = []
     for photo in photos:
         path = photo.mask_path
-        fault = path and mask_fault(path, photo.width_px, photo.height_px, photo.exif)
-        if path and fault:
-            set_aside.append(SetAside(path.name, f"as mask of {photo.name}: {fault}"))
+        reason = path and mask_fault(path, photo.width_px, photo.height_px, photo.exif)
+        if path and reason:
+            unusable = fault("photo.mask.unusable", photo=photo.name, reason=reason)
+            set_aside.append(SetAside(path.name, unusable))
             photo = replace(photo, mask_path=None)
         kept.append(photo)
     return kept, set_aside
@@ -401,9 +406,12 @@ def _without_bad_masks(photos: Iterable[Photo]) -> tuple[list[Photo], list[SetAs
 
 def _too_few(sources: Sequence[Path], photos: PhotoSet, options: PhotoOptions) -> PhotoError:
     """The refusal of sources with fewer photos than are needed."""
-    where = ", ".join(str(source) for source in sources[:_NAMED_AT_MOST]) or "nothing given"
     return PhotoError(
-        f"Photos that can be read in {where}: {len(photos.photos)}; {options.min_photos} are "
-        "needed at least. Name a folder with photos as JPEG, PNG or TIFF; its sub-folders are not "
-        f"searched.{left_out_lines(photos.set_aside)}"
+        "photo.too_few",
+        given=len(sources),
+        sources=tuple(map(str, sources[:_NAMED_AT_MOST])),
+        photos=len(photos.photos),
+        least=options.min_photos,
+        aside=len(photos.set_aside),
+        left_out=left_out(photos.set_aside),
     )

@@ -30,6 +30,7 @@ from jaxtyping import Float32, Float64
 from limbgram.core.errors import OptionsError, PhotoError
 from limbgram.core.geometry.arrays import ColourImage, GreyImage
 from limbgram.core.run import track
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.photos.quality import VIDEO_SUFFIXES, edge_width_px, name_for_people
 
 _BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
@@ -71,7 +72,7 @@ class FrameOptions:
 
     def __post_init__(self) -> None:
         if not 4 <= self.count <= 500:
-            raise OptionsError(f"{self.count} frames cannot be taken: 4 to 500 can.")
+            raise OptionsError("video.count", count=self.count)
 
 
 DEFAULTS = FrameOptions()
@@ -103,7 +104,7 @@ class FrameVerdict:
     edge_px: float
     """Width of its sharpest edges; NaN where it was not looked at."""
     taken: bool
-    reason: str
+    reason: Finding
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,14 +164,10 @@ def survey(video: Video, options: FrameOptions = DEFAULTS) -> Survey:
         for frame in track(_frames(video), video.frames_told)
     ]
     if not ways:
-        raise PhotoError(
-            f"No frame of {_named(video)} could be decoded: the file is broken, or of a kind that "
-            "is not known here. Export it from the phone as MP4 (H.264 or HEVC)."
-        )
+        raise PhotoError("video.no_frame", video=name_for_people(video.path))
     if ways[-1] < options.least_way:
         raise PhotoError(
-            f"The camera hardly moved in {_named(video)}: its picture went {ways[-1]:.0%} of its "
-            "own width. Film one slow walk all round the limb."
+            "video.hardly_moved", video=name_for_people(video.path), way=float(ways[-1])
         )
     return Survey(video, np.array(ways))
 
@@ -200,20 +197,25 @@ def choose_frames(
         usual_px = float(np.median(widths_px)) if widths_px else math.inf
         limit_px = max(options.min_blur_px, options.max_blur_ratio * usual_px)
         blurred = math.isinf(best.edge_px) or best.edge_px > limit_px
-        if blurred:
-            reason = f"blurred, and so are the {len(rivals) - 1} frames beside it"
-            if math.isinf(best.edge_px):
-                reason = f"no edge is seen in it, nor in the {len(rivals) - 1} frames beside it"
+        if math.isinf(best.edge_px):
+            reason = note("video.frame.edgeless", beside=len(rivals) - 1)
+        elif blurred:
+            reason = note("video.frame.blurred", beside=len(rivals) - 1)
         else:
-            reason = f"the sharpest of {len(rivals)} frames in its part of the walk"
+            reason = note("video.frame.sharpest", frames=len(rivals))
             if len(rivals) == 1:
-                reason = "the only frame near the middle of its part of the walk"
+                reason = note("video.frame.only")
             widths_px.append(best.edge_px)
         for number in rivals:
             if number != best.number:
                 frame = verdicts[number]
-                told = f"less sharp than frame {best.number}: edges of {frame.edge_px:.2f} px, "
-                verdicts[number] = _with(frame, f"{told}not {best.edge_px:.2f}")
+                less_sharp = note(
+                    "video.frame.less_sharp",
+                    best=best.number,
+                    edge_px=frame.edge_px,
+                    best_edge_px=best.edge_px,
+                )
+                verdicts[number] = _with(frame, less_sharp)
         verdicts[best.number] = _with(verdicts[best.number], reason, taken=not blurred)
         if not blurred:
             keep(verdicts[best.number], cv2.cvtColor(best.pixels, cv2.COLOR_BGR2RGB))
@@ -241,7 +243,7 @@ def choose_frames(
                 way=float(way[number]),
                 edge_px=edge_px,
                 taken=False,
-                reason="not looked at: others lie nearer to the middle of its part of the walk",
+                reason=note("video.frame.not_looked_at"),
             )
         )
     close()
@@ -255,7 +257,7 @@ class _Best:
     pixels: ColourImage
 
 
-def _with(frame: FrameVerdict, reason: str, *, taken: bool = False) -> FrameVerdict:
+def _with(frame: FrameVerdict, reason: Finding, *, taken: bool = False) -> FrameVerdict:
     return FrameVerdict(
         number=frame.number, way=frame.way, edge_px=frame.edge_px, taken=taken, reason=reason
     )
@@ -331,15 +333,12 @@ def _reduced(frame: np.ndarray, width_px: int) -> GreyImage:
 
 def _require_video(path: Path) -> None:
     if not path.is_file():
-        raise PhotoError(f"{name_for_people(path)} does not exist. Check the path of the video.")
+        raise PhotoError("video.missing", video=name_for_people(path))
     with path.open("rb") as stream:
         first = stream.read(12)
     is_avi = first[:4] == b"RIFF" and first[8:] == b"AVI "
     if not (first[4:8] in _BOXES or is_avi or first[:4] == _EBML):
-        raise PhotoError(
-            f"{name_for_people(path)} does not begin as a video does. MP4, MOV, AVI, MKV and WebM "
-            "are read: copy it again from the phone, or export it as MP4."
-        )
+        raise PhotoError("video.no_video", video=name_for_people(path))
 
 
 @contextmanager
@@ -347,10 +346,7 @@ def _opened(path: Path) -> Generator[cv2.VideoCapture]:
     film = cv2.VideoCapture(str(path.absolute()), cv2.CAP_FFMPEG)
     try:
         if not film.isOpened():
-            raise PhotoError(
-                f"{name_for_people(path)} cannot be decoded: it is broken or cut off, or of a kind "
-                "that is not known here. Copy it again, or export it as MP4 (H.264 or HEVC)."
-            )
+            raise PhotoError("video.broken", video=name_for_people(path))
         film.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
         yield film
     finally:
@@ -365,7 +361,3 @@ def _frames(video: Video) -> Iterator[ColourImage]:
             if not there:
                 return
             yield frame
-
-
-def _named(video: Video) -> str:
-    return name_for_people(video.path)

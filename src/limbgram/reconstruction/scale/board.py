@@ -33,6 +33,7 @@ from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
+from limbgram.findings import Finding, doubt
 from limbgram.reconstruction.calibration.adjustment import BoardObservation
 from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
 from limbgram.reconstruction.calibration.screening import free_unknowns, screen
@@ -158,12 +159,7 @@ def _check_still(believed: CornerObservations, observations: CornerObservations)
         return
     sigma_px = _sigma_px(observations.residuals_px(believed.points()))
     if sigma_px > _MOST_RESIDUAL * max(view.camera.width_px for view in observations.views):
-        raise ScaleError(
-            f"The board's corners miss each other by {sigma_px:.1f} px in the "
-            f"{len(observations.views)} photos that show it. The board moved against the limb, or "
-            "it is another board than the one described. Fix it beside the limb, or leave it "
-            "out and give a known distance."
-        )
+        raise ScaleError("board.moved", sigma_px=float(sigma_px), photos=len(observations.views))
 
 
 def _without_strangers(
@@ -176,8 +172,11 @@ def _without_strangers(
     doubted = tuple(
         SetAside(
             observations.views[k].name,
-            f"{before[k] - after[k]} of its {before[k]} board corners contradict the other "
-            "photos; it was not used for the scale",
+            doubt(
+                "board.photo.contradicts",
+                corners=int(before[k] - after[k]),
+                seen=int(before[k]),
+            ),
         )
         for k in np.flatnonzero(strange)
     )
@@ -333,16 +332,15 @@ def _control_half(ids: np.ndarray, detections: BoardDetections) -> Bool[np.ndarr
 def _check_enough(control: Bool[np.ndarray, " n"], detections: BoardDetections) -> None:
     enough = len(control) >= _LEAST_CORNERS
     if not enough or min(control.sum(), (~control).sum()) < _LEAST_HALF:
-        if detections.cause:
-            raise ScaleError(
-                f"{len(detections.photos)} photos show the {detections.board}. {detections.cause}"
-            )
+        photos, board = len(detections.photos), detections.board.finding
+        if detections.cause is not None:
+            raise ScaleError("board.unseen", photos=photos, board=board, cause=detections.cause)
         raise ScaleError(
-            f"Only {len(control)} corners of the {detections.board} could be located in the "
-            f"scene; {_LEAST_CORNERS} are needed, each in three placed photos "
-            f"({len(detections.photos)} photos show the board). Lay the whole board flat where "
-            "most photos see it, check that its size and dictionary are given as printed, or "
-            "give a known distance."
+            "board.few_corners",
+            corners=len(control),
+            board=board,
+            least=_LEAST_CORNERS,
+            photos=photos,
         )
 
 
@@ -364,18 +362,14 @@ def _flat(board_mm: Points3, points: Points3) -> Bool[np.ndarray, " n"]:
 def _off_plane(count: int) -> tuple[SetAside, ...]:
     if not count:
         return ()
-    return (SetAside("board", f"{count} corners lie off the flat board and were not used"),)
+    return (SetAside("board", doubt("board.off_plane", corners=int(count))),)
 
 
 def _check_facing(pose: Similarity, scene: Scene) -> None:
     """The printed side must face the cameras, or the scene is inside out."""
     toward = np.array([view.centre_in_world - pose.translation for view in scene.views])
     if np.mean(toward @ pose.rotation[:, 2] < 0) < 0.5:
-        raise ScaleError(
-            "The board shows its back to the cameras: the scene is inside out, or the board was "
-            "printed mirrored. Print the board unmirrored; if it is, photograph with more "
-            "overlap."
-        )
+        raise ScaleError("board.back")
 
 
 def _stretch(board_mm: Points3, points: Points3) -> float:
@@ -454,7 +448,7 @@ _PHOTO_FACTOR, _CORNER_SIGMAS = 3.0, 5.0
 """What is left out of a calibration (calibration.screening), as there."""
 
 
-def foreign_lens(scene: Scene, detections: BoardDetections, cameras: Cameras) -> str | None:
+def foreign_lens(scene: Scene, detections: BoardDetections, cameras: Cameras) -> Finding | None:
     """Why a calibration given is not that of the photos, by the board in them; None where it is."""
     for idx, calibration in enumerate(cameras.calibrations):
         observations = tuple(
@@ -480,5 +474,5 @@ def foreign_lens(scene: Scene, detections: BoardDetections, cameras: Cameras) ->
         shown_px, sigma_px = float(solution.shared[0]), float(solution.covariance[0, 0]) ** 0.5
         limit_px = max(_LEAST_DIFFERENCE * camera.fx, _SURE_SIGMAS * sigma_px)
         if abs(shown_px - camera.fx) > limit_px:
-            return foreign_camera(camera.fx, shown_px, "the board in them shows")
+            return foreign_camera(camera.fx, shown_px, "board")
     return None

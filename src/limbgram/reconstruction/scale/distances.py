@@ -16,8 +16,9 @@ from limbgram.core.geometry.arrays import Matrix3, Points2, Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import Triangulated, triangulate
 from limbgram.core.interval import widening
+from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.photos.photo import SetAside, left_out
 from limbgram.reconstruction.scale.given import KnownDistance, Pick
 from limbgram.reconstruction.scale.ruler import Ruler, RulerLength
 
@@ -60,43 +61,39 @@ def measure_distances(
             _locate(scene, distance, name, picks)
             for name, picks in zip(distance.ends, (distance.first, distance.second), strict=True)
         ]
-        missing = [end for end in ends if isinstance(end, str)]
+        missing = tuple(end for end in ends if isinstance(end, Finding))
         located = [end for end in ends if isinstance(end, _End)]
         set_aside += [one for end in located for one in end.strange]
         if missing:
-            set_aside.append(SetAside(distance.label, "; ".join(missing)))
+            set_aside.append(SetAside(distance.label, note("scale.ends_missing", ends=missing)))
         else:
             check = all_check or len(lengths) % 2 == 1
             first, second = located
             lengths.append(_length(distance, first, second, pick_sigma_px, check=check))
     if not lengths:
-        raise ScaleError(
-            "None of the known distances could be measured: "
-            + "; ".join(f"{one.name}: {one.reason}" for one in set_aside)
-            + ". Pick both ends in two or more placed photos taken from different sides."
-        )
+        raise ScaleError("scale.none_measured", left_out=left_out(set_aside))
     return ruler_of(lengths, tuple(set_aside))
 
 
-def _locate(scene: Scene, distance: KnownDistance, name: str, picks: Sequence[Pick]) -> _End | str:
+def _locate(
+    scene: Scene, distance: KnownDistance, name: str, picks: Sequence[Pick]
+) -> _End | Finding:
     """One end in the scene, or why it cannot be had."""
     label = distance.label
     unknown = [pick.photo for pick in picks if pick.photo not in scene.names]
     if unknown:
-        raise ScaleError(
-            f"{label} was picked in {unknown[0]}, which is not among the photos. Check the name."
-        )
+        raise ScaleError("scale.unknown_photo", label=label, photo=unknown[0])
     views = {scene.names[k]: scene.view(k) for k in scene.placed}
     usable = [pick for pick in picks if pick.photo in views]
     if len(usable) < 2:
-        return f"{name} is seen in {len(usable)} placed photos; 2 are needed"
+        return note("scale.end.unseen", end=name, photos=len(usable))
     seen = [views[pick.photo] for pick in usable]
     xy_px = np.array([(pick.x_px, pick.y_px) for pick in usable])
     kept = np.arange(len(seen), dtype=np.int32)
     if distance.sigma_px is not None:
         kept = _agreeing(seen, xy_px)
     strange = tuple(
-        SetAside(usable[k].photo, f"it puts {name} ({label}) elsewhere than the other photos")
+        SetAside(usable[k].photo, doubt("scale.end.elsewhere", end=name, label=label))
         for k in sorted({*range(len(seen))} - {*kept.tolist()})
     )
     believed = kept.tolist()
@@ -108,7 +105,7 @@ def _locate(scene: Scene, distance: KnownDistance, name: str, picks: Sequence[Pi
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     narrowest = float((directions @ directions.T).min())
     if not np.isfinite(point).all() or narrowest > np.cos(np.radians(_LEAST_ANGLE_DEG)):
-        return f"the rays to {name} meet at less than {_LEAST_ANGLE_DEG:g} degrees"
+        return note("scale.end.narrow", end=name, least_deg=_LEAST_ANGLE_DEG)
     _check_meeting(
         label,
         usable,
@@ -147,9 +144,10 @@ def _check_meeting(
     worst = int(np.argmax(off_px))
     if off_px[worst] > max(_LEAST_RESIDUAL_PX, _MOST_RESIDUAL * widths_px[worst]):
         raise ScaleError(
-            f"{label}: the picks of one end do not meet; the one in {picks[worst].photo} misses "
-            f"the others by {off_px[worst]:.1f} px. Another point was picked there, or the mark "
-            "moved. Pick it again."
+            "scale.picks_apart",
+            label=label,
+            photo=picks[worst].photo,
+            off_px=float(off_px[worst]),
         )
 
 

@@ -32,13 +32,13 @@ class KnownDistance:
 
     def __post_init__(self) -> None:
         if not 0 < self.length_mm < 1e5:
-            raise OptionsError(
-                f"{self.label}: {self.length_mm:g} mm is no length. Give millimetres above 0."
-            )
+            raise OptionsError("scale.no_length", label=self.label, length_mm=self.length_mm)
         if not 0 <= self.length_sigma_mm < self.length_mm:
             raise OptionsError(
-                f"{self.label}: a length of {self.length_mm:g} mm cannot be uncertain by "
-                f"{self.length_sigma_mm:g} mm. Give its standard deviation, such as 0.5 for a tape."
+                "scale.length_sigma",
+                label=self.label,
+                length_mm=self.length_mm,
+                sigma_mm=self.length_sigma_mm,
             )
 
 

@@ -32,9 +32,10 @@ def mark_distances(
         for mark in plate.marks:
             if mark.mark_id in claimed:
                 raise OptionsError(
-                    f"Mark {mark.mark_id} is on {claimed[mark.mark_id]} and on {plate.name}. Two "
-                    "prints of one sheet in a scene cannot be told apart: take one away, and give "
-                    "its file once."
+                    "scale.mark_twice",
+                    mark=mark.mark_id,
+                    first=claimed[mark.mark_id],
+                    second=plate.name,
                 )
             claimed[mark.mark_id] = plate.name
     return tuple(
@@ -55,10 +56,7 @@ def distance_between_marks(
     for mark_id in (first_id, second_id):
         seen = detections.seen_in(mark_id)
         if seen < 2:
-            raise ScaleError(
-                f"Mark {mark_id} was found in {seen} photos; 2 are needed. Check its number and "
-                "the dictionary, and keep it in view with a white border round it."
-            )
+            raise ScaleError("scale.mark_unseen", mark=mark_id, photos=seen)
     return _distance(detections, "", first_id, second_id, length_mm)
 
 

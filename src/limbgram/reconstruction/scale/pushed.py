@@ -28,6 +28,7 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
+from limbgram.findings import doubt, note
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
@@ -60,16 +61,15 @@ def without_pushed_board(scene: Scene, detections: BoardDetections) -> BoardDete
     aside = [one.photo.name for one, agrees in zip(seen, kept.agree, strict=True) if not agrees]
     if len(aside) < _FEWEST_ASIDE:
         return detections
-    changes = [k for k in range(1, len(seen)) if kept.agree[k] != kept.agree[k - 1]]
-    pushes = " and ".join(
-        f"between {seen[k - 1].photo.name} and {seen[k].photo.name}" for k in changes
+    pushes = tuple(
+        note("board.push", before=seen[k - 1].photo.name, after=seen[k].photo.name)
+        for k in range(1, len(seen))
+        if kept.agree[k] != kept.agree[k - 1]
     )
-    others = f"the {len(seen) - len(aside)} photos that set the scale"
-    reason = (
-        f"its board lies elsewhere than in {others}: it was pushed {pushes}"
-        if kept.sure
-        else f"it shows other corners of the board than {others}, and these are too few to tell "
-        f"whether the board was pushed {pushes}"
+    reason = doubt(
+        "board.photo.pushed" if kept.sure else "board.photo.perhaps_pushed",
+        others=len(seen) - len(aside),
+        pushes=pushes,
     )
     return replace(
         detections,

@@ -17,6 +17,7 @@ import numpy as np
 from limbgram.core.errors import ScaleError
 from limbgram.core.geometry.arrays import Matrix3, Vector3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
+from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
@@ -52,47 +53,37 @@ def check_scene_board(scene_board: SceneBoard, max_disagreement: float, scene: S
     """Refuse a board that is seen too poorly, is stretched, or whose halves disagree."""
     sigma = scene_board.ruler.relative_sigma
     if not sigma <= max_disagreement:
-        raise ScaleError(
-            f"The board gives the scale only to {sigma:.2%} (one standard deviation); "
-            f"{max_disagreement:.2%} is allowed. It is too small, too far away or seen in too "
-            "few photos. Lay it close beside the limb, flat and in view of most photos."
-        )
+        raise ScaleError("board.unsure", sigma=float(sigma), allowed=max_disagreement)
     if abs(scene_board.stretch) > max(max_disagreement, _SURE_SIGMAS * scene_board.stretch_sigma):
         longer, shorter = ("x", "y") if scene_board.stretch > 0 else ("y", "x")
         raise ScaleError(
-            f"The board is {abs(scene_board.stretch):.2%} longer along its {longer} than along its "
-            f"{shorter}; {max_disagreement:.2%} is allowed. {_moved(scene_board, scene)}It was "
-            "printed at different scales across and along the paper, or it is bent. Print it at "
-            "100 %, without fitting to the page, glue it to a flat plate and measure both ways; "
-            "or give a known distance."
+            "board.stretched",
+            stretch=abs(float(scene_board.stretch)),
+            longer=longer,
+            shorter=shorter,
+            allowed=max_disagreement,
+            moved=_moved(scene_board, scene),
         )
     if abs(scene_board.check_error) > max_disagreement:
         raise ScaleError(
-            f"The corners that check the board disagree with those that set the scale by "
-            f"{scene_board.check_error:+.2%}; {max_disagreement:.2%} is allowed. The board is bent "
-            "or moved, or few of its corners are seen well. Glue it to a flat plate beside the "
-            "limb."
+            "board.halves_disagree",
+            error=float(scene_board.check_error),
+            allowed=max_disagreement,
         )
 
 
-def _moved(scene_board: SceneBoard, scene: Scene) -> str:
-    """What the photos say of a board that was pushed, with advice; nothing where it kept still."""
+def _moved(scene_board: SceneBoard, scene: Scene) -> Finding | None:
+    """What the photos say of a board that was pushed; None where it kept still."""
     corners = scene_board.corners
     if scene.movement is not None and scene.movement.moved:
-        seen = "the limb and what lies round it moved against each other"
+        seen = note("board.seen_moved.limb")
     elif corners.set_aside:
-        seen = f"its corners in {corners.set_aside[0].name} contradict the other photos"
+        seen = note("board.seen_moved.photo", photo=corners.set_aside[0].name)
     elif corners.sigma_px > _MOVED_PX:
-        seen = f"its corners miss each other by {corners.sigma_px:.1f} px from photo to photo"
+        seen = note("board.seen_moved.corners", sigma_px=float(corners.sigma_px))
     else:
-        return ""
-    return (
-        f"The board or the limb probably moved while the photos were taken: {seen}. Fix the board "
-        "where nobody touches it, let the limb rest, and take the photos again. If both kept "
-        "still, there is another cause: a stabiliser or a rolling shutter bent the photos, so "
-        "switch both off where the camera allows it and hold it still, for the calibration too. "
-        "The last cause is the board. "
-    )
+        return None
+    return doubt("board.probably_moved", seen=seen)
 
 
 def check_lengths(scale: Scale, max_disagreement: float) -> None:
@@ -100,27 +91,26 @@ def check_lengths(scale: Scale, max_disagreement: float) -> None:
     wrong = [one for one in scale.lengths if not abs(one.error) <= max_disagreement]
     if wrong:
         worst = max(wrong, key=lambda one: abs(one.error))
-        others = ", ".join(one.label for one in scale.lengths if one.role == "control")
+        others = tuple(one.label for one in scale.lengths if one.role == "control")
         raise ScaleError(
-            f"{worst.label} is {worst.known_mm:g} mm long but measures {worst.measured_mm:.2f} mm "
-            f"({worst.error:+.2%}, sigma {worst.sigma_mm:.2f} mm) where the scale is set by "
-            f"{others}; {max_disagreement:.2%} is allowed. {_advice(scale, worst)}"
+            "scale.length_disagrees",
+            label=worst.label,
+            known_mm=worst.known_mm,
+            measured_mm=float(worst.measured_mm),
+            error=float(worst.error),
+            sigma_mm=float(worst.sigma_mm),
+            others=others,
+            allowed=max_disagreement,
+            cause=_cause(scale, worst),
         )
 
 
-def _advice(scale: Scale, worst: LengthCheck) -> str:
+def _cause(scale: Scale, worst: LengthCheck) -> Finding:
     if worst.sigma_mm > abs(worst.measured_mm - worst.known_mm) / 2:
-        return "It is measured too poorly: pick its ends in more photos, from more sides."
+        return doubt("scale.cause.poor")
     if scale.source == "distances":
-        return (
-            "A length was mistyped, a mark moved, or a wrong point was picked. Check the lengths "
-            "and the picks, or leave out the odd one."
-        )
-    return (
-        "The board's squares are not as large as given, or the typed length is wrong. Measure a "
-        "long row of squares and the length again; the board may have been printed fitted to "
-        "the page."
-    )
+        return doubt("scale.cause.mistyped")
+    return doubt("scale.cause.board")
 
 
 _UNITLESS_DISTANCE = 1000.0
@@ -167,7 +157,7 @@ def to_millimetres(
         cause = foreign_lens(scene, detections, cameras)
         if cause is None:
             raise
-        raise ScaleError(f"The board cannot be measured in these photos. {cause}") from refusal
+        raise ScaleError("board.unmeasured", cause=cause) from refusal
 
 
 def _scaled(

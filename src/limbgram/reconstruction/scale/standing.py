@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from limbgram.findings import fault, note
 from limbgram.reconstruction.matching.still import Still
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
@@ -19,7 +20,7 @@ _STILL_PX = 2.0
 """Corners that move less have not moved, but for a tripod that was touched."""
 _LEAST_PHOTOS = 3
 """Photos in which a board that stands still is found at one place: one that turns may pause."""
-_REASON = "its board stood still while the object turned, and tells nothing of the object's size"
+_REASON = note("board.photo.stood_still")
 
 
 def without_still_board(detections: BoardDetections, still: Still) -> BoardDetections:
@@ -38,9 +39,7 @@ def without_still_board(detections: BoardDetections, still: Still) -> BoardDetec
             *detections.set_aside,
             *(SetAside(by_photo[photo].name, _REASON) for photo in sorted(standing)),
         ),
-        cause=f"In {len(standing)} others it stands still while the object turns before a "
-        "still camera, so it cannot tell how large the object is. Fix the board to the turntable, "
-        "use the printed ring, or leave the board out and give a known distance on the object.",
+        cause=fault("board.stands_still", photos=len(standing)),
     )
 
 

@@ -21,6 +21,7 @@ from limbgram.core.mesh.axis import Axis, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS, cut, holds, of_one_limb
 from limbgram.core.tape import PLACING_SIGMA_MM, tape_sigma_mm
+from limbgram.findings import Finding
 from limbgram.reconstruction.scale.given import TapedGirth
 
 _SEARCHED = 80
@@ -48,7 +49,7 @@ class TapeWitness:
     """Of the tape: reading, and placing where the limb tapers."""
     plane: TapePlane | None = None
     """None where it cannot be told."""
-    reason: str = ""
+    reason: Finding | None = None
     """Why there is no figure."""
 
 
@@ -73,7 +74,7 @@ def _held(mesh: Mesh, floor_z_mm: float | None, taped: TapedGirth) -> TapeWitnes
         return _at_height(mesh, floor_z_mm, taped, taped.height_mm)
     except MeasureError as error:
         nothing = float("nan")
-        return TapeWitness(taped=taped, measured_mm=nothing, sigma_mm=nothing, reason=str(error))
+        return TapeWitness(taped=taped, measured_mm=nothing, sigma_mm=nothing, reason=error.finding)
 
 
 def _at_widest(mesh: Mesh, taped: TapedGirth) -> TapeWitness:
@@ -86,13 +87,10 @@ def _at_widest(mesh: Mesh, taped: TapedGirth) -> TapeWitness:
     girths = _girths(mesh, axis, places)
     known = np.flatnonzero(np.isfinite(girths))
     if len(known) < 3:
-        raise MeasureError("hardly a section of the surface is whole")
+        raise MeasureError("scale.tape.torn")
     best = known[np.argmax(girths[known])]
     if best in (known[0], known[-1]):
-        raise MeasureError(
-            "the limb is widest at its open end, where the surface is cut off; tape it lower down "
-            "and say how high above the table"
-        )
+        raise MeasureError("scale.tape.open_end")
     finer = np.linspace(places[best] - step, places[best] + step, _SEARCHED_AGAIN)
     girths = _girths(mesh, axis, finer)
     widest = int(np.nanargmax(girths))
@@ -108,17 +106,15 @@ def _at_height(
     mesh: Mesh, floor_z_mm: float | None, taped: TapedGirth, height_mm: float
 ) -> TapeWitness:
     if floor_z_mm is None:
-        raise MeasureError("no table is known from which heights count; tape the widest place")
+        raise MeasureError("scale.tape.no_table")
     axis = _upright(fit_axis(mesh))
     if axis.direction[2] < _UPRIGHT:
-        raise MeasureError(
-            "the limb lies rather than stands, so a height names no place; tape the widest place"
-        )
+        raise MeasureError("scale.tape.lying")
     rise = (floor_z_mm + height_mm - axis.point_mm[2]) / axis.direction[2]
     centre = float((axis.point_mm + rise * axis.direction) @ axis.direction)
     near = _girths(mesh, axis, centre + PLACING_SIGMA_MM * np.array([-1.0, 0.0, 1.0]))
     if not np.isfinite(near[1]):
-        raise MeasureError(f"the surface has no whole girth {height_mm:g} mm above the table")
+        raise MeasureError("scale.tape.no_girth", height_mm=height_mm)
     taper_mm = float(np.nanmax(np.abs(near - near[1])))
     return TapeWitness(
         taped=taped,

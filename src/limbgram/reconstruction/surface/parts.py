@@ -165,10 +165,7 @@ def _cleaned(mesh: Mesh) -> Faces:
 
 def nothing_left(before: int, after: int) -> SurfaceError:
     """The refusal where so few triangles are left that they are no surface."""
-    return SurfaceError(
-        f"Of {before} triangles only {after} make a surface. The points are probably too few or "
-        "too noisy: check the depth maps and the cloud, and take sharper or more photos."
-    )
+    return SurfaceError("surface.shreds", before=before, after=after)
 
 
 def outwards(mesh: Mesh, cloud: Cloud) -> Mesh:
@@ -185,11 +182,7 @@ def _bare(mesh: Mesh) -> Mesh:
 
 def _chosen(wanted: int | None, count: int) -> int:
     if wanted is not None and not 1 <= wanted <= count:
-        found = "only one body was" if count == 1 else f"{count} bodies were"
-        raise OptionsError(
-            f"There is no part {wanted}: {found} found. The report of a run without --part lists "
-            "them with number, area and place."
-        )
+        raise OptionsError("surface.no_part", wanted=wanted, count=count)
     return wanted or 1
 
 

@@ -406,11 +406,7 @@ _FEWEST_POINTS = 50
 def pivot(cloud: Cloud, options: PivotOptions = DEFAULTS) -> Mesh:
     """Roll balls over the points and join what they touch."""
     if len(cloud) < _FEWEST_POINTS:
-        raise SurfaceError(
-            f"{len(cloud)} points cannot make a surface. The photos probably show too little of "
-            "the limb in common, or its skin is too plain: check the depth maps, paint the sock, "
-            "take more photos."
-        )
+        raise SurfaceError("surface.few_points", points=len(cloud))
     spacing_mm = measure_spacing_mm(cloud)
     chosen = _thin(cloud, options.closest_in_spacings * spacing_mm)
     front = start_front(cloud.points_mm[chosen], cloud.normals[chosen])
@@ -418,10 +414,7 @@ def pivot(cloud: Cloud, options: PivotOptions = DEFAULTS) -> Mesh:
         roll(front, build_grid(front.points, 2 * radius), radius)
     faces = front.faces[: front.counts[0]]
     if not len(faces):
-        raise SurfaceError(
-            f"No ball found three of the {len(cloud)} points to rest on. Their normals are "
-            "probably wrong or turned inwards."
-        )
+        raise SurfaceError("surface.no_ball", points=len(cloud))
     used, compact = np.unique(faces, return_inverse=True)
     return Mesh(
         vertices_mm=front.points[used],

@@ -63,10 +63,7 @@ def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
         pycolmap.poisson_meshing(points, surface, settings)
         solved = trimesh.load(surface, file_type="ply", process=False)
     if not isinstance(solved, trimesh.Trimesh) or not len(solved.faces):
-        raise SurfaceError(
-            f"No Poisson surface came out of {len(cloud)} points. Their normals are probably "
-            "wrong: try Ball Pivoting, and look at the cloud."
-        )
+        raise SurfaceError("surface.no_poisson", points=len(cloud))
     vertices = np.asarray(solved.vertices, np.float64)
     faces = np.asarray(solved.faces, np.int32)
     apart, nearest = KDTree(cloud.points_mm).query(vertices)

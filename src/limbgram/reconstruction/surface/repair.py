@@ -79,10 +79,7 @@ def repair(
 def _check(faces: Faces, openings: int) -> None:
     whole = is_edge_manifold(faces) and is_vertex_manifold(faces)
     if not whole or len(boundary_loops(faces)) != openings or face_components(faces).any():
-        raise SurfaceError(
-            "The holes of the surface could not be closed. The cloud is probably torn to "
-            "shreds: look at its picture, and add photos where points are missing."
-        )
+        raise SurfaceError("surface.holes")
 
 
 def _filled_share(mesh: Mesh) -> float:

@@ -451,7 +451,7 @@ def refine(mesh: Mesh, edge_mm: float) -> Mesh:
     Colour, filled mark and sigma come from the nearest vertex of the given mesh.
     """
     if not is_edge_manifold(mesh.faces):
-        raise SurfaceError("Only a manifold mesh can be refined; repair it first.")
+        raise SurfaceError("surface.not_manifold")
     tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
     work = Triangles(
         mesh.vertices_mm, mesh.faces, np.zeros(len(mesh.faces), np.bool_), np.arange(len(mesh))

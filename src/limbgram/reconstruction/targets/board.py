@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float64, Int32, UInt8
 
 from limbgram.core.errors import OptionsError
+from limbgram.findings import Finding, Value, note, told
 from limbgram.reconstruction.photos.photo import SetAside
 
 BoardKind = Literal["checkerboard", "charuco"]
@@ -129,27 +130,33 @@ class Board:
         board.setLegacyPattern(self.legacy)
         return board
 
-    def __str__(self) -> str:
+    @property
+    def finding(self) -> Finding:
+        """What it is, as the value of another finding."""
+        sizes: dict[str, Value] = {
+            "columns": self.columns,
+            "rows": self.rows,
+            "square_mm": self.square_mm,
+        }
         if self.kind == "checkerboard":
-            return (
-                f"checkerboard of {self.columns} x {self.rows} inner corners, "
-                f"squares of {self.square_mm:g} mm"
-            )
-        return (
-            f"ChArUco board of {self.columns} x {self.rows} squares of {self.square_mm:g} mm, "
-            f"markers of {self.marker_mm:g} mm from {self.dictionary}"
-            f"{', legacy pattern' if self.legacy else ''}"
+            return note("board.checkerboard", **sizes)
+        return note(
+            "board.charuco",
+            marker_mm=self.marker_mm,
+            dictionary=self.dictionary,
+            legacy=self.legacy,
+            **sizes,
         )
+
+    def __str__(self) -> str:
+        return told(self.finding)
 
 
 def parse_size(size: str) -> tuple[int, int]:
     """Columns and rows of "14x10"."""
     match = re.fullmatch(r"\s*(\d{1,3})\s*[xX×]\s*(\d{1,3})\s*", size)
     if match is None:
-        raise OptionsError(
-            f"{size!r} is no board size. Write columns x rows, such as 14x10: inner corners for "
-            "a checkerboard, squares for a ChArUco board."
-        )
+        raise OptionsError("board.no_size", size=size)
     return int(match[1]), int(match[2])
 
 
@@ -160,39 +167,32 @@ def parse_dictionary(name: str) -> str:
     for known in DICTIONARIES:
         if known.replace("_", "") == plain:
             return known
-    raise OptionsError(
-        f"{name!r} is no marker dictionary. Known are {', '.join(sorted(DICTIONARIES))}."
-    )
+    raise OptionsError("board.no_dictionary", name=name, known=tuple(sorted(DICTIONARIES)))
 
 
 def _check_size(board: Board) -> None:
     if min(board.inner) < 2 or max(board.inner) > 100:
-        raise OptionsError(
-            f"A board of {board.inner[0]} x {board.inner[1]} inner corners cannot be used; "
-            "2 to 100 each way can."
-        )
+        raise OptionsError("board.corners", across=board.inner[0], down=board.inner[1])
     if not 0.1 <= board.square_mm <= 2000:
-        raise OptionsError(
-            f"Squares of {board.square_mm:g} mm cannot be used; give the side of one square in "
-            "millimetres, as measured on the print."
-        )
+        raise OptionsError("board.square", square_mm=board.square_mm)
 
 
 def _check_markers(board: Board) -> None:
     if board.dictionary not in DICTIONARIES:
         parse_dictionary(board.dictionary)
-        raise OptionsError(f"Write the dictionary as {parse_dictionary(board.dictionary)}.")
+        raise OptionsError("board.spelling", name=parse_dictionary(board.dictionary))
     if not 0 < board.marker_mm < board.square_mm:
-        raise OptionsError(
-            f"Markers of {board.marker_mm:g} mm do not fit into squares of "
-            f"{board.square_mm:g} mm; give both sides in millimetres."
-        )
+        raise OptionsError("board.marker", marker_mm=board.marker_mm, square_mm=board.square_mm)
     across, down = board.squares
     there = len(cv2.aruco.getPredefinedDictionary(DICTIONARIES[board.dictionary]).bytesList)
     if across * down // 2 > there:
         raise OptionsError(
-            f"{board.dictionary} has {there} markers; a board of {across} x {down} squares "
-            f"needs {across * down // 2}. Give the dictionary that the board was printed with."
+            "board.few_markers",
+            dictionary=board.dictionary,
+            there=there,
+            across=across,
+            down=down,
+            needed=across * down // 2,
         )
 
 
@@ -216,7 +216,7 @@ class PhotoCorners:
     """Corners that were found but not believed."""
     doubtful_xy_px: Float64[np.ndarray, "m 2"]
     doubts: tuple[str, ...]
-    """Why, for each doubtful corner."""
+    """Why, for each doubtful corner: the code of a finding."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -228,8 +228,8 @@ class BoardDetections:
     """All inner corners in the board frame (`Board.corners_mm`)."""
     photos: tuple[PhotoCorners, ...]
     set_aside: tuple[SetAside, ...]
-    cause: str = ""
-    """What is wrong with the photos, and the remedy: why, should too few show the board."""
+    cause: Finding | None = None
+    """What is wrong with the photos: why, should too few show the board."""
 
     @property
     def corner_count(self) -> int:

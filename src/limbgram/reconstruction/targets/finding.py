@@ -29,6 +29,7 @@ from scipy.optimize import least_squares
 
 from limbgram.core.geometry.arrays import GreyImage, Points2
 from limbgram.core.run import in_parallel
+from limbgram.findings import Finding, doubt, fault, note
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import common_fault
@@ -238,16 +239,6 @@ _FEW_PHOTOS = 3
 """With fewer photos of the board neither a camera nor a scale can be told."""
 SEARCH_BYTES = 7.0
 """A pixel, while a board is looked for: 5.8 (ChArUco) and less (checkerboard) on 24 MP."""
-_MIRRORED = (
-    "The photos are mirrored: {count} of them show the board only when left and right are swapped. "
-    "A front camera or a program mirrored them, or the board was printed mirrored. Use the rear "
-    "camera and give the photos as they come from it; a limb measured in mirrored photos would be "
-    "its mirror image."
-)
-_OTHER_LAYOUT = (
-    "The markers lie as on a board of {shown}; {given} was given. Give the board as it was "
-    "printed: its squares across, then down."
-)
 
 
 def find_board(
@@ -263,22 +254,26 @@ def find_board(
         return found
     shown, swapped = _layouts(photos, board)
     if swapped.markers > shown.markers:
-        return _not_this(found, _MIRRORED.format(count=swapped.photos))
+        return _not_this(found, fault("board.mirrored", photos=swapped.photos))
     if shown.is_of(board) or shown.photos <= firm:
         return found
     other_pattern = replace(board, legacy=shown.marker_first)
     if shown.is_of(other_pattern):
         return _detected(photos, other_pattern, options)
-    given = f"{board.columns} x {board.rows}"
-    return _not_this(found, _OTHER_LAYOUT.format(shown=shown, given=given))
-
-
-def _not_this(found: BoardDetections, cause: str) -> BoardDetections:
-    """Without the corners between markers that were misread."""
-    misread = (
-        SetAside(one.name, "its corners lie between markers that were misread")
-        for one in found.photos
+    other_layout = fault(
+        "board.other_layout",
+        columns=shown.columns,
+        rows=shown.rows,
+        legacy=shown.marker_first,
+        given_columns=board.columns,
+        given_rows=board.rows,
     )
+    return _not_this(found, other_layout)
+
+
+def _not_this(found: BoardDetections, cause: Finding) -> BoardDetections:
+    """Without the corners between markers that were misread."""
+    misread = (SetAside(one.name, doubt("board.photo.misread")) for one in found.photos)
     return replace(found, photos=(), set_aside=(*found.set_aside, *misread), cause=cause)
 
 
@@ -295,7 +290,7 @@ def _detected(photos: PhotoSet, board: Board, options: TargetOptions) -> BoardDe
         corners_mm=board.corners_mm,
         photos=tuple(one for one in results if isinstance(one, PhotoCorners)),
         set_aside=tuple(one for one in results if isinstance(one, SetAside)),
-        cause=common_fault(photos.photos) or "",
+        cause=common_fault(photos.photos),
     )
 
 
@@ -330,15 +325,17 @@ def find_in_photo(
     else:
         ids, found, markers, agreeing = find_charuco(luma, board)
         if len(ids) < options.min_corners:
-            return SetAside(
-                photo.name,
-                f"{markers} markers and {len(ids)} corners of the {board} found; "
-                f"{options.min_corners} corners are needed",
+            few = note(
+                "board.photo.few_corners",
+                markers=int(markers),
+                corners=len(ids),
+                board=board.finding,
+                least=options.min_corners,
             )
+            return SetAside(photo.name, few)
         if agreeing < _FEWEST_IN_PLACE:
-            return SetAside(
-                photo.name, f"{markers} markers found that lie otherwise on the {board}"
-            )
+            otherwise = note("board.photo.otherwise", markers=int(markers), board=board.finding)
+            return SetAside(photo.name, otherwise)
     return _fit_and_check(photo, photo_idx, luma, board, ids, found, options)
 
 
@@ -358,20 +355,22 @@ def _fit_and_check(
     reach = min(_clear_reach(board, options.reach), options.max_reach_px / np.median(step_px))
     fits = fit_corners(luma, found, sides, float(reach))
     doubts = np.full(len(ids), "", dtype=object)
-    doubts[fits.misfit > options.max_misfit] = "the picture round it is no crossing of edges"
-    doubts[fits.contrast < options.min_contrast] = "hardly any contrast"
+    doubts[fits.misfit > options.max_misfit] = "board.corner.no_crossing"
+    doubts[fits.contrast < options.min_contrast] = "board.corner.contrast"
     shift_px = np.linalg.norm(fits.xy_px - found, axis=1)
-    doubts[shift_px > options.max_shift * step_px] = "the fit moved it too far"
-    doubts[np.isnan(fits.sigma_px)] = "at the picture's border, or no fit"
+    doubts[shift_px > options.max_shift * step_px] = "board.corner.moved"
+    doubts[np.isnan(fits.sigma_px)] = "board.corner.no_fit"
     _check_flatness(doubts, board_squares, fits.xy_px, sides, size_px, options)
 
     good = doubts == ""
     if good.sum() < options.min_corners:
-        return SetAside(
-            photo.name,
-            f"only {good.sum()} of {len(ids)} corners of the board can be measured "
-            f"({_commonest(doubts[~good])})",
+        unmeasured = note(
+            "board.photo.unmeasured",
+            good=int(good.sum()),
+            corners=len(ids),
+            reason=_commonest(doubts[~good]),
         )
+        return SetAside(photo.name, unmeasured)
     return PhotoCorners(
         name=photo.name,
         photo_idx=photo_idx,
@@ -421,21 +420,18 @@ def _check_flatness(
         return
     spread_px = float(np.median(off_px)) / 1.1774
     limit_px = max(options.max_off_board_px, options.max_off_board_spread * spread_px)
-    for row, distance_px in zip(rows, off_px):
-        if distance_px > limit_px:
-            doubts[row] = f"{distance_px:.2f} px off the flat board's image"
+    doubts[rows[off_px > limit_px]] = "board.corner.off"
 
 
-def _why_no_checkerboard(luma: GreyImage, board: Board) -> str:
+def _why_no_checkerboard(luma: GreyImage, board: Board) -> Finding:
     other = likely_inner(luma, board)
     if other is None:
-        return f"no {board} found: it must be seen whole, sharp and evenly lit"
-    return (
-        f"no {board} found, but one of {other[0]} x {other[1]} inner corners: count the inner "
-        "corners, one fewer than the squares each way"
+        return note("board.photo.no_checkerboard", board=board.finding)
+    return note(
+        "board.photo.other_checkerboard", board=board.finding, across=other[0], down=other[1]
     )
 
 
-def _commonest(doubts: np.ndarray) -> str:
-    reasons = [str(doubt) if "px off" not in str(doubt) else "off the board" for doubt in doubts]
-    return max(set(reasons), key=reasons.count) if reasons else "too few were found"
+def _commonest(doubts: np.ndarray) -> Finding:
+    codes = [str(code) for code in doubts]
+    return Finding(max(set(codes), key=codes.count) if codes else "board.corner.few_found")

@@ -81,10 +81,6 @@ class Layout:
             and self.marker_first == _has_marker_first(board)
         )
 
-    def __str__(self) -> str:
-        legacy = ", legacy pattern (of OpenCV before 4.6)" if self.marker_first else ""
-        return f"{self.columns} x {self.rows} squares{legacy}"
-
 
 def layout_of(read: Sequence[MarkersRead], given: Board) -> Layout:
     """The layout with which most markers agree; the given board's where as many do."""

@@ -19,6 +19,7 @@ from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import GreyImage
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.run import in_parallel
+from limbgram.findings import Finding, note
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY, parse_dictionary
@@ -72,7 +73,7 @@ class PhotoMarks:
     """Whether the mark surely lies on something round."""
     doubtful_ids: Int32[np.ndarray, " m"]
     """Marks that were read but not believed."""
-    doubts: tuple[str, ...]
+    doubts: tuple[Finding, ...]
     """Why, for each doubtful mark."""
 
 
@@ -106,10 +107,7 @@ def find_marks(
     """
     dictionary = parse_dictionary(dictionary)
     if lenses and len(lenses) != len(photos.photos):
-        raise OptionsError(
-            f"{len(lenses)} lenses were given for {len(photos.photos)} photos. Give one for each "
-            "photo, or none."
-        )
+        raise OptionsError("board.mark.lenses", lenses=len(lenses), photos=len(photos.photos))
 
     def work(photo_idx: int) -> PhotoMarks:
         photo = photos.photos[photo_idx]
@@ -127,7 +125,7 @@ def find_marks(
             sigmas_px=np.array([float(np.mean(fit.sigmas_px)) for fit in fits]),
             bent=np.array([fit.bent for fit in fits], bool),
             doubtful_ids=np.array([one.mark_id for one in bad], np.int32),
-            doubts=tuple(one.doubt for one in bad),
+            doubts=tuple(one.doubt for one in bad if one.doubt is not None),
         )
 
     each_mb = in_flight_mb(photos.photos, SEARCH_BYTES)
@@ -141,8 +139,8 @@ class FoundMark(NamedTuple):
 
     mark_id: int
     fit: SquareFit | None
-    doubt: str
-    """Why it is not believed; empty where it is."""
+    doubt: Finding | None
+    """Why it is not believed; None where it is."""
 
 
 def marks_in(
@@ -168,7 +166,7 @@ def marks_in(
         label = labels[k]
         square = np.asarray(corners[k], float).reshape(4, 2)
         if labels.count(label) > 1:
-            found.append(FoundMark(label, None, "the photo shows this mark twice"))
+            found.append(FoundMark(label, None, note("board.mark.twice")))
             continue
         code = (codes.generateImageMarker(label, cells) > 0).astype(np.uint8)
         fit = fit_square(light, square, code, camera)
@@ -176,17 +174,20 @@ def marks_in(
     return tuple(found)
 
 
-def _doubt(square: Float64[np.ndarray, "4 2"], fit: SquareFit | None, options: MarkOptions) -> str:
+def _doubt(
+    square: Float64[np.ndarray, "4 2"], fit: SquareFit | None, options: MarkOptions
+) -> Finding | None:
     sides_px = np.linalg.norm(square - np.roll(square, -1, axis=0), axis=1)
     if sides_px.min() < options.min_side_px:
-        return f"it is {sides_px.min():.0f} px small; {options.min_side_px:.0f} px are needed"
+        least_px = options.min_side_px
+        return note("board.mark.small", side_px=float(sides_px.min()), least_px=least_px)
     if fit is None:
-        return "a side is cut off, hidden or has no white round it"
+        return note("board.mark.side_unseen")
     shift_px = float(np.linalg.norm(fit.corners_px - square, axis=1).max())
     if shift_px > max(options.least_shift_px, options.max_shift * float(sides_px.mean())):
-        return f"the fit moved a corner by {shift_px:.1f} px"
+        return note("board.mark.moved", shift_px=shift_px)
     if fit.misfit > options.max_misfit:
-        return "a side is no edge of black on white"
+        return note("board.mark.no_edge")
     if fit.contrast < options.min_contrast:
-        return "hardly any contrast"
-    return ""
+        return note("board.corner.contrast")
+    return None

@@ -44,16 +44,16 @@ class MarkPlate:
 
     def __post_init__(self) -> None:
         if self.dictionary not in DICTIONARIES:
-            raise OptionsError(f"{self.name}: there is no dictionary {self.dictionary!r}.")
+            raise OptionsError(
+                "board.plate.dictionary", plate=self.name, dictionary=self.dictionary
+            )
         codes = len(cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary]).bytesList)
         ids = [one.mark_id for one in self.marks]
         if not ids or len(set(ids)) < len(ids) or not all(0 <= one < codes for one in ids):
-            raise OptionsError(
-                f"{self.name}: its marks must be different numbers from 0 to {codes - 1}."
-            )
+            raise OptionsError("board.plate.marks", plate=self.name, most=codes - 1)
         places = [value for one in self.marks for value in (one.x_mm, one.y_mm)]
         if not all(map(math.isfinite, places)) or not 0 < self.side_mm < 1e4:
-            raise OptionsError(f"{self.name}: places and sides of marks are lengths in mm.")
+            raise OptionsError("board.plate.lengths", plate=self.name)
 
     def grown(self, growth: float) -> "MarkPlate":
         """The plate as it came out of a printer that makes everything `growth` times as large."""

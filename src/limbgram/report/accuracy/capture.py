@@ -10,13 +10,14 @@ from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import GreyImage
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS
+from limbgram.findings import told
 from limbgram.reconstruction.movement import (
-    bending_sentence,
+    bending_found,
     lens_doubt,
     moved_mm,
     moved_photos,
+    movement_found,
     movement_remark,
-    movement_sentence,
 )
 from limbgram.reconstruction.photos.decoding import load_luma
 from limbgram.reconstruction.photos.photo import Photo
@@ -54,7 +55,7 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
     known = movement.kind != "unknown"
     return MovementFigures(
         kind=movement.kind,
-        sentence=movement_sentence(movement, scene.names, evidence.unit),
+        sentence=told(movement_found(movement, scene.names, evidence.unit)),
         photos=moved_photos(movement, scene.names),
         alone=movement.alone,
         shift=moved_mm(movement),
@@ -63,8 +64,10 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
         chance=movement.chance if known or movement.misfit else math.nan,
         bending_sentence=""
         if scene.bending is None
-        else bending_sentence(
-            scene.bending, scene.names, evidence.unit, lens_doubt(scene, evidence.cameras)
+        else told(
+            bending_found(
+                scene.bending, scene.names, evidence.unit, lens_doubt(scene, evidence.cameras)
+            )
         ),
         bending_misfit=scene.bending is not None and scene.bending.misfit,
         bending=moved_mm(scene.bending),
@@ -77,7 +80,7 @@ def image_figures(evidence: Evidence) -> ImageFigures:
     scales = {one.name: one for one in image_scales(photos, evidence.metric)}
     said: dict[str, list[str]] = {}
     for remark in remarks(photos):
-        said.setdefault(remark.name, []).append(remark.text)
+        said.setdefault(remark.name, []).append(told(remark.finding))
     rows: list[PhotoFigures] = []
     stated: list[float] = []
     for number, (photo, verdict) in enumerate(zip(photos.photos, scene.verdicts, strict=True)):
@@ -88,13 +91,13 @@ def image_figures(evidence: Evidence) -> ImageFigures:
             PhotoFigures(
                 name=photo.name,
                 placed=verdict.placed,
-                reason=verdict.reason,
+                reason="" if verdict.reason is None else told(verdict.reason),
                 remarks=(
                     *said.get(photo.name, ()),
-                    *([verdict.remark] if verdict.remark else []),
-                    *movement_remark(scene, number, evidence.unit),
+                    *([told(verdict.remark)] if verdict.remark else []),
+                    *map(told, movement_remark(scene, number, evidence.unit)),
                 ),
-                zoomed=bool(verdict.remark),
+                zoomed=verdict.remark is not None,
                 points=verdict.points,
                 edge_width_px=photo.sharpness,
                 burnt_share=photo.burnt,
@@ -106,7 +109,7 @@ def image_figures(evidence: Evidence) -> ImageFigures:
         photos=len(rows),
         placed=sum(row.placed for row in rows),
         set_aside=tuple(
-            LeftOut(name=part.name, reason=part.reason)
+            LeftOut(name=part.name, reason=told(part.reason))
             for part in (*photos.set_aside, *evidence.metric.scale.set_aside)
         ),
         pixel=_median([row.pixel for row in rows]),
@@ -229,7 +232,7 @@ def _tape(one: TapeWitness, mesh: Mesh) -> TapedLength:
         error_mm=off_mm,
         error=off_mm / one.taped.girth_mm,
         sigma_mm=math.hypot(one.sigma_mm, girth.sigma or 0.0),
-        reason=one.reason,
+        reason="" if one.reason is None else told(one.reason),
     )
 
 

@@ -17,7 +17,7 @@ from limbgram.core.interval import COVER
 from limbgram.core.tape import AGREES_SIGMAS, CONTRADICTS_SIGMAS, sigmas_apart
 from limbgram.findings import Finding, Gravity, Value, note
 from limbgram.reconstruction.calibration.cameras import SQUARE_WITHIN, squareness
-from limbgram.reconstruction.mapping.zoom import zoomed_sentence
+from limbgram.reconstruction.mapping.zoom import zoomed_photos
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
 from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.report.accuracy.figures import (
@@ -514,7 +514,7 @@ def _zoomed(figures: Figures) -> Iterator[Criterion]:
     """Nothing is said where all photos have the focal length of their camera."""
     names = [one.name for one in figures.images.by_photo if one.zoomed]
     if names:
-        yield ZOOMED.judged(float(len(names)), as_is(zoomed_sentence(names, figures.images.photos)))
+        yield ZOOMED.judged(float(len(names)), zoomed_photos(names, figures.images.photos))
 
 
 def _square(lens: LensFigures) -> Criterion:

@@ -10,6 +10,7 @@ import pytest
 
 from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, Camera
+from limbgram.findings import note, told
 from limbgram.reconstruction.calibration.adjustment import bent_board
 from limbgram.reconstruction.calibration.board import CalibrationOptions, calibrate_detections
 from limbgram.reconstruction.photos.photo import SetAside
@@ -143,9 +144,14 @@ def test_a_flat_board_is_left_flat(capture: Capture) -> None:
 
 def test_what_was_no_photo_is_told_with_the_calibration(capture: Capture) -> None:
     taken = capture()
-    photos = replace(taken.photos, set_aside=(SetAside("cut.jpg", "the file is cut off"),))
+    photos = replace(
+        taken.photos,
+        set_aside=(SetAside("cut.jpg", note("said.as_is", message="the file is cut off")),),
+    )
     result = calibrate_detections(photos, taken.detections)
-    assert result.set_aside == (SetAside("cut.jpg", "the file is cut off"),)
+    assert result.set_aside == (
+        SetAside("cut.jpg", note("said.as_is", message="the file is cut off")),
+    )
     assert "  cut.jpg: the file is cut off" in calibration_text(result)
 
 
@@ -156,7 +162,7 @@ def test_a_photo_that_contradicts_the_others_is_set_aside_by_name(capture: Captu
     bad = with_photo(detections, 4, xy_px=detections.photos[4].xy_px + shaken)
     result = calibrate_detections(taken.photos, bad)
     assert [one.name for one in result.set_aside] == ["photo04.jpg"]
-    assert "px off" in result.set_aside[0].reason
+    assert "px off" in told(result.set_aside[0].reason)
     assert len(result.photos) == 11
 
 
@@ -181,7 +187,7 @@ def test_errors_shared_within_a_photo_enlarge_the_sigmas(capture: Capture) -> No
     alone = calibrate_detections(*taken.arguments)
     assert 1.0 <= alone.inflation < 1.6
     assert result.inflation > 2.0
-    assert any("not flat" in doubt for doubt in result.doubts)
+    assert any("not flat" in told(one) for one in result.doubts)
 
 
 def _wave(xy_px: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -192,7 +198,7 @@ def _wave(xy_px: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 def test_few_photos_are_doubted_and_too_few_refused(capture: Capture) -> None:
     few = calibrate_detections(*capture(photos=5, seed=2).arguments)
-    assert any("5 photos are few" in doubt for doubt in few.doubts)
+    assert any("5 photos are few" in told(one) for one in few.doubts)
     with pytest.raises(CalibrationError, match="found in 2 of 2 photos"):
         calibrate_detections(*capture(photos=2).arguments)
 
@@ -232,7 +238,9 @@ def test_two_sizes_are_refused_by_name(capture: Capture) -> None:
 def test_a_board_never_found_is_told_with_the_first_reasons(capture: Capture) -> None:
     taken = capture()
     nothing = replace(
-        taken.detections, photos=(), set_aside=(SetAside("photo00.jpg", "count the corners"),)
+        taken.detections,
+        photos=(),
+        set_aside=(SetAside("photo00.jpg", note("said.as_is", message="count the corners")),),
     )
     with pytest.raises(CalibrationError, match=r"photo00\.jpg: count the corners"):
         calibrate_detections(taken.photos, nothing)

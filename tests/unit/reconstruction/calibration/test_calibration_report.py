@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from limbgram.core.typed import tree_of
+from limbgram.findings import note
 from limbgram.reconstruction.calibration.board import calibrate_detections
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.report.calibration import calibration_picture, calibration_summary, calibration_text
@@ -47,7 +48,10 @@ def test_photos_that_were_set_aside_are_named_with_the_reason(
 ) -> None:
     result = calibrate_detections(*capture(photos=6).arguments)
     assert "cut off" not in calibration_text(result)
-    result = replace(result, set_aside=(SetAside("CAL_7.jpg", "the board is cut off"),))
+    result = replace(
+        result,
+        set_aside=(SetAside("CAL_7.jpg", note("said.as_is", message="the board is cut off")),),
+    )
     lines = calibration_text(result).splitlines()
     counted = next(k for k, line in enumerate(lines) if "1 set aside" in line)
     assert lines[counted + 1] == "  CAL_7.jpg: the board is cut off"

@@ -7,6 +7,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.core.geometry.lens import Camera
+from limbgram.findings import note
 from limbgram.reconstruction.mapping.movement import (
     BodyMotion,
     MovementOptions,
@@ -215,7 +216,7 @@ def test_what_a_lens_that_is_not_known_may_cause_is_not_called_movement() -> Non
     room = [pose @ Rigid(np.eye(3), shift) for pose, shift in zip(RING, shifts, strict=True)]
     found = movement_between(placed(RING, first), placed(room, first), lenses_known=False)
     assert (found.movement.kind, found.movement.moved) == ("unknown", False)
-    assert "lens" in found.movement.reason
+    assert found.movement.reason == note("movement.unknown.lens")
     assert found.movement.misfit
     assert found.movement.chance < 1e-5
 
@@ -271,7 +272,10 @@ def test_one_photo_elsewhere_is_believed_only_if_points_hold_it(firmly: bool) ->
 def test_few_photos_tell_nothing() -> None:
     scene = placed(RING[:5], np.random.default_rng(0))
     found = movement_between(scene, scene).movement
-    assert (found.kind, found.reason) == ("unknown", "only 5 photos show enough of both")
+    assert (found.kind, found.reason) == (
+        "unknown",
+        note("movement.unknown.few_shown", photos=5),
+    )
 
 
 def test_a_motion_turns_about_the_middle() -> None:

@@ -11,6 +11,7 @@ import pytest
 from limbgram.core.errors import MatchingError
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.run import Run
+from limbgram.findings import note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, from_exif
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.mapping.ring import ring_of, without_photos
@@ -102,14 +103,14 @@ def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
 def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -> None:
     placing, called = placed(ring)
     assert called == [*REDUCED, "follow_points"]
-    assert placing.scene.full_size == ""
+    assert placing.scene.full_size is None
 
 
 def test_photos_hardly_larger_than_reduced_ones_stay_as_they_are(ring: Scene) -> None:
     run = Told({"place": ring, "find_still": Still()})
     placing = place_photos(photos(width_px=1150), Cameras(()), PipelineOptions(), run)
     assert run.called == FULL_SIZE
-    assert placing.scene.full_size == ""
+    assert placing.scene.full_size is None
 
 
 def test_a_lens_that_no_board_calibrated_asks_for_the_full_size(ring: Scene) -> None:
@@ -117,13 +118,13 @@ def test_a_lens_that_no_board_calibrated_asks_for_the_full_size(ring: Scene) -> 
     cameras = Cameras((from_exif(CameraGroup(label="", width_px=400, height_px=300, exif=Exif())),))
     placing = place_photos(photos(), cameras, PipelineOptions(), run)
     assert run.called == FULL_SIZE
-    assert "no board" in placing.scene.full_size
+    assert placing.scene.full_size == note("placing.reduced.lens")
 
 
 def test_sparse_paint_asks_for_the_full_size_at_once(ring: Scene) -> None:
     placing, called = placed(ring, detect=showing(1500))
     assert called == ["detect", "find_still", *FULL_SIZE]
-    assert placing.scene.full_size == "few feature points"
+    assert placing.scene.full_size == note("placing.reduced.few_points")
 
 
 def test_what_stands_still_is_no_paint(ring: Scene) -> None:
@@ -138,13 +139,13 @@ def test_what_stands_still_is_no_paint(ring: Scene) -> None:
 def test_a_photo_left_out_asks_for_the_full_size(ring: Scene) -> None:
     placing, called = placed(ring, place_roughly=firm(without_photos(ring, {3})))
     assert called == REDUCED + FULL_SIZE
-    assert placing.scene.full_size == "1 photo without a place"
+    assert placing.scene.full_size == note("placing.reduced.unplaced", photos=1)
 
 
 def test_a_photo_that_is_lost_later_asks_for_it_too(ring: Scene) -> None:
     placing, called = placed(ring, follow_points=firm(ring, points=30))
     assert called == [*REDUCED, "follow_points", *FULL_SIZE]
-    assert placing.scene.full_size == "a photo with few points"
+    assert placing.scene.full_size == note("placing.reduced.loose")
 
 
 def test_a_gap_in_the_ring_asks_for_it_too(make_scene: MakeScene, ring: Scene) -> None:
@@ -155,13 +156,13 @@ def test_a_gap_in_the_ring_asks_for_it_too(make_scene: MakeScene, ring: Scene) -
     whole = replace(whole, verdicts=tuple(v for v in arc.verdicts if v.placed))
     placing, called = placed(ring, place_roughly=whole)
     assert called == REDUCED + FULL_SIZE
-    assert placing.scene.full_size == "a gap in the ring"
+    assert placing.scene.full_size == note("placing.reduced.gap")
 
 
 def test_a_refusal_at_reduced_size_is_none(ring: Scene) -> None:
     placing, called = placed(ring, place_roughly=MatchingError("too little"))
     assert called == REDUCED + FULL_SIZE
-    assert placing.scene.full_size == "too few matches"
+    assert placing.scene.full_size == note("placing.reduced.few_matches")
 
 
 def test_a_refusal_at_full_size_is_one(ring: Scene) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.lens import Camera
+from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted
 from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, PhotoVerdict, Scene
@@ -89,7 +90,7 @@ def test_zoomed_neighbours_are_both_named_and_set_aside(ring: Scene, zoom: float
     named = {k: one.reason for k, one in enumerate(found.verdicts) if one.reason}
     assert list(named) == [4, 5]
     way = "longer" if zoom > 1 else "shorter"
-    assert all(f"{way} than that of the other photos" in words for words in named.values())
+    assert all(f"{way} than that of the other photos" in told(one) for one in named.values())
     assert not {4, 5} & {*found.placed}
     assert not any(one.remark for one in found.verdicts)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import MatchingError
+from limbgram.findings import told
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.matching.still import find_still
 
@@ -66,8 +67,8 @@ def test_a_still_room_goes_and_the_turning_limb_stays() -> None:
     features = one_scale(photos(8, rng, moving=[30.0 * k for k in range(8)], room=[0.0] * 8))
     found = find_still(features)
     assert found.groups == (tuple(range(8)),)
-    assert "stood still in 8 photos" in found.notes[0]
-    assert f"{found.count:,} feature points stay" in found.notes[0]
+    assert "stood still in 8 photos" in told(found.notes[0])
+    assert f"{found.count:,} feature points stay" in told(found.notes[0])
     kept = found.moving(features)
     for before, after in zip(features.keypoints, kept.keypoints, strict=True):
         assert len(before) == LIMB + ROOM

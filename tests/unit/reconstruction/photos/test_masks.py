@@ -8,6 +8,7 @@ import pytest
 from PIL import Image, ImageOps
 
 from limbgram.core.errors import PhotoError
+from limbgram.findings import note, told
 from limbgram.reconstruction.photos.masks import held_upright, load_mask, mask_notes, upright
 from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.photos.reading import masked_by, read_photos
@@ -83,7 +84,7 @@ def test_a_photo_that_was_cut_out_is_a_mask_of_itself(tmp_path: Path, ground: in
     opacities = [cut_out(tmp_path, f"{number}.png", number, ground) for number in range(3)]
     photos = read_photos([tmp_path])
     assert photos.set_aside == ()
-    assert mask_notes(photos) == ("All 3 photos have masks: only what is white in them was used.",)
+    assert mask_notes(photos) == (note("photo.mask.all", photos=3),)
     for photo, opacity in zip(photos.photos, opacities, strict=True):
         mask = load_mask(photo)
         assert mask is not None
@@ -92,7 +93,7 @@ def test_a_photo_that_was_cut_out_is_a_mask_of_itself(tmp_path: Path, ground: in
         assert 120 < photo.brightest < 200
         # the cut is sharper than anything of the photo, and counts for no edge
         assert not photo.sharpness < 3.0
-    assert not [one for one in remarks(photos) if "exposed" in one.text]
+    assert not [one for one in remarks(photos) if "exposed" in one.finding.code]
 
 
 def test_a_mask_beside_a_cut_out_hides_more_of_it(tmp_path: Path) -> None:
@@ -112,7 +113,7 @@ def test_a_photo_that_is_transparent_everywhere_is_set_aside(tmp_path: Path) -> 
     Image.fromarray(np.zeros((300, 400, 4), np.uint8)).save(tmp_path / "nothing.png")
     (part,) = read_photos([tmp_path]).set_aside
     assert part.name == "nothing.png"
-    assert "transparent everywhere" in part.reason
+    assert "transparent everywhere" in told(part.reason)
 
 
 def test_a_cut_out_counts_by_its_opacity(write_photo: Writer, tmp_path: Path) -> None:
@@ -143,7 +144,7 @@ def test_what_is_no_mask_is_set_aside_and_the_photo_stays(
     assert photos.photos[0].mask_path is None
     (part,) = photos.set_aside
     assert part.name == "1.png"
-    assert reason in part.reason
+    assert reason in told(part.reason)
 
 
 def test_a_broken_mask_is_set_aside(write_photo: Writer, tmp_path: Path) -> None:
@@ -180,9 +181,10 @@ def test_a_folder_of_masks_takes_the_place_of_those_beside_the_photos(
     np.testing.assert_array_equal(load_mask(photos.photos[0]), corner_mask(120, 90) > 0)
     assert [one.mask_path is None for one in photos.photos] == [False, True, True]
     assert [one.name for one in photos.set_aside] == ["3.png"]
-    assert mask_notes(photos) == (
+    (some,) = mask_notes(photos)
+    assert told(some) == (
         "1 of 3 photos have masks: only what is white in them was used. Used whole, for want of a "
-        "mask: 2.jpg, 3.jpg.",
+        "mask: 2.jpg, 3.jpg."
     )
     with pytest.raises(PhotoError, match="no folder of masks"):
         masked_by(photos, tmp_path / "elsewhere")

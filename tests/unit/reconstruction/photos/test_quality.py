@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+from limbgram.findings import fault, told
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.photos.quality import (
     brightest_luma,
@@ -134,7 +135,7 @@ def test_the_odd_photos_are_remarked_on_and_no_others() -> None:
         photo("bright.jpg", 1.0, burnt=0.6),
         photo("dark.jpg", 1.0, brightest=30.0),
     ]
-    found = {remark.name: remark.text for remark in remarks(PhotoSet((*photos, *odd), ()))}
+    found = {remark.name: told(remark.finding) for remark in remarks(PhotoSet((*photos, *odd), ()))}
     assert found.keys() == {"shaken.jpg", "bright.jpg", "dark.jpg"}
     assert "blurred" in found["shaken.jpg"]
     assert "overexposed" in found["bright.jpg"]
@@ -144,12 +145,14 @@ def test_the_odd_photos_are_remarked_on_and_no_others() -> None:
 def test_what_spoils_most_photos_is_named() -> None:
     sharp, soft = photo("a", 0.9), photo("b", 4.0)
     assert common_fault([sharp, sharp, soft]) is None
-    assert "2 of 3 photos are blurred: their edges are 4.0 px" in str(
-        common_fault([sharp, soft, soft])
-    )
-    assert "overexposed: 40%" in str(common_fault([photo("c", 4.0, burnt=0.4)]))
-    assert "underexposed" in str(common_fault([photo("d", 0.9, brightest=20.0)]))
-    assert "no edge at all" in str(common_fault([photo("e", float("nan"))]))
+    blurred = common_fault([sharp, soft, soft])
+    assert blurred == fault("photo.most_blurred", spoilt=2, photos=3, edge_px=4.0)
+    burnt = common_fault([photo("c", 4.0, burnt=0.4)])
+    assert burnt == fault("photo.most_overexposed", spoilt=1, photos=1, share=0.4)
+    dark = common_fault([photo("d", 0.9, brightest=20.0)])
+    assert dark == fault("photo.most_underexposed", spoilt=1, photos=1)
+    bare = common_fault([photo("e", float("nan"))])
+    assert bare == fault("photo.most_edgeless", spoilt=1, photos=1)
 
 
 def test_blur_counts_as_far_as_keypoints_see_it() -> None:
@@ -175,11 +178,11 @@ def test_a_photo_of_another_lens_or_focus_is_named() -> None:
         for label in ("Phone, 5.7 mm", "Phone, 9 mm")
     )
     usual = [photo(k) for k in range(10)]
-    told = remarks(PhotoSet((*usual, photo(10, 1), photo(11, 0, 0.4), photo(12, 0, None)), cameras))
-    assert [one.name for one in told] == ["10.jpg", "11.jpg"]
-    assert "taken with Phone, 9 mm" in told[0].text
+    odd = remarks(PhotoSet((*usual, photo(10, 1), photo(11, 0, 0.4), photo(12, 0, None)), cameras))
+    assert [one.name for one in odd] == ["10.jpg", "11.jpg"]
+    assert "taken with Phone, 9 mm" in told(odd[0].finding)
     # f / (D - f) for 0.4 and 1.5 m: 1.45 % and 0.38 %.
-    assert "its lens is 1.1% longer" in told[1].text
+    assert "its lens is 1.1% longer" in told(odd[1].finding)
     halves = PhotoSet(tuple(photo(k, k % 2) for k in range(10)), cameras)
     assert remarks(halves) == ()
 
@@ -197,7 +200,9 @@ def test_a_photo_whose_pixels_were_turned_is_not_called_another_lens() -> None:
         for width, height in ((400, 300), (300, 400))
     )
     usual = [photo(k, 400, 300, 0) for k in range(10)]
-    (told,) = remarks(PhotoSet((*usual, photo(10, 300, 400, 1)), cameras))
-    assert told.name == "10.jpg"
-    assert told.text.startswith("300 x 400, where 10 others are 400 x 300: a program has turned")
-    assert "lens" not in told.text
+    (odd,) = remarks(PhotoSet((*usual, photo(10, 300, 400, 1)), cameras))
+    assert odd.name == "10.jpg"
+    assert told(odd.finding).startswith(
+        "300 x 400, where 10 others are 400 x 300: a program has turned"
+    )
+    assert "lens" not in told(odd.finding)

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image, ImageOps
 
 from limbgram.core.errors import OptionsError, PhotoError
+from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import cameras_for
 from limbgram.reconstruction.photos.decoding import halvings_to, load_colour, load_luma
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
@@ -98,7 +99,7 @@ def test_a_picture_that_cannot_be_in_its_file_is_set_aside(
     path.write_bytes(content)
     found = read_photos([tmp_path])
     assert found.names == ("1.jpg", "2.png")
-    assert "589826 x 96 pixels are not in its" in found.set_aside[0].reason
+    assert "589826 x 96 pixels are not in its" in told(found.set_aside[0].reason)
 
 
 def test_luma_is_the_weighted_mean_of_the_colours(write_photo: Writer, tmp_path: Path) -> None:
@@ -232,7 +233,7 @@ def test_what_is_no_photo_is_set_aside_by_name(write_photo: Writer, tmp_path: Pa
     Image.new("F", (100, 100)).save(tmp_path / "float.tif")
     write_photo("large.jpg", 3, size=(500, 400))
     photos = read_photos([tmp_path], PhotoOptions(max_megapixels=0.1))
-    reasons = {part.name: part.reason for part in photos.set_aside}
+    reasons = {part.name: told(part.reason) for part in photos.set_aside}
     assert photos.names == ("copy.jpg", "good2.jpg")
     expected = {
         "good1.jpg": "the same file as copy.jpg",

@@ -14,6 +14,7 @@ import pytest
 from limbgram.core.errors import Cancelled, PhotoError
 from limbgram.core.geometry.arrays import ColourImage
 from limbgram.core.run import Run
+from limbgram.findings import told
 from limbgram.reconstruction.photos.video import (
     FrameChoice,
     FrameOptions,
@@ -104,9 +105,9 @@ def test_blurred_frames_are_passed_over_with_their_reason(tmp_path: Path) -> Non
     choice, _ = chosen(made.path, FrameOptions(count=10))
     assert not {frame.number for frame in choice.taken} & set(blurred)
     assert 8 <= len(choice.taken) <= 9  # one part or two hold nothing but blurred ones
-    told = [frame.reason for frame in choice.frames if 90 <= frame.number < 120]
-    assert any(reason.startswith("blurred, and so are") for reason in told)
-    assert any("less sharp than frame" in frame.reason for frame in choice.frames)
+    reasons = [told(frame.reason) for frame in choice.frames if 90 <= frame.number < 120]
+    assert any(reason.startswith("blurred, and so are") for reason in reasons)
+    assert any("less sharp than frame" in told(frame.reason) for frame in choice.frames)
 
 
 def test_no_part_goes_empty_where_the_camera_hurries(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from tests.unit.reconstruction.scale.conftest import SCENE_FROM_ROOM
 
 from limbgram.core.errors import OptionsError, ScaleError
 from limbgram.core.geometry.frames import fit_similarity
+from limbgram.findings import told
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.distances import measure_distances, ruler_of
 from limbgram.reconstruction.scale.given import KnownDistance, Pick
@@ -266,7 +267,7 @@ def test_a_mark_that_is_not_seen_is_named(capture) -> None:
     marks = seen_marks(capture, {100: ENDS["A-C"][0]})
     distances: list[KnownDistance] = [*mark_distances(marks, [BAR]), *both(capture)]
     metric = to_millimetres(capture.scene, None, distances)
-    assert [(one.name, one.reason) for one in metric.scale.set_aside] == [
+    assert [(one.name, told(one.reason)) for one in metric.scale.set_aside] == [
         ("scale bar 1, marks 100 to 101", "mark 101 is seen in 0 placed photos; 2 are needed")
     ]
     with pytest.raises(ScaleError, match="mark 101 is seen in 0 placed photos"):

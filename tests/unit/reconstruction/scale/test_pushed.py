@@ -12,6 +12,7 @@ from tests.unit.reconstruction.scale.conftest import (
 
 from limbgram.core.errors import ScaleError
 from limbgram.core.geometry.frames import Rigid
+from limbgram.findings import told
 from limbgram.reconstruction.scale.pushed import without_pushed_board
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections
@@ -54,14 +55,14 @@ def test_the_larger_part_sets_the_scale_and_the_push_is_named(
     assert [one.name for one in metric.scale.set_aside] == [
         f"photo{k:02d}.jpg" for k in range(7, 12)
     ]
-    assert "pushed between photo06.jpg and photo07.jpg" in metric.scale.set_aside[0].reason
+    assert "pushed between photo06.jpg and photo07.jpg" in told(metric.scale.set_aside[0].reason)
     assert abs(scale_error(capture, detections)) < 5e-4
 
 
 def test_two_pushes_leave_the_largest_part(capture: Capture) -> None:
     agreeing = without_pushed_board(capture.scene, pushed(capture, {3: 8.0, 9: -9.0}))
     assert [one.photo_idx for one in agreeing.photos] == list(range(3, 9))
-    assert agreeing.set_aside[0].reason.endswith(
+    assert told(agreeing.set_aside[0].reason).endswith(
         "pushed between photo02.jpg and photo03.jpg and between photo08.jpg and photo09.jpg"
     )
 
@@ -116,7 +117,7 @@ def test_a_push_between_photos_of_other_corners_is_told_by_the_shape(
     detections = showing(pushed(capture, {7: shift_mm}, turn_deg=0.1), columns)
     agreeing = without_pushed_board(capture.scene, detections)
     assert [one.photo_idx for one in agreeing.photos] == list(range(7))
-    assert "was pushed between photo06.jpg and photo07.jpg" in agreeing.set_aside[0].reason
+    assert "was pushed between photo06.jpg and photo07.jpg" in told(agreeing.set_aside[0].reason)
     assert abs(scale_error(capture, detections)) < 1e-3
 
 
@@ -137,4 +138,4 @@ def test_where_nothing_foretells_the_other_corners_they_are_not_taken(capture: C
     found = showing(capture.detections(noise_px=0.1), {0: range(1), 7: range(4, 5)})
     agreeing = without_pushed_board(capture.scene, found)
     assert [one.photo_idx for one in agreeing.photos] == list(range(7))
-    assert "too few to tell whether the board was pushed" in agreeing.set_aside[0].reason
+    assert "too few to tell whether the board was pushed" in told(agreeing.set_aside[0].reason)

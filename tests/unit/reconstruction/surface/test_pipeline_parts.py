@@ -11,6 +11,7 @@ import pytest
 from limbgram.core.errors import SurfaceError
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.core.run import Run
+from limbgram.findings import fault
 from limbgram.reconstruction import pipeline
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.matching.still import Still
@@ -87,7 +88,7 @@ def test_the_other_body_is_measured_too(monkeypatch: pytest.MonkeyPatch, balls: 
     found = done(monkeypatch, balls)
     assert middle_mm(found.mesh) == pytest.approx(0, abs=0.5)
     (other,) = found.others
-    assert (other.part.number, other.reason) == (2, "")
+    assert (other.part.number, other.reason) == (2, None)
     assert middle_mm(other.mesh) == pytest.approx(80, abs=0.5)
 
 
@@ -102,7 +103,7 @@ def test_a_body_that_refuses_is_told_with_its_reason(
 ) -> None:
     (other,) = done(monkeypatch, balls, refused=2).others
     assert other.mesh is None
-    assert other.reason == "Hardly a vertex looks alike."
+    assert other.reason == fault("said.as_is", message="Hardly a vertex looks alike.")
     assert other.part.area_mm2 == pytest.approx(4 * np.pi * 20**2, rel=0.05)
     with pytest.raises(SurfaceError):
         done(monkeypatch, balls, refused=1)

@@ -10,6 +10,7 @@ from PIL import Image
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
+from limbgram.findings import told
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
 from limbgram.reconstruction.targets.board import Board, PhotoCorners
 from limbgram.reconstruction.targets.finding import find_board, find_in_photo
@@ -79,7 +80,7 @@ def test_a_board_of_another_size_is_told(paint: Callable[..., np.ndarray]) -> No
     squares = Board.checkerboard("9x6", 10.0)
     answer = find_in_photo(PHOTO, 0, paint(CHECKERBOARD, POSE), squares)
     assert isinstance(answer, SetAside)
-    assert "8 x 5 inner corners" in answer.reason
+    assert "8 x 5 inner corners" in told(answer.reason)
 
 
 def test_a_picture_without_a_board_is_set_aside_with_its_reason() -> None:
@@ -87,7 +88,7 @@ def test_a_picture_without_a_board_is_set_aside_with_its_reason() -> None:
     for board in (CHECKERBOARD, CHARUCO):
         answer = find_in_photo(PHOTO, 0, grey, board)
         assert isinstance(answer, SetAside)
-        assert "found" in answer.reason
+        assert "found" in told(answer.reason)
 
 
 def photos_of(folder: Path, pictures: dict[str, np.ndarray]) -> PhotoSet:
@@ -166,11 +167,11 @@ def test_the_layout_that_fits_is_told_and_a_mirror_where_there_is_one(
     pictures = painted(paint, printed)
     found = find_board(photos_of(tmp_path, pictures), given)
     assert found.photos == ()
-    assert f"as on a board of {said}" in found.cause
+    assert f"as on a board of {said}" in told(found.cause)
     mirrored = {name: np.ascontiguousarray(luma[:, ::-1]) for name, luma in pictures.items()}
     for asked in (given, printed):
         found = find_board(photos_of(tmp_path, mirrored), asked)
-        assert found.cause.startswith("The photos are mirrored: 3 of them")
+        assert told(found.cause).startswith("The photos are mirrored: 3 of them")
 
 
 def test_markers_that_are_misread_in_a_mirror_do_not_hide_it(
@@ -182,6 +183,6 @@ def test_markers_that_are_misread_in_a_mirror_do_not_hide_it(
     photos = photos_of(tmp_path, mirrored)
     for legacy in (False, True):
         found = find_board(photos, board("8x6", legacy=legacy))
-        assert found.cause.startswith("The photos are mirrored: 3 of them")
+        assert told(found.cause).startswith("The photos are mirrored: 3 of them")
         assert found.photos == ()
         assert [one.name for one in found.set_aside] == ["0.png", "1.png", "2.png"]

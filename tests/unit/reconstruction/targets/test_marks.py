@@ -141,7 +141,7 @@ def test_a_photo_that_shows_a_mark_twice_or_cut_off_is_not_believed(tmp_path: Pa
     assert found.ids == (shot.mark_id,)
     assert found.seen_in(shot.mark_id) == 1
     doubtful = next(one for one in found.photos if one.name == "a.png")
-    assert "twice" in doubtful.doubts[0]
+    assert doubtful.doubts[0].code == "board.mark.twice"
     smeared = photo.luma.copy()
     low, high = photo.corners_px.min(0).astype(int), photo.corners_px.max(0).astype(int)
     middle = int(photo.corners_px[:, 1].mean())

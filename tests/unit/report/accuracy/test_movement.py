@@ -9,7 +9,7 @@ import numpy as np
 from limbgram.findings import told
 from limbgram.reconstruction.mapping.own import with_room_for
 from limbgram.reconstruction.mapping.scene import Movement
-from limbgram.reconstruction.movement import moved_mm, movement_remark, movement_sentence
+from limbgram.reconstruction.movement import moved_mm, movement_found, movement_remark
 from limbgram.report.accuracy.assessment import Assessment, assess
 from limbgram.report.accuracy.capture import movement_figures
 from limbgram.report.accuracy.evidence import Evidence
@@ -165,7 +165,7 @@ def test_a_limb_that_bent_is_never_green(with_sigmas: Evidence) -> None:
 def test_a_drift_counts_from_end_to_end() -> None:
     drift = movement([2.0, 1.0, 0.0, 1.0, 2.5], "drift")
     assert moved_mm(drift) == 4.5
-    assert "by 4.5 mm in all" in movement_sentence(drift, list("abcde"), "mm")
+    assert "by 4.5 mm in all" in told(movement_found(drift, list("abcde"), "mm"))
     assert math.isnan(moved_mm(None))
 
 
@@ -173,12 +173,11 @@ def test_each_moved_photo_has_its_remark(with_sigmas: Evidence) -> None:
     scene = replace(with_sigmas.metric.scene, movement=movement(shifts(with_sigmas, 8.0)))
     assert movement_remark(scene, 0, "mm") == ()
     last = len(scene.names) - 1
-    assert movement_remark(scene, last, "mm") == (
-        "the limb lies 8.0 mm from where most photos show it",
-    )
+    (remark,) = movement_remark(scene, last, "mm")
+    assert told(remark) == "the limb lies 8.0 mm from where most photos show it"
 
 
 def test_many_photos_are_counted_not_listed() -> None:
     names = [f"{k}.jpg" for k in range(20)]
-    said = movement_sentence(movement([0.0] * 10 + [3.0] * 10), names, "mm")
+    said = told(movement_found(movement([0.0] * 10 + [3.0] * 10), names, "mm"))
     assert said.endswith("in 10.jpg, 11.jpg, 12.jpg, 13.jpg, 14.jpg, 15.jpg and 4 more.")
