@@ -22,6 +22,7 @@ from scipy.ndimage import gaussian_filter, median_filter
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
+from limbgram.findings import told
 from limbgram.workbench.compare.comparison import lay
 from limbgram.workbench.compare.counterparts import Ground, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
@@ -200,7 +201,7 @@ def about_pair(pair: Pair, move: Displacements) -> tuple[str, ...]:
     """
     name = f"{pair.before.name or 'before'} to {pair.after.name or 'after'}"
     notes = [*pair.before.notes, *pair.after.notes]
-    notes += [f"{name}: aligned {move.alignment.sentence}.", *move.alignment.notes]
+    notes += [f"{name}: aligned {told(move.alignment.how)}", *map(told, move.alignment.notes)]
     most_mm = float(np.quantile(np.abs(move.moved_mm), _NEARLY_ALL))
     rms_mm = float(np.sqrt(np.mean(move.moved_mm**2)))
     if most_mm > _MOST_MM or rms_mm > _MOST_RMS_MM:
