@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from limbgram.capture.acceptance import Acceptance, MeasuredError, Outcome, Spread
 from limbgram.capture.certificate import Certificate, SetupCited
 from limbgram.capture.permissible import KINDS
+from limbgram.findings import Finding, Gravity, fault
 from limbgram.report.blocks import (
-    Advice,
     AdviceList,
     Banner,
     Block,
@@ -93,7 +93,11 @@ def setup_section(setups: Sequence[SetupCited], sheet: int | None = None) -> Ite
     if not setups:
         return
     remarks = tuple(
-        Advice(what=one.sentence, remedy=one.remark, serious=one.outcome == "fail")
+        Finding(
+            "record.said",
+            Gravity.FAULT if one.outcome == "fail" else Gravity.DOUBT,
+            {"what": one.sentence, "remedy": one.remark},
+        )
         for one in setups
         if one.remark
     )
@@ -171,13 +175,7 @@ def _missing(found: Acceptance) -> Iterator[Section]:
     if not found.not_measured:
         return
     items = tuple(
-        Advice(
-            what=f"{one.name}, {one.capture}: {one.reason}.",
-            remedy="Paint it with fine spots all over, take it from all sides and from above, and "
-            "keep it whole in every photo. Give the photos themselves and not a case, so that "
-            "pieces which lie apart are taken for one object.",
-            serious=True,
-        )
+        fault("record.kit.not_measured", body=one.name, capture=one.capture, reason=one.reason)
         for one in found.not_measured
     )
     yield Section(title="Not measured", blocks=(AdviceList(items=items),), sheet=1)

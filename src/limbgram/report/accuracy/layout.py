@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from limbgram.findings import Finding, Gravity
 from limbgram.report.acceptance import setup_section
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.charts import (
@@ -32,7 +33,6 @@ from limbgram.report.accuracy.figures import (
 from limbgram.report.accuracy.glossary import Term, terms, value_at
 from limbgram.report.accuracy.judgement import BENT, MOVED
 from limbgram.report.blocks import (
-    Advice,
     AdviceList,
     Banner,
     Block,
@@ -124,7 +124,11 @@ def _cards(assessment: Assessment) -> tuple[Card, ...]:
 
 def _findings(assessment: Assessment) -> Section:
     items = tuple(
-        Advice(what=one.what, remedy=one.remedy, serious=one.gravity == "serious")
+        Finding(
+            "record.said",
+            Gravity.FAULT if one.gravity == "serious" else Gravity.DOUBT,
+            {"what": one.what, "remedy": one.remedy},
+        )
         for one in assessment.findings
     )
     nothing = Text(words="Nothing that would be worth another photograph.")
