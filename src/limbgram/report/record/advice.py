@@ -12,6 +12,7 @@ from limbgram.workbench.edits.solids import LEAST_WALL_MM
 from limbgram.workbench.measures.measuring import Measures
 
 _FILLED_SHARE = 0.01
+_ORDER = tuple(reversed(Gravity))
 APART_MM = AGREES_SIGMAS * READING_SIGMA_MM
 """How far a tape may be off where the limb does not taper."""
 
@@ -26,7 +27,7 @@ def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
         *_about_comparison(content.comparison),
         *(note("record.file", said=with_full_stop(one)) for one in content.notes),
     )
-    return tuple(sorted(found, key=lambda one: one.gravity != Gravity.FAULT))
+    return tuple(sorted(found, key=lambda one: _ORDER.index(one.gravity)))
 
 
 def tape_checks(content: Content) -> tuple[tuple[float, float], ...]:
