@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from limbgram.capture.acceptance import Acceptance, MeasuredError, Outcome, Spread
 from limbgram.capture.certificate import Certificate, SetupCited
 from limbgram.capture.permissible import KINDS
-from limbgram.findings import Finding, Gravity, fault
+from limbgram.findings import Finding, doubt, fault
 from limbgram.report.blocks import (
     AdviceList,
     Banner,
@@ -92,19 +92,16 @@ def setup_section(setups: Sequence[SetupCited], sheet: int | None = None) -> Ite
     """What a case's page says of the kit; nothing where no certificate lies with its camera."""
     if not setups:
         return
-    remarks = tuple(
-        Finding(
-            "record.said",
-            Gravity.FAULT if one.outcome == "fail" else Gravity.DOUBT,
-            {"what": one.sentence, "remedy": one.remark},
-        )
-        for one in setups
-        if one.remark
-    )
+    remarks = tuple(_remark(one) for one in setups if one.remark)
     blocks: tuple[Block, ...] = tuple(Text(words=one.sentence) for one in setups if not one.remark)
     if remarks:
         blocks = (*blocks, AdviceList(items=remarks))
     yield Section(title="Proof of the kit", blocks=blocks, sheet=sheet)
+
+
+def _remark(cited: SetupCited) -> Finding:
+    judge = fault if cited.outcome == "fail" else doubt
+    return judge("record.said", what=cited.sentence, remedy=cited.remark)
 
 
 def acceptance_lines(found: Acceptance) -> tuple[str, ...]:

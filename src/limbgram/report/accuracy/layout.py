@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from limbgram.findings import Finding, Gravity
+from limbgram.findings import doubt, fault
 from limbgram.report.acceptance import setup_section
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.charts import (
@@ -124,10 +124,8 @@ def _cards(assessment: Assessment) -> tuple[Card, ...]:
 
 def _findings(assessment: Assessment) -> Section:
     items = tuple(
-        Finding(
-            "record.said",
-            Gravity.FAULT if one.gravity == "serious" else Gravity.DOUBT,
-            {"what": one.what, "remedy": one.remedy},
+        (fault if one.gravity == "serious" else doubt)(
+            "record.said", what=one.what, remedy=one.remedy
         )
         for one in assessment.findings
     )

@@ -43,16 +43,14 @@ def _by_tape(content: Content) -> Iterator[Finding]:
     compared = [one for one in content.tape if not one.withdrawn and one.measured_mm is not None]
     for one in compared:
         if one.conflict:
-            yield Finding(
+            judge = doubt if one.accepted else fault
+            yield judge(
                 "record.tape.conflict",
-                Gravity.DOUBT if one.accepted else Gravity.FAULT,
-                {
-                    "height_mm": one.height_mm,
-                    "read_mm": one.read_mm,
-                    "measured_mm": one.measured_mm,
-                    "within_mm": one.within_mm,
-                    "accepted": one.accepted,
-                },
+                height_mm=one.height_mm,
+                read_mm=one.read_mm,
+                measured_mm=one.measured_mm,
+                within_mm=one.within_mm,
+                accepted=one.accepted,
             )
     checks = tape_checks(content)
     if checks and not compared:
@@ -75,15 +73,13 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
         yield doubt("record.surface.no_sigma")
     wall = measures.wall
     if wall is not None:
-        yield Finding(
+        judge = fault if wall.thinnest_mm < LEAST_WALL_MM else note
+        yield judge(
             "record.surface.wall",
-            Gravity.FAULT if wall.thinnest_mm < LEAST_WALL_MM else Gravity.NOTE,
-            {
-                "thinnest_mm": wall.thinnest_mm,
-                "median_mm": wall.median_mm,
-                "place_in_limb_mm": tuple(wall.place_mm.tolist()),
-                "least_mm": LEAST_WALL_MM,
-            },
+            thinnest_mm=wall.thinnest_mm,
+            median_mm=wall.median_mm,
+            place_in_limb_mm=tuple(wall.place_mm.tolist()),
+            least_mm=LEAST_WALL_MM,
         )
     filled = 0.0 if limb.mesh.filled is None else float(limb.mesh.filled.mean())
     if filled > _FILLED_SHARE:
@@ -133,19 +129,13 @@ def _about_case(case: CaseCited | None) -> Iterator[Finding]:
     if case is None:
         return
     for one in case.setups:
-        yield Finding(
-            "record.case.kit",
-            Gravity.FAULT if one.outcome == "fail" else Gravity.NOTE,
-            {"sentence": one.sentence, "remark": one.remark},
-        )
+        judge = fault if one.outcome == "fail" else note
+        yield judge("record.case.kit", sentence=one.sentence, remark=one.remark)
     if not case.delivered:
         yield fault("record.case.not_its_file")
     if case.light != "green":
-        yield Finding(
-            "record.case.light",
-            Gravity.FAULT if case.light == "red" else Gravity.DOUBT,
-            {"light": case.light},
-        )
+        judge = fault if case.light == "red" else doubt
+        yield judge("record.case.light", light=case.light)
 
 
 def _about_comparison(comparison: Json | None) -> Iterator[Finding]:

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from limbgram.core.interval import COVER, HOLDS, Interval, plus_minus
-from limbgram.findings import Finding, Gravity, as_json, note, told
+from limbgram.findings import Finding, as_json, doubt, note, told
 from limbgram.workbench.compare.comparison import ByShape, Comparison
 from limbgram.workbench.compare.deviation import LOCAL_LIMIT_MM
 from limbgram.workbench.compare.following import Repeats, Series, Stack, Trend
@@ -288,13 +288,11 @@ def repeats_tree(repeats: Repeats) -> dict[str, Any]:
 def about_shape(by_shape: ByShape) -> Finding:
     """What the volume would be by shape, and whether that contradicts."""
     change = by_shape.volume
-    return Finding(
+    judge = doubt if by_shape.at_odds else note
+    return judge(
         "compare.by_shape.at_odds" if by_shape.at_odds else "compare.by_shape.agrees",
-        Gravity.DOUBT if by_shape.at_odds else Gravity.NOTE,
-        {
-            "change_ml": change.difference / _MM3_PER_ML,
-            "within_ml": _within_ml(change, by_shape.laid_sigma_mm3),
-        },
+        change_ml=change.difference / _MM3_PER_ML,
+        within_ml=_within_ml(change, by_shape.laid_sigma_mm3),
     )
 
 
