@@ -16,6 +16,7 @@ from limbgram.app.surface import Which, limb_before, limb_of
 from limbgram.cases.bench import Bench
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import written_whole
+from limbgram.findings import Finding
 from limbgram.formats.reading import SUFFIXES, read_limb
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
 from limbgram.workbench.compare.messages import comparison_tree, verdict
@@ -175,8 +176,10 @@ def _first(clinic: Clinic, bench: Bench, given: Against) -> Limb:
 
 
 def _finite(tree: Any) -> Any:
-    """Without numbers that JSON does not have."""
+    """Without numbers that JSON does not have, and with findings in the words of the app."""
     match tree:
+        case {"code": str(), "values": dict()}:
+            return FindingReply.of(Finding.from_tree(tree)).model_dump(mode="json")
         case dict():
             return {str(name): _finite(value) for name, value in tree.items()}
         case list() | tuple():
