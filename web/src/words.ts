@@ -117,6 +117,8 @@ function several(items: readonly Value[], how: string, values: Readonly<Record<s
 }
 
 function numberIn(value: number, how: string): string {
+  const half = /^±\.(\d)f$/.exec(how)?.[1];
+  if (half !== undefined) return spoken(`± ${value.toFixed(decimalsOf(value, Number(half)))}`);
   const [, plus, grouped, places, kind] = /^(\+?)(,?)(?:\.(\d+))?([dfg%]?)$/.exec(how) ?? [];
   const digits = places === undefined ? undefined : Number(places);
   let text: string;
@@ -126,6 +128,13 @@ function numberIn(value: number, how: string): string {
   else text = String(value);
   if (grouped) text = text.replace(/^-?\d+/, (whole) => whole.replace(/\B(?=(\d{3})+$)/g, ","));
   if (plus && !text.startsWith("-")) text = `+${text}`;
+  return spoken(text);
+}
+
+/** One digit at least: what is smaller than the decimals is not told as nothing. */
+const decimalsOf = (value: number, decimals: number): number => (value > 0 && value < 0.5 * 10 ** -decimals ? Math.min(-Math.floor(Math.log10(value)), 9) : decimals);
+
+function spoken(text: string): string {
   return language.value === "en" ? text : text.replace(/[.,]/g, (mark) => (mark === "." ? "," : "."));
 }
 

@@ -17,7 +17,7 @@ test("readings on their way stand over what the server keeps, the last one of a 
 });
 
 test("what was said of one girth is not said of another", () => {
-  const said = [{ height_mm: 100, girth_mm: 300, conflict: false, accepted: "", difference_mm: 0.2, reason: "" }];
+  const said = [{ height_mm: 100, girth_mm: 300, conflict: false, accepted: "", difference_mm: 0.2, reason: null }];
   expect(judged([{ height_mm: 100, girth_mm: 300 }], said)[0].verdict?.conflict).toBe(false);
   expect(judged([{ height_mm: 100, girth_mm: 350 }], said)[0].verdict).toBeNull();
   expect(judged([{ height_mm: 120, girth_mm: 300 }], said)[0].verdict).toBeNull();

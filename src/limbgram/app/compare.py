@@ -11,14 +11,15 @@ from pydantic import BaseModel, Field
 
 from limbgram.app.blocks import encode_blocks
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
-from limbgram.app.replies import BINARY, BYTES, missing
+from limbgram.app.replies import BINARY, BYTES, FindingReply, missing
 from limbgram.app.surface import Which, limb_before, limb_of
 from limbgram.cases.bench import Bench
 from limbgram.core.errors import MissingError, OptionsError
 from limbgram.core.files import written_whole
+from limbgram.findings import Finding
 from limbgram.formats.reading import SUFFIXES, read_limb
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
-from limbgram.workbench.compare.messages import comparison_lines, comparison_tree
+from limbgram.workbench.compare.messages import comparison_tree, verdict
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
 from limbgram.workbench.limb import Limb
 
@@ -47,8 +48,7 @@ class Against(BaseModel):
 class ComparisonReply(BaseModel):
     """What changed from the first shape to the second."""
 
-    verdict: str
-    lines: list[str]
+    verdict: FindingReply
     figures: dict[str, Any] = Field(description="As `limbgram compare --json` gives them.")
 
 
@@ -85,7 +85,7 @@ async def put_shape(
     """Send a shape to compare with: STL, PLY, OBJ, GLB or AOP."""
     suffix = f".{name.rpartition('.')[2].lower()}"
     if suffix not in SUFFIXES:
-        raise OptionsError("app.shape_of_other_kind", name=name)
+        raise OptionsError("compare.file.kind", name=name)
     bench.made(bench.shapes)
     beside, size = bench.shapes / f".{secrets.token_hex(4)}{suffix}", 0
     try:
@@ -93,7 +93,9 @@ async def put_shape(
             async for piece in request.stream():  # of which none stays in memory
                 size += len(piece)
                 if size > _MOST_BYTES:
-                    raise OptionsError("app.shape_too_large", name=name, most_mb=_MOST_BYTES / 1e6)
+                    raise OptionsError(
+                        "compare.file.large", name=name, most_mb=_MOST_BYTES // 1_000_000
+                    )
                 await asyncio.to_thread(stream.write, piece)
         # Others are answered meanwhile.
         await asyncio.to_thread(_keep_shape, beside, bench.shapes / name)
@@ -118,10 +120,8 @@ def delete_shape(
 def compare_with(clinic: ClinicHere, bench: BenchHere, given: Against) -> ComparisonReply:
     """Where two shapes differ, by how much, and whether it matters for the fit."""
     found = _compared(clinic, bench, given)
-    tree = comparison_tree(found)
-    return ComparisonReply(
-        verdict=str(tree["verdict"]), lines=list(comparison_lines(found)), figures=_finite(tree)
-    )
+    said = FindingReply.of(verdict(found).finding)
+    return ComparisonReply(verdict=said, figures=_finite(comparison_tree(found)))
 
 
 @router.post("/cases/{case_id}/compare/differences", response_class=Response, responses=BINARY)
@@ -164,7 +164,7 @@ def _compared(clinic: Clinic, bench: Bench, given: Against) -> Comparison:
 def _first(clinic: Clinic, bench: Bench, given: Against) -> Limb:
     chosen = [one for one in (given.case, given.shape, given.edits) if one is not None]
     if len(chosen) > 1:
-        raise OptionsError("app.compare_with_one")
+        raise OptionsError("compare.first.several")
     if given.case is not None:
         return clinic.desk.shape(Bench(clinic.shelf.case(given.case))).limb
     if given.shape is not None:
@@ -176,8 +176,10 @@ def _first(clinic: Clinic, bench: Bench, given: Against) -> Limb:
 
 
 def _finite(tree: Any) -> Any:
-    """Without numbers that JSON does not have."""
+    """Without numbers that JSON does not have, and with findings in the words of the app."""
     match tree:
+        case {"code": str(), "values": dict()}:
+            return FindingReply.of(Finding.from_tree(tree)).model_dump(mode="json")
         case dict():
             return {str(name): _finite(value) for name, value in tree.items()}
         case list() | tuple():

@@ -7,13 +7,16 @@ from fastapi import APIRouter, Response
 from pydantic import BaseModel, Field
 
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
+from limbgram.app.replies import FindingReply
 from limbgram.app.surface import Which, limb_of
 from limbgram.cases.bench import Bench
 from limbgram.core.interval import COVER
-from limbgram.findings import told
+from limbgram.findings import Finding
+from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
+    Measures,
     Row,
     check_alone,
     measure_limb,
@@ -48,7 +51,7 @@ class Level(BaseModel):
     area_mm2: Value | None
     volume_below_ml: Value | None
     loops: int
-    reason: str = Field(default="", description="Why a figure is missing.")
+    reasons: list[FindingReply] = Field(default=[], description="Why a figure is missing.")
 
 
 class Volume(BaseModel):
@@ -57,7 +60,7 @@ class Volume(BaseModel):
     from_mm: float | None
     to_mm: float | None
     volume_ml: Value
-    note: str = ""
+    notes: list[FindingReply] = Field(default=[], description="Which end was taken for a height.")
 
 
 class Length(BaseModel):
@@ -94,7 +97,9 @@ class TapeReply(Reading):
     )
     conflict: bool = Field(default=False, description="Tape and shape contradict each other.")
     accepted: str = Field(default="", description="When somebody went on in spite of it.")
-    reason: str = Field(default="", description="Why there is nothing to compare with.")
+    reason: FindingReply | None = Field(
+        default=None, description="Why there is nothing to compare with."
+    )
 
 
 class AskMeasures(BaseModel):
@@ -126,7 +131,7 @@ class MeasuresReply(BaseModel):
     volumes: list[Volume]
     lengths: list[Length]
     tape: list[TapeReply]
-    notes: list[str]
+    notes: list[FindingReply]
 
 
 @router.post("/cases/{case_id}/measures")
@@ -145,7 +150,7 @@ def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Measure
                 from_mm=row.low_mm if math.isfinite(row.low_mm) else None,
                 to_mm=row.high_mm if math.isfinite(row.high_mm) else None,
                 volume_ml=_ml(row.volume_mm3),
-                note=row.note,
+                notes=[FindingReply.of(one) for one in row.notes],
             )
             for row in found.volumes
         ],
@@ -160,7 +165,7 @@ def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Measure
             for one in found.lengths
         ],
         tape=_tape(clinic, bench) if given.with_tape else [],
-        notes=[*map(told, limb.notes), *([found.beside] if found.beside else [])],
+        notes=[FindingReply.of(one) for one in _notes(limb, found)],
     )
 
 
@@ -254,9 +259,13 @@ def _tape(clinic: Clinic, bench: Bench) -> list[TapeReply]:
             reply.within_mm = COVER * checked.sigma_mm
             reply.accepted = standings[reading].accepted if reading in standings else ""
         else:
-            reply.reason = checked
+            reply.reason = FindingReply.of(checked)
         replies.append(reply)
     return replies
+
+
+def _notes(limb: Limb, found: Measures) -> tuple[Finding, ...]:
+    return limb.notes if found.beside is None else (*limb.notes, found.beside)
 
 
 def _level(row: Row) -> Level:
@@ -272,7 +281,7 @@ def _level(row: Row) -> Level:
         area_mm2=figures["area_mm2"],
         volume_below_ml=None if below is None else _ml(below),
         loops=row.loops,
-        reason=row.reason,
+        reasons=[FindingReply.of(one) for one in row.reasons],
     )
 
 

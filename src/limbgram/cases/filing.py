@@ -4,6 +4,7 @@ from limbgram.cases.assessing import cited
 from limbgram.cases.bench import MAKING, Bench, TapeStanding, Work
 from limbgram.core.errors import CaseError
 from limbgram.core.interval import COVER
+from limbgram.findings import Finding
 from limbgram.formats.reading import ShapeFile, read_shape
 from limbgram.formats.sidecar import hash_of, limb_file_beside
 from limbgram.report.record.content import TapeRead
@@ -41,7 +42,7 @@ def _tape(bench: Bench, work: Work) -> tuple[TapeRead, ...]:
 def _held(measured: Measures, standing: TapeStanding) -> TapeRead:
     reading = standing.read.reading
     check = check_alone(measured, reading)
-    told = isinstance(check, str)
+    told = isinstance(check, Finding)
     return TapeRead(
         made=standing.read.made,
         height_mm=reading.height_mm,
@@ -49,7 +50,7 @@ def _held(measured: Measures, standing: TapeStanding) -> TapeRead:
         measured_mm=None if told else check.measured.value,
         within_mm=None if told else COVER * check.sigma_mm,
         conflict=not told and check.conflict,
-        reason=check if told else "",
+        reason=check if told else None,
         withdrawn=standing.withdrawn,
         accepted=standing.accepted,
     )

@@ -204,10 +204,10 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
         + _sock_line(limb.sock_mm, measures.limb.sock_mm),
         _HEADING,
         *(_row_line(row) for row in measures.rows),
-        *([measures.beside] if measures.beside else []),
+        *([] if measures.beside is None else [told(measures.beside)]),
         *(
             f"Volume from {_end(row.low_mm)} to {_end(row.high_mm)}: "
-            f"{_text(in_ml(row.volume_mm3), 2)} mL" + (f" ({row.note})" if row.note else "")
+            f"{_text(in_ml(row.volume_mm3), 2)} mL" + "".join(f". {told(one)}" for one in row.notes)
             for row in measures.volumes
         ),
         *(
@@ -246,7 +246,7 @@ def _sock_line(before_mm: float, after_mm: float) -> str:
 def _row_line(row: Row) -> str:
     start = f"{row.from_reference_mm:8.1f}"
     if row.level is None:
-        return f"{start}  {row.reason}"
+        return f"{start}  {' '.join(map(told, row.reasons))}"
     area, volume = row.figures["area_mm2"], row.figures["volume_below_mm3"]
     widths = (10, 10, 9, 9)
     cells = [f"{_value(row.figures[name]):>{width}}" for name, width in zip(_SHOWN, widths)]

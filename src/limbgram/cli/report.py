@@ -13,6 +13,7 @@ from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import AlignedShape, UnitOfAll, shape_of
 from limbgram.core.errors import ExportError, OptionsError
 from limbgram.core.files import write_bytes
+from limbgram.findings import Finding, advice, sentence, told
 from limbgram.formats.sidecar import hash_of, limb_file_beside
 from limbgram.report.html import html_of
 from limbgram.report.pdf import pdf_of
@@ -125,11 +126,12 @@ def _write(record: Record, folder: Path) -> list[Path]:
 def _lines(content: Content) -> tuple[str, ...]:
     """Side and what to check, for people at a terminal."""
     side, found = content.side, content.findings
+    compared = [] if content.comparison is None else [content.comparison]
     more = [f"  and {len(found) - _SHOWN} more on the page"] if len(found) > _SHOWN else []
     return (
         f"{content.id}: {'no side' if side == 'none' else side + ' side'}, millimetres",
-        *(() if content.comparison is None else (content.comparison["verdict"],)),
+        *(told(Finding.from_tree(one["verdict"])) for one in compared),
         "Before anything is made from it:",
-        *(f"  {one.what}\n    -> {one.remedy}" for one in found[:_SHOWN]),
+        *(f"  {sentence(one)}\n    -> {advice(one)}" for one in found[:_SHOWN]),
         *more,
     )

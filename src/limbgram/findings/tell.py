@@ -11,6 +11,8 @@ commands or options, which nobody sees before the browser app. In braces stands 
 after a colon, how it is told:
 
     {share:.1%}  {rms_mm:.2f}  {error_mm:+.1f}  {count:,}    a number; German has a decimal comma
+    {within_mm:±.2f}                                       half an interval: ± 0.25, or ± 0.003, as
+                                                           what is smaller is not nothing
     {count:photo|photos}                                   the first where it is 1
     {where:inside=im|outside=außerhalb}                    by value, `else=` for all others; a truth
                                                            value is true or false, none is none
@@ -26,6 +28,7 @@ What stands behind a colon may hold braces itself: `{more:true= ({names})|false=
 by the same rules (`web/src/words.ts`); both are held to the cases of `tests/data/words.json`.
 """
 
+import math
 import re
 import string
 import tomllib
@@ -45,6 +48,7 @@ _WORDS = files("limbgram.findings") / "words"
 _JOINED_BY = {"and": {"en": "and", "de": "und"}, "or": {"en": "or", "de": "oder"}}
 _CHOICE = re.compile(r"([\w ./-]*)=(.*)", re.DOTALL)
 _NUMBER = re.compile(r"[+]?,?(\.\d+)?[dfg%]?")
+_HALF_WIDTH = re.compile(r"±\.(\d)f")
 _FIRST = re.compile(r"first (\d+)")
 
 
@@ -238,9 +242,19 @@ def _several(items: tuple[Value, ...], how: str, put: _Put) -> str:
 
 
 def _number(value: float, how: str, language: str) -> str:
-    if not _NUMBER.fullmatch(how):
+    half = _HALF_WIDTH.fullmatch(how)
+    if not (half or _NUMBER.fullmatch(how)):
         raise ValueError(f"{how!r} is no way to tell a number")
     if not abs(value) < float("inf"):
         return "?"
-    text = format(value, how) if how else repr(value).removesuffix(".0")
+    if half:
+        text = _half_width(value, int(half[1]))
+    else:
+        text = format(value, how) if how else repr(value).removesuffix(".0")
     return text if language == "en" else text.translate(str.maketrans(".,", ",."))
+
+
+def _half_width(value: float, decimals: int) -> str:
+    if 0 < value < 0.5 * 10.0**-decimals:
+        decimals = min(-math.floor(math.log10(value)), 9)
+    return f"± {value:.{decimals}f}"

@@ -18,10 +18,8 @@ from limbgram.capture.acceptance import (
 )
 from limbgram.capture.certificate import Certificate, SetupCited
 from limbgram.capture.permissible import KINDS
-from limbgram.core.errors import with_full_stop
-from limbgram.findings import advice, sentence, told
+from limbgram.findings import fault, told
 from limbgram.report.blocks import (
-    Advice,
     AdviceList,
     Banner,
     Block,
@@ -99,15 +97,7 @@ def setup_section(setups: Sequence[SetupCited], sheet: int | None = None) -> Ite
     """What a case's page says of the kit; nothing where no certificate lies with its camera."""
     if not setups:
         return
-    remarks = tuple(
-        Advice(
-            what=sentence(one.finding),
-            remedy=advice(one.finding),
-            serious=one.outcome == "fail",
-        )
-        for one in setups
-        if one.to_do
-    )
+    remarks = tuple(one.finding for one in setups if one.to_do)
     blocks: tuple[Block, ...] = tuple(
         Text(words=told(one.finding)) for one in setups if not one.to_do
     )
@@ -184,13 +174,7 @@ def _missing(found: Acceptance) -> Iterator[Section]:
     if not found.not_measured:
         return
     items = tuple(
-        Advice(
-            what=with_full_stop(f"{one.name}, {one.capture}: {told(one.reason)}"),
-            remedy="Paint it with fine spots all over, take it from all sides and from above, and "
-            "keep it whole in every photo. Give the photos themselves and not a case, so that "
-            "pieces which lie apart are taken for one object.",
-            serious=True,
-        )
+        fault("record.kit.not_measured", body=one.name, capture=one.capture, reason=one.reason)
         for one in found.not_measured
     )
     yield Section(title="Not measured", blocks=(AdviceList(items=items),), sheet=1)

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from urllib.parse import quote
 
+from limbgram.findings import doubt, fault
 from limbgram.report.accuracy.judgement import Light
 from limbgram.report.blocks import (
-    Advice,
     AdviceList,
     Banner,
     Block,
@@ -122,14 +122,14 @@ def _cards(rows: Sequence[BatchRow]) -> tuple[Card, ...]:
 def _to_do(rows: Sequence[BatchRow]) -> Iterator[Section]:
     """What has to be done about captures without a result, and steps that failed."""
     items = [
-        Advice(what=f"{row.name}: {row.state}", remedy=row.told, serious=True)
+        fault("record.batch.no_result", capture=row.name, state=row.state, told=row.told)
         for row in rows
         if row.light is None
     ]
     items += [
-        Advice(what=f"{row.name}: the surface is there", remedy=fault, serious=False)
+        doubt("record.batch.step_failed", capture=row.name, told=one)
         for row in rows
-        for fault in row.faults
+        for one in row.faults
     ]
     if items:
         yield Section(title="What to do", blocks=(AdviceList(items=tuple(items)),))

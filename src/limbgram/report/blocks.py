@@ -7,6 +7,7 @@ page and `report.pdf` as sheets of paper. Words are plain text: who writes them 
 from dataclasses import dataclass
 from typing import Literal
 
+from limbgram.findings import Finding
 from limbgram.report.drawings.drawing import Chart, Picture
 
 Colour = Literal["green", "amber", "red", "blue"]
@@ -70,19 +71,10 @@ class Fields:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Advice:
-    """Something to check or to know, and what to do about it."""
-
-    what: str
-    remedy: str
-    serious: bool
-
-
-@dataclass(frozen=True, kw_only=True)
 class AdviceList:
-    """Numbered advice; on a full sheet the last ones give way."""
+    """Numbered: what to check or to know, and what to do; on a full sheet the last give way."""
 
-    items: tuple[Advice, ...]
+    items: tuple[Finding, ...]
     page_only: bool = False
     kind: Literal["advice"] = "advice"
 

@@ -17,6 +17,7 @@ from markupsafe import Markup
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from limbgram.findings import Gravity, advice, sentence
 from limbgram.report.blocks import Report
 from limbgram.report.drawings.drawing import Chart, Picture
 
@@ -45,7 +46,9 @@ def html_of(report: Report) -> str:
     def image(one: Picture | Chart) -> Markup:
         return _png(one) if isinstance(one, Picture) else _svg(one, next(number))
 
-    return _TEMPLATES.get_template("report.html").render(report=report, image=image)
+    return _TEMPLATES.get_template("report.html").render(
+        report=report, image=image, sentence=sentence, advice=advice, FAULT=Gravity.FAULT
+    )
 
 
 def _png(picture: Picture) -> Markup:

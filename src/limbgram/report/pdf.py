@@ -29,6 +29,7 @@ from matplotlib.patches import Rectangle
 from PIL import Image
 
 from limbgram.core.errors import ExportError
+from limbgram.findings import Finding, Gravity, advice, sentence
 from limbgram.report.blocks import (
     AdviceList,
     Banner,
@@ -209,8 +210,8 @@ class _Slot:
                 return _heading(words, 8.0)
             case Fields(labels=labels):
                 return _fields(labels)
-            case AdviceList() as advice:
-                return _advice(advice, self.shortened)
+            case AdviceList(items=items):
+                return _advice(items, self.shortened)
             case Table() as table:
                 return _table(_for_paper(table), self.shortened)
             case Illustration() as figure:
@@ -425,13 +426,14 @@ def _fields(labels: Sequence[str]) -> Laid:
     return Laid(high_in + line_in + 0.08, tuple(marks))
 
 
-def _advice(advice: AdviceList, shortened: int) -> Laid:
-    kept = advice.items[: len(advice.items) - shortened]
+def _advice(items: tuple[Finding, ...], shortened: int) -> Laid:
+    kept = items[: len(items) - shortened]
     parts: list[Laid] = []
     for number, one in enumerate(kept, start=1):
-        what = f"{number}. {one.what}"
-        parts.append(_lines(what, _WIDTH_IN, _BODY, INK, bold=one.serious))
-        parts.append(_lines(f"→ {one.remedy}", _WIDTH_IN, _SMALL, PALE_INK))
+        what, grave = f"{number}. {sentence(one)}", one.gravity is Gravity.FAULT
+        parts.append(_lines(what, _WIDTH_IN, _BODY, INK, bold=grave))
+        if remedy := advice(one):
+            parts.append(_lines(f"→ {remedy}", _WIDTH_IN, _SMALL, PALE_INK))
         parts.append(Laid(0.02))
     if shortened:
         parts.append(_lines(f"and {shortened} more on the page", _WIDTH_IN, _SMALL, PALE_INK))

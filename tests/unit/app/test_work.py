@@ -625,7 +625,7 @@ def test_comparing_with_the_scan_tells_what_was_done(client: TestClient, aligned
     edit = {"kind": "load", "parameters": LOAD}
     assert client.post(f"{aligned}/recipe/edits", json=edit).status_code == 201
     told = client.post(f"{aligned}/compare", json={}).json()
-    assert "3.0 mm" in told["verdict"]
+    assert "3.0 mm" in told["verdict"]["sentence"]
     header, blocks = decode_blocks(client.post(f"{aligned}/compare/differences", json={}).content)
     assert header["figures"] == told["figures"]
     assert np.nanmin(blocks["signed_mm"]) == pytest.approx(-3.0, abs=0.1)

@@ -77,7 +77,7 @@ def test_two_shapes(shapes, tmp_path: Path) -> None:
     picture = tmp_path / "difference.png"
     words = ("compare", shapes["first"], shapes["wide"], *AS_IS, "--picture", str(picture))
     found = answered(*words)
-    assert found["format"] == "limbgram-comparison/1"
+    assert found["format"] == "limbgram-comparison/2"
     assert found["grade"] == "size and shape differ" or found["grade"] == "size differs"
     assert found["radial"]["mean_radial_error_mm"] == pytest.approx(0.5, abs=0.05)
     assert found["volume"]["ml"]["share"] == pytest.approx(0.0201, abs=1e-4)
@@ -87,7 +87,7 @@ def test_two_shapes(shapes, tmp_path: Path) -> None:
     assert found["alignment"]["way"] == "as-is"
     assert picture.read_bytes().startswith(b"\x89PNG")
     spoken = RUNNER.invoke(app, ["compare", shapes["first"], shapes["wide"], *AS_IS])
-    assert spoken.stdout.splitlines()[0] == found["verdict"]
+    assert spoken.stdout.splitlines()[0] == found["verdict"]["sentence"]
 
 
 def test_a_red_surface_among_them_is_named_first(shapes, tmp_path: Path) -> None:
@@ -103,7 +103,7 @@ def test_a_shape_made_from_the_other_is_taken_as_it_lies(shapes) -> None:
     words = ("compare", shapes["first"], shapes["wide"])
     found, by_shape = answered(*words), answered(*words, "--align", "icp")
     assert found["alignment"]["way"] == "as-is"
-    assert "one was made from the other" in found["verdict"]
+    assert "one was made from the other" in found["verdict"]["sentence"]
     assert found["volume"]["ml"]["share"] == pytest.approx(0.0201, abs=1e-4)
     assert by_shape["alignment"]["way"] == "icp"
     assert by_shape["alignment"]["slid_from_frames_mm"] > 0.1
@@ -129,7 +129,7 @@ def test_what_was_exported_lies_as_it_was_made(tmp_path: Path) -> None:
     plain = answered("export", scan, "--to", "obj")["written"]
     for first, second in ((scan, sent), (plain, sent), (plain, edited)):
         found = answered("compare", first, second)
-        assert "name one file that both come from" in found["verdict"]
+        assert "name one file that both come from" in found["verdict"]["sentence"]
         assert found["volume"]["ml"]["share"] == pytest.approx(0.97**2 - 1, abs=1e-4)
         for level in found["levels"]:
             assert level["tape_mm"]["share"] == pytest.approx(-0.03, abs=1e-4)
@@ -143,7 +143,7 @@ def test_one_limb_over_time(shapes, tmp_path: Path) -> None:
     assert [visit["name"] for visit in found["visits"]] == ["wide.ply", "first.ply"]
     assert found["volume_per_week_share"] == pytest.approx(-0.0197 / 4, rel=0.01)
     assert found["volume_trend_ml"]["told"]
-    assert "shrinks" in found["verdict"]
+    assert "shrinks" in found["verdict"]["sentence"]
     assert picture.exists()
 
 

@@ -7,8 +7,8 @@ import pytest
 from matplotlib.axes import Axes
 
 from limbgram.core.errors import ExportError
+from limbgram.findings import fault
 from limbgram.report.blocks import (
-    Advice,
     AdviceList,
     Banner,
     Block,
@@ -75,7 +75,7 @@ def test_words_of_files_are_escaped_and_no_formulas() -> None:
     made = report(
         Text(words=NASTY),
         Table(heads=("a", "b"), rows=((NASTY, NASTY),)),
-        AdviceList(items=(Advice(what=NASTY, remedy=NASTY, serious=True),)),
+        AdviceList(items=(fault("record.said", what=NASTY, remedy=NASTY),)),
         Columns(figures=(Illustration(image=chart(), caption=NASTY),)),
         banner=NASTY,
     )

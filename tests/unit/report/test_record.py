@@ -12,7 +12,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import HOLDS
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import value_of
-from limbgram.findings import note
+from limbgram.findings import note, told
 from limbgram.report.html import html_of
 from limbgram.report.pdf import Line, sheets_of
 from limbgram.report.record.bias import biases
@@ -124,7 +124,7 @@ def test_scale_and_sock_in_millimetres_of_radius() -> None:
     assert found["surface"].typical_mm == 0.05
     assert found["surface"].bias_mm is None
     assert found["sock taken off"].bias_mm == -0.3
-    assert "0.4 % of volume" in found["sock taken off"].basis
+    assert "0.4 % of volume" in told(found["sock taken off"].basis)
     assert 0 < found["leaving as STL"].largest_mm < 1e-5
 
 
@@ -176,7 +176,7 @@ def test_a_loose_body_is_no_part_of_the_record_and_told() -> None:
     assert added.startswith("1 loose body apart from the limb")
 
 
-@pytest.mark.parametrize(("outcome", "gravity"), [("pass", "mild"), ("fail", "serious")])
+@pytest.mark.parametrize(("outcome", "gravity"), [("pass", "note"), ("fail", "fault")])
 def test_the_test_of_the_kit_is_cited(outcome: str, gravity: str) -> None:
     setup = {
         "certificate": "abcdef01",
@@ -189,7 +189,7 @@ def test_the_test_of_the_kit_is_cited(outcome: str, gravity: str) -> None:
     }
     tree = record_of(source(cylinder()), case=case(setups=[setup])).tree
     assert tree["case"]["setups"][0]["outcome"] == outcome
-    (found,) = (one for one in tree["findings"] if "Ball bar 12" in one["what"])
+    (found,) = (one for one in tree["findings"] if "Ball bar 12" in one["sentence"])
     assert found["gravity"] == gravity
 
 
@@ -199,9 +199,9 @@ def test_what_is_not_sure_stands_first() -> None:
     strange = replace(case(light="amber"), files=frozenset[str]())
     tree = record_of(source(replace(cylinder(), mesh=filled)), case=strange).tree
     gravity = [found["gravity"] for found in tree["findings"]]
-    assert gravity == sorted(gravity, reverse=True)
-    assert gravity.count("serious") == 2, "filled in, and not of the case"
-    topics = {found["topic"] for found in tree["findings"]}
+    assert gravity == sorted(gravity, key=["fault", "doubt", "note"].index)
+    assert gravity.count("fault") == 2, "filled in, and not of the case"
+    topics = {found["code"].split(".")[1] for found in tree["findings"]}
     assert topics == {"case", "surface", "tape", "file"}
 
 
@@ -221,11 +221,11 @@ def test_a_load_on_bone_stands_in_page_paper_and_tree() -> None:
     concerns = [one for line in tree["lines"] for one in line["concerns"]]
     assert [one["accepted"] for one in concerns] == [False, True, True]
     assert tree["places_mm"]["tibial crest"] == pytest.approx(-5.0, abs=0.1)
-    told = [one for one in record.tree["findings"] if one["topic"] == "recipe"]
-    assert [one["gravity"] for one in told] == ["serious", "serious", "mild"]
-    assert "presses 4.0 mm on the tibial crest" in told[0]["what"]
-    assert "NOT accepted in the recipe: load on tibial crest" in told[0]["what"]
-    assert "tibial crest 4.9 mm" in told[2]["what"]
+    told = [one for one in record.tree["findings"] if one["code"].startswith("record.recipe.")]
+    assert [one["gravity"] for one in told] == ["fault", "fault", "doubt"]
+    assert "presses 4.0 mm on the tibial crest" in told[0]["sentence"]
+    assert "NOT accepted in the recipe: load on tibial crest" in told[0]["sentence"]
+    assert "tibial crest 4.9 mm" in told[2]["sentence"]
     report = record_report(record.content, record.pictures)
     page = html_of(report)
     sheets = sheets_of(report)
@@ -277,7 +277,7 @@ def test_an_old_recipe_is_told_in_the_record() -> None:
     recipe = RecipeSource(recipe=parse_recipe(old, "old.toml"), sha256=64 * "d")
     record = record_of(source(cylinder()), recipe=recipe)
     assert record.tree["recipe"]["lines"][0]["edit"].startswith("load:")
-    assert any("is of version 1" in one["what"] for one in record.tree["findings"])
+    assert any("is of version 1" in one["sentence"] for one in record.tree["findings"])
 
 
 def test_refusals() -> None:

@@ -2288,10 +2288,7 @@ export interface components {
          * @description What changed from the first shape to the second.
          */
         ComparisonReply: {
-            /** Verdict */
-            verdict: string;
-            /** Lines */
-            lines: string[];
+            verdict: components["schemas"]["FindingReply"];
             /**
              * Figures
              * @description As `limbgram compare --json` gives them.
@@ -2997,11 +2994,11 @@ export interface components {
             /** Loops */
             loops: number;
             /**
-             * Reason
+             * Reasons
              * @description Why a figure is missing.
-             * @default
+             * @default []
              */
-            reason: string;
+            reasons: components["schemas"]["FindingReply"][];
         };
         /**
          * LimbReply
@@ -3148,7 +3145,7 @@ export interface components {
             /** Tape */
             tape: components["schemas"]["TapeReply"][];
             /** Notes */
-            notes: string[];
+            notes: components["schemas"]["FindingReply"][];
         };
         /**
          * MissingPhotos
@@ -3903,12 +3900,8 @@ export interface components {
              * @default
              */
             accepted: string;
-            /**
-             * Reason
-             * @description Why there is nothing to compare with.
-             * @default
-             */
-            reason: string;
+            /** @description Why there is nothing to compare with. */
+            reason?: components["schemas"]["FindingReply"] | null;
         };
         /**
          * TapeSaid
@@ -4059,10 +4052,11 @@ export interface components {
             to_mm: number | null;
             volume_ml: components["schemas"]["Value"];
             /**
-             * Note
-             * @default
+             * Notes
+             * @description Which end was taken for a height.
+             * @default []
              */
-            note: string;
+            notes: components["schemas"]["FindingReply"][];
         };
         /**
          * VolumeChange

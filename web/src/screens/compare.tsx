@@ -20,6 +20,7 @@ import { expert } from "../state/settings";
 import { type TextKey, bytes, t, tOr } from "../texts";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode, SurfaceData } from "../viewer/surface";
+import { type Finding, told } from "../words";
 import { wordsOf } from "./edit-words";
 import type { RoomProps } from "./room";
 
@@ -38,14 +39,14 @@ interface Change {
 
 interface Figures {
   readonly grade: string;
-  readonly verdict: string;
-  readonly alignment: { readonly way: Way; readonly in_words: string; readonly rms_mm: number | null; readonly slide_sigma_mm: number | null };
+  readonly verdict: Finding;
+  readonly alignment: { readonly way: Way; readonly rms_mm: number | null; readonly far_limit_mm: number; readonly slide_within_mm: number | null };
   readonly radial: { readonly mean_radial_error_mm: number; readonly mean_limit_mm: number; readonly interquartile_range_mm: number; readonly range_limit_mm: number } | null;
   readonly surface: { readonly on_second: { readonly p95_mm: number; readonly largest_mm: number; readonly far_mm2: number; readonly compared_share: number } };
-  readonly volume: { readonly ml: Change | null; readonly sock_plies: number | null; readonly to_mm: number | null; readonly laid_sigma_ml: number };
-  readonly levels: readonly { readonly height_mm: number; readonly tape_mm?: Change | null; readonly reason: string | null }[];
+  readonly volume: { readonly ml: Change | null; readonly sock_plies: number | null; readonly to_mm: number | null; readonly within_ml: number | null };
+  readonly levels: readonly { readonly height_mm: number; readonly tape_mm?: Change | null; readonly reason: Finding | null }[];
   readonly anatomical_frame: boolean;
-  readonly notes: readonly string[];
+  readonly notes: readonly Finding[];
 }
 
 interface Compared {
@@ -53,9 +54,6 @@ interface Compared {
   readonly values: Float32Array;
   readonly figures: Figures;
 }
-
-/** Where a comparison beyond this is a doubt of the laying itself, in mm, as the library's own limit. */
-const FAR_RMS_MM = 5;
 
 export function CompareScreen({ room }: RoomProps) {
   const path = { params: { path: { case_id: room.id } } };
@@ -124,7 +122,7 @@ export function CompareScreen({ room }: RoomProps) {
             <section>
               <h3>{t("compare.notes")}</h3>
               <ul class="findings small-note soft">
-                {one.figures.notes.map((text) => (
+                {one.figures.notes.map(told).map((text) => (
                   <li key={text}>{text}</li>
                 ))}
               </ul>
@@ -214,7 +212,7 @@ export function CompareScreen({ room }: RoomProps) {
             <NumberField label={t("measure.spacing")} unit="mm" step={5} decimals={1} min={1} max={200} value={spacing.value} onChange={(value) => (spacing.value = value)} />
           </section>
           {one && <Levels figures={one.figures} level={level.value} onLevel={(h) => (level.value = h)} />}
-          {expert.value && one && <section class="mono">{one.figures.verdict}</section>}
+          {expert.value && one && <section class="mono">{told(one.figures.verdict)}</section>}
         </div>
         <div class="next">
           <Button go big trailing="next" onClick={() => go(href.step(room.id, edited ? "send" : "rectify"))}>
@@ -229,15 +227,14 @@ export function CompareScreen({ room }: RoomProps) {
 /** What the difference means for the fit, its figures, and how the shapes were laid on each other. */
 function Answer({ figures, busy }: { figures: Figures; busy: boolean }) {
   const { radial, volume, surface, alignment } = figures;
-  const far = alignment.rms_mm !== null && alignment.rms_mm > FAR_RMS_MM;
+  const far = alignment.rms_mm !== null && alignment.rms_mm > alignment.far_limit_mm;
   const tone = figures.grade === "alike" ? "green" : figures.grade === "not graded" ? "plain" : "amber";
   const ml = volume.ml;
-  const half = ml ? 1.96 * (ml.sigma ?? volume.laid_sigma_ml) : 0;
   return (
     <section class={busy ? "waits" : ""}>
       <div class="verdict">
         <Chip tone={tone}>{tOr(`grade.${figures.grade}`, figures.grade)}</Chip>
-        <p class="lead-line">{ml ? t(ml.difference < 0 ? "compare.less" : "compare.more", Math.abs(ml.difference).toFixed(1), half > 0 ? ` ± ${half.toFixed(1)}` : "", (100 * Math.abs(ml.share ?? 0)).toFixed(1)) : t("compare.no.volume")}</p>
+        <p class="lead-line">{ml ? t(ml.difference < 0 ? "compare.less" : "compare.more", Math.abs(ml.difference).toFixed(1), volume.within_ml === null ? "" : ` ± ${volume.within_ml.toFixed(1)}`, (100 * Math.abs(ml.share ?? 0)).toFixed(1)) : t("compare.no.volume")}</p>
       </div>
       <div class="fig">
         <div>
@@ -259,7 +256,7 @@ function Answer({ figures, busy }: { figures: Figures; busy: boolean }) {
       <p class="soft small-note" role="status">
         {t(`compare.laid.${alignment.way}` as TextKey)}
         {alignment.rms_mm !== null && ` ${t("compare.apart", alignment.rms_mm.toFixed(2))}`}
-        {alignment.slide_sigma_mm !== null && ` ${t("compare.slide", (1.96 * alignment.slide_sigma_mm).toFixed(1))}`}
+        {alignment.slide_within_mm !== null && ` ${t("compare.slide", alignment.slide_within_mm.toFixed(1))}`}
         {` ${t("compare.share", (100 * surface.on_second.compared_share).toFixed(0))}`}
       </p>
       {far && (
@@ -288,7 +285,7 @@ function Levels({ figures, level, onLevel }: { figures: Figures; level: number |
             const girth = one.tape_mm ?? null;
             const on = level !== null && Math.abs(level - one.height_mm) < 8;
             return (
-              <tr key={one.height_mm} class={`pick ${on ? "on" : ""}`} tabIndex={0} aria-current={on || undefined} title={one.reason ?? undefined} onClick={() => onLevel(one.height_mm)} onFocus={() => onLevel(one.height_mm)}>
+              <tr key={one.height_mm} class={`pick ${on ? "on" : ""}`} tabIndex={0} aria-current={on || undefined} title={one.reason ? told(one.reason) : undefined} onClick={() => onLevel(one.height_mm)} onFocus={() => onLevel(one.height_mm)}>
                 <td class="num">{one.height_mm.toFixed(0)}</td>
                 <td class="num soft">{girth?.first.toFixed(1) ?? "–"}</td>
                 <td class="num">{girth?.second.toFixed(1) ?? "–"}</td>

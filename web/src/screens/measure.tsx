@@ -22,6 +22,7 @@ import { expert } from "../state/settings";
 import { language, t } from "../texts";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode } from "../viewer/surface";
+import { told } from "../words";
 import { useLimb } from "./limb";
 import { type Reading, heightIs, judged, withPending } from "./readings";
 import type { RoomProps } from "./room";
@@ -248,7 +249,7 @@ export function MeasureScreen({ room }: RoomProps) {
               </Button>
             </div>
             {found && <p class="small faint">{t("measure.counted", found.counted_from)}</p>}
-            {expert.value && found?.notes.map((one) => <p class="small faint">{one}</p>)}
+            {expert.value && found?.notes.map((one) => <p class="small faint">{told(one)}</p>)}
           </section>
         </div>
         <div class="next">
@@ -280,12 +281,12 @@ export function saveAs(content: Blob, name: string): void {
 function Difference({ of }: { of?: Reading }) {
   const verdict = of?.verdict;
   const off = verdict?.difference_mm;
-  return <td class={`num ${verdict?.conflict ? "a" : "soft"}`}>{of && !verdict ? "…" : off === null || off === undefined ? (verdict?.reason ?? "") : signed(off)}</td>;
+  return <td class={`num ${verdict?.conflict ? "a" : "soft"}`}>{of && !verdict ? "…" : off === null || off === undefined ? (verdict?.reason ? told(verdict.reason) : "") : signed(off)}</td>;
 }
 
 function LevelRow({ one, on, tape, onLevel, onTape }: { one: Level; on: boolean; tape?: Reading; onLevel: () => void; onTape: (girth: number | null) => void }) {
   return (
-    <tr class={`pick ${on ? "on" : ""} ${tape?.verdict?.conflict ? "conflict" : ""}`} tabIndex={0} aria-current={on || undefined} onClick={onLevel} onFocus={onLevel} title={one.reason}>
+    <tr class={`pick ${on ? "on" : ""} ${tape?.verdict?.conflict ? "conflict" : ""}`} tabIndex={0} aria-current={on || undefined} onClick={onLevel} onFocus={onLevel} title={one.reasons?.map(told).join(" ")}>
       <td class="num">{one.from_reference_mm.toFixed(0)}</td>
       <td class="num">{one.tape_mm?.value.toFixed(1) ?? "–"}</td>
       <td class="num soft">{one.tape_mm?.within?.toFixed(1) ?? "–"}</td>

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from limbgram.findings import Gravity, advice, sentence, told
+from limbgram.findings import told
 from limbgram.report.acceptance import setup_section
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.charts import (
@@ -33,7 +33,6 @@ from limbgram.report.accuracy.figures import (
 from limbgram.report.accuracy.glossary import Term, terms, value_at
 from limbgram.report.accuracy.judgement import BENT, MOVED, without_light
 from limbgram.report.blocks import (
-    Advice,
     AdviceList,
     Banner,
     Block,
@@ -123,10 +122,7 @@ def _cards(assessment: Assessment) -> tuple[Card, ...]:
 
 
 def _findings(assessment: Assessment) -> Section:
-    items = tuple(
-        Advice(what=sentence(one), remedy=advice(one), serious=one.gravity is Gravity.FAULT)
-        for one in assessment.findings
-    )
+    items = assessment.findings
     nothing = Text(words="Nothing that would be worth another photograph.")
     return Section(
         title="What limits this result, and what to do",

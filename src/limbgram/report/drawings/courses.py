@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 
 from limbgram.core.interval import COVER
+from limbgram.findings import told
 from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, blank, plain
 from limbgram.workbench.compare.following import Series
 from limbgram.workbench.templates.template import Template
@@ -32,7 +33,7 @@ def course(series: Series) -> Drawing:
         axes.tick_params(axis="x", rotation=30)
     return Drawing(
         figure,
-        f"{series.sentence} Bars: 95 %, {series.sigma_source}.",
+        f"{told(series.finding)} Bars: 95 %, {series.sigma_source}.",
     )
 
 

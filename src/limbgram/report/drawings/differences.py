@@ -14,6 +14,7 @@ from matplotlib.figure import SubFigure
 
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.report.drawings.drawing import FAINT, INK, Drawing, axes_at, bare
 from limbgram.report.drawings.shading import Frame, looking_along, shade_each
 from limbgram.report.drawings.views import BESIDE, letter_corners
@@ -154,5 +155,5 @@ def _caption(comparison: Comparison, in_open: Bool[np.ndarray, " n"]) -> str:
         f"{comparison.names[1]} against {comparison.names[0]}, drawn on the latter; mean "
         f"{figures.mean_mm:+.2f} mm, {figures.rms_mm:.2f} mm RMS, 95 % within "
         f"{figures.p95_mm:.2f} mm. Grey: no counterpart (brim, or filled in).{lilac} Alignment: "
-        f"{comparison.alignment.sentence}."
+        f"{told(comparison.alignment.how)}"
     )

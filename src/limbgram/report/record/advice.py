@@ -4,15 +4,16 @@ from collections.abc import Iterator
 
 from limbgram.core.errors import with_full_stop
 from limbgram.core.tape import AGREES_SIGMAS, READING_SIGMA_MM
-from limbgram.findings import advice, sentence, told
-from limbgram.report.record.content import CaseCited, Content, Finding, Json, RecipeDone
+from limbgram.findings import Finding, Gravity, doubt, fault, note
+from limbgram.report.record.content import CaseCited, Content, Json, RecipeDone
 from limbgram.report.record.sources import SAME_MM
 from limbgram.workbench.edits.pressing import PRESSES_MM
 from limbgram.workbench.edits.solids import LEAST_WALL_MM
 from limbgram.workbench.measures.measuring import Measures
 
 _FILLED_SHARE = 0.01
-APART = f"More than {AGREES_SIGMAS * READING_SIGMA_MM:g} mm"
+_ORDER = tuple(reversed(Gravity))
+APART_MM = AGREES_SIGMAS * READING_SIGMA_MM
 """How far a tape may be off where the limb does not taper."""
 
 
@@ -24,12 +25,9 @@ def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
         *_about_surface(measures),
         *_by_tape(content),
         *_about_comparison(content.comparison),
-        *(
-            Finding(topic="file", what=with_full_stop(note), remedy="Look at the pictures.")
-            for note in content.notes
-        ),
+        *(note("record.file", said=with_full_stop(one)) for one in content.notes),
     )
-    return tuple(sorted(found, key=lambda one: one.gravity != "serious"))
+    return tuple(sorted(found, key=lambda one: _ORDER.index(one.gravity)))
 
 
 def tape_checks(content: Content) -> tuple[tuple[float, float], ...]:
@@ -45,91 +43,62 @@ def _by_tape(content: Content) -> Iterator[Finding]:
     compared = [one for one in content.tape if not one.withdrawn and one.measured_mm is not None]
     for one in compared:
         if one.conflict:
-            accepted = f"; accepted {one.accepted}" if one.accepted else ""
-            yield Finding(
-                topic="tape",
-                what=f"The tape read {one.read_mm:.1f} mm at {one.height_mm:g} mm, the scan has "
-                f"{one.measured_mm:.1f} mm there: they contradict each other{accepted}.",
-                remedy="Tape again, and measure a row of the board's squares, before anything is "
-                "made.",
-                gravity="mild" if one.accepted else "serious",
+            judge = doubt if one.accepted else fault
+            yield judge(
+                "record.tape.conflict",
+                height_mm=one.height_mm,
+                read_mm=one.read_mm,
+                measured_mm=one.measured_mm,
+                within_mm=one.within_mm,
+                accepted=one.accepted,
             )
     checks = tape_checks(content)
     if checks and not compared:
-        girths = ", ".join(f"{girth:.0f} mm at {height:g} mm" for height, girth in checks)
-        reference = content.measures["reference"]
-        yield Finding(
-            topic="tape",
-            what="No tape reading has been compared with this shape here.",
-            remedy=f"Read by tape before fabrication: {girths} (heights count from: {reference}). "
-            f"{APART} apart: find out why first.",
+        yield doubt(
+            "record.tape.none",
+            girths=tuple(
+                note("record.tape.to_read", height_mm=height, girth_mm=girth)
+                for height, girth in checks
+            ),
+            reference=content.measures["reference"],
+            apart_mm=APART_MM,
         )
 
 
 def _about_surface(measures: Measures) -> Iterator[Finding]:
     limb = measures.limb
     if not limb.sock_mm:
-        yield Finding(
-            topic="surface",
-            what="No sock is recorded as taken off this shape.",
-            remedy="If one was worn in the scan, its thickness is in every radius. Take it off "
-            "with the edit `sock`, or with `measure --sock` for the figures alone.",
-        )
+        yield doubt("record.surface.no_sock")
     if limb.mesh.sigma_mm is None:
-        yield Finding(
-            topic="surface",
-            what="The shape carries no uncertainty, so no figure has a ±.",
-            remedy="PLY files of `limbgram reconstruct` carry it.",
-        )
+        yield doubt("record.surface.no_sigma")
     wall = measures.wall
     if wall is not None:
-        sentence = told(wall.told("limb"))
-        yield Finding(
-            topic="surface",
-            what=f"{sentence[0].upper()}{sentence[1:]}.",
-            remedy=f"Less than {LEAST_WALL_MM:g} mm is not made by printers of every kind; look at "
-            "the map of the wall.",
-            gravity="serious" if wall.thinnest_mm < LEAST_WALL_MM else "mild",
+        judge = fault if wall.thinnest_mm < LEAST_WALL_MM else note
+        yield judge(
+            "record.surface.wall",
+            thinnest_mm=wall.thinnest_mm,
+            median_mm=wall.median_mm,
+            place_in_limb_mm=tuple(wall.place_mm.tolist()),
+            least_mm=LEAST_WALL_MM,
         )
     filled = 0.0 if limb.mesh.filled is None else float(limb.mesh.filled.mean())
     if filled > _FILLED_SHARE:
-        yield Finding(
-            topic="surface",
-            what=f"{filled:.1%} of the surface was filled in, not measured.",
-            remedy="It is orange in the pictures: rely on nothing there.",
-            gravity="serious",
-        )
+        yield fault("record.surface.filled", share=filled)
     missing = sum(row.level is None for row in measures.rows)
     if missing:
-        yield Finding(
-            topic="surface",
-            what=f"{missing} of {len(measures.rows)} levels have no girth.",
-            remedy="The table says why.",
-        )
-    if measures.beside:
-        yield Finding(
-            topic="surface",
-            what=measures.beside,
-            remedy="If another one is meant, measure it by a landmark on it.",
-        )
+        yield doubt("record.surface.no_girths", missing=missing, levels=len(measures.rows))
+    if measures.beside is not None:
+        yield doubt("record.surface.beside", others=measures.beside)
 
 
 def _about_recipe(recipe: RecipeDone | None) -> Iterator[Finding]:
     if recipe is None:
         return
     yield from _about_pressure(recipe)
-    for note in recipe.notes:
-        what = with_full_stop(f"{note[0].upper()}{note[1:]}")
-        yield Finding(topic="recipe", what=what, remedy="Check it against what you meant.")
+    for one in recipe.notes:
+        yield doubt("record.recipe.note", said=one)
     if recipe.apart_mm is not None and recipe.apart_mm > SAME_MM:
-        yield Finding(
-            topic="recipe",
-            what=f"The shape is not what the recipe makes of the scan: they are up to "
-            f"{recipe.apart_mm:.2f} mm apart.",
-            remedy="Apply the recipe again (`limbgram edit apply`), or name the recipe that made "
-            "it; the ledger below is not this shape's.",
-            gravity="serious",
-        )
+        yield fault("record.recipe.apart", apart_mm=recipe.apart_mm)
 
 
 def _about_pressure(recipe: RecipeDone) -> Iterator[Finding]:
@@ -138,21 +107,21 @@ def _about_pressure(recipe: RecipeDone) -> Iterator[Finding]:
         for concern in line.concerns:
             if not concern.word:
                 continue
-            said = "accepted in the recipe" if concern.accepted else "NOT accepted in the recipe"
-            yield Finding(
-                topic="recipe",
-                what=f"Edit {line.number}: {told(concern.finding)} ({said}: {concern.word}).",
-                remedy="Look whether it is meant: what is made over the shape presses there. For "
-                "room use the edit relieve.",
-                gravity="serious",
+            yield fault(
+                "record.recipe.concern",
+                number=line.number,
+                what=concern.finding,
+                accepted=concern.accepted,
+                word=concern.word,
             )
     pressed = {name: -moved for name, moved in recipe.places_mm.items() if moved < -PRESSES_MM}
     if pressed:
-        places = ", ".join(f"{name} {depth:.1f} mm" for name, depth in pressed.items())
-        yield Finding(
-            topic="recipe",
-            what=f"All edits together press on places that bear no pressure: {places}.",
-            remedy="Give room there by the edit relieve, or know that it is meant.",
+        yield doubt(
+            "record.recipe.pressed",
+            places=tuple(
+                note("record.recipe.pressed_place", place=name, depth_mm=depth)
+                for name, depth in pressed.items()
+            ),
         )
 
 
@@ -160,28 +129,14 @@ def _about_case(case: CaseCited | None) -> Iterator[Finding]:
     if case is None:
         return
     for one in case.setups:
-        yield Finding(
-            topic="case",
-            what=sentence(one.finding),
-            remedy=advice(one.finding) or "The certificate lies beside the camera file.",
-            gravity="serious" if one.outcome == "fail" else "mild",
-        )
+        yield one.finding
     if not case.delivered:
-        yield Finding(
-            topic="case",
-            what="None of the shapes is a file of the case that is named.",
-            remedy="Scale and surface of the table of biases hold only if the shape came from it.",
-            gravity="serious",
-        )
+        yield fault("record.case.not_its_file")
     if case.light != "green":
-        yield Finding(
-            topic="case",
-            what=f"The capture's own assessment is {case.light.upper()}.",
-            remedy="Read the case's accuracy page: it says what limits it.",
-            gravity="serious" if case.light == "red" else "mild",
-        )
+        judge = fault if case.light == "red" else doubt
+        yield judge("record.case.light", light=case.light)
 
 
 def _about_comparison(comparison: Json | None) -> Iterator[Finding]:
-    for note in () if comparison is None else comparison["notes"]:
-        yield Finding(topic="comparison", what=note, remedy="Read the comparison with it in mind.")
+    for one in () if comparison is None else comparison["notes"]:
+        yield doubt("record.comparison", said=Finding.from_tree(one))

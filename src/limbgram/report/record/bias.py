@@ -14,6 +14,7 @@ import numpy as np
 from limbgram.core.errors import CarveError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import with_faces
+from limbgram.findings import Finding, note
 from limbgram.report.record.sources import CaseSource
 from limbgram.workbench.carving.mapping import MapOptions, map_radii
 from limbgram.workbench.carving.slab import clipped, distance_to, volume_between_mm3
@@ -39,7 +40,7 @@ class Bias:
     """The farthest that a place goes."""
     volume_share: float | None
     """Change of volume that goes with it, as a fraction."""
-    basis: str
+    basis: Finding
     """Where the figures come from, or why there are none."""
 
 
@@ -55,7 +56,7 @@ def biases(
         *_smoothing(ledger),
         _stl(mesh_in_limb),
         _aop(mesh_in_limb),
-        _unknown("carving", "`limbgram export --to gcode` carves its file by simulation and tells"),
+        _unknown("carving", note("record.bias.carving")),
     )
 
 
@@ -68,10 +69,10 @@ def mean_radius_mm(measures: Measures) -> float:
 
 def _scale(case: CaseSource | None, radius_mm: float) -> Bias:
     if case is None:
-        return _unknown("scale", "no case is named: --case tells how it was checked")
+        return _unknown("scale", note("record.bias.scale.no_case"))
     lengths = case.accuracy.lengths
     if not lengths.check or lengths.check_rms is None or lengths.check_worst is None:
-        return _unknown("scale", "no length checked it that had not set it")
+        return _unknown("scale", note("record.bias.scale.unchecked"))
     worst = abs(lengths.check_worst)
     return Bias(
         step="scale",
@@ -79,8 +80,12 @@ def _scale(case: CaseSource | None, radius_mm: float) -> Bias:
         typical_mm=lengths.check_rms * radius_mm,
         largest_mm=worst * radius_mm,
         volume_share=None,
-        basis=f"worst of {len(lengths.check)} check lengths off by {100 * worst:.3f} %, at the "
-        f"mean radius of {radius_mm:.0f} mm",
+        basis=note(
+            "record.bias.scale.checked",
+            lengths=len(lengths.check),
+            worst_per_cent=100 * worst,
+            radius_mm=radius_mm,
+        ),
     )
 
 
@@ -93,23 +98,23 @@ def _surface(mesh: Mesh, case: CaseSource | None) -> Bias:
             typical_mm=expected.rms_mm,
             largest_mm=None,
             volume_share=None,
-            basis=f"expected, from the {expected.basis}; without a truth no bias is known",
+            basis=note("record.bias.surface.expected", of=expected.basis),
         )
     known = None if mesh.sigma_mm is None else mesh.sigma_mm[np.isfinite(mesh.sigma_mm)]
     if known is None or not len(known):
-        return _unknown("surface", "the shape carries no uncertainty and no case is named")
+        return _unknown("surface", note("record.bias.surface.unknown"))
     return Bias(
         step="surface",
         bias_mm=None,
         typical_mm=float(np.sqrt(np.mean(known.astype(np.float64) ** 2))),
         largest_mm=None,
         volume_share=None,
-        basis="the vertices' own standard deviations",
+        basis=note("record.bias.surface.own"),
     )
 
 
 def _sock(limb: Limb, radius_mm: float) -> Bias:
-    tenth = f"{100 * 2 * 0.1 / radius_mm:.1f} % of volume"
+    tenth = 100 * 2 * 0.1 / radius_mm
     if limb.sock_mm:
         return Bias(
             step="sock taken off",
@@ -117,7 +122,7 @@ def _sock(limb: Limb, radius_mm: float) -> Bias:
             typical_mm=None,
             largest_mm=None,
             volume_share=None,
-            basis=f"meant; 0.1 mm of wrong thickness is 0.1 mm of radius, {tenth}",
+            basis=note("record.bias.sock.off", volume_per_cent=tenth),
         )
     return Bias(
         step="sock taken off",
@@ -125,7 +130,7 @@ def _sock(limb: Limb, radius_mm: float) -> Bias:
         typical_mm=None,
         largest_mm=None,
         volume_share=None,
-        basis=f"none recorded; each 0.1 mm that was worn adds {tenth}",
+        basis=note("record.bias.sock.none", volume_per_cent=tenth),
     )
 
 
@@ -142,7 +147,7 @@ def _smoothing(ledger: Ledger | None) -> Iterator[Bias]:
             volume_share=volume.after_ml / volume.before_ml - 1
             if volume is not None and volume.before_ml
             else None,
-            basis=f"moves of the surface; {line.displacement.mean_size_mm:.3f} mm on average",
+            basis=note("record.bias.smoothing", mean_mm=line.displacement.mean_size_mm),
         )
 
 
@@ -154,7 +159,7 @@ def _stl(mesh: Mesh) -> Bias:
         typical_mm=None,
         largest_mm=rounding,
         volume_share=None,
-        basis="rounding of its 32-bit numbers",
+        basis=note("record.bias.stl"),
     )
 
 
@@ -164,7 +169,7 @@ def _aop(mesh: Mesh) -> Bias:
     try:
         mapped = map_radii(mesh, options)
     except CarveError as error:
-        return _unknown(step, f"it cannot: {error}")
+        return _unknown(step, note("record.bias.aop.cannot", reason=error.finding))
     found = mapped.radius_map
     ends_mm = mapped.first_mm, mapped.first_mm + float(found.z_mm[-1])
     part = _without_lids(clipped(mesh, *ends_mm), ends_mm)
@@ -180,8 +185,7 @@ def _aop(mesh: Mesh) -> Bias:
         typical_mm=away.rms_mm,
         largest_mm=away.max_mm,
         volume_share=of_file / of_limb - 1,
-        basis=f"{options.spokes} spokes every {options.spacing_mm:g} mm, between the first slice "
-        "and the last",
+        basis=note("record.bias.aop", spokes=options.spokes, spacing_mm=options.spacing_mm),
     )
 
 
@@ -192,7 +196,7 @@ def _without_lids(part: Mesh, ends_mm: tuple[float, float]) -> Mesh:
     return with_faces(part, part.faces[~(lids[0] | lids[1])])
 
 
-def _unknown(step: str, why: str) -> Bias:
+def _unknown(step: str, why: Finding) -> Bias:
     return Bias(
         step=step, bias_mm=None, typical_mm=None, largest_mm=None, volume_share=None, basis=why
     )

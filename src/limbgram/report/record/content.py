@@ -9,13 +9,14 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from limbgram.capture.certificate import SetupCited
+from limbgram.findings import Finding
 from limbgram.report.accuracy.judgement import Light
 from limbgram.report.intended_use import OF_SHAPES
 from limbgram.report.record.bias import Bias
 from limbgram.workbench.limb import Side
 from limbgram.workbench.recipe.ledger import Line
 
-SCHEMA = "limbgram-report/1"
+SCHEMA = "limbgram-report/2"
 NAMES_NOTE = (
     "No name is printed here: files are told by the first digits of their SHA-256, landmarks "
     "with names of their own by numbers in the order of the limb file."
@@ -78,7 +79,7 @@ class TapeRead:
     within_mm: float | None
     """± of the difference, of tape and scan together; holds in 95 of 100."""
     conflict: bool
-    reason: str = ""
+    reason: Finding | None = None
     """Why there is nothing to compare with."""
     withdrawn: str = ""
     """When it was taken back."""
@@ -94,16 +95,6 @@ class SourceFile:
     id: str
     kind: str
     sha256: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class Finding:
-    """One thing to check or to know."""
-
-    topic: Literal["recipe", "case", "surface", "tape", "comparison", "file"]
-    what: str
-    remedy: str
-    gravity: Literal["serious", "mild"] = "mild"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,9 +9,8 @@ from collections.abc import Iterator, Sequence
 
 from limbgram.core.geometry.smoothing import SMOOTHED_OVER
 from limbgram.core.interval import HOLDS, Interval, plus_minus
-from limbgram.findings import told
+from limbgram.findings import Finding, told
 from limbgram.report.blocks import (
-    Advice,
     AdviceList,
     Banner,
     Block,
@@ -25,7 +24,7 @@ from limbgram.report.blocks import (
     Text,
 )
 from limbgram.report.drawings.drawing import Picture
-from limbgram.report.record.advice import APART, tape_checks
+from limbgram.report.record.advice import APART_MM, tape_checks
 from limbgram.report.record.content import Content, Json, RecipeDone
 from limbgram.workbench.recipe.accepting import Concern
 from limbgram.workbench.recipe.ledger import Figures, extreme_line
@@ -95,12 +94,10 @@ def record_report(content: Content, pictures: Sequence[Picture]) -> Report:
 
 
 def _findings(content: Content) -> Section:
-    items = tuple(
-        Advice(what=one.what, remedy=one.remedy, serious=one.gravity == "serious")
-        for one in content.findings
-    )
     return Section(
-        title="Before anything is made from it", blocks=(AdviceList(items=items),), sheet=1
+        title="Before anything is made from it",
+        blocks=(AdviceList(items=content.findings),),
+        sheet=1,
     )
 
 
@@ -142,8 +139,8 @@ def _to_sign(content: Content) -> Section:
         blocks = [
             Fields(labels=labels),
             Text(
-                words=f"Heights count from: {content.measures['reference']}. {APART} apart: find "
-                "out why before anything is made.",
+                words=f"Heights count from: {content.measures['reference']}. More than "
+                f"{APART_MM:g} mm apart: find out why before anything is made.",
                 note=True,
             ),
         ]
@@ -175,7 +172,7 @@ def _comparison(content: Content) -> Iterator[Section]:
     yield Section(
         title=f"Compared with {compared['first']}",
         blocks=(
-            Text(words=compared["verdict"]),
+            Text(words=_told(compared["verdict"])),
             Text(words=COMPARISON_NOTE, note=True),
             Table(heads=CHANGE_HEADS, rows=tuple(change_rows(content)), page_only=True),
         ),
@@ -279,7 +276,8 @@ def measure_note(content: Content) -> str:
     )
     spread = f"{HOLDS}." if with_sigma else ""
     skin, reference = _skin(content.measures["skin"]), content.measures["reference"]
-    beside = content.measures.get("beside") or ""
+    others = content.measures["beside"]
+    beside = "" if others is None else _told(others)
     return (
         f"{skin}Heights count from: {reference}. Tape: what a taut tape reads; "
         f"contour: along the skin, into hollows, {SMOOTHED_OVER}. ML: side to side, AP: front to "
@@ -297,9 +295,10 @@ def landmark_rows(content: Content) -> list[Row]:
 def tape_rows(content: Content) -> Iterator[Row]:
     """A row a reading."""
     for one in content.tape:
-        told = one.reason or ("they contradict each other" if one.conflict else "agrees")
-        told += f"; accepted {one.accepted}" if one.accepted else ""
-        told += f"; taken back {one.withdrawn}" if one.withdrawn else ""
+        said = "they contradict each other" if one.conflict else "agrees"
+        said = said if one.reason is None else told(one.reason)
+        said += f"; accepted {one.accepted}" if one.accepted else ""
+        said += f"; taken back {one.withdrawn}" if one.withdrawn else ""
         measured, difference = "", ""
         if one.measured_mm is not None:
             measured = f"{one.measured_mm:.1f}"
@@ -307,7 +306,7 @@ def tape_rows(content: Content) -> Iterator[Row]:
             if one.within_mm is not None:
                 difference += f" {plus_minus(Interval.of_half_width(one.within_mm), 1)}"
         height, read = f"{one.height_mm:g}", f"{one.read_mm:.1f}"
-        yield (one.made, height, read, measured, difference, told)
+        yield (one.made, height, read, measured, difference, said)
 
 
 def change_rows(content: Content) -> list[Row]:
@@ -367,7 +366,7 @@ def bias_rows(content: Content) -> list[Row]:
             "" if one.typical_mm is None else f"{one.typical_mm:.3f}",
             "" if one.largest_mm is None else f"{one.largest_mm:.3f}",
             "" if one.volume_share is None else f"{100 * one.volume_share:+.3f}",
-            one.basis,
+            told(one.basis),
         )
         for one in content.bias
     ]
@@ -391,7 +390,7 @@ def _height(content: Content, row: Json) -> str:
 def _measure_row(row: Json) -> Row:
     height = f"{row['from_reference_mm']:.1f}"
     if row["tape_mm"] is None:
-        return height, row["reason"]
+        return height, " ".join(map(_told, row["reasons"]))
     area, volume = row["area_mm2"], row["volume_below_ml"]
     per = {"value": area["value"] / 100, "sigma": area["sigma"] and area["sigma"] / 100}
     return (
@@ -409,7 +408,7 @@ def _change_row(row: Json) -> Row:
     height = f"{row['height_mm']:.1f}"
     tape, slab = row.get("tape_mm"), row["volume_since_last_level_ml"]
     if tape is None:
-        return height, row["reason"] or "-"
+        return height, "-" if row["reason"] is None else _told(row["reason"])
     return (
         height,
         f"{tape['second']:.1f}",
@@ -440,6 +439,11 @@ def _mark(concern: Concern) -> str:
 
 def _girths(figures: Figures) -> Row:
     return tuple("-" if girth is None else f"{girth:.1f}" for girth in figures.girths_mm)
+
+
+def _told(finding: Json) -> str:
+    """The sentence of a finding in a tree."""
+    return told(Finding.from_tree(finding))
 
 
 def _figure(figure: Json, decimals: int) -> str:

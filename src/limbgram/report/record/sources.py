@@ -195,11 +195,7 @@ def _scan(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource | None)
     for source in others:
         if wanted in ("", source.sha256):
             return source
-    raise OptionsError(
-        "The recipe was made for another scan than "
-        + " and ".join(source.limb.name for source in others)
-        + ". Name the scan it was made for by --against, or leave the recipe out."
-    )
+    raise OptionsError("record.recipe.other_scan", scans=tuple(one.limb.name for one in others))
 
 
 def _apart_mm(one: Mesh, other: Mesh) -> float:

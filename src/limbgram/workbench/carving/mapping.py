@@ -22,6 +22,8 @@ _POINT_MM = 0.05
 """Nearer than this the axis has only just come in: the first slice is the point where it does."""
 _STEP_MM = 0.001
 """Heights are multiples of this, as files hold them."""
+_SPOKES, _MOST_DISTAL, _SPACINGS_MM = (3, 3600), 100, (0.05, 50.0)
+"""What a map may have."""
 _FINE_STEPS = 101
 _AT_ONCE = 25
 """Heights cast together: the one sought is mostly among the first."""
@@ -128,14 +130,25 @@ def highest_whole_mm(mesh: Mesh) -> float:
 
 
 def _check(options: MapOptions) -> None:
-    if not (3 <= options.spokes <= 3600 and 0 <= options.distal_slices <= 100):
+    fewest, most = _SPOKES
+    if not (fewest <= options.spokes <= most and 0 <= options.distal_slices <= _MOST_DISTAL):
         raise OptionsError(
-            f"{options.spokes} spokes and {options.distal_slices} distal slices cannot be: take 3 "
-            "to 3600 spokes (120 is usual) and 0 to 100 distal slices."
+            "carve.map.counts",
+            spokes=options.spokes,
+            distal_slices=options.distal_slices,
+            fewest_spokes=fewest,
+            most_spokes=most,
+            usual_spokes=DEFAULTS.spokes,
+            most_distal_slices=_MOST_DISTAL,
         )
-    if not 0.05 <= options.spacing_mm <= 50:
+    least_mm, most_mm = _SPACINGS_MM
+    if not least_mm <= options.spacing_mm <= most_mm:
         raise OptionsError(
-            f"Slices {options.spacing_mm:g} mm apart cannot be: take 0.05 to 50 mm (2 is usual)."
+            "carve.map.spacing",
+            spacing_mm=options.spacing_mm,
+            least_mm=least_mm,
+            most_mm=most_mm,
+            usual_mm=DEFAULTS.spacing_mm,
         )
 
 
@@ -144,7 +157,9 @@ def _first(mesh: Mesh, thetas: np.ndarray, options: MapOptions) -> float:
     low_mm, high_mm = float(heights.min()), float(heights.max())
     if options.from_mm is not None:
         if not low_mm <= options.from_mm < high_mm:
-            raise _no_height(options.from_mm, low_mm, high_mm)
+            raise OptionsError(
+                "carve.map.no_slice", height_mm=options.from_mm, low_mm=low_mm, high_mm=high_mm
+            )
         return options.from_mm
     pierced = axis_heights_mm(mesh)
     if len(pierced) and pierced[0] < (low_mm + high_mm) / 2:
@@ -152,11 +167,7 @@ def _first(mesh: Mesh, thetas: np.ndarray, options: MapOptions) -> float:
     else:
         first_mm = _outermost(mesh, thetas, low_mm, high_mm, options)
     if first_mm - low_mm > options.most_lost_mm:
-        raise CarveError(
-            f"The long axis meets the distal end {first_mm - low_mm:.1f} mm above its lowest "
-            "point, and all below would be lost. Align the limb so that the axis leaves through "
-            "the distal tip, or say from which height to begin."
-        )
+        raise CarveError("carve.map.tip_lost", lost_mm=first_mm - low_mm)
     return first_mm
 
 
@@ -167,15 +178,10 @@ def _last(mesh: Mesh, thetas: np.ndarray, first_mm: float, options: MapOptions) 
         _refuse_if_bent(mesh, thetas, last_mm, options)
         return last_mm
     if not first_mm + _STEP_MM < options.to_mm <= high_mm:
-        raise _no_height(options.to_mm, first_mm, high_mm)
+        raise OptionsError(
+            "carve.map.no_slice", height_mm=options.to_mm, low_mm=first_mm, high_mm=high_mm
+        )
     return options.to_mm
-
-
-def _no_height(asked_mm: float, low_mm: float, high_mm: float) -> OptionsError:
-    return OptionsError(
-        f"The limb has no slice at {asked_mm:g} mm: it reaches from {low_mm:.1f} to "
-        f"{high_mm:.1f} mm in its own frame. Choose a height between."
-    )
 
 
 def _outermost(
@@ -199,10 +205,7 @@ def _first_whole(mesh: Mesh, thetas: np.ndarray, tried_mm: np.ndarray) -> float:
         whole[order] = (cast_radii(mesh, thetas, some_mm[order]).crossings > 0).all(1)
         if whole.any():
             return float(some_mm[whole.argmax()])
-    raise CarveError(
-        "At no height does the surface go all round the long axis: the axis lies outside the "
-        "limb, or a side is open. Align the limb, or close its holes first."
-    )
+    raise CarveError("carve.map.never_round")
 
 
 def _refuse_if_bent(mesh: Mesh, thetas: np.ndarray, last_mm: float, options: MapOptions) -> None:
@@ -215,10 +218,10 @@ def _refuse_if_bent(mesh: Mesh, thetas: np.ndarray, last_mm: float, options: Map
     several = int((crossings > 1).sum())
     if several > (crossings == 1).sum():
         raise CarveError(
-            f"Above {last_mm:.0f} mm the long axis leaves the limb, or its wall is double: "
-            f"{several:,} of "
-            f"{int((crossings > 0).sum()):,} rays that meet the surface there cross it several "
-            "times. Align the limb so that the axis stays inside, or say at which height to end."
+            "carve.map.bent",
+            height_mm=last_mm,
+            several=several,
+            meeting=int((crossings > 0).sum()),
         )
 
 
@@ -239,11 +242,14 @@ def _refuse_if_many(
     rows = heights_mm[bad.any(1)]
     missed = int((bad & (cast.crossings == 0)).sum())
     raise CarveError(
-        f"{int(bad.sum()):,} of {bad.size:,} rays from the long axis ({bad.mean():.1%}) do not "
-        f"meet the surface once: {missed:,} miss it and {int(bad.sum()) - missed:,} cross it "
-        f"several times, between {rows.min():.0f} and {rows.max():.0f} mm. No radius map can hold "
-        "undercuts, double walls or a limb that bends away from its axis. Align the limb, trim "
-        "it, or send STL."
+        "carve.map.not_once",
+        bad=int(bad.sum()),
+        rays=bad.size,
+        share=float(bad.mean()),
+        missed=missed,
+        several=int(bad.sum()) - missed,
+        from_mm=float(rows.min()),
+        to_mm=float(rows.max()),
     )
 
 

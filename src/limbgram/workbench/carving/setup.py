@@ -94,7 +94,7 @@ _MANDREL_GAP_MM = 1.0
 _ROUND_TIP_MM = 30.0
 """Up to so far over the distal end a shape may be thinner than the mandrel: there it is round."""
 
-_LARGEST_BLANK_MM = 3000.0
+_SMALLEST_BLANK_MM, _LARGEST_BLANK_MM = 1.0, 3000.0
 """No carver for limbs or torsos takes a larger one."""
 _LIMITS: dict[str, tuple[float, float]] = {
     "tool_diameter_mm": (1, 60),
@@ -120,24 +120,25 @@ def check_options(options: CarveOptions) -> None:
         value = float(getattr(options, name))
         if not low <= value <= high:
             raise OptionsError(
-                f"{name} = {value:g} cannot be: it lies between {low:g} and {high:g}."
+                "carve.option.beyond", option=name, given=value, least=float(low), most=float(high)
             )
     for name in ("blank_diameter_mm", "blank_length_mm"):
         value = getattr(options, name)
-        if value is not None and not 1 <= value <= _LARGEST_BLANK_MM:
+        if value is not None and not _SMALLEST_BLANK_MM <= value <= _LARGEST_BLANK_MM:
             raise OptionsError(
-                f"{name} = {value:g} cannot be: it lies between 1 and {_LARGEST_BLANK_MM:g}."
+                "carve.option.beyond",
+                option=name,
+                given=value,
+                least=_SMALLEST_BLANK_MM,
+                most=_LARGEST_BLANK_MM,
             )
     if options.most_turns is not None and options.most_turns < 2:
-        raise OptionsError(
-            "A helix needs room for two turns at least before it turns back. Allow more, or carve "
-            "in rings."
-        )
+        raise OptionsError("carve.turns.few")
     if not 0 <= options.beyond_tip_mm <= options.tool_diameter_mm:
         raise OptionsError(
-            f"The blank reaches {options.beyond_tip_mm:g} mm over the tip: with a tool of "
-            f"{options.tool_diameter_mm:g} mm more than that would be sawn off and fly. Cut the "
-            "blank shorter, or leave a spigot for the tailstock."
+            "carve.blank.over_tip",
+            beyond_tip_mm=options.beyond_tip_mm,
+            tool_diameter_mm=options.tool_diameter_mm,
         )
 
 
@@ -162,14 +163,15 @@ def fit_blank(options: CarveOptions, radius_mm: float, low_mm: float, high_mm: f
     diameter_mm = options.blank_diameter_mm or 10 * math.ceil((2 * radius_mm + 2) / 10)
     if diameter_mm < 2 * radius_mm:
         raise CarveError(
-            f"A blank of {diameter_mm:g} mm is too thin: the shape needs {2 * radius_mm:.1f} mm "
-            "round its long axis. Take a thicker one, or align the limb nearer to its middle."
+            "carve.blank.thin", diameter_mm=float(diameter_mm), needed_mm=2 * radius_mm
         )
     if options.blank_length_mm is not None and options.blank_length_mm < needed_mm:
         raise CarveError(
-            f"A blank of {options.blank_length_mm:g} mm is too short: {needed_mm:.1f} mm are "
-            f"needed, {options.beyond_tip_mm:g} of them over the tip and {options.ball_mm:g} "
-            "between the last cut and the chuck. Take a longer one, or end lower."
+            "carve.blank.short",
+            length_mm=options.blank_length_mm,
+            needed_mm=needed_mm,
+            beyond_tip_mm=options.beyond_tip_mm,
+            to_chuck_mm=options.ball_mm,
         )
     return Blank(radius_mm=diameter_mm / 2, from_mm=low_mm - options.beyond_tip_mm, to_mm=high_mm)
 
@@ -182,10 +184,11 @@ def check_mandrel(options: CarveOptions, radii_mm: Radii, over_tip_mm: Radii) ->
     if bare.any():
         worst = int(np.argmin(np.where(bare, radii_mm, np.inf)))
         raise CarveError(
-            f"The mandrel of {options.mandrel_diameter_mm:g} mm would stand out of the shape: it "
-            f"comes within {radii_mm[worst]:.1f} mm of the axis {over_tip_mm[worst]:.0f} mm over "
-            f"its distal end ({options.standing_mm:g} mm are needed). Take a thinner mandrel, or "
-            "align the limb nearer to its middle."
+            "carve.mandrel.bare",
+            mandrel_diameter_mm=options.mandrel_diameter_mm,
+            radius_mm=float(radii_mm[worst]),
+            over_tip_mm=float(over_tip_mm[worst]),
+            needed_mm=options.standing_mm,
         )
 
 
@@ -193,8 +196,4 @@ def check_reach(options: CarveOptions, blank: Blank, lowest_tip_mm: float) -> No
     """The holder stays outside the blank when the tool is at its deepest."""
     needed_mm = blank.radius_mm - lowest_tip_mm
     if options.tool_reach_mm < needed_mm:
-        raise CarveError(
-            f"The tool reaches {options.tool_reach_mm:g} mm beyond its holder and "
-            f"{needed_mm:.1f} mm are needed to carve this blank: the holder would hit it. Take a "
-            "longer tool, a thinner blank, or leave a spigot at the distal end."
-        )
+        raise CarveError("carve.tool.short", reach_mm=options.tool_reach_mm, needed_mm=needed_mm)

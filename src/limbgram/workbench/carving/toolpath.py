@@ -98,9 +98,7 @@ def _end(mesh: Mesh, options: CarveOptions) -> float:
     least_mm = low_mm + options.ball_mm
     if not least_mm < options.to_mm <= whole_mm:
         raise OptionsError(
-            f"Carving cannot end at {options.to_mm:g} mm: the surface goes all round up to "
-            f"{whole_mm:.1f} mm, and less than the tool's radius, up to {least_mm:.1f} mm, is not "
-            "carved. Choose a height between."
+            "carve.end.beyond", to_mm=options.to_mm, whole_mm=whole_mm, least_mm=least_mm
         )
     return options.to_mm
 

@@ -12,13 +12,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.core.errors import MeasureError, OptionsError, with_full_stop
+from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
-from limbgram.core.interval import COVER, Interval, plus_minus
+from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.findings import told
+from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.compare.deviation import Deviation, deviation
-from limbgram.workbench.compare.frames import Axes, axes_of, mesh_in_frame, outside_by_name
+from limbgram.workbench.compare.frames import (
+    Axes,
+    axes_of,
+    mesh_in_frame,
+    outside_by_name,
+)
 from limbgram.workbench.compare.icp import Looseness
 from limbgram.workbench.compare.levels import (
     Change,
@@ -28,6 +33,7 @@ from limbgram.workbench.compare.levels import (
 )
 from limbgram.workbench.compare.radial import RadialErrors, SpokeOptions, radial_errors
 from limbgram.workbench.compare.registration import (
+    FAR_MM,
     Alignment,
     RegistrationOptions,
     as_is,
@@ -38,13 +44,12 @@ from limbgram.workbench.compare.registration import (
 )
 from limbgram.workbench.limb import Limb
 
+_LEAST_SPACING_MM = 1.0
 _SOCK_MM = 0.01
 _SLID_MM, _LOOSE_MM, _LOOSE_GROWTH = 1.0, 0.5, 3.0
 """From here on pointed out: a slide along the axis, its standard deviation, and what 1 mm of growth
 
 all round would slide, mm."""
-_FAR_MARKS_MM = 5.0
-"""Landmarks that stay this far apart, root mean square, are not the same places."""
 _FRAMES_DEG, _FRAMES_MM = 5.0, 10.0
 """Two alignments that lie so near to where the shapes put each other can both be good ones."""
 
@@ -92,40 +97,36 @@ class Comparison:
     laid; None where that is not known, or exact."""
     by_shape: ByShape | None
     """Where auto laid them otherwise than by shape, and neither was made from the other."""
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
     """What a reader must know to trust the figures."""
 
 
 def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Comparison:
     """Lay the second shape on the first and measure what differs."""
-    if not (np.isfinite(options.spacing_mm) and options.spacing_mm >= 1.0):
+    if not (np.isfinite(options.spacing_mm) and options.spacing_mm >= _LEAST_SPACING_MM):
         raise OptionsError(
-            f"Levels {options.spacing_mm:g} mm apart cannot be used. Choose 1 mm or more."
+            "compare.spacing.small", spacing_mm=options.spacing_mm, least_mm=_LEAST_SPACING_MM
         )
     brim_mm = options.registration.brim_mm
     if not (np.isfinite(brim_mm) and brim_mm >= 0):
-        raise OptionsError(f"A brim of {brim_mm:g} mm cannot be. Choose 0 mm or more.")
+        raise OptionsError("compare.brim.negative", brim_mm=brim_mm)
     first, second = outside_by_name(first), outside_by_name(second)
     axes = axes_of(first)
     registration = options.registration
     alignment = lay(first, second, axes, registration)
     one = mesh_in_frame(first.mesh, axes.limb_from_mesh)
     two = mesh_in_frame(second.mesh, axes.limb_from_mesh @ alignment.first_from_second)
-    notes = [with_full_stop(told(one)) for one in (*first.notes, *second.notes)]
-    notes += [*alignment.notes, *at_odds(first, second)]
-    if axes.note:
-        notes.append(axes.note)
+    notes = [*first.notes, *second.notes, *alignment.notes, *at_odds(first, second)]
+    if axes.doubt is not None:
+        notes.append(axes.doubt)
     scanned = one.sigma_mm is not None and two.sigma_mm is not None
     if scanned and alignment.looseness is None and not alignment.exact:
-        notes.append(
-            "What stands behind ± are the errors of both scans, not those of how they were laid on "
-            "each other: 1 mm along the axis moves the volume by a slice of 1 mm."
-        )
+        notes.append(note("compare.within.of_scans"))
     try:
         radial = radial_errors(one, two, brim_mm, options.spokes)
     except MeasureError as error:
         radial = None
-        notes.append(f"There is no mean radial error. {error}")
+        notes.append(doubt("compare.radial.none", reason=error.finding))
     heights = shared_heights_mm(one, two, options.spacing_mm)
     levels = changes_by_level(one, two, heights, alignment.slide_sigma_mm)
     loose = alignment.looseness
@@ -170,19 +171,16 @@ def _by_what_is_known(
 
     Where most of the surface is unchanged the shape holds it better than any hand marks it.
     """
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
     if not options.mostly_unchanged:
         try:
             laid = _by_landmarks(first, second, axes, options)
         except MeasureError:
             laid = None
-        if laid is not None and laid.rms_mm is not None and laid.rms_mm <= _FAR_MARKS_MM:
+        if laid is not None and laid.rms_mm is not None and laid.rms_mm <= FAR_MM:
             return laid
         if laid is not None:
-            notes = (
-                f"The landmarks that both shapes have were not used: laid {laid.sentence}, they "
-                "are not the same places. Mark them again.",
-            )
+            notes = (doubt("compare.landmarks.unlike", how=laid.how),)
     shaped = _by_shape(first, second, axes, options)
     open_place = shaped.slide_sigma_mm > _LOOSE_MM
     if open_place and not options.mostly_unchanged and _good_frames(first, second, shaped):
@@ -191,9 +189,7 @@ def _by_what_is_known(
             notes=(
                 *notes,
                 *shaped.notes,
-                "Limb frame was laid on limb frame, as the shape alone leaves open where the "
-                "second belongs along the axis. Each frame begins at its own distal end and is as "
-                "good as its landmarks: three landmarks that both shapes have tell more.",
+                doubt("compare.frames.taken"),
             ),
         )
     return replace(shaped, notes=(*notes, *shaped.notes))
@@ -264,24 +260,14 @@ def _by_shape(first: Limb, second: Limb, axes: Axes, options: RegistrationOption
     along = axes.limb_from_mesh.rotation[2]
     sigma_mm = _along_mm(loose, axes)
     growth = float(along @ loose.growth_shift)
-    place = (
-        f"its place along the long axis is known to {plus_minus(Interval.of_sigma(sigma_mm), 2)} mm"
-    )
     slid_mm = _slid_mm(first, second, axes, laid)
-    if slid_mm is not None:
-        place += f" and lies {slid_mm:+.2f} mm from where the limb frames put it"
+    place = note("compare.laid.place", within_mm=COVER * sigma_mm, slid_mm=slid_mm)
     notes = list(laid.notes)
     if abs(slid_mm or 0.0) > _SLID_MM or sigma_mm > _LOOSE_MM or abs(growth) > _LOOSE_GROWTH:
-        notes.append(
-            f"Laid by shape, the second slides along the long axis: {place}. 1 mm taken off or "
-            f"added all round passes for a slide of {abs(growth):.1f} mm, and girths and volumes "
-            "move with it. Three landmarks marked on both do not slide, and are then taken "
-            "(`limbgram align --landmark`); if one shape was made from the other, or both are "
-            "aligned well, --align as-is takes them as they lie."
-        )
+        notes.append(doubt("compare.shape.slides", place=place, slide_mm=abs(growth)))
     return replace(
         laid,
-        sentence=f"{laid.sentence}; {place}",
+        how=note("compare.laid.shape_and_place", how=laid.how, place=place),
         slide_sigma_mm=sigma_mm,
         slid_mm=slid_mm,
         notes=tuple(notes),
@@ -309,26 +295,25 @@ def _by_volume(first: Limb, second: Limb, axes: Axes, options: RegistrationOptio
         shaped,
         way="volume",
         first_from_second=axes.limb_from_mesh.inverse @ along @ limb_from_second,
-        sentence=f"by volume: laid by shape, then slid {slide.shift_mm:+.2f} mm along the long "
-        f"axis until both hold the same volume below {slide.height_mm:.1f} mm",
+        how=note("compare.laid.volume", slid_mm=slide.shift_mm, height_mm=slide.height_mm),
         rms_mm=None,
         looseness=None,
     )
 
 
-def at_odds(first: Limb, second: Limb) -> tuple[str, ...]:
+def at_odds(first: Limb, second: Limb) -> tuple[Finding, ...]:
     """What to say where one is a left limb and the other a right one, or wore another sock."""
-    notes: list[str] = []
+    notes: list[Finding] = []
     sides = [limb.frame.side for limb in (first, second) if limb.frame is not None]
     if set(sides) == {"left", "right"}:
-        notes.append(
-            f"The first is a {sides[0]} limb and the second a {sides[1]} one: what differs may be "
-            "that. Mirror one of them by `limbgram edit` to compare both sides."
-        )
+        notes.append(doubt("compare.sides.differ", first=sides[0], second=sides[1]))
     if abs(first.sock_mm - second.sock_mm) >= _SOCK_MM:
         notes.append(
-            f"A sock of {first.sock_mm:g} mm was taken off the first shape and of "
-            f"{second.sock_mm:g} mm off the second: if both wore the same sock, up to "
-            f"{abs(first.sock_mm - second.sock_mm):g} mm of the difference is the sock."
+            doubt(
+                "compare.socks.differ",
+                first_mm=first.sock_mm,
+                second_mm=second.sock_mm,
+                apart_mm=abs(first.sock_mm - second.sock_mm),
+            )
         )
     return tuple(notes)

@@ -127,10 +127,7 @@ def _map(mesh: Mesh, ground: Ground, brim_mm: float, *, sign: float) -> Differen
     areas = mesh.vertex_areas_mm2()
     valid = measured_vertices(mesh, brim_mm) & ~found.at_brim & found.measured & (areas > 0)
     if not valid.any():
-        raise MeasureError(
-            "No place of one surface has a counterpart on the other: they are open shells that do "
-            "not face each other, or everything lies near a brim. Look at the alignment."
-        )
+        raise MeasureError("compare.surface.no_counterpart")
     difference = np.where(valid, sign * found.signed_mm, np.nan)
     cosine = np.einsum("nc,nc->n", own, found.smooth_normals)
     sine = np.linalg.norm(np.cross(own, found.smooth_normals), axis=1)

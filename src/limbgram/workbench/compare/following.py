@@ -22,11 +22,16 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.core.errors import MeasureError, OptionsError, with_full_stop
-from limbgram.core.interval import COVER, Interval, plus_minus, widening
-from limbgram.findings import told
+from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.interval import COVER, widening
+from limbgram.findings import Finding, note
 from limbgram.workbench.compare.comparison import CompareOptions, at_odds, lay
-from limbgram.workbench.compare.frames import Axes, axes_of, mesh_in_frame, outside_by_name
+from limbgram.workbench.compare.frames import (
+    Axes,
+    axes_of,
+    mesh_in_frame,
+    outside_by_name,
+)
 from limbgram.workbench.compare.levels import (
     PLY_SHARE,
     alike_in_detail,
@@ -68,7 +73,7 @@ class Stack:
     tapes_mm: Float64[np.ndarray, "n k"]
     """Girths as a tape reads them; NaN where there is no whole section."""
     tape_sigmas_mm: Float64[np.ndarray, "n k"]
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,7 +123,7 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
         shared &= set(shared_heights_mm(meshes[0], mesh, options.spacing_mm))
     heights = tuple(sorted(shared))
     if not heights:
-        raise MeasureError("The scans share no level: look at their alignment.")
+        raise MeasureError("compare.series.no_level")
     loose_mm = [0.0, *(alignment.slide_sigma_mm for alignment in alignments)]
     against = [
         changes_by_level(meshes[0], mesh, heights, sigma_mm)
@@ -126,22 +131,19 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     ]
     for limb, change in zip(limbs, against):
         if change.volume is None:
-            raise MeasureError(f"{limb.name or 'A scan'}: {change.reason}")
+            raise MeasureError("compare.series.no_volume", name=limb.name, reason=change.reason)
     starts = {change.from_mm for change in against}
     if len(starts) > 1:
-        raise MeasureError(
-            "Some of the scans are open at their distal end and others are closed, so their "
-            "volumes mean different things. Fill the distal end of all, or leave the odd one out."
-        )
+        raise MeasureError("compare.series.ends_differ")
     volumes = [change.volume.second for change in against if change.volume is not None]
     tapes = [
         [level.measures["tape_mm"].second if level.measures else None for level in change.levels]
         for change in against
     ]
-    notes = [with_full_stop(told(note)) for limb in limbs for note in limb.notes]
-    notes += [note for alignment in alignments for note in alignment.notes]
-    notes += [note for limb in limbs[1:] for note in at_odds(first, limb)]
-    notes += [axes.note] if axes.note else []
+    notes = [one for limb in limbs for one in limb.notes]
+    notes += [one for alignment in alignments for one in alignment.notes]
+    notes += [one for limb in limbs[1:] for one in at_odds(first, limb)]
+    notes += [] if axes.doubt is None else [axes.doubt]
     return Stack(
         axes=axes,
         alignments=alignments,
@@ -182,25 +184,22 @@ class Series:
         return COVER * float(np.hypot(self.volume_sigmas_mm3[-1], self.volume_sigmas_mm3[0]))
 
     @property
-    def sentence(self) -> str:
+    def finding(self) -> Finding:
+        """Whether the limb grows or shrinks, and by how much."""
         start = float(self.stack.volumes_mm3[0])
-        change, reach = self.change_mm3 / 1000, self.change_95_mm3 / 1000
-        rate = self.volume.per_week / 1000
-        about = plus_minus(Interval.of_half_width(self.volume.per_week_95 / 1000), 1)
-        within = plus_minus(Interval.of_half_width(reach), 1)
-        span = f"{(self.days[-1] - self.days[0]).days} days"
         share = self.change_mm3 / start
-        rates = f"{rate:+.1f} {about} mL a week ({self.volume.per_week / start:+.2%} a week)"
-        if not self.volume.is_clear:
-            return (
-                f"No trend can be told: the volume's {rates} over {span} lies within its "
-                f"uncertainty (95 %). Last scan less first: {change:+.1f} {within} mL."
-            )
-        word = "grows" if rate > 0 else "shrinks"
-        return (
-            f"The limb {word}: {rates}, 95 %. Last scan less first, {span}: {change:+.1f} "
-            f"{within} mL ({share:+.1%}, like {abs(share) / PLY_SHARE:.1f} sock plies)"
-            + ("." if abs(change) > reach else ", within its uncertainty by itself.")
+        return note(
+            "trend.told" if self.volume.is_clear else "trend.none",
+            grows=self.volume.per_week > 0,
+            per_week_ml=self.volume.per_week / 1000,
+            per_week_within_ml=self.volume.per_week_95 / 1000,
+            per_week_share=self.volume.per_week / start,
+            days=(self.days[-1] - self.days[0]).days,
+            change_ml=self.change_mm3 / 1000,
+            change_within_ml=self.change_95_mm3 / 1000,
+            change_share=share,
+            plies=abs(share) / PLY_SHARE,
+            clear=abs(self.change_mm3) > self.change_95_mm3,
         )
 
 
@@ -240,14 +239,15 @@ class Repeats:
     """Of the girths of two captures; None where there are more."""
 
     @property
-    def sentence(self) -> str:
-        mean = float(self.stack.volumes_mm3.mean())
-        icc = self.girths.icc_2_1
-        return (
-            f"{len(self.names)} captures: two volumes of this limb differ by less than "
-            f"{self.volume.coefficient / 1000:.1f} mL ({self.volume.coefficient / mean:.2%}), two "
-            f"girths by less than {self.girths.coefficient:.2f} mm, 95 times of 100"
-            + ("." if icc is None else f"; ICC(2,1) of the girths {icc:.4f}.")
+    def finding(self) -> Finding:
+        """How far captures of this limb differ."""
+        return note(
+            "trend.repeats",
+            captures=len(self.names),
+            volume_ml=self.volume.coefficient / 1000,
+            volume_share=self.volume.coefficient / float(self.stack.volumes_mm3.mean()),
+            girth_mm=self.girths.coefficient,
+            icc_2_1=self.girths.icc_2_1,
         )
 
 
@@ -255,15 +255,9 @@ def follow(visits: Sequence[Visit], options: FollowOptions = DEFAULTS) -> Series
     """Volumes, girths and trends of a limb that was scanned on several days."""
     ordered = sorted(visits, key=lambda visit: visit.day)
     if len({visit.day for visit in ordered}) < 2:
-        raise OptionsError(
-            "All scans are of one day, so there is no trend. Give the day of each scan; for "
-            "repeated scans of an unchanged limb ask for their repeatability instead."
-        )
+        raise OptionsError("trend.one_day")
     if not 0 < options.assumed_volume_share < 0.5:
-        raise OptionsError(
-            f"A repeatability of {options.assumed_volume_share:.2%} of the volume cannot be used. "
-            "Write one standard deviation in per cent, such as 1."
-        )
+        raise OptionsError("trend.repeatability", share=options.assumed_volume_share)
     scans = stack([visit.limb for visit in ordered], options.compare)
     days = np.array([visit.day.toordinal() for visit in ordered], np.float64)
     volume_sigmas, source = _sigmas(
@@ -293,10 +287,7 @@ def repeats(limbs: Sequence[Limb], options: CompareOptions) -> Repeats:
     scans = stack(limbs, replace(options, registration=unchanged))
     whole = np.isfinite(scans.tapes_mm).all(0)
     if not whole.any():
-        raise MeasureError(
-            "No level is whole in every capture, so girths cannot be compared. Fill the holes of "
-            "the scans, or choose another spacing of levels."
-        )
+        raise MeasureError("trend.no_whole_level")
     tapes = scans.tapes_mm[:, whole]
     pair = len(limbs) == 2 and tapes.shape[1] >= 2
     independent = independent_levels(tapes.T)
@@ -358,10 +349,7 @@ def repeatability(
     """
     subjects, captures = table.shape
     if captures < 2 or subjects < 1 or not np.isfinite(table).all():
-        raise MeasureError(
-            f"Repeatability needs two whole captures of a thing or more; there are {captures} of "
-            f"{subjects}. Scan the same unchanged limb again."
-        )
+        raise MeasureError("trend.few_captures", captures=captures, subjects=subjects)
     within = float(((table - table.mean(1, keepdims=True)) ** 2).sum() / subjects / (captures - 1))
     free = (captures - 1) * (subjects if independent is None else independent)
     return Repeatability(
@@ -389,10 +377,7 @@ def bland_altman(
         MeasureError: fewer than two subjects.
     """
     if len(first) < 2:
-        raise MeasureError(
-            f"Limits of agreement need two values or more; there are {len(first)}. Compare at "
-            "more levels."
-        )
+        raise MeasureError("trend.few_values", count=len(first))
     off = second - first
     bias, variance, count = float(off.mean()), float(off.var(ddof=1)), float(len(off))
     free = count - 1

@@ -9,6 +9,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.axis import fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges
+from limbgram.findings import Finding, doubt
 from limbgram.workbench import bodies
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb
@@ -21,20 +22,18 @@ class Axes:
     limb_from_mesh: Rigid
     anatomical: bool
     """True if the clinician aligned the limb, so that front and right mean something."""
-    note: str | None
+    doubt: Finding | None
 
 
 def axes_of(limb: Limb) -> Axes:
     """The limb's own frame, or a fitted long axis, or at least the file's z axis."""
     if limb.frame is not None:
-        return Axes(limb_from_mesh=limb.frame.limb_from_mesh, anatomical=True, note=None)
-    name = limb.name or "The first shape"
+        return Axes(limb_from_mesh=limb.frame.limb_from_mesh, anatomical=True, doubt=None)
     try:
         return Axes(
             limb_from_mesh=_fitted(limb),
             anatomical=False,
-            note=f"{name} has no limb frame: heights run along its fitted long axis from the "
-            "distal end, and sides have no names. `limbgram align` gives it one.",
+            doubt=doubt("compare.axes.fitted", name=limb.name),
         )
     except MeasureError as error:
         low, high = limb.mesh.vertices_mm.min(0), limb.mesh.vertices_mm.max(0)
@@ -42,8 +41,7 @@ def axes_of(limb: Limb) -> Axes:
         return Axes(
             limb_from_mesh=Rigid(np.eye(3), -foot),
             anatomical=False,
-            note=f"{name} has no limb frame and none could be fitted, so its file's z axis is "
-            f"taken for the long axis. {error}",
+            doubt=doubt("compare.axes.of_file", name=limb.name, reason=error.finding),
         )
 
 
@@ -70,5 +68,5 @@ def _fitted(limb: Limb) -> Rigid:
     across = np.eye(3)[int(np.argmin(np.abs(direction)))]
     aligned = align(limb, AlignOptions(side="none", anterior=across))
     if aligned.frame is None:
-        raise MeasureError("Its alignment gave no frame.")
+        raise MeasureError("compare.axes.none")
     return aligned.frame.limb_from_mesh

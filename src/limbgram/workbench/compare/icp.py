@@ -27,6 +27,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.interval import widening
+from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.compare.counterparts import Counterparts, Ground, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
 from limbgram.workbench.frame.names import paired
@@ -86,7 +87,7 @@ class Fit:
     """Root mean square distance of all places, each at most `cap_mm`."""
     rounds: int
     converged: bool
-    undetermined: tuple[str, ...]
+    undetermined: tuple[Finding, ...]
     """Motions that hardly change the fit."""
     larger_share: float
     """By how much, as a fraction of all lengths, the second surface is larger than the first."""
@@ -253,23 +254,23 @@ def _columns(placed: Points3, normals: Points3, middle: Vector3, reach_mm: float
 
 def _undetermined(
     placed: Points3, found: Counterparts, weights: Float64[np.ndarray, " n"]
-) -> tuple[str, ...]:
+) -> tuple[Finding, ...]:
     if not weights.any():
-        return ("everything",)
+        return (doubt("compare.shape.tells_nothing"),)
     middle, reach_mm = _arms(placed, weights)
     columns = _columns(placed, found.smooth_normals, middle, reach_mm)
     normal = (columns * weights[:, None]).T @ columns / weights.sum()
     values, vectors = np.linalg.eigh(normal)
-    names: list[str] = []
+    open_motions: list[Finding] = []
     for value, vector in zip(values, vectors.T):
         if value < _LOOSE:
             turning = float(np.sum(vector[:3] ** 2)) > 0.5
             direction = vector[:3] if turning else vector[3:]
             direction = direction / np.linalg.norm(direction)
             direction *= np.sign(direction[np.argmax(np.abs(direction))])
-            place = ", ".join(f"{part:.2f}" for part in direction + 0.0)
-            names.append(f"{'turning about' if turning else 'shifting along'} ({place})")
-    return tuple(names)
+            way = tuple((direction + 0.0).tolist())
+            open_motions.append(doubt("compare.shape.open", turning=turning, direction=way))
+    return tuple(open_motions)
 
 
 def _orthonormal(pose: Rigid) -> Rigid:
@@ -292,17 +293,16 @@ class Descent:
 
     first_from_second: Rigid
     """Between the frames of the meshes."""
-    reason: str
-    """Words after "because"."""
+    because: Finding
 
 
 def descent(first: Limb, second: Limb) -> Descent | None:
     """How both lie, if one was made from the other; None where nothing tells."""
     told = _by_origins(first, second)
     if told is not None:
-        return Descent(told, "their limb files name one file that both come from")
-    reason = _why_alike(first, second)
-    return None if reason is None else Descent(Rigid.identity(), reason)
+        return Descent(told, note("compare.descent.one_file"))
+    because = _why_alike(first, second)
+    return None if because is None else Descent(Rigid.identity(), because)
 
 
 def _by_origins(first: Limb, second: Limb) -> Rigid | None:
@@ -315,15 +315,15 @@ def _by_origins(first: Limb, second: Limb) -> Rigid | None:
     return None
 
 
-def _why_alike(first: Limb, second: Limb) -> str | None:
+def _why_alike(first: Limb, second: Limb) -> Finding | None:
     """Why both lie in the same coordinates; None where nothing tells."""
     if _shared_share(first, second) >= _SHARED:
-        return "they share vertices, so one was made from the other"
+        return note("compare.descent.shared_vertices")
     one, two = first.frame, second.frame
     if one is None or two is None or not _same_frame(one, two):
         return None
     if _free(one) or _same_faces(first, second) or _same_landmarks(first, second):
-        return "both carry the same limb frame, so one was made from the other"
+        return note("compare.descent.same_frame")
     return None
 
 
@@ -454,8 +454,5 @@ def places_of(limb: Limb, count: int, brim_mm: float) -> Points3:
     samples = sample_evenly(limb.mesh, count)
     kept = measured_faces(limb.mesh, brim_mm)[samples.faces]
     if np.count_nonzero(kept) < FEWEST:
-        raise MeasureError(
-            f"{limb.name or 'A shape'} has no measured surface farther than {brim_mm:g} mm "
-            "from its open edges. Leave less of the brim out, or fill its holes."
-        )
+        raise MeasureError("compare.brim.all", name=limb.name, brim_mm=brim_mm)
     return samples.points_mm[kept]

@@ -9,6 +9,7 @@ import numpy as np
 from limbgram.core.errors import MeasureError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges
+from limbgram.findings import Finding, fault
 from limbgram.workbench.compare.frames import brim_height_mm
 from limbgram.workbench.measures.levels import (
     DISTAL_END,
@@ -65,7 +66,7 @@ class LevelChange:
     """By the names of COMPARED; empty where a shape has no whole section."""
     since_last: Change | None
     """Volume of the slab from the last level, or from the distal end, to this one, mm3."""
-    reason: str | None
+    reason: Finding | None
     """Why there are no measures."""
     others_mm: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
     """Contours of other limbs at this height, of the first shape and of the second: volumes count
@@ -85,7 +86,7 @@ class LevelChanges:
     laid_sigma_mm3: float
     """Standard deviation of that volume's change from how the second was laid alone, whatever the
     scans know of their own errors; it is in the change's sigma where they do."""
-    reason: str | None
+    reason: Finding | None
     """Why there is no volume."""
 
     @property
@@ -107,10 +108,7 @@ def shared_heights_mm(
     high = min(brim_height_mm(mesh) for mesh in meshes) - _CLEAR_MM
     steps = np.arange(math.ceil(low / spacing_mm), math.floor(high / spacing_mm) + 1)
     if not len(steps):
-        raise MeasureError(
-            f"The shapes share no level {spacing_mm:g} mm apart: one ends where the other begins. "
-            "Look at their alignment, or choose a smaller spacing."
-        )
+        raise MeasureError("compare.levels.none_shared", spacing_mm=spacing_mm)
     return tuple(float(step) for step in steps * spacing_mm)
 
 
@@ -151,7 +149,7 @@ def changes_by_level(
         from_mm=None if closed else heights_mm[0],
         to_mm=heights_mm[-1],
         laid_sigma_mm3=laid_mm3,
-        reason=volume if isinstance(volume, str) else None,
+        reason=volume if isinstance(volume, Finding) else None,
     )
 
 
@@ -199,16 +197,13 @@ def _area_mm2(level: Level | Refused) -> float:
 
 def _volume(
     volumes: tuple[Volumes, Volumes], low_mm: float, high_mm: float, slide_mm3: float
-) -> Change | str:
+) -> Change | Finding:
     if not low_mm < high_mm:
-        return (
-            "The shapes share one level only and are open below it, so there is no volume between "
-            "levels. Choose a smaller spacing."
-        )
+        return fault("compare.levels.one_shared")
     try:
         first, second = (volume.between(low_mm, high_mm) for volume in volumes)
     except MeasureError as error:
-        return str(error)
+        return error.finding
     return Change(first, _loosened(second, slide_mm3))
 
 

@@ -10,12 +10,13 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from limbgram.core.interval import HOLDS, Interval, plus_minus
+from limbgram.core.interval import COVER, HOLDS, Interval, plus_minus
+from limbgram.findings import Finding, as_json, doubt, note, told
 from limbgram.workbench.compare.comparison import ByShape, Comparison
 from limbgram.workbench.compare.deviation import LOCAL_LIMIT_MM
 from limbgram.workbench.compare.following import Repeats, Series, Stack, Trend
-from limbgram.workbench.compare.levels import PLY_SHARE, Change, LevelChange
-from limbgram.workbench.compare.registration import Alignment
+from limbgram.workbench.compare.levels import Change, LevelChange
+from limbgram.workbench.compare.registration import FAR_MM, Alignment
 
 MRE_LIMIT_MM = 0.25
 IQR_LIMIT_MM = 0.40
@@ -34,27 +35,25 @@ _HEADING = (
     f"{'mL since last':>15}{'change':>9}"
 )
 _MM3_PER_ML = 1000.0
+_SAME_PLIES = 0.05
+"""Volumes that differ by less are the same."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A grade for machines, and a sentence for people."""
+    """A grade, and the finding that tells it with its figures."""
 
     grade: Grade
-    sentence: str
+    finding: Finding
 
 
 def verdict(comparison: Comparison) -> Verdict:
     """Size by the mean radial error, shape by its interquartile range."""
-    radial = comparison.radial
+    radial, how = comparison.radial, comparison.alignment.how
+    figures, volume = comparison.deviation.on_first.figures, _volume(comparison)
     if radial is None:
-        figures = comparison.deviation.on_first.figures
-        return Verdict(
-            "not graded",
-            f"{_volume(comparison)} Not graded: no radial errors; the surfaces are "
-            f"{figures.rms_mm:.2f} mm apart (RMS). Alignment: {comparison.alignment.sentence}.",
-        )
-    figures = comparison.deviation.on_first.figures
+        found = note("compare.not_graded", volume=volume, rms_mm=figures.rms_mm, how=how)
+        return Verdict("not graded", found)
     local = figures.far_mm2 >= _LOCAL_MM2
     size, shape = abs(radial.mre_mm) > MRE_LIMIT_MM, radial.iqr_mm > IQR_LIMIT_MM
     grade: Grade = (
@@ -68,25 +67,22 @@ def verdict(comparison: Comparison) -> Verdict:
         if local
         else "alike"
     )
-    meaning = {
-        "alike": "alike, as far as a socket's fit can tell",
-        "differs in places": "alike but for places",
-        "size differs": "of another size, the same shape",
-        "shape differs": "of the same size, another shape",
-        "size and shape differ": "of another size and another shape",
-    }[grade]
-    places = (
-        f"{figures.far_mm2 / 100:.0f} cm2 differ by more than {LOCAL_LIMIT_MM:g} mm, the most by "
-        f"{figures.largest_mm:.1f} mm. "
-        if local
-        else ""
-    )
     return Verdict(
         grade,
-        f"The shapes are {meaning}: mean radial error {_signed(radial.mre_mm)} mm (limit "
-        f"{MRE_LIMIT_MM:.2f}), interquartile range {radial.iqr_mm:.2f} mm (limit "
-        f"{IQR_LIMIT_MM:.2f}). {places}{_volume(comparison)} Alignment: "
-        f"{comparison.alignment.sentence}.",
+        note(
+            "compare.graded",
+            grade=grade,
+            mean_radial_error_mm=round(radial.mre_mm, 2) + 0.0,
+            mean_limit_mm=MRE_LIMIT_MM,
+            interquartile_range_mm=radial.iqr_mm,
+            range_limit_mm=IQR_LIMIT_MM,
+            places=local,
+            far_cm2=figures.far_mm2 / 100,
+            far_limit_mm=LOCAL_LIMIT_MM,
+            largest_mm=figures.largest_mm,
+            volume=volume,
+            how=how,
+        ),
     )
 
 
@@ -95,9 +91,9 @@ def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
     figures = found.on_first.figures
     by_shape = comparison.by_shape
     return (
-        verdict(comparison).sentence,
-        *(() if by_shape is None or by_shape.at_odds else (by_shape_sentence(by_shape),)),
-        *(f"Note: {note}" for note in comparison.notes),
+        told(verdict(comparison).finding),
+        *(() if by_shape is None or by_shape.at_odds else (told(about_shape(by_shape)),)),
+        *(f"Note: {told(one)}" for one in comparison.notes),
         f"Surface: mean {figures.mean_mm:+.3f} mm, mean absolute {figures.mean_abs_mm:.3f}, RMS "
         f"{figures.rms_mm:.3f}, 95 % within {figures.p95_mm:.3f}, largest "
         f"{figures.largest_mm:.3f}; both ways 95 % within {found.hausdorff95_mm:.3f}; "
@@ -108,8 +104,8 @@ def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
         "where the volume begins); changes are second less first.",
         _HEADING,
         *(
-            f"{level.height_mm:8.1f}  {level.reason}"
-            if level.reason
+            f"{level.height_mm:8.1f}  {told(level.reason)}"
+            if level.reason is not None
             else f"{level.height_mm:8.1f}"
             f"{_second(level.measures.get('tape_mm'), 10)}"
             f"{_difference(level.measures.get('tape_mm'), 9)}"
@@ -131,10 +127,10 @@ def series_lines(series: Series) -> tuple[str, ...]:
     }[series.sigma_source]
     start = float(scans.volumes_mm3[0])
     return (
-        series.sentence,
-        *(f"Note: {note}" for note in scans.notes),
+        told(series.finding),
+        *(f"Note: {told(one)}" for one in scans.notes),
         f"{HOLDS}; for the volumes it is {source}. Alignment to the first: "
-        f"{scans.alignments[0].sentence}.",
+        f"{told(scans.alignments[0].how)}",
         *(
             f"{day.isoformat()}  {volume / 1000:8.1f} "
             f"{plus_minus(Interval.of_sigma(sigma / 1000), 1)} mL ({volume / start - 1:+.1%})  "
@@ -158,13 +154,13 @@ def series_lines(series: Series) -> tuple[str, ...]:
 def repeats_lines(found: Repeats) -> tuple[str, ...]:
     agreement = found.agreement
     return (
-        found.sentence,
-        *(f"Note: {note}" for note in found.stack.notes),
+        told(found.finding),
+        *(f"Note: {told(one)}" for one in found.stack.notes),
         *(
             f"{volume / 1000:8.1f} mL  {name}"
             for volume, name in zip(found.stack.volumes_mm3, found.names)
         ),
-        f"Alignment to the first: {found.stack.alignments[0].sentence}.",
+        f"Alignment to the first: {told(found.stack.alignments[0].how)}",
         *(
             ()
             if agreement is None
@@ -181,8 +177,8 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
     found, radial, levels = comparison.deviation, comparison.radial, comparison.levels
     judged, by_shape = verdict(comparison), comparison.by_shape
     return {
-        "format": "limbgram-comparison/1",
-        "verdict": judged.sentence,
+        "format": "limbgram-comparison/2",
+        "verdict": as_json(judged.finding),
         "grade": judged.grade,
         "first": comparison.names[0],
         "second": comparison.names[1],
@@ -210,7 +206,10 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
             "ml": _change(levels.volume, _MM3_PER_ML),
             "sock_plies": levels.plies,
             "laid_sigma_ml": levels.laid_sigma_mm3 / _MM3_PER_ML,
-            "reason": levels.reason,
+            "within_ml": None
+            if levels.volume is None
+            else _within_ml(levels.volume, levels.laid_sigma_mm3),
+            "reason": _reason(levels.reason),
         },
         "by_shape": None
         if by_shape is None
@@ -222,7 +221,7 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
         },
         "levels": [_level(level) for level in levels.levels],
         "anatomical_frame": comparison.axes.anatomical,
-        "notes": list(comparison.notes),
+        "notes": [as_json(one) for one in comparison.notes],
     }
 
 
@@ -230,8 +229,8 @@ def series_tree(series: Series) -> dict[str, Any]:
     """Visits in the order of their days."""
     scans = series.stack
     return {
-        "format": "limbgram-series/1",
-        "verdict": series.sentence,
+        "format": "limbgram-series/2",
+        "verdict": as_json(series.finding),
         "sigma_source": series.sigma_source,
         "volume_trend_ml": _trend(series.volume, _MM3_PER_ML),
         "volume_per_week_share": series.volume.per_week / float(scans.volumes_mm3[0]),
@@ -265,8 +264,8 @@ def repeats_tree(repeats: Repeats) -> dict[str, Any]:
     """Volumes in mL, girths in mm."""
     scans, volume = repeats.stack, repeats.volume
     return {
-        "format": "limbgram-repeats/1",
-        "verdict": repeats.sentence,
+        "format": "limbgram-repeats/2",
+        "verdict": as_json(repeats.finding),
         "volume": {
             "within_sd_ml": volume.within_sd / _MM3_PER_ML,
             "coefficient_ml": volume.coefficient / _MM3_PER_ML,
@@ -286,59 +285,46 @@ def repeats_tree(repeats: Repeats) -> dict[str, Any]:
     }
 
 
-def volume_reach(change: Change, laid_sigma_mm3: float) -> str:
-    """ " ± 3.1", mL, by what is known: the scans' errors and how they were laid, or that alone."""
-    sigma = change.sigma if change.sigma is not None else laid_sigma_mm3
-    return f" {plus_minus(Interval.of_sigma(sigma / 1000), 1)}" if sigma > 0 else ""
-
-
-def by_shape_sentence(by_shape: ByShape) -> str:
+def about_shape(by_shape: ByShape) -> Finding:
     """What the volume would be by shape, and whether that contradicts."""
     change = by_shape.volume
-    change_ml = f"{change.difference / 1000:+.1f}{volume_reach(change, by_shape.laid_sigma_mm3)} mL"
-    if not by_shape.at_odds:
-        return f"Laid by their shape alone the change would be {change_ml}, which agrees."
-    return (
-        f"Laid by their shape alone the change would be {change_ml}: the two ways disagree, and "
-        "which is right depends on where the second belongs along the axis. Look at the picture."
+    judge = doubt if by_shape.at_odds else note
+    return judge(
+        "compare.by_shape.at_odds" if by_shape.at_odds else "compare.by_shape.agrees",
+        change_ml=change.difference / _MM3_PER_ML,
+        within_ml=_within_ml(change, by_shape.laid_sigma_mm3),
     )
 
 
-def _volume(comparison: Comparison) -> str:
+def _within_ml(change: Change, laid_sigma_mm3: float) -> float | None:
+    """± of it, by what is known: the scans' errors and how they were laid, or that alone."""
+    sigma = change.sigma if change.sigma is not None else laid_sigma_mm3
+    return COVER * sigma / _MM3_PER_ML if sigma > 0 else None
+
+
+def _volume(comparison: Comparison) -> Finding:
     """The headline: the volume's change with its interval, twice where two ways of laying the
     shapes on each other contradict."""
-    levels = comparison.levels
+    levels, by_shape = comparison.levels, comparison.by_shape
     change, plies = levels.volume, levels.plies
     if change is None or plies is None:
-        return "The volume could not be compared."
-    reach = volume_reach(change, levels.laid_sigma_mm3)
-    start = "the distal end" if levels.from_mm is None else f"{levels.from_mm:g} mm"
-    span = f"from {start} to {levels.to_mm:g} mm"
-    by_shape = comparison.by_shape
-    after = _holds(change) if reach else ""
-    if by_shape is not None and by_shape.at_odds:
-        after += f" {by_shape_sentence(by_shape)}"
-    if abs(change.share) < PLY_SHARE / 20:
-        same = f"{change.difference / 1000:+.1f}{reach} mL"
-        return f"The volumes {span} are the same ({same}).{after}"
-    size = "larger" if change.difference > 0 else "smaller"
-    return (
-        f"The second is {abs(change.difference) / 1000:.1f}{reach} mL ({abs(change.share):.1%}) "
-        f"{size} {span}, like {abs(plies):.1f} sock plies.{after}"
+        return note("compare.volume.none")
+    same = abs(plies) < _SAME_PLIES
+    difference_ml = change.difference / _MM3_PER_ML
+    at_odds = by_shape is not None and by_shape.at_odds
+    return note(
+        "compare.volume.same" if same else "compare.volume.changed",
+        difference_ml=difference_ml if same else abs(difference_ml),
+        larger=change.difference > 0,
+        within_ml=_within_ml(change, levels.laid_sigma_mm3),
+        within_of_scans=change.sigma is not None,
+        share=abs(change.share),
+        plies=abs(plies),
+        from_mm=levels.from_mm,
+        to_mm=levels.to_mm,
+        at_odds=at_odds,
+        by_shape=about_shape(by_shape) if by_shape is not None and at_odds else None,
     )
-
-
-def _holds(change: Change) -> str:
-    """What the ± says, and of what."""
-    if change.sigma is None:
-        return (
-            f" {HOLDS}, as far as it is how they were laid: the scans tell no error of their own."
-        )
-    return f" {HOLDS}."
-
-
-def _signed(value_mm: float) -> str:
-    return f"{round(value_mm, 2) + 0.0:+.2f}"
 
 
 def _second(change: Change | None, width: int, per: float = 1.0) -> str:
@@ -351,23 +337,31 @@ def _difference(change: Change | None, width: int, per: float = 1.0) -> str:
 
 def _beside(level: LevelChange) -> str:
     """Other limbs at the height, by the length round each, of the first and of the second."""
-    told = [" ".join(f"{other:.1f}" for other in others) or "none" for others in level.others_mm]
-    return f"   beside it: {told[0]} and {told[1]} mm" if any(level.others_mm) else ""
+    others = [" ".join(f"{other:.1f}" for other in both) or "none" for both in level.others_mm]
+    return f"   beside it: {others[0]} and {others[1]} mm" if any(level.others_mm) else ""
 
 
 def _alignment(alignment: Alignment) -> dict[str, Any]:
     motion = alignment.first_from_second
     return {
         "way": alignment.way,
-        "in_words": alignment.sentence,
+        "how": as_json(alignment.how),
         "rms_mm": None if alignment.rms_mm is None else _number(alignment.rms_mm),
+        "far_limit_mm": FAR_MM,
         "slide_sigma_mm": None if alignment.looseness is None else alignment.slide_sigma_mm,
+        "slide_within_mm": None
+        if alignment.looseness is None
+        else COVER * alignment.slide_sigma_mm,
         "slid_from_frames_mm": alignment.slid_mm,
         "first_from_second": {
             "rotation": motion.rotation.tolist(),
             "translation_mm": motion.translation.tolist(),
         },
     }
+
+
+def _reason(reason: Finding | None) -> dict[str, Any] | None:
+    return None if reason is None else as_json(reason)
 
 
 def _number(value: float) -> float | None:
@@ -391,7 +385,7 @@ def _level(level: LevelChange) -> dict[str, Any]:
         "height_mm": level.height_mm,
         **{name: _change(change, 1.0) for name, change in level.measures.items()},
         "volume_since_last_level_ml": _change(level.since_last, _MM3_PER_ML),
-        "reason": level.reason,
+        "reason": _reason(level.reason),
         "others_mm": dict(zip(("first", "second"), map(list, level.others_mm))),
     }
 
@@ -411,5 +405,5 @@ def _stack(scans: Stack) -> dict[str, Any]:
         "volume_from_mm": scans.from_mm,
         "volume_to_mm": float(scans.heights_mm[-1]),
         "alignments": [_alignment(alignment) for alignment in scans.alignments],
-        "notes": list(scans.notes),
+        "notes": [as_json(one) for one in scans.notes],
     }

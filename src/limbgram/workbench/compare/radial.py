@@ -67,10 +67,7 @@ def radial_errors(
     errors = np.where(clear, two.radii_mm - one.radii_mm, np.nan)
     known = errors[np.isfinite(errors)]
     if len(known) < _FEWEST:
-        raise MeasureError(
-            f"Only {len(known)} spokes from the axis meet both shapes. They do not lie on each "
-            "other, or the axis lies outside of them: look at the alignment."
-        )
+        raise MeasureError("compare.radial.few_spokes", spokes=len(known))
     low_quartile, high_quartile = np.quantile(known, [0.25, 0.75])
     return RadialErrors(
         heights_mm=heights,

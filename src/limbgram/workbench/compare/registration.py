@@ -1,7 +1,7 @@
 """Registration: how a second shape is laid on a first one.
 
 In      two Limbs and the way: by landmarks, by shape (ICP), by volume, or as they are.
-Out     an Alignment: the motion and, in words, how it was found and how well.
+Out     an Alignment: the motion, how it was found and how well.
 Method  The motion is always rigid: a wrong size stays in the figures instead of vanishing in a
         scale. By volume, the second slides along the long axis until both hold the same below the
         lower of the two brims, as a limb sinks into a socket until it fills it: the difference
@@ -23,6 +23,7 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.interval import widening
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.compare.counterparts import Ground
 from limbgram.workbench.compare.frames import brim_height_mm
 from limbgram.workbench.compare.icp import (
@@ -55,7 +56,7 @@ _SPREAD_MM = 5.0
 _MARK_MM = 0.2
 """No landmark lies surer than a painted spot that the photos agree on (0.16 mm RMS, measured)."""
 _LEAST_USED = 0.2
-_FAR_MM = 5.0
+FAR_MM = 5.0
 """Surfaces that stay this far apart, root mean square, are hardly one limb."""
 _MOST_WIDER, _MOST_OFF = 0.15, 0.05
 """Nor are shapes of so different widths that stay so far apart, as shares of the first one's width:
@@ -97,8 +98,8 @@ class Alignment:
     way: Way
     first_from_second: Rigid
     """Between the frames of the meshes."""
-    sentence: str
-    """Says the way, for every report that gives figures found by it."""
+    how: Finding
+    """The way, for every report that gives figures found by it."""
     rms_mm: float | None
     """Of what was fitted: landmarks, or distances between the surfaces; None where nothing was."""
     looseness: Looseness | None = None
@@ -109,7 +110,7 @@ class Alignment:
     """Standard deviation of where the second lies along the long axis, as far as it is known."""
     slid_mm: float | None = None
     """Along that axis, from where limb frames put it; None without frames."""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,7 +130,7 @@ def as_they_lie(first: Limb, second: Limb) -> Alignment | None:
     return Alignment(
         way="as-is",
         first_from_second=made.first_from_second,
-        sentence=f"none: taken as they lie, because {made.reason} (--align icp lays them by shape)",
+        how=note("compare.laid.made", because=made.because),
         rms_mm=None,
         exact=True,
     )
@@ -139,20 +140,15 @@ def as_is(first: Limb, second: Limb) -> Alignment:
     """Limb frame on limb frame; or, if neither shape has one, the coordinates of the files."""
     if (first.frame is None) != (second.frame is None):
         bare = first if first.frame is None else second
-        raise MeasureError(
-            f"Only one of the shapes has a limb frame; {bare.name or 'the other'} has none. Run "
-            "`limbgram align` on it, or align by icp."
-        )
+        raise MeasureError("compare.frames.one_only", bare=bare.name)
     if first.frame is None or second.frame is None:
-        pose, sentence = Rigid.identity(), "none: both shapes as their files place them"
+        pose, how = Rigid.identity(), note("compare.laid.files")
     else:
         pose = first.frame.limb_from_mesh.inverse @ second.frame.limb_from_mesh
-        sentence = "limb frame on limb frame, as each was aligned by itself"
+        how = note("compare.laid.frames")
     made = descent(first, second)
     exact = made is not None and _apart_mm(pose, made.first_from_second, second) < _LYING_MM
-    return Alignment(
-        way="as-is", first_from_second=pose, sentence=sentence, rms_mm=None, exact=exact
-    )
+    return Alignment(way="as-is", first_from_second=pose, how=how, rms_mm=None, exact=exact)
 
 
 def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Alignment:
@@ -162,27 +158,17 @@ def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Ali
     weight = {meant[name]: given for name, given in weights.items() if name in meant}
     unknown = set(weights) - set(meant)
     if unknown or any(not np.isfinite(w) or w < 0 for w in weights.values()):
-        raise OptionsError(
-            f"Weights are given for {', '.join(weights)}. Each must name a landmark that both "
-            "shapes have and be a number of 0 or more."
-        )
+        raise OptionsError("compare.weights.wrong", names=tuple(weights))
     used = [pair for pair in both if weight.get(pair[0].name, 1.0) > 0]
     if len(used) < _FEWEST_LANDMARKS:
-        raise MeasureError(
-            f"{len(used)} landmarks have the same name on both shapes; {_FEWEST_LANDMARKS} are "
-            "needed. Mark more with `limbgram align --landmark`, or align by icp."
-        )
+        raise MeasureError("compare.landmarks.few", shared=len(used), fewest=_FEWEST_LANDMARKS)
     to_mm = np.stack([mark.position_mm for mark, _ in used])
     from_mm = np.stack([mark.position_mm for _, mark in used])
     share = np.array([weight.get(mark.name, 1.0) for mark, _ in used])
     share = share / share.sum()
     centred = (to_mm - share @ to_mm) * np.sqrt(share)[:, None]
     if np.linalg.svd(centred)[1][1] < _SPREAD_MM:
-        names = ", ".join(mark.name for mark, _ in used)
-        raise MeasureError(
-            f"The landmarks {names} lie nearly on one line, so the turn about it "
-            "stays open. Mark one more beside it, or align by icp."
-        )
+        raise MeasureError("compare.landmarks.on_line", names=tuple(mark.name for mark, _ in used))
     fit = fit_similarity(from_mm, to_mm, with_scale=False, weights=share)
     pose = Rigid(fit.rotation, fit.translation)
     off_mm = np.linalg.norm(pose.apply(from_mm) - to_mm, axis=1)
@@ -191,8 +177,13 @@ def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Ali
     return Alignment(
         way="landmarks",
         first_from_second=pose,
-        sentence=f"by {len(used)} landmarks ({rms_mm:.2f} mm RMS, the largest "
-        f"{off_mm.max():.2f} mm at {worst}), rigid",
+        how=note(
+            "compare.laid.landmarks",
+            landmarks=len(used),
+            rms_mm=rms_mm,
+            largest_mm=float(off_mm.max()),
+            worst=worst,
+        ),
         rms_mm=rms_mm,
         looseness=_looseness_of_marks(to_mm, off_mm, share),
     )
@@ -207,57 +198,54 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
     ground = Ground.of(first.mesh, options.brim_mm)
     start = _start_from_frames(first, second)
     fine_mm = places_of(second, FINE, options.brim_mm)
-    notes: list[str] = []
+    notes: list[Finding] = []
     fit = None if start is None else run_icp(fine_mm, ground, start, options.icp)
     if fit is None or fit.used_share < _LEAST_USED:
         best, rival = tried_starts(first, second, ground, options.brim_mm, options.icp)
         fit = run_icp(fine_mm, ground, best.first_from_second, options.icp)
         if rival:
-            notes.append(
-                "Another pose fits nearly as well: mark landmarks on both shapes, or look at the "
-                "picture whether the sides are right."
-            )
+            notes.append(doubt("compare.pose.rival"))
     if not fit.used_share >= _LEAST_USED:
         raise MeasureError(
-            f"Only {fit.used_share:.0%} of {second.name or 'the second shape'} finds a place on "
-            f"{first.name or 'the first'}: they do not overlap or are of different things. Give "
-            "landmarks on both, or align each and compare as they are."
+            "compare.shape.no_overlap",
+            share=fit.used_share,
+            first=first.name,
+            second=second.name,
         )
     first_mm = width_mm(places_of(first, MIDDLE, options.brim_mm))
     wider = width_mm(fine_mm) / first_mm - 1
     if abs(wider) > _MOST_WIDER and fit.rms_mm > _MOST_OFF * first_mm:
         raise MeasureError(
-            f"{second.name or 'The second shape'} is about {abs(wider):.0%} "
-            f"{'wider' if wider > 0 else 'narrower'} than {first.name or 'the first'}, and "
-            f"{fit.rms_mm:.1f} mm off it (RMS) where it fits best: its shape does not tell where "
-            "along the axis it belongs. Check the units, and that both are of one limb; if so, lay "
-            "them on each other by landmarks (--align landmarks) or as each was aligned (--align "
-            "as-is)."
+            "compare.shape.other_width",
+            first=first.name,
+            second=second.name,
+            share=abs(wider),
+            wider=wider > 0,
+            rms_mm=fit.rms_mm,
         )
     if abs(fit.larger_share) > _LARGER:
         notes.append(
-            f"The second shape is about {abs(fit.larger_share):.0%} "
-            f"{'larger' if fit.larger_share > 0 else 'smaller'} all round. Laid by its shape it "
-            "slides along the axis, by several millimetres on a tapering limb, and levels move "
-            "with it: for figures by level align by landmarks."
+            doubt(
+                "compare.shape.other_size",
+                share=abs(fit.larger_share),
+                larger=fit.larger_share > 0,
+            )
         )
     if not fit.converged:
-        notes.append(f"The alignment had not settled after {fit.rounds} rounds.")
-    if fit.rms_mm > _FAR_MM:
-        notes.append(
-            f"Even laid on each other the shapes are {fit.rms_mm:.1f} mm apart (RMS). If they "
-            "should be one limb, a unit, a side or the pose is wrong: look at the picture."
-        )
+        notes.append(doubt("compare.shape.unsettled", rounds=fit.rounds))
+    if fit.rms_mm > FAR_MM:
+        notes.append(doubt("compare.shape.far", rms_mm=fit.rms_mm))
     notes += about_mirrors(first, second, ground, fit, options.brim_mm, options.icp)
-    notes += [
-        f"The shapes do not tell about {motion}: figures that depend on it are arbitrary."
-        for motion in fit.undetermined
-    ]
+    notes += fit.undetermined
     return Alignment(
         way="icp",
         first_from_second=fit.first_from_second,
-        sentence=f"by shape (robust ICP, point to surface, {options.brim_mm:g} mm of brim left "
-        f"out; {fit.rms_mm:.3f} mm RMS, {fit.used_share:.0%} of the surface used), rigid",
+        how=note(
+            "compare.laid.shape",
+            brim_mm=options.brim_mm,
+            rms_mm=fit.rms_mm,
+            used_share=fit.used_share,
+        ),
         rms_mm=fit.rms_mm,
         looseness=fit.looseness,
         notes=tuple(notes),
@@ -284,17 +272,14 @@ def slide_to_volume(first_in_limb: Mesh, second_in_limb: Mesh) -> Slide:
     length = min(np.ptp(mesh.vertices_mm[:, 2]) for mesh in (first_in_limb, second_in_limb))
     reach = min(_FARTHEST_MM, 0.4 * float(length))
     if excess(-reach) * excess(reach) > 0:
-        raise MeasureError(
-            f"No slide along the axis within {reach:.0f} mm makes the volumes equal. The shapes "
-            "differ too much for it: align by icp or by landmarks."
-        )
+        raise MeasureError("compare.slide.none", reach_mm=reach)
     shift_mm = float(np.asarray(brentq(excess, -reach, reach, xtol=_CLOSE_MM)))
     return Slide(shift_mm=shift_mm, height_mm=level(shift_mm))
 
 
 def about_mirrors(
     first: Limb, second: Limb, ground: Ground, fit: Fit, brim_mm: float, icp: IcpOptions
-) -> tuple[str, ...]:
+) -> tuple[Finding, ...]:
     """A hint where the mirror image of the second fits the first far better."""
     if not fit.rms_mm > _SUSPECT * width_mm(first.mesh.vertices_mm):
         return ()
@@ -310,10 +295,7 @@ def about_mirrors(
     image = run_icp(places_of(mirrored, FINE, brim_mm), ground, best.first_from_second, icp)
     if not (image.rms_mm < _BETTER * fit.rms_mm and image.cost_mm < _BETTER * fit.cost_mm):
         return ()
-    return (
-        f"The mirror image of the second shape fits much better ({image.rms_mm:.2f} mm RMS against "
-        f"{fit.rms_mm:.2f}): one of the two is mirrored, or they are a left and a right limb.",
-    )
+    return (doubt("compare.shape.mirrored", image_rms_mm=image.rms_mm, rms_mm=fit.rms_mm),)
 
 
 def _apart_mm(one: Rigid, other: Rigid, limb: Limb) -> float:

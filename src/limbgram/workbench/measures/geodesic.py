@@ -72,10 +72,7 @@ def shortest_path(mesh: Mesh, start_mm: Vector3, end_mm: Vector3) -> Points3:
         if found is not None and (near.all() or length_mm(found) <= reach_mm):
             return found
         if near.all():
-            raise MeasureError(
-                "No surface joins the two places: they lie on separate pieces of the shape. "
-                "Choose both on one piece, or repair the shape so that its pieces are joined."
-            )
+            raise MeasureError("measure.path.apart")
         reach_mm *= 2
 
 

@@ -31,6 +31,7 @@ from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.sections import Section, cut, holds, of_one_limb
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.mesh.uncertainty import propagate
+from limbgram.findings import Finding, fault
 
 _LEAST_AREA_MM2 = 1e-6
 """Smaller loops are where a plane touches a peak or a pit."""
@@ -185,7 +186,7 @@ class Refused:
     """A height at which there is no answer, and why."""
 
     height_mm: float
-    reason: str
+    reason: Finding
 
 
 @dataclass(frozen=True)
@@ -320,16 +321,16 @@ class Volumes:
         for height in (low_mm, high_mm):
             if np.isnan(height) or (np.isfinite(height) and not ends[0] <= height <= ends[1]):
                 raise MeasureError(
-                    f"There is no volume up to {height:.2f} mm: the limb reaches from "
-                    f"{ends[0]:.2f} to {ends[1]:.2f} mm. Choose heights between them, or `end`."
+                    "measure.volume.beyond", height_mm=height, low_mm=ends[0], high_mm=ends[1]
                 )
         open_here = (self.border[:, 0] < high_mm) & (self.border[:, 1] > low_mm)
         if open_here.any():
-            lowest, highest = self.border[open_here].min(), self.border[open_here].max()
             raise MeasureError(
-                f"There is no volume between {_end(low_mm)} and {_end(high_mm)}: the surface is "
-                f"open there, from {lowest:.2f} to {highest:.2f} mm. Choose heights that are "
-                "clear of the brim and of holes, or fill the holes."
+                "measure.volume.open",
+                low_mm=_or_end(low_mm),
+                high_mm=_or_end(high_mm),
+                open_from_mm=float(self.border[open_here].min()),
+                open_to_mm=float(self.border[open_here].max()),
             )
 
 
@@ -344,7 +345,7 @@ def level_at(
     """
     (level,) = levels_at(mesh_in_limb, [height_mm], through_mm)
     if isinstance(level, Refused):
-        raise MeasureError(level.reason)
+        raise MeasureError.of(level.reason)
     return level
 
 
@@ -394,9 +395,7 @@ def _of_one_limb(level: Level, chosen: int | None) -> Level | Refused:
     if chosen is None:
         return Refused(
             level.height_mm,
-            f"At {level.height_mm:.2f} mm nothing tells the measured limb: the line through it "
-            f"passes no outline there, and of the {len(outlines)} none alone continues the limb. "
-            "Measure with --through and a landmark of the limb, or choose another height.",
+            fault("measure.level.no_limb", height_mm=level.height_mm, outlines=len(outlines)),
         )
     if len(outlines) == 1:
         return level
@@ -457,8 +456,9 @@ def parts_below(
     return parts
 
 
-def _end(height_mm: float) -> str:
-    return f"{height_mm:.2f} mm" if np.isfinite(height_mm) else "the end"
+def _or_end(height_mm: float) -> float | None:
+    """A height; None for an end of the limb."""
+    return height_mm if np.isfinite(height_mm) else None
 
 
 def _level(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Refused:
@@ -468,32 +468,21 @@ def _level(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Ref
         )
         return Refused(
             height_mm,
-            f"The plane at {height_mm:.2f} mm misses the limb, which reaches from {low:.2f} to "
-            f"{high:.2f} mm. Choose a height between them.",
+            fault("measure.level.missed", height_mm=height_mm, low_mm=low, high_mm=high),
         )
     if not all(section.closed for section in sections):
-        return Refused(
-            height_mm,
-            f"The plane at {height_mm:.2f} mm runs into an open edge of the surface, the brim or a "
-            "hole: there is no whole girth. Choose a height that is clear of it, or fill the hole.",
-        )
+        return Refused(height_mm, fault("measure.level.open", height_mm=height_mm))
     up = np.array([0.0, 0.0, 1.0])
     sections = [section for section in sections if abs(section.area_mm2(up)) > _LEAST_AREA_MM2]
     if not sections:
-        return Refused(
-            height_mm,
-            f"The plane at {height_mm:.2f} mm only touches the limb. Choose a height inside it.",
-        )
+        return Refused(height_mm, fault("measure.level.touched", height_mm=height_mm))
     sections = [_without_repeats(section) for section in sections]
     rings = [section.points_mm[:, :2] for section in sections]
     depth = np.array([sum(holds(o, ring[0]) for o in rings if o is not ring) for ring in rings])
     outward = np.array([section.area_mm2(up) > 0 for section in sections])
     if (outward != (depth % 2 == 0)).any():
         return Refused(
-            height_mm,
-            f"At {height_mm:.2f} mm the surface cuts through itself or is partly inside out: its "
-            f"{len(rings)} loops do not lie in each other as outlines and hollows. Repair the "
-            "shape, or choose another height.",
+            height_mm, fault("measure.level.crossed", height_mm=height_mm, loops=len(rings))
         )
     crumbs = _crumbs(sections, rings, depth)
     keep = np.flatnonzero(~crumbs).tolist()

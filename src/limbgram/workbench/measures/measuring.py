@@ -13,6 +13,7 @@ from typing import Literal
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.tape import PLACING_SIGMA_MM
+from limbgram.findings import Finding, note
 from limbgram.workbench.bodies import Apart, outer_bodies
 from limbgram.workbench.edits.thickness import Thickness, wall_of
 from limbgram.workbench.frame.landmarks import frame_of, in_limb_frame, landmark
@@ -82,7 +83,7 @@ class Row:
     has no answer."""
     loops: int
     """Of the measured limb: its outline and the rims of hollows in it."""
-    reason: str
+    reasons: tuple[Finding, ...]
     """Why a figure, or the whole row, has no answer; empty where all have."""
     level: Level | None
 
@@ -99,7 +100,7 @@ class VolumeRow:
     low_mm: float
     high_mm: float
     volume_mm3: Figure
-    note: str = ""
+    notes: tuple[Finding, ...] = ()
     """Where a height lay just beyond the limb and its end was taken."""
 
 
@@ -131,20 +132,24 @@ class Measures:
     """Where a line along z goes through the limb that was measured, in the limb frame."""
 
     @property
-    def beside(self) -> str:
-        """The other outlines at the heights of the table, in a sentence; empty without any."""
+    def beside(self) -> Finding | None:
+        """The other outlines at the heights of the table; None without any."""
         rows = [row for row in self.rows if row.others]
         if not rows:
-            return ""
-        told = "; ".join(
-            f"at {row.from_reference_mm:g} "
-            + " and ".join(f"{other.contour_mm:.1f}" for other in row.others)
-            for row in rows
-        )
-        line = "the long axis" if self.through_mm == AXIS_MM else "the place asked for"
-        return (
-            f"At {len(rows)} of {len(self.rows)} heights lie several outlines. Measured is the one "
-            f"of {line}, or that continues it; volumes count all. The others, mm round: {told}."
+            return None
+        return note(
+            "measure.beside",
+            levels=len(rows),
+            of_levels=len(self.rows),
+            on_axis=self.through_mm == AXIS_MM,
+            others=tuple(
+                note(
+                    "measure.beside.at",
+                    height_mm=row.from_reference_mm,
+                    contours_mm=tuple(other.contour_mm for other in row.others),
+                )
+                for row in rows
+            ),
         )
 
     @property
@@ -179,7 +184,7 @@ def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures
     rows = tuple(_row(sigmas, volumes, level, zero) for level in cuts)
     levels = [row.level for row in rows if row.level is not None]
     if not levels:
-        raise MeasureError(f"No height has an answer. The first: {rows[0].reason}")
+        raise MeasureError("measure.no_level", first=rows[0].reasons[0])
     return Measures(
         limb=bare,
         reference=options.reference,
@@ -212,7 +217,7 @@ def measure_inside(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measur
     return replace(found, skin="inside", wall=wall_of(in_limb_frame(limb)))
 
 
-def check_alone(found: Measures, reading: TapeReading) -> TapeCheck | str:
+def check_alone(found: Measures, reading: TapeReading) -> TapeCheck | Finding:
     """A tape reading beside a measured limb, or why it has nothing to be compared with.
 
     In a list of readings one that lies beyond the limb must not hide the others.
@@ -241,17 +246,20 @@ def _heights(sigmas: Sigmas, zero: float, options: LimbMeasureOptions) -> list[f
     """Heights in the limb frame: those asked for, or all multiples of the spacing in the limb."""
     if options.heights_mm is not None:
         if not options.heights_mm or not all(map(math.isfinite, options.heights_mm)):
-            raise OptionsError("The heights must be numbers of millimetres, at least one.")
+            raise OptionsError("measure.heights.not_numbers")
         return [height + zero for height in options.heights_mm]
     if not options.spacing_mm > 0:
-        raise OptionsError(f"A spacing of {options.spacing_mm:g} mm has no levels. Give, say, 10.")
+        raise OptionsError("measure.spacing.not_positive", spacing_mm=options.spacing_mm)
     z = sigmas.mesh.vertices_mm[:, 2]
     low, high = float(z.min()) - zero + _TOUCHING_MM, float(z.max()) - zero - _TOUCHING_MM
     first, last = math.floor(low / options.spacing_mm) + 1, math.ceil(high / options.spacing_mm) - 1
     if not 0 <= last - first < _MOST_LEVELS:
         raise OptionsError(
-            f"A spacing of {options.spacing_mm:g} mm gives {last - first + 1} levels on a limb of "
-            f"{high - low:.0f} mm; 1 to {_MOST_LEVELS} can be measured. Choose another."
+            "measure.spacing.levels",
+            spacing_mm=options.spacing_mm,
+            levels=last - first + 1,
+            limb_mm=high - low,
+            most=_MOST_LEVELS,
         )
     return [k * options.spacing_mm + zero for k in range(first, last + 1)]
 
@@ -265,27 +273,27 @@ def _row(sigmas: Sigmas, volumes: Volumes, level: Level | Refused, zero: float) 
             from_reference_mm=height - zero,
             figures=nothing,
             loops=0,
-            reason=level.reason,
+            reasons=(level.reason,),
             level=None,
         )
-    reasons: list[str] = []
+    reasons: list[Finding] = []
     figures: dict[str, Figure | None] = {}
     for name, measured in MEASURES.items():
         sloped = measured(level)
         figures[name] = None if sloped is None else sigmas.figure(level, sloped)
     if None in figures.values():
-        reasons.append("The long axis does not pass through the section: no width through it.")
+        reasons.append(note("measure.level.off_axis"))
     try:
         figures["volume_below_mm3"] = volumes.between(DISTAL_END, height)
     except MeasureError as error:
         figures["volume_below_mm3"] = None
-        reasons.append(str(error))
+        reasons.append(error.finding)
     return Row(
         height_mm=height,
         from_reference_mm=height - zero,
         figures=figures,
         loops=len(level.depth),
-        reason=" ".join(reasons),
+        reasons=tuple(reasons),
         level=level,
     )
 
@@ -297,21 +305,19 @@ def _volume(
     z = volumes.sigmas.mesh.vertices_mm[:, 2]
     ends = float(z.min()), float(z.max())
     heights: list[float] = []
-    notes: list[str] = []
+    notes: list[Finding] = []
     for height in (span_mm[0] + zero, span_mm[1] + zero):
         beyond, end = max((ends[0] - height, ends[0]), (height - ends[1], ends[1]))
         if 0 < beyond <= most_beyond_mm:
             heights.append(DISTAL_END if end == ends[0] else PROXIMAL_END)
-            notes.append(
-                f"the limb ends at {end - zero:.2f} mm, which was taken for {height - zero:g} mm"
-            )
+            notes.append(note("measure.volume.clamped", end_mm=end - zero, asked_mm=height - zero))
         else:
             heights.append(height)
     return VolumeRow(
         low_mm=span_mm[0],
         high_mm=span_mm[1],
         volume_mm3=volumes.between(*heights),
-        note="; ".join(notes),
+        notes=tuple(notes),
     )
 
 
@@ -324,15 +330,15 @@ def _tape(
     checks: list[TapeCheck] = []
     for reading in readings:
         held = _held(sigmas, zero, reading, through_mm)
-        if isinstance(held, str):
-            raise MeasureError(f"A tape reading has no girth to compare with. {held}")
+        if isinstance(held, Finding):
+            raise MeasureError("tape.no_girth", reason=held)
         checks.append(held)
     return tuple(checks)
 
 
 def _held(
     sigmas: Sigmas, zero: float, reading: TapeReading, through_mm: tuple[float, float]
-) -> TapeCheck | str:
+) -> TapeCheck | Finding:
     """A reading beside the shape's girth, or why there is none."""
     height = reading.height_mm + zero
     heights = [height, height - PLACING_SIGMA_MM, height + PLACING_SIGMA_MM]

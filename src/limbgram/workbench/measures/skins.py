@@ -46,11 +46,7 @@ def inside_of(limb: Limb) -> Limb:
     inner = _inner_vertices(mesh)
     faces = inner[mesh.faces].all(1)
     if not faces.any():
-        raise MeasureError(
-            "The shape has no inside to measure: no level goes round a hollow. It may be one "
-            "surface without thickness, which has its girths without --inside, a solid, or a wall "
-            "that is open on a side, which has no inner girth."
-        )
+        raise MeasureError("measure.inside.none")
     taken = np.flatnonzero(faces)
     pieces = face_components(mesh.faces[taken])
     areas = np.bincount(pieces, np.linalg.norm(mesh.face_normals()[taken], axis=1))
@@ -81,15 +77,9 @@ def without_sock(limb: Limb, sock_mm: float) -> Limb:
         EditError: the surface would cut through itself.
     """
     if not 0 <= sock_mm <= THICKEST_SOCK_MM:
-        raise OptionsError(
-            f"A sock of {sock_mm:g} mm cannot be. Give its thickness as worn, in millimetres: "
-            "about 0.3 for a nylon sheath, 2.3 for a thick terry sock."
-        )
+        raise OptionsError("measure.sock.thickness", sock_mm=sock_mm)
     if sock_mm < limb.sock_mm:
-        raise OptionsError(
-            f"{limb.sock_mm:g} mm of sock were taken off this surface already; {sock_mm:g} mm is "
-            "asked for now. Leave --sock out, or start from the scan."
-        )
+        raise OptionsError("measure.sock.less", off_mm=limb.sock_mm, sock_mm=sock_mm)
     if sock_mm == limb.sock_mm:
         return limb
     mesh = offset(limb.mesh, limb.sock_mm - sock_mm)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from limbgram.core.geometry.smoothing import SMOOTHING_MM
+from limbgram.findings import as_json, told
 from limbgram.workbench.edits.thickness import Thickness
 from limbgram.workbench.measures.lengths import Length
 from limbgram.workbench.measures.levels import MEASURES, Figure
@@ -55,7 +56,8 @@ def csv_text(measures: Measures) -> str:
         spreads = ["" if f is None or f.sigma is None else _rounded(f.sigma) for f in figures]
         place = [round(row.height_mm, _DECIMALS), round(row.from_reference_mm, _DECIMALS)]
         others = " ".join(f"{round(other.contour_mm, _DECIMALS)}" for other in row.others)
-        tail = [row.loops, others, row.reason, measures.skin, SMOOTHING_MM]
+        reason = " ".join(told(one) for one in row.reasons)
+        tail = [row.loops, others, reason, measures.skin, SMOOTHING_MM]
         sheet.writerow([*place, reference, *values, *(spreads if with_sigma else []), *tail])
     return text.getvalue()
 
@@ -79,7 +81,7 @@ def tree(measures: Measures) -> dict[str, Any]:
         "reference": measures.counted_from,
         "reference_height_mm": measures.reference_mm,
         "tip_height_mm": measures.tip_mm,
-        "beside": measures.beside or None,
+        "beside": None if measures.beside is None else as_json(measures.beside),
         "smoothed_over_mm": SMOOTHING_MM,
         "levels": [_level(row) for row in measures.rows],
         "volumes": [
@@ -87,7 +89,7 @@ def tree(measures: Measures) -> dict[str, Any]:
                 "from_mm": row.low_mm if np.isfinite(row.low_mm) else None,
                 "to_mm": row.high_mm if np.isfinite(row.high_mm) else None,
                 "volume_ml": _figure(in_ml(row.volume_mm3)),
-                "note": row.note or None,
+                "notes": [as_json(note) for note in row.notes],
             }
             for row in measures.volumes
         ],
@@ -134,7 +136,7 @@ def _level(row: Row) -> dict[str, Any]:
             }
             for other in row.others
         ],
-        "reason": row.reason or None,
+        "reasons": [as_json(reason) for reason in row.reasons],
     }
 
 

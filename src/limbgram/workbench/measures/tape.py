@@ -135,7 +135,7 @@ def fit_to_tape(
         require_girth(reading)
     heights = np.array([reading.height_mm + reference_mm for reading in readings], np.float64)
     if not len(heights) or len(np.unique(heights)) < len(heights):
-        raise OptionsError("Fitting needs tape readings, each at a height of its own.")
+        raise OptionsError("tape.fit.heights")
     order = np.argsort(heights)
     heights = heights[order]
     wanted = np.array([readings[k].girth_mm for k in order])
@@ -156,10 +156,7 @@ def fit_to_tape(
             break
         factors = factors * wanted / found
     else:
-        raise MeasureError(
-            "The shape cannot be made to agree with all readings: they ask for jumps over less "
-            "than a triangle's height. Leave out readings that lie close together."
-        )
+        raise MeasureError("tape.fit.jumps")
     changes = [
         TapeChange(height_mm=float(h), before_mm=float(b), after_mm=float(a), factor=float(f))
         for h, b, a, f in zip(heights, before, found, scaling.factors)

@@ -196,10 +196,8 @@ def about_pair(pair: Pair, move: Displacements) -> tuple[Finding, ...]:
     """
     before, after = pair.before.name or None, pair.after.name or None
     notes = [*pair.before.notes, *pair.after.notes]
-    notes.append(
-        note("template.pair.aligned", before=before, after=after, how=move.alignment.sentence)
-    )
-    notes += [note("said.as_is", message=text) for text in move.alignment.notes]
+    notes.append(note("template.pair.aligned", before=before, after=after, how=move.alignment.how))
+    notes += move.alignment.notes
     most_mm = float(np.quantile(np.abs(move.moved_mm), _NEARLY_ALL))
     rms_mm = float(np.sqrt(np.mean(move.moved_mm**2)))
     if most_mm > _MOST_MM or rms_mm > _MOST_RMS_MM:

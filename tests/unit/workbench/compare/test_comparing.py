@@ -8,6 +8,7 @@ import pytest
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.topology import with_faces
+from limbgram.findings import told
 from limbgram.workbench.compare.comparison import CompareOptions, compare
 from limbgram.workbench.compare.levels import changes_by_level, shared_heights_mm
 from limbgram.workbench.compare.messages import verdict
@@ -121,7 +122,8 @@ def test_a_hole_is_said_and_not_passed_over(make_limb) -> None:
     heights = (low - 10, (low + high) / 2, high + 10)
     found = changes_by_level(first.mesh, holed, heights)
     assert found.volume is None
-    assert "open" in found.reason
+    assert found.reason is not None
+    assert found.reason.code == "measure.volume.open"
     assert [level.reason is None for level in found.levels] == [True, False, True]
 
 
@@ -131,7 +133,8 @@ def test_one_level_above_an_open_end_has_no_volume(make_limb) -> None:
     found = changes_by_level(tube, tube, (120.0,))
     assert found.volume is None
     assert found.plies is None
-    assert "one level" in found.reason
+    assert found.reason is not None
+    assert found.reason.code == "compare.levels.one_shared"
     assert found.levels[0].measures["tape_mm"].difference == 0
 
 
@@ -147,7 +150,7 @@ def test_a_body_inside_takes_no_part(limb) -> None:
     )
     found = compare(limb, limb.with_mesh(mesh), AS_IS)
     assert found.levels.volume.difference == pytest.approx(0.0, abs=1e-6)
-    assert any("1 body inside" in note for note in found.notes)
+    assert any("1 body inside" in told(note) for note in found.notes)
 
 
 def _closing(limb) -> np.ndarray:
@@ -170,7 +173,7 @@ def test_the_verdict_follows_the_limits(make_limb, bulge_mm, one_side_mm, grade)
     second = make_limb(lambda z, a: 50.0 + bulge_mm + one_side_mm * np.sin(a) + 0 * z)
     found = compare(first, second, AS_IS)
     assert verdict(found).grade == grade
-    assert found.alignment.sentence in verdict(found).sentence
+    assert verdict(found).finding.values["how"] == found.alignment.how
     assert not found.notes
 
 
@@ -188,7 +191,7 @@ def test_a_small_place_that_moved_by_much_is_not_called_alike(limb) -> None:
     assert judged.grade == "differs in places"
     expected_cm2 = np.pi * np.log(4) * 10**2 / 100
     assert found.deviation.on_first.figures.far_mm2 / 100 == pytest.approx(expected_cm2, rel=0.15)
-    assert "cm2 differ by more than 1 mm" in judged.sentence
+    assert "cm2 differ by more than 1 mm" in told(judged.finding)
 
 
 def test_swapping_the_shapes_turns_every_sign(make_limb, limb) -> None:
@@ -203,7 +206,7 @@ def test_swapping_the_shapes_turns_every_sign(make_limb, limb) -> None:
 
 def test_a_larger_second_is_called_larger(make_limb) -> None:
     second = make_limb(lambda z, a: 50.5 + 0 * z * a)
-    found = verdict(compare(make_limb(straight), second, AS_IS)).sentence
+    found = told(verdict(compare(make_limb(straight), second, AS_IS)).finding)
     assert "larger" in found
     assert "smaller" not in found
     assert "mean radial error +0." in found
@@ -217,7 +220,7 @@ def test_by_volume_both_hold_the_same_below_the_brim(limb) -> None:
     by_volume = CompareOptions(registration=RegistrationOptions(way="volume"), spacing_mm=10)
     found = compare(limb, thinner, by_volume)
     assert found.alignment.way == "volume"
-    assert "same volume below" in found.alignment.sentence
+    assert found.alignment.how.code == "compare.laid.volume"
     top = found.levels.levels[-1].height_mm
     assert top > 190
     assert abs(found.levels.volume.share) < 0.004 < 1 - 0.99**2
@@ -227,7 +230,7 @@ def test_an_unaligned_first_shape_is_compared_along_its_fitted_axis(limb, move) 
     lying = move(limb, Rigid.from_rotation_vector(np.array([0.9, 0.4, -1.1]), np.ones(3) * 50))
     found = compare(lying, lying, AS_IS)
     assert not found.axes.anatomical
-    assert any("fitted long axis" in note for note in found.notes)
+    assert "compare.axes.fitted" in [note.code for note in found.notes]
     assert found.first_in_limb.vertices_mm[:, 2].min() == pytest.approx(0.0, abs=0.5)
     assert found.levels.levels[0].measures["tape_mm"].first.value > 200
 
@@ -235,14 +238,16 @@ def test_an_unaligned_first_shape_is_compared_along_its_fitted_axis(limb, move) 
 def test_a_left_and_a_right_limb_are_pointed_out(limb) -> None:
     """Also where the second is the first's own mirror image, which lies as it was made."""
     image = do_edit(limb, Mirror(confirmed_side="left"))
-    assert "a right limb and the second a left one" in " ".join(compare(limb, image).notes)
+    (said,) = (one for one in compare(limb, image).notes if one.code == "compare.sides.differ")
+    assert said.values == {"first": "right", "second": "left"}
     back = do_edit(image, Mirror(confirmed_side="right"))
-    assert not any("left" in note for note in compare(limb, back).notes)
+    assert not any(one.code == "compare.sides.differ" for one in compare(limb, back).notes)
 
 
 def test_different_socks_are_pointed_out(limb) -> None:
     found = compare(limb, replace(limb, sock_mm=0.3), AS_IS)
-    assert any("0.3 mm off the second" in note for note in found.notes)
+    (said,) = (one for one in found.notes if one.code == "compare.socks.differ")
+    assert said.values == {"first_mm": 0.0, "second_mm": 0.3, "apart_mm": 0.3}
 
 
 def test_options_that_cannot_be_are_refused(limb) -> None:

@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.frames import Rigid
+from limbgram.findings import note
 from limbgram.workbench.compare.comparison import CompareOptions, compare
 from limbgram.workbench.compare.levels import changes_by_level
 from limbgram.workbench.compare.messages import comparison_lines
@@ -62,7 +63,7 @@ def test_what_was_taken_off_does_not_turn_into_a_slide(limb) -> None:
     scan = framed(limb, 3)
     found = compare(scan, reduced(scan))
     assert found.alignment.way == "as-is"
-    assert "taken as they lie" in found.alignment.sentence
+    assert found.alignment.how.code == "compare.laid.made"
     girths = {level.height_mm: level.measures["tape_mm"].share for level in found.levels.levels}
     assert girths[20.0] == pytest.approx(-0.03, abs=1e-3)
     assert girths[100.0] == pytest.approx(-0.03 * 60 / 140, abs=1e-3)
@@ -142,7 +143,7 @@ def test_laid_by_shape_the_uncertainty_holds_the_slide(limb) -> None:
     scan = scan.with_mesh(known)
     true, slid = compare(scan, reduced(scan)), compare(scan, reduced(scan), BY_SHAPE)
     assert abs(slid.alignment.slid_mm) > 0.4
-    assert any("slides along the long axis" in note for note in slid.notes)
+    assert "compare.shape.slides" in [note.code for note in slid.notes]
     volumes = true.levels.volume, slid.levels.volume
     off = volumes[1].difference - volumes[0].difference
     assert abs(off) > 5 * volumes[0].sigma, "sensor noise alone does not explain it"
@@ -157,11 +158,11 @@ def test_where_the_uncertainty_leaves_the_alignment_out_it_says_so(limb) -> None
     other = framed(limb, 4)
     other = other.with_mesh(replace(other.mesh, sigma_mm=scan.mesh.sigma_mm))
     as_is = CompareOptions(registration=RegistrationOptions(way="as-is"))
-    left_out = "not those of how they were laid"
-    assert any(left_out in note for note in compare(scan, other, as_is).notes)
+    left_out = note("compare.within.of_scans")
+    assert left_out in compare(scan, other, as_is).notes
     for options in (as_is, CompareOptions()):
-        assert not any(left_out in note for note in compare(scan, reduced(scan), options).notes)
-    assert not any(left_out in note for note in compare(scan, other, BY_SHAPE).notes)
+        assert left_out not in compare(scan, reduced(scan), options).notes
+    assert left_out not in compare(scan, other, BY_SHAPE).notes
 
 
 def test_the_slide_is_off_by_what_is_told(limb) -> None:
@@ -200,9 +201,9 @@ def test_a_mirror_image_is_pointed_out_and_a_changed_limb_is_not(make_limb) -> N
         )
     )
     bare = replace(limb, frame=None)
-    assert any("mirror image" in note for note in by_shape(bare, image).notes)
+    assert "compare.shape.mirrored" in [one.code for one in by_shape(bare, image).notes]
     changed = ripple(limb, 2, 1.5)
-    assert not any("mirror image" in note for note in by_shape(limb, changed).notes)
+    assert "compare.shape.mirrored" not in [one.code for one in by_shape(limb, changed).notes]
 
 
 def test_columns_say_that_they_are_changes_and_slabs(limb) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.findings import told
 from limbgram.workbench.compare.comparison import CompareOptions
 from limbgram.workbench.compare.following import (
     FollowOptions,
@@ -187,7 +188,7 @@ def test_a_limb_that_shrinks_by_two_per_cent_a_week(limb) -> None:
     assert found.volume.is_clear
     assert found.sigma_source == "assumed"
     assert found.change_mm3 / start == pytest.approx(-0.06, abs=1e-6)
-    assert found.sentence.startswith("The limb shrinks")
+    assert told(found.finding).startswith("The limb shrinks")
     wall = [trend.per_week for trend in found.girths[4:]]
     expected = found.stack.tapes_mm[0, 4:] * (np.sqrt(0.94) - 1) / 3
     np.testing.assert_allclose(wall, expected, rtol=0.02)
@@ -196,7 +197,7 @@ def test_a_limb_that_shrinks_by_two_per_cent_a_week(limb) -> None:
 def test_a_change_within_the_uncertainty_is_called_that(limb) -> None:
     found = follow(visits_of(limb, [0, 0.004, -0.003], [0, 7, 14]), AS_IS)
     assert not found.volume.is_clear
-    assert found.sentence.startswith("No trend can be told")
+    assert found.finding.code == "trend.none"
     assert abs(found.change_mm3) < found.change_95_mm3
 
 

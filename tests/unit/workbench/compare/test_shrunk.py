@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import COVER
+from limbgram.findings import told
 from limbgram.report.drawings.differences import open_places
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
 from limbgram.workbench.compare.following import repeats
@@ -98,8 +99,8 @@ def test_by_shape_alone_the_interval_holds_the_truth_and_the_tip_is_left_open(ma
     change, sigma = found.levels.volume, found.levels.laid_sigma_mm3
     off = abs(change.difference - true_change_mm3(found))
     assert 3000 < off < COVER * sigma
-    assert any("slides along the long axis" in note for note in found.notes)
-    judged = verdict(found).sentence
+    assert "compare.shape.slides" in [note.code for note in found.notes]
+    judged = told(verdict(found).finding)
     assert f"± {COVER * sigma / 1000:.1f} mL" in judged
     assert "± holds in 95 of 100" in judged
     tip = at_tip(found) & (np.abs(found.deviation.on_first.difference_mm) > 0.25)
@@ -117,8 +118,8 @@ def test_both_ways_are_told_and_disagreement_in_the_headline(make_limb) -> None:
     tree = comparison_tree(found)["by_shape"]
     assert tree["alignment"]["way"] == "icp"
     assert tree["at_odds"] == found.by_shape.at_odds
-    told = f"{tree['volume_ml']['difference']:+.1f}"
-    assert told in " ".join(comparison_lines(found)[:2])
+    change = f"{tree['volume_ml']['difference']:+.1f}"
+    assert change in " ".join(comparison_lines(found)[:2])
     # The second's marks slipped 12 mm up the limb, all alike: sure of themselves, and wrong.
     pose = Rigid(Rotation.random(random_state=1).as_matrix(), np.array([70.0, -20, 5]))
     moved = tuple(
@@ -128,7 +129,7 @@ def test_both_ways_are_told_and_disagreement_in_the_headline(make_limb) -> None:
     wrong = compare(first, replace(second, landmarks=moved))
     assert wrong.alignment.way == "landmarks"
     assert wrong.by_shape.at_odds
-    assert "the two ways disagree" in verdict(wrong).sentence
+    assert "the two ways disagree" in told(verdict(wrong).finding)
 
 
 def test_two_alignments_are_taken_where_the_shape_leaves_the_place_open(make_limb) -> None:
@@ -142,7 +143,7 @@ def test_two_alignments_are_taken_where_the_shape_leaves_the_place_open(make_lim
     change = found.levels.volume
     assert change.difference == pytest.approx(true_change_mm3(found), rel=0.05)
     assert found.by_shape is not None
-    assert f"{found.by_shape.volume.difference / 1000:+.1f}" in verdict(found).sentence
+    assert f"{found.by_shape.volume.difference / 1000:+.1f}" in told(verdict(found).finding)
     # A front that is 40 degrees off on one of them is no good alignment.
     turned = Rigid.from_rotation_vector(np.array([0.0, 0, 0.7]), np.zeros(3))
     odd = replace(second, frame=LimbFrame(limb_from_mesh=turned, side="right"))
@@ -157,7 +158,7 @@ def test_landmarks_that_contradict_each_other_are_not_used(make_limb) -> None:
     )
     found = compare(first, replace(second, landmarks=wrong))
     assert found.alignment.way == "icp"
-    assert any("landmarks that both shapes have were not used" in note for note in found.notes)
+    assert "compare.landmarks.unlike" in [note.code for note in found.notes]
 
 
 def test_repeated_captures_of_one_limb_go_by_its_shape(make_limb) -> None:

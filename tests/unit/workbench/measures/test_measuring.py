@@ -16,6 +16,7 @@ from limbgram.cli.main import app
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import Finding, told
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.compare.levels import changes_by_level
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
@@ -57,7 +58,7 @@ def test_a_table_of_a_cylinder(cylinder: Mesh) -> None:
     table = measure_limb(aligned(cylinder), LimbMeasureOptions(spacing_mm=25))
     np.testing.assert_allclose([row.height_mm for row in table.rows], np.arange(25, 200, 25))
     for row in table.rows:
-        assert row.reason == ""
+        assert row.reasons == ()
         assert value(row.figures, "tape_mm") == pytest.approx(50 * CORNERS, rel=1e-9)
         assert value(row.figures, "ap_mm") == pytest.approx(100, rel=1e-9)
         below = UNIT * 2500 * row.height_mm
@@ -84,24 +85,26 @@ def test_other_limbs_at_a_height_are_named_and_not_taped(
     readings = (TapeReading(height_mm=100.0, girth_mm=50 * CORNERS),)
     table = measure_limb(limb, replace(options, tape=readings))
     assert [len(row.others) for row in table.rows] == [0, 1, 1]
-    assert table.beside.startswith("At 2 of 3 heights lie several outlines.")
+    assert table.beside is not None
     other = f"{45 * SMOOTH:.1f}"
-    assert table.beside.endswith(f"mm round: at 100 {other}; at 150 {other}.")
+    assert told(table.beside).startswith("At 2 of 3 heights lie several outlines.")
+    assert told(table.beside).endswith(f"mm round: at 100 {other}; at 150 {other}.")
     assert not table.tape[0].conflict
-    told = tree(table)
-    assert told["beside"] == table.beside
-    assert told["levels"][0]["others"] == []
-    assert told["levels"][1]["others"][0]["contour_mm"] == pytest.approx(45 * SMOOTH, rel=3e-5)
-    assert told["smoothed_over_mm"] == 5
+    kept = tree(table)
+    assert Finding.from_tree(kept["beside"]) == table.beside
+    assert kept["levels"][0]["others"] == []
+    assert kept["levels"][1]["others"][0]["contour_mm"] == pytest.approx(45 * SMOOTH, rel=3e-5)
+    assert kept["smoothed_over_mm"] == 5
     rows = list(csv.DictReader(io.StringIO(csv_text(table))))
     assert [row["others_mm"][:5] for row in rows] == ["", other, other]
     assert {row["contour_smoothed_over_mm"] for row in rows} == {"5.0"}
     asked = measure_limb(limb, replace(options, through="right"))
     assert value(asked.rows[1].figures, "tape_mm") == pytest.approx(45 * CORNERS, rel=1e-9)
-    assert "the place asked for" in asked.beside
+    assert asked.beside is not None
+    assert asked.beside.values["on_axis"] is False
     fitted = fit_to_tape(limb, (TapeReading(height_mm=100.0, girth_mm=320.0),))
     assert fitted.changes[0].before_mm == pytest.approx(50 * CORNERS, rel=1e-9)
-    assert measure_limb(aligned(cylinder)).beside == ""
+    assert measure_limb(aligned(cylinder)).beside is None
 
 
 def test_other_limbs_are_named_on_the_terminal_and_in_a_comparison(
@@ -110,10 +113,10 @@ def test_other_limbs_are_named_on_the_terminal_and_in_a_comparison(
     body = make_forked(300.0, (50.0, 45.0))
     shape = write_limb(aligned(body), tmp_path / "thighs.ply")
     shown = CliRunner().invoke(app, ["measure", str(shape), "--height", "100"])
-    told = f"{45 * SMOOTH:.1f}"
+    other = f"{45 * SMOOTH:.1f}"
     row = next(line for line in shown.output.splitlines() if line.startswith("   100.0"))
     assert f"{50 * CORNERS:.1f}" in row
-    assert f"beside it: {told} mm" in row
+    assert f"beside it: {other} mm" in row
     assert "contours smoothed over 5 mm" in shown.output
     assert "At 1 of 1 heights lie several outlines. Measured is the one" in shown.output
     (level,) = changes_by_level(body, body, (100.0,)).levels
@@ -127,7 +130,9 @@ def test_every_height_asked_for_has_a_row(cylinder: Mesh) -> None:
     assert [row.from_reference_mm for row in table.rows] == list(heights)
     inside = [0 < height <= 200 for height in heights]
     assert [row.level is not None for row in table.rows] == inside
-    assert all("misses" in row.reason for row in table.rows if row.level is None)
+    reasons = [[one.code for one in row.reasons] for row in table.rows if row.level is None]
+    assert reasons
+    assert all(codes == ["measure.level.missed"] for codes in reasons)
     with pytest.raises(MeasureError, match="No height has an answer"):
         measure_limb(aligned(cylinder), LimbMeasureOptions(heights_mm=(-5.0, 300.0)))
 
@@ -321,15 +326,16 @@ def test_a_volume_from_just_below_the_tip_begins_at_the_tip(cylinder: Mesh) -> N
     table = measure_limb(aligned(raised), LimbMeasureOptions(heights_mm=(40.0,), volumes_mm=spans))
     high = [row.volume_mm3.value / (UNIT * 2500) for row in table.volumes]
     assert high == pytest.approx([99.69, -99.69, 100.31, 50.0], rel=1e-9)
-    notes = [row.note for row in table.volumes]
-    assert notes[0] == "the limb ends at 0.31 mm, which was taken for 0 mm"
-    assert notes[2] == "the limb ends at 200.31 mm, which was taken for 200.9 mm"
-    assert notes[3] == ""
+    notes = [[dict(one.values) for one in row.notes] for row in table.volumes]
+    assert notes[0] == [{"end_mm": pytest.approx(0.31), "asked_mm": 0.0}]
+    assert notes[2] == [{"end_mm": pytest.approx(200.31), "asked_mm": 200.9}]
+    assert notes[3] == []
     for low, most in ((-0.8, 100.0), (50.0, 201.5)):
-        with pytest.raises(MeasureError, match="or `end`"):
+        with pytest.raises(MeasureError) as refused:
             measure_limb(
                 aligned(raised), LimbMeasureOptions(heights_mm=(40.0,), volumes_mm=((low, most),))
             )
+        assert refused.value.finding.code == "measure.volume.beyond"
     in_sock = replace(aligned(raised), sock_mm=2.0)
     table = measure_limb(
         in_sock, LimbMeasureOptions(heights_mm=(40.0,), volumes_mm=((-2.5, 100.0),))
@@ -364,5 +370,6 @@ def test_the_table_reads_back_from_csv_and_json(cylinder: Mesh) -> None:
     read = json.loads(json.dumps(tree(table), allow_nan=False))
     assert read["levels"][0]["area_mm2"]["value"] == pytest.approx(UNIT * 2500)
     assert read["levels"][2]["area_mm2"] is None
+    assert [one["code"] for one in read["levels"][2]["reasons"]] == ["measure.level.missed"]
     assert read["volumes"][0]["from_mm"] is None
     assert read["volumes"][0]["volume_ml"]["value"] == pytest.approx(UNIT * 2.5 * 160)
