@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeVar
 
-from limbgram import findings
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.files import json_of
 from limbgram.core.typed import Strictness, value_of
@@ -69,9 +68,7 @@ def capture_notes(case: CaseFolder) -> tuple[Finding, ...]:
     """
     moved = tuple(one.finding for one in _judged(case, _MOVEMENT))
     done = _read(case.summary, _Done)
-    if done is None:
-        return moved
-    return (*moved, *map(findings.told, (*done.scene.notes, *done.resolution.notes)))
+    return moved if done is None else (*moved, *done.scene.notes, *done.resolution.notes)
 
 
 def _judged(case: CaseFolder, key: str) -> tuple[Judged, ...]:

@@ -2059,39 +2059,6 @@ export interface components {
             certificate?: string | null;
         };
         /**
-         * CaptureCheck
-         * @description The answer, and what it rests on.
-         */
-        CaptureCheck: {
-            /** Go */
-            go: boolean;
-            /** Headline */
-            headline: string;
-            /** Findings */
-            findings: string[];
-            /** Photos */
-            photos: components["schemas"]["CheckedPhoto"][];
-            /** Missing */
-            missing: components["schemas"]["MissingPhotos"][];
-            /** Largest Gap Deg */
-            largest_gap_deg: number;
-            /** Board Photos */
-            board_photos: number | null;
-            coverage?: components["schemas"]["Coverage"] | null;
-            /**
-             * Notes
-             * @default []
-             */
-            notes: string[];
-            /** Kept Still */
-            kept_still?: boolean | null;
-            /**
-             * Set Aside
-             * @default []
-             */
-            set_aside: components["schemas"]["SetAside"][];
-        };
-        /**
          * Case
          * @description A case in the list.
          */
@@ -2241,33 +2208,89 @@ export interface components {
              * @default
              */
             message: string;
-            answer?: components["schemas"]["CaptureCheck"] | null;
+            /** @description The same as data. */
+            finding?: components["schemas"]["FindingReply"] | null;
+            answer?: components["schemas"]["CoachReply"] | null;
         };
         /**
-         * CheckedPhoto
+         * CheckedReply
          * @description One photo as far as it was looked at.
          */
-        CheckedPhoto: {
+        CheckedReply: {
             /** Name */
             name: string;
             /** Placed */
             placed: boolean;
-            /** Points */
+            /**
+             * Points
+             * @description Scene points seen in it.
+             */
             points: number;
-            /** Edge Px */
-            edge_px: number;
-            /** Burnt */
-            burnt: number;
+            /**
+             * Edge Px
+             * @description Width of the sharpest edges on the limb.
+             */
+            edge_px: number | null;
+            /**
+             * Burnt
+             * @description Share of the limb that is burnt out.
+             */
+            burnt: number | null;
             /** Features Per Cm2 */
-            features_per_cm2: number;
-            /** Azimuth Deg */
-            azimuth_deg: number;
-            /** Elevation Deg */
-            elevation_deg: number;
-            /** Counts */
+            features_per_cm2: number | null;
+            /**
+             * Azimuth Deg
+             * @description From above, counter-clockwise from the first placed photo.
+             */
+            azimuth_deg: number | null;
+            /**
+             * Elevation Deg
+             * @description Of the camera above level.
+             */
+            elevation_deg: number | null;
+            /**
+             * Counts
+             * @description Whether it is placed, sharp and well exposed.
+             */
             counts: boolean;
             /** Remarks */
-            remarks: string[];
+            remarks: components["schemas"]["FindingReply"][];
+        };
+        /**
+         * CoachReply
+         * @description The answer of the coach, and what it rests on.
+         */
+        CoachReply: {
+            /** Go */
+            go: boolean;
+            headline: components["schemas"]["FindingReply"];
+            /**
+             * Findings
+             * @description What stands in the way of GO.
+             */
+            findings: components["schemas"]["FindingReply"][];
+            /** Photos */
+            photos: components["schemas"]["CheckedReply"][];
+            /** Missing */
+            missing: components["schemas"]["MissingReply"][];
+            /**
+             * Largest Gap Deg
+             * @description Between photos that count.
+             */
+            largest_gap_deg: number | null;
+            /**
+             * Board Photos
+             * @description Photos in which the board was found.
+             */
+            board_photos: number | null;
+            coverage: components["schemas"]["CoverageReply"] | null;
+            /** Notes */
+            notes: components["schemas"]["FindingReply"][];
+            /**
+             * Kept Still
+             * @description Whether the limb kept still and its shape.
+             */
+            kept_still: boolean | null;
         };
         /**
          * CodeWords
@@ -2312,24 +2335,27 @@ export interface components {
             accepted: boolean;
         };
         /**
-         * Coverage
-         * @description What the photos that count will measure, on the limb's proxy, cell by cell.
-         *
-         *     Rows from below upwards, the last ones on the upper end; columns counter-clockwise, azimuth 0
-         *     first. None stands for what is not measured, or is no part of the limb.
+         * CoverageReply
+         * @description What the photos that count will measure, cell by cell, rows from below upwards.
          */
-        Coverage: {
+        CoverageReply: {
             /** Rows */
             rows: number;
             /** Side Rows */
             side_rows: number;
             /** Columns */
             columns: number;
-            /** Photos */
+            /**
+             * Photos
+             * @description That show the cell squarely, six at most.
+             */
             photos: (number | null)[][];
             /** Sigma Mm */
             sigma_mm: (number | null)[][];
-            /** Places */
+            /**
+             * Places
+             * @description Middles of the cells.
+             */
             places: [
                 number,
                 number,
@@ -2339,30 +2365,19 @@ export interface components {
             length: number;
             /** Radius */
             radius: number;
-            /** Measured */
+            /**
+             * Measured
+             * @description Share of the limb that two photos or more see.
+             */
             measured: number;
-            /** Well */
+            /**
+             * Well
+             * @description Share that three or more see.
+             */
             well: number;
             /** Sigma Middle Mm */
-            sigma_middle_mm: number;
-            /** Regions */
-            regions: components["schemas"]["CoveredRegion"][];
-            /** Weakest */
-            weakest: string;
-        };
-        /**
-         * CoveredRegion
-         * @description A part of the limb: a third of its height, and the side that faces an hour; or its end.
-         */
-        CoveredRegion: {
-            /** Name */
-            name: string;
-            /** Photos */
-            photos: number;
-            /** Unseen */
-            unseen: number;
-            /** Sigma Mm */
-            sigma_mm: number;
+            sigma_middle_mm: number | null;
+            weakest: components["schemas"]["FindingReply"] | null;
         };
         /**
          * Credentials
@@ -3148,23 +3163,29 @@ export interface components {
             notes: components["schemas"]["FindingReply"][];
         };
         /**
-         * MissingPhotos
+         * MissingReply
          * @description Photos to add, and from where.
          */
-        MissingPhotos: {
+        MissingReply: {
             /** Count */
             count: number;
             /** Azimuths Deg */
             azimuths_deg: number[];
-            /** Elevations Deg */
+            /**
+             * Elevations Deg
+             * @description Above level, one for each azimuth.
+             */
             elevations_deg: number[];
-            /** Between */
+            /**
+             * Between
+             * @description Photos on either side of a gap; null where a place is seen by too few.
+             */
             between: [
                 string,
                 string
             ] | null;
-            /** Words */
-            words: string;
+            /** @description The same as a request. */
+            asked: components["schemas"]["FindingReply"];
         };
         /**
          * Move
@@ -3735,16 +3756,6 @@ export interface components {
              * @default 0
              */
             memory_mb: number;
-        };
-        /**
-         * SetAside
-         * @description A part that was left out, and why: told to the user by name.
-         */
-        SetAside: {
-            /** Name */
-            name: string;
-            /** Reason */
-            reason: string;
         };
         /**
          * Setup

@@ -20,7 +20,6 @@ import { type Finding, advice, isFinding, same, sentence, told } from "../words"
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode, SurfaceData } from "../viewer/surface";
 import type { Viewer } from "../viewer/viewer";
-import { told } from "../words";
 import { withoutColour } from "./cases";
 import { Computing } from "./computing";
 import { type Limb, useLimb } from "./limb";
