@@ -55,6 +55,8 @@ _GAP = 0.5
 """Cells between an opening and the skin of the hollow, across which the two are joined."""
 _MOVES = 3
 """Times that the vertices of the hollow's skin are moved to the wall's thickness."""
+_ACUTE_DEG = 120.0
+"""Angle between the normals of a cap and the skin, or within a cap, from which the cap is mended."""
 _FITTINGS, _MENDINGS = 5, 6
 """Times that openings without a hollow are closed, and that folds of caps are mended."""
 Loop = Int32[np.ndarray, " _"]
@@ -81,29 +83,8 @@ class Hollowed:
     """Volume of hollows that reach no opening, and are solid."""
 
 
-def hollowed(mesh: Mesh, thickness_mm: float) -> Hollowed:
-    """The wall of this thickness inside a skin.
-
-    Raises:
-        EditError: no hollow is left, or it does not fit its openings.
-    """
-    shape = _Shape(mesh, thickness_mm)
-    hollow = _Hollow.of(shape)
-    beyond_mm = shape.tree.closest(shape.caps.vertices_mm).distances_mm - thickness_mm
-    for _ in range(_FITTINGS):
-        if not len(hollow.mesh.faces):
-            break
-        rim = keep_positive(shape.caps, -beyond_mm).mesh
-        fit = _fit(shape, rim, hollow.mesh)
-        if not len(fit.hollow_left) and not len(fit.rim_left):
-            return _joined(shape, rim, hollow, fit)
-        beyond_mm = _closed_at(shape.caps, beyond_mm, rim.vertices_mm[fit.rim_left])
-        hollow = hollow.without(fit.hollow_left)
-    raise EditError(_NOTHING)
-
-
 @dataclass(frozen=True)
-class _Shape:
+class Hollowing:
     """A skin that is to become a wall."""
 
     mesh: Mesh
@@ -135,6 +116,13 @@ class _Shape:
         return _mended(bare, own, closed.faces[new])
 
     @cached_property
+    def like(self) -> Int64[np.ndarray, " n"]:
+        """For each vertex of the closed shape the nearest one of the skin."""
+        added = self.closed.vertices_mm[len(self.mesh) :]
+        nearest = KDTree(self.mesh.vertices_mm).query(added)[1]
+        return np.concatenate([np.arange(len(self.mesh)), nearest]).astype(np.int64)
+
+    @cached_property
     def whole(self) -> SignedSurface:
         return SignedSurface(self.closed.vertices_mm, self.closed.faces)
 
@@ -163,13 +151,33 @@ class _Shape:
         return np.where(self.whole.signed(points_mm).signed_mm < 0, away_mm, -away_mm)
 
 
+def hollowed(shape: Hollowing) -> Hollowed:
+    """The wall inside a skin.
+
+    Raises:
+        EditError: no hollow is left, or it does not fit its openings.
+    """
+    hollow = _Hollow.of(shape)
+    beyond_mm = shape.tree.closest(shape.caps.vertices_mm).distances_mm - shape.thickness_mm
+    for _ in range(_FITTINGS):
+        if not len(hollow.mesh.faces):
+            break
+        rim = keep_positive(shape.caps, -beyond_mm).mesh
+        fit = _fit(shape, rim, hollow.mesh)
+        if not len(fit.hollow_left) and not len(fit.rim_left):
+            return _joined(shape, rim, hollow, fit)
+        beyond_mm = _closed_at(shape.caps, beyond_mm, rim.vertices_mm[fit.rim_left])
+        hollow = hollow.without(fit.hollow_left)
+    raise EditError(_NOTHING)
+
+
 def _names(faces: Faces, count: int) -> Int64[np.ndarray, " f"]:
     """A number for each face that tells its corners."""
     low, middle, high = np.sort(faces.astype(np.int64), axis=1).T
     return (low * count + middle) * count + high
 
 
-def _mended(closed: Mesh, own: Faces, caps: Faces) -> Mesh:
+def _mended(closed: Mesh, own: Faces, caps: Int32[np.ndarray, "k 3"]) -> Mesh:
     """The closed shape whose caps are laid anew, without places inside, where they fold onto it.
 
     The triangles of a cap follow a ragged edge loosely, and may lie over a tooth of it.
@@ -177,7 +185,7 @@ def _mended(closed: Mesh, own: Faces, caps: Faces) -> Mesh:
     for rings in range(_MENDINGS):
         closed = replace(closed, faces=np.concatenate([own, caps]))
         new = np.arange(len(closed.faces)) >= len(own)
-        bent = find_bent(closed, new)
+        bent = find_bent(closed, new, _ACUTE_DEG)
         crossing = find_crossings(closed.vertices_mm, closed.faces, new)
         spoilt = np.unique(closed.faces[np.concatenate([bent, crossing]).ravel()])
         if not len(spoilt):
@@ -193,7 +201,7 @@ def _mended(closed: Mesh, own: Faces, caps: Faces) -> Mesh:
     return closed
 
 
-def _laid(vertices: Points3, faces: Faces) -> Faces | None:
+def _laid(vertices: Points3, faces: Faces) -> Int32[np.ndarray, "k 3"] | None:
     """Triangles of the least area over all openings; None where there is no answer."""
     if not is_vertex_manifold(faces):
         return None
@@ -221,7 +229,7 @@ class _Hollow:
     left_out_mm3: float = 0.0
 
     @classmethod
-    def of(cls, shape: _Shape) -> "_Hollow":
+    def of(cls, shape: Hollowing) -> "_Hollow":
         level = _level(shape)
         if not len(level.faces):
             return cls(level)
@@ -252,7 +260,7 @@ class _Hollow:
         return _Hollow(with_faces(self.mesh, self.mesh.faces[faces]), self.left_out_mm3 + gone)
 
 
-def _level(shape: _Shape) -> Mesh:
+def _level(shape: Hollowing) -> Mesh:
     """Where the skin is as far as the wall is thick, inside and a little beyond the openings."""
     cell_mm = shape.cell_mm
     reach_mm = _MARGIN * cell_mm + shape.edge_mm
@@ -282,7 +290,7 @@ def _inside(closed: Mesh, points: Points3) -> Bool[np.ndarray, " n"]:
     return (met >= 0) & (closed.face_normals()[met, 2] > 0)
 
 
-def _at_distance(shape: _Shape, points_mm: Points3) -> Points3:
+def _at_distance(shape: Hollowing, points_mm: Points3) -> Points3:
     """Places moved straight to or from the nearest place of the skin, to the wall's thickness."""
     nearest = shape.tree.closest(points_mm)
     size = np.maximum(nearest.distances_mm, 1e-9)[:, None]
@@ -301,7 +309,7 @@ class _Fit:
     """The same the other way round."""
 
 
-def _fit(shape: _Shape, rim: Mesh, hollow: Mesh) -> _Fit:
+def _fit(shape: Hollowing, rim: Mesh, hollow: Mesh) -> _Fit:
     count = len(shape.brim)
     outlines = [loop for loop in boundary_loops(rim.faces) if (loop >= count).all()]
     loops = boundary_loops(hollow.faces)
@@ -347,7 +355,7 @@ def _closed_at(
     return np.where(open_there & np.isin(part, part[nearest]), -1.0, beyond_mm)
 
 
-def _joined(shape: _Shape, rim: Mesh, hollow: _Hollow, fit: _Fit) -> Hollowed:
+def _joined(shape: Hollowing, rim: Mesh, hollow: _Hollow, fit: _Fit) -> Hollowed:
     """Rim and hollow, with a strip along each pair of outlines."""
     count, inner = len(shape.mesh), len(hollow.mesh)
     added = rim.vertices_mm[len(shape.brim) :]

@@ -24,7 +24,7 @@ from limbgram.reconstruction.surface.holes import find_openings, loop_area
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
-from limbgram.workbench.edits.hollow import hollowed
+from limbgram.workbench.edits.hollow import Hollowing, hollowed
 from limbgram.workbench.edits.offset import Offsetting, offset, require_not_turned
 from limbgram.workbench.edits.regions import (
     averaging,
@@ -424,20 +424,21 @@ def _moved(mesh: Mesh, edit: Wall, thinnings: int) -> _Tried:
 
 def _hollowed_out(mesh: Mesh, edit: Wall) -> _Tried:
     """The wall whose second skin is as far from the first one as asked; solid where narrow."""
+    shape = Hollowing(mesh, edit.thickness_mm)
+    tried = _Tried(mesh, np.zeros(len(mesh), np.bool_), 0.0, None)
+    capped = _Solid(shape.closed, shape.like, len(mesh.faces), 0)
+    tried = _require_sound(mesh, edit, capped, _require_no_lips(edit, capped, tried))
+    if tried.refusal is not None:
+        return tried
     try:
-        found = hollowed(mesh, edit.thickness_mm)
+        found = hollowed(shape)
     except EditError as error:
-        return _Tried(mesh, np.zeros(len(mesh), np.bool_), 0.0, error)
+        return replace(tried, refusal=error)
     faces = np.concatenate([found.hollow_faces, found.rim_faces])
     solid = _told(mesh, with_added(mesh, found.vertices_mm, found.like, faces), found.like)
     like = np.concatenate([np.arange(len(mesh)), found.like])
     wall = _Solid(solid, like, len(mesh.faces), len(found.hollow_faces))
-    spoilt = wall.on_skin(spoilt_vertices(mesh, solid))
-    tried = _thick_enough(mesh, edit, wall)
-    try:
-        require_sound(edit.title, mesh, solid)
-    except EditError as error:
-        return replace(tried, spoilt=spoilt | tried.spoilt, refusal=error)
+    tried = _require_sound(mesh, edit, wall, _thick_enough(mesh, edit, wall))
     return replace(tried, notes=(*tried.notes, *_solid_places(mesh, edit, wall)))
 
 
@@ -538,22 +539,38 @@ def _told(mesh: Mesh, solid: Mesh, like: Int64[np.ndarray, " k"]) -> Mesh:
     )
 
 
+def _require_sound(mesh: Mesh, edit: Wall, wall: _Solid, tried: _Tried) -> _Tried:
+    """The same, refused where it folds or passes through itself."""
+    try:
+        require_sound(edit.title, mesh, wall.solid)
+    except EditError as error:
+        spoilt = wall.on_skin(spoilt_vertices(mesh, wall.solid))
+        return replace(tried, spoilt=spoilt | tried.spoilt, refusal=error)
+    return tried
+
+
+def _require_no_lips(edit: Wall, wall: _Solid, tried: _Tried) -> _Tried:
+    """The same, refused where its brim runs out thin."""
+    lip = thin_lip(wall.solid, wall.ones + wall.twos, edit.least_mm)
+    if lip is None:
+        return tried
+    at = np.zeros(len(wall.solid), np.bool_)
+    at[wall.solid.faces[lip.faces]] = True
+    x, y, z = lip.place_mm
+    refusal = EditError(
+        f"The wall was not made. Its brim would end in thin lips, {lip.thickness_mm:.2f} mm "
+        f"near ({x:.1f}, {y:.1f}, {z:.1f}) mm in the file's axes; less than "
+        f"{edit.least_mm:g} mm is not allowed (least_mm). {_RAGGED}"
+    )
+    return replace(tried, spoilt=wall.on_skin(at) | tried.spoilt, refusal=refusal)
+
+
 def _thick_enough(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
     """The wall, if it is thick enough everywhere, with a note of where it is thinnest."""
-    solid = wall.solid
-    found = between_skins(solid, wall.ones, wall.twos)
-    lip = thin_lip(solid, wall.ones + wall.twos, edit.least_mm)
+    found = between_skins(wall.solid, wall.ones, wall.twos)
     below = found.at_vertices_mm < _ROUNDING * edit.least_mm
-    thin = wall.on_skin(below)
-    refusal = None
-    if lip is not None:
-        thin[wall.like[solid.faces[lip.faces]]] = True
-        x, y, z = lip.place_mm
-        refusal = EditError(
-            f"The wall was not made. Its brim would end in thin lips, {lip.thickness_mm:.2f} mm "
-            f"near ({x:.1f}, {y:.1f}, {z:.1f}) mm in the file's axes; less than "
-            f"{edit.least_mm:g} mm is not allowed (least_mm). {_RAGGED}"
-        )
+    tried = _Tried(wall.solid, wall.on_skin(below), found.thinnest_mm, None)
+    tried = _require_no_lips(edit, wall, tried)
     if below.any():
         edge = mesh.vertices_mm[np.unique(boundary_half_edges(mesh.faces))]
         thinnest = wall.like[np.nanargmin(found.at_vertices_mm)]
@@ -562,15 +579,16 @@ def _thick_enough(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
             f"The wall was not made. {_sentence(found)}; less than {edit.least_mm:g} mm is not "
             f"allowed (least_mm). {_RAGGED if away_mm < edit.thickness_mm else _TIGHT}"
         )
-    if refusal is not None:
-        return _Tried(solid, thin, found.thinnest_mm, refusal)
+        tried = replace(tried, refusal=refusal)
+    if tried.refusal is not None:
+        return tried
     notes = [found.sentence()]
     if found.thinnest_mm < _STUDIED_MM:
         notes.append(
             f"less than {_STUDIED_MM:g} mm of wall is thinner than any socket that was studied: "
             "let it bear no weight before it was tested"
         )
-    return _Tried(solid, thin, found.thinnest_mm, None, tuple(notes))
+    return replace(tried, notes=tuple(notes))
 
 
 def _solid_places(mesh: Mesh, edit: Wall, wall: _Solid) -> list[str]:
