@@ -56,7 +56,7 @@ _GAP = 0.5
 _MOVES = 3
 """Times that the vertices of the hollow's skin are moved to the wall's thickness."""
 _ACUTE_DEG = 120.0
-"""Angle between the normals of a cap and the skin, or within a cap, from which the cap is mended."""
+"""Angle between the normals of neighbours from which a cap is laid anew."""
 _FITTINGS, _MENDINGS = 5, 6
 """Times that openings without a hollow are closed, and that folds of caps are mended."""
 Loop = Int32[np.ndarray, " _"]
@@ -76,7 +76,7 @@ class Hollowed:
     """How many are of the hollow's skin."""
     hollow_faces: Faces
     """Looking into the hollow; numbered on from the given skin's vertices."""
-    rim_faces: Faces
+    rim_faces: Int32[np.ndarray, "r 3"]
     like: Int64[np.ndarray, " k"]
     """For each of the vertices the nearest one of the given skin."""
     left_out_mm3: float
@@ -340,7 +340,7 @@ def _fit(shape: Hollowing, rim: Mesh, hollow: Mesh) -> _Fit:
 
 
 def _closed_at(
-    caps: Mesh, beyond_mm: Float64[np.ndarray, " n"], places_mm: Points3
+    caps: Mesh, beyond_mm: Float64[np.ndarray, " n"], places_mm: Float64[np.ndarray, "k 3"]
 ) -> Float64[np.ndarray, " n"]:
     """The same values, below zero all over openings that have an edge at these places."""
     if not len(places_mm):
@@ -376,7 +376,7 @@ def _joined(shape: Hollowing, rim: Mesh, hollow: _Hollow, fit: _Fit) -> Hollowed
     )
 
 
-def _strip(ones: Points3, twos: Points3) -> Int64[np.ndarray, "k 3"]:
+def _strip(ones: Points3, twos: Float64[np.ndarray, "m 3"]) -> Int64[np.ndarray, "k 3"]:
     """Triangles between two loops that run alike, of the least sum of the squared ways across.
 
     Numbered on from the first loop to the second (Fuchs, Kedem, Uselton 1977).

@@ -50,9 +50,9 @@ _ROW, _DEEPER, _EVENED = 1.0, 1 / 3, 3
 how often the distances from it are evened out, so that the new edge is smooth."""
 _TOOTH = np.radians(75)
 """A corner of the open edge that is sharper than this is a tooth, and would end in a lip."""
-_SHORT, _FILLED = 0.1, 1.25
-"""An inward wall that is thinner somewhere than asked by more than this share is made anew, solid
-where it is narrow; where the hollow is so many thicknesses away, it is told to be solid."""
+_SHORT, _FILLED = 0.1, 1.05
+"""An inward wall that is thinner than asked by more than this share somewhere is made anew, solid
+where it is narrow; what is thicker by more than the second one is told."""
 LEAST_WALL_MM = 1.0
 """A free-standing wall that printers of every kind make: two beads of the usual nozzles (0.8 to
 1.2 mm), and what makers ask for powder (sintered or fused nylon) and resin. It says nothing of
@@ -439,7 +439,7 @@ def _hollowed_out(mesh: Mesh, edit: Wall) -> _Tried:
     like = np.concatenate([np.arange(len(mesh)), found.like])
     wall = _Solid(solid, like, len(mesh.faces), len(found.hollow_faces))
     tried = _require_sound(mesh, edit, wall, _thick_enough(mesh, edit, wall))
-    return replace(tried, notes=(*tried.notes, *_solid_places(mesh, edit, wall)))
+    return replace(tried, notes=(*tried.notes, *_thick_places(mesh, edit, wall)))
 
 
 def _trimmed(mesh: Mesh, spoilt: Bool[np.ndarray, " n"], rows: float) -> Mesh | None:
@@ -591,18 +591,18 @@ def _thick_enough(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
     return replace(tried, notes=tuple(notes))
 
 
-def _solid_places(mesh: Mesh, edit: Wall, wall: _Solid) -> list[str]:
-    """A note of where a wall has no hollow behind it, if anywhere."""
-    found = between_skins(wall.solid, wall.ones, wall.twos)
-    deep_mm = found.at_vertices_mm[: len(mesh)]
-    solid = deep_mm > _FILLED * edit.thickness_mm
-    if not solid.any():
+def _thick_places(mesh: Mesh, edit: Wall, wall: _Solid) -> list[str]:
+    """A note of where a wall is thicker than asked, as where the shape is too narrow for two."""
+    deep_mm = between_skins(wall.solid, wall.ones, wall.twos).at_vertices_mm[: len(mesh)]
+    thick = deep_mm > _FILLED * edit.thickness_mm
+    if not thick.any():
         return []
     x, y, z = mesh.vertices_mm[int(deep_mm.argmax())]
+    area_mm2 = float(mesh.vertex_areas_mm2()[thick].sum())
     return [
-        f"where the shape is too narrow for two walls of {edit.thickness_mm:g} mm it is solid: "
-        f"under {mesh.vertex_areas_mm2()[solid].sum():.0f} mm2 of its surface, deepest near "
-        f"({x:.1f}, {y:.1f}, {z:.1f}) mm in the file's axes"
+        f"places too narrow for two walls are solid: under {area_mm2:.0f} "
+        f"mm2 of the surface the wall is thicker than asked, most near ({x:.1f}, {y:.1f}, {z:.1f}) "
+        "mm in the file's axes"
     ]
 
 
