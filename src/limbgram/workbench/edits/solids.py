@@ -1,11 +1,11 @@
 """Whole-surface edits: offset, holes filled, a wall given, the side swapped."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int32
+from jaxtyping import Bool, Float64, Int32, Int64
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
@@ -25,6 +25,7 @@ from limbgram.reconstruction.surface.holes import find_openings, loop_area
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
+from limbgram.workbench.edits.hollow import Hollowing, hollowed
 from limbgram.workbench.edits.offset import Offsetting, offset, require_not_turned
 from limbgram.workbench.edits.regions import (
     averaging,
@@ -50,6 +51,9 @@ _ROW, _DEEPER, _EVENED = 1.0, 1 / 3, 3
 how often the distances from it are evened out, so that the new edge is smooth."""
 _TOOTH = np.radians(75)
 """A corner of the open edge that is sharper than this is a tooth, and would end in a lip."""
+_SHORT, _FILLED = 0.1, 1.05
+"""An inward wall that is thinner than asked by more than this share somewhere is made anew, solid
+where it is narrow; what is thicker by more than the second one is told."""
 LEAST_WALL_MM = 1.0
 """A free-standing wall that printers of every kind make: two beads of the usual nozzles (0.8 to
 1.2 mm), and what makers ask for powder (sintered or fused nylon) and resin. It says nothing of
@@ -167,24 +171,10 @@ class Wall:
         parts = face_components(mesh.faces)
         if len(np.unique(parts[_faces_at(mesh, border)])) <= int(parts.max()):
             raise EditError("edit.wall.closed", what=what)
-        whole_mm2 = mesh.area_mm2()
-        for number in range(_TRIMMINGS):
-            tried = _tried(mesh, self)
-            if tried.refusal is None:
-                break
-            trimmed = _trimmed(mesh, tried.spoilt, rows=_ROW + number * _DEEPER)
-            if trimmed is None or trimmed.area_mm2() < (1 - _MOST_TRIMMED) * whole_mm2:
-                raise tried.refusal
-            mesh = trimmed
-        else:
-            tried = _tried(mesh, self)
-        if tried.refusal is not None:
-            raise tried.refusal
-        notes = list(tried.notes)
-        left_mm2 = whole_mm2 - mesh.area_mm2()
-        if left_mm2 > 0:
-            notes.insert(0, note("edit.wall.trimmed", area_mm2=left_mm2))
-        return replace(limb, mesh=tried.solid, notes=(*limb.notes, *notes))
+        made = _made(mesh, self)
+        if made.refusal is not None:
+            raise made.refusal
+        return replace(limb, mesh=made.solid, notes=(*limb.notes, *made.notes))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -325,12 +315,51 @@ class _Tried:
     solid: Mesh
     spoilt: Bool[np.ndarray, " n"]
     """Vertices of the given skin where it cannot."""
+    thinnest_mm: float
     refusal: EditError | None
     notes: tuple[Finding, ...] = ()
 
 
-def _tried(mesh: Mesh, edit: Wall) -> _Tried:
-    """The wall: evened out where it would cut through itself, then thinner there."""
+def _made(mesh: Mesh, edit: Wall) -> _Tried:
+    """The wall, by the way that keeps its thickness best."""
+    if edit.side == "outward":
+        return _with_trimmed_edge(mesh, edit, _moved_and_thinned)
+    moved = _moved(mesh, edit, 0)
+    if moved.refusal is None and moved.thinnest_mm >= (1 - _SHORT) * edit.thickness_mm:
+        return moved
+    hollowed_out = _with_trimmed_edge(mesh, edit, _hollowed_out)
+    if hollowed_out.refusal is None:
+        return hollowed_out
+    thinned = _with_trimmed_edge(mesh, edit, _moved_and_thinned)
+    return thinned if thinned.refusal is None else hollowed_out
+
+
+def _with_trimmed_edge(mesh: Mesh, edit: Wall, attempt: Callable[[Mesh, Wall], _Tried]) -> _Tried:
+    """The wall of as much of a surface as a ragged open edge allows."""
+    whole_mm2 = mesh.area_mm2()
+    tried = attempt(mesh, edit)
+    for number in range(_TRIMMINGS):
+        if tried.refusal is None:
+            break
+        trimmed = _trimmed(mesh, tried.spoilt, rows=_ROW + number * _DEEPER)
+        if trimmed is None or trimmed.area_mm2() < (1 - _MOST_TRIMMED) * whole_mm2:
+            return tried
+        mesh = trimmed
+        tried = attempt(mesh, edit)
+    left_mm2 = whole_mm2 - mesh.area_mm2()
+    if not left_mm2 > 0:
+        return tried
+    left_out = note("edit.wall.trimmed", area_mm2=left_mm2)
+    return replace(tried, notes=(left_out, *tried.notes))
+
+
+def _moved_and_thinned(mesh: Mesh, edit: Wall) -> _Tried:
+    return _moved(mesh, edit, _THINNINGS)
+
+
+def _moved(mesh: Mesh, edit: Wall, thinnings: int) -> _Tried:
+    """The wall whose second skin is the first one moved: evened out where it would cut through
+    itself, then thinner there."""
     border = boundary_half_edges(mesh.faces)
     sign = 1.0 if edit.side == "outward" else -1.0
     distance_mm = sign * edit.thickness_mm
@@ -338,10 +367,10 @@ def _tried(mesh: Mesh, edit: Wall) -> _Tried:
     ease, share = np.zeros(len(mesh), np.bool_), np.ones(len(mesh))
     offsetting = Offsetting(mesh)
     found = offsetting.by_places(distance_mm * share, None)
-    solid = _solid(mesh, found.mesh, border, sign)
-    spoilt = spoilt_vertices(mesh, solid)
-    for number in range(_RETRIES + _THINNINGS):
-        at = spoilt[: len(mesh)] | spoilt[len(mesh) :]
+    wall = _between(mesh, found.mesh, border, sign)
+    spoilt = spoilt_vertices(mesh, wall.solid)
+    for number in range(_RETRIES + thinnings):
+        at = wall.on_skin(spoilt)
         at[mesh.faces[found.turned]] = True
         if not at.any():
             break
@@ -358,21 +387,41 @@ def _tried(mesh: Mesh, edit: Wall) -> _Tried:
             for _ in range(_BLEND):
                 blurred = np.minimum(share, offsetting.mean @ blurred)
             share = np.maximum(blurred, least)
-        last = solid
+        last = wall.solid
         found = offsetting.by_places(distance_mm * share, ease)
-        solid = _solid(mesh, found.mesh, border, sign)
-        changed = (solid.vertices_mm != last.vertices_mm).any(1)
-        spoilt = spoilt_vertices(mesh, solid, spoilt | changed)
-    at = spoilt[: len(mesh)] | spoilt[len(mesh) :]
+        wall = _between(mesh, found.mesh, border, sign)
+        changed = (wall.solid.vertices_mm != last.vertices_mm).any(1)
+        spoilt = spoilt_vertices(mesh, wall.solid, spoilt | changed)
+    at = wall.on_skin(spoilt)
     at[mesh.faces[found.turned]] = True
-    tried = _thick_enough(mesh, edit, solid)
+    tried = _thick_enough(mesh, edit, wall)
     if at.any():
         try:
             require_not_turned(mesh, found, distance_mm)
-            require_sound(edit.title, mesh, solid)
+            require_sound(edit.title, mesh, wall.solid)
         except EditError as error:
             return replace(tried, spoilt=at | tried.spoilt, refusal=error)
     return tried
+
+
+def _hollowed_out(mesh: Mesh, edit: Wall) -> _Tried:
+    """The wall whose second skin is as far from the first one as asked; solid where narrow."""
+    shape = Hollowing(mesh, edit.thickness_mm)
+    tried = _Tried(mesh, np.zeros(len(mesh), np.bool_), 0.0, None)
+    capped = _Solid(shape.closed, shape.like, len(mesh.faces), 0)
+    tried = _require_sound(mesh, edit, capped, _require_no_lips(edit, capped, tried))
+    if tried.refusal is not None:
+        return tried
+    try:
+        found = hollowed(shape)
+    except EditError as error:
+        return replace(tried, refusal=error)
+    faces = np.concatenate([found.hollow_faces, found.rim_faces])
+    solid = _told(mesh, with_added(mesh, found.vertices_mm, found.like, faces), found.like)
+    like = np.concatenate([np.arange(len(mesh)), found.like])
+    wall = _Solid(solid, like, len(mesh.faces), len(found.hollow_faces))
+    tried = _require_sound(mesh, edit, wall, _thick_enough(mesh, edit, wall))
+    return replace(tried, notes=(*tried.notes, *_thick_places(mesh, edit, wall)))
 
 
 def _trimmed(mesh: Mesh, spoilt: Bool[np.ndarray, " n"], rows: float) -> Mesh | None:
@@ -425,7 +474,25 @@ def _corner_angles(corners: Float64[np.ndarray, "f 3 3"]) -> Float64[np.ndarray,
     return np.arccos(np.clip(-(ways * np.roll(ways, 1, axis=1)).sum(2), -1.0, 1.0))
 
 
-def _solid(mesh: Mesh, other: Mesh, border: np.ndarray, sign: float) -> Mesh:
+@dataclass(frozen=True)
+class _Solid:
+    """A wall: two skins and what joins them."""
+
+    solid: Mesh
+    like: Int64[np.ndarray, " n"]
+    """For each of its vertices one of the given skin."""
+    ones: int
+    twos: int
+    """Faces of its first skin, and of the second one; the rest is the rim."""
+
+    def on_skin(self, vertices: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " k"]:
+        """Which vertices of the given skin these belong to."""
+        found = np.zeros(int(self.like.max()) + 1, np.bool_)
+        found[self.like[vertices]] = True
+        return found
+
+
+def _between(mesh: Mesh, other: Mesh, border: np.ndarray, sign: float) -> _Solid:
     """The surface and its offset, joined along the open edges."""
     outer, inner = (other, mesh) if sign > 0 else (mesh, other)
     count = len(mesh)
@@ -434,39 +501,62 @@ def _solid(mesh: Mesh, other: Mesh, border: np.ndarray, sign: float) -> Mesh:
         [np.column_stack([b, a, a + count]), np.column_stack([b, a + count, b + count])]
     )
     faces = np.concatenate([inner.faces[:, ::-1] + count, rim]).astype(np.int32)
-    added = with_added(outer, inner.vertices_mm, np.arange(count), faces)
+    same = np.arange(count)
+    solid = _told(mesh, with_added(outer, inner.vertices_mm, same, faces), same)
+    return _Solid(solid, np.concatenate([same, same]), len(mesh.faces), len(mesh.faces))
+
+
+def _told(mesh: Mesh, solid: Mesh, like: Int64[np.ndarray, " k"]) -> Mesh:
+    """A wall whose second skin and rim are told to be as sure as what they are like."""
+
+    def repeated(values: np.ndarray | None) -> np.ndarray | None:
+        return None if values is None else np.concatenate([values, values[like]])
+
     return replace(
-        added,
-        filled=None if mesh.filled is None else np.concatenate([mesh.filled, mesh.filled]),
-        sigma_mm=_twice(mesh.sigma_mm),
-        shared_mm=_twice(mesh.shared_mm),
-        lost_length=_twice(mesh.lost_length),
+        solid,
+        filled=repeated(mesh.filled),
+        sigma_mm=repeated(mesh.sigma_mm),
+        shared_mm=repeated(mesh.shared_mm),
+        lost_length=repeated(mesh.lost_length),
     )
 
 
-def _twice(values: np.ndarray | None) -> np.ndarray | None:
-    return None if values is None else np.concatenate([values, values])
+def _require_sound(mesh: Mesh, edit: Wall, wall: _Solid, tried: _Tried) -> _Tried:
+    """The same, refused where it folds or passes through itself."""
+    try:
+        require_sound(edit.title, mesh, wall.solid)
+    except EditError as error:
+        spoilt = wall.on_skin(spoilt_vertices(mesh, wall.solid))
+        return replace(tried, spoilt=spoilt | tried.spoilt, refusal=error)
+    return tried
 
 
-def _thick_enough(mesh: Mesh, edit: Wall, solid: Mesh) -> _Tried:
+def _require_no_lips(edit: Wall, wall: _Solid, tried: _Tried) -> _Tried:
+    """The same, refused where its brim runs out thin."""
+    lip = thin_lip(wall.solid, wall.ones + wall.twos, edit.least_mm)
+    if lip is None:
+        return tried
+    at = np.zeros(len(wall.solid), np.bool_)
+    at[wall.solid.faces[lip.faces]] = True
+    refusal = EditError(
+        "edit.wall.lip",
+        thickness_mm=lip.thickness_mm,
+        point_mm=tuple(lip.place_mm.tolist()),
+        least_mm=edit.least_mm,
+    )
+    return replace(tried, spoilt=wall.on_skin(at) | tried.spoilt, refusal=refusal)
+
+
+def _thick_enough(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
     """The wall, if it is thick enough everywhere, with a note of where it is thinnest."""
-    count = len(mesh)
-    found = between_skins(solid, count, len(mesh.faces))
-    lip = thin_lip(solid, len(mesh.faces), edit.least_mm)
+    found = between_skins(wall.solid, wall.ones, wall.twos)
     below = found.at_vertices_mm < _ROUNDING * edit.least_mm
-    thin = below[:count] | below[count:]
-    refusal = None
-    if lip is not None:
-        thin[solid.faces[lip.faces] % count] = True
-        refusal = EditError(
-            "edit.wall.lip",
-            thickness_mm=lip.thickness_mm,
-            point_mm=tuple(lip.place_mm.tolist()),
-            least_mm=edit.least_mm,
-        )
+    tried = _Tried(wall.solid, wall.on_skin(below), found.thinnest_mm, None)
+    tried = _require_no_lips(edit, wall, tried)
     if below.any():
         edge = mesh.vertices_mm[np.unique(boundary_half_edges(mesh.faces))]
-        away_mm = lengths(edge - mesh.vertices_mm[found.at_vertices_mm.argmin() % count]).min()
+        thinnest = wall.like[np.nanargmin(found.at_vertices_mm)]
+        away_mm = lengths(edge - mesh.vertices_mm[thinnest]).min()
         refusal = EditError(
             "edit.wall.thin",
             thinnest_mm=found.thinnest_mm,
@@ -475,9 +565,21 @@ def _thick_enough(mesh: Mesh, edit: Wall, solid: Mesh) -> _Tried:
             least_mm=edit.least_mm,
             near_edge=bool(away_mm < edit.thickness_mm),
         )
-    if refusal is not None:
-        return _Tried(solid, thin, refusal)
+        tried = replace(tried, refusal=refusal)
+    if tried.refusal is not None:
+        return tried
     notes = [found.told("file")]
     if found.thinnest_mm < _STUDIED_MM:
         notes.append(doubt("edit.wall.unstudied", least_mm=_STUDIED_MM))
-    return _Tried(solid, thin, None, tuple(notes))
+    return replace(tried, notes=tuple(notes))
+
+
+def _thick_places(mesh: Mesh, edit: Wall, wall: _Solid) -> list[Finding]:
+    """A note of where a wall is thicker than asked, as where the shape is too narrow for two."""
+    deep_mm = between_skins(wall.solid, wall.ones, wall.twos).at_vertices_mm[: len(mesh)]
+    thick = deep_mm > _FILLED * edit.thickness_mm
+    if not thick.any():
+        return []
+    point_mm = tuple(mesh.vertices_mm[int(deep_mm.argmax())].tolist())
+    area_mm2 = float(mesh.vertex_areas_mm2()[thick].sum())
+    return [note("edit.wall.solid", area_mm2=area_mm2, point_mm=point_mm)]

@@ -80,27 +80,26 @@ class Lip:
     """All that are thinner than the least."""
 
 
-def between_skins(solid: Mesh, first: int, faces: int) -> Thickness:
-    """The thickness of a solid whose first vertices and faces are one skin, the next ones another.
+def between_skins(solid: Mesh, ones: int, twos: int) -> Thickness:
+    """The thickness of a solid whose first faces are one skin, the next ones another.
 
     Args:
-        first: Number of vertices of either skin.
-        faces: Number of faces of either skin.
+        ones: Number of faces of the first skin.
+        twos: Number of faces of the second skin.
     """
-    one, two = solid.faces[:faces], solid.faces[faces : 2 * faces] - first
-    outer, inner = solid.vertices_mm[:first], solid.vertices_mm[first:]
-    away = np.concatenate(
-        [
-            TriangleTree.of(inner, two).closest(outer).distances_mm,
-            TriangleTree.of(outer, one).closest(inner).distances_mm,
-        ]
-    )
-    thinnest = int(away.argmin())
+    one, two = solid.faces[:ones], solid.faces[ones : ones + twos]
+    away = np.full(len(solid), np.nan)
+    for skin, other in ((one, two), (two, one)):
+        used = np.unique(skin)
+        tree = TriangleTree.of(solid.vertices_mm, other)
+        away[used] = tree.closest(solid.vertices_mm[used]).distances_mm
+    thinnest = int(np.nanargmin(away))
+    known = np.isfinite(away)
     return Thickness(
         at_vertices_mm=away,
         thinnest_mm=float(away[thinnest]),
         place_mm=solid.vertices_mm[thinnest],
-        median_mm=_median(away, solid.vertex_areas_mm2()),
+        median_mm=_median(away[known], solid.vertex_areas_mm2()[known]),
     )
 
 
@@ -125,15 +124,18 @@ def wall_of(mesh: Mesh) -> Thickness | None:
     )
 
 
-def thin_lip(solid: Mesh, faces: int, least_mm: float) -> Lip | None:
+def thin_lip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
     """Where a wall ends in a lip or an acute edge thinner than the least; None where it does not.
 
     One of two opposite faces lies on the rim, which joins the skins: what lies between these,
     `between_skins` measures. Faces count that look within 60 degrees against each other, and are as
     thin over more than a sliver: a brim that was cut has none, a scan's own ragged brim has.
+
+    Args:
+        rim: Number of faces of both skins; those after them are the rim.
     """
     cast = _Cast.of(solid)
-    least, places = cast.everywhere(_LEANING, rim=2 * faces)
+    least, places = cast.everywhere(_LEANING, rim=rim)
     thin = least < least_mm
     if not cast.areas_mm2[thin].sum() >= _PATCH_MM2:
         return None

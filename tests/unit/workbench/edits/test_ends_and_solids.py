@@ -299,7 +299,7 @@ def test_a_wall_is_thinner_where_the_shape_bends_more_tightly_and_says_where() -
     grooved = mesh.with_vertices(mesh.vertices_mm * inward)
     made = do_edit(Limb(mesh=grooved), Wall(thickness_mm=8))
     assert not len(boundary_half_edges(made.mesh.faces))
-    skins = between_skins(made.mesh, len(mesh), len(mesh.faces))
+    skins = between_skins(made.mesh, len(mesh.faces), len(mesh.faces))
     assert 1.0 <= skins.thinnest_mm < 7
     assert skins.median_mm == pytest.approx(8, abs=0.05)
     assert skins.place_mm[0] > 25
