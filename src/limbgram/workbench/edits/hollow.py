@@ -380,7 +380,7 @@ def _strip(ones: Points3, twos: Float64[np.ndarray, "m 3"]) -> Int64[np.ndarray,
     away, nearest = KDTree(twos).query(ones)
     first = int(np.argmin(away))
     one = np.roll(np.arange(len(ones)), -first)
-    two = np.roll(np.arange(len(twos)), -int(nearest[first]))
+    two = np.roll(np.arange(len(twos)), -int(np.asarray(nearest)[first]))
     one, two = np.append(one, one[0]), np.append(two, two[0])
     steps = _way(ones[one], twos[two])
     i = np.concatenate([[0], np.cumsum(steps == 0)])
