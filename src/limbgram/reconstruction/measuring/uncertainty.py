@@ -41,6 +41,7 @@ from limbgram.core.geometry.smoothing import PLATE_MM
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import edge_lengths, find_edges
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.measuring.creases import lost_creases_mm, products_of_slopes
 from limbgram.reconstruction.measuring.disagreement import (
     DETAIL_RINGS,
     NOISE_RINGS,
@@ -146,6 +147,8 @@ class LocalErrors:
     """As `Mesh.lost_length` has it."""
     left: Float64[np.ndarray, " n"]
     """What the rounds leave of an error of the given surface, 0 to 1."""
+    creases_mm: Float64[np.ndarray, " n"]
+    """What creases lost, alike all along them: of the variance, as much as it holds."""
 
 
 def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> LocalErrors:
@@ -199,6 +202,7 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
             wrinkled,
         ),
         left=left,
+        creases_mm=lost_creases_mm(mesh, seen, equations, usual),
     )
 
 
@@ -393,18 +397,7 @@ def _lost_length(
 def _one_way(mesh: Mesh, lift: Float64[np.ndarray, " n"], pool: Pool) -> Float64[np.ndarray, " n"]:
     """Share of the squared slope that lies one way more than across it: 0 of waves of all
     directions, 1 of folds side by side. Noise, which lies all ways, takes away from it."""
-    normals = mesh.face_normals()
-    corners = mesh.vertices_mm[mesh.faces]
-    opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)
-    slopes = np.cross(normals[:, None], opposite)
-    slopes = np.einsum("fk,fkd->fd", lift[mesh.faces], slopes)
-    doubled = np.linalg.norm(normals, axis=1)
-    slopes /= np.maximum(doubled, np.finfo(float).tiny)[:, None] ** 2
-    spread = np.einsum("fi,fj,f->fij", slopes, slopes, doubled).reshape(-1, 9)
-    corner = mesh.faces.ravel()
-    of_vertex = (np.bincount(corner, np.repeat(part, 3), len(mesh)) for part in spread.T)
-    pooled = np.column_stack([pool.mean(one * pool.counted, WIDE_RINGS) for one in of_vertex])
-    ways = np.linalg.eigvalsh(pooled.reshape(-1, 3, 3))
+    ways = np.linalg.eigvalsh(products_of_slopes(mesh, lift, pool, WIDE_RINGS))
     whole = np.maximum(ways.sum(1), np.finfo(float).tiny)
     return np.clip((2 * ways[:, 2] - ways.sum(1)) / whole, 0.0, 1.0)
 
@@ -586,6 +579,7 @@ def _displace(
 
 
 SCALE, CAMERAS, OFFSET = "scale", "cameras and lens", "offset of the whole surface"
+CREASES = "lost depth of creases"
 """Sources of what all vertices share, as `Mesh.shared_sources` has them."""
 OFFSET_PX = 0.006
 """How far the whole surface may lie in or out by the way photos are sampled, in pixels: volumes of
@@ -612,15 +606,17 @@ def with_sigma(
     filled = all_filled(mesh, equations, guessed, local.left)
     measured = ~filled & (equations.photos > 1)
     shared = shared_errors(mesh, seen.axes, seen.seen_by, measured, metric)
-    modes_mm = np.column_stack([shared.modes_mm, OFFSET_PX * seen.pixel_mm])
-    cameras = modes_mm.shape[1] - 2
-    variance = local.variance_mm2 + shared.rest_mm2 + (modes_mm**2).sum(1)
+    offset_mm = OFFSET_PX * seen.pixel_mm
+    modes_mm = np.column_stack([shared.modes_mm, offset_mm, local.creases_mm])
+    cameras = modes_mm.shape[1] - 3
+    variance = np.maximum(local.variance_mm2, local.creases_mm**2) + shared.rest_mm2
+    variance += (modes_mm[:, :-1] ** 2).sum(1)
     return replace(
         mesh,
         filled=filled,
         sigma_mm=np.where(filled, np.nan, np.sqrt(variance)).astype(np.float32),
         shared_mm=modes_mm.astype(np.float32),
-        shared_sources=(SCALE, *cameras * (CAMERAS,), OFFSET),
+        shared_sources=(SCALE, *cameras * (CAMERAS,), OFFSET, CREASES),
         correlation_mm=local.reach_mm,
         lost_length=local.lost_length.astype(np.float32),
     )

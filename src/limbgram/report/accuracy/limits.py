@@ -16,7 +16,7 @@ from limbgram.capture.certificate import SetupCited
 from limbgram.core.errors import with_full_stop
 from limbgram.core.interval import COVER
 from limbgram.core.tape import AGREES_SIGMAS, sigmas_apart
-from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
+from limbgram.reconstruction.measuring.uncertainty import CAMERAS, CREASES, OFFSET, SCALE
 from limbgram.report.accuracy.figures import Figures, SurfaceSigma
 from limbgram.report.accuracy.judgement import (
     FAR_SCALE,
@@ -344,6 +344,7 @@ def _largest_part(figures: Figures) -> Iterator[Finding]:
         SCALE: larger,
         FAR_SCALE: larger,
         OFFSET: "Sharper photos, or photos from nearer: it goes with the size of a pixel.",
+        CREASES: "Sharper photos, or photos from nearer: the surface does not reach into them.",
         UNNAMED: f"{overlap} {larger}",
     }
     yield Finding(
