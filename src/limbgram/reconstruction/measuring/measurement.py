@@ -40,6 +40,7 @@ from limbgram.reconstruction.measuring.rounds import (
     signal_share,
 )
 from limbgram.reconstruction.measuring.uncertainty import with_sigma
+from limbgram.reconstruction.measuring.usual_plate import softened
 from limbgram.reconstruction.measuring.visibility import best_views, incidences
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
@@ -182,8 +183,11 @@ def _jointly(
         last = number + 1 == options.joint_rounds
         robust = matching if last else early
         equations = joint_equations(mesh, imagery, seen, light, signal, robust)
-        found = seen, equations
         moved = _moved(mesh, match_jointly(mesh, seen, equations), seen, matching)
+        if last and (softer := softened(moved, seen, equations)) is not equations:
+            equations = softer
+            moved = _moved(mesh, match_jointly(mesh, seen, equations), seen, matching)
+        found = seen, equations
         moves_mm = np.einsum("ni,ni->n", moved.vertices_mm - mesh.vertices_mm, seen.axes[:, 2])
         mesh = moved
     return mesh, found

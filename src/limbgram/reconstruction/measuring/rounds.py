@@ -272,9 +272,11 @@ class JointEquations:
     photos: Int64[np.ndarray, " n"]
     """Photos that measured each vertex."""
     length_mm: float
-    """Below this length the plate rules where the limb is painted."""
+    """Below this length the usual plate rules where the limb is painted."""
     stiffness: Float64[np.ndarray, " n"]
-    """Of that plate."""
+    """Of the plate that measures."""
+    stiffness_share: float = 1.0
+    """What that has of the usual plate's stiffness."""
     signal: Float64[np.ndarray, " n"]
     """How much of what holds each vertex is texture and not noise (`signal_share`)."""
     held: sp.csr_matrix
@@ -282,6 +284,11 @@ class JointEquations:
     unheld: sp.csr_matrix
     """(n, n), 1/mm^2, what holds steps back and is no texture: belief in the surface as it was
     given, and slopes of noise."""
+
+    @property
+    def measuring_length_mm(self) -> float:
+        """Below this length the plate that measures rules where the limb is painted."""
+        return self.length_mm * self.stiffness_share**0.25
 
 
 def match_jointly(

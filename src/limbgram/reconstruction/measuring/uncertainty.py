@@ -27,13 +27,12 @@ Method  Noise: what single photos pull the surface by, each solved through the t
         docs/method.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Bool, Float64, Int32, Int64
+from jaxtyping import Bool, Float64, Int32
 from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
@@ -42,6 +41,19 @@ from limbgram.core.geometry.smoothing import PLATE_MM
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import edge_lengths, find_edges
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.measuring.creases import lost_creases_mm, products_of_slopes
+from limbgram.reconstruction.measuring.disagreement import (
+    DETAIL_RINGS,
+    NOISE_RINGS,
+    PAINTED,
+    PROBES,
+    SEED,
+    WIDE_RINGS,
+    Pool,
+    pulls_of,
+    times_unseen,
+    usual_square,
+)
 from limbgram.reconstruction.measuring.rounds import JointEquations, SeenSurface
 from limbgram.reconstruction.measuring.thin_plate import (
     ThinPlate,
@@ -51,16 +63,18 @@ from limbgram.reconstruction.measuring.thin_plate import (
     solve_all,
     stiffness_of,
 )
+from limbgram.reconstruction.measuring.usual_plate import ByUsualPlate, by_usual_plate
 from limbgram.reconstruction.scale.metric import MetricScene
 
-_PROBES = 6
-"""Sums of the photos' pulls with signs drawn anew; each costs a solution. What they tell of two
-photos alone scatters by 1 / sqrt(6) in its square, of six photos by 0.1."""
-_COMMON = 0.14
-"""Correlation of two photos' errors: 0.05 to 0.2 with the surface held at the truth."""
 _LOST_PER_SEEN = 12.0
 """Energy of the detail that the plate took over that of (1 - H)^2 H x. Theory says 30 for endless
 relief, less where the mesh or the relief ends; seven captures of our own asked for 7 to 14."""
+_DETAIL_BY_SHARE, _SLOPE_BY_SHARE = 0.5, 0.25
+"""A plate of so much less stiffness loses so much less: powers of its share of the usual stiffness.
+Theory, plates of 2 mm on edges of 3 mm, shares of 0.6, 0.4 and 0.2: 0.69, 0.49, 0.24 of the energy
+and 0.89, 0.81, 0.65 of the slope along a smoothed line where relief ends at 5 mm; 0.77, 0.61, 0.40
+and 0.90, 0.82, 0.68 at 2.5 mm; 0.83, 0.70, 0.50 and 0.94, 0.89, 0.78 over wrinkles. These powers:
+0.77, 0.63, 0.45 and 0.88, 0.80, 0.67."""
 _NOISE_IN_SEEN = 0.055
 """Energy that white noise leaves in (1 - H)^2 H x, over that of its error: B(4.5, 1.5) / B(.5, 1.5)
 (its spectrum through the plate)."""
@@ -96,15 +110,8 @@ than the smoothing length); and how much more energy, by theory."""
 _NOISE_SLOPE_SIGMA = 0.3
 """Standard deviation, as a fraction, of the squared slope of the noise: what photos get wrong alike
 is steeper or less so than what they get wrong apart."""
-_NOISE_RINGS, _DETAIL_RINGS, _WIDE_RINGS = 20, 10, 40
-"""Neighbourhoods over which energies are pooled."""
-_MOST_OVER_POOLED = 9.0
-"""An energy further over its wide mean than this is an oddity of the mesh."""
-_RIM_RINGS = 3
-_SEED, _DRAWS = 11, 4
-"""Seed of all that is drawn, and draws of relief."""
-_PAINTED = 0.8
-"""Signal from which a vertex tells how high the relief is: bare skin has 0.1, dabs 0.9."""
+_DRAWS = 4
+"""Of relief that stands off the plate unseen."""
 _LEAST_SEEN = 0.01
 """Of the usual vertex's pull and hold, what every vertex has at least."""
 _SMOOTH_RINGS, _EVEN_RINGS = 3, 8
@@ -140,6 +147,8 @@ class LocalErrors:
     """As `Mesh.lost_length` has it."""
     left: Float64[np.ndarray, " n"]
     """What the rounds leave of an error of the given surface, 0 to 1."""
+    creases_mm: Float64[np.ndarray, " n"]
+    """What creases lost, alike all along them: of the variance, as much as it holds."""
 
 
 def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> LocalErrors:
@@ -148,37 +157,39 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
     bending = bending_of(thin_plate, equations.stiffness)
     plate = sp.csr_matrix(bending @ thin_plate.laplacian)
     system = sp.csr_matrix(equations.held + plate)
-    pool = _Pool.of(thin_plate, equations.photos)
-    painted = pool.among(equations.signal > _PAINTED)
+    pool = Pool.of(thin_plate, equations.photos)
+    painted = pool.among(equations.signal > PAINTED)
     free = _free(thin_plate, equations, system, pool)
     loud = free * _loudness(mesh, equations, pool)
 
     left = _left(plate, equations)
-    flattening = bending @ curvature_of(mesh, thin_plate, equations.length_mm)
-    taken, *probes = solve_all(system, [flattening, *_pulls(mesh, seen, equations)])
-    again, *pulled_again = solve_all(system, [equations.held @ one for one in (taken, *probes)])
+    usual = by_usual_plate(mesh, seen, equations)
+    share, probes = equations.stiffness_share, usual.probes
+    if share < 1:
+        probes = solve_all(system, pulls_of(mesh, seen, equations))
     squares = [probe**2 for probe in probes]
-    noise = _noise(squares, equations, pool, loud, _NOISE_RINGS)
+    noise = _noise(squares, equations, pool, loud, NOISE_RINGS)
     noise /= 1 + left * noise / (_PUSHED_PX * seen.pixel_mm) ** 2
-    in_seen = _noise(squares, equations, painted, loud, _NOISE_RINGS) / free
-    detail = painted.energy((taken - again) ** 2 / free, _DETAIL_RINGS)
-    detail -= _NOISE_IN_SEEN * painted.energy(in_seen, _NOISE_RINGS)
-    wrinkled = _wrinkled(mesh, thin_plate, equations, painted, probes)
-    per_seen = _LOST_PER_SEEN * (1 + (_WRINKLED_DETAIL - 1) * wrinkled)
+    squares = [probe**2 for probe in usual.probes]
+    in_seen = _noise(squares, equations, painted, loud, NOISE_RINGS) / free
+    detail = painted.energy((usual.taken - usual.again) ** 2 / free, DETAIL_RINGS)
+    detail -= _NOISE_IN_SEEN * painted.energy(in_seen, NOISE_RINGS)
+    wrinkled = _wrinkled(usual, thin_plate, equations, painted)
+    per_seen = _LOST_PER_SEEN * (1 + (_WRINKLED_DETAIL - 1) * wrinkled) * share**_DETAIL_BY_SHARE
     variance = noise + per_seen * np.maximum(detail, 0.0) * free
     variance += _chord(seen, pool) ** 2
     variance += _given(left, equations, thin_plate) * seen.pixel_mm**2
 
     steep = [_squared_slope(thin_plate, probe) for probe in probes]
-    roughened = _noise(steep, equations, pool, loud, _WIDE_RINGS)
+    roughened = _noise(steep, equations, pool, loud, WIDE_RINGS)
     steep = [
         _squared_slope(thin_plate, probe - held)
-        for probe, held in zip(probes, pulled_again, strict=True)
+        for probe, held in zip(usual.probes, usual.kept, strict=True)
     ]
-    in_taken = _noise(steep, equations, pool, loud, _WIDE_RINGS)
-    steepness = pool.energy(_squared_slope(thin_plate, taken), _WIDE_RINGS)
+    in_taken = _noise(steep, equations, pool, loud, WIDE_RINGS)
+    steepness = pool.energy(_squared_slope(thin_plate, usual.taken), WIDE_RINGS)
     relief = np.maximum(steepness - in_taken, 0.0)
-    one_way = np.minimum(_one_way(mesh, taken, pool) * steepness, relief)
+    one_way = np.minimum(_one_way(mesh, usual.taken, pool) * steepness, relief)
     return LocalErrors(
         variance_mm2=variance,
         reach_mm=_CORRELATION_LENGTHS * _usual_length_mm(thin_plate, equations),
@@ -187,10 +198,11 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
             one_way,
             in_taken,
             roughened,
-            equations.length_mm,
+            equations,
             wrinkled,
         ),
         left=left,
+        creases_mm=lost_creases_mm(mesh, seen, equations, usual),
     )
 
 
@@ -227,14 +239,14 @@ def _bridging(mesh: Mesh) -> Bool[np.ndarray, " n"]:
 
 
 def _free(
-    thin_plate: ThinPlate, equations: JointEquations, system: sp.csr_matrix, pool: "_Pool"
+    thin_plate: ThinPlate, equations: JointEquations, system: sp.csr_matrix, pool: Pool
 ) -> Float64[np.ndarray, " n"]:
     """How far relief can stand off the plate unseen, squared, over the usual vertex's.
 
     Drawn: relief whose curvature is white, as the plate has it, and what of it the data leave. It
     is what kriging says: small in paint, larger in gaps, and more so the wider they are.
     """
-    random = np.random.default_rng(_SEED)
+    random = np.random.default_rng(SEED)
     root = np.sqrt(equations.stiffness)
     forces = [
         thin_plate.laplacian.T @ (root * random.standard_normal(len(root))) for _ in range(_DRAWS)
@@ -278,7 +290,7 @@ def _given(
     return _GIVEN_PX**2 * left * deepest**2 + alone
 
 
-def _loudness(mesh: Mesh, equations: JointEquations, pool: "_Pool") -> Float64[np.ndarray, " n"]:
+def _loudness(mesh: Mesh, equations: JointEquations, pool: Pool) -> Float64[np.ndarray, " n"]:
     """Energy of the photos' pulls over what holds the surface against them."""
     pulls = np.repeat(np.sum(equations.pull.astype(np.float64) ** 2, axis=1), 3)
     loud = pool.mean(np.bincount(mesh.faces.ravel(), pulls, len(mesh)))
@@ -297,15 +309,11 @@ def _usual_length_mm(thin_plate: ThinPlate, equations: JointEquations) -> float:
     """Below what length the plate rules at the usual vertex, which may be a bare one."""
     usual = np.median(equations.weights * equations.signal / thin_plate.area_mm2)
     stiff = np.median(equations.stiffness / thin_plate.area_mm2)
-    return max(equations.length_mm, float((stiff / usual) ** 0.25))
+    return max(equations.measuring_length_mm, float((stiff / usual) ** 0.25))
 
 
 def _wrinkled(
-    mesh: Mesh,
-    thin_plate: ThinPlate,
-    equations: JointEquations,
-    painted: "_Pool",
-    probes: Sequence[Float64[np.ndarray, " n"]],
+    usual: ByUsualPlate, thin_plate: ThinPlate, equations: JointEquations, painted: Pool
 ) -> float:
     """Whether relief stays high at short waves, and so goes on where it is not seen, 0 to 1.
 
@@ -313,7 +321,7 @@ def _wrinkled(
     where paint shows it, both without the energy of noise.
     """
     rough, smooth = _BAND_RATIOS
-    fine, coarse = _bands(mesh, thin_plate, equations, painted, probes)
+    fine, coarse = _bands(usual, thin_plate, equations, painted)
     if min(fine.relief, coarse.relief) <= 0 or fine.relief < _LEAST_RELIEF * fine.noise:
         return 0.0
     ratio = np.sqrt(coarse.relief / fine.relief)
@@ -328,16 +336,12 @@ class _Band(NamedTuple):
 
 
 def _bands(
-    mesh: Mesh,
-    thin_plate: ThinPlate,
-    equations: JointEquations,
-    painted: "_Pool",
-    probes: Sequence[Float64[np.ndarray, " n"]],
+    usual: ByUsualPlate, thin_plate: ThinPlate, equations: JointEquations, painted: Pool
 ) -> list[_Band]:
     """What lies in either of the two bands of lengths."""
     told = painted.counted
     area = thin_plate.area_mm2
-    unseen = _unseen(equations.photos)[told]
+    unseen = times_unseen(equations.photos)[told]
     found: list[_Band] = []
     for band in _BANDS:
         taken: list[Float64[np.ndarray, "k n"]] = []
@@ -345,27 +349,14 @@ def _bands(
             length_mm = times * equations.length_mm
             bending = bending_of(thin_plate, stiffness_of(thin_plate, 1.0, length_mm))
             system = sp.csr_matrix(sp.diags(area) + bending @ thin_plate.laplacian)
-            flattening = bending @ curvature_of(mesh, thin_plate, length_mm)
-            first, *rest = solve_all(system, [flattening, *(area * probe for probe in probes)])
+            flattening = bending @ curvature_of(usual.surface, thin_plate, length_mm)
+            noises = (area * probe for probe in usual.probes)
+            first, *rest = solve_all(system, [flattening, *noises])
             taken.append(np.array([first, *rest])[:, told])
         whole, *noises = taken[1] - taken[0]
-        noise = sum(_usual_square(np.sqrt(unseen) * each) for each in noises) / _PROBES
-        found.append(_Band(_usual_square(whole) - noise, noise))
+        noise = sum(usual_square(np.sqrt(unseen) * each) for each in noises) / PROBES
+        found.append(_Band(usual_square(whole) - noise, noise))
     return found
-
-
-def _usual_square(values: Float64[np.ndarray, " n"]) -> float:
-    """Mean of the squares, single odd ones cut off; 0 of nothing."""
-    if not len(values):
-        return 0.0
-    squares = values**2
-    return float(np.mean(np.minimum(squares, 2 * _MOST_OVER_POOLED * np.median(squares))))
-
-
-def _unseen(photos: Int64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """Energy of the photos' errors, those that they have alike too, over their disagreement's."""
-    count = np.maximum(photos, 2).astype(np.float64)
-    return count / (count - 1) * (1 + (count - 1) * _COMMON) / (1 - _COMMON)
 
 
 def _lost_length(
@@ -373,7 +364,7 @@ def _lost_length(
     one_way: Float64[np.ndarray, " n"],
     in_taken: Float64[np.ndarray, " n"],
     roughened: Float64[np.ndarray, " n"],
-    length_mm: float,
+    equations: JointEquations,
     wrinkled: float,
 ) -> Float64[np.ndarray, "n 2"]:
     """How much longer a line along the limb is, and the standard deviation of that, per length.
@@ -381,18 +372,19 @@ def _lost_length(
     Both lines are smoothed (`core/geometry/smoothing`); flat faces are finer and add nothing.
 
     Args:
-        relief: squared slope of (1 - H) H x.
+        relief: squared slope of (1 - H) H x, the usual plate's.
         one_way: what of it lies one way more than the other: folds lengthen a line across them by
             twice the mean of all directions, and one along them not at all.
         in_taken: squared slope of the noise, as taken off beside it.
         roughened: squared slope of the noise on the surface.
-        length_mm: length of the plate.
         wrinkled: whether relief stays high at short waves, 0 to 1.
     """
+    length_mm = equations.length_mm
     more = 1 + (_WRINKLED_SLOPE + _WRINKLED_SLOPE_PER_MM * length_mm - 1) * wrinkled
     factor = more * max(_LOST_SLOPE + _LOST_SLOPE_PER_MM * length_mm, 0.0)
+    factor *= equations.stiffness_share**_SLOPE_BY_SHARE
     lost = factor / 4 * relief
-    roughened = roughened / (1 + (PLATE_MM / length_mm) ** _NOISE_KEPT)
+    roughened = roughened / (1 + (PLATE_MM / equations.measuring_length_mm) ** _NOISE_KEPT)
     sigma = np.sqrt(
         (_LOST_SLOPE_SIGMA * lost) ** 2
         + (factor / 4 * one_way) ** 2 / 2
@@ -402,23 +394,10 @@ def _lost_length(
     return np.column_stack([lost - roughened / 4, sigma])
 
 
-def _one_way(
-    mesh: Mesh, lift: Float64[np.ndarray, " n"], pool: "_Pool"
-) -> Float64[np.ndarray, " n"]:
+def _one_way(mesh: Mesh, lift: Float64[np.ndarray, " n"], pool: Pool) -> Float64[np.ndarray, " n"]:
     """Share of the squared slope that lies one way more than across it: 0 of waves of all
     directions, 1 of folds side by side. Noise, which lies all ways, takes away from it."""
-    normals = mesh.face_normals()
-    corners = mesh.vertices_mm[mesh.faces]
-    opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)
-    slopes = np.cross(normals[:, None], opposite)
-    slopes = np.einsum("fk,fkd->fd", lift[mesh.faces], slopes)
-    doubled = np.linalg.norm(normals, axis=1)
-    slopes /= np.maximum(doubled, np.finfo(float).tiny)[:, None] ** 2
-    spread = np.einsum("fi,fj,f->fij", slopes, slopes, doubled).reshape(-1, 9)
-    corner = mesh.faces.ravel()
-    of_vertex = (np.bincount(corner, np.repeat(part, 3), len(mesh)) for part in spread.T)
-    pooled = np.column_stack([pool.mean(one * pool.counted, _WIDE_RINGS) for one in of_vertex])
-    ways = np.linalg.eigvalsh(pooled.reshape(-1, 3, 3))
+    ways = np.linalg.eigvalsh(products_of_slopes(mesh, lift, pool, WIDE_RINGS))
     whole = np.maximum(ways.sum(1), np.finfo(float).tiny)
     return np.clip((2 * ways[:, 2] - ways.sum(1)) / whole, 0.0, 1.0)
 
@@ -430,97 +409,22 @@ def _squared_slope(
     return thin_plate.laplacian @ lift**2 / 2 - lift * (thin_plate.laplacian @ lift)
 
 
-def _pulls(
-    mesh: Mesh, seen: SeenSurface, equations: JointEquations
-) -> list[Float64[np.ndarray, " n"]]:
-    """What the photos pull the surface by, added up with signs.
-
-    Each photo's sign is drawn by itself: the mean square of the sums is then the sum of the photos'
-    squares, however few photos see a place and whatever their pulls have in common.
-    """
-    photo = seen.seen_by[mesh.faces[:, 0]]
-    signs = np.random.default_rng(_SEED).choice((-1.0, 1.0), (_PROBES, photo.max(initial=0) + 1))
-    found: list[Float64[np.ndarray, " n"]] = []
-    for drawn in signs:
-        pulls = np.repeat((equations.pull * drawn[photo]).sum(axis=1) / 3, 3)
-        found.append(np.bincount(mesh.faces.ravel(), pulls, len(mesh)))
-    return found
-
-
 def _noise(
     energies: list[Float64[np.ndarray, " n"]],
     equations: JointEquations,
-    pool: "_Pool",
+    pool: Pool,
     loud: Float64[np.ndarray, " n"],
     rings: int,
 ) -> Float64[np.ndarray, " n"]:
     """Energy of the photos' disagreement, and of what they get wrong alike."""
-    unseen = _unseen(equations.photos)
-    return unseen * loud * pool.energy(np.sum(energies, axis=0) / (_PROBES * loud), rings)
+    unseen = times_unseen(equations.photos)
+    return unseen * loud * pool.energy(np.sum(energies, axis=0) / (PROBES * loud), rings)
 
 
-def _chord(seen: SeenSurface, pool: "_Pool") -> Float64[np.ndarray, " n"]:
+def _chord(seen: SeenSurface, pool: Pool) -> Float64[np.ndarray, " n"]:
     """How far vertices stand out where faces are flat and the surface is round: edge^2 / 8 R."""
     edge2 = seen.thin_plate.area_mm2 * 2 / np.sqrt(3)
     return edge2 / 8 * np.abs(pool.mean((seen.quadric[:, 0] + seen.quadric[:, 2]) / 2))
-
-
-@dataclass(frozen=True)
-class _Pool:
-    """Means over neighbourhoods of vertices."""
-
-    step: sp.csr_matrix
-    """Mean over a vertex and its neighbours."""
-    counted: Bool[np.ndarray, " n"]
-    """Away from the rim, and measured."""
-    shares: dict[int, Float64[np.ndarray, " n"]]
-    """Of what is counted, within so many rings of each vertex."""
-
-    @classmethod
-    def of(cls, thin_plate: ThinPlate, photos: Int64[np.ndarray, " n"]) -> "_Pool":
-        ring = sp.csr_matrix(thin_plate.neighbours + sp.eye(len(photos)))
-        step = sp.csr_matrix(sp.diags(1 / np.asarray(ring.sum(1)).ravel()) @ ring)
-        near_rim = thin_plate.is_boundary.astype(np.float64)
-        for _ in range(_RIM_RINGS):
-            near_rim = step @ near_rim
-        return cls._counting(step, (near_rim == 0) & (photos > 1))
-
-    @classmethod
-    def _counting(cls, step: sp.csr_matrix, counted: Bool[np.ndarray, " n"]) -> "_Pool":
-        shares, share = dict[int, Float64[np.ndarray, " n"]](), counted.astype(np.float64)
-        for ring_count in range(1, _WIDE_RINGS + 1):
-            share = step @ share
-            if ring_count in (_DETAIL_RINGS, _NOISE_RINGS, _WIDE_RINGS):
-                shares[ring_count] = share
-        return cls(step, counted, shares)
-
-    def among(self, chosen: Bool[np.ndarray, " n"]) -> "_Pool":
-        """The same of these vertices alone; of all where none is left."""
-        counted = self.counted & chosen
-        return self._counting(self.step, counted) if counted.any() else self
-
-    def mean(self, values: Float64[np.ndarray, " n"], rings: int = 3) -> Float64[np.ndarray, " n"]:
-        for _ in range(rings):
-            values = self.step @ values
-        return values
-
-    def energy(self, squares: Float64[np.ndarray, " n"], rings: int) -> Float64[np.ndarray, " n"]:
-        """Mean of the counted vertices near by, single odd ones cut off."""
-        if not self.counted.any():
-            return squares
-        counted = squares[self.counted]
-        most = 2 * _MOST_OVER_POOLED * float(np.median(counted))
-        usual = float(np.mean(np.minimum(counted, most)))
-        capped = np.minimum(squares, 2 * _MOST_OVER_POOLED * usual)
-        wide = self._counted_mean(capped, _WIDE_RINGS, usual)
-        return self._counted_mean(np.minimum(squares, _MOST_OVER_POOLED * wide), rings, usual)
-
-    def _counted_mean(
-        self, values: Float64[np.ndarray, " n"], rings: int, otherwise: float
-    ) -> Float64[np.ndarray, " n"]:
-        """Far from any counted vertex the whole surface's mean takes over."""
-        total = self.mean(np.where(self.counted, values, 0.0), rings)
-        return (total + 0.02 * otherwise) / (self.shares[rings] + 0.02)
 
 
 _CAMERA_MODES, _WEAKER_MODES = 6, 5
@@ -675,6 +579,7 @@ def _displace(
 
 
 SCALE, CAMERAS, OFFSET = "scale", "cameras and lens", "offset of the whole surface"
+CREASES = "lost depth of creases"
 """Sources of what all vertices share, as `Mesh.shared_sources` has them."""
 OFFSET_PX = 0.006
 """How far the whole surface may lie in or out by the way photos are sampled, in pixels: volumes of
@@ -701,15 +606,17 @@ def with_sigma(
     filled = all_filled(mesh, equations, guessed, local.left)
     measured = ~filled & (equations.photos > 1)
     shared = shared_errors(mesh, seen.axes, seen.seen_by, measured, metric)
-    modes_mm = np.column_stack([shared.modes_mm, OFFSET_PX * seen.pixel_mm])
-    cameras = modes_mm.shape[1] - 2
-    variance = local.variance_mm2 + shared.rest_mm2 + (modes_mm**2).sum(1)
+    offset_mm = OFFSET_PX * seen.pixel_mm
+    modes_mm = np.column_stack([shared.modes_mm, offset_mm, local.creases_mm])
+    cameras = modes_mm.shape[1] - 3
+    variance = np.maximum(local.variance_mm2, local.creases_mm**2) + shared.rest_mm2
+    variance += (modes_mm[:, :-1] ** 2).sum(1)
     return replace(
         mesh,
         filled=filled,
         sigma_mm=np.where(filled, np.nan, np.sqrt(variance)).astype(np.float32),
         shared_mm=modes_mm.astype(np.float32),
-        shared_sources=(SCALE, *cameras * (CAMERAS,), OFFSET),
+        shared_sources=(SCALE, *cameras * (CAMERAS,), OFFSET, CREASES),
         correlation_mm=local.reach_mm,
         lost_length=local.lost_length.astype(np.float32),
     )

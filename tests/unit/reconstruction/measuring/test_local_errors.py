@@ -18,6 +18,7 @@ from limbgram.reconstruction.measuring.thin_plate import (
     thin_plate_of,
 )
 from limbgram.reconstruction.measuring.uncertainty import all_filled, local_errors
+from limbgram.reconstruction.measuring.usual_plate import by_usual_plate, softened
 
 SIDE, EDGE_MM, PHOTOS = 60, 1.2, 5
 LENGTH_MM = 0.8
@@ -42,8 +43,12 @@ def solved(
     bare_mm: float = 0.0,
     growth: float = 1.0,
     turn_rad: float | None = None,
+    share: float = 1.0,
+    crease_mm: float = 0.0,
 ) -> Solved:
     """A flat surface (or one with waves of that amplitude) measured by photos that err alike.
+
+    By a plate with that share of the usual stiffness; `crease_mm` are folds beside its middle.
 
     Within `bare_mm` of its middle the photos show nothing. With `turn_rad` all waves run nearly
     that way, from x; without, each goes its own.
@@ -54,6 +59,7 @@ def solved(
     shared, own = random.normal(size=(count, 1)), random.normal(size=(count, PHOTOS))
     noise = NOISE_MM * (np.sqrt(common) * shared + np.sqrt(1 - common) * own)
     true_mm = wave_mm * _waves(mesh.vertices_mm, random, shortest_mm, growth, turn_rad)
+    true_mm += crease_mm * _folds(mesh)
     thin_plate = thin_plate_of(mesh)
     weight = 1 / NOISE_MM**2
     spread = sp.csr_matrix(
@@ -66,7 +72,7 @@ def solved(
     told = noise + (spread @ true_mm)[:, None]
     right = weighted @ told.sum(1)
     density = float(np.median(data.diagonal() / thin_plate.area_mm2))
-    stiffness = stiffness_of(thin_plate, density, LENGTH_MM)
+    stiffness = share * stiffness_of(thin_plate, density, LENGTH_MM)
     system = sp.csr_matrix(data + bending_of(thin_plate, stiffness) @ thin_plate.laplacian)
     moved_mm = solve(system, right, np.zeros(len(mesh)))
     left = told - (spread @ moved_mm)[:, None]
@@ -89,6 +95,7 @@ def solved(
         photos=np.full(len(mesh), PHOTOS),
         length_mm=LENGTH_MM,
         stiffness=stiffness,
+        stiffness_share=share,
         signal=np.where(_from_middle(mesh) < bare_mm, 0.1, 1.0),
         held=sp.csr_matrix(data + 1.4 * sp.eye(len(mesh))),  # belief in the given surface
         unheld=sp.csr_matrix((len(mesh), len(mesh))),
@@ -231,6 +238,57 @@ def test_a_line_gets_back_what_wrinkles_lost(
     expected, sigma = np.mean(told, axis=0)
     assert abs(expected - np.mean(truly)) < 1.96 * sigma
     assert least < expected / np.mean(truly) < 1.8
+
+
+def test_a_plate_too_stiff_for_its_relief_is_softened_and_errs_less() -> None:
+    stiff = solved(0.1, 3, wave_mm=0.3)
+    share = softened(stiff.mesh, stiff.seen, stiff.equations).stiffness_share
+    soft, inside = solved(0.1, 3, wave_mm=0.3, share=share), _inside()
+    assert share < 0.8
+    assert soft.errors_mm[inside].std() < 0.95 * stiff.errors_mm[inside].std()
+
+
+def test_a_plate_over_noise_alone_stays_as_stiff() -> None:
+    found = solved(0.1, 3)
+    assert softened(found.mesh, found.seen, found.equations) is found.equations
+
+
+@pytest.mark.parametrize("share", [0.6, 0.4])
+@pytest.mark.parametrize(("wave_mm", "shortest_mm"), [(0.3, 4.0), (0.1, 2.0)])
+def test_what_a_softer_plate_loses_is_told(
+    share: float, wave_mm: float, shortest_mm: float
+) -> None:
+    ratios: list[float] = []
+    for seed in range(2):
+        found = solved(0.1, seed, wave_mm, shortest_mm, share=share)
+        variance = local_errors(found.mesh, found.seen, found.equations).variance_mm2
+        inside = _inside()
+        ratios.append(float(np.sqrt(np.mean(found.errors_mm[inside] ** 2 / variance[inside]))))
+    assert 0.75 < np.mean(ratios) < 1.25
+
+
+def test_the_usual_plate_takes_the_same_off_what_a_softer_one_measured() -> None:
+    found, inside = [solved(0.1, 5, 0.3, share=share) for share in (1.0, 0.4)], _inside()
+    usual, softer = (by_usual_plate(one.mesh, one.seen, one.equations) for one in found)
+    for taken in ("taken", "again"):
+        before, after = getattr(usual, taken)[inside], getattr(softer, taken)[inside]
+        assert np.std(after - before) < 0.1 * np.std(before)
+
+
+def test_what_is_lost_along_a_valley_is_told_with_its_sign() -> None:
+    """The valley of a fold is filled all along it: its sum is wrong by all of that."""
+    found = solved(0.1, 4, crease_mm=0.8)
+    lost_mm = local_errors(found.mesh, found.seen, found.equations).creases_mm
+    valley = _inside() & (_folds(found.mesh) < 0.3) & (_beside_middle_mm(found.mesh) < 7.0)
+    error, told = found.errors_mm[valley].mean(), lost_mm[valley].mean()
+    assert error > 0.05
+    assert 0.4 < -told / error < 2.5
+
+
+def test_where_no_paint_shows_it_no_crease_is_told() -> None:
+    found = solved(0.1, 4, crease_mm=0.8)
+    bare = replace(found.equations, signal=np.full(len(found.mesh), 0.1))
+    assert not local_errors(found.mesh, found.seen, bare).creases_mm.any()
 
 
 def _longer(lift: np.ndarray) -> float:
@@ -446,6 +504,17 @@ def _waves(
         along = points[:, 0] * np.cos(turn) + points[:, 1] * np.sin(turn)
         total += height * np.sin(2 * np.pi * along / length + phase)
     return total
+
+
+def _folds(mesh: Mesh) -> np.ndarray:
+    """Sharp valleys 4 mm apart within 8 mm of the sheet's middle line; up to 1."""
+    beside = _beside_middle_mm(mesh)
+    return np.where(beside < 8.0, np.abs(np.sin(np.pi * beside / 4.0)) ** 0.75, 0.0)
+
+
+def _beside_middle_mm(mesh: Mesh) -> np.ndarray:
+    x = mesh.vertices_mm[:, 0]
+    return np.abs(x - x.mean())
 
 
 def _from_middle(mesh: Mesh) -> np.ndarray:
