@@ -39,6 +39,7 @@ from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cases.store import read_product
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Run
+from limbgram.findings import told
 from limbgram.formats.camera import read_camera
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.synthetic.capture import make_capture
@@ -150,11 +151,11 @@ def one(seed: int, folder: Path) -> Result:
         "left_out": options.photos - len(photos),
         "rings": options.rings,
         "go": check.go,
-        "headline": check.headline,
+        "headline": told(check.headline),
         "check_s": round(time.perf_counter() - start, 1),
         "check_cpu_s": round(time.process_time() - start_cpu, 1),
-        "findings": check.findings,
-        "said_to_move": any(MOVED.search(one) for one in (*check.findings, *check.notes)),
+        "findings": [told(one) for one in check.findings],
+        "said_to_move": any(MOVED.search(told(one)) for one in (*check.findings, *check.notes)),
         "plan_sigma_mm": planned_sigma_mm(options, read_camera(camera).edge_px)
         if len(photos) == options.photos
         else None,

@@ -38,6 +38,7 @@ from PIL import Image
 
 from captures import machine
 from limbgram.core.errors import LimbgramError, PhotoError
+from limbgram.findings import told
 from limbgram.formats.soup import sound_mesh
 from limbgram.formats.table import format_of
 from limbgram.reconstruction.photos.decoding import load_colour
@@ -73,7 +74,7 @@ def mesh_of(path: Path) -> str:
     assert kind is not None
     assert kind.read is not None
     soup = kind.read(path.read_bytes(), path.name)
-    return "; ".join((*soup.notes, *sound_mesh(soup.mesh, path.name).notes))
+    return "; ".join(map(told, (*soup.notes, *sound_mesh(soup.mesh, path.name).notes)))
 
 
 def picture_of(path: Path) -> str:
@@ -84,7 +85,7 @@ def picture_of(path: Path) -> str:
         Image.fromarray(pixels).save(other)
         found = read_photos([path, other], PhotoOptions(min_photos=1))
         if found.set_aside:
-            raise PhotoError(found.set_aside[0].reason)
+            raise PhotoError.of(found.set_aside[0].reason)
         for photo in found.photos:
             load_colour(photo)
     return ""

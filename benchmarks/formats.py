@@ -38,6 +38,7 @@ from trimesh.exchange.stl import export_stl, export_stl_ascii
 from captures import machine
 from limbgram.core.errors import LimbgramError
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.formats.dxf import write_dxf, write_polyface_dxf
 from limbgram.formats.glb import read_glb, write_glb
 from limbgram.formats.obj import read_obj, write_obj
@@ -254,7 +255,7 @@ def _shape_of(triangles: Triangles) -> bytes:
 
 def _our_shape(path: Path) -> tuple[Triangles, tuple[str, ...]]:
     limb = read_limb(path)
-    return limb.mesh.vertices_mm[limb.mesh.faces], limb.notes
+    return limb.mesh.vertices_mm[limb.mesh.faces], tuple(map(told, limb.notes))
 
 
 class _TooLong(BaseException):

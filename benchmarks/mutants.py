@@ -388,14 +388,14 @@ def _photo(path: Path) -> int | None:
     """A photo beside a whole one; set aside by name is refused."""
     found = read_photos([path, path.with_name("whole.png")])
     if found.set_aside:
-        raise PhotoError(found.set_aside[0].reason)
+        raise PhotoError.of(found.set_aside[0].reason)
     return None
 
 
 def _mask(path: Path) -> int | None:
     found = read_photos([path.with_name("whole.png"), path.with_name("other.png"), path])
     if found.set_aside:
-        raise PhotoError(found.set_aside[0].reason)
+        raise PhotoError.of(found.set_aside[0].reason)
     for photo in found.photos:
         load_mask(photo)
     return None

@@ -27,6 +27,7 @@ from limbgram.core.errors import LimbgramError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
+from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.edits.regions import roughness_mm
@@ -236,7 +237,7 @@ def sections(folder: Path) -> Iterator[str]:
         found = measure_limb(limb, LimbMeasureOptions(heights_mm=heights)).rows
         spent = time.process_time() - start
         answers = [row for row in found if row.level is not None]
-        refused = [row.reason for row in found if row.level is None]
+        refused = ["; ".join(map(told, row.reasons)) for row in found if row.level is None]
         silent = sum(not reason for reason in refused) + PLANES - len(found)
         reasons = "; ".join(sorted({reason.split(". ")[0].split(":")[0] for reason in refused}))
         rows.append((name, str(len(answers)), str(len(refused)), str(silent), f"{spent:.2f}",

@@ -90,4 +90,4 @@ def test_a_cast_that_was_turned_over_is_placed_in_both_poses(tmp_path: Path) -> 
     assert sum(one.placed for one in found.photos) == options.photos, found.headline
     (said,) = [one for one in found.notes if "turned over" in told(one)]
     names = [photo.name for photo in capture.photos]
-    assert f"{names[0]} to {names[15]} and {names[16]} to {names[-1]}" in said
+    assert f"{names[0]} to {names[15]} and {names[16]} to {names[-1]}" in told(said)

@@ -47,7 +47,7 @@ def test_every_shape_is_aligned_alike_wherever_it_lies(
     )
     table = measure_limb(here, LimbMeasureOptions(heights_mm=tuple(np.linspace(2, 240, 240))))
     assert len(table.rows) == 240
-    assert all((row.level is not None) or row.reason for row in table.rows)
+    assert all((row.level is not None) or row.reasons for row in table.rows)
     for row in table.rows:
         tape, contour = row.figures["tape_mm"], row.figures["contour_mm"]
         if tape is None or contour is None or row.level is None or row.loops > 1:

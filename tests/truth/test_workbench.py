@@ -15,6 +15,7 @@ from typer.testing import CliRunner, Result
 
 from limbgram.cli.main import app
 from limbgram.core.typed import Strictness, value_of
+from limbgram.findings import Gravity
 from limbgram.formats.reading import read_limb
 from limbgram.formats.sidecar import hash_of
 from limbgram.formats.stl import write_stl
@@ -284,9 +285,9 @@ def test_a_recipe_that_did_not_make_the_shape_is_found_out(
     assert content.recipe is not None
     other = replace(content, recipe=replace(content.recipe, apart_mm=done.apart_mm))
     grave = [
-        one for one in findings(other, measure_limb(shapes[0].limb)) if one.gravity == "serious"
+        one for one in findings(other, measure_limb(shapes[0].limb)) if one.gravity is Gravity.FAULT
     ]
-    assert [found.topic for found in grave] == ["recipe"]
+    assert [found.code for found in grave] == ["record.recipe.apart"]
     strange = run("report", bench.rectified, "--recipe", bench.recipe)
     assert strange.exit_code == 2
     assert "--against" in strange.stderr

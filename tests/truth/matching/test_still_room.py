@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from limbgram.findings import Finding
 from limbgram.reconstruction.features.detection import FeatureOptions, detect
 from limbgram.reconstruction.matching.still import find_still
 from limbgram.reconstruction.photos.masks import read_mask
@@ -39,7 +40,7 @@ def test_the_room_goes_and_the_limb_stays(turntable: Capture) -> None:
     ):
         path = Path(turntable.folder, "truth", "masks", photo.name).with_suffix(".png")
         mask = read_mask(path, photo.width_px, photo.height_px, photo.exif)
-        assert not isinstance(mask, str)
+        assert not isinstance(mask, Finding)
         x, y = np.rint(keypoints.xy_px).astype(int).T
         limb = mask[y.clip(0, 399), x.clip(0, 599)]
         on_limb.append(flags[limb].mean())

@@ -8,6 +8,7 @@ import pytest
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid
+from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.ring import (
     MappingOptions,
@@ -81,9 +82,9 @@ def test_photos_that_must_not_stay_are_named_with_the_reason(
     turned = Pairs((*pairs.verified[:4], agreeing_pair(scene, 4, 5, 40.0)), ())
     found = _misplaced(replace(scene, observations=spoiled), turned, options)
     assert sorted(found) == [1, 3, 5]
-    assert found[1].startswith("Only 19 scene points")
-    assert found[3].startswith("Its points miss by 3.6 px")
-    assert "contradicts" in found[5]
+    assert told(found[1]).startswith("Only 19 scene points")
+    assert told(found[3]).startswith("Its points miss by 3.6 px")
+    assert "contradicts" in told(found[5])
 
 
 @pytest.mark.parametrize(("without", "refused"), [((0, 1), False), ((0, 1, 2, 3), True)])

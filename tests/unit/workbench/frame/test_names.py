@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import OptionsError
+from limbgram.findings import told
 from limbgram.findings.tell import terms
 from limbgram.workbench.compare.registration import by_landmarks
 from limbgram.workbench.edits.editing import EDITS, do_edit
@@ -187,7 +188,7 @@ def test_a_landmark_is_laid_on_the_one_of_its_own_name(stump: Limb, turned: bool
     limbs = marked(stump, *PLACES), marked(stump, "Fibulakopf", "tibial crest", "own mark")
     found = by_landmarks(*(limbs[::-1] if turned else limbs), {})
     assert found.rms_mm == pytest.approx(0, abs=1e-9)
-    assert found.sentence.startswith("by 3 landmarks")
+    assert told(found.how).startswith("by 3 landmarks")
 
 
 def test_an_epicondyle_is_another_place_than_its_condyle() -> None:
