@@ -160,9 +160,9 @@ def markdown(found: dict[str, Any]) -> str:
     """The outcomes as tables."""
     out = io.StringIO()
     out.write("# Public collections\n\nMade by `python benchmarks/corpus.py`.\n\n")
-    for machine in dict.fromkeys(map(made_on, found["machines"].values())):
-        tried_there = [one for one, on in found["machines"].items() if made_on(on) == machine]
-        out.write(f"- {machine}: {'; '.join(tried_there)}\n")
+    for computer in dict.fromkeys(map(made_on, found["machines"].values())):
+        tried_there = [one for one, on in found["machines"].items() if made_on(on) == computer]
+        out.write(f"- {computer}: {'; '.join(tried_there)}\n")
     out.write("\n")
     out.write("| collection | ending | files | read | with a note | refused | crashed | hung ")
     out.write("| longest s |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n")
