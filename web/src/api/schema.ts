@@ -1756,16 +1756,8 @@ export interface components {
          */
         Align: {
             /**
-             * Side
-             * @description Of the patient; none for a torso. Never guessed.
-             * @enum {string}
-             */
-            side: "left" | "right" | "none";
-            /** Kind */
-            kind?: ("transtibial" | "transfemoral" | "foot" | "torso") | null;
-            /**
              * Axis
-             * @description Long axis, pointing proximally; null or fit: fitted to the shape.
+             * @description Long axis, pointing proximally: +z; or fit. Without it an AOP's own axis and origin, else fit.
              */
             axis?: [
                 number,
@@ -1774,7 +1766,7 @@ export interface components {
             ] | "fit" | null;
             /**
              * Proximal
-             * @description Roughly towards the body.
+             * @description Roughly towards the body, if nothing else tells, or for a foot: +z.
              */
             proximal?: [
                 number,
@@ -1783,7 +1775,7 @@ export interface components {
             ] | null;
             /**
              * Anterior
-             * @description Roughly forwards; else by places.
+             * @description Roughly forwards, instead of landmarks or an AOP's own: +y or 0.2,-1,0.
              */
             anterior?: [
                 number,
@@ -1792,7 +1784,7 @@ export interface components {
             ] | null;
             /**
              * Plumb
-             * @description Upper and lower place, one above.
+             * @description UPPER:LOWER landmarks to lie one above the other in the side view.
              */
             plumb?: [
                 string,
@@ -1800,9 +1792,21 @@ export interface components {
             ] | null;
             /**
              * Flexion Deg
+             * @description Turn further, -120 to 120 degrees; positive takes the top backwards.
              * @default 0
              */
             flexion_deg: number;
+            /**
+             * Side
+             * @description Side of the patient: never guessed. none for a torso.
+             * @enum {string}
+             */
+            side: "left" | "right" | "none";
+            /**
+             * Kind
+             * @description What the names of the landmarks mean; kept with the shape.
+             */
+            kind?: ("transtibial" | "transfemoral" | "foot" | "torso") | null;
         };
         /**
          * AskCheck
@@ -1834,30 +1838,24 @@ export interface components {
          */
         AskMeasures: {
             /**
-             * Of
-             * @default scan
-             * @enum {string}
-             */
-            of: "scan" | "rectified";
-            /**
              * Spacing Mm
+             * @description Of the levels.
              * @default 20
              */
             spacing_mm: number;
-            /** Heights Mm */
+            /**
+             * Heights Mm
+             * @description Only at this height, mm.
+             */
             heights_mm?: number[] | null;
             /**
              * Reference
-             * @description A place; null: distal end.
+             * @description Landmark from which heights count, upwards; without it the distal end.
              */
             reference?: string | null;
             /**
-             * Sock Mm
-             * @description Taken off first.
-             */
-            sock_mm?: number | null;
-            /**
              * Volumes
+             * @description Volume between two heights: 20:150, end:150.
              * @default []
              */
             volumes: [
@@ -1866,12 +1864,48 @@ export interface components {
             ][];
             /**
              * Lengths
+             * @description Between two landmarks, over the surface too: "patella:tibia end".
              * @default []
              */
             lengths: [
                 string,
                 string
             ][];
+            /**
+             * Through
+             * @description Landmark of the limb to measure where a plane cuts several; without it the one that the long axis goes through.
+             */
+            through?: string | null;
+            /**
+             * Sock Mm
+             * @description Thickness of the sock in the scan, mm, taken off first; without it nothing is.
+             */
+            sock_mm?: number | null;
+            /**
+             * Tapes
+             * @description A girth that was read: HEIGHT=GIRTH, mm. It counts as read to 3 mm in 95 of 100; state another as HEIGHT=GIRTH+-2.
+             * @default []
+             */
+            tapes: components["schemas"]["TapeReading"][];
+            /**
+             * Inside
+             * @description Measure what a wall holds, such as the inside of a socket.
+             * @default false
+             */
+            inside: boolean;
+            /**
+             * Unaligned
+             * @description Measure across the file's z, from its lowest point.
+             * @default false
+             */
+            unaligned: boolean;
+            /**
+             * Of
+             * @description Which shape of the case.
+             * @default scan
+             * @enum {string}
+             */
+            of: "scan" | "rectified";
             /**
              * With Tape
              * @description Hold the readings that are kept against the scan, whatever is measured.
@@ -3875,6 +3909,25 @@ export interface components {
              * @description Above the table; null: the widest place.
              */
             height_mm?: number | null;
+        };
+        /**
+         * TapeReading
+         * @description A girth as read.
+         */
+        TapeReading: {
+            /**
+             * Height Mm
+             * @description From the reference of the table.
+             */
+            height_mm: number;
+            /** Girth Mm */
+            girth_mm: number;
+            /**
+             * Sigma Mm
+             * @description Standard deviation of the reading.
+             * @default 1.5
+             */
+            sigma_mm: number;
         };
         /**
          * TapeReply
