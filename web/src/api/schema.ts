@@ -1716,6 +1716,34 @@ export interface components {
          */
         Against: {
             /**
+             * Align
+             * @description How they are laid on each other; never scaled. auto: as they lie where one was made from the other; else by three landmarks or more that both have; else by both alignments, where shape alone leaves the place along the axis open; else icp. Repeated captures go by icp.
+             * @default auto
+             * @enum {string}
+             */
+            align: "auto" | "icp" | "landmarks" | "volume" | "as-is";
+            /**
+             * Weights
+             * @description Weight of a landmark, with --align landmarks: NAME=0.5.
+             * @default []
+             */
+            weights: [
+                string,
+                number
+            ][];
+            /**
+             * Brim Mm
+             * @description Strip along open edges left out, mm.
+             * @default 5
+             */
+            brim_mm: number;
+            /**
+             * Spacing Mm
+             * @description Spacing of the levels, mm.
+             * @default 20
+             */
+            spacing_mm: number;
+            /**
              * Of
              * @description Which shape of this case is the second.
              * @default rectified
@@ -1737,18 +1765,6 @@ export interface components {
              * @description The first is this case after so many edits: an earlier state of its recipe.
              */
             edits?: number | null;
-            /**
-             * Align
-             * @description How they are laid on each other; never scaled.
-             * @default auto
-             * @enum {string}
-             */
-            align: "auto" | "icp" | "landmarks" | "volume" | "as-is";
-            /**
-             * Spacing Mm
-             * @default 20
-             */
-            spacing_mm: number;
         };
         /**
          * Align

@@ -21,6 +21,7 @@ from limbgram.reconstruction.choices import SurfaceMethod
 from limbgram.services.align import Axes
 from limbgram.services.export import EXPORTS, FOR_CARVERS, Export, Gcode
 from limbgram.services.measure import MeasureRequest
+from limbgram.services.report import ReportRequest
 from limbgram.workbench.limb import Kind, Side
 
 BATCH_FILE = "batch.toml"
@@ -65,14 +66,6 @@ class ExportUse:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecordUse:
-    """The record of the shape: what `limbgram report` takes."""
-
-    every_mm: float = 20.0
-    reference: str | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
 class Settings:
     """What is said of a capture."""
 
@@ -97,7 +90,7 @@ class Settings:
     measure: MeasureRequest | None = None
     recipe: RecipeUse | None = None
     export: tuple[ExportUse, ...] | None = None
-    report: RecordUse | None = None
+    report: ReportRequest | None = None
 
     @property
     def files(self) -> tuple[str, ...]:

@@ -186,9 +186,7 @@ def _steps(settings: Settings, name: str, located: Callable[[str], Path]) -> Ite
     for number, export in enumerate(settings.export or (), 1):
         yield _export(settings, export, number, name, located)
     if settings.report is not None:
-        asked = settings.report
-        words = ("report", SHAPE, "--case", CASE, "-o", OUT, "--every", f"{asked.every_mm:g}")
-        words += _option("--from", asked.reference)
+        words = ("report", SHAPE, "--case", CASE, "-o", OUT, *words_of(settings.report))
         files: tuple[Path, ...] = ()
         if settings.recipe is not None:
             files = (located(settings.recipe.file),)
