@@ -61,8 +61,9 @@ def marks_seen(limb: Limb, ask: MarksRequest) -> Seen | None:
     if ask.stickers is not None and ask.photos is None:
         raise OptionsError("landmark.stickers.no_photos")
     if wanted:
-        on_shape = ask.photos is None
-        return _on_shape(limb, ask.colour) if on_shape else _in_photos(limb, ask.photos, ask.colour)
+        if ask.photos is None:
+            return _on_shape(limb, ask.colour)
+        return _in_photos(limb, ask.photos, ask.colour)
     if (ask.photos is not None and ask.stickers is None) or ask.colour is not None:
         raise OptionsError("landmark.marks.not_asked")
     return None
