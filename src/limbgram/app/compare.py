@@ -3,6 +3,7 @@ shape of elsewhere."""
 
 import asyncio
 import secrets
+from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Annotated, Any
 
@@ -11,16 +12,18 @@ from pydantic import BaseModel, Field
 
 from limbgram.app.blocks import encode_blocks
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
+from limbgram.app.forms import SAYS_ITSELF
 from limbgram.app.replies import BINARY, BYTES, FindingReply, missing
 from limbgram.app.surface import Which, limb_before, limb_of
 from limbgram.cases.bench import Bench
+from limbgram.core.declared import Within
 from limbgram.core.errors import MissingError, OptionsError
 from limbgram.core.files import written_whole
 from limbgram.findings import Finding
 from limbgram.formats.reading import SUFFIXES, read_limb
-from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
+from limbgram.services.compare import CompareRequest, compare
+from limbgram.workbench.compare.comparison import Comparison
 from limbgram.workbench.compare.messages import comparison_tree, verdict
-from limbgram.workbench.compare.registration import RegistrationOptions, Way
 from limbgram.workbench.limb import Limb
 
 router = APIRouter(tags=["compare"])
@@ -29,20 +32,20 @@ _MOST_BYTES = 400_000_000
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9 _-]{0,60}\.[A-Za-z]{3}$"
 
 
-class Against(BaseModel):
+@dataclass(frozen=True, kw_only=True)
+class Against(CompareRequest):
     """What the shape is compared with."""
 
-    of: Which = Field(default="rectified", description="Which shape of this case is the second.")
-    case: str | None = Field(default=None, description="Another case, whose scan is the first.")
-    shape: str | None = Field(default=None, description="A file that was sent; it is the first.")
-    edits: int | None = Field(
-        default=None,
-        ge=0,
-        le=1000,
-        description="The first is this case after so many edits: an earlier state of its recipe.",
-    )
-    align: Way = Field(default="auto", description="How they are laid on each other; never scaled.")
-    spacing_mm: float = Field(default=20.0, ge=1, le=500)
+    __pydantic_config__ = SAYS_ITSELF
+
+    of: Which = "rectified"
+    """Which shape of this case is the second."""
+    case: str | None = None
+    """Another case, whose scan is the first."""
+    shape: str | None = None
+    """A file that was sent; it is the first."""
+    edits: Annotated[int | None, Within(0, 1000)] = None
+    """The first is this case after so many edits: an earlier state of its recipe."""
 
 
 class ComparisonReply(BaseModel):
@@ -155,10 +158,7 @@ def _keep_shape(sent: FilePath, place: FilePath) -> None:
 
 def _compared(clinic: Clinic, bench: Bench, given: Against) -> Comparison:
     second, _ = limb_of(clinic, bench, given.of)
-    options = CompareOptions(
-        registration=RegistrationOptions(way=given.align), spacing_mm=given.spacing_mm
-    )
-    return compare(_first(clinic, bench, given), second, options)
+    return compare(_first(clinic, bench, given), second, given)
 
 
 def _first(clinic: Clinic, bench: Bench, given: Against) -> Limb:

@@ -1,12 +1,25 @@
-"""Forms: what a request or an edit says of its own fields, for the client to make a form of."""
+"""Forms: what a request or an edit says of its own fields, for the client to make a form of.
+
+A body that is a request has its fields' meanings in the description of the API, too: `SAYS_ITSELF`.
+"""
 
 from dataclasses import MISSING
-from typing import Any, get_args, get_origin
+from typing import Any
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
-from limbgram.core.declared import Declared
+from limbgram.core.declared import Declared, declared
 from limbgram.core.typed import tree_of, words_of_type
+
+
+def _with_meanings(schema: dict[str, Any], kind: type) -> None:
+    for one in declared(kind):
+        if one.name in schema["properties"]:
+            schema["properties"][one.name].setdefault("description", one.meaning)
+
+
+SAYS_ITSELF = ConfigDict(use_attribute_docstrings=True, json_schema_extra=_with_meanings)
+"""`__pydantic_config__` of a request that comes as a body."""
 
 
 class FieldReply(BaseModel):
@@ -35,5 +48,5 @@ class FieldReply(BaseModel):
             least=None if one.within is None else one.within.least,
             most=None if one.within is None else one.within.most,
             choices=list(one.choices),
-            several=get_origin(one.hint) is tuple and get_args(one.hint)[1:] == (...,),
+            several=one.several,
         )

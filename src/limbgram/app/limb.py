@@ -1,6 +1,6 @@
 """Limb: landmarks, side and axes of the shape that is worked on."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -8,13 +8,14 @@ from fastapi import APIRouter, Path
 from pydantic import BaseModel, Field
 
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
+from limbgram.app.forms import SAYS_ITSELF
 from limbgram.app.replies import FindingReply, missing
 from limbgram.app.surface import Coordinates, triple
 from limbgram.cases.assessing import stickers_of
 from limbgram.cases.bench import Bench
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.workbench.frame.alignment import AlignOptions, align
+from limbgram.services.align import AlignRequest, align
 from limbgram.workbench.frame.guesses import guess_places
 from limbgram.workbench.frame.landmarks import NAMES, Facing, with_landmarks
 from limbgram.workbench.frame.marks import MarkOptions, find_marks
@@ -96,23 +97,11 @@ class Guesses(BaseModel):
     note: FindingReply | None = Field(default=None, description="Why stickers were not looked for.")
 
 
-class Align(BaseModel):
+@dataclass(frozen=True, kw_only=True)
+class Align(AlignRequest):
     """What the clinician states. Directions are in the mesh's frame."""
 
-    side: Side = Field(description="Of the patient; none for a torso. Never guessed.")
-    kind: Kind | None = None
-    axis: Coordinates | Literal["fit"] | None = Field(
-        default=None,
-        description="Long axis, pointing proximally; null or fit: fitted to the shape.",
-    )
-    proximal: Coordinates | None = Field(default=None, description="Roughly towards the body.")
-    anterior: Coordinates | None = Field(
-        default=None, description="Roughly forwards; else by places."
-    )
-    plumb: tuple[str, str] | None = Field(
-        default=None, description="Upper and lower place, one above."
-    )
-    flexion_deg: float = Field(default=0.0, ge=-120, le=120)
+    __pydantic_config__ = SAYS_ITSELF
 
 
 @router.get("/templates/names/{kind}")
@@ -187,21 +176,11 @@ def align_limb(clinic: ClinicHere, bench: BenchHere, given: Align) -> LimbReply:
     """Give the shape its axes: +Z proximal, +Y anterior, +X the patient's right, origin distal."""
     with clinic.desk.changing(bench):
         shape = clinic.desk.shape(bench)
-        options = AlignOptions(
-            side=given.side,
-            kind=given.kind or bench.case.label.kind,
-            axis=None if given.axis is None or given.axis == "fit" else _vector(given.axis),
-            fit_anew=given.axis == "fit",
-            proximal=None if given.proximal is None else _vector(given.proximal),
-            anterior=None if given.anterior is None else _vector(given.anterior),
-            plumb=given.plumb,
-            flexion_deg=given.flexion_deg,
-            declared=shape.file.declared,
-        )
-        aligned = align(shape.limb, options)
-        bench.save_limb(aligned, shape.file)
         label = bench.case.label
-        bench.case.relabel(replace(label, side=given.side, kind=options.kind or label.kind))
+        ask = replace(given, kind=given.kind or label.kind)
+        aligned = align(shape.limb, ask, shape.file.declared)
+        bench.save_limb(aligned, shape.file)
+        bench.case.relabel(replace(label, side=ask.side, kind=ask.kind))
     clinic.news.tell(bench.case.case_id, "case")
     reply = _told(clinic, bench)
     reply.notes = _notes(clinic, aligned)

@@ -1,26 +1,25 @@
 """Measures: the table of girths, widths and volumes, and what the tape read."""
 
 import math
+from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import APIRouter, Response
 from pydantic import BaseModel, Field
 
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
+from limbgram.app.forms import SAYS_ITSELF
 from limbgram.app.replies import FindingReply
 from limbgram.app.surface import Which, limb_of
 from limbgram.cases.bench import Bench
+from limbgram.core.declared import Within
 from limbgram.core.interval import COVER
 from limbgram.findings import Finding
+from limbgram.services.measure import MeasureRequest
+from limbgram.services.measure import measure as measured
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import Figure
-from limbgram.workbench.measures.measuring import (
-    LimbMeasureOptions,
-    Measures,
-    Row,
-    check_alone,
-    measure_limb,
-)
+from limbgram.workbench.measures.measuring import Measures, Row, check_alone
 from limbgram.workbench.measures.table import csv_text
 from limbgram.workbench.measures.tape import TapeCheck, TapeReading
 
@@ -102,22 +101,18 @@ class TapeReply(Reading):
     )
 
 
-class AskMeasures(BaseModel):
+@dataclass(frozen=True, kw_only=True)
+class AskMeasures(MeasureRequest):
     """What is to be measured."""
 
+    __pydantic_config__ = SAYS_ITSELF
+
+    every_mm: Annotated[float, Within(0.1, 1000), Field(alias="spacing_mm")] = 20.0
+    """Of the levels."""
     of: Which = "scan"
-    spacing_mm: float = Field(default=20.0, ge=0.1, le=1000)
-    heights_mm: list[Millimetres] | None = Field(default=None, min_length=1, max_length=500)
-    reference: str | None = Field(
-        default=None, max_length=80, description="A place; null: distal end."
-    )
-    sock_mm: float | None = Field(default=None, ge=0, le=20, description="Taken off first.")
-    volumes: list[tuple[Millimetres | None, Millimetres | None]] = Field(default=[], max_length=100)
-    lengths: list[tuple[str, str]] = Field(default=[], max_length=100)
-    with_tape: bool = Field(
-        default=True,
-        description="Hold the readings that are kept against the scan, whatever is measured.",
-    )
+    """Which shape of the case."""
+    with_tape: bool = True
+    """Hold the readings that are kept against the scan, whatever is measured."""
 
 
 class MeasuresReply(BaseModel):
@@ -138,7 +133,7 @@ class MeasuresReply(BaseModel):
 def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> MeasuresReply:
     """Measure an aligned shape by level."""
     limb, _ = limb_of(clinic, bench, given.of)
-    found = measure_limb(limb, _options(given))
+    found = measured(limb, given).measures
     return MeasuresReply(
         counted_from=found.counted_from,
         reference_height_mm=found.reference_mm,
@@ -164,7 +159,10 @@ def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Measure
             )
             for one in found.lengths
         ],
-        tape=_tape(clinic, bench) if given.with_tape else [],
+        tape=[
+            *(_tape_reply(one, one.height_mm - found.reference_mm) for one in found.tape),
+            *(_tape(clinic, bench) if given.with_tape else ()),
+        ],
         notes=[FindingReply.of(one) for one in _notes(limb, found)],
     )
 
@@ -173,7 +171,7 @@ def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Measure
 def measure_csv(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Response:
     """The same table for a spreadsheet."""
     limb, _ = limb_of(clinic, bench, given.of)
-    text = csv_text(measure_limb(limb, _options(given)))
+    text = csv_text(measured(limb, given).measures)
     return Response(text, media_type="text/csv; charset=utf-8")
 
 
@@ -225,20 +223,6 @@ def accept_tape(clinic: ClinicHere, bench: BenchHere, given: Reading) -> list[Re
     return _readings(bench)
 
 
-def _options(given: AskMeasures) -> LimbMeasureOptions:
-    return LimbMeasureOptions(
-        spacing_mm=given.spacing_mm,
-        heights_mm=None if given.heights_mm is None else tuple(given.heights_mm),
-        reference=given.reference,
-        sock_mm=given.sock_mm,
-        volumes_mm=tuple(
-            (-math.inf if low is None else low, math.inf if high is None else high)
-            for low, high in given.volumes
-        ),
-        lengths=tuple(given.lengths),
-    )
-
-
 def _readings(bench: Bench) -> list[Reading]:
     return [Reading(height_mm=one.height_mm, girth_mm=one.girth_mm) for one in bench.tape()]
 
@@ -251,17 +235,32 @@ def _tape(clinic: Clinic, bench: Bench) -> list[TapeReply]:
     standings = {one.read.reading: one for one in bench.tape_standings() if not one.withdrawn}
     replies: list[TapeReply] = []
     for reading in bench.tape():
-        reply = TapeReply(height_mm=reading.height_mm, girth_mm=reading.girth_mm)
         checked = check_alone(clinic.desk.shape(bench).measures, reading)
         if isinstance(checked, TapeCheck):
-            reply.measured_mm = _value(checked.measured)
-            reply.difference_mm, reply.conflict = checked.difference_mm, checked.conflict
-            reply.within_mm = COVER * checked.sigma_mm
+            reply = _tape_reply(checked, reading.height_mm)
             reply.accepted = standings[reading].accepted if reading in standings else ""
         else:
-            reply.reason = FindingReply.of(checked)
+            reply = TapeReply(
+                height_mm=reading.height_mm,
+                girth_mm=reading.girth_mm,
+                reason=FindingReply.of(checked),
+            )
         replies.append(reply)
     return replies
+
+
+def _tape_reply(check: TapeCheck, height_mm: float) -> TapeReply:
+    """Args:
+    height_mm: As it was read: from the reference.
+    """
+    return TapeReply(
+        height_mm=height_mm,
+        girth_mm=check.read_mm,
+        measured_mm=_value(check.measured),
+        difference_mm=check.difference_mm,
+        within_mm=COVER * check.sigma_mm,
+        conflict=check.conflict,
+    )
 
 
 def _notes(limb: Limb, found: Measures) -> tuple[Finding, ...]:

@@ -94,17 +94,23 @@ def made(request: Callable[..., R], given: Mapping[str, Any]) -> R:
     """A request from the options that were typed; what was not typed has its default.
 
     Raises:
-        OptionsError: a number beyond its limits.
+        OptionsError: a number beyond its limits, or a text that cannot be meant.
     """
     values: dict[str, Any] = {}
     for field in declared(cast(type, request)):
         value = given.get(field.name)
-        if value is None:
+        if value is None or value == []:
             continue
-        values[field.name] = tuple(value) if isinstance(value, list) else value
         if field.within is not None:
             _require_within(field, value)
+        values[field.name] = (
+            tuple(_read(field, one) for one in value) if field.several else _read(field, value)
+        )
     return request(**values)
+
+
+def _read(field: Declared, typed: Any) -> Any:
+    return typed if field.text is None else field.text.read(typed, f"--{field.flag}")
 
 
 def _kinds_of(hint: Any) -> Kinds | None:
@@ -140,8 +146,10 @@ def _option(field: Declared, of: str = "") -> inspect.Parameter:
 
     A truth value is a switch, which is off in every request that nobody switches.
     """
-    several = get_origin(field.hint) is tuple
-    hint = list[bare(get_args(field.hint)[0])] if several else field.hint
+    several = field.several
+    each = bare(get_args(field.hint)[0]) if several else field.hint
+    each = each if field.text is None else str
+    hint = list[each] if several else each
     meaning = f"{of}: {field.meaning}" if of else field.meaning
     switch = field.hint is bool
     known = field.default not in (None, MISSING, ()) and not switch

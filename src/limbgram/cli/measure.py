@@ -2,45 +2,24 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
-from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
+from limbgram.cli.asking import asking
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.shapes import (
-    AlignedShape,
-    UnitOption,
-    pair_of,
-    reading_of,
-    require_apart,
-    require_output,
-    shape_of,
-    span_of,
-)
-from limbgram.core.errors import OptionsError, with_full_stop
-from limbgram.core.files import write_bytes
-from limbgram.core.geometry.frames import Rigid
+from limbgram.cli.shapes import AlignedShape, UnitOption, require_apart, require_output, shape_of
+from limbgram.core.errors import with_full_stop
 from limbgram.core.geometry.smoothing import SMOOTHED_OVER
 from limbgram.core.interval import Interval, explained, plus_minus
 from limbgram.findings import told
-from limbgram.formats.limb_file import write_limb
-from limbgram.workbench.bodies import left_out, outer_bodies
-from limbgram.workbench.edits.thickness import Thickness
-from limbgram.workbench.frame.landmarks import in_limb_frame
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
+from limbgram.workbench.bodies import left_out
+from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import Figure
-from limbgram.workbench.measures.measuring import (
-    LimbMeasureOptions,
-    Measures,
-    Row,
-    measure_inside,
-    measure_limb,
-)
-from limbgram.workbench.measures.table import csv_text, in_ml, tree
-from limbgram.workbench.measures.tape import TapeCheck, TapeFit, fit_to_tape
+from limbgram.workbench.measures.measuring import Measures, Row
+from limbgram.workbench.measures.table import in_ml, tree
+from limbgram.workbench.measures.tape import TapeCheck, TapeFit
 
 _SHOWN = ("tape_mm", "contour_mm", "ml_mm", "ap_mm")
 _HEADING = (
@@ -49,64 +28,11 @@ _HEADING = (
 
 
 @answered
+@asking
 def measure_command(
     shape: AlignedShape,
-    every: Annotated[float, typer.Option(help="Spacing of the levels, mm.")] = 10.0,
-    height: Annotated[
-        list[float] | None, typer.Option(help="Only at this height, mm. Repeat it.")
-    ] = None,
-    reference: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            help="Landmark from which heights count, upwards.",
-            show_default="the distal end",
-        ),
-    ] = None,
-    volume: Annotated[
-        list[str] | None, typer.Option(help="Volume between two heights: 20:150, end:150.")
-    ] = None,
-    length: Annotated[
-        list[str] | None,
-        typer.Option(help='Between two landmarks, over the surface too: "patella:tibia end".'),
-    ] = None,
-    through: Annotated[
-        str | None,
-        typer.Option(
-            help="Landmark of the limb to measure where a plane cuts several.",
-            show_default="the one that the long axis goes through",
-        ),
-    ] = None,
-    sock: Annotated[
-        float | None,
-        typer.Option(
-            help="Thickness of the sock in the scan, mm, taken off first.",
-            show_default="nothing is taken off",
-        ),
-    ] = None,
-    tape: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="A girth that was read: HEIGHT=GIRTH, mm. Repeat it. "
-            "It counts as read to 3 mm in 95 of 100; state another as HEIGHT=GIRTH+-2."
-        ),
-    ] = None,
-    fit: Annotated[
-        Path | None, typer.Option(help="Write the shape made to agree with the tape readings.")
-    ] = None,
-    csv: Annotated[Path | None, typer.Option(help="Write the table as CSV.")] = None,
-    picture: Annotated[Path | None, typer.Option(help="Write a picture of it (PNG).")] = None,
-    inside: Annotated[
-        bool,
-        typer.Option("--inside", help="Measure what a wall holds, such as the inside of a socket."),
-    ] = False,
-    walls: Annotated[
-        Path | None, typer.Option(help="Write a map of a wall's thickness (PNG).")
-    ] = None,
-    unaligned: Annotated[
-        bool,
-        typer.Option("--unaligned", help="Measure across the file's z, from its lowest point."),
-    ] = False,
+    ask: MeasureRequest,
+    files: MeasureFiles,
     unit: UnitOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
 ) -> Reply:
@@ -114,77 +40,24 @@ def measure_command(
 
     A height that has no answer stands in the table with the reason. Run `limbgram align` first.
     """
-    if fit is not None and not tape:
-        raise OptionsError("options.measure.fit_without_tape")
-    require_output(csv, ".csv", "table")
-    require_output(picture, ".png", "picture")
-    require_output(walls, ".png", "map")
-    if fit is not None and inside:
-        raise OptionsError("options.measure.fit_inside")
-    require_apart(fit, shape)
+    require_output(files.csv, ".csv", "table")
+    require_output(files.picture, ".png", "picture")
+    require_output(files.walls, ".png", "map")
+    require_apart(files.fit, shape)
     limb = shape_of(shape, unit).limb
-    if unaligned:
-        lowest_mm = float(outer_bodies(limb.mesh).mesh.vertices_mm[:, 2].min())
-        up = Rigid(np.eye(3), np.array([0.0, 0.0, -lowest_mm]))
-        limb = replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))
-    options = LimbMeasureOptions(
-        spacing_mm=every,
-        heights_mm=tuple(height) if height else None,
-        reference=reference,
-        sock_mm=sock,
-        volumes_mm=tuple(span_of(text) for text in volume or ()),
-        lengths=tuple(pair_of(text, "--length") for text in length or ()),
-        tape=tuple(reading_of(text) for text in tape or ()),
-        through=through,
-    )
-    measures = measure_inside(limb, options) if inside else measure_limb(limb, options)
-    if walls is not None and measures.wall is None:
-        raise OptionsError("options.measure.no_walls")
-    fitted = (
-        None
-        if fit is None
-        else fit_to_tape(measures.limb, options.tape, measures.reference_mm, measures.through_mm)
-    )
-    written = _write(measures, fitted, (csv, picture, fit))
-    if walls is not None and measures.wall is not None:
-        written.append(write_bytes(walls, _map(limb, measures.wall)))
+    sheet = measure(limb, ask, files)
     return Reply(
         (
-            *explained(_lines(limb, measures)),
-            *_fit_lines(fitted),
-            *(f"Written: {path}" for path in written),
+            *explained(_lines(limb, sheet.measures)),
+            *_fit_lines(sheet.fitted),
+            *(f"Written: {path}" for path in sheet.written),
         ),
-        {**tree(measures), "fit": _fit_tree(fitted), "written": [str(path) for path in written]},
+        {
+            **tree(sheet.measures),
+            "fit": _fit_tree(sheet.fitted),
+            "written": [str(path) for path in sheet.written],
+        },
     )
-
-
-def _write(
-    measures: Measures, fitted: TapeFit | None, paths: tuple[Path | None, Path | None, Path | None]
-) -> list[Path]:
-    table, picture, fit = paths
-    written: list[Path] = []
-    if table is not None:
-        written.append(write_bytes(table, csv_text(measures).encode()))
-    if picture is not None:
-        written.append(write_bytes(picture, _picture(measures)))
-    if fit is not None and fitted is not None:
-        written.append(write_limb(fitted.limb, fit))
-    return written
-
-
-def _picture(measures: Measures) -> bytes:
-    """Drawn only where asked: what draws takes longer to import than a shape to measure."""
-    from limbgram.report.drawings.drawing import png
-    from limbgram.report.drawings.sections import sections_drawing
-
-    return png(sections_drawing(measures).figure).tobytes()
-
-
-def _map(limb: Limb, wall: Thickness) -> bytes:
-    from limbgram.report.drawings.drawing import png
-    from limbgram.report.drawings.walls import wall_map
-
-    return png(wall_map(in_limb_frame(limb), wall).figure).tobytes()
 
 
 def _lines(limb: Limb, measures: Measures) -> list[str]:

@@ -1,5 +1,6 @@
 """Replies: what a command says at its end, for people or as JSON, and its exit code."""
 
+import inspect
 import json
 import os
 import signal
@@ -9,7 +10,7 @@ from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import wraps
-from typing import Any, ParamSpec, cast
+from typing import Any, ParamSpec, cast, get_args
 
 import typer
 from rich.console import Console
@@ -59,7 +60,7 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
     def answer(*args: P.args, **kwargs: P.kwargs) -> None:
         as_json = bool(kwargs.get("as_json", False))
         try:
-            _require_measures(kwargs)
+            _require_measures(kwargs, command)
             with _ended_as_by_ctrl_c():
                 reply = _done(command, *args, **kwargs)
         except LimbgramError as error:
@@ -95,7 +96,7 @@ def _ended_as_by_ctrl_c() -> Generator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-def _require_measures(options: Mapping[str, object]) -> None:
+def _require_measures(options: Mapping[str, object], command: Callable[..., Reply]) -> None:
     """Refuse typed numbers that measure nothing: inf, nan, 1e400 and 1e-308 are numbers to typer.
 
     Raises:
@@ -104,9 +105,15 @@ def _require_measures(options: Mapping[str, object]) -> None:
     for name, value in options.items():
         for number in cast(list[object], value) if isinstance(value, list) else [value]:
             if isinstance(number, float) and number and not _SMALLEST <= abs(number) <= _LARGEST:
-                raise OptionsError(
-                    "options.no_measure", option=name.replace("_", "-"), number=number
-                )
+                raise OptionsError("options.no_measure", option=_flag(command, name), number=number)
+
+
+def _flag(command: Callable[..., Reply], name: str) -> str:
+    """What the command line calls a parameter, without the two dashes."""
+    beside = get_args(inspect.signature(command).parameters[name].annotation)[1:]
+    flags = [flag for one in beside for flag in getattr(one, "param_decls", None) or ()]
+    long = (flag[2:] for flag in flags if flag.startswith("--"))
+    return next(long, name.replace("_", "-"))
 
 
 def _done(command: Callable[P, Reply], *args: P.args, **kwargs: P.kwargs) -> Reply:

@@ -8,7 +8,6 @@ from typing import Annotated, Any, BinaryIO
 import numpy as np
 import typer
 
-from limbgram.cli.compare import WayName
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import (
     AlignedShape,
@@ -24,7 +23,7 @@ from limbgram.core.mesh.topology import volume_mm3
 from limbgram.core.typed import tree_of
 from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
-from limbgram.workbench.compare.registration import RegistrationOptions
+from limbgram.workbench.compare.registration import RegistrationOptions, Way
 from limbgram.workbench.edits.pressing import PRESSES_MM
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.templates.files import encode_template, read_template
@@ -57,13 +56,13 @@ def learn_command(
         str, typer.Option(help="What it is called.", show_default="the file's name")
     ] = "",
     way: Annotated[
-        WayName,
+        Way,
         typer.Option(
             "--align",
             help="How each after is laid on its before. auto: as they lie where it was made "
             "from it, else icp.",
         ),
-    ] = WayName.AUTO,
+    ] = "auto",
     reference: Annotated[
         str | None,
         typer.Option(help="Landmark from which heights count.", show_default="the most proximal"),
@@ -79,7 +78,7 @@ def learn_command(
     limbs = [shape_of(shape, unit).limb for shape in shapes]
     pairs = [Pair(before=one, after=two) for one, two in zip(limbs[::2], limbs[1::2])]
     options = LearnOptions(
-        registration=RegistrationOptions(way=way.value, brim_mm=brim, mostly_unchanged=True),
+        registration=RegistrationOptions(way=way, brim_mm=brim, mostly_unchanged=True),
         reference=reference,
     )
     learned = learn(pairs, name or out.stem, options)

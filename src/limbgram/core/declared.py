@@ -2,8 +2,8 @@
 
 A request or an edit is a frozen dataclass: annotation and default say what may be given, the text
 under a field what it means, `Within` between what a number lies, `Flag` how the command line calls
-it where that is shorter. Command-line options, forms of the app, help and the checks of files are
-made of these; nothing is written twice.
+it where that is shorter, `Text` how it is written as a text. Command-line options, forms of the
+app, help and the checks of files are made of these; nothing is written twice.
 
     spacing_mm: Annotated[float, Within(0.1, 50), Flag("spacing")] = 2.0
     \"\"\"Between slices.\"\"\"
@@ -14,7 +14,7 @@ import inspect
 import textwrap
 import types
 import typing
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from itertools import pairwise
@@ -47,6 +47,34 @@ class Flag:
     name: str
 
 
+@dataclass(frozen=True)
+class Text:
+    """How a value that is more than a number or a word is written on the command line and in files.
+
+    A body of JSON has its parts as they are.
+    """
+
+    read: Callable[[str, str], Any]
+    """Of a text, and of what it was given as: the option, or the place in a file."""
+    write: Callable[[Any], str] = str
+    """As it is read again."""
+
+
+@dataclass(frozen=True)
+class AtMost:
+    """How many of them may come over the network."""
+
+    count: int
+
+    __is_annotated_types_grouped_metadata__: ClassVar[Literal[True]] = True
+
+    def __iter__(self) -> Iterator[Any]:
+        """What pydantic checks by."""
+        from annotated_types import MaxLen
+
+        return iter((MaxLen(self.count),))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Declared:
     """One field of a dataclass, for people and for doors."""
@@ -61,6 +89,7 @@ class Declared:
     meaning: str
     """The text under the field."""
     within: Within | None
+    text: Text | None
     flag: str
     """On the command line, without the two dashes."""
 
@@ -72,6 +101,11 @@ class Declared:
     def unit(self) -> str:
         """By the ending of its name; empty where it has none."""
         return next((unit for ending, unit in _UNITS.items() if self.name.endswith(ending)), "")
+
+    @property
+    def several(self) -> bool:
+        """Any number of one kind."""
+        return get_origin(self.hint) is tuple and get_args(self.hint)[1:] == (...,)
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -119,8 +153,9 @@ def words_of(request: Any) -> list[str]:
         if field.hint is bool:
             words.append(f"--{field.flag}")
         else:
-            several = value if isinstance(value, tuple) else (value,)
-            words += [f"--{field.flag}={one}" for one in cast(tuple[Any, ...], several)]
+            several = cast(tuple[Any, ...], value) if field.several else (value,)
+            written = str if field.text is None else field.text.write
+            words += [f"--{field.flag}={written(one)}" for one in several]
     return words
 
 
@@ -131,14 +166,23 @@ def bare(hint: Any) -> Any:
 
 def within_of(hint: Any) -> Within | None:
     """The limits that stand beside a type."""
-    beside = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
-    return next((one for one in beside if isinstance(one, Within)), None)
+    return next((one for one in _beside(hint) if isinstance(one, Within)), None)
+
+
+def text_of(hint: Any) -> Text | None:
+    """How it is written as a text, where that stands beside a type."""
+    return next((one for one in _beside(hint) if isinstance(one, Text)), None)
+
+
+def _beside(hint: Any) -> tuple[Any, ...]:
+    return get_args(hint)[1:] if get_origin(hint) is Annotated else ()
 
 
 def _declared(name: str, hint: Any, default: Any, meaning: str) -> Declared:
-    beside = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
     plain, optional = _without_none(bare(hint))
-    flag = next((one.name for one in beside if isinstance(one, Flag)), name.replace("_", "-"))
+    flag = next(
+        (one.name for one in _beside(hint) if isinstance(one, Flag)), name.replace("_", "-")
+    )
     return Declared(
         name=name,
         hint=plain,
@@ -146,6 +190,7 @@ def _declared(name: str, hint: Any, default: Any, meaning: str) -> Declared:
         default=default,
         meaning=meaning,
         within=within_of(_each(plain)) or within_of(hint),
+        text=text_of(_each(plain)) or text_of(hint),
         flag=flag,
     )
 

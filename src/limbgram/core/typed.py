@@ -2,7 +2,8 @@
 
 The annotations of a frozen dataclass are the schema: a tree that does not fit them is refused with
 the exact place, such as `parameters.k1`, in words for people. Nothing is converted but whole
-numbers to floats: no text to a number, no truth value to 1.
+numbers to floats: no text to a number, no truth value to 1. What says how it is written as a text
+(`core.declared.Text`) may be one.
 
 Own code, because no library was found to do it without half of this around it. Measured with
 thirteen trees that must be refused: msgspec 0.22 takes unknown names and NaN, and no union of two
@@ -20,8 +21,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
 
-from limbgram.core.declared import Within, bare, within_of
-from limbgram.core.errors import AS_IS
+from limbgram.core.declared import Text, Within, bare, text_of, within_of
+from limbgram.core.errors import AS_IS, LimbgramError
 from limbgram.findings import Finding, as_json, note
 
 T = TypeVar("T")
@@ -110,7 +111,9 @@ def tree_of(value: object) -> Any:
 
 
 def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
-    limits, hint = within_of(hint), bare(hint)
+    limits, text, hint = within_of(hint), text_of(hint), bare(hint)
+    if text is not None and isinstance(tree, str):
+        return _read(text, tree, at)
     if limits is not None:
         return _within(_value(tree, hint, at, by), limits, at)
     found = NotImplemented if by.special is None else by.special(tree, hint, at)
@@ -143,6 +146,13 @@ def _within(number: Any, limits: Within, at: str) -> Any:
             f"{at or 'it'} must lie between {limits.least:g} and {limits.most:g}, not {number:g}"
         )
     return number
+
+
+def _read(text: Text, written: str, at: str) -> Any:
+    try:
+        return text.read(written, at)
+    except LimbgramError as error:
+        raise Mismatch(f"{at}: {error}") from error
 
 
 def _finding(tree: object, at: str) -> Finding:

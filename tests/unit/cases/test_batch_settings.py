@@ -10,7 +10,6 @@ from limbgram.cases.batch.settings import (
     EXAMPLE,
     Align,
     ExportUse,
-    Measure,
     RecipeUse,
     Settings,
     read_batch,
@@ -19,6 +18,7 @@ from limbgram.cases.batch.settings import (
 )
 from limbgram.core.errors import OptionsError
 from limbgram.services.export import Aop, Triangles
+from limbgram.services.measure import MeasureRequest
 
 
 def written(tmp_path: Path, text: str) -> Path:
@@ -94,7 +94,7 @@ def test_later_settings_go_over_earlier_ones() -> None:
     [
         (Settings(align=Align()), "never guessed"),
         (Settings(align=Align(), side="left", unscaled=True), "unknown size"),
-        (Settings(measure=Measure()), "[measure]"),
+        (Settings(measure=MeasureRequest()), "[measure]"),
         (Settings(recipe=RecipeUse(file="r")), "[recipe]"),
         (Settings(export=(ExportUse(to="aop", ask=Aop()),)), "aop or gcode"),
     ],
@@ -108,5 +108,7 @@ def test_a_step_without_what_it_needs_is_refused_before_anything_runs(
 
 def test_steps_that_need_no_axes_need_no_alignment() -> None:
     require_complete(
-        Settings(measure=Measure(unaligned=True), export=(ExportUse(to="stl", ask=Triangles()),))
+        Settings(
+            measure=MeasureRequest(unaligned=True), export=(ExportUse(to="stl", ask=Triangles()),)
+        )
     )

@@ -1716,6 +1716,34 @@ export interface components {
          */
         Against: {
             /**
+             * Align
+             * @description How they are laid on each other; never scaled. auto: as they lie where one was made from the other; else by three landmarks or more that both have; else by both alignments, where shape alone leaves the place along the axis open; else icp. Repeated captures go by icp.
+             * @default auto
+             * @enum {string}
+             */
+            align: "auto" | "icp" | "landmarks" | "volume" | "as-is";
+            /**
+             * Weights
+             * @description Weight of a landmark, with --align landmarks: NAME=0.5.
+             * @default []
+             */
+            weights: [
+                string,
+                number
+            ][];
+            /**
+             * Brim Mm
+             * @description Strip along open edges left out, mm.
+             * @default 5
+             */
+            brim_mm: number;
+            /**
+             * Spacing Mm
+             * @description Spacing of the levels, mm.
+             * @default 20
+             */
+            spacing_mm: number;
+            /**
              * Of
              * @description Which shape of this case is the second.
              * @default rectified
@@ -1737,18 +1765,6 @@ export interface components {
              * @description The first is this case after so many edits: an earlier state of its recipe.
              */
             edits?: number | null;
-            /**
-             * Align
-             * @description How they are laid on each other; never scaled.
-             * @default auto
-             * @enum {string}
-             */
-            align: "auto" | "icp" | "landmarks" | "volume" | "as-is";
-            /**
-             * Spacing Mm
-             * @default 20
-             */
-            spacing_mm: number;
         };
         /**
          * Align
@@ -1756,16 +1772,8 @@ export interface components {
          */
         Align: {
             /**
-             * Side
-             * @description Of the patient; none for a torso. Never guessed.
-             * @enum {string}
-             */
-            side: "left" | "right" | "none";
-            /** Kind */
-            kind?: ("transtibial" | "transfemoral" | "foot" | "torso") | null;
-            /**
              * Axis
-             * @description Long axis, pointing proximally; null or fit: fitted to the shape.
+             * @description Long axis, pointing proximally: +z; or fit. Without it an AOP's own axis and origin, else fit.
              */
             axis?: [
                 number,
@@ -1774,7 +1782,7 @@ export interface components {
             ] | "fit" | null;
             /**
              * Proximal
-             * @description Roughly towards the body.
+             * @description Roughly towards the body, if nothing else tells, or for a foot: +z.
              */
             proximal?: [
                 number,
@@ -1783,7 +1791,7 @@ export interface components {
             ] | null;
             /**
              * Anterior
-             * @description Roughly forwards; else by places.
+             * @description Roughly forwards, instead of landmarks or an AOP's own: +y or 0.2,-1,0.
              */
             anterior?: [
                 number,
@@ -1792,7 +1800,7 @@ export interface components {
             ] | null;
             /**
              * Plumb
-             * @description Upper and lower place, one above.
+             * @description UPPER:LOWER landmarks to lie one above the other in the side view.
              */
             plumb?: [
                 string,
@@ -1800,9 +1808,21 @@ export interface components {
             ] | null;
             /**
              * Flexion Deg
+             * @description Turn further, -120 to 120 degrees; positive takes the top backwards.
              * @default 0
              */
             flexion_deg: number;
+            /**
+             * Side
+             * @description Side of the patient: never guessed. none for a torso.
+             * @enum {string}
+             */
+            side: "left" | "right" | "none";
+            /**
+             * Kind
+             * @description What the names of the landmarks mean; kept with the shape.
+             */
+            kind?: ("transtibial" | "transfemoral" | "foot" | "torso") | null;
         };
         /**
          * AskCheck
@@ -1834,30 +1854,24 @@ export interface components {
          */
         AskMeasures: {
             /**
-             * Of
-             * @default scan
-             * @enum {string}
-             */
-            of: "scan" | "rectified";
-            /**
              * Spacing Mm
+             * @description Of the levels.
              * @default 20
              */
             spacing_mm: number;
-            /** Heights Mm */
+            /**
+             * Heights Mm
+             * @description Only at this height, mm.
+             */
             heights_mm?: number[] | null;
             /**
              * Reference
-             * @description A place; null: distal end.
+             * @description Landmark from which heights count, upwards; without it the distal end.
              */
             reference?: string | null;
             /**
-             * Sock Mm
-             * @description Taken off first.
-             */
-            sock_mm?: number | null;
-            /**
              * Volumes
+             * @description Volume between two heights: 20:150, end:150.
              * @default []
              */
             volumes: [
@@ -1866,12 +1880,48 @@ export interface components {
             ][];
             /**
              * Lengths
+             * @description Between two landmarks, over the surface too: "patella:tibia end".
              * @default []
              */
             lengths: [
                 string,
                 string
             ][];
+            /**
+             * Through
+             * @description Landmark of the limb to measure where a plane cuts several; without it the one that the long axis goes through.
+             */
+            through?: string | null;
+            /**
+             * Sock Mm
+             * @description Thickness of the sock in the scan, mm, taken off first; without it nothing is.
+             */
+            sock_mm?: number | null;
+            /**
+             * Tapes
+             * @description A girth that was read: HEIGHT=GIRTH, mm. It counts as read to 3 mm in 95 of 100; state another as HEIGHT=GIRTH+-2.
+             * @default []
+             */
+            tapes: components["schemas"]["TapeReading"][];
+            /**
+             * Inside
+             * @description Measure what a wall holds, such as the inside of a socket.
+             * @default false
+             */
+            inside: boolean;
+            /**
+             * Unaligned
+             * @description Measure across the file's z, from its lowest point.
+             * @default false
+             */
+            unaligned: boolean;
+            /**
+             * Of
+             * @description Which shape of the case.
+             * @default scan
+             * @enum {string}
+             */
+            of: "scan" | "rectified";
             /**
              * With Tape
              * @description Hold the readings that are kept against the scan, whatever is measured.
@@ -3875,6 +3925,25 @@ export interface components {
              * @description Above the table; null: the widest place.
              */
             height_mm?: number | null;
+        };
+        /**
+         * TapeReading
+         * @description A girth as read.
+         */
+        TapeReading: {
+            /**
+             * Height Mm
+             * @description From the reference of the table.
+             */
+            height_mm: number;
+            /** Girth Mm */
+            girth_mm: number;
+            /**
+             * Sigma Mm
+             * @description Standard deviation of the reading.
+             * @default 1.5
+             */
+            sigma_mm: number;
         };
         /**
          * TapeReply

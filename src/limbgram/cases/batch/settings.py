@@ -12,13 +12,17 @@ that has it.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path, PurePosixPath
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 from limbgram.core.errors import OptionsError, printable
 from limbgram.core.files import read_content, toml_of
 from limbgram.core.typed import Mismatch, Strictness, fields_of, value_of
 from limbgram.reconstruction.choices import SurfaceMethod
+from limbgram.services.align import Axes
 from limbgram.services.export import EXPORTS, FOR_CARVERS, Export, Gcode
+from limbgram.services.measure import MeasureRequest
+from limbgram.services.report import ReportRequest
+from limbgram.workbench.limb import Kind, Side
 
 BATCH_FILE = "batch.toml"
 CAPTURE_FILE = "capture.toml"
@@ -28,38 +32,15 @@ _LARGEST_BYTES = 1_000_000
 _TRIANGLES = (10_000, 20_000_000)
 _LEAST_MEMORY_GB = 0.5
 
-Side = Literal["left", "right", "none"]
-Kind = Literal["transtibial", "transfemoral", "foot", "torso"]
-
 
 @dataclass(frozen=True, kw_only=True)
-class Align:
-    """How the surface gets its axes: what `limbgram align` takes."""
+class Align(Axes):
+    """How the surface gets its axes, and the files of its landmarks."""
 
     stickers: str | None = None
     """File of the names of coded stickers."""
     landmarks: str | None = None
     """File of landmarks: {"fibula head": [x, y, z]} in mm in the frame of the surface."""
-    axis: str | None = None
-    proximal: str | None = None
-    anterior: str | None = None
-    plumb: str | None = None
-    flexion_deg: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Measure:
-    """Which measures are taken: what `limbgram measure` takes."""
-
-    every_mm: float = 10.0
-    heights_mm: tuple[float, ...] = ()
-    reference: str | None = None
-    """Landmark from which heights count."""
-    volumes: tuple[str, ...] = ()
-    lengths: tuple[str, ...] = ()
-    tapes: tuple[str, ...] = ()
-    sock_mm: float | None = None
-    unaligned: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,14 +66,6 @@ class ExportUse:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RecordUse:
-    """The record of the shape: what `limbgram report` takes."""
-
-    every_mm: float = 20.0
-    reference: str | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
 class Settings:
     """What is said of a capture."""
 
@@ -114,10 +87,10 @@ class Settings:
     side: Side | None = None
     kind: Kind | None = None
     align: Align | None = None
-    measure: Measure | None = None
+    measure: MeasureRequest | None = None
     recipe: RecipeUse | None = None
     export: tuple[ExportUse, ...] | None = None
-    report: RecordUse | None = None
+    report: ReportRequest | None = None
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -327,6 +300,8 @@ every_mm = 10
 # volumes = ["20:150"]
 # lengths = ["patella:tibia end"]
 # tapes = ["150=354"]
+# through = "patella"            # of several limbs, the one to measure
+# inside = true                 # what a socket holds
 # sock_mm = 1.5
 
 # [recipe]                       # edits; what follows is then done to the edited shape

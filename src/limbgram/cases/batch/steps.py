@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, cast
 
-from limbgram.cases.batch.settings import Align, ExportUse, Measure, Settings
+from limbgram.cases.batch.settings import Align, ExportUse, Settings
 from limbgram.cases.batch.stopping import Stopping
 from limbgram.cases.supervision import environment
 from limbgram.core.declared import words_of
@@ -29,7 +29,9 @@ from limbgram.core.files import json_of, read_content
 from limbgram.core.run import NEUTRAL_FOLDER
 from limbgram.core.typed import any_value_of
 from limbgram.findings import Finding
+from limbgram.services.align import AlignRequest
 from limbgram.services.export import FOR_CARVERS, Gcode, file_name
+from limbgram.services.measure import MeasureRequest
 
 SURFACE, SHAPE, EDITED, CASE, OUT = "{surface}", "{shape}", "{edited}", "{case}", "{out}"
 """Words that stand for the delivered surface, the shape that is worked on (the surface, or what the
@@ -184,9 +186,7 @@ def _steps(settings: Settings, name: str, located: Callable[[str], Path]) -> Ite
     for number, export in enumerate(settings.export or (), 1):
         yield _export(settings, export, number, name, located)
     if settings.report is not None:
-        asked = settings.report
-        words = ("report", SHAPE, "--case", CASE, "-o", OUT, "--every", f"{asked.every_mm:g}")
-        words += _option("--from", asked.reference)
+        words = ("report", SHAPE, "--case", CASE, "-o", OUT, *words_of(settings.report))
         files: tuple[Path, ...] = ()
         if settings.recipe is not None:
             files = (located(settings.recipe.file),)
@@ -196,8 +196,8 @@ def _steps(settings: Settings, name: str, located: Callable[[str], Path]) -> Ite
 
 def _align(settings: Settings, align: Align, located: Callable[[str], Path]) -> Step:
     files: list[Path] = []
-    words = ["align", SURFACE, "--side", settings.side or "none"]
-    words += _option("--kind", settings.kind)
+    ask = AlignRequest.of(align, settings.side or "none", settings.kind)
+    words = ["align", SURFACE, *words_of(ask)]
     marks: dict[str, str] = {}
     if align.landmarks is not None:
         files.append(located(align.landmarks))
@@ -209,15 +209,6 @@ def _align(settings: Settings, align: Align, located: Callable[[str], Path]) -> 
         words += ["--stickers", _file_word(len(files) - 1)]
     if align.stickers is not None or any(place.startswith("#") for place in marks.values()):
         words += ["--photos", CASE]
-    for option, value in (
-        ("--axis", align.axis),
-        ("--proximal", align.proximal),
-        ("--anterior", align.anterior),
-        ("--plumb", align.plumb),
-    ):
-        words += [] if value is None else [f"{option}={value}"]
-    if align.flexion_deg:
-        words.append(f"--flexion={align.flexion_deg!r}")
     return Step(name="align", kind="align", words=tuple(words), files=tuple(files))
 
 
@@ -248,17 +239,10 @@ def _place_words(name: str, place: object) -> str:
     return found
 
 
-def _measure(measure: Measure) -> Step:
-    words = ["measure", SHAPE, "--every", f"{measure.every_mm!r}"]
-    words += [f"--height={height!r}" for height in measure.heights_mm]
-    words += _option("--from", measure.reference)
-    words += [f"--volume={span}" for span in measure.volumes]
-    words += [f"--length={pair}" for pair in measure.lengths]
-    words += [f"--tape={tape}" for tape in measure.tapes]
-    words += [] if measure.sock_mm is None else [f"--sock={measure.sock_mm!r}"]
-    words += ["--unaligned"] if measure.unaligned else []
-    words += ["--csv", f"{OUT}/measures.csv", "--picture", f"{OUT}/measures.png"]
-    return Step(name="measure", kind="measure", words=tuple(words))
+def _measure(ask: MeasureRequest) -> Step:
+    files = ("--csv", f"{OUT}/measures.csv", "--picture", f"{OUT}/measures.png")
+    words = ("measure", SHAPE, *words_of(ask), *files)
+    return Step(name="measure", kind="measure", words=words)
 
 
 def _export(

@@ -1,0 +1,82 @@
+"""Align: a shape gets its axes from landmarks, its side and what is stated of its directions.
+
+In      a limb in its mesh's frame; what the clinician states; the frame of the shape's own file.
+Out     the limb with its frame: +Z proximal, +Y anterior, +X the patient's right, origin distal.
+Fails   MeasureError: something is not stated, or landmarks or file contradict it.
+"""
+
+from dataclasses import dataclass, fields
+from typing import Annotated, Literal
+
+import numpy as np
+
+from limbgram.core.declared import Flag, Within
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.services.texts import AXIS, DIRECTION, PAIR, Direction, Pair
+from limbgram.workbench.frame.alignment import AlignOptions
+from limbgram.workbench.frame.alignment import align as with_frame
+from limbgram.workbench.limb import Kind, Limb, LimbFrame, Side
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axes:
+    """What is stated of the axes; directions are in the frame of the shape."""
+
+    axis: Annotated[Direction | Literal["fit"] | None, AXIS] = None
+    """Long axis, pointing proximally: +z; or fit. Without it an AOP's own axis and origin, else
+    fit."""
+    proximal: Annotated[Direction | None, DIRECTION] = None
+    """Roughly towards the body, if nothing else tells, or for a foot: +z."""
+    anterior: Annotated[Direction | None, DIRECTION] = None
+    """Roughly forwards, instead of landmarks or an AOP's own: +y or 0.2,-1,0."""
+    plumb: Annotated[Pair | None, PAIR] = None
+    """UPPER:LOWER landmarks to lie one above the other in the side view."""
+    flexion_deg: Annotated[float, Within(-120, 120), Flag("flexion")] = 0.0
+    """Turn further, -120 to 120 degrees; positive takes the top backwards."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlignRequest(Axes):
+    """How a shape is aligned; directions are in the frame of the shape."""
+
+    side: Side
+    """Side of the patient: never guessed. none for a torso."""
+    kind: Kind | None = None
+    """What the names of the landmarks mean; kept with the shape."""
+
+    @classmethod
+    def of(cls, axes: Axes, side: Side, kind: Kind | None) -> "AlignRequest":
+        stated = {one.name: getattr(axes, one.name) for one in fields(Axes)}
+        return cls(side=side, kind=kind, **stated)
+
+    def options(self, declared: LimbFrame | None) -> AlignOptions:
+        """As the workbench takes them."""
+        return AlignOptions(
+            side=self.side,
+            kind=self.kind,
+            axis=None if self.axis == "fit" else _vector(self.axis),
+            fit_anew=self.axis == "fit",
+            proximal=_vector(self.proximal),
+            anterior=_vector(self.anterior),
+            plumb=self.plumb,
+            flexion_deg=self.flexion_deg,
+            declared=declared,
+        )
+
+
+def align(limb: Limb, ask: AlignRequest, declared: LimbFrame | None = None) -> Limb:
+    """Give a shape its axes.
+
+    Args:
+        limb: With its landmarks.
+        declared: What the shape's own file says of its axes.
+
+    Raises:
+        MeasureError: proximal or anterior is not told, or told in contradiction.
+        OptionsError: a direction that cannot be meant.
+    """
+    return with_frame(limb, ask.options(declared))
+
+
+def _vector(given: Direction | None) -> Vector3 | None:
+    return None if given is None else np.array(given, np.float64)

@@ -1,0 +1,168 @@
+"""Measure: a shape by level, and what is written of the table.
+
+In      an aligned shape, or one that is measured across its file's z; what is asked of it.
+Out     Sheet: the table, the shape made to agree with the tape, and the files that were asked for.
+Fails   MeasureError: not aligned, or something that was asked for has no answer.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from limbgram.core.declared import AtMost, Flag, Within
+from limbgram.core.errors import OptionsError
+from limbgram.core.files import write_bytes
+from limbgram.core.geometry.frames import Rigid
+from limbgram.formats.limb_file import write_limb
+from limbgram.services.texts import PAIR, READING, SPAN, Height, Pair, Span
+from limbgram.workbench.bodies import outer_bodies
+from limbgram.workbench.edits.thickness import Thickness
+from limbgram.workbench.frame.landmarks import in_limb_frame
+from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.measures.measuring import (
+    LimbMeasureOptions,
+    Measures,
+    measure_inside,
+    measure_limb,
+)
+from limbgram.workbench.measures.table import csv_text
+from limbgram.workbench.measures.tape import TapeFit, TapeReading, fit_to_tape
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasureRequest:
+    """What is measured; heights count from the reference, upwards."""
+
+    every_mm: Annotated[float, Within(0.1, 1000), Flag("every")] = 10.0
+    """Spacing of the levels, mm."""
+    heights_mm: Annotated[tuple[Height, ...] | None, AtMost(500), Flag("height")] = None
+    """Only at this height, mm."""
+    reference: Annotated[str | None, Flag("from")] = None
+    """Landmark from which heights count, upwards; without it the distal end."""
+    volumes: Annotated[tuple[Annotated[Span, SPAN], ...], AtMost(100), Flag("volume")] = ()
+    """Volume between two heights: 20:150, end:150."""
+    lengths: Annotated[tuple[Annotated[Pair, PAIR], ...], AtMost(100), Flag("length")] = ()
+    """Between two landmarks, over the surface too: "patella:tibia end"."""
+    through: str | None = None
+    """Landmark of the limb to measure where a plane cuts several; without it the one that the long
+    axis goes through."""
+    sock_mm: Annotated[float | None, Within(0, 20), Flag("sock")] = None
+    """Thickness of the sock in the scan, mm, taken off first; without it nothing is."""
+    tapes: Annotated[tuple[Annotated[TapeReading, READING], ...], AtMost(100), Flag("tape")] = ()
+    """A girth that was read: HEIGHT=GIRTH, mm. It counts as read to 3 mm in 95 of 100; state
+    another as HEIGHT=GIRTH+-2."""
+    inside: bool = False
+    """Measure what a wall holds, such as the inside of a socket."""
+    unaligned: bool = False
+    """Measure across the file's z, from its lowest point."""
+
+    def options(self) -> LimbMeasureOptions:
+        """As the workbench takes them."""
+        return LimbMeasureOptions(
+            spacing_mm=self.every_mm,
+            heights_mm=self.heights_mm,
+            reference=self.reference,
+            sock_mm=self.sock_mm,
+            volumes_mm=tuple(
+                (-math.inf if low is None else low, math.inf if high is None else high)
+                for low, high in self.volumes
+            ),
+            lengths=self.lengths,
+            tape=self.tapes,
+            through=self.through,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasureFiles:
+    """What is written of the table."""
+
+    fit: Path | None = None
+    """Write the shape made to agree with the tape readings."""
+    csv: Path | None = None
+    """Write the table as CSV."""
+    picture: Path | None = None
+    """Write a picture of it (PNG)."""
+    walls: Path | None = None
+    """Write a map of a wall's thickness (PNG)."""
+
+
+NO_FILES = MeasureFiles()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sheet:
+    """What was measured and written."""
+
+    measures: Measures
+    fitted: TapeFit | None
+    """The shape made to agree with the tape, where that was asked for."""
+    written: tuple[Path, ...]
+
+
+def measure(limb: Limb, ask: MeasureRequest, files: MeasureFiles = NO_FILES) -> Sheet:
+    """Measure a shape by level; a height that has no answer stands in the table with the reason.
+
+    Raises:
+        OptionsError: a fit without a tape or of an inside, or a map of a wall that is none.
+        MeasureError: not aligned, or something that was asked for has no answer.
+    """
+    if files.fit is not None and not ask.tapes:
+        raise OptionsError("options.measure.fit_without_tape")
+    if files.fit is not None and ask.inside:
+        raise OptionsError("options.measure.fit_inside")
+    if ask.unaligned:
+        limb = _standing(limb)
+    options = ask.options()
+    measures = measure_inside(limb, options) if ask.inside else measure_limb(limb, options)
+    if files.walls is not None and measures.wall is None:
+        raise OptionsError("options.measure.no_walls")
+    fitted = (
+        None
+        if files.fit is None
+        else fit_to_tape(measures.limb, ask.tapes, measures.reference_mm, measures.through_mm)
+    )
+    return Sheet(
+        measures=measures,
+        fitted=fitted,
+        written=tuple(_written(limb, measures, fitted, files)),
+    )
+
+
+def _standing(limb: Limb) -> Limb:
+    """The limb with the axes of its file, from its lowest point."""
+    lowest_mm = float(outer_bodies(limb.mesh).mesh.vertices_mm[:, 2].min())
+    up = Rigid(np.eye(3), np.array([0.0, 0.0, -lowest_mm]))
+    return replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))
+
+
+def _written(
+    limb: Limb, measures: Measures, fitted: TapeFit | None, files: MeasureFiles
+) -> Iterator[Path]:
+    if files.csv is not None:
+        yield write_bytes(files.csv, csv_text(measures).encode())
+    if files.picture is not None:
+        yield write_bytes(files.picture, _picture(measures))
+    if files.fit is not None and fitted is not None:
+        yield write_limb(fitted.limb, files.fit)
+    if files.walls is not None and measures.wall is not None:
+        yield write_bytes(files.walls, _map(limb, measures.wall))
+
+
+def _picture(measures: Measures) -> bytes:
+    """Drawn only where asked: what draws takes longer to import than a shape to measure."""
+    from limbgram.report.drawings.drawing import png
+    from limbgram.report.drawings.sections import sections_drawing
+
+    return png(sections_drawing(measures).figure).tobytes()
+
+
+def _map(limb: Limb, wall: Thickness) -> bytes:
+    from limbgram.report.drawings.drawing import png
+    from limbgram.report.drawings.walls import wall_map
+
+    return png(wall_map(in_limb_frame(limb), wall).figure).tobytes()
