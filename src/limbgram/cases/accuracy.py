@@ -1,4 +1,4 @@
-"""Accuracy: what a case says of its own error, written while its products are at hand.
+"""Accuracy: the accuracy report of a case, written while its products are still in memory.
 
 Apart from `assessing`, which reads finished cases and needs twice as many programs for it.
 """

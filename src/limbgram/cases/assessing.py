@@ -1,4 +1,4 @@
-"""Assessing: what a finished case says of its own error, and how it compares with a truth.
+"""Assessing: the accuracy report of a finished case, by itself or against a truth.
 
 In      a finished case, to the byte what its run kept: the keys stand in case.json, the hashes
         beside the products, those of the photos among them. A truth is the truth folder of a

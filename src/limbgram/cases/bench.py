@@ -1,4 +1,4 @@
-"""The bench: the shape of a case that people work on by hand, and all that they did to it.
+"""Bench: a case's workspace: the surface that people edit, its recipe, and files made of it.
 
 In the case's folder:
 

@@ -1,4 +1,4 @@
-"""Checking a capture where its photos lie: small copies are made, used and removed.
+"""Checking: `limbgram check` on photos in place; reduced copies are temporary.
 
 A CaptureWatch keeps them, and all that is known of each photo, for as long as photos come: another
 photo costs the work on that photo, and the placing of all.

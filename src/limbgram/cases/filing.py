@@ -1,4 +1,4 @@
-"""Filing: the record of the shape that was worked on in a case."""
+"""Filing: writes the record of a case's edited shape."""
 
 from limbgram.cases.assessing import cited
 from limbgram.cases.bench import MAKING, Bench, TapeStanding, Work

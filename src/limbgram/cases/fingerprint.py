@@ -1,4 +1,4 @@
-"""Fingerprints: what a product depends on, as one short text.
+"""Fingerprints: cache keys of products: hashes of their inputs, options, code and libraries.
 
 A product's key is the hash of its inputs (their content, files included), its options, the
 source code that makes it and the versions of the libraries that this code can use. Equal keys,

@@ -1,4 +1,4 @@
-"""Handover: files for machines and programs, written from a case, with what was read back of each.
+"""Handover: exports a case's shape for machines and programs, and reads each file back.
 
 In      the work on an aligned case, a kind of file, and the side as somebody confirms it now.
 Out     WORK/files/NAME, its limb file where it is a shape, NAME.mirror.png drawn of what was read

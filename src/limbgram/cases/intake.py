@@ -1,4 +1,4 @@
-"""Intake: photos that come in over a connection, in pieces, and end as whole files of a case.
+"""Intake: resumable uploads of photos, received in pieces and stored whole in a case.
 
 In      pieces of a file, each with the place where it belongs; zip files of photos, videos.
 Out     RECEIVED/NAME, the photo without places, names and serial numbers in its header (see

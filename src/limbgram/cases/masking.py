@@ -1,4 +1,4 @@
-"""Masks of a finished case: what of each photo is the limb, as pictures that people can correct.
+"""Masks of a finished case: the limb's silhouette in each photo, as images that people can correct.
 
 In      a finished case: its photos, where they stand, and its surface.
 Out     FOLDER/NAME.png for every placed photo NAME: white is the limb, black is the rest, as large

@@ -1,4 +1,4 @@
-"""The order: a job as the user asked for it, and what its process answers: all that the two say.
+"""The order: a job request and its answer, as exchanged with the job's process.
 
 In      a Job, sent as JSON to the process that does it.
 Out     an Answer: where the summary lies, and what people read at the end.

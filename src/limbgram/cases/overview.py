@@ -1,4 +1,4 @@
-"""Overview: what the list tells of a case's files, looked at again only where something changed.
+"""Overview: disk use, photos and state of a case for the list of cases, cached until files change.
 
 In      a case.
 Out     the disk it uses by purpose, its photos, and whether its surface was computed anew.

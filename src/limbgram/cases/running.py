@@ -1,4 +1,4 @@
-"""Running: jobs beside a program that goes on, each told by a file of its case.
+"""Running: a queue of jobs in child processes, each with a status file in its case.
 
 In      a Job; requests to hold it, let it go on, or end it.
 Out     CASE/job.json: what was asked for, how far it is, how long it took in all. A program that

@@ -1,4 +1,4 @@
-"""Start: how the process of a job begins: its programs are loaded, then the worker works.
+"""Start: entry point of a job's process: loads the program's modules, then runs the worker.
 
 Runs as `python -P -m limbgram.cases.start CASE`.
 """

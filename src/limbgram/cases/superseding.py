@@ -1,4 +1,4 @@
-"""Superseding: results that are no answer to what is asked for now are moved aside.
+"""Superseding: moves results of other photos, options or versions aside before a new run.
 
 A case is run again: with the same photos, options and program, the results that lie there are what
 the run will make again, so they stay while it runs, and a stop or a full disk spoils nothing. With

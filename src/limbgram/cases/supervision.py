@@ -1,4 +1,4 @@
-"""Supervision: starts a job's process, listens to it, stops it, and says how it ended.
+"""Supervision: starts a job's process, reads its events, stops it, and reports how it ended.
 
 The process may abort by itself (a library, or the system when memory runs out): the caller gets
 an error that names the stage, and the case stays usable.

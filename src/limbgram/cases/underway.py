@@ -1,4 +1,4 @@
-"""Underway: what a run has made so far, read from the case while it goes on or after it ended."""
+"""Underway: intermediate products of a run, read from its case during the run or afterwards."""
 
 import json
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Verifying a kit: finished cases as captures of an artefact, and the certificate made of them."""
+"""Verifying a kit: the acceptance certificate, from finished cases of a calibrated artefact."""
 
 from collections.abc import Iterator, Sequence
 from datetime import date

@@ -1,4 +1,4 @@
-"""Witnesses: the photos that measured a place of a case's surface, and how well they agree there.
+"""Witnesses: photo evidence for a surface point: the image patches that measured it, compared.
 
 In      a finished case with its products, a place and the outward normal there.
 Out     for each photo that sees the place: where it lies in it, how squarely it looks, how many

@@ -1,4 +1,4 @@
-"""The worker: does one job in a process of its own, which may be killed or abort by itself.
+"""The worker: runs one job in a process of its own, which may be killed or may crash.
 
 In      the job as one JSON line on standard input; when standard input ends, or at SIGTERM, the
         job stops at its next step; if that takes too long after the end of standard input, the

@@ -1,4 +1,4 @@
-"""Zips: a capture that comes as a zip, unpacked with the distrust that a file from anywhere asks.
+"""Zips: safe extraction of a capture from an untrusted zip file.
 
 In      a zip file, and a new folder.
 Out     its files in that folder; a single folder round all of them is taken off.

@@ -1,4 +1,4 @@
-"""Budget: at what size the work is done, so that it keeps to the memory it may use.
+"""Budget: image resolutions of depth and measurement, chosen to fit the memory.
 
 In      the photos, the scene and the surface found in it; the memory that may be used.
 Out     how many pixels depth is measured at, and the Resolution of the surface.

@@ -1,4 +1,4 @@
-"""Choices: what a user decides about a reconstruction beside what is given; the rest follows.
+"""Choices: the user's settings of a reconstruction, apart from its input data.
 
 It imports nothing, so that a command line which hands a job on starts without the stages.
 """

@@ -1,4 +1,4 @@
-"""Joining: photos placed by paint and coded marks together, where paint alone does not join them.
+"""Joining: camera poses from keypoints and coded marks together, where keypoints alone fail.
 
 In      photos, their keypoints, what stands still in them, the coded marks they show, cameras.
 Out     a Joined: the Scene, and the features, matches and pairs that it was made of.

@@ -1,4 +1,4 @@
-"""Movement: did the limb keep still, and keep its shape, while the photos were taken?
+"""Movement: did the limb move against its surroundings, or bend, during the capture?
 
 In      photos, their keypoints and all matches, the scene that they were placed in, cameras.
 Out     a BodyMotion: whether and how the surroundings moved, seen from the limb. Where they did,

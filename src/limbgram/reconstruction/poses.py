@@ -1,4 +1,4 @@
-"""Poses: an object that was turned over between the photos, a cast standing and then lying.
+"""Poses: an object in two poses, a cast standing and then lying: splits and joins the capture.
 
 In      photos in the order in which they were taken, their features, matches and verified pairs,
         the cameras, where photos show the board; the scene they were placed in, where there is one.

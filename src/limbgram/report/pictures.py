@@ -57,7 +57,7 @@ def draw(
         *(sure if known else ()),
         *beside,
         ("cloud", "Points and cameras", lambda: cloud_with_cameras(cloud, metric)),
-        ("features", "Feature points", lambda: keypoints_on_photo(photos, features, metric)),
+        ("features", "Keypoints", lambda: keypoints_on_photo(photos, features, metric)),
         ("matches", "Matches of a pair", lambda: matches_of_pair(photos, pairs)),
         ("residuals", "Residuals", lambda: residual_histograms(pairs, metric)),
         ("accuracy", "Accuracy by image scale", lambda: accuracy_chart(photos, metric)),

@@ -1,4 +1,4 @@
-"""Attempt: one capture from what lies in the folder to a finished case and the files after it.
+"""Attempt: one try at a capture: from its files to a finished case and the batch's steps after it.
 
 In      a Plan: the capture, the job of its case, the steps after the surface.
 Out     an Outcome, whatever happens: nothing that is wrong with one capture stops another.

@@ -1,4 +1,4 @@
-"""Cluster: the captures of a batch given out to the workers of a Dask cluster.
+"""Cluster: distributes the captures of a batch to the workers of a Dask cluster.
 
 In      Plans, the address of the scheduler (or local:4, which starts four workers here), where
         captures and cases lie.

@@ -1,4 +1,4 @@
-"""Errand: one attempt at a capture, done in a process of its own on whatever machine has room.
+"""Errand: the process in which a Dask worker makes one attempt at a capture.
 
 In      one JSON line on standard input: what `order_of` makes of a plan. When standard input ends,
         nobody waits any more: what is under way is ended at once and nothing is brought.

@@ -1,4 +1,4 @@
-"""Finding: which captures lie in a folder, and by which name each becomes a case.
+"""Finding: lists the captures of a folder and names the case of each.
 
 In      the folder, patterns of what is a capture and of what is none.
 Out     Captures in the order of their names: folders of photos or videos, zips, videos.

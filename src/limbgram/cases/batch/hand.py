@@ -1,4 +1,4 @@
-"""Hand: what a worker of a Dask cluster does with an errand: starts its process, and ends it.
+"""Hand: the Dask task of one capture: starts the attempt's process (`errand`) and ends it.
 
 In      an order (`errand`), given out by `cluster`.
 Out     the Result as JSON. Events go to the cluster's topic of this batch on the way.

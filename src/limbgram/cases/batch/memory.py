@@ -1,4 +1,4 @@
-"""Memory: how many captures are worked on at a time, so that they keep to what may be used.
+"""Memory: how many captures run at a time within the allowed memory.
 
 In      what a capture consists of; the memory that all may use together.
 Out     how much it is likely to take at most; a gate that lets it begin once there is room.

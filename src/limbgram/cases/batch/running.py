@@ -1,4 +1,4 @@
-"""Running: the captures of a batch, as many at a time as processors and memory allow.
+"""Running: runs the captures of a batch in parallel, as processors and memory allow.
 
 In      Plans, the folder of the cases, what may be used.
 Out     Outcomes in the order of the plans; events on the way.

@@ -1,4 +1,4 @@
-"""Settings: what a batch file says of its captures, as TOML that is taken strictly.
+"""Settings: the schema of a batch file (TOML); unknown names and wrong values are refused.
 
 In      batch.toml beside the captures, or capture.toml inside one.
 Out     Settings: what is said; None where nothing is said, so that one file can go over another.

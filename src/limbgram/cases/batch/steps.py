@@ -1,4 +1,4 @@
-"""Steps: what is done to a surface once it is there, each by the command that people would type.
+"""Steps: the commands of a batch that follow the surface (align, recipe, measure, export, report).
 
 In      Settings of a capture, whose files are found.
 Out     Steps, each the words of a `limbgram` command; and what became of one that was run.

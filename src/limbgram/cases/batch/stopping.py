@@ -1,4 +1,4 @@
-"""Stopping: one wish to stop, heard by everything that is under way."""
+"""Stopping: one stop flag for everything that runs in a batch."""
 
 import threading
 from collections.abc import Callable, Generator

@@ -1,4 +1,4 @@
-"""Storage: where captures lie and cases are brought while many machines work on them.
+"""Storage: captures and cases in a shared folder or an object store, written by many machines.
 
 In      what stands for FOLDER or after -o: a folder that every machine sees, or a URL of an object
         store such as s3://bucket/captures (extra `s3`; what else fsspec knows, too).

@@ -1,4 +1,4 @@
-"""Table: what became of every capture, for people and for machines.
+"""Table: the outcome of every capture of a batch, as HTML, CSV and JSON.
 
 Out     CASES/batch.json (limbgram-batch/1), CASES/batch.csv, CASES/batch.html
 """

@@ -1,4 +1,4 @@
-"""Verdicts: whether photos of a board determine the camera, and what to photograph if not.
+"""Verdicts: whether board photos determine the camera, and which photos to add if not.
 
 A doubt is told to the user; a refusal is raised.
 """

@@ -1,4 +1,4 @@
-"""Crops: the part of each photo that shows the region, without lens distortion and reduced.
+"""Crops: the part of each photo that shows the region, undistorted and downsampled.
 
 A plane maps straight lines to straight lines only through a pinhole, so every photo is resampled
 once, to a pinhole camera of the same focal length and principal point, and reduced in the same

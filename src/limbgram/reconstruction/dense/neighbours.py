@@ -1,4 +1,4 @@
-"""Neighbours: for each photo the other photos that measure depth best together with it.
+"""Neighbours: selection of source views for each reference photo's depth map.
 
 A neighbour is good where it sees the same part of the limb, from an angle wide enough to tell
 depth and narrow enough to look alike, at a similar scale. Neighbours are chosen one after the

@@ -1,4 +1,4 @@
-"""PatchMatch: the best plane for every place of a photo, found by asking neighbours (compiled).
+"""PatchMatch: the best plane at each pixel, by propagation and random search (compiled).
 
 In      a packed reference and its sources at one pyramid level, the places to solve: every pixel,
         or every second one of every second row.

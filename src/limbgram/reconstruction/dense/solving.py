@@ -1,4 +1,4 @@
-"""Solving: one photo's planes from its sources, level by level, and the depth map they make."""
+"""Solving: one photo's depth map by PatchMatch from its source views, coarse to fine."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""SIFT of a picture of any size in little memory: tile by tile, and once more much reduced.
+"""SIFT of large pictures in little memory: full size by tiles, large scales on a reduced copy.
 
 OpenCV keeps two float pyramids of the doubled picture, 235 bytes a pixel. Small keypoints look
 at little of it: they are found in tiles that overlap by as much as they reach, and come out as

@@ -1,4 +1,4 @@
-"""Mapping: photos placed in one scene, with its sparse points and a verdict for every photo.
+"""Mapping: camera poses and sparse points in one scene, with a verdict for every photo.
 
 The last step is one adjustment of photos, lenses and points, with the calibration as a prior.
 """

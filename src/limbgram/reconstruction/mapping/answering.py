@@ -1,4 +1,4 @@
-"""Answering: lenses of single photos are set free where the residuals ask for it, and only there.
+"""Answering: per-photo lens deviations, freed only where a score test on the residuals asks.
 
 In      a scene, the calibrations, and the adjustment with one lens for all photos of a camera.
 Out     that adjustment, or one in which every photo has a little of a lens for itself (own.py).

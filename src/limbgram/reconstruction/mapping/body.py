@@ -1,4 +1,4 @@
-"""A body of known shape among the points of an adjustment: a board's corners, say.
+"""A body: a known shape, such as a board's corners, as unknowns of the bundle adjustment.
 
 Unknowns: turn (3), shift (3) and growth (1) of the whole, then three a corner, because prints are
 no perfect grids: how far it sits from its place, expected to be nought give or take `shape_sigma`.

@@ -1,4 +1,4 @@
-"""Halves: how much of the residuals would be explained by points that move against each other.
+"""Halves: how well two independently moving groups of points would explain the residuals.
 
 In      an adjusted scene, and the calibrations.
 Out     by how much the sum of squares would fall if some of the points moved against the others

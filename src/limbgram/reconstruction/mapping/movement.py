@@ -1,4 +1,4 @@
-"""Movement: did two bodies in the photos keep still against each other?
+"""Movement: test for relative rigid motion of two bodies, from the camera poses by each.
 
 In      two scenes of the same photos, each placed by the points of one body alone.
 Out     a Movement: by photo, how far the second body moved against the first, and how sure that is.

@@ -1,4 +1,4 @@
-"""Normal equations of bundle adjustment with every point eliminated: the compiled part.
+"""Normal equations of bundle adjustment, points eliminated by the Schur complement (compiled).
 
 Unknowns: six numbers a photo (rotation and shift, see geometry.projection), then ten lens
 parameters a camera, then three a point. Observations are sorted by point. With measurement

@@ -1,4 +1,4 @@
-"""The ring: all photos placed in one scene.
+"""The ring: camera poses of all photos and sparse points, in one scene.
 
 In      keypoints, verified pairs, cameras.
 Out     a Scene: poses, points, lenses, a verdict for every photo, and whether the ring closes.

@@ -1,4 +1,4 @@
-"""Agreement of keypoints before photos are placed, and verdicts on the photos afterwards.
+"""Verdicts: consistent keypoint positions before placement, a verdict on each pose after it.
 
 Agreement: window matching moved the second point of each pair relative to the first. A keypoint
 seen in many pairs has as many opinions about where it lies; the places that fit all of them best,

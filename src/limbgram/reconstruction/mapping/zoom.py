@@ -1,4 +1,4 @@
-"""Zoom: photos whose focal length is not that of the others, though their files say nothing.
+"""Zoom: detects photos whose focal length differs from the others', without help from EXIF.
 
 In      an adjusted scene.
 Out     for every photo the focal length that fits it alone, over its camera's, with its sigma; and

@@ -1,4 +1,4 @@
-"""Coded: points of coded marks as keypoints and matches that no likeness of paint can confuse.
+"""Coded: points of coded marks as keypoints and matches, identified by the mark's number.
 
 In      Features and Matches of the photos, what stands still in them, and the marks they show.
 Out     Features and Matches with the marks' points after the paint's, and a Coded: which they are.

@@ -1,4 +1,4 @@
-"""Descriptors: which keypoint of one photo looks most like which of another.
+"""Descriptors: nearest neighbours between the descriptors of two photos.
 
 Minimum Euclidean distance with two tests: the best must be clearly nearer than the second best
 (Lowe's ratio), and each must be the other's best (mutual). One blocked matrix product a pair gives

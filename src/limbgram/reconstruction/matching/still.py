@@ -1,4 +1,4 @@
-"""Still: what stays at one place of the picture while the object turns before the camera.
+"""Still: detection of the static background before a turning object.
 
 In      Features of all photos.
 Out     Still: groups of photos that one still camera took, and which keypoints of each stand still.

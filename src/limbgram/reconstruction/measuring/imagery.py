@@ -1,4 +1,4 @@
-"""What the measuring kernels see of the photos: the part round the limb, ready to interpolate.
+"""Imagery: the photos for the measuring kernels: spline coefficients of crops round the limb.
 
 Crops of all photos lie one after another in one flat array of cubic B-spline coefficients
 (Unser 1999), so that a kernel takes two arrays whatever the number and sizes of the crops. They are

@@ -1,4 +1,4 @@
-"""Joint matching of the whole surface: all offsets along the normals at once (compiled part).
+"""Joint matching: the offsets of all vertices along their normals in one solution (compiled).
 
 Samples lie about a pixel apart on the faces; every photo that sees all three corners of a face
 shows the sample's grey value times its own local gain plus its own local mean. The grey value

@@ -1,4 +1,4 @@
-"""Lips: where a closed surface stands out past a sharp edge that the photos did not measure.
+"""Lips: overshoot of a closed surface beyond sharp edges that no photo measured, laid back.
 
 In      the measured mesh with its sigmas.
 Out     the mesh with such vertices laid back on the surface that was measured round them, marked

@@ -1,4 +1,4 @@
-"""One round of measurement over the whole surface: patches one by one, or all vertices at once.
+"""Rounds: one pass of measurement over the surface, by single patches or by all vertices jointly.
 
 In      a mesh, the photos' crops and what each vertex is seen by.
 Out     moves along the normals.

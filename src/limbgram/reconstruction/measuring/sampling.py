@@ -1,4 +1,4 @@
-"""What the measuring kernels share: projection, interpolation, windows of several photos."""
+"""Sampling: projection, interpolation and multi-photo windows, shared by the measuring kernels."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The surface as a thin plate: neighbours are coupled as far as their own certainty asks.
+"""The thin plate: bending energy that regularises the surface where its vertices are uncertain.
 
 Cotangent Laplacian (Pinkall and Polthier 1993). The bending energy acts on the whole surface, not
 on the correction, so that noise does not stay from round to round. Folds are let be: the edge of a

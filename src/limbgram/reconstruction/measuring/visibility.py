@@ -1,4 +1,4 @@
-"""Which photo sees which vertex, and how squarely: ray casting against the mesh itself.
+"""Visibility of vertices in photos, and the angle of incidence: ray casting against the mesh.
 
 In      a mesh and placed views.
 Out     per vertex and photo the cosine of the incidence angle, 0 where it is not seen.

@@ -1,4 +1,4 @@
-"""Decoding: pixels of a picture file, in the orientation in which the sensor stored them.
+"""Decoding: pixels of an image file, in the sensor's orientation.
 
 In      a picture file of a capture.
 Out     its brightness or its colours in eight bits; the few EXIF fields that describe the camera.

@@ -1,4 +1,4 @@
-"""Privacy: a photo's file without where it was taken, by whom and with which camera body.
+"""Privacy: removes place, names and serial numbers from a photo's header.
 
 In      the bytes of a JPEG, PNG, TIFF, raw or HEIF file, or of a film.
 Out     bytes of the same picture to the last sample, and what was taken out of its header.

@@ -1,4 +1,4 @@
-"""Video: a film of a walk round to frames that serve as its photos.
+"""Video: selects frames of a walk-round video as photos.
 
 In      a video file; how many frames are wanted.
 Out     a FrameChoice: of every frame how far the picture had moved, how sharp it is where it was

@@ -1,4 +1,4 @@
-"""Scale: scene units to millimetres, with proof.
+"""Scale: scene units to millimetres, with the evidence for it.
 
 In      a Scene; BoardDetections of a board lying in it, known distances, both or neither.
 Out     a MetricScene.

@@ -1,4 +1,4 @@
-"""The board as a ruler: a board of known size lies in the scene and tells how large it is.
+"""The board as a ruler: the scale of the scene from a board of known size.
 
 In      a Scene, and where its photos show the board's corners.
 Out     the board's corners as points of the scene, the lengths that set the scale and those that

@@ -1,4 +1,4 @@
-"""Given: lengths that the user says: between picked points, and girths taped on the limb."""
+"""Given: lengths that the user states: between picked points, and girths taped on the limb."""
 
 from dataclasses import dataclass
 

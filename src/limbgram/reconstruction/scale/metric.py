@@ -1,4 +1,4 @@
-"""The metric scene: millimetres, and the proof that they are."""
+"""The metric scene: a scene in millimetres, with the evidence for its scale."""
 
 from dataclasses import dataclass
 from typing import Literal

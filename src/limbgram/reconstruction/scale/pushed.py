@@ -1,4 +1,4 @@
-"""Pushed boards: a board that somebody pushed lies elsewhere in the photos that follow.
+"""Pushed boards: finds the photos between which the board was displaced, and keeps the largest run.
 
 In      a Scene whose photos are placed by what kept still, and BoardDetections.
 Out     the detections of the largest run of photos that agree on where the board lies; the others

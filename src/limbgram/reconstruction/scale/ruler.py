@@ -1,4 +1,4 @@
-"""Rulers: known lengths measured in the unit of the scene, and how they hang on the cameras.
+"""Rulers: known lengths in scene units, and their derivatives by lenses and poses.
 
 A lens too long or a photo turned moves every triangulated corner. To first order a corner moves by
 -(sum A'A)^-1 (sum A'B p): A and B are the derivatives of its pixels by the corner and by the

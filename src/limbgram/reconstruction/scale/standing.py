@@ -1,4 +1,4 @@
-"""Standing boards: a board that stands still while the object turns belongs to the room.
+"""Standing boards: rejects a board that belongs to the static background of a turning object.
 
 In      BoardDetections, and what stands still in the photos (matching.still).
 Out     the detections without photos whose board stands still: seen from cameras that are placed

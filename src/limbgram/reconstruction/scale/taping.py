@@ -1,4 +1,4 @@
-"""Taping: girths that were read on the limb when it was photographed, held against its surface.
+"""Taping: girths taped at the capture, compared with the reconstructed surface.
 
 A tape is the one length that owes nothing to the scale board. It was laid where two people find
 the same place again: at the widest place, or so high above the table on which the board lies. It

@@ -1,4 +1,4 @@
-"""Visibility: what the placed photos look at."""
+"""Visibility: the scene point that the cameras look at, and whether photos show points."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The brim made even: notches of an open end are closed, as marked fill, down to its level.
+"""The brim: notches of the open end are filled, and marked, up to the level of the brim.
 
 In      a manifold mesh whose open end is ragged: photos saw less of some sides than of others.
 Out     the mesh with its notches filled and marked; what was there stays as it is, unless it

@@ -1,4 +1,4 @@
-"""Cleaning: what is no surface is taken away, so that only holes are left to deal with.
+"""Cleaning: removes faces that are degenerate, doubled, folded or non-manifold; only holes remain.
 
 Trimming: cut the ragged rim of an opening back to what was measured.
 

@@ -1,4 +1,4 @@
-"""Parts: the sizeable bodies of a wrapped surface, told apart, and which of them was meant.
+"""Parts: the large connected components of the surface, and which of them was meant.
 
 In      a Mesh as it was wrapped, the Cloud it was made from, the placed views.
 Out     Parts: the cleaned mesh, which part each triangle belongs to, what each part is.

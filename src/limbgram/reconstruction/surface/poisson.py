@@ -1,4 +1,4 @@
-"""Poisson: a smooth closed surface that follows the points' normals, cut back to where points are.
+"""Poisson: a smooth closed surface through oriented points, trimmed where there are no points.
 
 In      a Cloud: merged points with outward normals.
 Out     a Mesh: manifold, even, open where there were no points (`repair` closes holes).

@@ -1,4 +1,4 @@
-"""Refinement: near-equilateral triangles of one size on the same surface.
+"""Remeshing: near-equilateral triangles of one size on the same surface.
 
 In      a manifold Mesh.
 Out     a Mesh of the asked edge length; its boundary curve stays where it was.

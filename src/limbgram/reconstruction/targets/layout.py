@@ -1,4 +1,4 @@
-"""Layouts: on which ChArUco board the markers lie as photos show them.
+"""Layouts: which ChArUco layout agrees with the detected markers.
 
 A marker is read without knowing the board, and its number says which white square it lies in, once
 the number of columns is known and whether a marker comes first (the pattern of OpenCV before 4.6).

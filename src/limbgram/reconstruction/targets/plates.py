@@ -1,4 +1,4 @@
-"""Plates: stiff pieces with coded marks at known places, whose distances are known lengths.
+"""Plates: rigid pieces with coded marks at known places, whose distances are known lengths.
 
 Scale bars, floor mats and turntable rings are plates; a sticker is one with a single mark.
 """
