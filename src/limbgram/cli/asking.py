@@ -12,8 +12,9 @@ side; the option `to` chooses the kind, and what it does not have is refused.
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, is_dataclass
+from enum import Enum
 from functools import wraps
-from typing import Annotated, Any, TypeVar, cast, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin
 
 import typer
 
@@ -21,6 +22,9 @@ from limbgram.core.declared import Declared, bare, declared
 from limbgram.core.errors import OptionsError
 
 R = TypeVar("R")
+
+_NO_LIMIT = 1e9
+"""Beyond it stands what nobody comes to."""
 
 
 @dataclass(frozen=True)
@@ -101,10 +105,25 @@ def made(request: Callable[..., R], given: Mapping[str, Any]) -> R:
         value = given.get(field.name)
         if value is None:
             continue
-        values[field.name] = tuple(value) if isinstance(value, list) else value
+        values[field.name] = _read(field, value)
         if field.within is not None:
             _require_within(field, value)
     return request(**values)
+
+
+def _read(field: Declared, value: Any) -> Any:
+    if field.typed is not None:
+        return field.typed(value)
+    if not isinstance(value, list):
+        return value
+    words = _choices_of_each(field)
+    return tuple(one.value if words else one for one in cast(list[Any], value))
+
+
+def _choices_of_each(field: Declared) -> tuple[str, ...]:
+    """The words of which several are chosen; empty where any are."""
+    each = get_args(field.hint)[0] if get_origin(field.hint) is tuple else None
+    return get_args(each) if get_origin(each) is Literal else ()
 
 
 def _kinds_of(hint: Any) -> Kinds | None:
@@ -142,13 +161,19 @@ def _option(field: Declared, of: str = "") -> inspect.Parameter:
     """
     several = get_origin(field.hint) is tuple
     hint = list[bare(get_args(field.hint)[0])] if several else field.hint
-    meaning = f"{of}: {field.meaning}" if of else field.meaning
+    words = _choices_of_each(field)
+    if field.typed is not None:
+        hint, several = str, False
+    elif words:  # typer knows several of an Enum, not of a Literal
+        hint = list[Enum(field.name, [(one, one) for one in words])]
+    meaning = f"{of}: {field.meaning}" if of else f"{field.meaning}{_limits(field)}"
     switch = field.hint is bool
     known = field.default not in (None, MISSING, ()) and not switch
     option = typer.Option(
         f"--{field.flag}",
         help=f"{meaning} Repeatable." if several else meaning,
-        show_default=str(field.default) if known else False,
+        show_default=_shown(field.default) if known else False,
+        rich_help_panel=field.panel,
     )
     needed = field.required and not of
     return inspect.Parameter(
@@ -157,3 +182,14 @@ def _option(field: Declared, of: str = "") -> inspect.Parameter:
         default=... if needed else False if switch else None,
         annotation=Annotated[hint if needed or switch else hint | None, option],
     )
+
+
+def _limits(field: Declared) -> str:
+    limits = field.within
+    if limits is None or limits.most > _NO_LIMIT:
+        return ""
+    return f" From {limits.least:g} to {limits.most:g}."
+
+
+def _shown(default: Any) -> str:
+    return str(default.value if isinstance(default, Enum) else default)

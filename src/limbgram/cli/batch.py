@@ -55,7 +55,13 @@ from limbgram.cases.batch.table import (
 from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.order import Job
 from limbgram.cases.supervision import Event
-from limbgram.cli.captures import (
+from limbgram.cli.reconstruct import boardless
+from limbgram.cli.replies import Reply, answered, spoken
+from limbgram.core.errors import Cancelled, LimbgramError, OptionsError, printable
+from limbgram.findings import told
+from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
+from limbgram.report.stages import stage_title
+from limbgram.services.captures import (
     DEFAULT_BOARD,
     names_board_file,
     parse_board,
@@ -63,12 +69,6 @@ from limbgram.cli.captures import (
     plates_of,
     read_distances,
 )
-from limbgram.cli.reconstruct import boardless
-from limbgram.cli.replies import Reply, answered, spoken
-from limbgram.core.errors import Cancelled, LimbgramError, OptionsError, printable
-from limbgram.findings import told
-from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
-from limbgram.report.stages import stage_title
 
 if TYPE_CHECKING:
     from limbgram.cases.batch.cluster import ClusterRun

@@ -5,7 +5,6 @@ from typing import Annotated
 
 import typer
 
-from limbgram.cli.captures import names_board_file, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError
@@ -17,6 +16,7 @@ from limbgram.reconstruction.calibration.board import BoardCalibration, calibrat
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.targets.board import Board
 from limbgram.report.calibration import calibration_picture, calibration_summary, calibration_text
+from limbgram.services.captures import names_board_file, parse_board
 
 
 @answered

@@ -10,7 +10,6 @@ import typer
 
 from limbgram.capture.coach import CaptureCheck
 from limbgram.cases.checking import CaptureWatch, check_sources, stamps_of
-from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import Display, display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError, PhotoError, printable
@@ -23,6 +22,7 @@ from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.video import is_video
 from limbgram.reconstruction.targets.board import Board
 from limbgram.report.drawings.coverage import coverage_picture
+from limbgram.services.captures import DEFAULT_BOARD, parse_board
 
 _POLL_S = 0.5
 """Between two looks at a folder; a file that changes between them is still being written."""

@@ -10,7 +10,6 @@ from limbgram.cases.order import Job
 from limbgram.cases.record import write_json
 from limbgram.cases.scoring import score_case
 from limbgram.cli.calibrate import calibrate_from, save_calibration
-from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
 from limbgram.cli.replies import Reply, answered
@@ -18,6 +17,7 @@ from limbgram.core.files import json_of
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
 from limbgram.report.comparison import TruthComparison
+from limbgram.services.captures import DEFAULT_BOARD, parse_board
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import CALIBRATION_BOARD

@@ -10,7 +10,12 @@ import typer
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.order import Answer, Job
 from limbgram.cases.supervision import JobBug, Supervision
-from limbgram.cli.captures import (
+from limbgram.cli.progress import display
+from limbgram.cli.replies import Reply, answered
+from limbgram.core.errors import OptionsError, printable
+from limbgram.core.files import json_of
+from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
+from limbgram.services.captures import (
     DEFAULT_BOARD,
     parse_board,
     parse_box,
@@ -18,11 +23,6 @@ from limbgram.cli.captures import (
     plates_of,
     read_distances,
 )
-from limbgram.cli.progress import display
-from limbgram.cli.replies import Reply, answered
-from limbgram.core.errors import OptionsError, printable
-from limbgram.core.files import json_of
-from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
 
 
 class SurfaceMethod(StrEnum):

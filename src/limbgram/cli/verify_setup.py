@@ -20,7 +20,6 @@ from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.order import Job
 from limbgram.cases.verifying import verify_kit
-from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import run_job
 from limbgram.cli.replies import Reply, answered
@@ -39,6 +38,7 @@ from limbgram.reconstruction.choices import Choices
 from limbgram.report.acceptance import COLOURS, acceptance_lines, acceptance_report
 from limbgram.report.html import html_of
 from limbgram.report.pdf import pdf_of
+from limbgram.services.captures import DEFAULT_BOARD, parse_board
 
 _EXIT_CODES: dict[Outcome, int] = {
     "pass": 0,

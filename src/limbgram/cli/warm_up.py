@@ -15,13 +15,13 @@ from limbgram.cases.deliverables import deliver
 from limbgram.cases.supervision import environment
 from limbgram.cli.ahead import CAPTURE, work_on_shape
 from limbgram.cli.calibrate import calibrate_from
-from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.run import NEUTRAL_FOLDER, Run, worker_count
 from limbgram.formats.reading import read_limb
 from limbgram.reconstruction.pipeline import Capture, reconstruct
 from limbgram.report.pictures import draw
+from limbgram.services.captures import DEFAULT_BOARD, parse_board
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.props.board import CALIBRATION_BOARD
 

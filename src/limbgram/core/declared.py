@@ -3,7 +3,8 @@
 A request or an edit is a frozen dataclass: annotation and default say what may be given, the text
 under a field what it means, `Within` between what a number lies, `Flag` how the command line calls
 it where that is shorter. Command-line options, forms of the app, help and the checks of files are
-made of these; nothing is written twice.
+made of these; nothing is written twice. `Typed` reads what is typed as one word, `Panel` is the
+heading under which help shows a field where there are many.
 
     spacing_mm: Annotated[float, Within(0.1, 50), Flag("spacing")] = 2.0
     \"\"\"Between slices.\"\"\"
@@ -14,7 +15,7 @@ import inspect
 import textwrap
 import types
 import typing
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from itertools import pairwise
@@ -47,6 +48,20 @@ class Flag:
     name: str
 
 
+@dataclass(frozen=True)
+class Panel:
+    """The heading under which a field is shown."""
+
+    title: str
+
+
+@dataclass(frozen=True)
+class Typed:
+    """How a field is read that the command line takes as one word."""
+
+    read: Callable[[str], Any]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Declared:
     """One field of a dataclass, for people and for doors."""
@@ -63,6 +78,10 @@ class Declared:
     within: Within | None
     flag: str
     """On the command line, without the two dashes."""
+    panel: str | None
+    """The heading that it stands under; None where there is none."""
+    typed: Callable[[str], Any] | None
+    """Reads its word on the command line; None where its type does."""
 
     @property
     def required(self) -> bool:
@@ -147,6 +166,8 @@ def _declared(name: str, hint: Any, default: Any, meaning: str) -> Declared:
         meaning=meaning,
         within=within_of(_each(plain)) or within_of(hint),
         flag=flag,
+        panel=next((one.title for one in beside if isinstance(one, Panel)), None),
+        typed=next((one.read for one in beside if isinstance(one, Typed)), None),
     )
 
 

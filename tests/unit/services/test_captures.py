@@ -7,10 +7,16 @@ import pytest
 from typer.testing import CliRunner
 
 from limbgram.cli.calibrate import as_board
-from limbgram.cli.captures import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
 from limbgram.cli.main import app
 from limbgram.core.errors import OptionsError
 from limbgram.reconstruction.scale.given import TapedGirth
+from limbgram.services.captures import (
+    DEFAULT_BOARD,
+    parse_board,
+    parse_box,
+    parse_tape,
+    read_distances,
+)
 
 
 def test_boards() -> None:

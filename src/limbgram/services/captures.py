@@ -1,6 +1,6 @@
 """Captures: the words that commands on photos share: boards, known distances, boxes, taped girths.
 
-Commands on shapes have theirs in `shapes`: a board brings OpenCV, and would make the start of
+Words for shapes stand in `cli.shapes`: a board brings OpenCV, and would make the start of
 `measure` longer by 0.3 s of 1.3 s.
 """
 
