@@ -5,7 +5,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, Field
 
-from limbgram.core.declared import Declared
+from limbgram.core.declared import Declared, declared
 from limbgram.core.typed import tree_of, words_of_type
 
 
@@ -37,3 +37,10 @@ class FieldReply(BaseModel):
             choices=list(one.choices),
             several=get_origin(one.hint) is tuple and get_args(one.hint)[1:] == (...,),
         )
+
+
+def say_meanings(schema: dict[str, Any], kind: type) -> None:
+    """Put the text under each field of a request that is a body into its schema."""
+    for one in declared(kind):
+        if one.meaning:
+            schema["properties"][one.name].setdefault("description", one.meaning)

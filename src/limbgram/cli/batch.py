@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -27,13 +27,11 @@ from limbgram.cases.batch.settings import (
     BATCH_FILE,
     CAPTURE_FILE,
     EXAMPLE,
-    NO_BOARD,
     Batch,
     Settings,
     read_batch,
     read_settings,
     require_complete,
-    several,
 )
 from limbgram.cases.batch.steps import steps_of
 from limbgram.cases.batch.storage import (
@@ -53,22 +51,12 @@ from limbgram.cases.batch.table import (
     write_table,
 )
 from limbgram.cases.folder import CaseFolder, locked
-from limbgram.cases.order import Job
+from limbgram.cases.order import Job, order
 from limbgram.cases.supervision import Event
-from limbgram.cli.reconstruct import boardless
 from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.core.errors import Cancelled, LimbgramError, OptionsError, printable
 from limbgram.findings import told
-from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
 from limbgram.report.stages import stage_title
-from limbgram.services.captures import (
-    DEFAULT_BOARD,
-    names_board_file,
-    parse_board,
-    parse_tape,
-    plates_of,
-    read_distances,
-)
 
 if TYPE_CHECKING:
     from limbgram.cases.batch.cluster import ClusterRun
@@ -369,9 +357,10 @@ def _plan(capture: Capture, batch: Batch, base: Path, cases: Path) -> Plan:
         def located(name: str) -> Path:
             return _located(name, capture, base)
 
+        ask = settings.request(located)
         return Plan(
             capture=capture,
-            job=_job(settings, case, located),
+            job=order(case, (), ask, ask.known(), camera_files=ask.camera),
             photos=settings.photos,
             steps=steps_of(settings, capture.name, located),
         )
@@ -393,39 +382,6 @@ def _located(name: str, capture: Capture, base: Path) -> Path:
         where = (str(capture.path), str(base)) if capture.kind == "folder" else (str(base),)
         raise OptionsError("batch.file_missing", name=name, places=where)
     return shared.absolute()
-
-
-def _job(settings: Settings, case: Path, located: Callable[[str], Path]) -> Job:
-    """As `limbgram reconstruct` makes it of the same words."""
-    distances = [located(name) for name in several(settings.known_distances)]
-    marks = [located(name) for name in several(settings.marks)]
-    unscaled = bool(settings.unscaled)
-    no_board = settings.board == NO_BOARD
-    named = None if no_board else settings.board
-    board = None
-    if not boardless(named, no_board, [*distances, *marks], unscaled):
-        file = named is not None and names_board_file(named)
-        board = parse_board(str(located(named or "")) if file else named or DEFAULT_BOARD)
-    box = settings.box_mm
-    if box is not None and not all(low < high for low, high in zip(box[:3], box[3:], strict=True)):
-        raise OptionsError("batch.no_box")
-    return Job(
-        case=case,
-        sources=(),
-        camera_files=tuple(located(name) for name in several(settings.camera)),
-        board=board,
-        distances=tuple(one for file in distances for one in read_distances(file)),
-        tapes=tuple(parse_tape(text) for text in settings.tapes or ()),
-        plates=tuple(plate for file in marks for plate in plates_of(file)),
-        unscaled=unscaled,
-        choices=Choices(
-            surface=settings.surface or "ball-pivoting",
-            box_mm=None if box is None else ((box[0], box[1], box[2]), (box[3], box[4], box[5])),
-            part=settings.part,
-            most_triangles=settings.triangles or MOST_TRIANGLES,
-        ),
-        memory_mb=None if settings.memory_gb is None else 1024 * settings.memory_gb,
-    )
 
 
 def _notes(folder: Path, named: str) -> tuple[str, ...]:
