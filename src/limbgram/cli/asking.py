@@ -168,7 +168,7 @@ def _option(field: Declared, of: str = "") -> inspect.Parameter:
         hint = list[Enum(field.name, [(one, one) for one in words])]
     meaning = f"{of}: {field.meaning}" if of else f"{field.meaning}{_limits(field)}"
     switch = field.hint is bool
-    known = field.default not in (None, MISSING, ()) and not switch
+    known = field.default not in (None, MISSING, (), "") and not switch
     option = typer.Option(
         f"--{field.flag}",
         help=f"{meaning} Repeatable." if several else meaning,
