@@ -188,7 +188,7 @@ def _limits(field: Declared) -> str:
     limits = field.within
     if limits is None or limits.most > _NO_LIMIT:
         return ""
-    return f" From {limits.least:g} to {limits.most:g}."
+    return f" From {limits.least:.12g} to {limits.most:.12g}."
 
 
 def _shown(default: Any) -> str:
