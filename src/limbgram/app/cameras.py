@@ -1,6 +1,7 @@
 """Cameras: calibrations that the clinic keeps, made of board photos, with age and certificate."""
 
 import threading
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace as otherwise
 from datetime import UTC, datetime
@@ -182,7 +183,7 @@ def read_certificate(clinic: ClinicHere, camera_id: CameraId) -> FileResponse:
     return FileResponse(camera.certificate)
 
 
-def camera_files(clinic: Clinic, ids: list[str]) -> tuple[FilePath, ...]:
+def camera_files(clinic: Clinic, ids: Sequence[str]) -> tuple[FilePath, ...]:
     """Files of cameras that a request names.
 
     Raises:

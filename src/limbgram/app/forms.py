@@ -50,3 +50,10 @@ class FieldReply(BaseModel):
             choices=list(one.choices),
             several=one.several,
         )
+
+
+def say_meanings(schema: dict[str, Any], kind: type) -> None:
+    """Put the text under each field of a request that is a body into its schema."""
+    for one in declared(kind):
+        if one.meaning:
+            schema["properties"][one.name].setdefault("description", one.meaning)

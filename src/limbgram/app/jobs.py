@@ -1,23 +1,25 @@
 """Job: the computing of a case's shape, and its products as they come."""
 
-from typing import Annotated, Literal
+from dataclasses import dataclass, field
+from typing import Annotated, ClassVar, Literal
 
 from fastapi import APIRouter, Query, Response
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from limbgram.app.blocks import encode_blocks, surface_blocks
 from limbgram.app.boards import BoardSpec
 from limbgram.app.cameras import camera_files
 from limbgram.app.clinic import CaseHere, Clinic, ClinicHere
+from limbgram.app.forms import say_meanings
 from limbgram.app.replies import BINARY, FindingReply, missing
-from limbgram.cases.order import Job
+from limbgram.cases.order import order
 from limbgram.cases.running import JobState, StageProgress, TimeLeft, read_job_file
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.cases.underway import Underway, cameras_underway, cloud_underway, surface_underway
 from limbgram.core.errors import CaseError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
 from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
+from limbgram.services.reconstruct import Known, Shaping
 
 router = APIRouter(tags=["job"])
 
@@ -33,28 +35,30 @@ class Tape(BaseModel):
     )
 
 
-class JobOptions(BaseModel):
+@dataclass(frozen=True, kw_only=True)
+class JobOptions(Shaping):
     """What is decided about a run."""
 
-    board: BoardSpec | None = Field(
-        default=BoardSpec(), description="The scale board in the scene; null looks for none."
-    )
-    cameras: list[str] = Field(default=[], max_length=20, description="Ids of calibrated cameras.")
-    distances: list[KnownDistance] = Field(
-        default=[],
-        max_length=100,
-        description="Known lengths between points picked in two photos or more.",
-    )
-    tapes: list[Tape] = Field(default=[], max_length=100)
-    unscaled: bool = Field(default=False, description="Go on without a size.")
-    surface: Literal["ball-pivoting", "poisson"] = "ball-pivoting"
-    box_mm: tuple[Coordinates, Coordinates] | None = Field(
-        default=None,
-        description="Only what lies in this box of the world: lowest and highest corner.",
-    )
-    part: int | None = Field(default=None, ge=1, le=1000, description="Which body is the limb.")
-    triangles: int = Field(default=MOST_TRIANGLES, ge=10_000, le=20_000_000)
-    memory_gb: float | None = Field(default=None, ge=0.5, le=4096)
+    __pydantic_config__: ClassVar = ConfigDict(json_schema_extra=say_meanings)
+
+    board: BoardSpec | None = field(default_factory=BoardSpec)
+    """The scale board in the scene; null looks for none."""
+    cameras: Annotated[tuple[str, ...], Field(max_length=20)] = ()
+    """Ids of calibrated cameras."""
+    distances: Annotated[tuple[KnownDistance, ...], Field(max_length=100)] = ()
+    """Known lengths between points picked in two photos or more."""
+    tapes: Annotated[tuple[Tape, ...], Field(max_length=100)] = ()
+    """Girths taped on the limb."""
+
+    def known(self) -> Known:
+        """What is known of lengths."""
+        return Known(
+            board=None if self.board is None else self.board.board(),
+            distances=self.distances,
+            tapes=tuple(
+                TapedGirth(girth_mm=one.girth_mm, height_mm=one.height_mm) for one in self.tapes
+            ),
+        )
 
 
 class JobReply(BaseModel):
@@ -107,23 +111,12 @@ def start_job(clinic: ClinicHere, case: CaseHere, given: JobOptions) -> JobReply
     if not folder.is_dir():
         raise CaseError("app.no_photos_yet")
     megapixels = sum(one.width_px * one.height_px for one in received) / 1e6
-    job = Job(
-        case=case.folder.root,
-        sources=tuple(folder / one.name for one in received) or (folder,),
+    job = order(
+        case.folder.root,
+        [folder / one.name for one in received] or [folder],
+        given,
+        given.known(),
         camera_files=camera_files(clinic, given.cameras),
-        board=None if given.board is None else given.board.board(),
-        distances=tuple(given.distances),
-        tapes=tuple(
-            TapedGirth(girth_mm=one.girth_mm, height_mm=one.height_mm) for one in given.tapes
-        ),
-        unscaled=given.unscaled,
-        choices=Choices(
-            surface=given.surface,
-            box_mm=given.box_mm,
-            part=given.part,
-            most_triangles=given.triangles,
-        ),
-        memory_mb=None if given.memory_gb is None else 1024 * given.memory_gb,
     )
     clinic.coaches.of(case).cancel()
     clinic.runner.start(job, megapixels)

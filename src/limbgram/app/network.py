@@ -18,31 +18,15 @@ from limbgram.app.clinic import Clinic
 from limbgram.app.doors import Doors, own_address
 from limbgram.app.journal import Journal
 from limbgram.app.listening import Tls
-from limbgram.app.serving import LOOPBACK, ServeOptions, serve_clinic, socket_at
+from limbgram.app.options import NetworkOptions, ServeOptions
+from limbgram.app.serving import LOOPBACK, serve_clinic, socket_at
 from limbgram.app.users import ACCESS_FOLDER, Users
 from limbgram.cases.shelf import Shelf
 from limbgram.core.errors import OptionsError
 
 PORT = 8443
-LOCK_AFTER_MIN = 15.0
-"""As health records are locked elsewhere: NIST SP 800-63B asks for 30 minutes at most, and clinics'
-own rules for 10 to 15."""
 _EVERYWHERE = "0.0.0.0"
 _NAME = re.compile(r"(?=.{1,253}$)[a-z0-9]([a-z0-9-]{0,62})(\.[a-z0-9]([a-z0-9-]{0,62}))*")
-
-
-@dataclass(frozen=True, kw_only=True)
-class NetworkOptions:
-    """How the app stands on a network."""
-
-    address: str = ""
-    """Of this machine; empty: the one by which it reaches others; 0.0.0.0: all it has."""
-    names: tuple[str, ...] = ()
-    """Further names by which browsers reach it."""
-    certificate: Path | None = None
-    key: Path | None = None
-    """The clinic's own; None: made here."""
-    lock_after_min: float = LOCK_AFTER_MIN
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +85,7 @@ def serve_on_network(
         return links[0]
 
     try:
-        serve_clinic(clinic, listening, tls, ready, browser=options.browser)
+        serve_clinic(clinic, listening, tls, ready, browser=not options.no_browser)
     finally:  # also by Ctrl-C
         journal.write("this machine", "", "end_app")
 

@@ -12,8 +12,6 @@ import threading
 import webbrowser
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
 
 import uvicorn
 from uvicorn.server import HANDLED_SIGNALS
@@ -21,25 +19,13 @@ from uvicorn.server import HANDLED_SIGNALS
 from limbgram.app.access import Access
 from limbgram.app.clinic import Clinic
 from limbgram.app.listening import Tls, configured, prompt_socket
+from limbgram.app.options import ServeOptions
 from limbgram.app.server import guarded
 from limbgram.cases.shelf import Shelf
 from limbgram.core.errors import OptionsError, printable
 from limbgram.core.run import no_search_for_garbage
 
 LOOPBACK = "127.0.0.1"
-
-
-@dataclass(frozen=True, kw_only=True)
-class ServeOptions:
-    """How the app is started."""
-
-    cases: Path
-    port: int = 0
-    """0: any that is free."""
-    browser: bool = True
-    """Open the default browser."""
-    jobs: int = 1
-    """Shapes computed at a time."""
 
 
 def serve(options: ServeOptions, on_ready: Callable[[str], None]) -> None:
@@ -66,7 +52,7 @@ def serve(options: ServeOptions, on_ready: Callable[[str], None]) -> None:
         on_ready(link)
         return link
 
-    serve_clinic(clinic, listening, None, ready, browser=options.browser)
+    serve_clinic(clinic, listening, None, ready, browser=not options.no_browser)
 
 
 def serve_clinic(

@@ -32,8 +32,8 @@ from limbgram.core.files import write_bytes
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
 from limbgram.findings import Finding, fault, note, told
-from limbgram.formats.camera import read_camera, write_camera
-from limbgram.reconstruction.calibration.board import BoardCalibration, calibrate
+from limbgram.formats.camera import read_camera
+from limbgram.reconstruction.calibration.board import BoardCalibration
 from limbgram.reconstruction.calibration.cameras import (
     Calibration,
     cameras_for,
@@ -42,6 +42,7 @@ from limbgram.reconstruction.calibration.cameras import (
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 from limbgram.reconstruction.targets.board import Board
 from limbgram.report.calibration import calibration_picture
+from limbgram.services.calibrate import calibrate_photos, write_lens
 
 CAMERA_ID_PATTERN = "^[a-z0-9]{8}$"
 _ID = re.compile(CAMERA_ID_PATTERN)
@@ -141,11 +142,10 @@ class KeptCamera:
         try:
             if not self.received.is_dir():
                 raise CalibrationError("camera.no_board_photos")
-            found = run(calibrate, run(read_photos, (self.received,)), board)
-            provenance = {"board": str(found.board), "photos": str(len(found.photos))}
+            found = calibrate_photos([self.received], board, run)
             picture, told = calibration_picture(found), _told(found)
             self.certificate.unlink(missing_ok=True)  # it never stands beside another lens
-            write_camera(self.file, found.calibration, provenance)
+            write_lens(self.file, found)
             write_bytes(self.certificate, picture)
         except (LimbgramError, OSError) as error:
             state: CameraState = "ready" if self.file.is_file() else "refused"

@@ -6,7 +6,7 @@ photo costs the work on that photo, and the placing of all.
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -18,6 +18,7 @@ from limbgram.capture.coach import DEFAULTS, CaptureCheck, CheckOptions, Coach, 
 from limbgram.cases.frames import take_frames
 from limbgram.core.errors import PhotoError
 from limbgram.core.run import Run, in_parallel
+from limbgram.formats.camera import read_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.masks import (
@@ -39,10 +40,38 @@ from limbgram.reconstruction.photos.reading import (
 )
 from limbgram.reconstruction.photos.video import is_video
 from limbgram.reconstruction.targets.board import Board
+from limbgram.services.captures import DEFAULT_BOARD, parse_board
+from limbgram.services.reconstruct import NO_BOARD
 
 _SMALL_MEGAPIXELS = 1.5
 _FEWEST = 2
 """Photos that can be checked."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckRequest:
+    """With what photos are checked."""
+
+    camera: tuple[Path, ...] = ()
+    """Camera file of `limbgram calibrate`."""
+    board: str | None = None
+    """Scale board in the scene, or the board file of `limbgram print`; without it
+    charuco:7x5:30:22:4X4_50."""
+    masks: Path | None = None
+    """Folder of masks, NAME.png for each photo NAME: white is used, black is not. Without it
+    NAME.png beside the photos, or in a folder `masks` there."""
+
+    def calibrations(self) -> tuple[Calibration, ...]:
+        """What the camera files hold."""
+        return tuple(read_camera(file) for file in self.camera)
+
+    def scale_board(self) -> Board | None:
+        """The board that is looked for.
+
+        Raises:
+            OptionsError: the words are none.
+        """
+        return None if self.board == NO_BOARD else parse_board(self.board or DEFAULT_BOARD)
 
 
 def check_sources(

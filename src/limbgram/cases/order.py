@@ -5,6 +5,7 @@ Out     an Answer: where the summary lies, and what people read at the end.
 Whoever hands a job on imports this alone and none of the stages: a start of 0.4 s, not of 2.4.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from limbgram.reconstruction.choices import Choices
 from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
 from limbgram.reconstruction.targets.board import Board
 from limbgram.reconstruction.targets.plates import MarkPlate
+from limbgram.services.reconstruct import Known, Shaping
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +39,31 @@ class Job:
     choices: Choices = field(default_factory=Choices)
     memory_mb: float | None = None
     """Memory that the work may use; None: half of the machine's."""
+
+
+def order(
+    case: Path,
+    sources: Sequence[Path],
+    shaping: Shaping,
+    known: Known,
+    *,
+    camera_files: Sequence[Path] = (),
+    masks: Path | None = None,
+) -> Job:
+    """The job of what was decided and of what is known; all doors order by this."""
+    return Job(
+        case=case,
+        sources=tuple(sources),
+        masks=masks,
+        camera_files=tuple(camera_files),
+        board=known.board,
+        distances=known.distances,
+        tapes=known.tapes,
+        plates=known.plates,
+        unscaled=shaping.unscaled,
+        choices=shaping.choices,
+        memory_mb=shaping.memory_mb,
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

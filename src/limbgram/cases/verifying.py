@@ -1,37 +1,169 @@
 """Verifying a kit: the acceptance certificate, from finished cases of a calibrated artefact."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from datetime import date
 from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated
 
 from limbgram.capture.acceptance import MeasuredCapture, accept
-from limbgram.capture.artefact import Artefact
+from limbgram.capture.artefact import Artefact, read_artefact
 from limbgram.capture.certificate import (
+    USUAL_MONTHS,
     ArtefactTested,
     CameraTested,
     CaptureTested,
     Certificate,
 )
-from limbgram.capture.permissible import Limits
+from limbgram.capture.permissible import Limits, parse_limits
 from limbgram.capture.probing import surface_of
 from limbgram.cases.assessing import kept_evidence, require_unaltered
-from limbgram.cases.certificates import cameras_of
+from limbgram.cases.certificates import (
+    cameras_of,
+    certificate_beside,
+    require_certificate_place,
+    write_certificate,
+)
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder
+from limbgram.cases.order import Job
 from limbgram.cases.record import read_record
-from limbgram.core.errors import CaseError, OptionsError
+from limbgram.core.declared import Text, Within
+from limbgram.core.errors import Cancelled, CaseError, LimbgramError, OptionsError
+from limbgram.core.files import write_bytes
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.run import track
+from limbgram.core.run import Run, track
+from limbgram.formats.camera import read_camera
 from limbgram.formats.reading import read_limb
+from limbgram.reconstruction.choices import Choices
 from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.reconstruction.scale.metric import Scale
+from limbgram.reconstruction.targets.board import Board
+from limbgram.report.acceptance import acceptance_report
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.evidence import Evidence
+from limbgram.report.html import html_of
 from limbgram.report.parts import part_file
+from limbgram.report.pdf import pdf_of
+from limbgram.services.captures import DEFAULT_BOARD, parse_board
 from limbgram.workbench.marks.stickers import find_stickers
 
 _ID_DIGITS = 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerifyRequest:
+    """By which errors a kit is judged, and what it is."""
+
+    mpe: tuple[str, ...]
+    """Permissible error, mm: 0.3 for all, or of one kind, such as length=0.05+L/1000. Kinds: form,
+    form-all, size, spacing, length, surface."""
+    camera: Path | None = None
+    """Camera file of the kit. The certificate is kept beside it, and every report made with it
+    cites it."""
+    board: Annotated[Board | None, Text(lambda text, _at: parse_board(text))] = None
+    """Scale board in the photos, or its board file; without it charuco:7x5:30:22:4X4_50."""
+    cases: Path | None = None
+    """Folder for the cases of photos that are reconstructed here; without it beside the
+    certificate."""
+    valid_months: Annotated[int, Within(1, 120)] = USUAL_MONTHS
+    """After how long reports ask for a new test."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SetupTest:
+    """The acceptance test of a kit: its files are read, and its certificate has a place."""
+
+    ask: VerifyRequest
+    artefact: Artefact
+    limits: Limits
+    path: Path
+    """Of the certificate."""
+    camera: CameraTested | None
+
+    @classmethod
+    def of(cls, artefact: Path, ask: VerifyRequest, out: Path | None = None) -> "SetupTest":
+        """Read what the test needs.
+
+        Args:
+            out: The certificate; None: beside the camera file.
+
+        Raises:
+            OptionsError: a file or a limit is none, or the certificate has no place.
+            CaseError: another file lies at its place.
+        """
+        known, limits = read_artefact(artefact), parse_limits(ask.mpe)
+        path = _certificate_path(ask.camera, out)
+        require_certificate_place(path)
+        tested = None
+        if ask.camera is not None:
+            label = read_camera(ask.camera).label
+            tested = CameraTested(label=label, sha256=file_sha256(ask.camera))
+        return cls(ask=ask, artefact=known, limits=limits, path=path, camera=tested)
+
+    def finished(self, captures: Sequence[Path], do: Callable[[Job], object]) -> list[CaseFolder]:
+        """The captures as finished cases; photos are reconstructed.
+
+        Raises:
+            LimbgramError: a capture gave no surface.
+        """
+        stem = self.path.name.removesuffix(".json")
+        folder = self.ask.cases or self.path.with_name(f"{stem}-cases")
+        return [
+            self._finished(one, folder / f"capture-{number}", do)
+            for number, one in enumerate(captures, 1)
+        ]
+
+    def certified(self, cases: Sequence[CaseFolder], run: Run, today: date) -> "Certified":
+        """The certificate of the kit by these cases, its page and its PDF."""
+        certificate = run(
+            verify_kit,
+            self.artefact,
+            cases,
+            self.limits,
+            today=today,
+            valid_months=self.ask.valid_months,
+            camera=self.camera,
+        )
+        report = acceptance_report(certificate)
+        write_certificate(self.path, certificate)
+        stem = self.path.name.removesuffix(".json")
+        page, sheet = self.path.with_name(f"{stem}.html"), self.path.with_name(f"{stem}.pdf")
+        write_bytes(page, html_of(report).encode())
+        write_bytes(sheet, pdf_of(report))
+        return Certified(certificate=certificate, path=self.path, page=page, sheet=sheet)
+
+    def _finished(self, capture: Path, case: Path, do: Callable[[Job], object]) -> CaseFolder:
+        """The capture, if it is a finished case, or the case that a job makes of its photos."""
+        if (capture / "case.json").is_file():
+            return CaseFolder(capture)
+        job = Job(
+            case=case,
+            sources=(capture,),
+            camera_files=() if self.ask.camera is None else (self.ask.camera,),
+            board=self.ask.board or parse_board(DEFAULT_BOARD),
+            choices=Choices(gap_mm=self.artefact.gap_mm),
+        )
+        try:
+            do(job)
+        except Cancelled:
+            raise
+        except LimbgramError as error:
+            raise type(error)(f"The capture {capture} gave no surface. {error}") from error
+        return CaseFolder(job.case)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Certified:
+    """A certificate, and where it was written."""
+
+    certificate: Certificate
+    path: Path
+    page: Path
+    sheet: Path
+    """For printing."""
 
 
 def verify_kit(
@@ -80,6 +212,14 @@ def verify_kit(
         ),
         acceptance=accept(artefact, tested, limits, calibrated),
     )
+
+
+def _certificate_path(camera: Path | None, out: Path | None) -> Path:
+    if out is not None:
+        return out
+    if camera is None:
+        raise OptionsError("options.certificate_place")
+    return certificate_beside(camera)
 
 
 def _one_kit(cases: Sequence[CaseFolder], camera: CameraTested | None) -> tuple[CameraTested, ...]:

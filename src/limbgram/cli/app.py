@@ -5,12 +5,14 @@ import sys
 from collections import deque
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from limbgram.app.options import LOCK_AFTER_MIN, NetworkOptions, ServeOptions
+from limbgram.cli.asking import asking
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError
 from limbgram.core.run import no_search_for_garbage
@@ -43,121 +45,54 @@ app_command = typer.Typer(help=_HELP, invoke_without_command=True, rich_markup_m
 users_app = typer.Typer(help=_USERS_HELP, no_args_is_help=True, rich_markup_mode="markdown")
 
 CasesOption = Annotated[Path, typer.Option(help="Folder of the cases; made where there is none.")]
-CASES = Path("limbgram-cases")
+CASES = ServeOptions.cases
 Name = Annotated[str, typer.Argument(help="The user's name, such as 'A. Meier'.")]
 FromInput = Annotated[
     bool,
     typer.Option("--password-stdin", help="Read the password from standard input, for a program."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="The answer as one JSON document.")]
-_NETWORK = "On a network"
 
 
 @app_command.callback()
+@answered
+@asking
 def _app(
     context: typer.Context,
-    cases: CasesOption = CASES,
-    port: Annotated[
-        int,
-        typer.Option(
-            min=0,
-            max=65535,
-            help="Port on this machine.",
-            show_default="any free one; 8443 on a network",
-        ),
-    ] = 0,
-    no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Only show the link, for a program or a browser.")
-    ] = False,
-    jobs: Annotated[
-        int,
-        typer.Option(min=1, max=64, help="Shapes computed at a time; others wait their turn."),
-    ] = 1,
+    ask: ServeOptions,
+    reach: NetworkOptions,
     network: Annotated[
         bool,
         typer.Option(
             "--network",
             help="Answer browsers of the network too: encrypted, by name and password.",
-            rich_help_panel=_NETWORK,
+            rich_help_panel="On a network",
         ),
     ] = False,
-    address: Annotated[
-        str,
-        typer.Option(
-            help="Address of this machine to answer at; 0.0.0.0 for all it has.",
-            show_default="the one by which it reaches others",
-            rich_help_panel=_NETWORK,
-        ),
-    ] = "",
-    name: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="A name by which browsers reach this machine. Repeatable.",
-            rich_help_panel=_NETWORK,
-        ),
-    ] = None,
-    certificate: Annotated[
-        Path | None,
-        typer.Option(help="The clinic's own certificate, PEM.", rich_help_panel=_NETWORK),
-    ] = None,
-    key: Annotated[
-        Path | None,
-        typer.Option(help="Its key, PEM, without a password.", rich_help_panel=_NETWORK),
-    ] = None,
-    lock_after: Annotated[
-        float,
-        typer.Option(
-            min=1,
-            max=240,
-            help="Minutes without an act of its user until a page is locked.",
-            rich_help_panel=_NETWORK,
-        ),
-    ] = 15.0,
     as_json: Annotated[
         bool, typer.Option("--json", help="The link as a JSON line, once it is good.")
     ] = False,
-) -> None:
+) -> Reply | None:
     if context.invoked_subcommand is not None:
-        if cases != CASES:
-            _refuse_later(
-                OptionsError(
-                    "options.app.cases_before",
-                    command=context.invoked_subcommand,
-                    cases=str(cases),
-                ),
-                as_json=as_json,
+        if ask.cases != CASES:
+            raise OptionsError(
+                "options.app.cases_before",
+                command=context.invoked_subcommand,
+                cases=str(ask.cases),
             )
-        return
-    if not network and (address or name or certificate or key):
-        _refuse_later(OptionsError("options.app.without_network"), as_json=as_json)
+        return None
     if network:
-        _on_network(
-            cases=cases,
-            port=port,
-            no_browser=no_browser,
-            jobs=jobs,
-            address=address,
-            names=tuple(name or ()),
-            certificate=certificate,
-            key=key,
-            lock_after=lock_after,
-            as_json=as_json,
-        )
+        _on_network(ask, reach, as_json=as_json)
+    elif replace(reach, lock_after_min=LOCK_AFTER_MIN) != NetworkOptions():
+        raise OptionsError("options.app.without_network")
     else:
-        _on_this_machine(cases=cases, port=port, no_browser=no_browser, jobs=jobs, as_json=as_json)
+        _on_this_machine(ask, as_json=as_json)
+    return Reply(("The app is closed.",), {"closed": True})
 
 
-@answered
-def _refuse_later(error: OptionsError, *, as_json: bool) -> Reply:  # noqa: ARG001 - read by `answered`
-    raise error
-
-
-@answered
-def _on_this_machine(
-    *, cases: Path, port: int, no_browser: bool, jobs: int, as_json: bool
-) -> Reply:
+def _on_this_machine(ask: ServeOptions, *, as_json: bool) -> None:
     with _libraries():
-        from limbgram.app.serving import ServeOptions, serve
+        from limbgram.app.serving import serve
 
     def ready(link: str) -> None:
         _tell(
@@ -166,27 +101,12 @@ def _on_this_machine(
             as_json=as_json,
         )
 
-    serve(ServeOptions(cases=cases, port=port, browser=not no_browser, jobs=jobs), ready)
-    return Reply(("The app is closed.",), {"closed": True})
+    serve(ask, ready)
 
 
-@answered
-def _on_network(
-    *,
-    cases: Path,
-    port: int,
-    no_browser: bool,
-    jobs: int,
-    address: str,
-    names: tuple[str, ...],
-    certificate: Path | None,
-    key: Path | None,
-    lock_after: float,
-    as_json: bool,
-) -> Reply:
+def _on_network(ask: ServeOptions, reach: NetworkOptions, *, as_json: bool) -> None:
     with _libraries():
-        from limbgram.app.network import NetworkOptions, Reached, serve_on_network
-        from limbgram.app.serving import ServeOptions
+        from limbgram.app.network import Reached, serve_on_network
 
     def ready(reached: Reached) -> None:
         compare = (
@@ -203,18 +123,7 @@ def _on_network(
             {"event": "ready", "link": reached.links[0], **asdict(reached)}, text, as_json=as_json
         )
 
-    serve_on_network(
-        ServeOptions(cases=cases, port=port, browser=not no_browser, jobs=jobs),
-        NetworkOptions(
-            address=address,
-            names=names,
-            certificate=certificate,
-            key=key,
-            lock_after_min=lock_after,
-        ),
-        ready,
-    )
-    return Reply(("The app is closed.",), {"closed": True})
+    serve_on_network(ask, reach, ready)
 
 
 @users_app.command("add")

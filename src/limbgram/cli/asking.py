@@ -12,8 +12,9 @@ side; the option `to` chooses the kind, and what it does not have is refused.
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, is_dataclass
+from enum import Enum
 from functools import wraps
-from typing import Annotated, Any, TypeVar, cast, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin
 
 import typer
 
@@ -21,6 +22,9 @@ from limbgram.core.declared import Declared, bare, declared
 from limbgram.core.errors import OptionsError
 
 R = TypeVar("R")
+
+_NO_LIMIT = 1e9
+"""Beyond it stands what nobody comes to."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +114,15 @@ def made(request: Callable[..., R], given: Mapping[str, Any]) -> R:
 
 
 def _read(field: Declared, typed: Any) -> Any:
-    return typed if field.text is None else field.text.read(typed, f"--{field.flag}")
+    if field.text is not None:
+        return field.text.read(typed, f"--{field.flag}")
+    return typed.value if _choices_of_each(field) else typed
+
+
+def _choices_of_each(field: Declared) -> tuple[str, ...]:
+    """The words of which several are chosen; empty where any are."""
+    each = bare(get_args(field.hint)[0]) if field.several else None
+    return get_args(each) if get_origin(each) is Literal else ()
 
 
 def _kinds_of(hint: Any) -> Kinds | None:
@@ -146,17 +158,20 @@ def _option(field: Declared, of: str = "") -> inspect.Parameter:
 
     A truth value is a switch, which is off in every request that nobody switches.
     """
-    several = field.several
+    several, words = field.several, _choices_of_each(field)
     each = bare(get_args(field.hint)[0]) if several else field.hint
     each = each if field.text is None else str
+    if words:  # typer knows several of an Enum, not of a Literal
+        each = Enum(field.name, [(one, one) for one in words])
     hint = list[each] if several else each
-    meaning = f"{of}: {field.meaning}" if of else field.meaning
+    meaning = f"{of}: {field.meaning}" if of else f"{field.meaning}{_limits(field)}"
     switch = field.hint is bool
-    known = field.default not in (None, MISSING, ()) and not switch
+    known = field.default not in (None, MISSING, (), "") and not switch
     option = typer.Option(
         f"--{field.flag}",
         help=f"{meaning} Repeatable." if several else meaning,
-        show_default=str(field.default) if known else False,
+        show_default=_shown(field.default) if known else False,
+        rich_help_panel=field.panel,
     )
     needed = field.required and not of
     return inspect.Parameter(
@@ -165,3 +180,14 @@ def _option(field: Declared, of: str = "") -> inspect.Parameter:
         default=... if needed else False if switch else None,
         annotation=Annotated[hint if needed or switch else hint | None, option],
     )
+
+
+def _limits(field: Declared) -> str:
+    limits = field.within
+    if limits is None or limits.most > _NO_LIMIT:
+        return ""
+    return f" From {limits.least:.12g} to {limits.most:.12g}."
+
+
+def _shown(default: Any) -> str:
+    return str(default.value if isinstance(default, Enum) else default)

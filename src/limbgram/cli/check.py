@@ -3,25 +3,24 @@
 import math
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from limbgram.capture.coach import CaptureCheck
-from limbgram.cases.checking import CaptureWatch, check_sources, stamps_of
-from limbgram.cli.captures import DEFAULT_BOARD, parse_board
+from limbgram.cases.checking import CaptureWatch, CheckRequest, check_sources, stamps_of
+from limbgram.cli.asking import asking
 from limbgram.cli.progress import Display, display
+from limbgram.cli.reconstruct import NoBoard, board_word
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError, PhotoError, printable
 from limbgram.core.files import write_bytes
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
 from limbgram.findings import told
-from limbgram.formats.camera import read_camera
-from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.video import is_video
-from limbgram.reconstruction.targets.board import Board
 from limbgram.report.drawings.coverage import coverage_picture
 
 _POLL_S = 0.5
@@ -29,33 +28,18 @@ _POLL_S = 0.5
 
 
 @answered
+@asking
 def check_command(
     photos: Annotated[
         list[Path], typer.Argument(help="Photos of the limb, folders of them, or a video.")
     ],
-    camera: Annotated[
-        list[Path] | None, typer.Option(help="Camera file of `limbgram calibrate`.")
-    ] = None,
-    board: Annotated[
-        str | None,
-        typer.Option(
-            help="Scale board in the scene, or the board file of `limbgram print`.",
-            show_default=DEFAULT_BOARD,
-        ),
-    ] = None,
-    no_board: Annotated[bool, typer.Option("--no-board", help="Look for no scale board.")] = False,
+    ask: CheckRequest,
+    no_board: NoBoard = False,
     picture: Annotated[
         Path | None,
         typer.Option(
             help="Write a picture (PNG): where the photos stand, where to add some, and the "
             "expected interval on the unrolled limb."
-        ),
-    ] = None,
-    masks: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder of masks, NAME.png for each photo NAME: white is used, black is not.",
-            show_default="NAME.png beside the photos, or in a folder `masks` there",
         ),
     ] = None,
     watch: Annotated[
@@ -71,14 +55,15 @@ def check_command(
     photos, and how sure the surface will be there. Photos to add are named by the hour at which to
     stand, seen from above with the first photo at 12, and by the height of the camera.
     """
-    calibrations = tuple(read_camera(file) for file in camera or ())
-    scale = None if no_board else parse_board(board or DEFAULT_BOARD)
+    asked = replace(ask, board=board_word(ask.board, no_board))
     with display(as_json) as screen:
         if watch:
-            found = _watched(photos, calibrations, scale, masks, picture, screen)
+            found = _watched(photos, asked, picture, screen)
         else:
             run = Run(listener=screen.listen)
-            found = check_sources(photos, calibrations, scale, run, masks=masks)
+            found = check_sources(
+                photos, asked.calibrations(), asked.scale_board(), run, masks=asked.masks
+            )
     lines = check_lines(found)
     if picture is not None:
         write_bytes(picture, coverage_picture(found).tobytes())
@@ -114,18 +99,13 @@ def _texture(found: CaptureCheck) -> tuple[str, ...]:
 
 
 def _watched(
-    sources: Sequence[Path],
-    calibrations: Sequence[Calibration],
-    board: Board | None,
-    masks: Path | None,
-    picture: Path | None,
-    screen: Display,
+    sources: Sequence[Path], ask: CheckRequest, picture: Path | None, screen: Display
 ) -> CaptureCheck:
     """The first GO; answers before it are shown as they come."""
     if any(is_video(source) for source in sources):
         raise OptionsError("options.check.watch_of_video")
     checked: Mapping[Path, tuple[int, int]] | None = None
-    with CaptureWatch(calibrations, board, masks=masks) as watch:
+    with CaptureWatch(ask.calibrations(), ask.scale_board(), masks=ask.masks) as watch:
         while True:
             there = stamps_of(sources)
             time.sleep(_POLL_S)

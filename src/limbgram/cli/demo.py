@@ -9,8 +9,6 @@ from limbgram.cases.folder import CaseFolder
 from limbgram.cases.order import Job
 from limbgram.cases.record import write_json
 from limbgram.cases.scoring import score_case
-from limbgram.cli.calibrate import calibrate_from, save_calibration
-from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
 from limbgram.cli.replies import Reply, answered
@@ -18,6 +16,8 @@ from limbgram.core.files import json_of
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
 from limbgram.report.comparison import TruthComparison
+from limbgram.services.calibrate import calibrate_photos, save_calibration
+from limbgram.services.captures import DEFAULT_BOARD, parse_board
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import CALIBRATION_BOARD
@@ -42,7 +42,7 @@ def demo_command(
             run(make_capture, capture, CaptureOptions())
         if not camera.exists():
             board = CALIBRATION_BOARD.board
-            calibrated = calibrate_from([capture / "calibration"], board, run)
+            calibrated = calibrate_photos([capture / "calibration"], board, run)
             save_calibration(calibrated, camera, folder / "camera.png")
     job = Job(
         case=case,

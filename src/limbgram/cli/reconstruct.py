@@ -1,38 +1,27 @@
 """`limbgram reconstruct`: photos to a surface in millimetres, in a case folder."""
 
 import sys
-from enum import StrEnum
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.order import Answer, Job
+from limbgram.cases.order import Answer, Job, order
 from limbgram.cases.supervision import JobBug, Supervision
-from limbgram.cli.captures import (
-    DEFAULT_BOARD,
-    parse_board,
-    parse_box,
-    parse_tape,
-    plates_of,
-    read_distances,
-)
+from limbgram.cli.asking import asking
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError, printable
 from limbgram.core.files import json_of
-from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
+from limbgram.services.reconstruct import NO_BOARD, ReconstructRequest
 
-
-class SurfaceMethod(StrEnum):
-    """How points become a surface."""
-
-    BALL_PIVOTING = "ball-pivoting"
-    POISSON = "poisson"
+NoBoard = Annotated[bool, typer.Option("--no-board", help="Look for no scale board.")]
 
 
 @answered
+@asking
 def reconstruct_command(
     photos: Annotated[
         list[Path],
@@ -42,44 +31,8 @@ def reconstruct_command(
         ),
     ],
     case: Annotated[Path, typer.Option("-o", "--out", help="Case folder: new, or to continue.")],
-    camera: Annotated[
-        list[Path] | None,
-        typer.Option(help="Camera file of `limbgram calibrate`; without it EXIF is a first guess."),
-    ] = None,
-    board: Annotated[
-        str | None,
-        typer.Option(
-            help="Scale board in the scene, or the board file of `limbgram print`.",
-            show_default=DEFAULT_BOARD,
-        ),
-    ] = None,
-    no_board: Annotated[bool, typer.Option("--no-board", help="Look for no scale board.")] = False,
-    known_distance: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="JSON file of known distances between points picked in the photos; "
-            "length_sigma_mm beside length_mm says how surely a tape read it, such as 0.5."
-        ),
-    ] = None,
-    marks: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="File that `limbgram print` wrote beside scale bars, a mat or a ring: their "
-            "lengths set the scale, or with --board check it. Repeat it.",
-        ),
-    ] = None,
-    tape: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Girth that a tape read on the limb, in mm, to test the size: 150=354 at 150 mm "
-            "above the table on which the board lies, or widest=354. It counts as read to 3 mm in "
-            "95 of 100; state another as 150=354+-2. Repeat it.",
-            show_default=False,
-        ),
-    ] = None,
-    unscaled: Annotated[
-        bool, typer.Option("--unscaled", help="Go on without a scale: the size stays unknown.")
-    ] = False,
+    ask: ReconstructRequest,
+    no_board: NoBoard = False,
     masks: Annotated[
         Path | None,
         typer.Option(
@@ -88,28 +41,6 @@ def reconstruct_command(
             "A photo without one is used whole.",
             show_default="NAME.png beside the photos, or in a folder `masks` there",
         ),
-    ] = None,
-    surface: Annotated[
-        SurfaceMethod, typer.Option(help="How points become a surface.")
-    ] = SurfaceMethod.BALL_PIVOTING,
-    box: Annotated[
-        str | None,
-        typer.Option(help="Only what lies in this box, mm in the world: x,y,z,x,y,z."),
-    ] = None,
-    part: Annotated[
-        int | None,
-        typer.Option(
-            help="Which body is the limb where the photos show several: its number in the report.",
-            show_default="the one that the photos look at",
-        ),
-    ] = None,
-    triangles: Annotated[
-        int,
-        typer.Option(min=10_000, max=20_000_000, help="Triangles at most, of all parts together."),
-    ] = MOST_TRIANGLES,
-    memory: Annotated[
-        float | None,
-        typer.Option(min=0.5, help="Memory to keep to, GB.", show_default="half of the machine's"),
     ] = None,
     profile: Annotated[
         bool, typer.Option("--profile", help="Tell time and memory of every stage.")
@@ -123,26 +54,8 @@ def reconstruct_command(
 
     Ctrl-C stops; the same command continues. A second run computes only what has changed.
     """
-    job = Job(
-        case=case,
-        sources=tuple(photos),
-        masks=masks,
-        camera_files=tuple(camera or ()),
-        board=None
-        if boardless(board, no_board, [*(known_distance or ()), *(marks or ())], unscaled)
-        else parse_board(board or DEFAULT_BOARD),
-        distances=tuple(d for file in known_distance or () for d in read_distances(file)),
-        tapes=tuple(parse_tape(text) for text in tape or ()),
-        plates=tuple(plate for file in marks or () for plate in plates_of(file)),
-        unscaled=unscaled,
-        choices=Choices(
-            surface=surface.value,
-            box_mm=None if box is None else parse_box(box),
-            part=part,
-            most_triangles=triangles,
-        ),
-        memory_mb=None if memory is None else 1024 * memory,
-    )
+    asked = replace(ask, board=board_word(ask.board, no_board))
+    job = order(case, photos, asked, asked.known(), camera_files=asked.camera, masks=masks)
     answer = run_job(job, as_json)
     content = json_of(answer.summary.read_bytes())
     return Reply(reply_lines(CaseFolder(case), answer, profile), content, answer.light)
@@ -174,10 +87,8 @@ def reply_lines(case: CaseFolder, answer: Answer, profile: bool) -> tuple[str, .
     )
 
 
-def boardless(board: str | None, no_board: bool, lengths: list[Path], unscaled: bool) -> bool:
-    """Whether no board is looked for: told so, or another answer to the scale was given."""
+def board_word(board: str | None, no_board: bool) -> str | None:
+    """The board as requests take it."""
     if board is not None and no_board:
         raise OptionsError("options.board_and_none")
-    if no_board and not lengths and not unscaled:
-        raise OptionsError("options.no_size")
-    return board is None and (no_board or bool(lengths) or unscaled)
+    return NO_BOARD if no_board else board

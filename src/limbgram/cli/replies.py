@@ -49,11 +49,12 @@ class Reply:
     """Of an answer that is neither done nor red."""
 
 
-def answered(command: Callable[P, Reply]) -> Callable[P, None]:
+def answered(command: Callable[P, Reply | None]) -> Callable[P, None]:
     """Make a command print its reply, or its refusal without a traceback, and exit by its code.
 
     What the system says about a file, where nobody below knew better advice, is a refusal too.
-    With `as_json` the only thing on standard output is one JSON document.
+    With `as_json` the only thing on standard output is one JSON document. A command that only leads
+    to another one has no reply.
     """
 
     @wraps(command)
@@ -70,6 +71,8 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
             stopped = Cancelled("job.command_stopped")
             _refuse(stopped, as_json)
             raise typer.Exit(stopped.exit_code) from None
+        if reply is None:
+            return
         if as_json:
             sys.stdout.write(json.dumps(reply.content, indent=1, allow_nan=False) + "\n")
         else:
@@ -116,7 +119,7 @@ def _flag(command: Callable[..., Reply], name: str) -> str:
     return next(long, name.replace("_", "-"))
 
 
-def _done(command: Callable[P, Reply], *args: P.args, **kwargs: P.kwargs) -> Reply:
+def _done(command: Callable[P, Reply | None], *args: P.args, **kwargs: P.kwargs) -> Reply | None:
     try:
         return command(*args, **kwargs)
     except OSError as error:

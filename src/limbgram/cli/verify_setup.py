@@ -7,38 +7,16 @@ from typing import Annotated
 import typer
 
 from limbgram.capture.acceptance import Outcome
-from limbgram.capture.artefact import read_artefact
-from limbgram.capture.certificate import USUAL_MONTHS, CameraTested, Certificate
-from limbgram.capture.permissible import parse_limits
-from limbgram.cases.certificates import (
-    SUFFIX,
-    certificate_beside,
-    require_certificate_place,
-    write_certificate,
-)
-from limbgram.cases.fingerprint import file_sha256
-from limbgram.cases.folder import CaseFolder
-from limbgram.cases.order import Job
-from limbgram.cases.verifying import verify_kit
-from limbgram.cli.captures import DEFAULT_BOARD, parse_board
+from limbgram.cases.certificates import SUFFIX, certificate_beside
+from limbgram.cases.verifying import Certified, SetupTest, VerifyRequest
+from limbgram.cli.asking import asking
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import run_job
 from limbgram.cli.replies import Reply, answered
-from limbgram.core.errors import (
-    RED_EXIT_CODE,
-    UNDECIDED_EXIT_CODE,
-    Cancelled,
-    LimbgramError,
-    OptionsError,
-)
-from limbgram.core.files import write_bytes
+from limbgram.core.errors import RED_EXIT_CODE, UNDECIDED_EXIT_CODE
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
-from limbgram.formats.camera import read_camera
-from limbgram.reconstruction.choices import Choices
-from limbgram.report.acceptance import COLOURS, acceptance_lines, acceptance_report
-from limbgram.report.html import html_of
-from limbgram.report.pdf import pdf_of
+from limbgram.report.acceptance import COLOURS, acceptance_lines
 
 _EXIT_CODES: dict[Outcome, int] = {
     "pass": 0,
@@ -47,57 +25,34 @@ _EXIT_CODES: dict[Outcome, int] = {
 }
 
 
+Artefact = Annotated[
+    Path, typer.Argument(help="Artefact file (TOML or JSON): its calibrated values.")
+]
+Captures = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Captures of it: folders of photos, or finished cases of `limbgram reconstruct`. "
+        "Several are repeats: walk round it anew, the artefact in another place each time."
+    ),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--out",
+        help="Certificate to write; .html and .pdf lie beside it.",
+        show_default=f"CAMERA{SUFFIX} beside the camera file",
+    ),
+]
+
+
 @answered
+@asking
 def verify_setup_command(
-    artefact: Annotated[
-        Path, typer.Argument(help="Artefact file (TOML or JSON): its calibrated values.")
-    ],
-    captures: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Captures of it: folders of photos, or finished cases of `limbgram reconstruct`. "
-            "Several are repeats: walk round it anew, the artefact in another place each time."
-        ),
-    ],
-    mpe: Annotated[
-        list[str],
-        typer.Option(
-            help="Permissible error, mm: 0.3 for all, or of one kind, such as "
-            "length=0.05+L/1000. Kinds: form, form-all, size, spacing, length, surface. Repeat it.",
-        ),
-    ],
-    camera: Annotated[
-        Path | None,
-        typer.Option(
-            help="Camera file of the kit. The certificate is kept beside it, and every report made "
-            "with it cites it."
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--out",
-            help="Certificate to write; .html and .pdf lie beside it.",
-            show_default=f"CAMERA{SUFFIX} beside the camera file",
-        ),
-    ] = None,
-    board: Annotated[
-        str | None,
-        typer.Option(
-            help="Scale board in the photos, or its board file.", show_default=DEFAULT_BOARD
-        ),
-    ] = None,
-    cases: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder for the cases of photos that are reconstructed here.",
-            show_default="beside the certificate",
-        ),
-    ] = None,
-    valid_months: Annotated[
-        int, typer.Option(min=1, max=120, help="After how long reports ask for a new test.")
-    ] = USUAL_MONTHS,
+    artefact: Artefact,
+    captures: Captures,
+    ask: VerifyRequest,
+    out: Out = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
 ) -> Reply:
     """Prove your own kit: camera, board, room and hands, on an artefact of known size.
@@ -131,90 +86,30 @@ def verify_setup_command(
     or cylinder = {name = "C", diameter_mm = 100.003, uncertainty_mm = 0.004}, or
     mesh = {name = "Foot 3", file = "foot.stl", uncertainty_mm = 0.02}.
     """
-    known, limits = read_artefact(artefact), parse_limits(mpe)
-    path = _certificate_path(camera, out)
-    require_certificate_place(path)
-    tested = None
-    if camera is not None:
-        tested = CameraTested(label=read_camera(camera).label, sha256=file_sha256(camera))
-    folder = cases or path.with_name(f"{path.name.removesuffix('.json')}-cases")
-    finished = [
-        _finished(
-            one,
-            Job(
-                case=folder / f"capture-{number + 1}",
-                sources=(one,),
-                camera_files=() if camera is None else (camera,),
-                board=parse_board(board or DEFAULT_BOARD),
-                choices=Choices(gap_mm=known.gap_mm),
-            ),
-            as_json,
-        )
-        for number, one in enumerate(captures)
-    ]
+    test = SetupTest.of(artefact, ask, out)
+    cases = test.finished(captures, lambda job: run_job(job, as_json))
     with display(as_json) as screen:
-        certificate = Run(listener=screen.listen)(
-            verify_kit,
-            known,
-            finished,
-            limits,
-            today=date.today(),
-            valid_months=valid_months,
-            camera=tested,
-        )
-    written = _write(path, certificate)
-    outcome = certificate.acceptance.outcome
-    light = COLOURS[outcome]
+        made = test.certified(cases, Run(listener=screen.listen), date.today())
+    acceptance = made.certificate.acceptance
+    light = COLOURS[acceptance.outcome]
+    written = [str(made.path), str(made.page), str(made.sheet)]
     return Reply(
-        (*acceptance_lines(certificate.acceptance), *_ways(written, camera)),
-        {**tree_of(certificate), "written": [str(one) for one in written]},
+        (*acceptance_lines(acceptance), *_ways(made, ask.camera)),
+        {**tree_of(made.certificate), "written": written},
         light if light != "blue" else "",
-        exit_code=_EXIT_CODES[outcome],
+        exit_code=_EXIT_CODES[acceptance.outcome],
     )
 
 
-def _certificate_path(camera: Path | None, out: Path | None) -> Path:
-    if out is not None:
-        return out
-    if camera is None:
-        raise OptionsError("options.certificate_place")
-    return certificate_beside(camera)
-
-
-def _finished(capture: Path, job: Job, as_json: bool) -> CaseFolder:
-    """The capture, if it is a finished case, or the case that the job makes of its photos."""
-    if (capture / "case.json").is_file():
-        return CaseFolder(capture)
-    try:
-        run_job(job, as_json)
-    except Cancelled:
-        raise
-    except LimbgramError as error:
-        raise type(error)(f"The capture {capture} gave no surface. {error}") from error
-    return CaseFolder(job.case)
-
-
-def _write(path: Path, certificate: Certificate) -> tuple[Path, Path, Path]:
-    """The certificate, its page and its PDF."""
-    report = acceptance_report(certificate)
-    write_certificate(path, certificate)
-    stem = path.name.removesuffix(".json")
-    page, sheet = path.with_name(f"{stem}.html"), path.with_name(f"{stem}.pdf")
-    write_bytes(page, html_of(report).encode())
-    write_bytes(sheet, pdf_of(report))
-    return path, page, sheet
-
-
-def _ways(written: tuple[Path, Path, Path], camera: Path | None) -> tuple[str, ...]:
-    path, page, sheet = written
-    kept = camera is not None and path.resolve() == certificate_beside(camera).resolve()
+def _ways(made: Certified, camera: Path | None) -> tuple[str, ...]:
+    kept = camera is not None and made.path.resolve() == certificate_beside(camera).resolve()
     cited = (
         "every report made with this camera file cites it"
         if kept
         else f"reports cite the one that lies beside their camera file as CAMERA{SUFFIX}"
     )
     return (
-        f"Certificate: {path} ({cited})",
-        f"Look at it: {page}",
-        f"To print or file: {sheet}",
+        f"Certificate: {made.path} ({cited})",
+        f"Look at it: {made.page}",
+        f"To print or file: {made.sheet}",
     )

@@ -14,14 +14,14 @@ import typer
 from limbgram.cases.deliverables import deliver
 from limbgram.cases.supervision import environment
 from limbgram.cli.ahead import CAPTURE, work_on_shape
-from limbgram.cli.calibrate import calibrate_from
-from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.run import NEUTRAL_FOLDER, Run, worker_count
 from limbgram.formats.reading import read_limb
 from limbgram.reconstruction.pipeline import Capture, reconstruct
 from limbgram.report.pictures import draw
+from limbgram.services.calibrate import calibrate_photos
+from limbgram.services.captures import DEFAULT_BOARD, parse_board
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.props.board import CALIBRATION_BOARD
 
@@ -50,7 +50,7 @@ def warm_up_command(
 def _go_all_the_way(capture: Path, folder: Path, run: Run) -> None:
     """From photos taken for it to a carver's program."""
     run(make_capture, capture, CAPTURE)
-    camera = calibrate_from([capture / "calibration"], CALIBRATION_BOARD.board, run).calibration
+    camera = calibrate_photos([capture / "calibration"], CALIBRATION_BOARD.board, run).calibration
     given = Capture(
         sources=(capture / "images",),
         calibrations=(camera,),

@@ -2,8 +2,9 @@
 
 A request or an edit is a frozen dataclass: annotation and default say what may be given, the text
 under a field what it means, `Within` between what a number lies, `Flag` how the command line calls
-it where that is shorter, `Text` how it is written as a text. Command-line options, forms of the
-app, help and the checks of files are made of these; nothing is written twice.
+it where that is shorter, `Text` how it is written as a text, `Panel` the heading under which help
+shows a field where there are many. Command-line options, forms of the app, help and the checks of
+files are made of these; nothing is written twice.
 
     spacing_mm: Annotated[float, Within(0.1, 50), Flag("spacing")] = 2.0
     \"\"\"Between slices.\"\"\"
@@ -75,6 +76,13 @@ class AtMost:
         return iter((MaxLen(self.count),))
 
 
+@dataclass(frozen=True)
+class Panel:
+    """The heading under which a field is shown."""
+
+    title: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class Declared:
     """One field of a dataclass, for people and for doors."""
@@ -92,6 +100,8 @@ class Declared:
     text: Text | None
     flag: str
     """On the command line, without the two dashes."""
+    panel: str | None
+    """The heading that it stands under; None where there is none."""
 
     @property
     def required(self) -> bool:
@@ -192,6 +202,7 @@ def _declared(name: str, hint: Any, default: Any, meaning: str) -> Declared:
         within=within_of(_each(plain)) or within_of(hint),
         text=text_of(_each(plain)) or text_of(hint),
         flag=flag,
+        panel=next((one.title for one in _beside(hint) if isinstance(one, Panel)), None),
     )
 
 

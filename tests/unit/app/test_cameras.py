@@ -21,8 +21,7 @@ def camera(client: TestClient, clinic: Clinic, monkeypatch: pytest.MonkeyPatch) 
     """A camera whose photos tell its lens at once."""
     lens = SimpleNamespace(rms_px=0.2)
     found = SimpleNamespace(board="7x5", photos=(), set_aside=(), doubts=(), calibration=lens)
-    monkeypatch.setattr(cameras, "read_photos", lambda *_: None)
-    monkeypatch.setattr(cameras, "calibrate", lambda *_: found)
+    monkeypatch.setattr(cameras, "calibrate_photos", lambda *_: found)
     monkeypatch.setattr(cameras, "calibration_picture", lambda _: b"a picture")
     camera_id = client.post(f"{API}/cameras", json={"name": "A"}).json()["id"]
     (clinic.shelf.cameras / camera_id / "received").mkdir()
@@ -41,7 +40,7 @@ def calibrated(client: TestClient, camera: str) -> dict[str, Any]:
         time.sleep(0.02)
 
 
-@pytest.mark.parametrize("fails", ["write_camera", "write_bytes"])
+@pytest.mark.parametrize("fails", ["write_lens", "write_bytes"])
 @pytest.mark.parametrize("fault", [FULL, ExportError("The disk is full.")], ids=["disk", "export"])
 def test_a_result_that_cannot_be_written_ends_the_calibration(
     client: TestClient, camera: str, monkeypatch: pytest.MonkeyPatch, fails: str, fault: Exception
@@ -49,7 +48,7 @@ def test_a_result_that_cannot_be_written_ends_the_calibration(
     def full(*_: object) -> None:
         raise fault
 
-    monkeypatch.setattr(cameras, "write_camera", lambda *_: None)
+    monkeypatch.setattr(cameras, "write_lens", lambda *_: None)
     monkeypatch.setattr(cameras, fails, full)
     told = calibrated(client, camera)
     assert told["state"] == "refused"
@@ -67,7 +66,7 @@ def test_a_calibration_whose_end_cannot_be_written_either_is_not_awaited_for_eve
             raise FULL
         write(path, content)
 
-    monkeypatch.setattr(cameras, "write_camera", lambda *_: None)
+    monkeypatch.setattr(cameras, "write_lens", lambda *_: None)
     monkeypatch.setattr(cameras, "write_json", only_the_beginning)
     told = calibrated(client, camera)
     assert told["state"] == "empty"

@@ -39,7 +39,7 @@ def test_the_program_of_the_page_brings_the_files(
         links.append(link)
         ready.set()
 
-    options = ServeOptions(cases=tmp_path / "cases", browser=False)
+    options = ServeOptions(cases=tmp_path / "cases", no_browser=True)
     threading.Thread(target=serve, args=(options, opened), daemon=True).start()
     assert ready.wait(30)
     with httpx.Client(base_url=links[0].partition("/start")[0], timeout=60) as client:

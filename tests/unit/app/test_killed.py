@@ -26,7 +26,7 @@ from limbgram.app.serving import ServeOptions, serve
 def ready(link):
     import pycolmap
     print(link, flush=True)
-serve(ServeOptions(cases=Path(sys.argv[1]), browser=False), ready)
+serve(ServeOptions(cases=Path(sys.argv[1]), no_browser=True), ready)
 print("ended by itself", flush=True)
 """
 

@@ -504,7 +504,7 @@ def serve_with(folder: Path, network: NetworkOptions, on_ready: Any = print) -> 
     users = Users(folder / "cases" / "access", QUICK)
     if not users.all():
         users.add(NAME, PASSWORD)
-    options = ServeOptions(cases=folder / "cases", port=free_port(), browser=False)
+    options = ServeOptions(cases=folder / "cases", port=free_port(), no_browser=True)
     serve_on_network(options, network, on_ready)
 
 

@@ -16,9 +16,11 @@ from limbgram.cases.batch.settings import (
     read_settings,
     require_complete,
 )
+from limbgram.core.declared import declared
 from limbgram.core.errors import OptionsError
 from limbgram.services.export import Aop, Triangles
 from limbgram.services.measure import MeasureRequest
+from limbgram.services.reconstruct import ReconstructRequest
 
 
 def written(tmp_path: Path, text: str) -> Path:
@@ -37,6 +39,7 @@ def test_the_example_is_taken_and_shows_every_setting(tmp_path: Path) -> None:
     everything = read_batch(written(tmp_path, bare))
     shown = everything.of_all
     assert [one.name for one in fields(Settings) if getattr(shown, one.name) is None] == []
+    assert set(shown.reconstruct) == {one.name for one in declared(ReconstructRequest)}
     assert set(everything.of_one) == {"P07"}
     for table in (shown.align, shown.measure):
         assert table is not None
@@ -54,7 +57,9 @@ def test_the_example_is_taken_and_shows_every_setting(tmp_path: Path) -> None:
         ("[capture.P1]\ntriangles = 5", "capture.P1.triangles"),
         ("[capture.P1]\nsides = 'left'", "capture.P1 has no sides"),
         ("capture = 3", "capture must be a table"),
-        ("memory_gb = 0.1", "memory_gb must be 0.5 or more"),
+        ("memory_gb = 0.1", "memory_gb must lie between 0.5 and 4096"),
+        ("box_mm = [0, 0, 9, 5, 5, 5]", "box_mm has a lowest corner"),
+        ("reconstruct = {part = 2}", "it has no reconstruct"),
         ("captures = 'P*'", "captures must be a list"),
         ("[measure]\nevery_mm = nan", "measure.every_mm"),
         ("a = ", "cannot be taken"),
@@ -84,16 +89,18 @@ def test_settings_in_a_capture_name_nothing_outside_it(tmp_path: Path, text: str
 
 
 def test_later_settings_go_over_earlier_ones() -> None:
-    first = Settings(side="left", part=2, align=Align(axis="+z", anterior="+y"))
-    both = first.overlaid(Settings(side="right", align=Align(axis="fit")))
-    assert both == Settings(side="right", part=2, align=Align(axis="fit"))
+    said = {"part": 2, "triangles": 20_000}
+    first = Settings(side="left", reconstruct=said, align=Align(axis="+z", anterior="+y"))
+    later = Settings(side="right", reconstruct={"triangles": 30_000}, align=Align(axis="fit"))
+    now = {"part": 2, "triangles": 30_000}
+    assert first.overlaid(later) == Settings(side="right", reconstruct=now, align=Align(axis="fit"))
 
 
 @pytest.mark.parametrize(
     ("settings", "told"),
     [
         (Settings(align=Align()), "never guessed"),
-        (Settings(align=Align(), side="left", unscaled=True), "unknown size"),
+        (Settings(align=Align(), side="left", reconstruct={"unscaled": True}), "unknown size"),
         (Settings(measure=MeasureRequest()), "[measure]"),
         (Settings(recipe=RecipeUse(file="r")), "[recipe]"),
         (Settings(export=(ExportUse(to="aop", ask=Aop()),)), "aop or gcode"),
@@ -111,4 +118,24 @@ def test_steps_that_need_no_axes_need_no_alignment() -> None:
         Settings(
             measure=MeasureRequest(unaligned=True), export=(ExportUse(to="stl", ask=Triangles()),)
         )
+    )
+
+
+def test_the_request_is_what_is_typed_with_files_where_they_were_found(tmp_path: Path) -> None:
+    text = """
+camera = "a.json"
+board = "board.json"
+known_distances = ["d.json", "e.json"]
+tapes = ["widest=354"]
+box_mm = [-80, -80, 5, 80, 80, 400]
+memory_gb = 8
+"""
+    settings = read_settings(written(tmp_path, text))
+    assert settings.request(lambda name: tmp_path / name) == ReconstructRequest(
+        camera=(tmp_path / "a.json",),
+        board=str(tmp_path / "board.json"),
+        known_distances=(tmp_path / "d.json", tmp_path / "e.json"),
+        tapes=("widest=354",),
+        box_mm=((-80, -80, 5), (80, 80, 400)),
+        memory_gb=8,
     )

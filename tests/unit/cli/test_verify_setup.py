@@ -14,8 +14,10 @@ from limbgram.capture.artefact import read_artefact
 from limbgram.capture.certificate import ArtefactTested, CaptureTested, Certificate
 from limbgram.capture.permissible import parse_limits
 from limbgram.capture.probing import surface_of
-from limbgram.cli import verify_setup
+from limbgram.cases import verifying
 from limbgram.cli.main import app
+from limbgram.report.acceptance import acceptance_report
+from limbgram.report.html import html_of
 from limbgram.synthetic.props.gauges import BallBar, make_gauge
 
 BAR = """
@@ -81,7 +83,11 @@ def test_every_answer_has_its_code(
     case.mkdir()
     (case / "case.json").write_text("{}")
     made = certified(tmp_path, mpe, scale)
-    monkeypatch.setattr(verify_setup, "verify_kit", lambda *_, **__: made)
+
+    def verify_kit(*_: object, **__: object) -> Certificate:
+        return made
+
+    monkeypatch.setattr(verifying, "verify_kit", verify_kit)
     out = tmp_path / "proof.json"
     words = [str(tmp_path / "bar.toml"), str(case), "--mpe", mpe, "-o", str(out)]
     answer = CliRunner().invoke(app, ["verify-setup", *words, *(["--json"] if as_json else [])])
@@ -112,5 +118,5 @@ def test_the_page_says_what_was_not_measured(tmp_path: Path) -> None:
         replace(artefact, spheres=(*artefact.spheres, third)), [kit(1.0)], parse_limits(["0.1"])
     )
     made = replace(certified(tmp_path, "0.1", 1.0), acceptance=found)
-    page = verify_setup.html_of(verify_setup.acceptance_report(made))
+    page = html_of(acceptance_report(made))
     assert "sphere C, capture 1: no such sphere is in the surface." in page

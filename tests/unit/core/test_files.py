@@ -10,7 +10,6 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
-from limbgram.cli.captures import read_distances
 from limbgram.cli.main import app
 from limbgram.core.errors import (
     CaseError,
@@ -24,6 +23,7 @@ from limbgram.core.files import ContentError, json_of, read_content, toml_of
 from limbgram.findings import Finding, told
 from limbgram.formats.camera import read_camera
 from limbgram.formats.reading import read_limb
+from limbgram.services.captures import read_distances
 from limbgram.services.texts import landmarks_of
 from limbgram.workbench.recipe.file import parse_recipe, read_recipe
 from limbgram.workbench.templates.files import read_template

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from limbgram.cli.captures import plates_of
 from limbgram.cli.main import app
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.formats.board_file import read_board
 from limbgram.formats.marks_file import PrintedKind, read_marks, write_marks
 from limbgram.reconstruction.targets.plates import MarkPlate, PrintedMark
+from limbgram.services.captures import plates_of
 
 BAR = MarkPlate(
     name="scale bar 1",

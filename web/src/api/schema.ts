@@ -2787,49 +2787,21 @@ export interface components {
          */
         JobOptions: {
             /**
-             * @description The scale board in the scene; null looks for none.
-             * @default {
-             *       "kind": "charuco",
-             *       "columns": 7,
-             *       "rows": 5,
-             *       "square_mm": 30,
-             *       "marker_mm": 22,
-             *       "dictionary": "4X4_50"
-             *     }
-             */
-            board: components["schemas"]["BoardSpec"] | null;
-            /**
-             * Cameras
-             * @description Ids of calibrated cameras.
-             * @default []
-             */
-            cameras: string[];
-            /**
-             * Distances
-             * @description Known lengths between points picked in two photos or more.
-             * @default []
-             */
-            distances: components["schemas"]["KnownDistance"][];
-            /**
-             * Tapes
-             * @default []
-             */
-            tapes: components["schemas"]["Tape"][];
-            /**
              * Unscaled
-             * @description Go on without a size.
+             * @description Go on without a scale: the size stays unknown.
              * @default false
              */
             unscaled: boolean;
             /**
              * Surface
+             * @description How points become a surface.
              * @default ball-pivoting
              * @enum {string}
              */
             surface: "ball-pivoting" | "poisson";
             /**
              * Box Mm
-             * @description Only what lies in this box of the world: lowest and highest corner.
+             * @description Only what lies in this box, mm in the world: x,y,z,x,y,z, its lowest and highest corner.
              */
             box_mm?: [
                 [
@@ -2845,16 +2817,40 @@ export interface components {
             ] | null;
             /**
              * Part
-             * @description Which body is the limb.
+             * @description Which body is the limb where the photos show several: its number in the report; without it the one that the photos look at.
              */
             part?: number | null;
             /**
              * Triangles
+             * @description Triangles at most, of all parts together.
              * @default 400000
              */
             triangles: number;
-            /** Memory Gb */
+            /**
+             * Memory Gb
+             * @description Memory to keep to, GB; without it half of the machine's.
+             */
             memory_gb?: number | null;
+            /** @description The scale board in the scene; null looks for none. */
+            board?: components["schemas"]["BoardSpec"] | null;
+            /**
+             * Cameras
+             * @description Ids of calibrated cameras.
+             * @default []
+             */
+            cameras: string[];
+            /**
+             * Distances
+             * @description Known lengths between points picked in two photos or more.
+             * @default []
+             */
+            distances: components["schemas"]["KnownDistance"][];
+            /**
+             * Tapes
+             * @description Girths taped on the limb.
+             * @default []
+             */
+            tapes: components["schemas"]["Tape"][];
         };
         /**
          * JobReply

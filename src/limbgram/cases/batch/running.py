@@ -14,11 +14,13 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Annotated
 
 from limbgram.cases.batch.attempt import Outcome, Plan, attempt
 from limbgram.cases.batch.memory import MemoryGate
 from limbgram.cases.batch.stopping import Stopping
 from limbgram.cases.supervision import Event
+from limbgram.core.declared import Flag, Within
 from limbgram.core.run import machine_mb, worker_count
 
 _POLL_S = 0.2
@@ -28,12 +30,18 @@ _POLL_S = 0.2
 class BatchOptions:
     """What a batch may use of the machine."""
 
-    at_once: int | None = None
-    """Captures at most at a time; None: one for each processor."""
-    memory_mb: float | None = None
-    """Of all together; None: three quarters of the machine's."""
-    attempts: int = 3
-    """For a capture whose process dies."""
+    at_once: Annotated[int | None, Within(1, 4096)] = None
+    """Captures at a time, at most; without it one for each processor."""
+    memory_gb: Annotated[float | None, Within(0.5, 65536), Flag("memory")] = None
+    """Memory for all together, GB: fewer begin at a time where it is little; without it three
+    quarters of the machine's."""
+    attempts: Annotated[int, Within(1, 10)] = 3
+    """Attempts for a capture whose process dies."""
+
+    @property
+    def memory_mb(self) -> float:
+        """Of all together."""
+        return _SHARE * machine_mb() if self.memory_gb is None else 1024 * self.memory_gb
 
 
 _SHARE = 0.75
@@ -54,7 +62,7 @@ class BatchRun:
 
     def wait(self) -> tuple[Outcome, ...]:
         """Do all to the end; Ctrl-C stops all, and what is finished is kept."""
-        limit_mb = self.options.memory_mb or _SHARE * machine_mb()
+        limit_mb = self.options.memory_mb
         at_once = max(1, min(self.options.at_once or worker_count(), len(self.plans)))
         self._tell({"event": "planned", "captures": len(self.plans), "at_once": at_once})
         waiting = list(self.plans)

@@ -9,28 +9,27 @@ by what lies in the capture's own folder. A table, such as [align], is taken who
 that has it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path, PurePosixPath
-from typing import Any, cast
+from typing import Annotated, Any, cast, get_origin
 
+from limbgram.core.declared import Declared, declared
 from limbgram.core.errors import OptionsError, printable
 from limbgram.core.files import read_content, toml_of
-from limbgram.core.typed import Mismatch, Strictness, fields_of, value_of
-from limbgram.reconstruction.choices import SurfaceMethod
+from limbgram.core.typed import Mismatch, Strictness, any_value_of, fields_of, value_of
 from limbgram.services.align import Axes
+from limbgram.services.captures import Box, box_of, names_board_file
 from limbgram.services.export import EXPORTS, FOR_CARVERS, Export, Gcode
 from limbgram.services.measure import MeasureRequest
+from limbgram.services.reconstruct import ReconstructRequest
 from limbgram.services.report import ReportRequest
 from limbgram.workbench.limb import Kind, Side
 
 BATCH_FILE = "batch.toml"
 CAPTURE_FILE = "capture.toml"
-NO_BOARD = "none"
 
 _LARGEST_BYTES = 1_000_000
-_TRIANGLES = (10_000, 20_000_000)
-_LEAST_MEMORY_GB = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,19 +70,8 @@ class Settings:
 
     photos: str | None = None
     """Folder inside the capture in which its photos lie."""
-    camera: str | tuple[str, ...] | None = None
-    board: str | None = None
-    """As --board takes it, or "none"."""
-    known_distances: str | tuple[str, ...] | None = None
-    marks: str | tuple[str, ...] | None = None
-    tapes: tuple[str, ...] | None = None
-    unscaled: bool | None = None
-    surface: SurfaceMethod | None = None
-    box_mm: tuple[float, float, float, float, float, float] | None = None
-    part: int | None = None
-    triangles: int | None = None
-    memory_gb: float | None = None
-    """Of each case, as --memory of `limbgram reconstruct`."""
+    reconstruct: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """Fields of `ReconstructRequest` that are said; they stand in the file itself."""
     side: Side | None = None
     kind: Kind | None = None
     align: Align | None = None
@@ -96,13 +84,11 @@ class Settings:
     def files(self) -> tuple[str, ...]:
         """Names of files and folders that are said."""
         align = self.align or Align()
-        board = self.board if (self.board or "").lower().endswith(".json") else None
+        board: str | None = self.reconstruct.get("board")
         named = (
             self.photos,
-            board,
-            *several(self.camera),
-            *several(self.known_distances),
-            *several(self.marks),
+            board if names_board_file(board or "") else None,
+            *(one.as_posix() for name in _FILES for one in self.reconstruct.get(name, ())),
             align.stickers,
             align.landmarks,
             None if self.recipe is None else self.recipe.file,
@@ -113,7 +99,25 @@ class Settings:
     def overlaid(self, later: "Settings") -> "Settings":
         """These settings with what the later ones say over them."""
         said = {one.name: getattr(later, one.name) for one in fields(later)}
+        said["reconstruct"] = {**self.reconstruct, **later.reconstruct}
         return replace(self, **{name: one for name, one in said.items() if one is not None})
+
+    def request(self, located: Callable[[str], Path]) -> ReconstructRequest:
+        """What is asked of the surface, its files found.
+
+        Raises:
+            OptionsError: a file is not there.
+        """
+        said = dict(self.reconstruct)
+        for name in _FILES:
+            said[name] = tuple(located(one.as_posix()) for one in said.get(name, ()))
+        if names_board_file(said.get("board", "")):
+            said["board"] = str(located(said["board"]))
+        return ReconstructRequest(**said)
+
+
+_OF_SURFACE = {one.name: one for one in declared(ReconstructRequest)}
+_FILES = tuple(name for name, one in _OF_SURFACE.items() if one.hint == tuple[Path, ...])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,11 +155,9 @@ def read_batch(path: Path) -> Batch:
         return Batch(
             captures=told.captures,
             leave_out=told.leave_out,
-            of_all=_checked(value_of(tree, Settings, strictness=_READ), path, ""),
+            of_all=_settings(tree, ""),
             of_one={
-                name: _checked(
-                    value_of(one, Settings, f"capture.{name}", _READ), path, f"capture.{name}."
-                )
+                name: _settings(one, f"capture.{name}")
                 for name, one in cast(dict[str, Any], of_one).items()
             },
         )
@@ -171,7 +173,7 @@ def read_settings(path: Path) -> Settings:
     """
     tree = _tree(path)
     try:
-        settings = _checked(value_of(tree, Settings, strictness=_READ), path, "")
+        settings = _settings(tree, "")
     except ValueError as error:
         raise _misfit(path, error) from error
     for name in settings.files:
@@ -191,13 +193,6 @@ def is_inside(name: str) -> bool:
     return not (path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name)
 
 
-def several(given: str | tuple[str, ...] | None) -> tuple[str, ...]:
-    """What may be named once or several times."""
-    if given is None:
-        return ()
-    return (given,) if isinstance(given, str) else given
-
-
 def require_complete(settings: Settings) -> None:
     """Refuse steps that cannot follow: each needs what another one gives.
 
@@ -206,7 +201,7 @@ def require_complete(settings: Settings) -> None:
     """
     if settings.align is not None and settings.side is None:
         raise OptionsError("batch.side_missing")
-    if settings.align is not None and settings.unscaled:
+    if settings.align is not None and settings.reconstruct.get("unscaled"):
         raise OptionsError("batch.unscaled_not_aligned")
     unaligned = settings.measure is not None and settings.measure.unaligned
     after = {
@@ -228,6 +223,42 @@ def _tree(path: Path) -> dict[str, Any]:
         raise _misfit(path, error) from error
 
 
+def _settings(tree: object, at: str) -> Settings:
+    """What is said of the surface stands beside what is said of the steps."""
+    if not isinstance(tree, dict):
+        raise Mismatch(f"{at} must be a table, not {tree!r:.60}")
+    given = cast(dict[str, Any], tree)
+    names = [one.name for one in fields(Settings) if one.name != "reconstruct"]
+    unknown = [name for name in given if name not in (*names, *_OF_SURFACE)]
+    if unknown:
+        has = ", ".join((*names, *_OF_SURFACE))
+        raise Mismatch(f"{at or 'it'} has no {', '.join(unknown):.80}. It has: {has}")
+    steps = {name: given[name] for name in names if name in given}
+    said = {
+        name: any_value_of(given[name], _hint(one), f"{at}.{name}" if at else name, _SAID)
+        for name, one in _OF_SURFACE.items()
+        if name in given
+    }
+    return replace(value_of(steps, Settings, at, _READ), reconstruct=said)
+
+
+def _hint(one: Declared) -> Any:
+    """The type of a field that is said."""
+    return one.hint if one.within is None else Annotated[one.hint, one.within]
+
+
+def _said(tree: object, hint: Any, at: str) -> object:
+    """What a file says in its own way of the surface: one for several, a box in one row."""
+    if hint == Box:
+        box = box_of(any_value_of(tree, _ROW, at))
+        if box is None:
+            raise Mismatch(f"{at} has a lowest corner that does not lie below its highest one")
+        return box
+    if isinstance(tree, str) and get_origin(hint) is tuple:
+        return any_value_of([tree], hint, at)
+    return NotImplemented
+
+
 def _export(tree: object, hint: Any, at: str) -> object:
     """A file that is to be written: `to` says which request the other names are of."""
     if hint is not ExportUse or not isinstance(tree, dict):
@@ -241,24 +272,13 @@ def _export(tree: object, hint: Any, at: str) -> object:
     return ExportUse(to=kind, ask=fields_of(given, EXPORTS[kind], at))
 
 
+_ROW = tuple[float, float, float, float, float, float]
+_SAID = Strictness(special=_said)
 _READ = Strictness(special=_export)
 
 
 def _misfit(path: Path, error: ValueError) -> OptionsError:
     return OptionsError("batch.settings_misfit", path=str(path), why=str(error))
-
-
-def _checked(settings: Settings, path: Path, at: str) -> Settings:
-    """The settings, whose numbers are within what they may be."""
-    few, many = _TRIANGLES
-    if settings.triangles is not None and not few <= settings.triangles <= many:
-        raise OptionsError("batch.triangles", path=str(path), at=at, least=few, most=many)
-    if settings.part is not None and settings.part < 1:
-        raise OptionsError("batch.too_small", path=str(path), setting=f"{at}part", least=1)
-    if settings.memory_gb is not None and settings.memory_gb < _LEAST_MEMORY_GB:
-        least = _LEAST_MEMORY_GB
-        raise OptionsError("batch.too_small", path=str(path), setting=f"{at}memory_gb", least=least)
-    return settings
 
 
 EXAMPLE = """# What `limbgram batch FOLDER -o CASES` does with each capture in FOLDER.

@@ -1,10 +1,11 @@
 """Captures: the words that commands on photos share: boards, known distances, boxes, taped girths.
 
-Commands on shapes have theirs in `shapes`: a board brings OpenCV, and would make the start of
+Words for shapes stand in `cli.shapes`: a board brings OpenCV, and would make the start of
 `measure` longer by 0.3 s of 1.3 s.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -84,11 +85,20 @@ def parse_box(text: str) -> Box:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
-    lower = len(numbers) == 6 and all(a < b for a, b in zip(numbers[:3], numbers[3:], strict=True))
-    if not lower or not all(map(math.isfinite, numbers)):
+    box = box_of(numbers)
+    if box is None:
         raise OptionsError("options.no_box", text=text)
-    x, y, z, *high = numbers
-    return (x, y, z), (high[0], high[1], high[2])
+    return box
+
+
+def box_of(numbers: Sequence[float]) -> Box | None:
+    """Six numbers as a box; None where they are none."""
+    if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
+        return None
+    low, high = numbers[:3], numbers[3:]
+    if not all(a < b for a, b in zip(low, high, strict=True)):
+        return None
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
 def parse_tape(text: str) -> TapedGirth:

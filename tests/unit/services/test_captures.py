@@ -6,11 +6,17 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from limbgram.cli.calibrate import as_board
-from limbgram.cli.captures import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
 from limbgram.cli.main import app
 from limbgram.core.errors import OptionsError
 from limbgram.reconstruction.scale.given import TapedGirth
+from limbgram.services.calibrate import CalibrateRequest
+from limbgram.services.captures import (
+    DEFAULT_BOARD,
+    parse_board,
+    parse_box,
+    parse_tape,
+    read_distances,
+)
 
 
 def test_boards() -> None:
@@ -19,7 +25,7 @@ def test_boards() -> None:
     assert (board.square_mm, board.marker_mm, board.dictionary) == (30, 22, "4X4_50")
     plain = parse_board("checkerboard:14x10:9.98")
     assert (plain.kind, plain.inner, plain.square_mm) == ("checkerboard", (14, 10), 9.98)
-    assert as_board("14x10", 9.98) == plain
+    assert CalibrateRequest(board="14x10", square_mm=9.98).pattern() == plain
 
 
 @pytest.mark.parametrize(
@@ -35,7 +41,7 @@ def test_what_is_no_board_is_refused(text: str) -> None:
 
 def test_a_board_without_its_square_is_refused() -> None:
     with pytest.raises(OptionsError, match="--square"):
-        as_board("14x10", None)
+        CalibrateRequest(board="14x10").pattern()
 
 
 def test_boxes() -> None:
