@@ -1,7 +1,7 @@
 """Forms: what a request or an edit says of its own fields, for the client to make a form of."""
 
 from dataclasses import MISSING
-from typing import Any, get_args, get_origin
+from typing import Any
 
 from pydantic import BaseModel, Field
 
@@ -20,6 +20,7 @@ class FieldReply(BaseModel):
     default: Any = None
     least: float | None = None
     most: float | None = None
+    above: bool = Field(default=False, description="The least itself is not taken.")
     choices: list[str] = Field(default=[], description="Words to choose from; empty: any.")
     several: bool = False
 
@@ -34,6 +35,7 @@ class FieldReply(BaseModel):
             default=None if one.default is MISSING else tree_of(one.default),
             least=None if one.within is None else one.within.least,
             most=None if one.within is None else one.within.most,
+            above=one.within is not None and one.within.above,
             choices=list(one.choices),
-            several=get_origin(one.hint) is tuple and get_args(one.hint)[1:] == (...,),
+            several=one.several,
         )
