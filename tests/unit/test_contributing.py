@@ -9,7 +9,13 @@ ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
 PLACES = ("", "src/limbgram", "src/limbgram/workbench", "src/limbgram/reconstruction")
 """A recipe may leave out the folders that its neighbours have named."""
-MADE = {".venv/bin/activate", "formats/NAME.py", "demo/case/report.html", "build/site"}
+MADE = {
+    ".venv/bin/activate",
+    "formats/NAME.py",
+    "workbench/edits/NAME.py",
+    "demo/case/report.html",
+    "build/site",
+}
 """Not there yet: what a recipe has you make."""
 NAMED_IN = re.compile(
     r"`(_?[A-Za-z]\w+)` (?:of|in)\s+`([\w./]+\.py)`|`([\w./]+\.py)` \(`(_?\w+)`\)"

@@ -1,5 +1,6 @@
 import { beforeEach, expect, test, vi } from "vitest";
 
+import type { Parameter } from "../src/edits";
 import type { Value } from "../src/words";
 
 beforeEach(() => {
@@ -27,13 +28,33 @@ test("a row of the list says what the surface keeps to, and the first doubt", as
   expect(inShort({ size_checked: false, headline: red })).toBe("No millimetres");
 });
 
-test("what an edit asks for is offered as words where it may be only some", async () => {
-  const { choicesOf, valueOf } = await import("../src/screens/other-edit");
-  expect(choicesOf({ expected: "Literal['girth', 'volume']" })).toEqual(["girth", "volume"]);
-  expect(choicesOf({ expected: "bool, else True" })).toEqual(["True", "False"]);
-  expect(choicesOf({ expected: "float, else 0.3" })).toEqual([]);
-  expect(valueOf("True", { expected: "bool, else True" })).toBe(true);
-  expect(valueOf("0,5", { expected: "float" })).toBe(0.5);
+test("what an edit asks for is offered as words where it may be only some, and its range is told", async () => {
+  const { choicesOf, rangeOf, valueOf } = await import("../src/screens/other-edit");
+  const field = (own: Partial<Parameter>): Parameter => ({ name: "", expected: "a number", meaning: "", unit: "", needed: false, above: false, choices: [], several: false, ...own });
+  expect(choicesOf(field({ expected: "one of girth, volume", choices: ["girth", "volume"] }))).toEqual(["girth", "volume"]);
+  expect(choicesOf(field({ expected: "true or false" }))).toEqual(["true", "false"]);
+  expect(choicesOf(field({ expected: "a number" }))).toEqual([]);
+  expect(valueOf("true", field({ expected: "true or false" }))).toBe(true);
+  expect(valueOf("0,5", field({ expected: "a number" }))).toBe(0.5);
+  expect(valueOf("1 2,5", field({ expected: "a list in brackets", several: true }))).toEqual([1, 2, 5]);
+  expect(rangeOf(field({ least: 0, most: 20, above: true, unit: "mm" }))).toBe("Above 0, up to 20\u00a0mm.");
+  expect(rangeOf(field({ least: 1, most: 500 }))).toBe("From 1 to 500.");
+  expect(rangeOf(field({ least: 0, most: 2000, unit: "mm" }))).toBe("");
+});
+
+test("an edit that nobody here knows is called as the server says, in the language chosen", async () => {
+  const { wordsOf } = await import("../src/screens/edit-words");
+  const { kinds } = await import("../src/edits");
+  const { setLanguage } = await import("../src/texts");
+  const one = { number: 1, kind: "twist", on: true, accept: [], parameters: { by_deg: 3, about: "ankle" }, telling: ["by_deg", "about"], text: "" };
+  expect(wordsOf(one)).toMatchObject({ title: "twist", where: "by_deg 3; about ankle" });
+  const words = (name: string, by: string, ankle: string) => ({ name, group: "", does: "", labels: { by_deg: by, about: "" }, help: {}, choices: { ankle } });
+  kinds.value = [{ kind: "twist", group: "ends", everyday: true, does: "", parameters: [], rarely: [], words: { en: words("Twist", "By", "the ankle"), de: words("Verdrehen", "Um", "das Sprunggelenk") } }];
+  expect(wordsOf(one)).toMatchObject({ title: "Twist", where: "By 3;  the ankle" });
+  setLanguage("de");
+  expect(wordsOf(one)).toMatchObject({ title: "Verdrehen", where: "Um 3;  das Sprunggelenk" });
+  setLanguage("en");
+  kinds.value = [];
 });
 
 test("two files of one limb are told apart by what they are made of", async () => {

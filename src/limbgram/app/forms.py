@@ -33,6 +33,7 @@ class FieldReply(BaseModel):
     default: Any = None
     least: float | None = None
     most: float | None = None
+    above: bool = Field(default=False, description="The least itself is not taken.")
     choices: list[str] = Field(default=[], description="Words to choose from; empty: any.")
     several: bool = False
 
@@ -47,6 +48,7 @@ class FieldReply(BaseModel):
             default=None if one.default is MISSING else tree_of(one.default),
             least=None if one.within is None else one.within.least,
             most=None if one.within is None else one.within.most,
+            above=one.within is not None and one.within.above,
             choices=list(one.choices),
             several=one.several,
         )

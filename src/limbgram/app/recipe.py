@@ -12,14 +12,16 @@ from limbgram.app.acts import ACT_ID
 from limbgram.app.blocks import change_blocks, surface_blocks
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
 from limbgram.app.desk import OpenShape
+from limbgram.app.forms import FieldReply
 from limbgram.app.replies import BINARY, FindingReply
 from limbgram.app.surface import tag_of
 from limbgram.cases.bench import Bench
+from limbgram.core.declared import declared, purpose_of
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.typed import tree_of
-from limbgram.findings import note
-from limbgram.workbench.edits.edit import Edit, name_of, parameters_of, purpose_of
+from limbgram.findings import LANGUAGES, note
+from limbgram.workbench.edits.edit import GROUP_NAMES, Edit, Words, name_of, words_in
 from limbgram.workbench.edits.editing import EDIT_NAMED
 from limbgram.workbench.recipe.accepting import plain_words
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, parse_recipe
@@ -78,20 +80,38 @@ def _gesture(
 GestureHere = Annotated[Gesture, Depends(_gesture)]
 
 
-class Parameter(BaseModel):
-    """One parameter of a kind of edit."""
+class EditWords(BaseModel):
+    """What people read of a kind of edit, in one language."""
 
     name: str
-    expected: str
-    meaning: str
+    group: str
+    does: str
+    labels: dict[str, str] = Field(description="What its parameters are called.")
+    help: dict[str, str] = Field(description="What they mean.")
+    choices: dict[str, str] = Field(description="What words to choose from are called.")
+
+    @classmethod
+    def of(cls, words: Words, group: str) -> "EditWords":
+        return cls(
+            name=words.name,
+            group=group,
+            does=words.does,
+            labels=dict(words.labels),
+            help=dict(words.help),
+            choices=dict(words.choices),
+        )
 
 
 class EditKind(BaseModel):
     """A kind of edit that there is."""
 
     kind: str
+    group: str
+    everyday: bool = Field(description="For everybody, not for experts alone.")
     does: str
-    parameters: list[Parameter]
+    parameters: list[FieldReply]
+    rarely: list[str] = Field(description="Parameters that experts alone are asked for.")
+    words: dict[str, EditWords] = Field(description="By language.")
 
 
 class EditReply(BaseModel):
@@ -208,11 +228,15 @@ def _kinds() -> tuple[EditKind, ...]:
     return tuple(
         EditKind(
             kind=kind,
+            group=made.about.group,
+            everyday=made.about.everyday,
             does=purpose_of(made),
-            parameters=[
-                Parameter(name=one.name, expected=one.expected, meaning=one.meaning)
-                for one in parameters_of(made)
-            ],
+            parameters=[FieldReply.of(one) for one in declared(made)],
+            rarely=list(made.about.rarely),
+            words={
+                spoken: EditWords.of(words_in(made, spoken), GROUP_NAMES[spoken][made.about.group])
+                for spoken in LANGUAGES
+            },
         )
         for kind, made in EDIT_NAMED.items()
     )

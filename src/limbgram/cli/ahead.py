@@ -31,8 +31,8 @@ from limbgram.reconstruction.surface.resampling import refine
 from limbgram.synthetic.options import SMALL, CaptureOptions
 from limbgram.synthetic.truth import Truth, stage_truth
 from limbgram.workbench.carving.setup import CarveOptions
-from limbgram.workbench.edits.cutting import PlaneCut
 from limbgram.workbench.edits.offset import offset
+from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.geodesic import shortest_path

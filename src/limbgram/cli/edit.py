@@ -7,12 +7,12 @@ import typer
 
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import ShapeArgument, UnitOption, require_apart, require_no_shape, shape_of
+from limbgram.core.declared import Declared, declared, purpose_of
 from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import other, require, toml_of, write_file
-from limbgram.core.typed import tree_of
+from limbgram.core.typed import tree_of, words_of_type
 from limbgram.findings import note, told
 from limbgram.formats.limb_file import write_limb
-from limbgram.workbench.edits.edit import parameters_of, purpose_of
 from limbgram.workbench.edits.editing import EDIT_NAMED
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, read_recipe
 from limbgram.workbench.recipe.ledger import lines_of
@@ -238,7 +238,7 @@ def kinds_command(
     for name, made in chosen.items():
         does = purpose_of(made)
         parameters = {
-            one.name: f"{one.expected}. {one.meaning}".rstrip() for one in parameters_of(made)
+            one.name: f"{_expected(one)}. {one.meaning}".rstrip() for one in declared(made)
         }
         content[name] = {"does": does, "parameters": parameters}
         if kind is None:
@@ -246,6 +246,18 @@ def kinds_command(
         else:
             lines += [does, *(f"  {key}: {expected}" for key, expected in parameters.items())]
     return Reply(tuple(lines), content)
+
+
+def _expected(one: Declared) -> str:
+    """What may be given: "a number above 0 and up to 20 mm, else 0.3"."""
+    expected = words_of_type(one.hint)
+    if one.within is not None:
+        how = "above {0:g} and up to {1:g}" if one.within.above else "from {0:g} to {1:g}"
+        expected += f"{', each' * one.several} {how.format(one.within.least, one.within.most)}"
+    if one.unit:
+        expected += f"{', in' * (one.within is None)} {one.unit}"
+    usual = "" if one.required or one.default in (None, "", ()) else f", else {one.default}"
+    return f"{expected}{usual}"
 
 
 def _kept(path: Path, recipe: Recipe) -> Reply:

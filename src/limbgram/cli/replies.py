@@ -99,7 +99,7 @@ def _ended_as_by_ctrl_c() -> Generator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-def _require_measures(options: Mapping[str, object], command: Callable[..., Reply]) -> None:
+def _require_measures(options: Mapping[str, object], command: Callable[..., object]) -> None:
     """Refuse typed numbers that measure nothing: inf, nan, 1e400 and 1e-308 are numbers to typer.
 
     Raises:
@@ -111,7 +111,7 @@ def _require_measures(options: Mapping[str, object], command: Callable[..., Repl
                 raise OptionsError("options.no_measure", option=_flag(command, name), number=number)
 
 
-def _flag(command: Callable[..., Reply], name: str) -> str:
+def _flag(command: Callable[..., object], name: str) -> str:
     """What the command line calls a parameter, without the two dashes."""
     beside = get_args(inspect.signature(command).parameters[name].annotation)[1:]
     flags = [flag for one in beside for flag in getattr(one, "param_decls", None) or ()]

@@ -28,17 +28,21 @@ class Within:
 
     least: float
     most: float
+    above: bool = False
+    """The least itself does not belong to it: 0 mm is no length."""
 
     __is_annotated_types_grouped_metadata__: ClassVar[Literal[True]] = True
 
     def __iter__(self) -> Iterator[Any]:
         """What pydantic checks by, where the app takes the dataclass as a request's body."""
-        from annotated_types import Ge, Le
+        from annotated_types import Ge, Gt, Le
 
-        return iter((Ge(self.least), Le(self.most)))
+        return iter((Gt(self.least) if self.above else Ge(self.least), Le(self.most)))
 
     def holds(self, value: float) -> bool:
-        return self.least <= value <= self.most  # NaN is not
+        return self.least <= value <= self.most and not (  # NaN is not
+            self.above and value == self.least
+        )
 
 
 @dataclass(frozen=True)
@@ -121,6 +125,11 @@ class Declared:
     def choices(self) -> tuple[str, ...]:
         """The words to choose from; empty where any are."""
         return get_args(self.hint) if get_origin(self.hint) is Literal else ()
+
+    @property
+    def several(self) -> bool:
+        """As many of one kind as are given."""
+        return get_origin(self.hint) is tuple and get_args(self.hint)[1:] == (...,)
 
 
 _UNITS = {

@@ -44,6 +44,8 @@ class Strictness:
     below: float = 1e300
     """No number with a fraction may be as large."""
     special: Special | None = None
+    limits: bool = True
+    """Numbers are held to the limits beside their type; False where what reads them does that."""
 
 
 STRICT = Strictness()
@@ -114,7 +116,7 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
     limits, text, hint = within_of(hint), text_of(hint), bare(hint)
     if text is not None and isinstance(tree, str):
         return _read(text, tree, at)
-    if limits is not None:
+    if limits is not None and by.limits:
         return _within(_value(tree, hint, at, by), limits, at)
     found = NotImplemented if by.special is None else by.special(tree, hint, at)
     if found is not NotImplemented:
@@ -142,8 +144,10 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
 def _within(number: Any, limits: Within, at: str) -> Any:
     """A number that lies within its limits; None has none."""
     if number is not None and not limits.holds(number):
+        lie = "be above" if limits.above else "lie between"
+        to = "and up to" if limits.above else "and"
         raise Mismatch(
-            f"{at or 'it'} must lie between {limits.least:g} and {limits.most:g}, not {number:g}"
+            f"{at or 'it'} must {lie} {limits.least:g} {to} {limits.most:g}, not {number:g}"
         )
     return number
 
@@ -224,6 +228,9 @@ def words_of_type(hint: Any) -> str:
         return f"{'one of ' if len(choices) > 1 else ''}{', '.join(map(str, choices))}"
     if get_origin(hint) is tuple:
         return "a list in brackets"
+    if get_origin(hint) in (Union, types.UnionType):
+        parts = [part for part in get_args(hint) if part is not types.NoneType]
+        return " or ".join(words_of_type(part) for part in parts)
     if is_dataclass(hint):
         return "a table"
     return _KINDS.get(hint, str(hint))

@@ -100,11 +100,14 @@ def all_words(language: str) -> dict[str, Words]:
     }
 
 
-@cache
 def terms(language: str) -> Mapping[str, str]:
     """Names of things, such as places of the body, by their English ones."""
-    file = _WORDS / language / "terms.toml"
-    return cast(dict[str, str], tomllib.loads(file.read_text(encoding="utf-8")))
+    return _terms(language)
+
+
+def add_terms(language: str, names: Mapping[str, str]) -> None:
+    """Names of things whose words stand beside their code, as those of edits do."""
+    _terms(language).update(names)
 
 
 def filled(
@@ -124,6 +127,12 @@ def placeholders(template: str) -> set[str]:
         if name is not None:
             asked |= {name, *placeholders(how or "")}
     return asked
+
+
+@cache
+def _terms(language: str) -> dict[str, str]:
+    file = _WORDS / language / "terms.toml"
+    return cast(dict[str, str], tomllib.loads(file.read_text(encoding="utf-8")))
 
 
 def _topics(language: str) -> Iterator[str]:

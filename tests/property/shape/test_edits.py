@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from limbgram.core.declared import declared
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.crossings import find_crossings
@@ -17,19 +18,29 @@ from limbgram.core.mesh.topology import (
     is_vertex_manifold,
     volume_mm3,
 )
-from limbgram.workbench.edits.cleaning import Clean
-from limbgram.workbench.edits.cutting import PlaneCut, Trimline
-from limbgram.workbench.edits.edit import Edit
+from limbgram.workbench.edits.clean import Clean
+from limbgram.workbench.edits.distal_end import DistalEnd
+from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import EDITS, do_edit
-from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
-from limbgram.workbench.edits.learned import FromTemplate
-from limbgram.workbench.edits.percent import Increase, Reduction
-from limbgram.workbench.edits.presets import Liner, Sock, SockPly
-from limbgram.workbench.edits.regional import Load, Relieve
+from limbgram.workbench.edits.extension import Extension
+from limbgram.workbench.edits.fill import Fill
+from limbgram.workbench.edits.flare import Flare
+from limbgram.workbench.edits.from_template import FromTemplate
+from limbgram.workbench.edits.increase import Increase
+from limbgram.workbench.edits.liner import Liner
+from limbgram.workbench.edits.load import Load
+from limbgram.workbench.edits.mirror import Mirror
+from limbgram.workbench.edits.offset import Offset
+from limbgram.workbench.edits.plane_cut import PlaneCut
+from limbgram.workbench.edits.reduction import Reduction
+from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.edits.smoothing import Smoothing
-from limbgram.workbench.edits.solids import Fill, Mirror, Offset, Wall
+from limbgram.workbench.edits.sock import Sock
+from limbgram.workbench.edits.sock_ply import SockPly
+from limbgram.workbench.edits.trimline import Trimline
+from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
-from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
+from limbgram.workbench.recipe.file import encode_recipe, make_edit, parse_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 from limbgram.workbench.templates.fields import ANGLES, node_heights
 from limbgram.workbench.templates.files import encode_template
@@ -125,7 +136,7 @@ lines = st.builds(
 levels = {"heights_mm": st.just((10.0, 90.0)), "of": st.sampled_from(["girth", "volume"])}
 per_cent = st.tuples(st.floats(0, 10), st.floats(0, 10))
 names = st.sampled_from(["iceross-original", "alpha-3mm", "alpha-6mm", "alpha-9mm"])
-TRIED: dict[type[Edit], st.SearchStrategy[Any]] = {
+BY_HAND: dict[type[Edit], st.SearchStrategy[Any]] = {
     Clean: st.builds(Clean, spikes=st.booleans()),
     Relieve: st.builds(Relieve, at=places, depth_mm=amounts, falloff_mm=st.floats(10, 40)),
     Load: st.builds(Load, within=rings, depth_mm=amounts, falloff_mm=st.floats(5, 20)),
@@ -158,11 +169,48 @@ TRIED: dict[type[Edit], st.SearchStrategy[Any]] = {
     Mirror: st.just(Mirror(confirmed_side="right")),
     FromTemplate: st.builds(FromTemplate, learned=st.just(template()), strength=st.floats(0.2, 2)),
 }
+"""For those that are tried in more ways than round their own example."""
+
+
+def round_its_example(kind: type[Edit]) -> st.SearchStrategy[Edit]:
+    """An edit by what it declares: its numbers near those of its example, any of its choices."""
+    given: dict[str, st.SearchStrategy[Any]] = {}
+    for one in declared(kind):
+        value = kind.about.example.get(one.name)
+        if one.choices:
+            given[one.name] = st.sampled_from(one.choices)
+        elif one.hint is bool:
+            given[one.name] = st.booleans()
+        elif one.hint is float and value is not None:
+            ends = sorted((value / 4, value * 2))
+            if one.within is not None:
+                ends = [max(ends[0], one.within.least), min(ends[1], one.within.most)]
+            given[one.name] = st.floats(*ends, exclude_min=ends[0] == 0)
+        elif value is not None:
+            given[one.name] = st.just(value)
+    return st.fixed_dictionaries(given).map(
+        lambda values: make_edit(name_of(kind), values, "tried")
+    )
+
+
+TRIED = {kind: BY_HAND[kind] if kind in BY_HAND else round_its_example(kind) for kind in EDITS}
 EDIT = st.one_of(*TRIED.values())
 
 
-def test_every_kind_of_edit_is_tried() -> None:
-    assert set(TRIED) == set(EDITS)
+@pytest.mark.parametrize("kind", EDITS, ids=name_of)
+def test_an_edit_does_its_example_or_says_why_not(kind: type[Edit]) -> None:
+    """Every kind there is, also one that nobody has thought of here."""
+    edit = make_edit(name_of(kind), kind.about.example, "its example")
+    limb = bumpy(1)
+    refusal = None
+    try:
+        done = do_edit(limb, edit)
+    except EditError as error:
+        done, refusal = None, error.finding.code
+    assert refusal in (None, "edit.landmark.none", "edit.template.unreadable")
+    if done is not None:
+        moved = done.mesh.vertices_mm.tobytes() != limb.mesh.vertices_mm.tobytes()
+        assert moved or done.notes, "it does nothing and says nothing"
 
 
 @settings(max_examples=40)

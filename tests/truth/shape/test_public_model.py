@@ -14,7 +14,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, face_components
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.edits.solids import Wall
+from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.recipe import Recipe, replay
 

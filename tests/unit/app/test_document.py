@@ -1,11 +1,11 @@
 """The description of the API that the client is built against."""
 
-import json
-import re
 from pathlib import Path
 
 from limbgram.app.document import document, text_of
 from limbgram.app.recipe import list_kinds
+from limbgram.findings import LANGUAGES
+from limbgram.workbench.edits.editing import EDIT_NAMED
 
 KEPT = Path(__file__).parents[3] / "web" / "openapi.json"
 
@@ -23,14 +23,24 @@ def test_every_route_is_under_the_version_and_says_what_it_is() -> None:
             assert told["description"]
 
 
-def test_what_the_page_says_of_edits_is_what_the_server_says() -> None:
-    """The page has these sentences in every language; its English ones are held against these."""
-    texts = (Path(__file__).parents[3] / "web" / "src" / "texts.ts").read_text("utf-8")
-    rows = dict(re.findall(r'^  "((?:does|how)\.[^"]+)": \[\s*("(?:[^"\\]|\\.)*"),', texts, re.M))
-    said = {f"does.{kind.kind}": kind.does for kind in list_kinds()} | {
-        f"how.{kind.kind}.{one.name}": one.meaning
-        for kind in list_kinds()
-        for one in kind.parameters
-        if one.meaning and one.name != "positions_in"
+def test_the_app_tells_of_every_edit_what_its_form_needs_in_every_language() -> None:
+    told = {one.kind: one for one in list_kinds()}
+    assert list(told) == list(EDIT_NAMED)
+    sock = told["sock"]
+    (thickness,) = sock.parameters
+    assert (thickness.unit, thickness.least, thickness.most, thickness.above) == ("mm", 0, 20, True)
+    assert (thickness.default, thickness.needed) == (0.3, False)
+    assert {one.name: one.choices for one in told["mirror"].parameters} == {
+        "confirmed_side": ["left", "right"]
     }
-    assert {key: json.loads(text) for key, text in rows.items()} == said
+    assert sock.words["de"].name == "Strumpf abziehen"
+    assert sock.words["de"].labels == {"thickness_mm": "Dicke"}
+    assert sock.words["en"].help == {"thickness_mm": thickness.meaning}
+    for one in told.values():
+        names = {field.name for field in one.parameters}
+        for spoken in LANGUAGES:
+            words = one.words[spoken]
+            assert words.name
+            assert words.does
+            assert words.group
+            assert set(words.labels) == set(words.help) == names

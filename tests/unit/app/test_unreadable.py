@@ -11,7 +11,7 @@ from limbgram.cases.bench import Bench
 from limbgram.cases.running import job_file
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import CaseError
-from limbgram.workbench.edits.solids import Offset
+from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.measures.tape import TapeReading
 from limbgram.workbench.recipe.recipe import Entry, Recipe
 

@@ -26,7 +26,7 @@ from limbgram.report.record.record import RecordOptions
 from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
 from limbgram.services.export import Aop
 from limbgram.workbench.carving.radius_map import RadiusMap
-from limbgram.workbench.edits.solids import Offset
+from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.recipe.recipe import Entry
 

@@ -19,9 +19,9 @@ from limbgram.report.record.bias import biases
 from limbgram.report.record.layout import badge, measure_rows, record_report
 from limbgram.report.record.record import RecordOptions, record_of
 from limbgram.report.record.sources import CaseAccuracy, CaseSource, RecipeSource, ShapeSource
-from limbgram.workbench.edits.learned import FromTemplate
-from limbgram.workbench.edits.percent import Reduction
-from limbgram.workbench.edits.regional import Load
+from limbgram.workbench.edits.from_template import FromTemplate
+from limbgram.workbench.edits.load import Load
+from limbgram.workbench.edits.reduction import Reduction
 from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import measure_limb

@@ -2484,10 +2484,29 @@ export interface components {
         EditKind: {
             /** Kind */
             kind: string;
+            /** Group */
+            group: string;
+            /**
+             * Everyday
+             * @description For everybody, not for experts alone.
+             */
+            everyday: boolean;
             /** Does */
             does: string;
             /** Parameters */
-            parameters: components["schemas"]["Parameter"][];
+            parameters: components["schemas"]["FieldReply"][];
+            /**
+             * Rarely
+             * @description Parameters that experts alone are asked for.
+             */
+            rarely: string[];
+            /**
+             * Words
+             * @description By language.
+             */
+            words: {
+                [key: string]: components["schemas"]["EditWords"];
+            };
         };
         /**
          * EditReply
@@ -2516,6 +2535,39 @@ export interface components {
              * @description In one line.
              */
             text: string;
+        };
+        /**
+         * EditWords
+         * @description What people read of a kind of edit, in one language.
+         */
+        EditWords: {
+            /** Name */
+            name: string;
+            /** Group */
+            group: string;
+            /** Does */
+            does: string;
+            /**
+             * Labels
+             * @description What its parameters are called.
+             */
+            labels: {
+                [key: string]: string;
+            };
+            /**
+             * Help
+             * @description What they mean.
+             */
+            help: {
+                [key: string]: string;
+            };
+            /**
+             * Choices
+             * @description What words to choose from are called.
+             */
+            choices: {
+                [key: string]: string;
+            };
         };
         /**
          * ExportKind
@@ -2569,6 +2621,12 @@ export interface components {
             least?: number | null;
             /** Most */
             most?: number | null;
+            /**
+             * Above
+             * @description The least itself is not taken.
+             * @default false
+             */
+            above: boolean;
             /**
              * Choices
              * @description Words to choose from; empty: any.
@@ -3336,18 +3394,6 @@ export interface components {
              * @description Ids of cases that are aligned and rectified.
              */
             cases: string[];
-        };
-        /**
-         * Parameter
-         * @description One parameter of a kind of edit.
-         */
-        Parameter: {
-            /** Name */
-            name: string;
-            /** Expected */
-            expected: string;
-            /** Meaning */
-            meaning: string;
         };
         /**
          * Password

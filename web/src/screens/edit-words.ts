@@ -2,14 +2,15 @@
 import type { Schemas } from "../api/client";
 import { innermost } from "../design/refusal";
 import { signed } from "../geometry/scales";
-import { t, tOr } from "../texts";
+import { choiceOf, labelOf, nameOf } from "../edits";
+import { t } from "../texts";
 import { type Finding, term, told } from "../words";
 
 /** What an edit is called, where it works, and its number to change later. */
 export function wordsOf(one: Schemas["EditReply"]): { title: string; where: string; amount: string; field: string | null } {
   const p = one.parameters as Record<string, unknown>;
   const depth = Number(p.depth_mm);
-  const title = one.kind === "load" ? t("load") : one.kind === "relieve" ? t("relief") : tOr(`edit.${one.kind}`, one.kind);
+  const title = nameOf(one.kind);
   const within = Array.isArray(p.within) && p.within.length > 0;
   const where = within ? t("drawn.region") : typeof p.at === "string" ? term(p.at) : p.at ? t("a.point") : numbersOf(one);
   if (one.kind === "load" || one.kind === "relieve") return { title, where, amount: `${signed(one.kind === "load" ? -depth : depth)} mm`, field: "depth_mm" };
@@ -23,19 +24,13 @@ function numbersOf(one: Schemas["EditReply"]): string {
   const p = one.parameters as Record<string, unknown>;
   if (Array.isArray(p.through)) return t("trimline.along", p.through.length);
   const given = one.telling.filter((name) => name in p && name !== "positions_in");
-  return given.map((name) => `${labelOf(name)} ${valueOf(p[name])}`).join("; ");
+  return given.map((name) => `${labelOf(one.kind, name)} ${valueOf(one.kind, p[name])}`).join("; ");
 }
 
-/** What a parameter is called. */
-export function labelOf(name: string): string {
-  const plain = name.replace(/_(mm|deg)$/, "").replaceAll("_", " ");
-  return tOr(`param.${name}`, plain[0].toUpperCase() + plain.slice(1));
-}
-
-function valueOf(value: unknown): string {
-  if (Array.isArray(value)) return value.map(valueOf).join(", ");
+function valueOf(kind: string, value: unknown): string {
+  if (Array.isArray(value)) return value.map((each) => valueOf(kind, each)).join(", ");
   if (typeof value === "boolean") return t(value ? "yes" : "no");
-  return typeof value === "string" ? tOr(`choice.${value}`, term(value)) : String(value);
+  return typeof value === "string" ? (choiceOf(kind, value) ?? term(value)) : String(value);
 }
 
 /** A finding as sentences of their own. */

@@ -7,20 +7,22 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 
-import { type Schemas, type Refused, api, taken } from "../api/client";
+import type { Refused } from "../api/client";
 import { Button } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { signed } from "../geometry/scales";
-import { useAsked } from "../state/asked";
 import { expert } from "../state/settings";
-import { t, tOr } from "../texts";
+import { type Parameter, choiceOf, groupOf, helpOf, kinds, labelOf, nameOf, purposeOf } from "../edits";
+import { t } from "../texts";
 import { term } from "../words";
-import { labelOf } from "./edit-words";
 
-const FIRST_LEVEL = ["sock", "smoothing", "offset", "extension", "flare", "distal-end", "plane-cut", "fill", "wall", "clean"];
-/** Parameters that an expert alone is asked for; left out, they have their usual value. */
-const FOR_EXPERTS = ["positions_in", "leave", "leave_mm", "least_mm", "forward_deg", "right_deg", "sheets_mm", "spikes"];
+/** The edits that have forms of their own. */
+const LEARNED = "learned";
 const TRY_AFTER_MS = 600;
+/** The server's words for what is either. */
+const YES_OR_NO = "true or false";
+/** As long as no limb is: a range up to there says nothing. */
+const LONGEST = 2000;
 const FIRST_LEVELS: readonly Level[] = [
   { height: "", amount: "" },
   { height: "", amount: "" },
@@ -39,7 +41,8 @@ interface Body {
 
 interface Props {
   readonly first: string;
-  readonly only: readonly string[] | null;
+  /** The group of edits that is offered; null for all that everybody, or an expert, is offered. */
+  readonly only: string | null;
   readonly places: readonly string[];
   readonly busy: boolean;
   readonly waits: boolean;
@@ -53,7 +56,6 @@ interface Props {
 }
 
 export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused, onTry, onKeep, onDrop }: Props) {
-  const kinds = useAsked(() => taken(api.GET("/api/v1/edits", {})), []);
   const kind = useSignal(first);
   const given = useSignal<Record<string, string>>({});
   const levels = useSignal(FIRST_LEVELS);
@@ -63,14 +65,15 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
   const meanwhile = useRef(false);
   const wait = useRef(0);
   useEffect(() => () => clearTimeout(wait.current), []);
-  const all = (kinds.value.value ?? []).filter((one) => one.kind !== "from-template" && (only ? only.includes(one.kind) : expert.value || FIRST_LEVEL.includes(one.kind)));
+  const all = kinds.value.filter((one) => (only ? one.group === only : one.group !== LEARNED && (expert.value || one.everyday)));
+  const groups = [...new Set(all.map((one) => one.group))];
   const one = all.find((k) => k.kind === kind.value) ?? all[0];
-  const parameters = (one?.parameters ?? []).filter((p) => p.name !== "positions_in" && (expert.value || !FOR_EXPERTS.includes(p.name)));
+  const parameters = (one?.parameters ?? []).filter((p) => p.name !== "positions_in" && (expert.value || !one?.rarely.includes(p.name)));
   const byLevels = parameters.some((p) => p.name === "heights_mm");
   const fields = parameters.filter((p) => p.name !== "heights_mm" && p.name !== "per_cent");
   const rows = levels.value.filter((row) => row.height.trim() && row.amount.trim());
-  const textOf = (p: Schemas["Parameter"]) => (given.value[p.name] ?? "").trim();
-  const lacks = [...fields.filter((p) => isAsked(p) && !textOf(p)).map((p) => labelOf(p.name)), ...(byLevels && rows.length === 0 ? [t("other.level")] : [])];
+  const textOf = (p: Parameter) => (given.value[p.name] ?? "").trim();
+  const lacks = [...fields.filter((p) => p.needed && !textOf(p)).map((p) => labelOf(one?.kind ?? "", p.name)), ...(byLevels && rows.length === 0 ? [t("other.level")] : [])];
   const body = (): Body | null => {
     if (!one) return null;
     const made: Record<string, unknown> = {};
@@ -120,7 +123,6 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
   return (
     <section class="edit other-edit">
       <h2>{t(only ? "tool.levels" : "tool.other")}</h2>
-      <Refusal refused={kinds.refused.value} />
       <span class="field">
         <select
           aria-label={t("tool.other")}
@@ -133,14 +135,21 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
             onDrop();
           }}
         >
-          {all.map((k) => (
-            <option key={k.kind} value={k.kind}>
-              {tOr(`edit.${k.kind}`, k.kind)}
-            </option>
-          ))}
+          {groups.map((group) => {
+            const own = all.filter((k) => k.group === group);
+            return (
+              <optgroup key={group} label={groupOf(own[0].kind)}>
+                {own.map((k) => (
+                  <option key={k.kind} value={k.kind}>
+                    {nameOf(k.kind)}
+                  </option>
+                ))}
+              </optgroup>
+            );
+          })}
         </select>
       </span>
-      {one && <p class="soft small-note">{tOr(`does.${one.kind}`, one.does)}</p>}
+      {one && <p class="soft small-note">{purposeOf(one.kind)}</p>}
       {byLevels && (
         <div class="level-rows" role="group" aria-label={t("other.levels")}>
           <div class="level-row small soft" aria-hidden="true">
@@ -178,14 +187,14 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
       )}
       {fields.map((p) => (
         <label key={p.name} class="stacked">
-          <span>{labelOf(p.name)}</span>
+          <span>{labelOf(one?.kind ?? "", p.name)}</span>
           <span class="field">
             {choicesOf(p).length > 0 ? (
               <select value={given.value[p.name] ?? usual(p)} onChange={(event) => set(p.name, event.currentTarget.value)}>
-                {isAsked(p) && <option value="">{t("choose")}</option>}
+                {p.needed && <option value="">{t("choose")}</option>}
                 {choicesOf(p).map((choice) => (
                   <option key={choice} value={choice}>
-                    {tOr(`choice.${choice}`, choice)}
+                    {wordOf(one?.kind ?? "", choice)}
                   </option>
                 ))}
               </select>
@@ -201,10 +210,9 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
             ) : (
               <input inputMode="decimal" placeholder={usual(p)} value={given.value[p.name] ?? ""} onInput={(event) => set(p.name, event.currentTarget.value)} onKeyDown={onEnter} />
             )}
-            {p.name.endsWith("_mm") && <span class="u">mm</span>}
-            {p.name.endsWith("_deg") && <span class="u">°</span>}
+            {p.unit && <span class="u">{p.unit === "deg" ? "°" : p.unit}</span>}
           </span>
-          <span class="small faint">{tOr(`how.${one?.kind}.${p.name}`, p.meaning)}</span>
+          <span class="small faint">{[helpOf(one?.kind ?? "", p.name), rangeOf(p)].filter(Boolean).join(" ")}</span>
         </label>
       ))}
       <Refusal refused={refused} />
@@ -226,30 +234,31 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
   );
 }
 
-/** A parameter without a usual value. */
-const isAsked = (p: Schemas["Parameter"]) => !/else/.test(p.expected);
-
 /** The words that a parameter may be, where it may be only some. */
-export function choicesOf(p: { readonly expected: string }): string[] {
-  if (/^bool/.test(p.expected)) return ["True", "False"];
-  const words = /^Literal\[([^\]]*)\]/.exec(p.expected)?.[1];
-  return words ? [...words.matchAll(/'([^']*)'/g)].map((found) => found[1]) : [];
+export function choicesOf(p: Pick<Parameter, "choices" | "expected">): readonly string[] {
+  return p.expected === YES_OR_NO ? ["true", "false"] : (p.choices ?? []);
 }
 
+const wordOf = (kind: string, choice: string) => (choice === "true" ? t("yes") : choice === "false" ? t("no") : (choiceOf(kind, choice) ?? term(choice)));
+
 /** What counts where nothing is said. */
-const usual = (p: Schemas["Parameter"]): string => {
-  const otherwise = /else (.*)$/.exec(p.expected)?.[1];
-  return otherwise && otherwise !== "None" && otherwise !== "()" ? otherwise.replaceAll("'", "") : "";
-};
+const usual = (p: Parameter): string => (p.default === null || p.default === undefined || Array.isArray(p.default) ? "" : String(p.default));
+
+/** Between what a number may lie, where that is no matter of course. */
+export function rangeOf(p: Pick<Parameter, "least" | "most" | "above" | "unit">): string {
+  if (typeof p.least !== "number" || typeof p.most !== "number" || p.most >= LONGEST) return "";
+  const most = p.unit ? `${p.most}\u00a0${p.unit === "deg" ? "°" : p.unit}` : `${p.most}`;
+  return t(p.above ? "other.range.above" : "other.range", p.least, most);
+}
 
 const numberOf = (text: string) => Number(text.trim().replace(",", ".").replace("−", "-"));
 
 /** What was typed as the server wants it: a number, a list of numbers, yes or no, or a word. */
-export function valueOf(text: string, p: { readonly expected: string }): unknown {
-  if (/bool/.test(p.expected)) return /^(true|yes|ja|1)$/i.test(text);
+export function valueOf(text: string, p: Pick<Parameter, "expected" | "several">): unknown {
+  if (p.expected === YES_OR_NO) return text === "true";
   const parts = text.split(/[,;]\s*|\s+/).filter(Boolean).map((part) => part.replace("−", "-"));
   const numbers = parts.map(Number);
-  if (/tuple|list|Sequence/.test(p.expected)) return numbers.every(Number.isFinite) ? numbers : parts;
+  if (p.several) return numbers.every(Number.isFinite) ? numbers : parts;
   const one = Number(text.replace(",", ".").replace("−", "-"));
   return Number.isFinite(one) ? one : text;
 }

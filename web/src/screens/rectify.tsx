@@ -755,7 +755,7 @@ export function RectifyScreen({ room }: RoomProps) {
               </div>
             </section>
           )}
-          {(tool.value === "levels" || tool.value === "other") && <OtherEdit key={tool.value} first={tool.value === "levels" ? "reduction" : (first ?? "sock")} only={tool.value === "levels" ? ["reduction", "increase", "liner", "sock-ply"] : null} places={limb?.reply.places.map((one) => one.name) ?? []} busy={keeping.value} waits={waits.value} volume_ml={trial.value && line ? changed(line.volume) : null} refused={refused.value} onTry={tryNew} onKeep={add} onDrop={drop} />}
+          {(tool.value === "levels" || tool.value === "other") && <OtherEdit key={tool.value} first={tool.value === "levels" ? "reduction" : (first ?? "sock")} only={tool.value === "levels" ? "levels" : null} places={limb?.reply.places.map((one) => one.name) ?? []} busy={keeping.value} waits={waits.value} volume_ml={trial.value && line ? changed(line.volume) : null} refused={refused.value} onTry={tryNew} onKeep={add} onDrop={drop} />}
           {tool.value === "template" && (
             <TemplateEdits
               room={room}

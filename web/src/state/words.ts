@@ -1,7 +1,8 @@
-/** Fetches the words of findings: once for each language, as soon as the server answers. */
+/** Fetches the words of findings, once for each language, and the kinds of edits, as soon as the server answers. */
 import { effect } from "@preact/signals";
 
 import { api, link, taken } from "../api/client";
+import { kinds } from "../edits";
 import { language } from "../texts";
 import { words } from "../words";
 
@@ -14,6 +15,15 @@ export function watchWords(): void {
         words.value = { ...words.peek(), [spoken]: got };
       },
       () => undefined, // English sentences stand till it answers
+    );
+  });
+  effect(() => {
+    if (link.value !== "open" || kinds.peek().length) return;
+    taken(api.GET("/api/v1/edits", {})).then(
+      (got) => {
+        kinds.value = got;
+      },
+      () => undefined, // names of the recipe stand till it answers
     );
   });
 }

@@ -8,7 +8,7 @@ from limbgram.findings import Finding, Gravity, doubt, fault, note
 from limbgram.report.record.content import CaseCited, Content, Json, RecipeDone
 from limbgram.report.record.sources import SAME_MM
 from limbgram.workbench.edits.pressing import PRESSES_MM
-from limbgram.workbench.edits.solids import LEAST_WALL_MM
+from limbgram.workbench.edits.wall import LEAST_WALL_MM
 from limbgram.workbench.measures.measuring import Measures
 
 _FILLED_SHARE = 0.01

@@ -18,7 +18,7 @@ from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding
 from limbgram.report.accuracy.judgement import Light
-from limbgram.workbench.edits.learned import FromTemplate
+from limbgram.workbench.edits.from_template import FromTemplate
 from limbgram.workbench.frame.names import known_identity
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.ledger import Ledger

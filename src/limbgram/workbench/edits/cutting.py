@@ -8,7 +8,7 @@ Fails   EditError: the cut misses the shape, or cannot be capped.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -20,24 +20,10 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops, find_edges, with_faces
 from limbgram.reconstruction.surface.holes import loop_area
 from limbgram.reconstruction.surface.resampling import Triangles, even_out
-from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.fineness import divide
-from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.regions import (
-    FrameName,
-    Place,
-    draw_curve,
-    find_sides,
-    fine_along,
-    height_mm,
-    middles_mm,
-    on_surface,
-    points_in_limb_frame,
-    position_mm,
-    require_ring,
     with_added,
 )
-from limbgram.workbench.limb import Limb
 
 _ROUNDS = 6
 ON_IT_MM = 1e-3
@@ -55,104 +41,6 @@ class Cut:
     mesh: Mesh
     on_cut: Bool[np.ndarray, " n"]
     """Vertices that lie on the cut."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlaneCut:
-    """Cut by a plane across the limb's axis."""
-
-    height_mm: float
-    """Where the plane meets the middle of the limb."""
-    above: str = ""
-    """Landmark from which the height counts; without it the distal end's origin."""
-    forward_deg: float = 0.0
-    """Tilt: how much the plane rises towards posterior (its normal leans to anterior)."""
-    right_deg: float = 0.0
-    """Tilt: how much the plane rises towards the left (its normal leans to the patient's right)."""
-    keep: Part = "distal"
-    """Which part stays."""
-    capped: bool = False
-    """Whether the cut is closed by a flat surface."""
-
-    title: ClassVar[str] = "The plane cut"
-    effect: ClassVar[Effect] = Effect()
-
-    def check(self) -> None:
-        """Refuse a plane that no longer lies across the limb.
-
-        Raises:
-            EditError: it is too steep.
-        """
-        if not max(abs(self.forward_deg), abs(self.right_deg)) <= _STEEPEST_DEG:
-            raise EditError(
-                "edit.cut.steep",
-                what=self.title,
-                most_deg=_STEEPEST_DEG,
-                forward_deg=self.forward_deg,
-                right_deg=self.right_deg,
-            )
-
-    def apply(self, limb: Limb) -> Limb:
-        """Cut by a plane; triangles across it are split, so the new edge lies in it.
-
-        Raises:
-            EditError: the plane misses the shape, or cannot be closed.
-        """
-        what = self.title
-        level = height_mm(limb, self.height_mm, self.above, what)
-        points = points_in_limb_frame(limb, what)
-        middle = middles_mm(limb, np.array([[0.0, 0.0, level]]), what)[0]
-        tilt = np.tan(np.radians([self.right_deg, self.forward_deg]))
-        normal = np.array([tilt[0], tilt[1], 1.0])
-        normal /= np.linalg.norm(normal)
-        values = ((points - middle) * normal).sum(1) * (1.0 if self.keep == "proximal" else -1.0)
-        if not (values > ON_IT_MM).any() or not (values < -ON_IT_MM).any():
-            low, high = float(points[:, 2].min()), float(points[:, 2].max())
-            raise EditError("edit.cut.misses", what=what, height_mm=level, low_mm=low, high_mm=high)
-        cut = keep_positive(limb.mesh, values)
-        mesh = cap(cut.mesh, cut.on_cut, what) if self.capped else cut.mesh
-        require_sound(what, limb.mesh, mesh)
-        return limb.with_mesh(mesh)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Trimline:
-    """Cut along a closed curve drawn on the surface."""
-
-    through: tuple[Place, ...]
-    """Points in order round the limb, on the surface; the curve through them is smooth."""
-    keep: Part = "distal"
-    """Which part stays."""
-    positions_in: FrameName = "limb"
-    """Frame of coordinates."""
-
-    title: ClassVar[str] = "The trimline"
-    effect: ClassVar[Effect] = Effect()
-
-    def check(self) -> None:
-        require_ring(self.through, self.title)
-
-    def apply(self, limb: Limb) -> Limb:
-        """Cut along a curve; triangles across it are split, so the new brim follows it.
-
-        Raises:
-            EditError: the curve does not part the surface in two.
-        """
-        what = self.title
-        picked = np.stack(
-            [position_mm(limb, place, self.positions_in, what) for place in self.through]
-        )
-        curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
-        fine = fine_along(limb.mesh, curve, _EDGE_MM)
-        sides = find_sides(fine, curve, what)
-        heights = points_in_limb_frame(limb.with_mesh(fine), what)[:, 2]
-        left_is_kept = _is_kept(fine, sides.left, heights, self.keep)
-        apart = np.where(
-            np.isfinite(sides.signed_mm), sides.signed_mm, np.where(sides.left, 1e3, -1e3)
-        )
-        cut = keep_positive(fine, apart if left_is_kept else -apart)
-        require_sound(what, limb.mesh, cut.mesh)
-        return limb.with_mesh(cut.mesh)
 
 
 def keep_positive(mesh: Mesh, values_mm: Float64[np.ndarray, " n"]) -> Cut:
@@ -202,17 +90,6 @@ def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
             raise EditError("edit.cap.crosses", what=what)
         faces.append(ring[cut])
     return _made_even(mesh, np.concatenate(faces).astype(np.int32))
-
-
-def _is_kept(
-    mesh: Mesh, left: Bool[np.ndarray, " n"], heights: Float64[np.ndarray, " n"], keep: Part
-) -> bool:
-    """Whether the part to the left of the curve is the one to keep, by the middles of both."""
-    areas = np.linalg.norm(mesh.face_normals(), axis=1)
-    middle, share = heights[mesh.faces].mean(1), left[mesh.faces].mean(1)
-    of_left = (areas * share * middle).sum() / (areas * share).sum()
-    of_right = (areas * (1 - share) * middle).sum() / (areas * (1 - share)).sum()
-    return bool((of_left > of_right) == (keep == "proximal"))
 
 
 def _in_plane(normal: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "2 3"]:

@@ -1,23 +1,67 @@
-"""An edit: one adjustment of a limb, and all that recipes, the ledger and the help know of it.
+"""An edit: one adjustment of a limb, and all that recipes, ledger, forms and help know of it.
 
-A kind of edit is a frozen dataclass with the attributes below. Its docstring says what it does, and
-the text under each parameter what that means: the command line prints both. Recipes call the kind
-by its class in small letters: PlaneCut is "plane-cut".
+A kind of edit is one file of this folder:
+
+    @edit(group="ends", order=1, effect=Effect(), example={"length_mm": 20.0})
+    class Extension(Edit):
+        \"\"\"Raise the brim along the limb's axis to a level edge.\"\"\"
+
+        length_mm: AboveZeroMm
+        \"\"\"From the highest point of the brim as it is to the new, level edge.\"\"\"
+
+        words = spoken(
+            en=Words(name="Raise the brim", title="The extension"),
+            de=Words(name="Rand erhöhen", title="Die Randerhöhung", does=..., labels=..., help=...),
+        )
+
+        def apply(self, limb: Limb) -> Limb: ...
+
+`editing.py` finds it there. Recipes call it by its class in small letters: PlaneCut is "plane-cut".
+The docstring says what it does, and the text under each field what that parameter means. Ranges
+that stand beside a field's type, lengths that no limb has, the surface that is left, and landmarks
+are `do_edit`'s work.
 """
 
-import ast
-import inspect
 import re
-from collections.abc import Iterator
-from dataclasses import MISSING, Field, dataclass, fields
-from itertools import pairwise
-from typing import Any, ClassVar, Literal, Protocol, cast, get_type_hints
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import Field, dataclass, field
+from functools import cache
+from typing import Annotated, Any, ClassVar, Literal, TypeVar, dataclass_transform, get_args
 
-from limbgram.core.errors import EditError
+from limbgram.core.declared import Within, declared, purpose_of
+from limbgram.findings import LANGUAGES
 from limbgram.workbench.limb import Limb
 
-_LONGEST_MM = 2000.0
+LONGEST_MM = 2000.0
 """No limb is longer, and nothing on it is."""
+AboveZeroMm = Annotated[float, Within(0, LONGEST_MM, above=True)]
+FromZeroMm = Annotated[float, Within(0, LONGEST_MM)]
+
+Group = Literal["scan", "areas", "levels", "surface", "ends", "cuts", "solids", "learned"]
+"""In the order in which help and forms list them."""
+GROUP_NAMES: Mapping[str, Mapping[Group, str]] = {
+    "en": {
+        "scan": "The scan",
+        "areas": "Areas",
+        "levels": "By levels",
+        "surface": "The whole surface",
+        "ends": "Brim and distal end",
+        "cuts": "Cuts",
+        "solids": "Holes, wall, side",
+        "learned": "Learned",
+    },
+    "de": {
+        "scan": "Der Scan",
+        "areas": "Bereiche",
+        "levels": "Nach Höhe",
+        "surface": "Die ganze Fläche",
+        "ends": "Rand und distales Ende",
+        "cuts": "Schnitte",
+        "solids": "Löcher, Wand, Seite",
+        "learned": "Gelernt",
+    },
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,39 +78,105 @@ class Effect:
     edit made."""
 
 
-class Edit(Protocol):
+@dataclass(frozen=True, kw_only=True)
+class Words:
+    """What people read of a kind of edit, in one language."""
+
+    name: str = ""
+    """In lists and forms: "Raise the brim"."""
+    title: str = ""
+    """What sentences begin with: "The extension"."""
+    does: str = ""
+    """What it does; in English its docstring."""
+    labels: Mapping[str, str] = field(default_factory=dict[str, str])
+    """What its parameters are called; in English their names, where nothing is said."""
+    help: Mapping[str, str] = field(default_factory=dict[str, str])
+    """What they mean; in English the text under them."""
+    choices: Mapping[str, str] = field(default_factory=dict[str, str])
+    """What words to choose from are called."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class About:
+    """What the program knows of a kind of edit besides its parameters."""
+
+    group: Group
+    order: int
+    """Within its group."""
+    effect: Effect
+    everyday: bool
+    """The app offers it to everybody, not to experts alone."""
+    rarely: tuple[str, ...]
+    """Parameters for which the app asks experts alone."""
+    guarded: bool
+    """`do_edit` refuses a surface that it folds, tears or pushes through itself. False where it
+    looks itself, against the triangles that it made finer first, or turns the whole surface."""
+    example: Mapping[str, Any]
+    """Parameters with which it does something to a limb, as a recipe has them: tests try these."""
+
+
+class Edit(ABC):
     """A kind of edit, with its parameters."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    about: ClassVar[About]
     title: ClassVar[str]
     """What messages call it."""
-    effect: ClassVar[Effect]
+    words: ClassVar[Mapping[str, Words]]
+    """By language; `words_in` adds what the source says, and what a base class has."""
 
-    def check(self) -> None:
-        """Refuse numbers that make sense on no limb, before there is one.
+    def check(self) -> None:  # noqa: B027 - most have nothing to add
+        """Refuse numbers that make sense on no limb beyond their ranges, before there is one.
 
         Raises:
-            EditError: says what is out of its range.
+            EditError: says which.
         """
-        ...
 
+    @abstractmethod
     def apply(self, limb: Limb) -> Limb:
         """The limb after the edit, whose numbers have been checked; see `editing.do_edit`.
 
         Raises:
             EditError: the edit makes no sense on this limb, or would spoil its surface.
         """
-        ...
 
 
-@dataclass(frozen=True, kw_only=True)
-class Parameter:
-    """One parameter of a kind of edit, for people."""
+Kind = TypeVar("Kind", bound=type[Edit])
 
-    name: str
-    expected: str
-    """Its type and its default."""
-    meaning: str
+
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+def edit(
+    *,
+    group: Group,
+    order: int,
+    effect: Effect,
+    everyday: bool = False,
+    rarely: tuple[str, ...] = (),
+    guarded: bool = True,
+    example: Mapping[str, Any],
+) -> Callable[[Kind], Kind]:
+    """Make a class a kind of edit: a frozen dataclass that knows what `About` says."""
+
+    def made(kind: Kind) -> Kind:
+        dataclass(frozen=True, kw_only=True)(kind)
+        kind.about = About(
+            group=group,
+            order=order,
+            effect=effect,
+            everyday=everyday,
+            rarely=rarely,
+            guarded=guarded,
+            example=example,
+        )
+        kind.title = kind.words[LANGUAGES[0]].title
+        return kind
+
+    return made
+
+
+def spoken(*, en: Words, de: Words) -> Mapping[str, Words]:
+    """Words by language."""
+    return {"en": en, "de": de}
 
 
 def name_of(kind: type[Edit]) -> str:
@@ -74,58 +184,45 @@ def name_of(kind: type[Edit]) -> str:
     return re.sub(r"(?<!^)([A-Z])", r"-\1", kind.__name__).lower()
 
 
-def purpose_of(kind: type[Edit]) -> str:
-    """What it does, in a line."""
-    return " ".join((kind.__doc__ or "").split())
+def place_of(kind: type[Edit]) -> tuple[int, int, str]:
+    """By this edits are sorted."""
+    return get_args(Group).index(kind.about.group), kind.about.order, kind.__name__
 
 
-def parameters_of(kind: type[Edit]) -> tuple[Parameter, ...]:
-    """Its parameters in order, each with what its source says under it."""
-    hints, meanings = get_type_hints(kind), _meanings(kind)
-    return tuple(
-        Parameter(
-            name=one.name,
-            expected=_expected(hints[one.name], one.default),
-            meaning=meanings.get(one.name, ""),
-        )
-        for one in fields(kind)
+@cache
+def words_in(kind: type[Edit], language: str) -> Words:
+    """All that people read of a kind of edit; what lacks in a language is in English."""
+    spoken = _said(kind, language)
+    if language == LANGUAGES[0]:
+        source = {one.name: one.meaning for one in declared(kind)}
+        plain = {name: _plain(name) for name in source}
+        first = Words(does=purpose_of(kind), labels=plain, help=source)
+    else:
+        first = words_in(kind, LANGUAGES[0])
+    return _over(first, spoken)
+
+
+def _said(kind: type[Edit], language: str) -> Words:
+    """What the class and those that it inherits from say."""
+    found = Words()
+    for made in reversed(kind.__mro__):
+        words: Mapping[str, Words] = vars(made).get("words", {})
+        found = _over(found, words.get(language, Words()))
+    return found
+
+
+def _over(first: Words, second: Words) -> Words:
+    """The second one's words, and the first one's where it has none."""
+    return Words(
+        name=second.name or first.name,
+        title=second.title or first.title,
+        does=second.does or first.does,
+        labels={**first.labels, **second.labels},
+        help={**first.help, **second.help},
+        choices={**first.choices, **second.choices},
     )
 
 
-def require_lengths(edit: Edit) -> None:
-    """Refuse lengths that no limb has.
-
-    Raises:
-        EditError: says which.
-    """
-    for name, length_mm in _lengths_mm(edit):
-        if not abs(length_mm) <= _LONGEST_MM:
-            raise EditError(
-                "edit.longer_than_limb", what=edit.title, name=name, length_mm=length_mm
-            )
-
-
-def _expected(hint: Any, default: object) -> str:
-    kind = hint.__name__ if isinstance(hint, type) else str(hint).replace("typing.", "")
-    return kind if default is MISSING else f"{kind}, else {default!r}"
-
-
-def _meanings(kind: type[Edit]) -> dict[str, str]:
-    """What the source says under each parameter."""
-    body = cast(ast.ClassDef, ast.parse(inspect.getsource(kind)).body[0]).body
-    meanings: dict[str, str] = {}
-    for line, below in pairwise(body):
-        if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name):
-            text = below.value if isinstance(below, ast.Expr) else None
-            if isinstance(text, ast.Constant):
-                meanings[line.target.id] = " ".join(str(text.value).split())
-    return meanings
-
-
-def _lengths_mm(edit: Edit) -> Iterator[tuple[str, float]]:
-    """Names and values of all that is given in millimetres, without places."""
-    for field in fields(edit):
-        if field.name.endswith("_mm"):
-            value: float | tuple[float, ...] | None = getattr(edit, field.name)
-            several = value if isinstance(value, tuple) else () if value is None else (value,)
-            yield from ((field.name, number) for number in several)
+def _plain(name: str) -> str:
+    """A parameter's name in words: "Height" of `height_mm`."""
+    return re.sub(r"_(mm|deg)$", "", name).replace("_", " ").capitalize()

@@ -1,50 +1,55 @@
-"""Editing: the table of all edits, and the one function that does any of them."""
+"""Editing: all kinds of edits, found in their files, and the one function that does any of them."""
 
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Final
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Final, cast
 
 import numpy as np
 
+from limbgram.core.declared import declared
+from limbgram.core.errors import EditError
 from limbgram.core.mesh.planted import tree_on
-from limbgram.findings import doubt
-from limbgram.workbench.edits.cleaning import Clean
-from limbgram.workbench.edits.cutting import ON_IT_MM, PlaneCut, Trimline
-from limbgram.workbench.edits.edit import Edit, name_of, require_lengths
-from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
-from limbgram.workbench.edits.learned import FromTemplate
-from limbgram.workbench.edits.percent import Increase, Reduction
-from limbgram.workbench.edits.presets import Liner, Sock, SockPly
-from limbgram.workbench.edits.regional import Load, Relieve
-from limbgram.workbench.edits.smoothing import Smoothing
-from limbgram.workbench.edits.solids import Fill, Mirror, Offset, Wall
+from limbgram.findings import LANGUAGES, doubt
+from limbgram.findings.tell import add_terms
+from limbgram.workbench import edits
+from limbgram.workbench.edits.cutting import ON_IT_MM
+from limbgram.workbench.edits.edit import LONGEST_MM, Edit, name_of, place_of, words_in
+from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.limb import Limb
 
-EDITS: Final[tuple[type[Edit], ...]] = (
-    Clean,
-    Sock,
-    Relieve,
-    Load,
-    Reduction,
-    Increase,
-    Liner,
-    SockPly,
-    Offset,
-    Smoothing,
-    Extension,
-    Flare,
-    DistalEnd,
-    PlaneCut,
-    Trimline,
-    Fill,
-    Wall,
-    Mirror,
-    FromTemplate,
-)
-"""Every kind of edit, in the order in which help lists them. Recipes, ledger, help and tests follow
-from this table; edit.py says what a kind consists of."""
+
+def _found() -> Iterator[type[Edit]]:
+    """The kinds of edits that the files of this folder hold."""
+    for file in iter_modules(edits.__path__):
+        name = f"{edits.__name__}.{file.name}"
+        if name == __name__:
+            continue
+        for one in vars(import_module(name)).values():
+            if isinstance(one, type) and one.__module__ == name and "about" in vars(one):
+                yield cast(type[Edit], one)
+
+
+EDITS: Final[tuple[type[Edit], ...]] = tuple(sorted(_found(), key=place_of))
+"""Every kind of edit, in the order in which help lists them; edit.py says what one consists of."""
 
 EDIT_NAMED: Final[dict[str, type[Edit]]] = {name_of(kind): kind for kind in EDITS}
 """The same by the names that recipes use."""
+
+
+def _add_terms() -> None:
+    """Let refusals call edits, and say what their parameters mean, in every language."""
+    first, *others = LANGUAGES
+    for kind in EDITS:
+        english = words_in(kind, first)
+        for language in others:
+            words = words_in(kind, language)
+            meanings = {text: words.help[name] for name, text in english.help.items() if text}
+            add_terms(language, {english.title: words.title, **meanings})
+
+
+_add_terms()
 
 
 def require_sense(edit: Edit) -> None:
@@ -53,7 +58,24 @@ def require_sense(edit: Edit) -> None:
     Raises:
         EditError: an amount out of its range, or lists of different lengths.
     """
-    require_lengths(edit)
+    for field in declared(type(edit)):
+        for number in _numbers(getattr(edit, field.name)):
+            if field.within is not None and not field.within.holds(number):
+                raise EditError(
+                    "edit.out_of_range",
+                    what=edit.title,
+                    name=field.name,
+                    number=number,
+                    least=field.within.least,
+                    most=field.within.most,
+                    above=field.within.above,
+                    unit=field.unit or None,
+                    meaning=field.meaning or None,
+                )
+            if field.name.endswith("_mm") and not abs(number) <= LONGEST_MM:
+                raise EditError(
+                    "edit.longer_than_limb", what=edit.title, name=field.name, length_mm=number
+                )
     edit.check()
 
 
@@ -64,7 +86,18 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
         EditError: the edit makes no sense on this limb, or would spoil its surface.
     """
     require_sense(edit)
-    return _landmarks_on_it(limb, edit.apply(limb), moved=edit.effect.moves_skin)
+    after = edit.apply(limb)
+    if edit.about.guarded:
+        require_sound(edit.title, limb.mesh, after.mesh)
+    return _landmarks_on_it(limb, after, moved=edit.about.effect.moves_skin)
+
+
+def _numbers(value: object) -> tuple[float, ...]:
+    """A number, or several; none of what is no number."""
+    several = cast(tuple[object, ...], value) if isinstance(value, tuple) else (value,)
+    return tuple(
+        one for one in several if isinstance(one, int | float) and not isinstance(one, bool)
+    )
 
 
 def _landmarks_on_it(before: Limb, after: Limb, *, moved: bool) -> Limb:

@@ -20,8 +20,10 @@ from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, dots, lengths, summed
 from limbgram.core.mesh.topology import with_any
+from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound
-from limbgram.workbench.edits.regions import averaging
+from limbgram.workbench.edits.regions import averaging, displaced
+from limbgram.workbench.limb import Limb
 
 _TIE = 1e-3
 """Weight of staying on the normal, as a share of the faces' own: decides where they leave open."""
@@ -36,6 +38,40 @@ _EASING_ROUNDS = 60
 _SCRAP_MM = 0.05
 """Triangles less high than this have no direction of their own: they go with their longest side."""
 _SCRAP_ROUNDS = 20
+
+
+@edit(
+    group="surface",
+    order=1,
+    effect=Effect(moves_skin=True),
+    everyday=True,
+    guarded=False,
+    example={"distance_mm": 1.0},
+)
+class Offset(Edit):
+    """Move the whole surface along its normals."""
+
+    distance_mm: float
+    """Outwards; negative inwards."""
+
+    words = spoken(
+        en=Words(name="Offset all over", title="The offset"),
+        de=Words(
+            name="Überall versetzen",
+            title="Das Versetzen",
+            does="Die ganze Fläche senkrecht zu sich selbst versetzen.",
+            labels={"distance_mm": "Abstand"},
+            help={"distance_mm": "Nach außen; negativ nach innen."},
+        ),
+    )
+
+    def apply(self, limb: Limb) -> Limb:
+        """Move every face by a distance.
+
+        Raises:
+            EditError: the surface would fold or cut through itself.
+        """
+        return displaced(limb, offset(limb.mesh, self.distance_mm).vertices_mm)
 
 
 def offset(mesh: Mesh, distance_mm: float) -> Mesh:

@@ -5,20 +5,20 @@ Method  Taubin 1995: each pass takes a step to the neighbours' mean and a slight
         costs is put back along the normals, spread over all that was free to move.
 """
 
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
+from limbgram.core.declared import Within
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh, dots
 from limbgram.core.mesh.topology import volume_mm3, with_any
 from limbgram.core.run import track
-from limbgram.workbench.edits.edit import Effect
+from limbgram.workbench.edits.areas import fading
+from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, FromZeroMm, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
-from limbgram.workbench.edits.regional import fading
 from limbgram.workbench.edits.regions import (
     FrameName,
     Place,
@@ -34,38 +34,64 @@ from limbgram.workbench.limb import Limb
 
 _SHRINK, _GROW = 0.60, -0.63
 """Waves of more than about 11 edges pass unchanged (1 / 0.60 - 1 / 0.63 = 0.08)."""
-_MOST_PASSES = 500
 _CORRECTIONS = 4
 _RETREATS = 4
 _VOLUME_KEPT, _TOUCH_MM3 = 5e-4, 1.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Smoothing:
+@edit(
+    group="surface",
+    order=2,
+    effect=Effect(moves_skin=True),
+    everyday=True,
+    rarely=("leave", "leave_mm", "positions_in"),
+    guarded=False,
+    example={"passes": 5},
+)
+class Smoothing(Edit):
     """Take wrinkles off; the volume stays, the brim and marked places stay where they are."""
 
-    passes: int = 10
+    passes: Annotated[int, Within(1, 500)] = 10
     """More passes calm more; 5 for a good scan, 20 for a rough one."""
-    brim_mm: float = 5.0
+    brim_mm: FromZeroMm = 5.0
     """Width along the open brim that stays as it is, and again as much over which it begins."""
     leave: tuple[Place, ...] = ()
     """Places that stay as they are."""
-    leave_mm: float = 15.0
+    leave_mm: AboveZeroMm = 15.0
     """Radius round those places that stays, and again a third over which it begins."""
     positions_in: FrameName = "limb"
     """Frame of coordinates."""
 
-    title: ClassVar[str] = "The smoothing"
-    effect: ClassVar[Effect] = Effect(moves_skin=True)
-
-    def check(self) -> None:
-        """Refuse numbers that make sense on no limb.
-
-        Raises:
-            EditError: passes or widths out of range.
-        """
-        if not 1 <= self.passes <= _MOST_PASSES or self.brim_mm < 0 or self.leave_mm <= 0:
-            raise EditError("edit.smoothing.amounts", what=self.title, most=_MOST_PASSES)
+    words = spoken(
+        en=Words(
+            name="Smooth",
+            title="The smoothing",
+            labels={"brim_mm": "Brim left alone", "leave_mm": "Left round each place"},
+        ),
+        de=Words(
+            name="Glätten",
+            title="Das Glätten",
+            does="Falten wegnehmen; das Volumen bleibt, Rand und markierte Stellen bleiben, wo sie "
+            "sind.",
+            labels={
+                "passes": "Durchgänge",
+                "brim_mm": "Rand bleibt",
+                "leave": "Stellen, die bleiben",
+                "leave_mm": "Umkreis, der bleibt",
+                "positions_in": "Koordinaten gelten",
+            },
+            help={
+                "passes": "Mehr Durchgänge glätten mehr; 5 für einen guten Scan, 20 für einen "
+                "rauen.",
+                "brim_mm": "Breite am offenen Rand, die bleibt, und noch einmal so viel, über die "
+                "es beginnt.",
+                "leave": "Stellen, die bleiben, wie sie sind.",
+                "leave_mm": "Radius um diese Stellen, der bleibt, und noch ein Drittel, über das "
+                "es beginnt.",
+                "positions_in": "Koordinatensystem der Punkte.",
+            },
+        ),
+    )
 
     def apply(self, limb: Limb) -> Limb:
         """Calm the surface.

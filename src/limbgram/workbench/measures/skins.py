@@ -19,7 +19,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import face_components, find_edges, with_faces
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.edits.offset import offset
-from limbgram.workbench.edits.presets import THICKEST_SOCK_MM
+from limbgram.workbench.edits.sock import THICKEST_SOCK_MM
 from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import Level, whole_levels_at

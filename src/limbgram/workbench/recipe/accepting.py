@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from limbgram.core.errors import OptionsError
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.edits.edit import Edit
+from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.pressing import DEEPEST_MM, AtPlaces
-from limbgram.workbench.edits.regional import Load, Relieve
+from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.limb import Kind
 

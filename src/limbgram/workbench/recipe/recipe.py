@@ -23,10 +23,11 @@ from limbgram.findings import Finding
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import do_edit, require_sense
+from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.pressing import AtPlaces, at_places, reach_of
-from limbgram.workbench.edits.regional import Load, Relieve
-from limbgram.workbench.edits.solids import Wall, require_thickness_kept
+from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.wall import Wall, require_thickness_kept
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.accepting import (
     Concern,
@@ -187,14 +188,14 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
     gained = figures_of(after, reached.levels_mm)
     found = AtPlaces(pressures=(), shifts_mm={})
     reach_mm = (0.0, 0.0)
-    if entry.edit.effect.moves_skin:
+    if entry.edit.about.effect.moves_skin:
         found = at_places(limb, after)
         for name, moved_mm in found.shifts_mm.items():
             places[name] = places.get(name, 0.0) + moved_mm
     if isinstance(entry.edit, Load | Relieve):
         reach_mm = reach_of(reached.start.mesh, limb.mesh, after.mesh)
     moved = None
-    if entry.edit.effect.reports_displacement:
+    if entry.edit.about.effect.reports_displacement:
         moved = displacement_between(limb.mesh, after.mesh)
     line = Line(
         number=number,
@@ -355,7 +356,7 @@ def _require(number: int, entry: Entry, concerns: tuple[Concern, ...]) -> None:
 
 def _start_after(edit: Edit, start: Limb, before: Limb, after: Limb) -> Limb:
     """The skin from which depths count: without its sock, on the side that it has now."""
-    match edit.effect.start:
+    match edit.about.effect.start:
         case "stays":
             return start
         case "follows":

@@ -15,7 +15,7 @@ from limbgram.workbench.compare.messages import verdict
 from limbgram.workbench.compare.radial import radial_errors, spoke_radii
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.edits.solids import Mirror
+from limbgram.workbench.edits.mirror import Mirror
 
 AS_IS = CompareOptions(registration=RegistrationOptions(way="as-is"))
 FACET_MM = 0.02

@@ -16,7 +16,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops, face_components, volume_mm3
 from limbgram.findings import note, told
 from limbgram.formats.limb_file import write_limb
-from limbgram.workbench.edits.cleaning import Clean
+from limbgram.workbench.edits.clean import Clean
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.recipe.ledger import lines_of

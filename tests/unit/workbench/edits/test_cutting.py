@@ -5,10 +5,11 @@ import pytest
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.topology import boundary_loops, is_edge_manifold, volume_mm3
-from limbgram.workbench.edits.cutting import PlaneCut, Trimline
 from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.regions import draw_curve
-from limbgram.workbench.edits.solids import Wall
+from limbgram.workbench.edits.trimline import Trimline
+from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
 
 RADIUS_MM, SPOKES = 40.0, 72

@@ -16,12 +16,17 @@ from limbgram.core.mesh.topology import (
     with_faces,
 )
 from limbgram.findings import doubt, note
-from limbgram.workbench.edits.cutting import PlaneCut
+from limbgram.workbench.edits.distal_end import DistalEnd
 from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
-from limbgram.workbench.edits.regional import Load
-from limbgram.workbench.edits.solids import Fill, Mirror, Offset, Wall
+from limbgram.workbench.edits.extension import Extension
+from limbgram.workbench.edits.fill import Fill
+from limbgram.workbench.edits.flare import Flare
+from limbgram.workbench.edits.load import Load
+from limbgram.workbench.edits.mirror import Mirror
+from limbgram.workbench.edits.offset import Offset
+from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.thickness import between_skins, wall_of
+from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
@@ -223,7 +228,7 @@ def test_a_wall_thinner_than_can_be_made_is_refused(limb: Limb) -> None:
         do_edit(limb, Wall(thickness_mm=0.2))
     made = do_edit(limb, Wall(thickness_mm=0.2, least_mm=0.1))
     assert wall_of(made.mesh) is not None
-    with pytest.raises(EditError, match="above 0 mm"):
+    with pytest.raises(EditError, match="above 0 and up to 2000 mm"):
         do_edit(limb, Wall(thickness_mm=0.2, least_mm=0))
 
 

@@ -20,7 +20,7 @@ from limbgram.reconstruction.surface.resampling import refine
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.hollow import Hollowing, hollowed
-from limbgram.workbench.edits.solids import Wall
+from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
 
 PALM_MM, FINGER_MM, WRIST_MM, KNUCKLES_MM, TIPS_MM = 25.0, 6.0, 0.0, 60.0, 105.0

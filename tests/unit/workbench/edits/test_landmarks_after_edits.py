@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from limbgram.core.mesh.planted import tree_on
-from limbgram.workbench.edits.cutting import PlaneCut, Trimline
 from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.edits.regional import Relieve
-from limbgram.workbench.edits.solids import Offset, Wall
+from limbgram.workbench.edits.offset import Offset
+from limbgram.workbench.edits.plane_cut import PlaneCut
+from limbgram.workbench.edits.relieve import Relieve
+from limbgram.workbench.edits.trimline import Trimline
+from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.frame.landmarks import with_landmarks
 from limbgram.workbench.limb import Landmark, Limb
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay

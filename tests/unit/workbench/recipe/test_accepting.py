@@ -16,11 +16,13 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.edit import Edit
-from limbgram.workbench.edits.percent import Reduction
-from limbgram.workbench.edits.presets import Sock
+from limbgram.workbench.edits.load import Load
+from limbgram.workbench.edits.mirror import Mirror
+from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.edits.pressing import DEEPEST_MM
-from limbgram.workbench.edits.regional import Load, Relieve
-from limbgram.workbench.edits.solids import Mirror, Offset
+from limbgram.workbench.edits.reduction import Reduction
+from limbgram.workbench.edits.relieve import Relieve
+from limbgram.workbench.edits.sock import Sock
 from limbgram.workbench.frame.landmarks import known_anywhere
 from limbgram.workbench.frame.sensitive import SENSITIVE, sensitive_place
 from limbgram.workbench.limb import KINDS, Landmark, Limb, LimbFrame

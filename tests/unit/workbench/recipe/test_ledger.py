@@ -10,11 +10,13 @@ import trimesh
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.edits.cutting import PlaneCut, Trimline
-from limbgram.workbench.edits.ends import Extension
-from limbgram.workbench.edits.percent import Reduction
-from limbgram.workbench.edits.regional import Relieve
-from limbgram.workbench.edits.solids import Fill, Offset
+from limbgram.workbench.edits.extension import Extension
+from limbgram.workbench.edits.fill import Fill
+from limbgram.workbench.edits.offset import Offset
+from limbgram.workbench.edits.plane_cut import PlaneCut
+from limbgram.workbench.edits.reduction import Reduction
+from limbgram.workbench.edits.relieve import Relieve
+from limbgram.workbench.edits.trimline import Trimline
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.recipe.ledger import SPACING_MM, choose_levels, lines_of

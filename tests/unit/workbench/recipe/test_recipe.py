@@ -1,18 +1,24 @@
 """Recipes: read, changed, compared; what is not known is an error that lists what is."""
 
 import tomllib
-from dataclasses import MISSING, asdict, fields
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from limbgram.core.errors import OptionsError, ShapeFileError
-from limbgram.findings import doubt
-from limbgram.workbench.edits.edit import Edit, name_of, parameters_of, purpose_of
-from limbgram.workbench.edits.editing import EDIT_NAMED, EDITS
-from limbgram.workbench.edits.regional import Load, Relieve
+from limbgram.core.declared import Declared, declared
+from limbgram.core.errors import EditError, OptionsError, ShapeFileError
+from limbgram.findings import LANGUAGES, Finding, doubt, told
+from limbgram.findings.tell import terms
+from limbgram.workbench.edits.edit import Edit, name_of, words_in
+from limbgram.workbench.edits.editing import EDIT_NAMED, EDITS, require_sense
+from limbgram.workbench.edits.load import Load
+from limbgram.workbench.edits.offset import Offset
+from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.edits.smoothing import Smoothing
-from limbgram.workbench.edits.solids import Offset
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, parse_recipe, read_recipe
 from limbgram.workbench.recipe.recipe import (
     Entry,
@@ -57,28 +63,10 @@ def test_a_written_recipe_is_read_as_meant() -> None:
     assert parse_recipe(encode_recipe(RECIPE).decode(), "b.toml") == RECIPE
 
 
-NEEDED: dict[str, object] = {
-    "at": "patellar tendon",
-    "depth_mm": 3.0,
-    "height_mm": 3.0,
-    "falloff_mm": 18.0,
-    "distance_mm": 1.0,
-    "heights_mm": [10.0, 90.0],
-    "per_cent": [0.0, 3.0],
-    "of": "girth",
-    "name": "alpha-6mm",
-    "through": ["fibula head", [1.0, 2.5, 3.0]],
-    "confirmed_side": "left",
-    "learned": '{\n "format": "limbgram template"}',
-}
-
-
 @pytest.mark.parametrize("kind", EDITS, ids=name_of)
 def test_a_recipe_stands_by_itself_whatever_its_parameters(kind: type[Edit]) -> None:
     """Defaults are written too: a later version may have others."""
-    needed = [f for f in fields(kind) if f.default is MISSING]
-    values = {f.name: NEEDED.get(f.name, 5.0) for f in needed}
-    made = make_edit(name_of(kind), values, "the test")
+    made = make_edit(name_of(kind), kind.about.example, "the test")
     recipe = Recipe(name="x", entries=(Entry(edit=made),))
     text = encode_recipe(recipe).decode()
     assert parse_recipe(text, "a.toml") == recipe
@@ -89,12 +77,76 @@ def test_a_recipe_stands_by_itself_whatever_its_parameters(kind: type[Edit]) -> 
 
 @pytest.mark.parametrize("kind", EDITS, ids=name_of)
 def test_every_edit_says_what_it_does_and_what_its_parameters_mean(kind: type[Edit]) -> None:
-    assert purpose_of(kind).endswith(".")
     assert kind.title.startswith("The ")
-    for one in parameters_of(kind):
-        clear = {"plies", "thickness_mm", "name"}  # the edit's own sentence says it
-        assert one.meaning.endswith(".") or one.name in clear
-        assert one.expected
+    names = {one.name for one in declared(kind)}
+    choices = {choice for one in declared(kind) for choice in one.choices}
+    english = words_in(kind, "en")
+    for language in LANGUAGES:
+        words = words_in(kind, language)
+        own = vars(kind)["words"][language]
+        assert own.name
+        assert own.title
+        assert words.does.endswith(".")
+        assert set(words.labels) == set(words.help) == names
+        assert all(text.endswith(".") for text in words.help.values())
+        assert all(words.labels.values())
+        assert set(words.choices) <= choices
+        if language != "en":
+            assert words.does != english.does
+            alike = {name for name in names if words.help[name] == english.help[name]}
+            assert not alike, "their help is English"
+    assert set(kind.about.rarely) <= names
+    assert {one.name for one in declared(kind) if one.required} <= set(kind.about.example)
+
+
+def test_refusals_call_every_edit_in_every_language() -> None:
+    for kind in EDITS:
+        assert terms("de")[kind.title] == words_in(kind, "de").title
+
+
+@pytest.mark.parametrize("kind", EDITS, ids=name_of)
+def test_every_edit_is_a_file_of_its_own(kind: type[Edit]) -> None:
+    files = Counter(one.__module__ for one in EDITS)
+    assert files[kind.__module__] == 1
+    assert kind.__module__.rpartition(".")[2] == name_of(kind).replace("-", "_")
+
+
+def ranges() -> Iterator[tuple[type[Edit], Declared]]:
+    for kind in EDITS:
+        for one in declared(kind):
+            if one.within is not None:
+                yield kind, one
+
+
+@pytest.mark.parametrize(
+    ("kind", "one"), list(ranges()), ids=lambda each: getattr(each, "name", None) or name_of(each)
+)
+def test_both_ends_of_every_range_are_taken_as_it_says_and_nothing_beyond(
+    kind: type[Edit], one: Declared
+) -> None:
+    assert one.within is not None
+    low, high = one.within.least, one.within.most
+
+    def refused(number: float) -> Finding | None:
+        given: Any = [number] * 2 if one.several else number
+        values = {**kind.about.example, one.name: int(given) if one.hint is int else given}
+        try:
+            require_sense(make_edit(name_of(kind), values, "the test"))
+        except EditError as error:
+            return error.finding
+        return None
+
+    beyond = [low - 1, high + 1, *([low] if one.within.above else [])]
+    for number in beyond:
+        found = refused(number)
+        assert found is not None
+        assert found.values["name"] == one.name
+        assert found.code == "edit.out_of_range"
+        for language in LANGUAGES:
+            assert words_in(kind, language).help[one.name] in told(found, language)
+    for number in [high, *([] if one.within.above else [low])]:
+        found = refused(number)
+        assert found is None or found.code != "edit.out_of_range"
 
 
 @pytest.mark.parametrize(
@@ -210,15 +262,19 @@ def test_changes_leave_the_old_recipe_and_do_what_they_say() -> None:
 @pytest.mark.parametrize(
     ("kind", "values", "reason"),
     [
-        ("load", {"at": "a", "depth_mm": -5.0, "falloff_mm": 18.0}, "above 0 mm"),
+        (
+            "load",
+            {"at": "a", "depth_mm": -5.0, "falloff_mm": 18.0},
+            "depth_mm above 0",
+        ),
         ("relieve", {"depth_mm": 5.0, "falloff_mm": 18.0}, "either a place"),
         ("reduction", {"heights_mm": [1.0], "per_cent": [2.0, 3.0], "of": "girth"}, "one for each"),
         ("increase", {"heights_mm": [9.0, 1.0], "per_cent": [2.0, 3.0], "of": "girth"}, "rising"),
-        ("sock", {"thickness_mm": 40.0}, "cannot be"),
-        ("sock-ply", {"plies": 99.0}, "not plausible"),
-        ("smoothing", {"passes": 0}, "passes"),
-        ("extension", {"length_mm": -1.0}, "above 0 mm"),
-        ("flare", {"depth_mm": 0.0, "height_mm": 5.0}, "above 0 mm"),
+        ("sock", {"thickness_mm": 40.0}, "thickness_mm above 0 and up to 20 mm, not 40"),
+        ("sock-ply", {"plies": 99.0}, "plies from -20 to 20, not 99"),
+        ("smoothing", {"passes": 0}, "passes from 1 to 500, not 0"),
+        ("extension", {"length_mm": -1.0}, "length_mm above 0"),
+        ("flare", {"depth_mm": 0.0, "height_mm": 5.0}, "depth_mm above 0"),
     ],
 )
 def test_what_makes_sense_on_no_limb_is_not_added(

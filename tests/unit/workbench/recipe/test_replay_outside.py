@@ -9,7 +9,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
 from limbgram.workbench.compare.frames import outside_by_name
-from limbgram.workbench.edits.solids import Offset
+from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 

@@ -13,8 +13,8 @@ from limbgram.core.mesh.topology import volume_mm3
 from limbgram.findings import Gravity, note, told
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.edits.learned import FromTemplate
-from limbgram.workbench.edits.solids import Mirror
+from limbgram.workbench.edits.from_template import FromTemplate
+from limbgram.workbench.edits.mirror import Mirror
 from limbgram.workbench.limb import Landmark
 from limbgram.workbench.recipe.ledger import lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay

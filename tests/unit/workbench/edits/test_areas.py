@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import EditError
+from limbgram.workbench.edits.areas import fading
 from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.edits.regional import Load, Relieve, fading
+from limbgram.workbench.edits.load import Load
+from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.limb import Limb
 
 RADIUS_MM = 40.0
@@ -97,7 +99,10 @@ def test_a_load_through_the_other_side_is_refused(limb: Limb) -> None:
     [
         (Relieve(depth_mm=3, falloff_mm=5), "either a place"),
         (Relieve(at="front", within=ring(9.0), depth_mm=3, falloff_mm=5), "either a place"),
-        (Relieve(at="front", depth_mm=-3, falloff_mm=5), "negative depth"),
+        (
+            Relieve(at="front", depth_mm=-3, falloff_mm=5),
+            "other way there is load",
+        ),
         (Relieve(at="heel", depth_mm=3, falloff_mm=5), "front, right"),
         (Relieve(at=(0.0, 90.0, 100.0), depth_mm=3, falloff_mm=5), "from the surface"),
         (Relieve(within=ring(9.0)[:2], depth_mm=3, falloff_mm=5), "at least 3 points"),

@@ -1,11 +1,11 @@
-"""Whole-surface edits: offset, holes filled, a wall given, the side swapped."""
+"""Wall: a second surface at a thickness from the first, joined to it at the brim."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int32, Int64
+from jaxtyping import Bool, Float64, Int64
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
@@ -21,22 +21,17 @@ from limbgram.core.mesh.topology import (
     with_faces,
 )
 from limbgram.findings import Finding, doubt, note
-from limbgram.reconstruction.surface.holes import find_openings, loop_area
 from limbgram.workbench.edits.cutting import keep_positive
-from limbgram.workbench.edits.edit import Effect
+from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
 from limbgram.workbench.edits.hollow import Hollowing, hollowed
-from limbgram.workbench.edits.offset import Offsetting, offset, require_not_turned
+from limbgram.workbench.edits.offset import Offsetting, require_not_turned
 from limbgram.workbench.edits.regions import (
     averaging,
-    displaced,
-    moved_by,
-    require_frame,
     with_added,
-    with_closed,
 )
 from limbgram.workbench.edits.thickness import Thickness, between_skins, thin_lip
-from limbgram.workbench.limb import Landmark, Limb
+from limbgram.workbench.limb import Limb
 
 _RETRIES = 5
 """Times that a wall is evened out where it would cut through itself, before it is made thinner."""
@@ -61,95 +56,63 @@ strength: sockets are made, and were studied, from 2 mm on."""
 _STUDIED_MM = 2.0
 """The thinnest socket of P. Lenka, A. Choudhury, J Biomed Sci Eng 4, 2011, 762-768, who found 3 mm
 of laminate best."""
-_BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
-"""An opening of this share of what the shape shows from there is its brim, not a hole."""
-_SHEET = 2.0
-"""A piece with less area than so many of its opening's is flatter than half a ball."""
 _ROUNDING = 1 - 1e-6
 """A wall that is as thick as its least is not refused for a rounding."""
-Loop = Int32[np.ndarray, " _"]
-"""Vertices round an opening."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Offset:
-    """Move the whole surface along its normals."""
-
-    distance_mm: float
-    """Outwards; negative inwards."""
-
-    title: ClassVar[str] = "The offset"
-    effect: ClassVar[Effect] = Effect(moves_skin=True)
-
-    def check(self) -> None:
-        """Refuse nothing: any value may make sense."""
-
-    def apply(self, limb: Limb) -> Limb:
-        """Move every face by a distance.
-
-        Raises:
-            EditError: the surface would fold or cut through itself.
-        """
-        return displaced(limb, offset(limb.mesh, self.distance_mm).vertices_mm)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Fill:
-    """Close holes with surface that goes on as its surroundings do."""
-
-    brim: bool = False
-    """Whether the open brim is closed too, straight across where that folds nothing."""
-
-    title: ClassVar[str] = "The filling"
-    effect: ClassVar[Effect] = Effect(reports_displacement=False)
-
-    def check(self) -> None:
-        """Refuse nothing: any value may make sense."""
-
-    def apply(self, limb: Limb) -> Limb:
-        """Close holes.
-
-        A hole that touches itself in a point has no sound triangle there: it stays, with a note.
-
-        Raises:
-            EditError: there is none that can be filled.
-        """
-        what = self.title
-        found = _to_fill(limb, self, what)
-        grown = _filled(limb.mesh, found, bent=False)
-        domed = bool(found.brim) and bool(spoilt_vertices(limb.mesh, grown).any())
-        if domed:
-            grown = _filled(limb.mesh, found, bent=True)
-        require_sound(what, limb.mesh, grown)
-        notes: list[Finding] = []
-        if found.left:
-            notes.append(doubt("edit.fill.left", count=found.left))
-        if domed:
-            notes.append(note("edit.fill.domed"))
-        return replace(limb, mesh=grown, notes=(*limb.notes, *notes))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Wall:
+@edit(
+    group="solids",
+    order=2,
+    effect=Effect(start="anew"),
+    everyday=True,
+    rarely=("least_mm",),
+    guarded=False,
+    example={"thickness_mm": 4.0},
+)
+class Wall(Edit):
     """Make a solid: a second surface at the wall's thickness, joined to the first at the brim."""
 
     thickness_mm: float
+    """Of the wall, all over."""
     side: Literal["outward", "inward"] = "outward"
     """On which side of the surface the wall lies: outward for a socket over the shape."""
-    least_mm: float = LEAST_WALL_MM
+    least_mm: AboveZeroMm = LEAST_WALL_MM
     """Thinner than this nowhere: the wall is refused if it is, as a ragged brim can make it."""
 
-    title: ClassVar[str] = "The wall"
-    effect: ClassVar[Effect] = Effect(start="anew")
+    words = spoken(
+        en=Words(
+            name="Make a wall",
+            title="The wall",
+            labels={"side": "On which side", "least_mm": "Thinnest place"},
+            choices={"outward": "outside", "inward": "inside"},
+        ),
+        de=Words(
+            name="Wand machen",
+            title="Die Wand",
+            does="Einen Körper machen: eine zweite Fläche in der Dicke der Wand, am Rand mit der "
+            "ersten verbunden.",
+            labels={
+                "thickness_mm": "Dicke",
+                "side": "Auf welcher Seite",
+                "least_mm": "Dünnste Stelle",
+            },
+            help={
+                "thickness_mm": "Der Wand, überall.",
+                "side": "Auf welcher Seite der Fläche die Wand liegt: außen für einen Schaft über "
+                "der Form.",
+                "least_mm": "Nirgends dünner als dies: sonst wird die Wand abgelehnt; ein zackiger "
+                "Rand kann dazu führen.",
+            },
+            choices={"outward": "außen", "inward": "innen"},
+        ),
+    )
 
     def check(self) -> None:
         """Refuse a thickness that no wall has.
 
         Raises:
-            EditError: it is not above 0 mm, or thinner than the least that is asked for.
+            EditError: it is thinner than the least that is asked for.
         """
-        if not self.least_mm > 0:
-            raise EditError("edit.wall.least", what=self.title, least_mm=self.least_mm)
         if not self.thickness_mm >= self.least_mm:
             raise EditError(
                 "edit.wall.thickness_asked",
@@ -177,55 +140,6 @@ class Wall:
         return replace(limb, mesh=made.solid, notes=(*limb.notes, *made.notes))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Mirror:
-    """Swap left and right."""
-
-    confirmed_side: Literal["left", "right"]
-    """The side that the limb is of afterwards: said here so that no mirror happens unnoticed."""
-
-    title: ClassVar[str] = "The mirror"
-    effect: ClassVar[Effect] = Effect(reports_displacement=False, start="follows")
-
-    def check(self) -> None:
-        """Refuse nothing: any value may make sense."""
-
-    def apply(self, limb: Limb) -> Limb:
-        """Reflect the limb in its own plane of left and right; landmarks and side go with it.
-
-        Raises:
-            EditError: the limb is not aligned, has no side, or has the confirmed side already.
-        """
-        what = self.title
-        frame = require_frame(limb, what)
-        if frame.side == "none":
-            raise EditError("edit.mirror.no_side", what=what)
-        if frame.side == self.confirmed_side:
-            raise EditError(
-                "edit.mirror.side",
-                what=what,
-                side=frame.side,
-                other="left" if frame.side == "right" else "right",
-            )
-        motion, back = frame.limb_from_mesh, frame.limb_from_mesh.inverse
-        flip = np.array([-1.0, 1.0, 1.0])
-
-        def reflected(points: np.ndarray) -> np.ndarray:
-            return moved_by(back, moved_by(motion, points) * flip)
-
-        mesh = replace(
-            limb.mesh,
-            vertices_mm=reflected(limb.mesh.vertices_mm),
-            faces=np.ascontiguousarray(limb.mesh.faces[:, ::-1]),
-        )
-        marks = tuple(
-            Landmark(name=mark.name, position_mm=reflected(mark.position_mm[None])[0])
-            for mark in limb.landmarks
-        )
-        framed = replace(frame, side=self.confirmed_side)
-        return replace(limb, mesh=mesh, landmarks=marks, frame=framed)
-
-
 def require_thickness_kept(edit: Wall, found: Thickness | None) -> None:
     """Refuse what later edits made of a wall, if it is thinner than the wall's least.
 
@@ -240,65 +154,6 @@ def require_thickness_kept(edit: Wall, found: Thickness | None) -> None:
             median_mm=found.median_mm,
             least_mm=edit.least_mm,
         )
-
-
-@dataclass(frozen=True)
-class _ToFill:
-    """Openings that can be closed."""
-
-    holes: list[Loop]
-    brim: list[Loop]
-    """The brim, if it is to be closed too."""
-    left: int
-    """Holes that cannot."""
-
-
-def _to_fill(limb: Limb, edit: Fill, what: str) -> _ToFill:
-    mesh = limb.mesh
-    upright = mesh.vertices_mm
-    if limb.frame is not None:
-        upright = moved_by(limb.frame.limb_from_mesh, upright)
-    openings = find_openings(upright, mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
-    brim = [openings.brim] if edit.brim and openings.brim is not None else []
-    loops = [*openings.holes, *brim]
-    own = _of_scraps(mesh, loops)
-    loops = [loop for loop, of_scrap in zip(loops, own, strict=True) if not of_scrap]
-    if not loops:
-        raise EditError(
-            "edit.fill.no_hole", what=what, scraps=any(own), brim=openings.brim is not None
-        )
-    whole = [loop for loop in loops if not _touches_itself(mesh, loop)]
-    if not whole:
-        raise EditError("edit.fill.touching", what=what)
-    return _ToFill(
-        holes=[loop for loop in whole if loop is not openings.brim],
-        brim=[loop for loop in whole if loop is openings.brim],
-        left=len(loops) - len(whole),
-    )
-
-
-def _of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
-    """Which loops run round a flat piece beside the surface: closed, it would lie there twice."""
-    parts = face_components(mesh.faces)
-    areas = np.bincount(parts, np.linalg.norm(mesh.face_normals(), axis=1) / 2)
-    part_of = np.zeros(len(mesh), np.int64)
-    part_of[mesh.faces.ravel()] = np.repeat(parts, 3)
-    main = int(areas.argmax())
-    return [
-        int(part_of[loop[0]]) != main
-        and float(areas[part_of[loop[0]]])
-        < _SHEET * float(np.linalg.norm(loop_area(mesh.vertices_mm[loop])))
-        for loop in loops
-    ]
-
-
-def _touches_itself(mesh: Mesh, loop: Loop) -> bool:
-    return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
-
-
-def _filled(mesh: Mesh, found: _ToFill, *, bent: bool) -> Mesh:
-    """The mesh with its holes closed, then its brim: straight across, or bent as the surface is."""
-    return with_closed(with_closed(mesh, found.holes), found.brim, bent=bent)
 
 
 def _faces_at(mesh: Mesh, border: np.ndarray) -> np.ndarray:

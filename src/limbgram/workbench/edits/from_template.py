@@ -4,18 +4,23 @@ The recipe holds the whole template, so that it stands by itself and makes the s
 it is replayed, whatever becomes of the template's file.
 """
 
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
 
 from limbgram.core.errors import EditError, MeasureError, OptionsError
-from limbgram.workbench.edits.edit import Effect
+from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.templates.files import decode_template
 from limbgram.workbench.templates.template import Template, apply_template
 
 
-@dataclass(frozen=True, kw_only=True)
-class FromTemplate:
+@edit(
+    group="learned",
+    order=1,
+    effect=Effect(moves_skin=True),
+    guarded=False,
+    example={"learned": '{\n "format": "limbgram template"}'},
+)
+class FromTemplate(Edit):
     """Do what a template learned, at the limb's own landmarks."""
 
     learned: str
@@ -23,8 +28,20 @@ class FromTemplate:
     strength: float = 1.0
     """Factor of all displacements; 1 is as learned."""
 
-    title: ClassVar[str] = "The template"
-    effect: ClassVar[Effect] = Effect(moves_skin=True)
+    words = spoken(
+        en=Words(name="Template", title="The template", labels={"learned": "Template"}),
+        de=Words(
+            name="Vorlage",
+            title="Die Vorlage",
+            does="Tun, was eine Vorlage gelernt hat, an den Landmarken dieses Gliedmaßes.",
+            labels={"learned": "Vorlage", "strength": "Stärke"},
+            help={
+                "learned": "Die Vorlage, wie ihre Datei sie hat; `limbgram template learn` "
+                "schreibt eine.",
+                "strength": "Faktor aller Verschiebungen; 1 ist wie gelernt.",
+            },
+        ),
+    )
 
     def check(self) -> None:
         """Refuse a text that is no template.

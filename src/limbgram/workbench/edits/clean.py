@@ -1,26 +1,27 @@
-"""Cleaning: what scanners leave beside and in the surface of a limb, taken away or closed.
+"""Clean: what scanners leave beside and in the surface of a limb, taken away or closed.
 
 In      a Limb, and how large each kind of fault may be.
 Out     the Limb without them; a note of every kind that was found.
 Method  scraps and doubled sheets are loose open pieces that lie on the rest; a spike is a vertex at
         which the surface comes to a point, and is laid back among its neighbours; a hole is an
         opening that is not the brim, and is closed by surface that goes on as its surroundings do.
-Fails   EditError: an amount out of its range, or what is closed would fold.
+Fails   EditError: what is closed would fold.
 """
 
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Int32
 
+from limbgram.core.declared import Within
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.folds import find_points
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings
-from limbgram.workbench.edits.edit import Effect
+from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
 from limbgram.workbench.edits.regions import at_brim, averaging, displaced, moved_by, with_closed
 from limbgram.workbench.limb import Limb
@@ -39,43 +40,72 @@ _BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
 """An opening of this share of what the shape shows from there is its brim, as for filling."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Clean:
+_Amount = Annotated[float, Within(0, _LARGEST_MM)]
+
+
+@edit(
+    group="scan",
+    order=1,
+    effect=Effect(reports_displacement=False),
+    everyday=True,
+    rarely=("sheets_mm", "spikes"),
+    guarded=False,
+    example={"holes_mm": 20.0},
+)
+class Clean(Edit):
     """Clean a scan of what scanners leave: loose scraps, doubled sheets, spikes, small holes."""
 
-    scraps_mm: float = 10.0
+    scraps_mm: _Amount = 10.0
     """Loose pieces of surface up to this long, and as near to the limb, are taken away; 0: none."""
-    sheets_mm: float = 1.5
+    sheets_mm: _Amount = 1.5
     """Loose sheets of any size that lie as near to the surface all over are taken away; 0: none."""
     spikes: bool = True
     """Whether single points that stand out like thorns are laid back among their neighbours."""
-    holes_mm: float = 15.0
+    holes_mm: _Amount = 15.0
     """Holes up to this wide are closed; the brim never is; 0: none."""
 
-    title: ClassVar[str] = "The cleaning"
-    effect: ClassVar[Effect] = Effect(reports_displacement=False)
+    words = spoken(
+        en=Words(
+            name="Clean the scan",
+            title="The cleaning",
+            labels={
+                "scraps_mm": "Loose pieces up to",
+                "sheets_mm": "Doubled sheets up to",
+                "spikes": "Lay spikes back",
+                "holes_mm": "Holes up to",
+            },
+        ),
+        de=Words(
+            name="Scan säubern",
+            title="Das Säubern",
+            does="Einen Scan von dem säubern, was Scanner zurücklassen: lose Fetzen, doppelte "
+            "Blätter, Spitzen, kleine Löcher.",
+            labels={
+                "scraps_mm": "Lose Stücke bis",
+                "sheets_mm": "Doppelte Blätter bis",
+                "spikes": "Spitzen zurücklegen",
+                "holes_mm": "Löcher bis",
+            },
+            help={
+                "scraps_mm": "Lose Flächenstücke bis zu dieser Länge, die so nah am Gliedmaß "
+                "liegen, werden entfernt; 0: keine.",
+                "sheets_mm": "Lose Blätter jeder Größe, die überall so nah an der Fläche liegen, "
+                "werden entfernt; 0: keine.",
+                "spikes": "Ob einzelne Punkte, die wie Dornen herausstehen, zwischen ihre Nachbarn "
+                "zurückgelegt werden.",
+                "holes_mm": "Löcher bis zu dieser Breite werden geschlossen; der Rand nie; 0: "
+                "keine.",
+            },
+        ),
+    )
 
     def check(self) -> None:
-        """Refuse amounts that are none, or so large that a part of the limb could go.
+        """Refuse to do nothing.
 
         Raises:
-            EditError: an amount is negative or too large, or nothing is asked for.
+            EditError: nothing is asked for.
         """
-        amounts = {
-            "scraps_mm": self.scraps_mm,
-            "sheets_mm": self.sheets_mm,
-            "holes_mm": self.holes_mm,
-        }
-        for name, amount_mm in amounts.items():
-            if not 0 <= amount_mm <= _LARGEST_MM:
-                raise EditError(
-                    "edit.clean.amount",
-                    what=self.title,
-                    name=name,
-                    most_mm=_LARGEST_MM,
-                    amount_mm=amount_mm,
-                )
-        if not self.spikes and not any(amounts.values()):
+        if not (self.spikes or self.scraps_mm or self.sheets_mm or self.holes_mm):
             raise EditError("edit.nothing_asked", what=self.title)
 
     def apply(self, limb: Limb) -> Limb:

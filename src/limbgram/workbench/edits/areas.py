@@ -1,4 +1,4 @@
-"""Regional edits: an area relieved or loaded, fading towards its edge.
+"""Areas: a place or a drawn region moved along its normals, fading towards its edge.
 
 The shape is a positive. To relieve a place is to build it up, outwards: what is made over the shape
 has room there. To load a place is to carve it in: what is made over the shape presses there. In the
@@ -9,14 +9,13 @@ by which this program once called the carving, is no edit any more.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.edits.edit import Effect
+from limbgram.workbench.edits.edit import AboveZeroMm, Edit, FromZeroMm, Words, spoken
 from limbgram.workbench.edits.fineness import refine_under, refine_where
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.regions import (
@@ -43,92 +42,59 @@ _FINEST_MM = 0.4
 
 
 @dataclass(frozen=True, kw_only=True)
-class Relieve:
-    """Give room: build the positive up, outwards, round a place or over a drawn region."""
+class Area(Edit):
+    """What relieving and loading have in common."""
 
-    depth_mm: float
-    """How far the surface rises, at the highest point, exactly."""
-    falloff_mm: float
-    """Width over which the rise fades to nothing, over the surface: outwards from `flat_mm`
-    round a place, inwards from the curve of a region."""
+    depth_mm: AboveZeroMm
+    """How far the surface moves, where it moves most, exactly."""
+    falloff_mm: AboveZeroMm
+    """Width over which it fades to nothing, over the surface: outwards from `flat_mm` round a
+    place, inwards from the curve of a region."""
     at: Place | None = None
     """The place: a landmark's name or x, y, z."""
-    flat_mm: float = 0.0
-    """Radius of the full rise round the place."""
+    flat_mm: FromZeroMm = 0.0
+    """Radius round the place within which it is full."""
     within: tuple[Place, ...] = ()
     """The region: points in order round it, on the surface; `at` or this."""
     positions_in: FrameName = "limb"
     """Frame of coordinates."""
 
-    title: ClassVar[str] = "The edit relieve"
-    effect: ClassVar[Effect] = Effect(moves_skin=True)
+    words = spoken(
+        en=Words(labels={"falloff_mm": "Fades over", "flat_mm": "Full within"}),
+        de=Words(
+            labels={
+                "depth_mm": "Tiefe",
+                "falloff_mm": "Läuft aus über",
+                "at": "Stelle",
+                "flat_mm": "Voll im Umkreis von",
+                "within": "Bereich",
+                "positions_in": "Koordinaten gelten",
+            },
+            help={
+                "falloff_mm": "Breite, über die es auf der Fläche ausläuft: um eine Stelle nach "
+                "außen ab der flachen Mitte, in einem Bereich nach innen ab seiner Linie.",
+                "at": "Die Stelle: Name einer Landmarke oder x, y, z.",
+                "flat_mm": "Radius um die Stelle, in dem es voll gilt.",
+                "within": "Der Bereich: Punkte der Reihe nach um ihn herum, auf der Fläche; statt "
+                "der Stelle.",
+                "positions_in": "Koordinatensystem der Punkte.",
+            },
+        ),
+    )
 
     def check(self) -> None:
-        _require_area(self)
-
-    def apply(self, limb: Limb) -> Limb:
-        """Build an area up along the surface's normals.
+        """Refuse what is not just one of a place and a region.
 
         Raises:
-            EditError: no such area, or the surface would fold or cut through itself.
+            EditError: it is neither, or both, or a region that is no ring.
         """
-        return _pushed(limb, self, 1.0)
+        if (self.at is None) == (not self.within):
+            raise EditError("edit.region.place", what=self.title)
+        if self.within:
+            require_ring(self.within, self.title)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Load:
-    """Give pressure: carve the positive in, round a place or over a drawn region."""
-
-    depth_mm: float
-    """How far the surface sinks, at the deepest point, exactly."""
-    falloff_mm: float
-    """Width over which the depth fades to nothing, over the surface: outwards from `flat_mm`
-    round a place, inwards from the curve of a region."""
-    at: Place | None = None
-    """The place: a landmark's name or x, y, z."""
-    flat_mm: float = 0.0
-    """Radius of full depth round the place."""
-    within: tuple[Place, ...] = ()
-    """The region: points in order round it, on the surface; `at` or this."""
-    positions_in: FrameName = "limb"
-    """Frame of coordinates."""
-
-    title: ClassVar[str] = "The edit load"
-    effect: ClassVar[Effect] = Effect(moves_skin=True)
-
-    def check(self) -> None:
-        _require_area(self)
-
-    def apply(self, limb: Limb) -> Limb:
-        """Carve an area in along the surface's normals.
-
-        Raises:
-            EditError: no such area, or the surface would fold or cut through itself.
-        """
-        return _pushed(limb, self, -1.0)
-
-
-def fading(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """From 1 at 0 to 0 at 1, level and without bend at both ends."""
-    x = np.clip(share, 0.0, 1.0)
-    return 1 - x * x * x * (10 + x * (6 * x - 15))
-
-
-def _require_area(edit: Relieve | Load) -> None:
-    """Refuse an area that makes sense on no limb.
-
-    Raises:
-        EditError: amounts below 0, or not just one of a place and a region.
-    """
-    if edit.depth_mm <= 0 or edit.falloff_mm <= 0 or edit.flat_mm < 0:
-        raise EditError("edit.region.depth", what=edit.title)
-    if (edit.at is None) == (not edit.within):
-        raise EditError("edit.region.place", what=edit.title)
-    if edit.within:
-        require_ring(edit.within, edit.title)
-
-
-def _pushed(limb: Limb, edit: Relieve | Load, sign: float) -> Limb:
+def pushed(limb: Limb, edit: Area, sign: float) -> Limb:
     """The limb with the area moved along its normals: outwards by sign 1, inwards by -1."""
     what = edit.title
     given = limb.mesh
@@ -146,9 +112,13 @@ def _pushed(limb: Limb, edit: Relieve | Load, sign: float) -> Limb:
     return changed
 
 
-def _in_a_region(
-    limb: Limb, edit: Relieve | Load, what: str
-) -> tuple[Limb, Float64[np.ndarray, " n"]]:
+def fading(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """From 1 at 0 to 0 at 1, level and without bend at both ends."""
+    x = np.clip(share, 0.0, 1.0)
+    return 1 - x * x * x * (10 + x * (6 * x - 15))
+
+
+def _in_a_region(limb: Limb, edit: Area, what: str) -> tuple[Limb, Float64[np.ndarray, " n"]]:
     """The limb fine enough, and the share of the depth at each vertex."""
     picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.within])
     curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
@@ -162,7 +132,7 @@ def _in_a_region(
     return limb.with_mesh(mesh), fading(1 - depth / max(full, 1e-12)) * within
 
 
-def _edge_mm(edit: Relieve | Load) -> float:
+def _edge_mm(edit: Area) -> float:
     return max(edit.falloff_mm / _FINENESS, _FINEST_MM)
 
 
@@ -176,7 +146,7 @@ def _depth_within(mesh: Mesh, curve: Curve, what: str) -> Float64[np.ndarray, " 
 
 
 def _round_a_place(
-    limb: Limb, edit: Relieve | Load, place: Place, what: str
+    limb: Limb, edit: Area, place: Place, what: str
 ) -> tuple[Limb, Float64[np.ndarray, " n"]]:
     """The limb fine enough, and the share of the depth at each vertex."""
     point = on_surface(limb, position_mm(limb, place, edit.positions_in, what)[None], what)[0]

@@ -1,0 +1,132 @@
+"""Fill: holes closed with surface that goes on as its surroundings do."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Int32
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import face_components
+from limbgram.findings import Finding, doubt, note
+from limbgram.reconstruction.surface.holes import find_openings, loop_area
+from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
+from limbgram.workbench.edits.guard import spoilt_vertices
+from limbgram.workbench.edits.regions import moved_by, with_closed
+from limbgram.workbench.limb import Limb
+
+_BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
+"""An opening of this share of what the shape shows from there is its brim, not a hole."""
+_SHEET = 2.0
+"""A piece with less area than so many of its opening's is flatter than half a ball."""
+Loop = Int32[np.ndarray, " _"]
+"""Vertices round an opening."""
+
+
+@edit(
+    group="solids",
+    order=1,
+    effect=Effect(reports_displacement=False),
+    everyday=True,
+    example={"brim": True},
+)
+class Fill(Edit):
+    """Close holes with surface that goes on as its surroundings do."""
+
+    brim: bool = False
+    """Whether the open brim is closed too, straight across where that folds nothing."""
+
+    words = spoken(
+        en=Words(name="Close holes", title="The filling", labels={"brim": "Close the brim too"}),
+        de=Words(
+            name="Löcher schließen",
+            title="Das Schließen der Löcher",
+            does="Löcher mit einer Fläche schließen, die so weitergeht wie ihre Umgebung.",
+            labels={"brim": "Auch den Rand schließen"},
+            help={
+                "brim": "Ob auch der offene Rand geschlossen wird, gerade hinüber, wo das nichts "
+                "faltet."
+            },
+        ),
+    )
+
+    def apply(self, limb: Limb) -> Limb:
+        """Close holes.
+
+        A hole that touches itself in a point has no sound triangle there: it stays, with a note.
+
+        Raises:
+            EditError: there is none that can be filled.
+        """
+        what = self.title
+        found = _to_fill(limb, self, what)
+        grown = _filled(limb.mesh, found, bent=False)
+        domed = bool(found.brim) and bool(spoilt_vertices(limb.mesh, grown).any())
+        if domed:
+            grown = _filled(limb.mesh, found, bent=True)
+        notes: list[Finding] = []
+        if found.left:
+            notes.append(doubt("edit.fill.left", count=found.left))
+        if domed:
+            notes.append(note("edit.fill.domed"))
+        return replace(limb, mesh=grown, notes=(*limb.notes, *notes))
+
+
+@dataclass(frozen=True)
+class _ToFill:
+    """Openings that can be closed."""
+
+    holes: list[Loop]
+    brim: list[Loop]
+    """The brim, if it is to be closed too."""
+    left: int
+    """Holes that cannot."""
+
+
+def _to_fill(limb: Limb, edit: Fill, what: str) -> _ToFill:
+    mesh = limb.mesh
+    upright = mesh.vertices_mm
+    if limb.frame is not None:
+        upright = moved_by(limb.frame.limb_from_mesh, upright)
+    openings = find_openings(upright, mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
+    brim = [openings.brim] if edit.brim and openings.brim is not None else []
+    loops = [*openings.holes, *brim]
+    own = _of_scraps(mesh, loops)
+    loops = [loop for loop, of_scrap in zip(loops, own, strict=True) if not of_scrap]
+    if not loops:
+        raise EditError(
+            "edit.fill.no_hole", what=what, scraps=any(own), brim=openings.brim is not None
+        )
+    whole = [loop for loop in loops if not _touches_itself(mesh, loop)]
+    if not whole:
+        raise EditError("edit.fill.touching", what=what)
+    return _ToFill(
+        holes=[loop for loop in whole if loop is not openings.brim],
+        brim=[loop for loop in whole if loop is openings.brim],
+        left=len(loops) - len(whole),
+    )
+
+
+def _of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
+    """Which loops run round a flat piece beside the surface: closed, it would lie there twice."""
+    parts = face_components(mesh.faces)
+    areas = np.bincount(parts, np.linalg.norm(mesh.face_normals(), axis=1) / 2)
+    part_of = np.zeros(len(mesh), np.int64)
+    part_of[mesh.faces.ravel()] = np.repeat(parts, 3)
+    main = int(areas.argmax())
+    return [
+        int(part_of[loop[0]]) != main
+        and float(areas[part_of[loop[0]]])
+        < _SHEET * float(np.linalg.norm(loop_area(mesh.vertices_mm[loop])))
+        for loop in loops
+    ]
+
+
+def _touches_itself(mesh: Mesh, loop: Loop) -> bool:
+    return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
+
+
+def _filled(mesh: Mesh, found: _ToFill, *, bent: bool) -> Mesh:
+    """The mesh with its holes closed, then its brim: straight across, or bent as the surface is."""
+    return with_closed(with_closed(mesh, found.holes), found.brim, bent=bent)

@@ -1,0 +1,85 @@
+"""Flare: the brim bent outwards."""
+
+import numpy as np
+from jaxtyping import Float64, Int64
+
+from limbgram.workbench.edits.brim import brim_loop
+from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
+from limbgram.workbench.edits.fineness import refine_where
+from limbgram.workbench.edits.guard import require_sound
+from limbgram.workbench.edits.regions import (
+    axes_in_mesh,
+    displaced,
+    distances_from,
+    middles_mm,
+    points_in_limb_frame,
+)
+from limbgram.workbench.limb import Limb
+
+_FINENESS = 8.0
+_FINEST_MM = 0.4
+
+
+@edit(
+    group="ends",
+    order=2,
+    effect=Effect(),
+    everyday=True,
+    guarded=False,
+    example={"depth_mm": 3.0, "height_mm": 20.0},
+)
+class Flare(Edit):
+    """Bend the brim outwards."""
+
+    depth_mm: AboveZeroMm
+    """Outwards from the axis, at the brim itself."""
+    height_mm: AboveZeroMm
+    """Width of the bent band, over the surface."""
+
+    words = spoken(
+        en=Words(name="Bend the brim outwards", title="The flare"),
+        de=Words(
+            name="Rand ausstellen",
+            title="Das Ausstellen des Randes",
+            does="Den Rand nach außen biegen.",
+            labels={"depth_mm": "Tiefe", "height_mm": "Höhe"},
+            help={
+                "depth_mm": "Von der Achse nach außen, am Rand selbst.",
+                "height_mm": "Breite des gebogenen Streifens, auf der Fläche.",
+            },
+        ),
+    )
+
+    def apply(self, limb: Limb) -> Limb:
+        """Move a band at the brim outwards, most at the brim itself.
+
+        Raises:
+            EditError: no open brim, or a surface that would fold.
+        """
+        what = self.title
+        loop = brim_loop(limb, what)
+        reached = np.isfinite(_from_brim_mm(limb, loop, self.height_mm))
+        close = np.asarray(reached[limb.mesh.faces].any(1))
+        edge_mm = max(self.height_mm / _FINENESS, _FINEST_MM)
+        limb = limb.with_mesh(refine_where(limb.mesh, close, edge_mm))
+        distance = _from_brim_mm(limb, brim_loop(limb, what), self.height_mm)
+        weight = np.clip(1 - distance / self.height_mm, 0, 1) ** 2
+        points = points_in_limb_frame(limb, what)
+        outward = points - middles_mm(limb, points, what)
+        outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
+        x_axis, y_axis, _ = axes_in_mesh(limb, what)
+        step = (
+            self.depth_mm * weight[:, None] * (outward[:, :1] * x_axis + outward[:, 1:2] * y_axis)
+        )
+        changed = displaced(limb, limb.mesh.vertices_mm + step)
+        require_sound(what, limb.mesh, changed.mesh)
+        return changed
+
+
+def _from_brim_mm(
+    limb: Limb, loop: Int64[np.ndarray, " b"], reach_mm: float
+) -> Float64[np.ndarray, " n"]:
+    """Distance of each vertex from the brim, over the surface; infinite beyond the reach."""
+    start = np.full(len(limb.mesh), np.inf)
+    start[loop] = 0.0
+    return distances_from(limb.mesh, start, np.ones(len(limb.mesh), np.bool_), reach_mm)
