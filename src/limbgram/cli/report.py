@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from limbgram.cases.assessing import cited
 from limbgram.cases.folder import CaseFolder
 from limbgram.cli.compare import WayName
 from limbgram.cli.replies import Reply, answered
@@ -20,7 +19,7 @@ from limbgram.report.pdf import pdf_of
 from limbgram.report.record.content import Content
 from limbgram.report.record.layout import record_report
 from limbgram.report.record.record import Record, RecordOptions, record_of
-from limbgram.report.record.sources import RecipeSource, ShapeSource
+from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
 from limbgram.workbench.recipe.file import read_recipe
 
 _SHOWN = 4
@@ -77,7 +76,7 @@ def report_command(
         _shape(shape, unit),
         None if against is None else _shape(against, unit),
         None if recipe is None else _recipe(recipe),
-        None if case is None else cited(CaseFolder(case)),
+        None if case is None else _case(case),
         RecordOptions(
             spacing_mm=every, reference=reference, way=None if way is None else way.value
         ),
@@ -102,6 +101,12 @@ def _shape(path: Path, unit: str | None) -> ShapeSource:
 
 def _recipe(path: Path) -> RecipeSource:
     return RecipeSource(recipe=read_recipe(path), sha256=hash_of(path.read_bytes()))
+
+
+def _case(path: Path) -> CaseSource:
+    from limbgram.cases.assessing import cited  # with the stages, a second for records of cases
+
+    return cited(CaseFolder(path))
 
 
 def _write(record: Record, folder: Path) -> list[Path]:

@@ -6,10 +6,10 @@ from typing import Annotated
 
 import typer
 
-from limbgram.capture.acceptance import Outcome
 from limbgram.capture.artefact import read_artefact
 from limbgram.capture.certificate import USUAL_MONTHS, CameraTested, Certificate
 from limbgram.capture.permissible import parse_limits
+from limbgram.capture.setup import Outcome
 from limbgram.cases.certificates import (
     SUFFIX,
     certificate_beside,

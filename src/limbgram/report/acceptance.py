@@ -16,8 +16,9 @@ from limbgram.capture.acceptance import (
     Spread,
     without_outcome,
 )
-from limbgram.capture.certificate import Certificate, SetupCited
+from limbgram.capture.certificate import Certificate
 from limbgram.capture.permissible import KINDS
+from limbgram.capture.setup import SetupCited
 from limbgram.findings import fault, told
 from limbgram.report.blocks import (
     AdviceList,

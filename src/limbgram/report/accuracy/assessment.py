@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.capture.certificate import SetupCited
+from limbgram.capture.setup import SetupCited
 from limbgram.core.typed import tree_of
 from limbgram.findings import Finding
 from limbgram.report.accuracy.capture import image_figures, length_figures, movement_figures

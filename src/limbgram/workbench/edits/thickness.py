@@ -19,6 +19,7 @@ from jaxtyping import Float64, Int64
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.rays import meets
 from limbgram.findings import Finding, note
 
 _OPPOSED = -0.95
@@ -105,11 +106,14 @@ def between_skins(solid: Mesh, ones: int, twos: int) -> Thickness:
 
 def wall_of(mesh: Mesh) -> Thickness | None:
     """The thickness of a shape that is a wall; None for one that is not, such as a limb."""
-    cast = _Cast.of(mesh)
     tried = np.arange(0, len(mesh.faces), max(1, len(mesh.faces) // _TRIED))
-    first = cast.across(tried, cast.corners[tried].mean(1), _OPPOSED)
     size = float(np.sort(np.ptp(mesh.vertices_mm, axis=0))[1])
-    if not np.median(first) < min(_THICKEST_MM, _THICKEST_SHARE * size):
+    thickest_mm = min(_THICKEST_MM, _THICKEST_SHARE * size)
+    if _is_clear(mesh, tried, thickest_mm / -_OPPOSED):
+        return None
+    cast = _Cast.of(mesh)
+    first = cast.across(tried, cast.corners[tried].mean(1), _OPPOSED)
+    if not np.median(first) < thickest_mm:
         return None
     least, places = cast.everywhere(_OPPOSED)
     known = np.isfinite(least)
@@ -192,6 +196,17 @@ class _Cast:
         drop = np.einsum("fd,fd->f", self.corners[met, 0] - points, self.normals[met])
         counts = (met >= 0) & (facing < opposed) & ((looked >= rim) | (met >= rim))
         return np.where(counts, np.maximum(drop, 0.0), np.inf)
+
+
+def _is_clear(mesh: Mesh, tried: Int64[np.ndarray, " k"], reach_mm: float) -> bool:
+    """Whether most rays in from these faces meet nothing within a reach, as in a limb.
+
+    The tree takes a tenth of the time of the rays' own scene.
+    """
+    inward = -unit(mesh.face_normals()[tried])
+    starts = mesh.vertices_mm[mesh.faces[tried]].mean(1) + _INSET_MM * inward
+    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    return bool(meets(tree, starts, reach_mm * inward).mean() < 0.5)
 
 
 def _thinnest_patch(
