@@ -17,6 +17,7 @@ from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Float64, Int64
 
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.interval import weighted_quantile
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.rays import meets
@@ -100,7 +101,7 @@ def between_skins(solid: Mesh, ones: int, twos: int) -> Thickness:
         at_vertices_mm=away,
         thinnest_mm=float(away[thinnest]),
         place_mm=solid.vertices_mm[thinnest],
-        median_mm=_median(away[known], solid.vertex_areas_mm2()[known]),
+        median_mm=weighted_quantile(away[known], solid.vertex_areas_mm2()[known], 0.5),
     )
 
 
@@ -124,7 +125,7 @@ def wall_of(mesh: Mesh) -> Thickness | None:
         at_vertices_mm=np.where(np.isfinite(at_vertices), at_vertices, np.nan),
         thinnest_mm=float(least[thinnest]),
         place_mm=places[thinnest],
-        median_mm=_median(least[known], cast.areas_mm2[known]),
+        median_mm=weighted_quantile(least[known], cast.areas_mm2[known], 0.5),
     )
 
 
@@ -217,9 +218,3 @@ def _thinnest_patch(
     order = order[np.isfinite(thickness_mm[order])]
     passed = np.cumsum(areas_mm2[order])
     return int(order[min(int(np.searchsorted(passed, _PATCH_MM2)), len(order) - 1)])
-
-
-def _median(values: Float64[np.ndarray, " k"], weights: Float64[np.ndarray, " k"]) -> float:
-    order = np.argsort(values, kind="stable")
-    passed = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(passed, passed[-1] / 2)])
