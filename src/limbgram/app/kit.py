@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 from limbgram.app.cameras import camera_files
 from limbgram.app.clinic import CaseHere, ClinicHere
 from limbgram.app.replies import FindingReply
-from limbgram.capture.acceptance import Outcome
+from limbgram.capture.setup import Outcome
 from limbgram.cases.cameras import camera_doubt
 from limbgram.cases.certificates import cameras_of, cited_setups
 from limbgram.cases.findings import capture_notes, tapes_judged

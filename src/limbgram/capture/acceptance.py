@@ -28,6 +28,7 @@ from scipy.spatial import KDTree
 from limbgram.capture.artefact import Artefact, LengthStandard
 from limbgram.capture.permissible import KINDS, Kind, Limits
 from limbgram.capture.probing import Probed, Surface, find_cylinder, find_spheres
+from limbgram.capture.setup import Outcome
 from limbgram.core.errors import LimbgramError, MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh
@@ -39,7 +40,6 @@ from limbgram.workbench.compare.frames import axes_of
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.limb import Limb
 
-Outcome = Literal["pass", "fail", "cannot tell"]
 _GRAVITIES: dict[Outcome, Gravity] = {
     "pass": Gravity.NOTE,
     "cannot tell": Gravity.DOUBT,

@@ -17,7 +17,6 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
-from jaxtyping import Float64
 
 from limbgram.capture.coach import Coverage, coverage_of
 from limbgram.capture.prediction import FINE_POWER, Prediction, Showing, cosines_of, predict
@@ -270,7 +269,7 @@ def plan_capture(
         views = [one.view(held, limb.middle, 0.0) for one in stands]
         showing = shown_by(len(limb.mesh), len(views), sharpness.blur_px, options.sock)
         prediction = predict(limb, views, showing)
-        reached_mm = _quantile_mm(limb, prediction, options.share)
+        reached_mm = prediction.sigma_reached_mm(limb, options.share)
         if prediction.share(prediction.squarely >= 3, limb) < options.covered:
             continue
         if best is None or reached_mm < best[0]:
@@ -429,18 +428,6 @@ def _defocus_px(
     return _DISC * focal_mm**2 * widest / (stop * (focus - focal_mm)) / pitch_mm
 
 
-def _quantile_mm(limb: LimbProxy, prediction: Prediction, share: float) -> float:
-    """Sigma below which this share of the measured surface lies; infinite where none is."""
-    sigma: Float64[np.ndarray, " n"] = prediction.sigma_mm
-    measured = limb.known & np.isfinite(sigma)
-    if not measured.any():
-        return math.inf
-    order = np.argsort(sigma[measured], kind="stable")
-    area = np.cumsum(limb.area_mm2[measured][order])
-    at = min(int(np.searchsorted(area, share * area[-1])), len(order) - 1)
-    return float(sigma[measured][order][at])
-
-
 def _told(
     asked_mm: float,
     camera: PlannedCamera,
@@ -470,7 +457,7 @@ def _told(
         depth_mm=sharpness.depth_mm,
         blur_px=sharpness.blur_px,
         paint_mm=SPECKLE_PX * pixel_mm,
-        sigma_mm=_quantile_mm(limb, prediction, options.share),
+        sigma_mm=prediction.sigma_reached_mm(limb, options.share),
         sigma_middle_mm=prediction.middle_sigma_mm(limb),
         coverage=coverage_of(limb, prediction, in_mm=True),
         notes=tuple(notes),

@@ -32,6 +32,7 @@ from jaxtyping import Bool, Float64, Int64
 
 from limbgram.capture.proxy import LimbProxy
 from limbgram.core.geometry.lens import View
+from limbgram.core.interval import weighted_quantile
 from limbgram.reconstruction.choices import MOST_TRIANGLES
 from limbgram.reconstruction.measuring.rounds import MatchingOptions
 from limbgram.reconstruction.measuring.uncertainty import OFFSET_PX
@@ -70,12 +71,15 @@ class Prediction:
 
     def middle_sigma_mm(self, proxy: LimbProxy) -> float:
         """Half of what is measured is surer; NaN where nothing is."""
+        middle_mm = self.sigma_reached_mm(proxy, 0.5)
+        return middle_mm if math.isfinite(middle_mm) else math.nan
+
+    def sigma_reached_mm(self, proxy: LimbProxy, share: float) -> float:
+        """This share of what is measured is as sure or surer; infinite where nothing is."""
         measured = proxy.known & np.isfinite(self.sigma_mm)
         if not measured.any():
-            return float("nan")
-        order = np.argsort(self.sigma_mm[measured], kind="stable")
-        area = np.cumsum(proxy.area_mm2[measured][order])
-        return float(self.sigma_mm[measured][order][np.searchsorted(area, area[-1] / 2)])
+            return math.inf
+        return weighted_quantile(self.sigma_mm[measured], proxy.area_mm2[measured], share)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ Apart from `assessing`, which reads finished cases and needs twice as many progr
 
 from collections.abc import Sequence
 
-from limbgram.capture.certificate import SetupCited
+from limbgram.capture.setup import SetupCited
 from limbgram.cases.encoding import sealed
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.record import write_json

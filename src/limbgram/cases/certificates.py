@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 
-from limbgram.capture.certificate import CameraTested, Certificate, SetupCited, cite
+from limbgram.capture.certificate import CameraTested, Certificate, cite
+from limbgram.capture.setup import SetupCited
 from limbgram.cases.encoding import sealed, unsealed
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder

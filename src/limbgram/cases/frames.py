@@ -123,7 +123,7 @@ def take_frames(
 
         # Cancelled or refused, nothing of it is left.
         call = run.unkept if isinstance(run, CachingRun) else run
-        choice = call(choose_frames, call(survey, told, options), keep, options)
+        choice = call(choose_frames, call(survey, told), keep, options)
         record = _record(choice, stem) | {"key": key}
         write_json(beside / "frames.json", record)
         _write_sheet(beside / "frames.png", thumbs, choice)

@@ -5,7 +5,6 @@ from typing import Annotated
 
 import typer
 
-from limbgram.cases.assessing import cited
 from limbgram.cases.folder import CaseFolder
 from limbgram.cli.asking import asking
 from limbgram.cli.replies import Reply, answered
@@ -14,7 +13,7 @@ from limbgram.core.errors import OptionsError
 from limbgram.findings import Finding, advice, sentence, told
 from limbgram.formats.sidecar import hash_of, limb_file_beside
 from limbgram.report.record.content import Content
-from limbgram.report.record.sources import RecipeSource, ShapeSource
+from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
 from limbgram.services.report import ReportRequest, Subject, report
 from limbgram.workbench.recipe.file import read_recipe
 
@@ -58,7 +57,7 @@ def report_command(
         shape=_shape(shape, unit),
         against=None if against is None else _shape(against, unit),
         recipe=None if recipe is None else _recipe(recipe),
-        case=None if case is None else cited(CaseFolder(case)),
+        case=None if case is None else _case(case),
     )
     done = report(subject, ask, folder)
     return Reply(
@@ -80,6 +79,12 @@ def _shape(path: Path, unit: str | None) -> ShapeSource:
 
 def _recipe(path: Path) -> RecipeSource:
     return RecipeSource(recipe=read_recipe(path), sha256=hash_of(path.read_bytes()))
+
+
+def _case(path: Path) -> CaseSource:
+    from limbgram.cases.assessing import cited  # with the stages, a second for records of cases
+
+    return cited(CaseFolder(path))
 
 
 def _lines(content: Content) -> tuple[str, ...]:

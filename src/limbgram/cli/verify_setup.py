@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from limbgram.capture.acceptance import Outcome
+from limbgram.capture.setup import Outcome
 from limbgram.cases.certificates import SUFFIX, certificate_beside
 from limbgram.cases.verifying import Certified, SetupTest, VerifyRequest
 from limbgram.cli.asking import asking

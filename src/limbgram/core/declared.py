@@ -126,11 +126,6 @@ class Declared:
         """The words to choose from; empty where any are."""
         return get_args(self.hint) if get_origin(self.hint) is Literal else ()
 
-    @property
-    def several(self) -> bool:
-        """As many of one kind as are given."""
-        return get_origin(self.hint) is tuple and get_args(self.hint)[1:] == (...,)
-
 
 _UNITS = {
     "_mm_min": "mm/min",

@@ -11,6 +11,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from jaxtyping import Float64
 from scipy.special import stdtrit
 
 COVER = 1.96
@@ -53,6 +55,16 @@ def widening(freedom: float) -> float:
     (12.7, 2.57, 1.0)
     """
     return float(stdtrit(max(freedom, 1.0), 0.5 + _COVERAGE / 2)) / COVER
+
+
+def weighted_quantile(
+    values: Float64[np.ndarray, " n"], weights: Float64[np.ndarray, " n"], share: float
+) -> float:
+    """The first value, from the least up, with which this share of the weight is reached."""
+    order = np.argsort(values, kind="stable")
+    reached = np.cumsum(weights[order])
+    at = min(int(np.searchsorted(reached, share * reached[-1])), len(order) - 1)
+    return float(values[order][at])
 
 
 def plus_minus(interval: Interval | None, decimals: int) -> str:

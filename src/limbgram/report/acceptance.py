@@ -12,12 +12,12 @@ from matplotlib.axes import Axes
 from limbgram.capture.acceptance import (
     Acceptance,
     MeasuredError,
-    Outcome,
     Spread,
     without_outcome,
 )
-from limbgram.capture.certificate import Certificate, SetupCited
+from limbgram.capture.certificate import Certificate
 from limbgram.capture.permissible import KINDS
+from limbgram.capture.setup import Outcome, SetupCited
 from limbgram.findings import fault, told
 from limbgram.report.blocks import (
     AdviceList,

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from urllib.parse import quote
 
 from limbgram.findings import doubt, fault
-from limbgram.report.accuracy.judgement import Light
 from limbgram.report.blocks import (
     AdviceList,
     Banner,
@@ -26,6 +25,7 @@ from limbgram.report.blocks import (
 )
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.intended_use import OF_SCANS
+from limbgram.report.light import Light
 
 _ORDER = ("", "red", "amber", "green")
 

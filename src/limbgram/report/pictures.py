@@ -19,9 +19,8 @@ from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.twoview.pairs import Pairs
 from limbgram.report.drawings.charts import accuracy_chart, residual_histograms
 from limbgram.report.drawings.drawing import Picture, png
-from limbgram.report.drawings.maps import sigma_map
 from limbgram.report.drawings.photographs import keypoints_on_photo, matches_of_pair
-from limbgram.report.drawings.surfaces import cloud_with_cameras, four_sides
+from limbgram.report.drawings.surfaces import cloud_with_cameras, four_sides, sigma_map
 
 
 @dataclass(frozen=True)

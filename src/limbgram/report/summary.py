@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from limbgram.capture.certificate import SetupCited
+from limbgram.capture.setup import SetupCited
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Timing
 from limbgram.core.typed import Strictness, value_of
@@ -27,11 +27,11 @@ from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.reconstruction.scale.metric import Scale
 from limbgram.report.accuracy.assessment import Assessment
-from limbgram.report.accuracy.judgement import Light
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.drawings.charts import ImageScale, image_scales
 from limbgram.report.intended_use import OF_SCANS
 from limbgram.report.lenses import OwnLensFigures, own_lenses
+from limbgram.report.light import Light
 from limbgram.report.parts import PartSummary, part_summaries
 from limbgram.workbench.limb import marked_red
 

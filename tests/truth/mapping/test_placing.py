@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import Cancelled, PlacementError
-from limbgram.core.geometry.frames import Similarity, angle_between_deg, fit_similarity
+from limbgram.core.geometry.frames import Rigid, Similarity, angle_between_deg, fit_similarity
 from limbgram.core.run import Run
 from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
@@ -217,3 +217,21 @@ def test_the_mapper_tells_its_progress_and_stops_when_asked(good_capture: Any) -
     with pytest.raises(Cancelled):
         run(place, good_capture.photos, good_capture.features, pairs, good_capture.cameras)
     assert steps[-1] == 5
+
+
+def test_a_photo_that_contradicts_its_pairs_is_not_placed(
+    make_capture: Callable[..., Any],
+) -> None:
+    """Pairs that claim another turn than the scene has: the guard against a folded scene."""
+    capture = make_capture(photos=9, points=700)
+    pairs = verify(capture.photos, capture.matches, capture.cameras)
+    quarter = Rigid.from_rotation_vector(np.array([0.0, 1.5, 0.0]), np.zeros(3))
+    lying = tuple(
+        replace(pair, second_from_first=quarter @ pair.second_from_first)
+        if 2 in (pair.matches.first, pair.matches.second) and pair.second_from_first
+        else pair
+        for pair in pairs.verified
+    )
+    scene = place(capture.photos, capture.features, Pairs(lying, 0), capture.cameras)
+    assert [verdict.name for verdict in scene.verdicts if not verdict.placed] == ["IMG_0002.jpg"]
+    assert "contradicts" in told(scene.verdicts[2].reason)

@@ -11,8 +11,7 @@ from PIL import Image
 
 from limbgram.app import kit
 from limbgram.app.clinic import Clinic
-from limbgram.capture.acceptance import Outcome
-from limbgram.capture.certificate import SetupCited
+from limbgram.capture.setup import Outcome, SetupCited
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.typed import tree_of
 from limbgram.findings import as_json

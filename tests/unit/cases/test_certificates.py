@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.capture.acceptance import Acceptance, Outcome
+from limbgram.capture.acceptance import Acceptance
 from limbgram.capture.certificate import ArtefactTested, CameraTested, Certificate, cite
+from limbgram.capture.setup import Outcome
 from limbgram.cases.certificates import (
     certificate_beside,
     cited_setups,

@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 
 import limbgram
-from limbgram.core.interval import COVER, HOLDS, Interval, explained, plus_minus, widening
+from limbgram.core.interval import (
+    COVER,
+    HOLDS,
+    Interval,
+    explained,
+    plus_minus,
+    weighted_quantile,
+    widening,
+)
 
 
 def test_a_plus_minus_holds_in_95_of_100_gaussian_errors() -> None:
@@ -53,3 +61,12 @@ def test_a_figure_gets_its_plus_minus_here_alone() -> None:
     sources = Path(limbgram.__file__).parent.rglob("*.py")
     found = {path.name for path in sources if written.search(path.read_text("utf-8"))}
     assert found == {"interval.py", "tell.py"}
+
+
+def test_a_weighted_quantile_is_that_of_values_repeated_so_often() -> None:
+    rng = np.random.default_rng(4)
+    values, times = rng.normal(size=60), rng.integers(1, 9, 60)
+    repeated = np.sort(np.repeat(values, times))
+    for share in (0.01, 0.25, 0.5, 0.95):
+        expected = repeated[int(np.ceil(share * len(repeated))) - 1]
+        assert weighted_quantile(values, times.astype(float), share) == expected

@@ -13,7 +13,7 @@ from limbgram.findings import note
 from limbgram.reconstruction.pipeline import OtherPart, Reconstruction
 from limbgram.report.blocks import Section, Table
 from limbgram.report.case import parts_section
-from limbgram.report.drawings.surfaces import sides_figure
+from limbgram.report.drawings.sides import sides_figure
 from limbgram.report.parts import PartSummary, part_lines, part_summaries
 
 OUTSIDE = PartSummary(

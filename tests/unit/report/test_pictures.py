@@ -14,11 +14,11 @@ from limbgram.findings import note
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.photos.photo import Exif, Photo, SetAside
 from limbgram.reconstruction.scale.metric import LengthCheck, Scale
-from limbgram.report.accuracy.judgement import Light
 from limbgram.report.case import case_report
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.drawings.photographs import _side_by_side, _upright
 from limbgram.report.html import html_of
+from limbgram.report.light import Light
 from limbgram.report.pictures import Pictures
 from limbgram.report.summary import (
     CloudSummary,

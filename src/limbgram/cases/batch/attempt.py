@@ -44,7 +44,7 @@ from limbgram.findings import Finding, fault, note, told
 from limbgram.formats.sidecar import limb_file_beside
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.photos.video import is_video
-from limbgram.report.accuracy.judgement import Light
+from limbgram.report.light import Light
 from limbgram.workbench.limb import marked_red
 
 State = Literal["finished", "unchanged", "refused", "died", "failed", "cancelled"]

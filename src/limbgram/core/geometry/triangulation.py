@@ -1,8 +1,8 @@
 """Epipolar distances and triangulation: what matches in placed photos say of points.
 
 The Sampson distance: x2^T F x1 = 0 is a quadric through the space of matches (x1, y1, x2, y2). The
-distance of a match to its tangent is the Sampson distance, and the foot of that perpendicular the
-corrected match (Sampson 1982; Hartley and Zisserman, section 11.4.3 and eq. 12.5).
+distance of a match to its tangent is the Sampson distance (Sampson 1982; Hartley and Zisserman,
+section 11.4.3).
 
 Triangulation: points from their images, with their covariance. The linear method (DLT) starts;
 Gauss-Newton on the distances in pixels finishes, through the whole lens model. Points that cannot
@@ -48,15 +48,6 @@ def sampson_by_matrix(
     numerator = second[:, :, None] * first[:, None, :]
     numerator -= half_square * (error / square)[:, None, None]
     return numerator.reshape(-1, 9) / np.sqrt(square)[:, None]
-
-
-def sampson_corrected(
-    fundamental: Matrix3, xy_first: Points2, xy_second: Points2
-) -> Float64[np.ndarray, "n 4"]:
-    """The matches (x1, y1, x2, y2) moved to first order onto the epipolar geometry."""
-    error, gradient = _error_and_gradient(fundamental, xy_first, xy_second)
-    step = gradient * (error / _length(gradient) ** 2)[:, None]
-    return np.concatenate([xy_first, xy_second], axis=1) - step
 
 
 def nearest_matches(
@@ -145,42 +136,6 @@ def triangulate_linear(
     seen = np.bincount(point_idx, minlength=count) >= 2
     weight = np.where(seen & (np.abs(homogeneous[:, 3]) > 1e-12), homogeneous[:, 3], np.nan)
     return homogeneous[:, :3] / weight[:, None] * size + middle
-
-
-def triangulate_pair(
-    first: Float64[np.ndarray, "3 4"],
-    second: Float64[np.ndarray, "3 4"],
-    xy_first: Points2,
-    xy_second: Points2,
-    fundamental: Matrix3,
-) -> Float64[np.ndarray, "n 4"]:
-    """Homogeneous points (unit length) of matches between two projection matrices.
-
-    The matches are first moved to the nearest ones that obey F, so that the rays meet and the
-    result is the maximum-likelihood one in any projective frame (Hartley and Sturm 1997).
-    """
-    exact = nearest_matches(fundamental, xy_first, xy_second)
-    equations = np.stack(
-        [
-            exact[:, 0, None] * first[2] - first[0],
-            exact[:, 1, None] * first[2] - first[1],
-            exact[:, 2, None] * second[2] - second[0],
-            exact[:, 3, None] * second[2] - second[1],
-        ],
-        axis=1,
-    )
-    return np.linalg.svd(equations)[2][:, 3]
-
-
-def intersection_angles_deg(
-    centre_first: Float64[np.ndarray, "3"],
-    centre_second: Float64[np.ndarray, "3"],
-    points_in_world: Points3,
-) -> Float64[np.ndarray, " n"]:
-    """Angles under which the points see the two centres."""
-    first, second = centre_first - points_in_world, centre_second - points_in_world
-    cross = np.linalg.norm(np.cross(first, second), axis=1)
-    return np.degrees(np.arctan2(cross, np.einsum("ij,ij->i", first, second)))
 
 
 @njit(cache=True, nogil=True)

@@ -11,7 +11,7 @@ from limbgram.core.run import in_parallel, worker_count
 
 _MANY = 20_000
 """Queries from which they are shared out among the processors; none depends on another."""
-_LEAF = 4
+LEAF = 4
 """Triangles in a leaf."""
 _ROOM, _ROOM_MM2 = 1 + 1e-9, 1e-12
 """A bound is raised by this share and this much, so that the nearest place lies below it."""
@@ -51,7 +51,7 @@ class TriangleTree:
         """
         if not len(faces):
             raise ValueError("No place on a mesh without faces is nearest to anything.")
-        leaves = 1 << max(0, (-(-len(faces) // _LEAF) - 1).bit_length())
+        leaves = 1 << max(0, (-(-len(faces) // LEAF) - 1).bit_length())
         vertices = np.ascontiguousarray(vertices_mm, np.float64)
         return cls(*_planted(vertices, np.ascontiguousarray(faces, np.int32), leaves))
 
@@ -107,7 +107,7 @@ def _planted(vertices: np.ndarray, faces: np.ndarray, leaves: int):
     boxes = np.empty((2 * leaves, 6))
     boxes[:, :3], boxes[:, 3:] = np.inf, -np.inf
     for t in range(count):
-        leaf = leaves + t // _LEAF
+        leaf = leaves + t // LEAF
         for corner in range(3):
             vertex = faces[order[t], corner]
             for axis in range(3):
@@ -188,8 +188,8 @@ def _search(
             if away2[depth] >= best:
                 continue
             if node >= leaves:
-                first = (node - leaves) * _LEAF
-                for t in range(first, min(first + _LEAF, triangles.shape[0])):
+                first = (node - leaves) * LEAF
+                for t in range(first, min(first + LEAF, triangles.shape[0])):
                     if _least_distance2(triangles, t, x, y, z) >= best:
                         continue
                     distance2 = _nearest_on_triangle(triangles, t, x, y, z, place)

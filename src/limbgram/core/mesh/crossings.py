@@ -9,7 +9,7 @@ from jaxtyping import Bool, Int64
 from numba import njit
 
 from limbgram.core.geometry.arrays import Faces, Points3
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest import LEAF, TriangleTree
 from limbgram.core.run import in_parallel, worker_count
 
 _MANY, _PARTS = 20_000, 4
@@ -17,8 +17,6 @@ _MANY, _PARTS = 20_000, 4
 a surface have more near them than others."""
 _SHARED_OUT = 64
 """Nodes of one level of the tree that are shared out, each with those after it."""
-_LEAF = 4
-"""Triangles in a leaf of the tree."""
 _TOUCH = 1e-9
 """Depth and length below which triangles only touch, as a share of their size."""
 
@@ -67,7 +65,7 @@ def _with_asked(asked: np.ndarray, leaves: int):
     busy = np.zeros(2 * leaves, np.bool_)
     for t in range(len(asked)):
         if asked[t]:
-            busy[leaves + t // _LEAF] = True
+            busy[leaves + t // LEAF] = True
     for node in range(leaves - 1, 0, -1):
         busy[node] = busy[2 * node] or busy[2 * node + 1]
     return busy
@@ -137,12 +135,12 @@ def _cross(
                             ones[depth], twos[depth] = 2 * one + i, 2 * two + j
                             depth += 1
                     continue
-                first, other_first = (one - leaves) * _LEAF, (two - leaves) * _LEAF
-                for t in range(first, min(first + _LEAF, triangles.shape[0])):
+                first, other_first = (one - leaves) * LEAF, (two - leaves) * LEAF
+                for t in range(first, min(first + LEAF, triangles.shape[0])):
                     if one != two and _apart(own, t, boxes, two):
                         continue
                     after = t + 1 if one == two else other_first
-                    for other in range(after, min(other_first + _LEAF, triangles.shape[0])):
+                    for other in range(after, min(other_first + LEAF, triangles.shape[0])):
                         if not (asked[t] or asked[other]) or _apart(own, t, own, other):
                             continue
                         least = _TOUCH * _size(own, t, other)

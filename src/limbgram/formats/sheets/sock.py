@@ -21,7 +21,7 @@ import numpy as np
 from contourpy import FillType, contour_generator
 from jaxtyping import Bool, Float64, Int32, UInt8
 from matplotlib.path import Path as Outline
-from scipy.ndimage import distance_transform_edt, label, map_coordinates
+from scipy.ndimage import label, map_coordinates
 
 from limbgram.core.errors import OptionsError
 from limbgram.formats.sheets.page import EDGE_MM, PageName, Paper, Sheet, pdf_of
@@ -75,16 +75,6 @@ class SockPattern:
         """Where a dark ink lies."""
         fields = [ink.field for ink in self.inks if ink.colour in _DARK]
         return np.max(fields, axis=0) > 0
-
-    @property
-    def barest_mm(self) -> float:
-        """Diameter of the largest circle without an edge between dark and light."""
-        rows, columns = self.dark.shape
-        wide = np.pad(self.dark, ((rows // 2, rows // 2), (columns // 2, columns // 2)), "wrap")
-        step_mm = self.width_mm / columns
-        inside: Float64[np.ndarray, "h w"] = np.asarray(distance_transform_edt(wide))
-        outside: Float64[np.ndarray, "h w"] = np.asarray(distance_transform_edt(~wide))
-        return 2 * max(float(inside.max()), float(outside.max())) * step_mm
 
     def colours_at(
         self, x_mm: Float64[np.ndarray, " n"], y_mm: Float64[np.ndarray, " n"]

@@ -51,6 +51,18 @@ _SKEW = PARAMETERS.index("skew")
 _K3 = PARAMETERS.index("k3")
 
 
+_MAX_RMS_PX = 1.0
+"""RMS of the corners beyond which calibration is refused (see `max_rms`)."""
+_MAX_RMS = 0.0003
+"""The same over the picture's longer side, for large pictures; the larger of both holds."""
+_MAX_FOCAL_SIGMA = 0.01
+"""Relative sigma of the focal length beyond which calibration is refused."""
+_MIN_REACH = 0.1
+"""How far towards each corner of the picture the board must have come, 0 to 1."""
+_MAX_EDGE_SIGMA_PX = 5.0
+"""Uncertainty of a ray in a corner of the picture beyond which calibration is refused."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class CalibrationOptions:
     """What is asked of calibration photos, and when a term of the model is kept."""
@@ -71,16 +83,6 @@ class CalibrationOptions:
     """Shift at the picture's edge below which even a significant skew is not delivered."""
     board_gain: float = 0.03
     """Fall of the RMS for which the board's print and flatness are estimated too."""
-    max_rms_px: float = 1.0
-    """RMS of the corners beyond which calibration is refused (see `max_rms`)."""
-    max_rms: float = 0.0003
-    """The same over the picture's longer side, for large pictures; the larger of both holds."""
-    max_focal_sigma: float = 0.01
-    """Relative sigma of the focal length beyond which calibration is refused."""
-    min_reach: float = 0.1
-    """How far towards each corner of the picture the board must have come, 0 to 1."""
-    max_edge_sigma_px: float = 5.0
-    """Uncertainty of a ray in a corner of the picture beyond which calibration is refused."""
     good_reach: float = 0.5
     """The same without a doubt."""
 
@@ -172,7 +174,7 @@ def calibrate_detections(
         photo_factor=options.photo_factor,
         corner_sigmas=options.corner_sigmas,
     )
-    refuse_undetermined(screened.solution, 1.0, _HOPELESS * options.max_focal_sigma)
+    refuse_undetermined(screened.solution, 1.0, _HOPELESS * _MAX_FOCAL_SIGMA)
     choice = choose(
         screened,
         board_mm,
@@ -185,14 +187,14 @@ def calibrate_detections(
     solution = choice.solution
     inflation = max(1.0, scatter(screened.observations, board_mm, solution))
     seen = coverage(np.concatenate([one.xy_px for one in screened.observations]), size_px)
-    refuse_contradiction(solution, max(options.max_rms_px, options.max_rms * max(size_px)))
-    refuse_undetermined(solution, inflation, options.max_focal_sigma)
+    refuse_contradiction(solution, max(_MAX_RMS_PX, _MAX_RMS * max(size_px)))
+    refuse_undetermined(solution, inflation, _MAX_FOCAL_SIGMA)
     covariance = solution.covariance * inflation**2
     lens = Camera(
         width_px=size_px[0], height_px=size_px[1], fx=1.0, fy=1.0, cx=0.0, cy=0.0
     ).with_parameters(solution.shared[:LENS_SIZE])
     edges_px = edge_sigmas_px(lens, covariance[:LENS_SIZE, :LENS_SIZE])
-    refuse_uncovered(seen, edges_px, options.min_reach, options.max_edge_sigma_px)
+    refuse_uncovered(seen, edges_px, _MIN_REACH, _MAX_EDGE_SIGMA_PX)
     return BoardCalibration(
         calibration=Calibration(
             camera=lens,

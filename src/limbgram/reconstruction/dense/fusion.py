@@ -373,6 +373,10 @@ def _solve(system: np.ndarray, total: float, radius: float, coefficients: np.nda
     return solve_positive(system, 1e-12 * total, coefficients)
 
 
+_LEAST_POINTS = 300
+"""Fewer points are refused."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class FusionOptions:
     """How dense and how smooth the cloud is."""
@@ -386,8 +390,6 @@ class FusionOptions:
     rim that is wrong is cut back when the surface is measured."""
     least_share: float = 0.01
     """Pieces with less than this share of the points are crumbs."""
-    least_points: int = 300
-    """Fewer points are refused."""
     seed: int = 1
     """Decides which of the measured points are kept."""
 
@@ -443,8 +445,8 @@ def fuse(
         weights=np.concatenate([part.weights for part in parts]),
         windows_mm2=np.concatenate([part.windows_mm2 for part in parts]),
     )
-    if len(measured.points_mm) < options.least_points:
-        raise _too_few(len(measured.points_mm), options)
+    if len(measured.points_mm) < _LEAST_POINTS:
+        raise _too_few(len(measured.points_mm))
     points, normals = _surface(measured, spacing_mm, _NOISE_PX * pixel_mm, options)
     inside = region.contains(points.astype(float))
     points, normals = points[inside], normals[inside]
@@ -452,8 +454,8 @@ def fuse(
     kept = visibility.views >= min(options.least_views, len(depth_maps))
     kept &= visibility.through <= visibility.views
     kept[kept] = _in_large_pieces(points[kept], _PIECE_REACH * spacing_mm, options.least_share)
-    if kept.sum() < options.least_points:
-        raise _too_few(int(kept.sum()), options)
+    if kept.sum() < _LEAST_POINTS:
+        raise _too_few(int(kept.sum()))
     return Cloud(
         points_mm=points[kept],
         normals=normals[kept],
@@ -534,5 +536,5 @@ def _in_large_pieces(
     return (np.bincount(piece) >= least_share * len(points_mm))[piece]
 
 
-def _too_few(count: int, options: FusionOptions) -> DenseError:
-    return DenseError("depth.few_points", count=int(count), least=options.least_points)
+def _too_few(count: int) -> DenseError:
+    return DenseError("depth.few_points", count=int(count), least=_LEAST_POINTS)

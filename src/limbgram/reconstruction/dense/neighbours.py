@@ -28,15 +28,17 @@ _WANTED = 2
 """but the first two only have to add something."""
 
 
+_LEAST_ANGLE_DEG = 2.0
+"""Below this angle depth is not determined."""
+_GOOD_ANGLES_DEG = (5.0, 20.0)
+"""Between these angles all count alike; outside they count less."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class NeighbourOptions:
     """How many neighbours, and at which angles between the rays."""
 
     most: int = 6
-    least_angle_deg: float = 2.0
-    """Below this angle depth is not determined."""
-    good_angles_deg: tuple[float, float] = (5.0, 20.0)
-    """Between these angles all count alike; outside they count less."""
     most_angle_deg: float = 45.0
     """Above this angle the surface looks too different."""
 
@@ -93,8 +95,8 @@ def _angle_weights(
     the limits."""
     cosine = np.einsum("vnk,nk->vn", directions, directions[reference])
     angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-    low, high = options.good_angles_deg
-    narrow = np.clip((angle - options.least_angle_deg) / (low - options.least_angle_deg), 0, 1)
+    low, high = _GOOD_ANGLES_DEG
+    narrow = np.clip((angle - _LEAST_ANGLE_DEG) / (low - _LEAST_ANGLE_DEG), 0, 1)
     wide = np.clip((options.most_angle_deg - angle) / (options.most_angle_deg - high), 0, 1)
     return narrow * wide
 

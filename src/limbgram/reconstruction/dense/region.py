@@ -319,6 +319,10 @@ _FLATTEST = 0.08
 """Spread of the limb's points across, as a fraction of the spread along."""
 
 
+_MARGIN = 0.03
+"""How far the region is widened, as a fraction of the limb's longest side."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class RegionOptions:
     """Where to look for the limb; lengths are in the scene's unit, mm once it is metric."""
@@ -327,8 +331,6 @@ class RegionOptions:
     """Two opposite corners of a box in the world: it is taken as the region as it is."""
     cubes: int = 80
     """Cubes along the limb's longest side."""
-    margin: float = 0.03
-    """How far the region is widened, as a fraction of the limb's longest side."""
     floor_clearance: float = 0.025
     """What counts as floor: this far above its plane, as a fraction of half the frame's side."""
     gap_mm: float = 0.0
@@ -356,7 +358,7 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
 
     _refuse_flat(limb.points_mm)
     size_mm = float(np.ptp(limb.points_mm, axis=0).max())
-    margin_mm = options.margin * size_mm
+    margin_mm = _MARGIN * size_mm
     closing_mm = min(limb.link_mm, _MOST_CLOSING * size_mm)
     region = solid(limb.points_mm, closing_mm, margin_mm, size_mm / options.cubes)
     if floor_z_mm is not None:

@@ -14,6 +14,13 @@ from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.patchmatch import distance_weights, grey_weights, window_px2
 from limbgram.reconstruction.dense.region import Region
 
+_SIGMA_GREY = 40.0
+"""Grey difference from the window's centre at which a sample's weight falls to 0.6."""
+_SWEEPS = (5, 2, 2)
+"""Rounds of propagation at a quarter, a half and the whole of the crop's scale."""
+_LEAST_CORRELATION = 0.5
+"""Places that correlate worse are not measured."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class DenseOptions:
@@ -23,14 +30,8 @@ class DenseOptions:
     """Pixels of all photos that show the region: they are reduced until there are no more."""
     sources: int = 5
     """Other photos that each photo is compared with."""
-    sigma_grey: float = 40.0
-    """Grey difference from the window's centre at which a sample's weight falls to 0.6."""
     sigma_px: float = 3.0
     """Distance from the window's centre at which a sample's weight falls to 0.6."""
-    sweeps: tuple[int, int, int] = (5, 2, 2)
-    """Rounds of propagation at a quarter, a half and the whole of the crop's scale."""
-    least_correlation: float = 0.5
-    """Places that correlate worse are not measured."""
     max_incidence_deg: float = 78.0
     """Places seen more slantingly are not measured."""
     agree_px: float = 0.75
@@ -121,7 +122,7 @@ def depth_map_of(solution: Solution, region: Region, options: DenseOptions) -> D
     shape, side = solution.shape, solution.step << solution.halvings
     camera = at_places(crop.view.camera.scaled(0.5**solution.halvings), solution.step)
     x0, y0 = crop.x0 // side, crop.y0 // side
-    good = (solution.score >= options.least_correlation) & (solution.planes[0] > 0)
+    good = (solution.score >= _LEAST_CORRELATION) & (solution.planes[0] > 0)
     rows, columns = np.nonzero(good.reshape(shape))
     w, gx, gy = solution.planes.reshape(3, *shape)[:, rows, columns].astype(float)
     gx, gy = solution.step * gx, solution.step * gy
@@ -190,7 +191,7 @@ def _improve(
     """Improve the planes of one level in place; returns their scores."""
     picture = (
         level.grey, level.width, level.step,
-        grey_weights(options.sigma_grey), distance_weights(options.sigma_px),
+        grey_weights(_SIGMA_GREY), distance_weights(options.sigma_px),
     )  # fmt: skip
     better_half = min(3, (len(level.table) + 1) // 2)
     sources = (level.words, level.table, level.a, level.b, better_half)
@@ -199,7 +200,7 @@ def _improve(
     w_range = _w_range(crop)
     score = np.full(level.wanted.size, -2, np.float32)
     patchmatch.rate(picture, sources, both, w_range, planes, score)
-    for turn in range(options.sweeps[step]):
+    for turn in range(_SWEEPS[step]):
         w_step = _FIRST_STEP_PX[step] * _FALL**turn * level.w_per_px
         tilt_step = _FIRST_TILT[step] * _FALL**turn
         seed = options.seed + 1000 * (step + 1) + turn

@@ -31,7 +31,7 @@ from limbgram.core.run import in_parallel
 from limbgram.findings import Finding, fault
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.mapping.chain import LARGEST_MISS_PX, resect
+from limbgram.reconstruction.mapping.resection import LARGEST_MISS_PX, resect
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet

@@ -43,26 +43,28 @@ _SAME_DESCRIPTOR = 0.9
 _MATCH_RATIO = 0.8
 
 
+_SHIFT_SHARE = 0.002
+"""Farthest that a touched tripod shifts the picture, as a share of its longer side."""
+_LEAST_COINCIDING = 12
+"""Keypoints of that survey that coincide in two photos of a still camera."""
+_LEAST_MOVING = 16
+"""Matches of other keypoints that must have moved."""
+_LEAST_MOVE_SHARE = 0.005
+"""By how much at least, as a share of the longer side."""
+_LEAST_PARTNERS = 2
+"""and in how many of them what stands still is found again."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class StillOptions:
     """When photos are believed to come from a still camera."""
 
     survey_keypoints: int = 500
     """Largest keypoints of each photo that are asked first."""
-    shift_share: float = 0.002
-    """Farthest that a touched tripod shifts the picture, as a share of its longer side."""
-    least_coinciding: int = 12
-    """Keypoints of that survey that coincide in two photos of a still camera."""
     least_photos: int = 4
     """Fewest photos in which a turning object is told from one photo taken twice."""
-    least_moving: int = 16
-    """Matches of other keypoints that must have moved."""
-    least_move_share: float = 0.005
-    """By how much at least, as a share of the longer side."""
     partners: int = 6
     """Photos of its group with which each is compared,"""
-    least_partners: int = 2
-    """and in how many of them what stands still is found again."""
 
 
 DEFAULTS = StillOptions()
@@ -118,7 +120,7 @@ def find_still(features: Features, options: StillOptions = DEFAULTS) -> Still:
     flags = [np.zeros(len(one), bool) for one in features.keypoints]
     for group in candidates:
         found = {photo: _standing(features, photo, group, side_px, options) for photo in group}
-        if _something_moves(features, group, found, side_px, options):
+        if _something_moves(features, group, found, side_px):
             groups.append(group)
             for photo, standing in found.items():
                 flags[photo] = standing
@@ -175,7 +177,7 @@ def _groups(features: Features, side_px: float, options: StillOptions) -> list[t
     if not any(map(len, features.keypoints)):
         return []
     row = _Row.of(features, range(count), options.survey_keypoints)
-    pairs = row.near(max(_LEAST_PX, options.shift_share * side_px))
+    pairs = row.near(max(_LEAST_PX, _SHIFT_SHARE * side_px))
     shifts = row.xy_px[pairs[:, 1]] - row.xy_px[pairs[:, 0]]
     between = row.photo[pairs[:, 0]] * count + row.photo[pairs[:, 1]]
     joined: list[tuple[int, int]] = []
@@ -183,7 +185,7 @@ def _groups(features: Features, side_px: float, options: StillOptions) -> list[t
         own = np.flatnonzero(between == code)
         limit = _reach(row.scale_px[pairs[own, 0]])
         off = np.linalg.norm(shifts[own] - np.median(shifts[own], axis=0), axis=1)
-        if (off < limit).sum() >= options.least_coinciding:
+        if (off < limit).sum() >= _LEAST_COINCIDING:
             joined.append((int(code) // count, int(code) % count))
     ends = np.array(joined, np.int64).reshape(-1, 2)
     graph = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), (count, count))
@@ -208,13 +210,13 @@ def _standing(
     times = np.zeros(len(own), np.int64)
     for other in _partners(photo, group, options.partners):
         row = _Row.of(features, (photo, other))
-        pairs = row.near(max(_LEAST_PX, options.shift_share * side_px))
+        pairs = row.near(max(_LEAST_PX, _SHIFT_SHARE * side_px))
         if not len(pairs):
             continue
         shifts = row.xy_px[pairs[:, 1]] - row.xy_px[pairs[:, 0]]
         off = np.linalg.norm(shifts - np.median(shifts, axis=0), axis=1)
         times[np.unique(pairs[off < _reach(row.scale_px[pairs[:, 0]]), 0])] += 1
-    return times >= options.least_partners
+    return times >= _LEAST_PARTNERS
 
 
 def _partners(photo: int, group: Sequence[int], count: int) -> Iterator[int]:
@@ -229,7 +231,6 @@ def _something_moves(
     group: Sequence[int],
     standing: dict[int, Bool[np.ndarray, " n"]],
     side_px: float,
-    options: StillOptions,
 ) -> bool:
     """Whether in half of the photos what does not stand still is found elsewhere in the next."""
     enough = 0
@@ -242,5 +243,5 @@ def _something_moves(
             comparable(ours.descriptors), comparable(theirs.descriptors), _MATCH_RATIO
         )
         moves = np.linalg.norm(ours.xy_px[pairs[:, 0]] - theirs.xy_px[pairs[:, 1]], axis=1)
-        enough += int((moves > options.least_move_share * side_px).sum()) >= options.least_moving
+        enough += int((moves > _LEAST_MOVE_SHARE * side_px).sum()) >= _LEAST_MOVING
     return 2 * enough >= len(group)

@@ -53,6 +53,13 @@ _GRAZING_DEG = 85.0
 """A photo that looks along the surface more closely than this does not see it."""
 
 
+_RIM_RINGS = 8
+"""Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
+_BRIM_ROUNDS = 2
+"""Rounds at each size, half and full, in which a closed notch is measured from its rim
+inwards."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class MeasureOptions:
     """Which rounds are made."""
@@ -67,15 +74,8 @@ class MeasureOptions:
     joint_rounds: int = 2
     """Rounds at full size in which all vertices are measured at once."""
 
-    rim_rings: int = 8
-    """Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
-
     brim: BrimOptions = field(default_factory=BrimOptions)
     """What counts as a notch of the open end, to be closed."""
-
-    brim_rounds: int = 2
-    """Rounds at each size, half and full, in which a closed notch is measured from its rim
-    inwards."""
 
     lay_lips: bool = False
     """Whether what stands out past a sharp edge without being measured is laid back; for closed
@@ -99,7 +99,7 @@ def measure(
     seen_by = _seen_by(mesh, views, matching)[0]  # moves are too small to change what is seen
     at_rim = np.zeros(len(mesh), bool)
     at_rim[boundary_half_edges(mesh.faces).ravel()] = True
-    rim = _near(at_rim, mesh.faces, options.rim_rings + 1)
+    rim = _near(at_rim, mesh.faces, _RIM_RINGS + 1)
     nowhere = np.zeros(len(mesh), bool)
     for halvings in track(options.patch_halvings):
         reduced = prepare(crops, views, halvings)
@@ -107,7 +107,7 @@ def measure(
         del reduced  # or it stays beside the photos of full size
     imagery = prepare(crops, views, 0)
     mesh, believed = _by_patches(mesh, imagery, views, seen_by, rim, matching)
-    mesh = cut_back(mesh, rim & ~believed, options.rim_rings)
+    mesh = cut_back(mesh, rim & ~believed, _RIM_RINGS)
     mesh, guessed = _with_even_brim(mesh, crops, imagery, views, options)
     del crops  # all photos are in them a second time
     seen_by, unseen = _seen_by(mesh, views, matching)
@@ -235,7 +235,7 @@ def _with_even_brim(
     good = np.zeros(len(part), bool)
     for imagery in (prepare(crops, views, 1), full):
         seen_by, _ = _seen_by(whole, views, matching, chosen)
-        for _ in track(range(options.brim_rounds)):
+        for _ in track(range(_BRIM_ROUNDS)):
             seen = look(part, imagery, views, seen_by)
             moves, good = match_within(part, imagery, seen, guessed[chosen], matching)
             part = _moved(part, moves, seen, matching)

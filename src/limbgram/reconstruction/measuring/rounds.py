@@ -74,6 +74,12 @@ def face_points(parts: int) -> Float64[np.ndarray, "s 3"]:
     return (_FACE_POINTS @ whole).reshape(-1, 3) if parts > 1 else _FACE_POINTS
 
 
+_PATCH_THIN_PLATE_PX = 2.5
+"""Patches: below this length the surface bends like a plate rather than follow the data."""
+_JOINT_THIN_PLATE_PX = 3.0
+"""All vertices at once: the same length."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class MatchingOptions:
     """How windows are compared and how stiff the surface is."""
@@ -95,12 +101,6 @@ class MatchingOptions:
 
     max_move_px: float = 4.0
     """A vertex that wants to move further, in pixels of the round's photos, is not believed."""
-
-    patch_thin_plate_px: float = 2.5
-    """Patches: below this length the surface bends like a plate rather than follow the data."""
-
-    joint_thin_plate_px: float = 3.0
-    """All vertices at once: the same length."""
 
     noise_grey: float = 1.5
     """Noise of a pixel, grey levels."""
@@ -169,7 +169,7 @@ def match_patches(
     # The plate is as stiff as if every vertex had been asked.
     usual = float(np.median(1 / sigma_mm[asked] ** 2))
     stiff = np.where(asked, 1 / sigma_mm**2, usual)
-    return _through(mesh, seen, found, sigma_mm, stiff, options), good
+    return _through(mesh, seen, found, sigma_mm, stiff), good
 
 
 @njit(cache=True, nogil=True)
@@ -200,7 +200,7 @@ def match_within(
     found = _patches(mesh, imagery, seen, asked, options)
     believed_px = np.where(asked, _LOOSE_PX, _HELD_PX)
     sigma_mm = np.where(found.good, found.sigma_mm, believed_px * seen.pixel_mm)
-    return _through(mesh, seen, found, sigma_mm, 1 / sigma_mm**2, options), found.good
+    return _through(mesh, seen, found, sigma_mm, 1 / sigma_mm**2), found.good
 
 
 @dataclass(frozen=True)
@@ -246,10 +246,9 @@ def _through(
     found: _Patches,
     sigma_mm: Float64[np.ndarray, " n"],
     stiff: Float64[np.ndarray, " n"],
-    options: MatchingOptions,
 ) -> Float64[np.ndarray, " n"]:
     """Moves of the plate through the believed offsets; `stiff` are the weights that it matches."""
-    length_mm = options.patch_thin_plate_px * float(np.median(seen.pixel_mm))
+    length_mm = _PATCH_THIN_PLATE_PX * float(np.median(seen.pixel_mm))
     right = np.where(found.good, found.offsets_mm, 0.0) / sigma_mm**2
     data = sp.csr_matrix(sp.diags(1 / sigma_mm**2))
     density = float(np.median(stiff / seen.thin_plate.area_mm2))
@@ -363,7 +362,7 @@ def joint_equations(
     shares = sp.diags(np.sqrt(signal))
     weights = data.diagonal() + believed
     textured = shares @ soft @ shares
-    length_mm = options.joint_thin_plate_px * float(np.median(seen.pixel_mm))
+    length_mm = _JOINT_THIN_PLATE_PX * float(np.median(seen.pixel_mm))
     density = _painted_density(weights / seen.thin_plate.area_mm2, signal)
     return JointEquations(
         weights=weights,

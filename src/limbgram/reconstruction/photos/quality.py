@@ -51,6 +51,25 @@ _LEAST_SHOWN = 0.01
 """Share of a picture that stands before a backdrop: with less, all of it is burnt."""
 
 
+_MAX_BURNT = 0.3
+"""Share of burnt-out pixels."""
+_MIN_BRIGHTEST = 60.0
+"""Photos whose brightest hundredth is darker than this luma count as underexposed."""
+_FAULT_BLUR_PX = 1.8
+"""Edges in most photos from which blur explains why they fail. Edges of 1.4 to 1.95 px (skull,
+1.6 in the middle one), 0.8 to 1.5 (flowerpot) and below 1 (rendered) worked; a rendered
+capture of 800 px blurred to 1.9 px could not be placed any more."""
+_FAULT_BURNT = 0.05
+"""Burnt-out share in most photos from which overexposure does: of the captures that worked
+none had 0.001, a rendered one had 0.08 to 0.1 when it failed, all of it on the limb."""
+_MAX_STRANGE_SHARE = 0.2
+"""Photos of another lens or zoom are named if they are no larger part of the capture."""
+_MAX_REFOCUS = 0.003
+"""Change of the principal distance, as the focus distance in EXIF tells it, that is named."""
+_SEEN_MEGAPIXELS = 6.0
+"""Blur is judged as in photos reduced to this size, which is where keypoints are found."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class QualityOptions:
     """When a photo is worth a remark."""
@@ -59,23 +78,6 @@ class QualityOptions:
     """Edges this many times wider than those of the set's middle photo count as blurred."""
     min_blur_px: float = 1.5
     """Narrower edges never count as blurred."""
-    max_burnt: float = 0.3
-    """Share of burnt-out pixels."""
-    min_brightest: float = 60.0
-    """Photos whose brightest hundredth is darker than this luma count as underexposed."""
-    fault_blur_px: float = 1.8
-    """Edges in most photos from which blur explains why they fail. Edges of 1.4 to 1.95 px (skull,
-    1.6 in the middle one), 0.8 to 1.5 (flowerpot) and below 1 (rendered) worked; a rendered
-    capture of 800 px blurred to 1.9 px could not be placed any more."""
-    fault_burnt: float = 0.05
-    """Burnt-out share in most photos from which overexposure does: of the captures that worked
-    none had 0.001, a rendered one had 0.08 to 0.1 when it failed, all of it on the limb."""
-    max_strange_share: float = 0.2
-    """Photos of another lens or zoom are named if they are no larger part of the capture."""
-    max_refocus: float = 0.003
-    """Change of the principal distance, as the focus distance in EXIF tells it, that is named."""
-    seen_megapixels: float = 6.0
-    """Blur is judged as in photos reduced to this size, which is where keypoints are found."""
 
 
 DEFAULTS = QualityOptions()
@@ -99,13 +101,13 @@ def remarks(photos: PhotoSet, options: QualityOptions = DEFAULTS) -> tuple[Remar
         if photo.sharpness > limit_px:
             blurred = doubt("photo.blurred", edge_px=photo.sharpness, usual_px=usual_px)
             found.append(Remark(photo.name, blurred))
-        if photo.burnt > options.max_burnt:
+        if photo.burnt > _MAX_BURNT:
             found.append(Remark(photo.name, doubt("photo.overexposed", share=photo.burnt)))
-        if photo.brightest < options.min_brightest:
+        if photo.brightest < _MIN_BRIGHTEST:
             found.append(Remark(photo.name, doubt("photo.underexposed")))
         if photo.exif.mirrored:
             found.append(Remark(photo.name, doubt("photo.mirrored")))
-    return (*found, *_of_other_lenses(photos, options))
+    return (*found, *_of_other_lenses(photos))
 
 
 SPOILT = ("photo.blurred", "photo.overexposed", "photo.underexposed")
@@ -130,7 +132,7 @@ def _strange(photos: PhotoSet, idx: int, most: int, others: int) -> Finding:
     return doubt("photo.other_lens", label=own.label, usual=usual.label, **sizes)
 
 
-def _of_other_lenses(photos: PhotoSet, options: QualityOptions) -> Iterator[Remark]:
+def _of_other_lenses(photos: PhotoSet) -> Iterator[Remark]:
     """Photos whose files tell another lens, zoom or focus than those of nearly all others."""
     counts = np.bincount([photo.camera_idx for photo in photos.photos])
     most = int(np.argmax(counts))
@@ -138,13 +140,13 @@ def _of_other_lenses(photos: PhotoSet, options: QualityOptions) -> Iterator[Rema
     usual_m = float(np.median(near)) if near else float("nan")
     for photo in photos.photos:
         idx, exif = photo.camera_idx, photo.exif
-        if idx != most and counts[idx] <= options.max_strange_share * len(photos.photos):
+        if idx != most and counts[idx] <= _MAX_STRANGE_SHARE * len(photos.photos):
             yield Remark(photo.name, _strange(photos, idx, most, int(counts[most])))
         elif exif.focal_mm is not None and exif.subject_m is not None:
             # A thin lens: the principal distance is f D / (D - f).
             focal_m = exif.focal_mm / 1000
             longer = _extension(focal_m, exif.subject_m) - _extension(focal_m, usual_m)
-            if abs(longer) > options.max_refocus:
+            if abs(longer) > _MAX_REFOCUS:
                 refocused = doubt(
                     "photo.refocused",
                     focus_m=exif.subject_m,
@@ -159,23 +161,23 @@ def _extension(focal_m: float, distance_m: float) -> float:
     return focal_m / max(distance_m - focal_m, focal_m)
 
 
-def common_fault(photos: Sequence[Photo], options: QualityOptions = DEFAULTS) -> Finding | None:
+def common_fault(photos: Sequence[Photo]) -> Finding | None:
     """What spoils most of these photos; None where their pixels show nothing.
 
     For photos that already failed together: a fault here is no reason to refuse them.
     """
-    burnt = [photo for photo in photos if photo.burnt > options.fault_burnt]
+    burnt = [photo for photo in photos if photo.burnt > _FAULT_BURNT]
     if 2 * len(burnt) > len(photos):
         share = float(np.median([photo.burnt for photo in burnt]))
         return fault("photo.most_overexposed", spoilt=len(burnt), photos=len(photos), share=share)
-    dark = [photo for photo in photos if photo.brightest < options.min_brightest]
+    dark = [photo for photo in photos if photo.brightest < _MIN_BRIGHTEST]
     if 2 * len(dark) > len(photos):
         return fault("photo.most_underexposed", spoilt=len(dark), photos=len(photos))
-    widths_px = np.array([_seen_width_px(photo, options) for photo in photos])
+    widths_px = np.array([_seen_width_px(photo) for photo in photos])
     bare = np.isinf(widths_px)
     if 2 * bare.sum() > len(photos):
         return fault("photo.most_edgeless", spoilt=int(bare.sum()), photos=len(photos))
-    blurred = widths_px > options.fault_blur_px
+    blurred = widths_px > _FAULT_BLUR_PX
     if 2 * blurred.sum() > len(photos):
         return fault(
             "photo.most_blurred",
@@ -186,7 +188,7 @@ def common_fault(photos: Sequence[Photo], options: QualityOptions = DEFAULTS) ->
     return None
 
 
-def _seen_width_px(photo: Photo, options: QualityOptions) -> float:
+def _seen_width_px(photo: Photo) -> float:
     """Width of the edges once the photo is reduced to what keypoints are found in.
 
     Infinite where a photo was looked at and no edge was found: even a plain object has an outline.
@@ -194,7 +196,7 @@ def _seen_width_px(photo: Photo, options: QualityOptions) -> float:
     if np.isnan(photo.sharpness) and not np.isnan(photo.brightest):
         return float("inf")
     megapixels = photo.width_px * photo.height_px / 1e6
-    return photo.sharpness * min(1.0, (options.seen_megapixels / megapixels) ** 0.5)
+    return photo.sharpness * min(1.0, (_SEEN_MEGAPIXELS / megapixels) ** 0.5)
 
 
 def judged(photo: Photo, luma: GreyImage, mask: Mask | None = None) -> Photo:

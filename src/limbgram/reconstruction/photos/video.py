@@ -51,24 +51,26 @@ _HELD_SHIFT = 0.03
 _FEWEST_CORNERS = 12
 
 
+_WINDOW = 0.6
+"""Share of each part's middle in which a frame is looked for."""
+_LEAST_WAY = 0.15
+"""Shortest way of the picture, in its widths, that is a walk."""
+_FOLLOWED_PX = 480
+"""Width of the reduced frames in which corners are followed."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class FrameOptions:
     """How many frames, and which of them are good enough."""
 
     count: int = 36
     """Frames taken from the whole film: one in ten degrees of one walk round."""
-    window: float = 0.6
-    """Share of each part's middle in which a frame is looked for."""
     looked_at: int = 12
     """Frames of a part that are decoded whole and measured, the middle ones."""
     max_blur_ratio: float = 2.0
     """Edges this many times wider than those of the frames taken so far count as blurred."""
     min_blur_px: float = 1.5
     """Narrower edges never do."""
-    least_way: float = 0.15
-    """Shortest way of the picture, in its widths, that is a walk."""
-    followed_px: int = 480
-    """Width of the reduced frames in which corners are followed."""
 
     def __post_init__(self) -> None:
         if not 4 <= self.count <= 500:
@@ -152,7 +154,7 @@ def open_video(path: Path) -> Video:
         )
 
 
-def survey(video: Video, options: FrameOptions = DEFAULTS) -> Survey:
+def survey(video: Video) -> Survey:
     """Follow the picture through the whole film.
 
     Raises:
@@ -160,12 +162,12 @@ def survey(video: Video, options: FrameOptions = DEFAULTS) -> Survey:
     """
     follower = _Follower()
     ways = [
-        follower.way_to(_reduced(frame, options.followed_px))
+        follower.way_to(_reduced(frame, _FOLLOWED_PX))
         for frame in track(_frames(video), video.frames_told)
     ]
     if not ways:
         raise PhotoError("video.no_frame", video=name_for_people(video.path))
-    if ways[-1] < options.least_way:
+    if ways[-1] < _LEAST_WAY:
         raise PhotoError(
             "video.hardly_moved", video=name_for_people(video.path), way=float(ways[-1])
         )
@@ -273,7 +275,7 @@ def _parts(
     for part in range(count):
         off = np.abs(way / step - part - 0.5)
         own = np.flatnonzero(part_of == part)
-        inside = own[off[own] <= 0.5 * options.window]
+        inside = own[off[own] <= 0.5 * _WINDOW]
         if not len(inside) and len(own):  # the camera hurried through
             inside = own[[np.argmin(off[own])]]
         if len(inside) > options.looked_at:

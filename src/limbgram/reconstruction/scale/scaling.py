@@ -120,12 +120,14 @@ _BELOW = 0.03
 """How far below, in half frames."""
 
 
+_MAX_DISAGREEMENT = 0.003
+"""Accepted difference between a checked length and the scale, as a fraction."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ScaleOptions:
     """How closely known lengths must agree."""
 
-    max_disagreement: float = 0.003
-    """Accepted difference between a checked length and the scale, as a fraction."""
     pick_sigma_px: float = 0.5
     """Standard deviation of one coordinate of a point picked by hand."""
     seed: int = 0
@@ -195,8 +197,8 @@ def _scaled(
             set_aside=(*pushed, *scale.set_aside),
         )
     if scene_board is not None:
-        check_scene_board(scene_board, options.max_disagreement, scene)
-    check_lengths(scale, options.max_disagreement)
+        check_scene_board(scene_board, _MAX_DISAGREEMENT, scene)
+    check_lengths(scale, _MAX_DISAGREEMENT)
     mm_per_unit = 1 / rulers[0].units_per_mm
     if scene_board is not None:
         metric = _on_board(scene, aim, scene_board, mm_per_unit, scale)

@@ -28,6 +28,13 @@ from limbgram.core.mesh.topology import (
 from limbgram.reconstruction.surface.cleaning import face_normals, largest_manifold
 from limbgram.reconstruction.surface.holes import fill_holes, loop_area
 
+_NOTCH_EDGES = 4.0
+"""A brim that nowhere stands this many edge lengths above its level is even enough."""
+_FLOOR_DEG = 25.0
+"""Parts of the cap flatter than this to the brim's plane are its floor, and go."""
+_FLOOR_SHARE = 0.05
+"""Parts of the floor smaller than this part of the largest one stay closed with the walls."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class BrimOptions:
@@ -35,15 +42,6 @@ class BrimOptions:
 
     level: float = 0.2
     """Part of the brim's length that lies below its level: single tongues do not set it."""
-
-    notch_edges: float = 4.0
-    """A brim that nowhere stands this many edge lengths above its level is even enough."""
-
-    floor_deg: float = 25.0
-    """Parts of the cap flatter than this to the brim's plane are its floor, and go."""
-
-    floor_share: float = 0.05
-    """Parts of the floor smaller than this part of the largest one stay closed with the walls."""
 
     most_share: float = 0.1
     """Notches of more than this part of the surface stay open: too much would be a guess."""
@@ -66,11 +64,11 @@ def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
     areas = [loop_area(mesh.vertices_mm[loop]) for loop in loops]
     brim = loops[int(np.argmax([np.linalg.norm(area) for area in areas]))]
     upward, level_mm, edge_mm = _level(mesh.vertices_mm[brim], mesh.vertices_mm, options.level)
-    notch_mm = level_mm + options.notch_edges * edge_mm
+    notch_mm = level_mm + _NOTCH_EDGES * edge_mm
     if (mesh.vertices_mm[brim] @ upward).max() < notch_mm:
         return mesh
     capped = fill_holes(mesh.vertices_mm, mesh.faces, [brim], _CAP_EDGES * edge_mm)
-    opened = capped.faces[~_opening(mesh, capped, upward, level_mm, notch_mm, options)]
+    opened = capped.faces[~_opening(mesh, capped, upward, level_mm, notch_mm)]
     opened = largest_manifold(capped.vertices_mm, opened)
     result = with_faces(_carried(mesh, capped), opened)
     much = _filled_area(result) - _filled_area(mesh) > options.most_share * result.area_mm2()
@@ -112,20 +110,19 @@ def _opening(
     upward: Vector3,
     level_mm: float,
     notch_mm: float,
-    options: BrimOptions,
 ) -> Bool[np.ndarray, " f"]:
     """Faces of the cap that are taken out again: its floor, in one part, and scraps at the rim."""
     new = ~np.isin(_keys(capped.faces), _keys(mesh.faces))
     heights = (capped.vertices_mm @ upward)[capped.faces].mean(1)
     flat = np.abs(face_normals(capped.vertices_mm, capped.faces) @ upward) > np.cos(
-        np.radians(options.floor_deg)
+        np.radians(_FLOOR_DEG)
     )
     going = np.flatnonzero(new & (flat | (heights < level_mm)))
     out = np.zeros(len(new), np.bool_)
     if len(going):
         labels = face_components(capped.faces[going])
         areas = np.bincount(labels, _areas(capped)[going])
-        floors = np.flatnonzero(areas >= options.floor_share * areas.max())
+        floors = np.flatnonzero(areas >= _FLOOR_SHARE * areas.max())
         of_face = np.full(len(new), -1)
         of_face[going] = labels
         parts = [of_face == floor for floor in floors[np.argsort(-areas[floors], kind="stable")]]

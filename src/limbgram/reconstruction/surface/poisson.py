@@ -20,17 +20,18 @@ from limbgram.core.mesh.topology import with_faces
 from limbgram.core.run import signals_kept
 from limbgram.reconstruction.surface.pivoting import measure_spacing_mm
 
+_CELL_IN_SPACINGS = 1.0
+"""Finest cell, in typical distances between neighbours."""
+_SUPPORT_IN_SPACINGS = 3.0
+"""Surface farther than this from every point is taken away."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class PoissonOptions:
     """How fine, and how far from the points the surface is believed."""
 
-    cell_in_spacings: float = 1.0
-    """Finest cell, in typical distances between neighbours."""
     max_depth: int = 10
     """Halvings of the box at most: each quadruples time and memory."""
-    support_in_spacings: float = 3.0
-    """Surface farther than this from every point is taken away."""
     point_weight: float = 1.0
     """Pull towards the points themselves, beside their normals."""
 
@@ -49,7 +50,7 @@ def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
 
     spacing_mm = measure_spacing_mm(cloud)
     extent = float(np.ptp(cloud.points_mm, axis=0).max())
-    finest = np.log2(_BOX * extent / (options.cell_in_spacings * spacing_mm))
+    finest = np.log2(_BOX * extent / (_CELL_IN_SPACINGS * spacing_mm))
     settings = pycolmap.PoissonMeshingOptions()
     settings.depth = int(np.clip(round(float(finest)), 4, options.max_depth))
     settings.point_weight = options.point_weight
@@ -67,7 +68,7 @@ def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
     vertices = np.asarray(solved.vertices, np.float64)
     faces = np.asarray(solved.faces, np.int32)
     apart, nearest = KDTree(cloud.points_mm).query(vertices)
-    supported = apart <= options.support_in_spacings * spacing_mm
+    supported = apart <= _SUPPORT_IN_SPACINGS * spacing_mm
     mesh = Mesh(vertices_mm=vertices, faces=faces, colours=cloud.colours[nearest])
     return with_faces(mesh, faces[supported[faces].all(1)])
 

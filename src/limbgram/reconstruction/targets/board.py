@@ -230,8 +230,3 @@ class BoardDetections:
     set_aside: tuple[SetAside, ...]
     cause: Finding | None = None
     """What is wrong with the photos: why, should too few show the board."""
-
-    @property
-    def corner_count(self) -> int:
-        """Believed corners in all photos together."""
-        return sum(len(photo.ids) for photo in self.photos)

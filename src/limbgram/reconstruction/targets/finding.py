@@ -212,26 +212,28 @@ def _on_board(unknowns: np.ndarray, seen: Points2) -> Points2:
     return mapped[:, :2] / np.where(np.abs(mapped[:, 2:]) < 1e-9, 1e-9, mapped[:, 2:])
 
 
+_MIN_CORNERS = 6
+"""Believed corners without which a photo is set aside."""
+_MAX_OFF_BOARD_PX = 0.5
+"""Accepted distance from the flat board's image, or `max_off_board_spread` if larger."""
+_MAX_OFF_BOARD_SPREAD = 6.0
+"""The same in robust standard deviations of the photo's corners."""
+_MAX_REACH_PX = 40.0
+"""Half side of the fit's window at most."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class TargetOptions:
     """When a corner, and a photo of the board, is believed."""
 
-    min_corners: int = 6
-    """Believed corners without which a photo is set aside."""
     min_contrast: float = 8.0
     """Half the grey step from black to white squares, of 255."""
     max_misfit: float = 0.35
     """RMS of the corner fit's grey residuals over its contrast."""
     max_shift: float = 0.2
     """Farthest that the fit may move a corner from where it was detected, in squares."""
-    max_off_board_px: float = 0.5
-    """Accepted distance from the flat board's image, or `max_off_board_spread` if larger."""
-    max_off_board_spread: float = 6.0
-    """The same in robust standard deviations of the photo's corners."""
     reach: float = 0.45
     """Half side of the fit's window in squares (less where markers are near)."""
-    max_reach_px: float = 40.0
-    """Half side of the fit's window at most."""
 
 
 DEFAULTS = TargetOptions()
@@ -324,13 +326,13 @@ def find_in_photo(
         ids = np.arange(len(found), dtype=np.int32)
     else:
         ids, found, markers, agreeing = find_charuco(luma, board)
-        if len(ids) < options.min_corners:
+        if len(ids) < _MIN_CORNERS:
             few = note(
                 "board.photo.few_corners",
                 markers=int(markers),
                 corners=len(ids),
                 board=board.finding,
-                least=options.min_corners,
+                least=_MIN_CORNERS,
             )
             return SetAside(photo.name, few)
         if agreeing < _FEWEST_IN_PLACE:
@@ -352,7 +354,7 @@ def _fit_and_check(
     board_squares = board.corners_mm[ids, :2] / board.square_mm
     sides = sides_px(board_squares, found)
     step_px = np.linalg.norm(sides, axis=2).mean(axis=1)
-    reach = min(_clear_reach(board, options.reach), options.max_reach_px / np.median(step_px))
+    reach = min(_clear_reach(board, options.reach), _MAX_REACH_PX / np.median(step_px))
     fits = fit_corners(luma, found, sides, float(reach))
     doubts = np.full(len(ids), "", dtype=object)
     doubts[fits.misfit > options.max_misfit] = "board.corner.no_crossing"
@@ -360,10 +362,10 @@ def _fit_and_check(
     shift_px = np.linalg.norm(fits.xy_px - found, axis=1)
     doubts[shift_px > options.max_shift * step_px] = "board.corner.moved"
     doubts[np.isnan(fits.sigma_px)] = "board.corner.no_fit"
-    _check_flatness(doubts, board_squares, fits.xy_px, sides, size_px, options)
+    _check_flatness(doubts, board_squares, fits.xy_px, sides, size_px)
 
     good = doubts == ""
-    if good.sum() < options.min_corners:
+    if good.sum() < _MIN_CORNERS:
         unmeasured = note(
             "board.photo.unmeasured",
             good=int(good.sum()),
@@ -409,7 +411,6 @@ def _check_flatness(
     xy_px: Points2,
     sides: Float64[np.ndarray, "n 2 2"],
     size_px: tuple[int, int],
-    options: TargetOptions,
 ) -> None:
     """Doubt the corners that do not lie on the image of a flat board."""
     rows = np.flatnonzero(doubts == "")
@@ -419,7 +420,7 @@ def _check_flatness(
     if len(rows) == 0 or np.isnan(off_px).any():
         return
     spread_px = float(np.median(off_px)) / 1.1774
-    limit_px = max(options.max_off_board_px, options.max_off_board_spread * spread_px)
+    limit_px = max(_MAX_OFF_BOARD_PX, _MAX_OFF_BOARD_SPREAD * spread_px)
     doubts[rows[off_px > limit_px]] = "board.corner.off"
 
 

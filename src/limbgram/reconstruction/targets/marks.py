@@ -35,6 +35,10 @@ SEARCH_BYTES = 11.0
 """A pixel, while marks are looked for: OpenCV's copies, and four bytes of linear light."""
 
 
+_LEAST_SHIFT_PX = 2.5
+"""A corner may always move so far."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class MarkOptions:
     """When a mark is believed."""
@@ -43,8 +47,6 @@ class MarkOptions:
     """RMS of the grey residuals over the contrast, of the worst side."""
     max_shift: float = 0.12
     """Farthest that the fit may move a corner from where OpenCV saw it, in sides."""
-    least_shift_px: float = 2.5
-    """A corner may always move so far."""
     min_contrast: float = 6.0
     """Half the step from black to white, of 255 in linear light."""
     min_side_px: float = 14.0
@@ -184,7 +186,7 @@ def _doubt(
     if fit is None:
         return note("board.mark.side_unseen")
     shift_px = float(np.linalg.norm(fit.corners_px - square, axis=1).max())
-    if shift_px > max(options.least_shift_px, options.max_shift * float(sides_px.mean())):
+    if shift_px > max(_LEAST_SHIFT_PX, options.max_shift * float(sides_px.mean())):
         return note("board.mark.moved", shift_px=shift_px)
     if fit.misfit > options.max_misfit:
         return note("board.mark.no_edge")

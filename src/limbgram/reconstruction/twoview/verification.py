@@ -38,6 +38,19 @@ from limbgram.reconstruction.twoview.fundamental import (
 )
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
+_THRESHOLD_EXIF_PX = 3.0
+"""The same where the lens distortion is not known."""
+_MIN_INLIERS = 20
+"""Fewest matches that must agree."""
+_MIN_INLIER_SHARE = 0.3
+"""Smallest part of the moving matches that must agree.
+
+In limb_ring15 every pair whose rotation was over 6 degrees wrong had 0.15 to 0.32, and all
+but 4 of the right ones over 0.35.
+"""
+_DEGENERATE_SHARE = 0.9
+"""Part of the inliers that makes a plane or a rotation, once one of these explains it."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class TwoViewOptions:
@@ -45,20 +58,8 @@ class TwoViewOptions:
 
     threshold_px: float = 1.5
     """Largest Sampson distance of an inlier between photos of calibrated cameras."""
-    threshold_exif_px: float = 3.0
-    """The same where the lens distortion is not known."""
-    min_inliers: int = 20
-    """Fewest matches that must agree."""
-    min_inlier_share: float = 0.3
-    """Smallest part of the moving matches that must agree.
-
-    In limb_ring15 every pair whose rotation was over 6 degrees wrong had 0.15 to 0.32, and all
-    but 4 of the right ones over 0.35.
-    """
     still_px: float = 1.0
     """Matches that moved less between the photos are still background (or a speck of dust)."""
-    degenerate_share: float = 0.9
-    """Part of the inliers that makes a plane or a rotation, once one of these explains it."""
     seed: int = 0
     """Seed of the random samples."""
 
@@ -93,7 +94,7 @@ def verify_pair(
     known: Bool[np.ndarray, " m"] = np.logical_and.reduce(finite, axis=1)
     moving, pair = moving.some(known), pair.chosen(known)
     fit = _fit(pair, options)
-    fewest = max(options.min_inliers, round(options.min_inlier_share * len(moving)))
+    fewest = max(_MIN_INLIERS, round(_MIN_INLIER_SHARE * len(moving)))
     if fit is None or fit.inliers.sum() < fewest:
         return None
     pair = pair.chosen(fit.inliers)
@@ -152,7 +153,7 @@ class _Straight:
         return first, to_ideal(self.second_matrix, self.xy_second)
 
     def threshold_px(self, options: TwoViewOptions) -> float:
-        return options.threshold_px if self.calibrated else options.threshold_exif_px
+        return options.threshold_px if self.calibrated else _THRESHOLD_EXIF_PX
 
 
 @dataclass(frozen=True)
@@ -195,10 +196,10 @@ def _motion(pair: _Straight, fit: _Fit, options: TwoViewOptions) -> _Motion:
     plane = estimate_homography(
         pair.xy_first, pair.xy_second, threshold_px=threshold_px, seed=options.seed
     )
-    if plane.share < options.degenerate_share:
+    if plane.share < _DEGENERATE_SHARE:
         return _Motion("general", _pose(pair, fit))
     turned = rotation_share(*pair.ideal, pair.second_matrix, threshold_px=threshold_px)
-    if turned >= options.degenerate_share:
+    if turned >= _DEGENERATE_SHARE:
         return _Motion("rotation", None)
     poses = poses_from_homography(plane.matrix, pair.first_matrix, pair.second_matrix)
     best = max(poses, key=lambda pose: in_front(pose, *pair.ideal).sum(), default=None)

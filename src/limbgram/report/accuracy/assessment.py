@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.capture.certificate import SetupCited
+from limbgram.capture.setup import SetupCited
 from limbgram.core.typed import tree_of
 from limbgram.findings import Finding
 from limbgram.report.accuracy.capture import image_figures, length_figures, movement_figures
@@ -21,7 +21,6 @@ from limbgram.report.accuracy.figures import Figures
 from limbgram.report.accuracy.glossary import glossary_tree
 from limbgram.report.accuracy.judgement import (
     Criterion,
-    Light,
     criteria,
     expectation,
     headline,
@@ -40,6 +39,7 @@ from limbgram.report.accuracy.selfcalibration import SelfCalibration, self_calib
 from limbgram.report.accuracy.surface import surface_figures
 from limbgram.report.accuracy.truth import KnownTruth, truth_figures
 from limbgram.report.intended_use import OF_SCANS
+from limbgram.report.light import Light
 
 ACCURACY_SCHEMA = "limbgram-accuracy/2"
 READ_SCHEMAS = ("limbgram-accuracy/1", ACCURACY_SCHEMA)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from limbgram.capture.certificate import SetupCited
+from limbgram.capture.setup import SetupCited
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.photos.photo import PhotoSet

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Literal
 
-from limbgram.capture.certificate import SetupCited
+from limbgram.capture.setup import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.core.tape import AGREES_SIGMAS, CONTRADICTS_SIGMAS, sigmas_apart
 from limbgram.findings import Finding, Gravity, Value, note
@@ -32,8 +32,8 @@ from limbgram.report.accuracy.figures import (
     TruthFigures,
 )
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
+from limbgram.report.light import Light
 
-Light = Literal["green", "amber", "red"]
 _ORDER: tuple[Light, ...] = ("green", "amber", "red")
 _GRAVITIES: dict[Light, Gravity] = {
     "green": Gravity.NOTE,

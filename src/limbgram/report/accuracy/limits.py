@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from limbgram.capture.certificate import SetupCited
+from limbgram.capture.setup import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.core.tape import AGREES_SIGMAS, sigmas_apart
 from limbgram.findings import Finding, Gravity, doubt, fault, note

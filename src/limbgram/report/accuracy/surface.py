@@ -20,6 +20,7 @@ from scipy.special import erf
 
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.lens import View
+from limbgram.core.interval import weighted_quantile
 from limbgram.core.mesh.mesh import Mesh, Part
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.reconstruction.measuring.visibility import incidence_cosines
@@ -142,8 +143,8 @@ def _sigma(mesh: Mesh, areas: Float64[np.ndarray, " n"]) -> SurfaceSigma | None:
     area_share = np.histogram(np.minimum(sigmas, reach), edges, weights=weights)[0]
     return SurfaceSigma(
         rms_mm=total,
-        median_mm=_weighted_quantile(sigmas, weights, 0.5),
-        p95_mm=_weighted_quantile(sigmas, weights, 0.95),
+        median_mm=weighted_quantile(sigmas, weights, 0.5),
+        p95_mm=weighted_quantile(sigmas, weights, 0.95),
         shared_rms_mm=shared,
         shares_mm=shares,
         own_rms_mm=float(np.sqrt(max(total**2 - shared**2, 0.0))),
@@ -176,13 +177,6 @@ def expected_p95(sigmas: Float64[np.ndarray, " n"], weights: Float64[np.ndarray,
         inside = erf(middle / np.maximum(sigmas, 1e-12) / np.sqrt(2))
         low, high = (middle, high) if float(weights @ inside) < 0.95 else (low, middle)
     return (low + high) / 2
-
-
-def _weighted_quantile(
-    values: Float64[np.ndarray, " n"], weights: Float64[np.ndarray, " n"], share: float
-) -> float:
-    order = np.argsort(values)
-    return float(values[order][np.searchsorted(np.cumsum(weights[order]), share)])
 
 
 def around_figures(mesh: Mesh, floor_z: float | None) -> Around:

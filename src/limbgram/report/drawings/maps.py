@@ -8,9 +8,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.reconstruction.scale.metric import MetricScene
-from limbgram.report.drawings.drawing import INK, Drawing, axes_at
-from limbgram.report.drawings.surfaces import sides_figure
+from limbgram.report.drawings.drawing import INK, axes_at
+from limbgram.report.drawings.sides import sides_figure
 
 _UNKNOWN = np.array([205.0, 205.0, 205.0])
 """Colour of vertices that have no figure."""
@@ -23,21 +22,6 @@ def size_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str, *, in_mm
     """Figures from 0 up, light to dark; the largest 2 % share one colour."""
     reach = _reach(values)
     return _map(mesh, values, Normalize(0.0, reach), "YlOrRd", label, in_mm)
-
-
-def sigma_map(mesh: Mesh, metric: MetricScene) -> Drawing:
-    """One standard deviation along the normal, painted on the surface."""
-    sigma_mm = np.full(len(mesh), np.nan) if mesh.sigma_mm is None else mesh.sigma_mm.astype(float)
-    in_mm = metric.scale.unit == "mm"
-    known = sigma_mm[np.isfinite(sigma_mm)]
-    middle, high = np.quantile(known, [0.5, 0.95]) if len(known) else (np.nan, np.nan)
-    unit = "mm" if in_mm else "scene units (NO SCALE)"
-    return Drawing(
-        size_map(mesh, sigma_mm, f"one standard deviation along the normal, {unit}", in_mm=in_mm),
-        f"How sure the surface is: half of the vertices have a standard deviation below "
-        f"{middle:.3f} {unit}, 95 % below {high:.3f}. It holds noise and shading, relief too fine "
-        "to be measured, cameras and scale; filled parts have none.",
-    )
 
 
 def signed_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str, *, in_mm: bool) -> Figure:

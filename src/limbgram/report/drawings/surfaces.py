@@ -1,34 +1,18 @@
-"""Drawings of the result: the shaded surface from four sides, the cloud with its cameras."""
-
-from dataclasses import replace
+"""Drawings of the result: the surface and its sigma from four sides, the cloud with its cameras."""
 
 import numpy as np
-from jaxtyping import Float64
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.core.mesh.topology import faces_inwards
 from limbgram.reconstruction.scale.metric import MetricScene
-from limbgram.report.drawings.drawing import (
-    BELOW_PX,
-    FAINT,
-    INK,
-    RED,
-    Drawing,
-    axes_at,
-    bare,
-    blank,
-    scale_bar,
-)
-from limbgram.report.drawings.shading import Frame, looking_along, shade
+from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank
+from limbgram.report.drawings.maps import size_map
+from limbgram.report.drawings.sides import sides_figure
 
-_AZIMUTHS_DEG = (0, 90, 180, 270)
-_HEIGHT_PX = 520
-_WIDTH_IN, _GAP_IN, _TITLE_IN = 10.5, 0.1, 0.3
 _SHOWN_POINTS = 40_000
 _CAMERA_SHARE = 0.05
 """Length of a drawn camera as a share of the cameras' spread."""
@@ -41,39 +25,19 @@ def four_sides(mesh: Mesh, metric: MetricScene) -> Drawing:
     return Drawing(figure, _surface_caption(mesh, metric, high - low))
 
 
-def sides_figure(
-    mesh: Mesh, paint: Float64[np.ndarray, "n 3"] | None, *, in_mm: bool, room_in: float = 0.05
-) -> Figure:
-    """Four sides of a mesh in clay or in the paint of its vertices; `room_in` is kept below.
-
-    The inside of a thing is drawn as a cast of it would look: all else would be its back.
-    """
-    if faces_inwards(mesh):
-        mesh = replace(mesh, faces=np.ascontiguousarray(mesh.faces[:, ::-1]))
-    low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
-    width_mm = 1.08 * float(np.hypot(*(high - low)[:2]))
-    height_mm = 1.04 * float(high[2] - low[2])
-    pixel_mm = max(width_mm, height_mm) / _HEIGHT_PX
-    width_px, height_px = int(width_mm / pixel_mm), int(height_mm / pixel_mm)
-    across_in = (_WIDTH_IN - _GAP_IN) / 4 - _GAP_IN
-    along_in = across_in * (height_px + BELOW_PX) / width_px
-    figure = bare(_WIDTH_IN, _TITLE_IN + along_in + room_in)
-    for number, azimuth_deg in enumerate(_AZIMUTHS_DEG):
-        left_in = _GAP_IN + number * (across_in + _GAP_IN)
-        axes = axes_at(figure, left_in, _TITLE_IN, across_in, along_in)
-        frame = Frame(
-            picture_from_world=looking_along(azimuth_deg),
-            middle_mm=(low + high) / 2,
-            pixel_mm=pixel_mm,
-            width_px=width_px,
-            height_px=height_px,
-        )
-        axes.imshow(shade(mesh, frame, paint))
-        axes.set_axis_off()
-        axes.set_title(f"{azimuth_deg}°", fontsize=9, color=FAINT, y=1.0)
-        if in_mm:
-            scale_bar(axes, frame)
-    return figure
+def sigma_map(mesh: Mesh, metric: MetricScene) -> Drawing:
+    """One standard deviation along the normal, painted on the surface."""
+    sigma_mm = np.full(len(mesh), np.nan) if mesh.sigma_mm is None else mesh.sigma_mm.astype(float)
+    in_mm = metric.scale.unit == "mm"
+    known = sigma_mm[np.isfinite(sigma_mm)]
+    middle, high = np.quantile(known, [0.5, 0.95]) if len(known) else (np.nan, np.nan)
+    unit = "mm" if in_mm else "scene units (NO SCALE)"
+    return Drawing(
+        size_map(mesh, sigma_mm, f"one standard deviation along the normal, {unit}", in_mm=in_mm),
+        f"How sure the surface is: half of the vertices have a standard deviation below "
+        f"{middle:.3f} {unit}, 95 % below {high:.3f}. It holds noise and shading, relief too fine "
+        "to be measured, cameras and scale; filled parts have none.",
+    )
 
 
 def cloud_with_cameras(cloud: Cloud, metric: MetricScene) -> Drawing:

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from limbgram.capture.certificate import SetupCited
+from limbgram.capture.setup import SetupCited
 from limbgram.findings import Finding
-from limbgram.report.accuracy.judgement import Light
 from limbgram.report.intended_use import OF_SHAPES
+from limbgram.report.light import Light
 from limbgram.report.record.bias import Bias
 from limbgram.workbench.limb import Side
 from limbgram.workbench.recipe.ledger import Line

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from limbgram.capture.certificate import SetupCited
+from limbgram.capture.setup import SetupCited
 from limbgram.core.errors import OptionsError
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding
-from limbgram.report.accuracy.judgement import Light
+from limbgram.report.light import Light
 from limbgram.workbench.edits.from_template import FromTemplate
 from limbgram.workbench.frame.names import known_identity
 from limbgram.workbench.limb import Limb

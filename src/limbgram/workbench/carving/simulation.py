@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 from numba import njit
 
+from limbgram.core.interval import weighted_quantile
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.carving.casting import cast_radii
@@ -112,11 +113,9 @@ def check_carving(moves: Moves, blank: Blank, ball_mm: float, mesh_in_limb: Mesh
     signed = _left_mm(carved, wanted, cast.beneath_mm[:, back], mesh_in_limb)[there]
     area = wanted[there] / wanted[there].sum()
     left = np.maximum(signed, 0)
-    ranked = np.argsort(left)
-    p95 = left[ranked][np.searchsorted(np.cumsum(area[ranked]), 0.95)]
     return CarveCheck(
         gouge_mm=float(max(0.0, -signed.min())),
-        scallop_mm=float(p95),
+        scallop_mm=weighted_quantile(left, area, 0.95),
         left_mm=float(left.max()),
         left_share=float(area[left > 0.2].sum()),
         rapid_hits=_rapid_hits(moves, blank),

@@ -17,6 +17,7 @@ from numba import njit
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points2
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.sections import holds
 from limbgram.core.mesh.topology import boundary_loops, find_edges, with_faces
 from limbgram.reconstruction.surface.holes import loop_area
 from limbgram.reconstruction.surface.resampling import Triangles, even_out
@@ -101,16 +102,8 @@ def _in_plane(normal: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "2 3"]:
 
 def _home(drawn: list[Points2], outer: Bool[np.ndarray, " k"], hole: int) -> int:
     """The smallest outer ring round a hole."""
-    around = [int(k) for k in np.flatnonzero(outer) if _is_inside(drawn[hole][0], drawn[int(k)])]
+    around = [int(k) for k in np.flatnonzero(outer) if holds(drawn[int(k)], drawn[hole][0])]
     return min(around, key=lambda k: abs(_area(drawn[k])), default=-1)
-
-
-def _is_inside(point: Float64[np.ndarray, "2"], ring: Points2) -> bool:
-    ahead = np.roll(ring, -1, axis=0)
-    spans = (ring[:, 1] > point[1]) != (ahead[:, 1] > point[1])
-    rise = np.where(spans, ahead[:, 1] - ring[:, 1], 1.0)
-    at = ring[:, 0] + (point[1] - ring[:, 1]) / rise * (ahead[:, 0] - ring[:, 0])
-    return bool((spans & (at > point[0])).sum() % 2)
 
 
 def _area(ring: Points2) -> float:

@@ -17,8 +17,10 @@ from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Float64, Int64
 
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.interval import weighted_quantile
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.rays import meets
 from limbgram.findings import Finding, note
 
 _OPPOSED = -0.95
@@ -99,17 +101,20 @@ def between_skins(solid: Mesh, ones: int, twos: int) -> Thickness:
         at_vertices_mm=away,
         thinnest_mm=float(away[thinnest]),
         place_mm=solid.vertices_mm[thinnest],
-        median_mm=_median(away[known], solid.vertex_areas_mm2()[known]),
+        median_mm=weighted_quantile(away[known], solid.vertex_areas_mm2()[known], 0.5),
     )
 
 
 def wall_of(mesh: Mesh) -> Thickness | None:
     """The thickness of a shape that is a wall; None for one that is not, such as a limb."""
-    cast = _Cast.of(mesh)
     tried = np.arange(0, len(mesh.faces), max(1, len(mesh.faces) // _TRIED))
-    first = cast.across(tried, cast.corners[tried].mean(1), _OPPOSED)
     size = float(np.sort(np.ptp(mesh.vertices_mm, axis=0))[1])
-    if not np.median(first) < min(_THICKEST_MM, _THICKEST_SHARE * size):
+    thickest_mm = min(_THICKEST_MM, _THICKEST_SHARE * size)
+    if _is_clear(mesh, tried, thickest_mm / -_OPPOSED):
+        return None
+    cast = _Cast.of(mesh)
+    first = cast.across(tried, cast.corners[tried].mean(1), _OPPOSED)
+    if not np.median(first) < thickest_mm:
         return None
     least, places = cast.everywhere(_OPPOSED)
     known = np.isfinite(least)
@@ -120,7 +125,7 @@ def wall_of(mesh: Mesh) -> Thickness | None:
         at_vertices_mm=np.where(np.isfinite(at_vertices), at_vertices, np.nan),
         thinnest_mm=float(least[thinnest]),
         place_mm=places[thinnest],
-        median_mm=_median(least[known], cast.areas_mm2[known]),
+        median_mm=weighted_quantile(least[known], cast.areas_mm2[known], 0.5),
     )
 
 
@@ -194,6 +199,17 @@ class _Cast:
         return np.where(counts, np.maximum(drop, 0.0), np.inf)
 
 
+def _is_clear(mesh: Mesh, tried: Int64[np.ndarray, " k"], reach_mm: float) -> bool:
+    """Whether most rays in from these faces meet nothing within a reach, as in a limb.
+
+    The tree takes a tenth of the time of the rays' own scene.
+    """
+    inward = -unit(mesh.face_normals()[tried])
+    starts = mesh.vertices_mm[mesh.faces[tried]].mean(1) + _INSET_MM * inward
+    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    return bool(meets(tree, starts, reach_mm * inward).mean() < 0.5)
+
+
 def _thinnest_patch(
     thickness_mm: Float64[np.ndarray, " f"], areas_mm2: Float64[np.ndarray, " f"]
 ) -> int:
@@ -202,9 +218,3 @@ def _thinnest_patch(
     order = order[np.isfinite(thickness_mm[order])]
     passed = np.cumsum(areas_mm2[order])
     return int(order[min(int(np.searchsorted(passed, _PATCH_MM2)), len(order) - 1)])
-
-
-def _median(values: Float64[np.ndarray, " k"], weights: Float64[np.ndarray, " k"]) -> float:
-    order = np.argsort(values, kind="stable")
-    passed = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(passed, passed[-1] / 2)])

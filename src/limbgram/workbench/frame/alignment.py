@@ -49,6 +49,16 @@ _BRIM_WIDTH = 0.5
 """Of the limb's width: an opening that is narrower is a hole."""
 
 
+_MOST_CONTRADICTION_DEG = 60.0
+"""Landmarks further than this from the side on which their names lie are contradicted, and so
+is a file by another front."""
+_MOST_OFF_AXIS_DEG = 45.0
+"""A fitted axis further than this from what is stated to be proximal is not the limb's."""
+_MOST_FLEXION_DEG = 120.0
+_NEAR_AXIS_MM = 15.0
+"""Landmarks nearer to the axis than this lie on no side of it."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class AlignOptions:
     """What the clinician states. Directions are in the mesh's frame."""
@@ -72,14 +82,6 @@ class AlignOptions:
     """What the shape's own file says, as an AOP does: never overruled in side or proximal end, and
 
     its axis and origin are kept unless an axis is stated or to be fitted."""
-    most_contradiction_deg: float = 60.0
-    """Landmarks further than this from the side on which their names lie are contradicted, and so
-    is a file by another front."""
-    most_off_axis_deg: float = 45.0
-    """A fitted axis further than this from what is stated to be proximal is not the limb's."""
-    most_flexion_deg: float = 120.0
-    near_axis_mm: float = 15.0
-    """Landmarks nearer to the axis than this lie on no side of it."""
     fit: AxisOptions = field(default_factory=AxisOptions)
 
     @property
@@ -125,7 +127,7 @@ def proximal_of(
     stated = axis.direction if options.axis is not None else options.proximal
     of_file = None if options.declared is None else options.declared.limb_from_mesh.rotation[2]
     if options.axis is None:
-        _require_long_way(limb, axis, options, stated if stated is not None else of_file)
+        _require_long_way(limb, axis, stated if stated is not None else of_file)
     said, rise, brim = (
         _along(stated, axis),
         _rise_of_landmarks(limb, axis),
@@ -155,7 +157,7 @@ def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[Finding, ...]:
         return ()
     x, y, _ = frame.rotation @ options.declared.limb_from_mesh.rotation[1]
     off_deg = _between_deg(complex(x, y), 1j)
-    if off_deg > options.most_contradiction_deg:
+    if off_deg > _MOST_CONTRADICTION_DEG:
         raise MeasureError("align.front.against_file", off_deg=off_deg)
     if off_deg < _SAME_FRONT_DEG:
         return ()
@@ -203,10 +205,10 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
     for mark in limb.landmarks:
         expected = outward(known_anywhere(mark.name, limb.kind), options.side)
         x, y, _ = frame.apply(mark.position_mm[None])[0]
-        if not expected or abs(complex(x, y)) < options.near_axis_mm:
+        if not expected or abs(complex(x, y)) < _NEAR_AXIS_MM:
             continue
         off_deg = _between_deg(complex(x, y), expected)
-        if off_deg > options.most_contradiction_deg:
+        if off_deg > _MOST_CONTRADICTION_DEG:
             raise MeasureError(
                 "align.landmark.elsewhere", name=mark.name, off_deg=off_deg, side=options.side
             )
@@ -310,9 +312,9 @@ def _turn_by_landmarks(start: Matrix3, limb: Limb, axis: Axis, options: AlignOpt
 
 def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
     """Turn about x that brings the plumb landmarks over each other, and what is asked on top."""
-    if not abs(options.flexion_deg) <= options.most_flexion_deg:
+    if not abs(options.flexion_deg) <= _MOST_FLEXION_DEG:
         raise OptionsError(
-            "align.flexion", flexion_deg=options.flexion_deg, most_deg=options.most_flexion_deg
+            "align.flexion", flexion_deg=options.flexion_deg, most_deg=_MOST_FLEXION_DEG
         )
     angle = np.radians(options.flexion_deg)
     if options.plumb is not None:
@@ -329,14 +331,14 @@ def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
     return float(angle)
 
 
-def _require_long_way(limb: Limb, axis: Axis, options: AlignOptions, told: Vector3 | None) -> None:
+def _require_long_way(limb: Limb, axis: Axis, told: Vector3 | None) -> None:
     """Refuse a fit that runs across what is proximal, as one from heel to toe does."""
     if told is None:
         if limb.kind == "foot":
             raise MeasureError("align.axis.foot")
         return
     off_deg = np.degrees(np.arccos(min(abs(_along(told, axis)), 1.0)))
-    if off_deg > options.most_off_axis_deg:
+    if off_deg > _MOST_OFF_AXIS_DEG:
         raise MeasureError(
             "align.axis.across",
             off_deg=float(off_deg),

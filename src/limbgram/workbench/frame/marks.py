@@ -22,6 +22,9 @@ from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges
 
+_LEAST_CHROMA = 60.0
+"""Largest minus smallest of red, green and blue, 0 to 255."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class MarkOptions:
@@ -29,8 +32,6 @@ class MarkOptions:
 
     colour: tuple[int, int, int] | None = None
     """sRGB of the marks; None: any strong colour."""
-    least_chroma: float = 60.0
-    """Largest minus smallest of red, green and blue, 0 to 255."""
     same_hue_deg: float = 25.0
     smallest_mm: float = 3.0
     largest_mm: float = 30.0
@@ -66,9 +67,9 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
     if mesh.colours is None:
         raise MeasureError("landmark.marks.no_colours")
     chroma, hue_rad = _chroma(mesh.colours), _hue_rad(mesh.colours)
-    coloured = chroma >= options.least_chroma
+    coloured = chroma >= _LEAST_CHROMA
     if options.colour is not None:
-        if max(options.colour) - min(options.colour) < options.least_chroma:
+        if max(options.colour) - min(options.colour) < _LEAST_CHROMA:
             raise OptionsError("landmark.marks.grey_name", colour=options.colour)
         wanted = _hue_rad(np.array([options.colour], np.uint8))[0]
         turn = np.abs(turn_rad(hue_rad, wanted))

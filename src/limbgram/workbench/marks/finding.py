@@ -30,6 +30,13 @@ from limbgram.reconstruction.photos.photo import Photo
 from limbgram.workbench.marks.pixels import Caster, coloured_pixels_by_photo, hue_and_saturation
 from limbgram.workbench.marks.spots import RoundRule, Spots, hues_of, spots_of
 
+_AGREEMENT_MM = 2.0
+"""Photos that see one mark put it this close to its place."""
+_LEAST_SATURATION = 0.6
+"""Share of the light that is not white, for a pixel to have a hue."""
+_PLAINEST_SHARE = 0.6
+"""So much of what has a hue must lie in marks, for the hue to be unlike the paint."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class PaintedOptions:
@@ -38,8 +45,6 @@ class PaintedOptions:
     colour: tuple[int, int, int] | None = None
     """sRGB of the marks; None: any colour that the rest of the paint does not have."""
     least_photos: int = 3
-    agreement_mm: float = 2.0
-    """Photos that see one mark put it this close to its place."""
     least_share: float = 0.5
     """Of the photos that look at the place squarely, so many must show the mark."""
     smallest_mm: float = 4.0
@@ -47,12 +52,8 @@ class PaintedOptions:
     roundest_stretch: float = 1.6
     """Largest reach from the middle, as a multiple of the radius of a circle of the same area."""
     same_hue_deg: float = 20.0
-    least_saturation: float = 0.6
-    """Share of the light that is not white, for a pixel to have a hue."""
     least_vivid: float = 0.85
     """The same share for a mark as a whole."""
-    plainest_share: float = 0.6
-    """So much of what has a hue must lie in marks, for the hue to be unlike the paint."""
     pixel_mm: float = 0.5
     """Photos are halved as long as their pixels stay finer than this on the surface."""
 
@@ -117,10 +118,10 @@ def find_painted_marks(
         OptionsError: the given colour has no hue.
     """
     same_rad = float(np.radians(options.same_hue_deg))
-    given = None if options.colour is None else _hue_of(options.colour, options.least_saturation)
+    given = None if options.colour is None else _hue_of(options.colour, _LEAST_SATURATION)
     caster = Caster(mesh)
     pixels = coloured_pixels_by_photo(
-        photos, views, mesh, caster, options.pixel_mm, options.least_saturation
+        photos, views, mesh, caster, options.pixel_mm, _LEAST_SATURATION
     )
     hues = hues_of(pixels, same_rad)
     if given is not None:
@@ -137,7 +138,7 @@ def find_painted_marks(
     looked_for = len(hues) if given is None else 1
     for found in spots_of(pixels, hues, looked_for, same_rad, rule):
         plainness = found.inside_mm2 / found.total_mm2 if found.total_mm2 else 0.0
-        if given is None and plainness < options.plainest_share:
+        if given is None and plainness < _PLAINEST_SHARE:
             continue
         shared = 1 - plainness if given is not None and found.total_mm2 else 0.0
         seen = _agreed(found.spots, views, caster, tree, options)
@@ -173,7 +174,7 @@ def _agreed(
     """Places where the spots of several photos agree, the highest first."""
     marks: list[PaintedMark] = []
     left_out: list[LeftOut] = []
-    for rows in _groups(spots, options.agreement_mm):
+    for rows in _groups(spots, _AGREEMENT_MM):
         place = np.median(spots.middles_mm[rows], axis=0)
         place = tree.closest(place[None]).points_mm[0]
         colour = np.median(spots.colours[rows], axis=0).astype(np.uint8)

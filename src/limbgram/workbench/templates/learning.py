@@ -63,6 +63,10 @@ _DECIMALS = 2
 """Of displacements, as the file keeps them: one from a file is the one that was learned."""
 
 
+_FALSE_SHARE = 0.05
+"""Of the nodes that are kept, at most this share by chance."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class LearnOptions:
     """How pairs are laid on each other, and what is kept."""
@@ -72,8 +76,6 @@ class LearnOptions:
     )
     reference: str | None = None
     """Landmark from which heights count; None takes the most proximal that all pairs have."""
-    false_share: float = 0.05
-    """Of the nodes that are kept, at most this share by chance."""
     least_mm: float = 0.1
     """Smaller mean displacements are not kept."""
     farthest_mm: float = 30.0
@@ -140,7 +142,7 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
     )
     known = np.isfinite(fields).sum(0)
     mean, spread = robust(fields)
-    kept = found_alike(fields, options.false_share)
+    kept = found_alike(fields, _FALSE_SHARE)
     kept &= np.nan_to_num(np.abs(mean)) >= options.least_mm
     if not kept.any():
         raise _nothing_kept(mean, spread, len(pairs), options)

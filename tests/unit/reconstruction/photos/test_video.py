@@ -72,7 +72,7 @@ def chosen(path: Path, options: FrameOptions) -> tuple[FrameChoice, list[ColourI
         assert verdict.taken
         pixels.append(frame)
 
-    choice = choose_frames(survey(open_video(path), options), keep, options)
+    choice = choose_frames(survey(open_video(path)), keep, options)
     assert len(pixels) == len(choice.taken)
     return choice, pixels
 

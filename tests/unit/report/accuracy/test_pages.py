@@ -22,7 +22,7 @@ from limbgram.report.accuracy.judgement import as_is, without_light
 from limbgram.report.accuracy.layout import accuracy_report
 from limbgram.report.accuracy.truth import KnownTruth
 from limbgram.report.alignment import Truth
-from limbgram.report.drawings.maps import sigma_map
+from limbgram.report.drawings.surfaces import sigma_map
 from limbgram.report.html import html_of
 from limbgram.report.pdf import Box, Line, pdf_of, sheets_of
 

@@ -1,0 +1,38 @@
+"""Resection: where a photo was taken, from known points and their places in it."""
+
+import cv2
+import numpy as np
+from jaxtyping import Int32
+
+from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera
+
+_FEWEST_POINTS = 6
+LARGEST_MISS_PX = 3.0
+
+
+def resect(lens: Camera, points_in_world: Points3, xy_px: Points2) -> Rigid | None:
+    """camera_from_world of known points' images: six by DLT among wrong ones, then all good ones.
+
+    None where too few of them agree.
+    """
+    if len(points_in_world) < _FEWEST_POINTS:
+        return None
+    ideal = lens.normalize(xy_px)
+    found, turn, shift, inliers = cv2.solvePnPRansac(
+        points_in_world,
+        ideal,
+        np.eye(3),
+        np.zeros(5),
+        reprojectionError=LARGEST_MISS_PX / lens.fx,
+        iterationsCount=1000,
+        confidence=0.9999,
+    )
+    if not found or len(inliers) < _FEWEST_POINTS:
+        return None
+    good: Int32[np.ndarray, " k"] = np.asarray(inliers, np.int32).ravel()
+    turn, shift = cv2.solvePnPRefineLM(
+        points_in_world[good], ideal[good], np.eye(3), np.zeros(5), turn, shift
+    )
+    return Rigid.from_rotation_vector(np.asarray(turn, float).ravel(), shift.ravel())
