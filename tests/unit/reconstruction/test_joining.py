@@ -10,6 +10,7 @@ from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.core.run import Run
+from limbgram.findings import told
 from limbgram.reconstruction import joining
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features, Keypoints
@@ -200,7 +201,7 @@ def test_a_mark_that_moved_is_left_out_and_named() -> None:
     marks = joined.scene.marks
     assert marks is not None
     assert marks.left_out == (7,)
-    assert "moved against the others" in marks.reasons[0]
+    assert "moved against the others" in told(marks.reasons[0])
     assert 7 not in marks.ids
     assert all(7 not in ids for ids in joined.coded.ids)
     centres = {k: joined.scene.view(k).centre_in_world for k in joined.scene.placed}

@@ -149,7 +149,7 @@ def summary(light: Light) -> Summary:
             face_parts=1,
             photo_halvings=0,
             depth_share=1.0,
-            notes=("Edges are <long>.",),
+            notes=(note("said.as_is", message="Edges are <long>."),),
         ),
         mesh=MeshSummary(
             vertices=3,

@@ -43,7 +43,7 @@ def held(seed: int, **more: object) -> MarkShot:
 def the_mark(shot: MarkShot, photo: MarkPhoto, camera: Camera | None = CAMERA) -> FoundMark:
     found = marks_in(photo.luma, shot.dictionary, camera)
     assert [one.mark_id for one in found] == [shot.mark_id]
-    assert found[0].doubt == ""
+    assert found[0].doubt is None
     return found[0]
 
 

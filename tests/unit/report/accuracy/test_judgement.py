@@ -10,7 +10,7 @@ import pytest
 
 from limbgram.core.interval import Interval, plus_minus
 from limbgram.core.mesh.mesh import Part, Relation, Repairs
-from limbgram.findings import Finding, Gravity, sentence, told
+from limbgram.findings import Finding, Gravity, note, sentence, told
 from limbgram.reconstruction.measuring import uncertainty as sources
 from limbgram.reconstruction.scale.given import TapedGirth
 from limbgram.reconstruction.scale.metric import Scale
@@ -67,7 +67,9 @@ def test_a_good_case_is_green_in_millimetres(with_sigmas: Evidence) -> None:
 
 def test_a_remark_that_is_a_sentence_ends_once(with_sigmas: Evidence) -> None:
     scene = with_sigmas.metric.scene
-    zoomed = replace(scene.verdicts[0], remark="It was zoomed. Take it again.")
+    zoomed = replace(
+        scene.verdicts[0], remark=note("said.as_is", message="It was zoomed. Take it again.")
+    )
     scene = replace(scene, verdicts=(zoomed, *scene.verdicts[1:]))
     tree = assess(replace(with_sigmas, metric=replace(with_sigmas.metric, scene=scene)))
     (said,) = (one for one in tree.findings if one.code == "limit.photos.remark")
@@ -272,7 +274,8 @@ def test_a_lens_of_which_nobody_knows_the_cost_is_never_green(with_sigmas: Evide
 def test_zoomed_photos_are_never_green_and_are_named(with_sigmas: Evidence) -> None:
     scene = with_sigmas.metric.scene
     verdicts = tuple(
-        replace(one, remark="zoomed" if k in (1, 2) else "") for k, one in enumerate(scene.verdicts)
+        replace(one, remark=note("said.as_is", message="zoomed") if k in (1, 2) else None)
+        for k, one in enumerate(scene.verdicts)
     )
     scene = replace(scene, verdicts=verdicts)
     tree = assess(replace(with_sigmas, metric=replace(with_sigmas.metric, scene=scene)))
@@ -459,7 +462,7 @@ def test_a_tape_that_cannot_be_compared_confirms_nothing(with_sigmas: Evidence) 
         taped=TapedGirth(girth_mm=300, height_mm=40),
         measured_mm=math.nan,
         sigma_mm=math.nan,
-        reason="the surface has no whole girth there",
+        reason=note("said.as_is", message="the surface has no whole girth there"),
     )
     tree = assess(replace(on_one_board(with_sigmas), tapes=TapeWitnesses((witness,))))
     assert tree.light == "green"

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from limbgram.findings import told
+from limbgram.findings import note, told
 from limbgram.reconstruction.mapping.own import with_room_for
 from limbgram.reconstruction.mapping.scene import Movement
 from limbgram.reconstruction.movement import moved_mm, movement_found, movement_remark
@@ -43,7 +43,9 @@ def light_of(assessment: Assessment, key: str) -> str:
 
 
 def test_nothing_is_said_where_nobody_looked_or_nothing_is_known(with_sigmas: Evidence) -> None:
-    unknown = Movement.unknown(len(with_sigmas.metric.scene.names), "no points")
+    unknown = Movement.unknown(
+        len(with_sigmas.metric.scene.names), note("said.as_is", message="no points")
+    )
     for found in (assessed(with_sigmas), assessed(with_sigmas, unknown, unknown)):
         assert not {"movement", "bending"} & {one.key for one in found.criteria}
         assert found.light == "green"
@@ -52,7 +54,8 @@ def test_nothing_is_said_where_nobody_looked_or_nothing_is_known(with_sigmas: Ev
 def test_what_does_not_fit_for_a_cause_that_is_not_known_is_a_doubt(with_sigmas: Evidence) -> None:
     """A lens without a board may cause it as well as the limb: neither is green."""
     count = len(with_sigmas.metric.scene.names)
-    misfit = Movement.unknown(count, "the lens is not known closely enough to tell", 1e-9)
+    unsure = note("said.as_is", message="the lens is not known closely enough to tell")
+    misfit = Movement.unknown(count, unsure, 1e-9)
     still = movement([0.0] * count, "still")
     moved = assessed(with_sigmas, misfit, still)
     assert (moved.light, light_of(moved, "movement")) == ("amber", "amber")
@@ -64,7 +67,9 @@ def test_what_does_not_fit_for_a_cause_that_is_not_known_is_a_doubt(with_sigmas:
 
 
 def test_the_table_says_where_nobody_looked_for_movement(with_sigmas: Evidence) -> None:
-    unknown = Movement.unknown(len(with_sigmas.metric.scene.names), "no points")
+    unknown = Movement.unknown(
+        len(with_sigmas.metric.scene.names), note("said.as_is", message="no points")
+    )
     still = movement([0.0] * len(with_sigmas.metric.scene.names), "still")
     never = html_of(accuracy_report(assessed(with_sigmas), ()))
     assert never.count(">not looked for</td>") == 2

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from limbgram.findings import advice, told
+from limbgram.findings import advice, note, told
 from limbgram.reconstruction.mapping.scene import Movement
 from limbgram.reconstruction.scale.given import TapedGirth
 from limbgram.reconstruction.scale.taping import TapeWitness, TapeWitnesses
@@ -151,7 +151,10 @@ def test_taped_girths_stand_beside_the_surface_or_say_why_not(with_sigmas: Evide
         taped=TapedGirth(girth_mm=315, height_mm=150), measured_mm=314.2, sigma_mm=1.6
     )
     nowhere = TapeWitness(
-        taped=TapedGirth(girth_mm=350), measured_mm=math.nan, sigma_mm=math.nan, reason="no < end"
+        taped=TapedGirth(girth_mm=350),
+        measured_mm=math.nan,
+        sigma_mm=math.nan,
+        reason=note("said.as_is", message="no < end"),
     )
     assessment = assess(replace(with_sigmas, tapes=TapeWitnesses((near, nowhere))))
     page = html_of(accuracy_report(assessment, ()))

@@ -60,7 +60,7 @@ def detections(
                 sigmas_px=np.full(len(ids), 0.02),
                 bent=np.ones(len(ids), bool),
                 doubtful_ids=np.array([30] if doubt else [], np.int32),
-                doubts=(doubt,) if doubt else (),
+                doubts=(note("said.as_is", message=doubt),) if doubt else (),
             )
             for k in photos
         ),
