@@ -56,11 +56,11 @@ def test_what_it_means_is_said_once_and_only_where_it_stands() -> None:
 
 def test_a_figure_gets_its_plus_minus_here_alone() -> None:
     """Written by hand a ± would be one standard deviation again: no other source writes one but
-    what words an interval in a finding."""
+    what words an interval in a finding, and what types a reading as it was typed."""
     written = re.compile(r"(±|\+/-|\+-) ?\{")
     sources = Path(limbgram.__file__).parent.rglob("*.py")
     found = {path.name for path in sources if written.search(path.read_text("utf-8"))}
-    assert found == {"interval.py", "tell.py"}
+    assert found == {"interval.py", "tell.py", "texts.py"}
 
 
 def test_a_weighted_quantile_is_that_of_values_repeated_so_often() -> None:
