@@ -13,4 +13,4 @@ visits = [
 ]
 series = limbgram.follow(visits)
 print(f"{series.change_mm3 / 1000:+.1f} mL, +- {series.change_95_mm3 / 1000:.1f} mL in 95 of 100")
-print(series.sentence)
+print(series.finding)

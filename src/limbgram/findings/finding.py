@@ -36,6 +36,12 @@ class Finding:
     gravity: Gravity = Gravity.NOTE
     values: Mapping[str, Value] = field(default_factory=dict[str, Value], hash=False)
 
+    def __str__(self) -> str:
+        """Its English sentence and advice."""
+        from limbgram.findings.tell import told  # tells findings, and stands above them
+
+        return told(self)
+
     def tree(self) -> dict[str, Any]:
         """Code, gravity and values, as JSON keeps them."""
         values = {name: _tree_of(value) for name, value in self.values.items()}

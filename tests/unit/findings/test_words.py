@@ -141,6 +141,10 @@ def test_a_finding_survives_json() -> None:
     assert Finding.from_tree(json.loads(json.dumps(finding.tree()))) == finding
 
 
+def test_a_finding_is_printed_as_it_is_told() -> None:
+    assert str(Finding("said.as_is", values={"message": "It is torn."})) == "It is torn."
+
+
 def test_what_is_no_finding_is_refused() -> None:
     for tree in ({}, {"code": "a.b"}, {"code": "a.b", "gravity": "mild", "values": {}}, "a.b"):
         with pytest.raises(ValueError):

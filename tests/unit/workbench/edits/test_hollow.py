@@ -75,7 +75,7 @@ def test_fingers_too_narrow_for_two_walls_are_solid_and_told() -> None:
     require_one_sound_solid(solid)
     given = mesh.vertices_mm[mesh.vertices_mm[:, 2] > CUT_MM + 4]
     assert KDTree(solid.vertices_mm).query(given)[0].max() == 0
-    assert any("are solid" in note for note in made.notes)
+    assert any(note.code == "edit.wall.solid" for note in made.notes)
     radius_mm = PALM_MM - thickness_mm
     hollow = np.pi * radius_mm**2 * (KNUCKLES_MM - CUT_MM) + 2 / 3 * np.pi * radius_mm**3
     shape = np.pi * PALM_MM**2 * (KNUCKLES_MM - CUT_MM) + 2 / 3 * np.pi * PALM_MM**3

@@ -38,12 +38,12 @@ def test_the_skin_is_edited_as_if_no_bones_were_there() -> None:
     np.testing.assert_array_equal(found.limb.mesh.faces, alone.limb.mesh.faces)
     assert found.ledger == alone.ledger
     assert [told(note) for note in found.limb.notes] == [
-        "2 bodies inside the limb, such as bones, were left out"
+        "2 bodies inside the limb, such as bones, were left out."
     ]
     assert alone.limb.notes == ()
     with_one = replay(RECIPE, limb_of(skin, bones[0]))
     assert [told(note) for note in with_one.limb.notes] == [
-        "1 body inside the limb, such as a bone, was left out"
+        "1 body inside the limb, such as a bone, was left out."
     ]
 
 
@@ -51,9 +51,9 @@ def test_shapes_are_compared_by_their_outsides() -> None:
     skin, bones = ball(60, (0, 0, 60)), (ball(15, (-16, 0, 60)), ball(15, (16, 0, 60)))
     shape = replace(limb_of(skin, *bones), name="scan")
     (noted,) = outside_by_name(shape).notes
-    assert told(noted) == "2 bodies inside scan were left out"
+    assert told(noted) == "2 bodies inside scan were left out."
     nameless = outside_by_name(replace(limb_of(skin, bones[0]), name=""))
-    assert [told(note) for note in nameless.notes] == ["1 body inside a shape was left out"]
+    assert [told(note) for note in nameless.notes] == ["1 body inside a shape was left out."]
     assert len(nameless.mesh.faces) == len(skin.faces)
 
 
