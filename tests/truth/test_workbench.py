@@ -243,7 +243,7 @@ def test_the_record_says_side_and_unit_and_no_name(bench: Bench, record: dict[st
     ):
         for secret in ("Maria", "Huber", "sore", str(bench.folder), "pytest-"):
             assert secret not in text
-    assert record["schema"] == "limbgram-report/1"
+    assert record["schema"] == "limbgram-report/2"
     hashes = {file["what"]: file["sha256"] for file in record["files"]}
     assert re.fullmatch(r"[0-9a-f]{64}", hashes["shape"])
     assert record["id"] == f"shape {hashes['shape'][:8]}"

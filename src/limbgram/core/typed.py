@@ -131,6 +131,8 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
     if not _may_be(tree, hint):
         raise Mismatch(f"{at or 'it'} must be {words_of_type(hint)}, not {tree!r:.60}")
     if hint is Path:
+        if not isinstance(tree, str):
+            raise Mismatch(f"{at or 'it'} must be {words_of_type(hint)}, not {tree!r:.60}")
         return Path(tree)
     if is_dataclass(hint) and isinstance(hint, type):
         return fields_of(cast(dict[str, Any], tree), hint, at, by)
@@ -212,8 +214,6 @@ def _may_be(tree: object, hint: Any) -> bool:
         return isinstance(tree, dict)
     if hint is float:
         return isinstance(tree, int | float) and not isinstance(tree, bool)
-    if hint is Path:
-        return isinstance(tree, str)
     if hint in (bool, int, str, None, types.NoneType):
         return isinstance(tree, types.NoneType if hint is None else hint) and (
             hint is bool or not isinstance(tree, bool)
