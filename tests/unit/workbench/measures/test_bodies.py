@@ -111,7 +111,7 @@ def test_bones_and_crumbs_are_told_apart(make_turned: Callable[..., Mesh], cylin
     limb = outside_of(Limb(mesh=both))
     assert len(limb.mesh) == len(cylinder)
     inside, loose = map(told, limb.notes)
-    assert inside == "1 body inside the limb was left out"
+    assert inside == "1 body inside the limb was left out."
     assert loose.startswith("2 loose bodies apart from the limb (")
     assert loose.endswith(" were left out")
 
@@ -170,7 +170,7 @@ def test_loose_bodies_alone_go_and_bones_stay(
     np.testing.assert_array_equal(found.mesh.faces, limb.faces)
     assert (found.inside, len(found.loose)) == (1, 1)
     (inner,) = kept(found)
-    assert told(inner) == "1 body inside the limb, such as a bone, was written too"
+    assert told(inner) == "1 body inside the limb, such as a bone, was written too."
     # A kernel within a loose body is no bone of the limb.
     nested = without_loose(joined(limb, shell, crumb(make_turned, 150, 0, 10)))
     np.testing.assert_array_equal(nested.mesh.faces, limb.faces)
