@@ -113,7 +113,7 @@ def test_bones_and_crumbs_are_told_apart(make_turned: Callable[..., Mesh], cylin
     inside, loose = map(told, limb.notes)
     assert inside == "1 body inside the limb was left out."
     assert loose.startswith("2 loose bodies apart from the limb (")
-    assert loose.endswith(" were left out")
+    assert loose.endswith(" were left out.")
 
 
 def test_two_limbs_in_one_file_have_no_girth(
