@@ -15,9 +15,9 @@ from typing import Literal
 from limbgram.capture.coach import CaptureCheck
 from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cases.shelf import ShelvedCase
-from limbgram.core.errors import AS_IS, Cancelled, LimbgramError, disk_advice
+from limbgram.core.errors import Cancelled, LimbgramError, disk_finding
 from limbgram.core.run import Run
-from limbgram.findings import Finding, Gravity, fault
+from limbgram.findings import Finding, fault
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.video import is_video
 from limbgram.reconstruction.targets.board import Board
@@ -124,8 +124,7 @@ class Coach:
         except LimbgramError as error:
             self.found, self.refusal = None, error.finding
         except OSError as error:
-            advice = Finding(AS_IS, Gravity.FAULT, {"message": disk_advice(error)})
-            self.found, self.refusal = None, advice
+            self.found, self.refusal = None, disk_finding(error)
         self.took_s = time.monotonic() - began
 
     def _answer(self, asked: Asked, run: Run) -> CaptureCheck:

@@ -14,7 +14,7 @@ from limbgram.core.typed import tree_of, words_of_type
 
 def _with_meanings(schema: dict[str, Any], kind: type) -> None:
     for one in declared(kind):
-        if one.name in schema["properties"]:
+        if one.meaning and one.name in schema["properties"]:
             schema["properties"][one.name].setdefault("description", one.meaning)
 
 
@@ -52,10 +52,3 @@ class FieldReply(BaseModel):
             choices=list(one.choices),
             several=one.several,
         )
-
-
-def say_meanings(schema: dict[str, Any], kind: type) -> None:
-    """Put the text under each field of a request that is a body into its schema."""
-    for one in declared(kind):
-        if one.meaning:
-            schema["properties"][one.name].setdefault("description", one.meaning)

@@ -4,13 +4,13 @@ from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Literal
 
 from fastapi import APIRouter, Query, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from limbgram.app.blocks import encode_blocks, surface_blocks
 from limbgram.app.boards import BoardSpec
 from limbgram.app.cameras import camera_files
 from limbgram.app.clinic import CaseHere, Clinic, ClinicHere
-from limbgram.app.forms import say_meanings
+from limbgram.app.forms import SAYS_ITSELF
 from limbgram.app.replies import BINARY, FindingReply, missing
 from limbgram.cases.order import order
 from limbgram.cases.running import JobState, StageProgress, TimeLeft, read_job_file
@@ -39,7 +39,7 @@ class Tape(BaseModel):
 class JobOptions(Shaping):
     """What is decided about a run."""
 
-    __pydantic_config__: ClassVar = ConfigDict(json_schema_extra=say_meanings)
+    __pydantic_config__: ClassVar = SAYS_ITSELF
 
     board: BoardSpec | None = field(default_factory=BoardSpec)
     """The scale board in the scene; null looks for none."""

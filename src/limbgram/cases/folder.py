@@ -34,7 +34,7 @@ from limbgram.reconstruction.photos.masks import (
     no_mask_fits,
     require_masks_folder,
 )
-from limbgram.reconstruction.photos.photo import SetAside, left_out_lines
+from limbgram.reconstruction.photos.photo import SetAside, left_out
 from limbgram.reconstruction.photos.reading import Candidate, candidates_in
 
 _HALF = re.compile(
@@ -264,7 +264,8 @@ def _no_photos(sources: Sequence[Path], set_aside: Sequence[SetAside]) -> PhotoE
         "case.no_photos",
         sources=where,
         folders=tuple(folders[:_TOLD_AT_MOST]) or None,
-        left_out=left_out_lines(set_aside),
+        aside=len(set_aside),
+        left_out=left_out(set_aside),
     )
 
 

@@ -95,9 +95,8 @@ def as_json(finding: Finding) -> dict[str, Any]:
 
 def all_words(language: str) -> dict[str, Words]:
     """The words of every code."""
-    return {
-        code: words for topic in sorted(_topics(language)) for code, words in _read(topic, language)
-    }
+    topics = (_topic(topic, language) for topic in sorted(_topics(language)))
+    return {code: words for topic in topics for code, words in topic.items()}
 
 
 def terms(language: str) -> Mapping[str, str]:

@@ -3009,15 +3009,20 @@ export interface components {
             first: components["schemas"]["Pick"][];
             /** Second */
             second: components["schemas"]["Pick"][];
-            /** Sigma Px */
+            /**
+             * Sigma Px
+             * @description Standard deviation of one coordinate, of ends that were measured; None: picked by hand.
+             */
             sigma_px?: number | null;
             /**
              * Length Sigma Mm
+             * @description Standard deviation of the length itself: 0.5 to 1 mm of one that a tape read.
              * @default 0
              */
             length_sigma_mm: number;
             /**
              * Ends
+             * @description What the ends are called.
              * @default [
              *       "its first end",
              *       "its second end"

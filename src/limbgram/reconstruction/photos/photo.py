@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from limbgram.core.errors import Cancelled, LimbgramError
-from limbgram.findings import Finding, Value, note, told
+from limbgram.findings import Finding, Value, note
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,12 +73,6 @@ class SetAside:
 
     name: str
     reason: Finding
-
-
-def left_out_lines(set_aside: Sequence[SetAside]) -> str:
-    """What was left out and why, to go below a message; empty where nothing was."""
-    lines = "".join(f"\n  {told(one)}" for one in left_out(set_aside))
-    return f"\nLeft out:{lines}" if lines else ""
 
 
 def left_out(set_aside: Sequence[SetAside]) -> tuple[Finding, ...]:
