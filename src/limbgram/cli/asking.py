@@ -166,11 +166,10 @@ def _option(field: Declared, of: str = "") -> inspect.Parameter:
     hint = list[each] if several else each
     meaning = f"{of}: {field.meaning}" if of else f"{field.meaning}{_limits(field)}"
     switch = field.hint is bool
-    known = field.default not in (None, MISSING, (), "") and not switch
     option = typer.Option(
         f"--{field.flag}",
-        help=f"{meaning} Repeatable." if several else meaning,
-        show_default=_shown(field.default) if known else False,
+        help=meaning + (" Repeatable." if several else "") + _default(field),
+        show_default=False,  # typer would put it in brackets of its own
         rich_help_panel=field.panel,
     )
     needed = field.required and not of
@@ -189,5 +188,8 @@ def _limits(field: Declared) -> str:
     return f" From {limits.least:.12g} to {limits.most:.12g}."
 
 
-def _shown(default: Any) -> str:
-    return str(default.value if isinstance(default, Enum) else default)
+def _default(field: Declared) -> str:
+    value = field.default.value if isinstance(field.default, Enum) else field.default
+    if field.hint is bool or value in (None, MISSING, (), ""):
+        return ""
+    return f" Default: {value:.12g}." if isinstance(value, float) else f" Default: {value}."

@@ -76,7 +76,7 @@ def test_what_is_typed_comes_with_its_type() -> None:
 
 def test_help_says_meaning_default_and_choices() -> None:
     said = " ".join(asked("--help")[1].output.split())
-    for part in ("Between levels.", "10.0", "limb|fit", "What a wall holds."):
+    for part in ("Between levels.", "Default: 10.", "limb|fit", "What a wall holds."):
         assert part in said
 
 
