@@ -11,6 +11,7 @@ import ezdxf
 import numpy as np
 import pytest
 import trimesh
+from tests.unit.report.conftest import papers_of
 from typer.testing import CliRunner, Result
 
 from limbgram.cli.main import app
@@ -20,7 +21,6 @@ from limbgram.formats.reading import read_limb
 from limbgram.formats.sidecar import hash_of
 from limbgram.formats.stl import write_stl
 from limbgram.report.drawings.drawing import Picture
-from limbgram.report.pdf import Line, sheets_of
 from limbgram.report.record.advice import findings
 from limbgram.report.record.content import Content
 from limbgram.report.record.layout import record_report
@@ -73,10 +73,9 @@ def printed(tree: dict[str, Any], page: str) -> str:
         Picture("", "", "", np.frombuffer(base64.b64decode(content), np.uint8))
         for content in re.findall(r'base64,([^"]*)"', page)
     ]
-    sheets = sheets_of(record_report(content_of(tree), pictures))
-    assert len(sheets) == 2
-    words = (mark.words for sheet in sheets for mark in sheet if isinstance(mark, Line))
-    return " ".join(" ".join(words).split())
+    papers = papers_of(record_report(content_of(tree), pictures))
+    assert len(papers) == 2
+    return " ".join(one.words for one in papers)
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,12 @@ Method  the template `templates/report.html`; jinja2 escapes every word that it 
 """
 
 import base64
-import io
 import re
 from html import escape
 from itertools import count
 
-import matplotlib as mpl
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 
 from limbgram.findings import Gravity, advice, sentence
 from limbgram.report.blocks import Report
@@ -58,14 +54,7 @@ def _png(picture: Picture) -> Markup:
 
 def _svg(chart: Chart, number: int) -> Markup:
     """The chart as an element of the page; `number` keeps its inner names apart from others'."""
-    with mpl.rc_context(
-        {"svg.fonttype": "none", "svg.hashsalt": f"chart {number}", "text.parse_math": False}
-    ):
-        figure = Figure(figsize=(chart.width_in, chart.height_in), facecolor="none")
-        chart.draw_at(figure, 0.0, 0.0, chart.width_in, chart.height_in)
-        file = io.StringIO()
-        FigureCanvasSVG(figure).print_svg(file, metadata={"Date": None})
-    svg = _LEFT_OUT.sub("", file.getvalue())
+    svg = _LEFT_OUT.sub("", chart.svg(f"chart {number}", chart.width_in, chart.height_in))
     title = escape(chart.title)
     width_px = round(chart.width_in * _PX_PER_IN)
     head = rf'<svg \1 width="{width_px}" role="img" aria-label="{{title}}"><title>{{title}}</title>'

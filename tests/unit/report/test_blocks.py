@@ -3,10 +3,9 @@
 import re
 
 import numpy as np
-import pytest
 from matplotlib.axes import Axes
+from tests.unit.report.conftest import Paper, papers_of
 
-from limbgram.core.errors import ExportError
 from limbgram.findings import fault
 from limbgram.report.blocks import (
     AdviceList,
@@ -22,7 +21,7 @@ from limbgram.report.blocks import (
 )
 from limbgram.report.drawings.drawing import Chart, Picture, bare, png
 from limbgram.report.html import html_of
-from limbgram.report.pdf import PAGE_IN, Area, Line, pdf_of, sheets_of, width_of, wrapped
+from limbgram.report.pdf import pdf_of
 
 NASTY = '<b>$x^$ & "y"</b>'
 """What would be markup, or a formula that cannot be read."""
@@ -38,9 +37,9 @@ def report(*blocks: Block, banner: str = "a sentence") -> Report:
     )
 
 
-def words_of(made: Report) -> list[str]:
-    (sheet,) = sheets_of(made)
-    return [mark.words for mark in sheet if isinstance(mark, Line)]
+def printed(made: Report) -> Paper:
+    (sheet,) = papers_of(made)
+    return sheet
 
 
 def picture(height_px: int = 300) -> Picture:
@@ -82,7 +81,7 @@ def test_words_of_files_are_escaped_and_no_formulas() -> None:
     page = html_of(made)
     assert "<b>$x" not in page
     assert page.count("&lt;b&gt;$x^$ &amp; ") == 10  # three times in the chart
-    assert pdf_of(made).endswith(b"%%EOF\n")
+    assert NASTY in printed(made).words
 
 
 def test_a_page_asks_nothing_of_the_network() -> None:
@@ -97,70 +96,63 @@ def test_a_page_asks_nothing_of_the_network() -> None:
 def test_a_sentence_on_paper_is_whole_and_moves_what_follows_down() -> None:
     reason = " ".join(f"word{number}" for number in range(60))
     heads = ("#height", "#tape", "#area")
-    (plain,) = sheets_of(report(Table(heads=heads, rows=(("260.0", "1", "2"),)), Text(words="end")))
-    (long,) = sheets_of(report(Table(heads=heads, rows=(("260.0", reason),)), Text(words="end")))
-    lines = [one for one in long if isinstance(one, Line) and one.words.startswith("word")]
-    assert " ".join(one.words for one in lines) == reason
-    assert len(lines) > 1
-    ends = [one.y_in for sheet in (plain, long) for one in sheet
-            if isinstance(one, Line) and one.words == "end"]  # fmt: skip
-    assert ends[1] - ends[0] == pytest.approx((len(lines) - 1) * 1.32 * 7 / 72)
+    plain = printed(report(Table(heads=heads, rows=(("260.0", "1", "2"),)), Text(words="end")))
+    long = printed(report(Table(heads=heads, rows=(("260.0", reason),)), Text(words="end")))
+    assert reason in long.words
+    assert sum("word" in line for line in long.lines) > 2
+    last = [min(one.bottom for one in paper.letters if one.bottom > 100) for paper in (plain, long)]
+    assert last[0] - last[1] > 2 * 7.0
 
 
 def test_nothing_on_paper_lies_beyond_the_edge_or_on_something_else() -> None:
     rows = tuple((f"photo {k}", "1.0", "a remark " * (k % 5)) for k in range(20))
-    made = report(
-        Text(words="word " * 200),
-        Table(heads=("photo", "#mm", "remarks"), rows=rows),
-        Illustration(image=picture(), caption="Caption"),
+    paper = printed(
+        report(
+            Text(words="word " * 200),
+            Text(words="averyveryverylongword" * 20),
+            Table(heads=("photo", "#mm", "remarks"), rows=rows),
+            Illustration(image=picture(), caption="Caption"),
+        )
     )
-    (sheet,) = sheets_of(made)
-    lines = [mark for mark in sheet if isinstance(mark, Line)]
-    for line in lines:
-        assert line.x_in > 0.5
-        assert line.x_in + width_of(line.words, line.points, bold=line.bold) < PAGE_IN[0] - 0.5
-        assert 0.5 < line.y_in < PAGE_IN[1] - 0.25
-    (area,) = (mark for mark in sheet if isinstance(mark, Area))
-    inside = [one for one in lines if area.y_in < one.y_in < area.y_in + area.height_in]
-    assert inside == []
+    whole = "".join(paper.lines).replace("\u200b", "")  # where a word may break
+    assert whole.count("averyveryverylongword") == 20
+    for one in (*paper.letters, *paper.images):
+        assert 36 < one.left < one.right < paper.width - 36
+        assert 12 < one.bottom < one.top < paper.height - 18
+    (image,) = paper.images
+    assert not any(one.meets(image) for one in paper.letters)
+    for k, one in enumerate(paper.letters):
+        assert not any(one.meets(other) for other in paper.letters[k + 1 :])
 
 
 def test_a_full_sheet_shrinks_pictures_then_leaves_out_then_shortens_and_says_so() -> None:
-    def filled(rows: int) -> tuple[list[Area], list[str]]:
-        heads = ("#a", "#b")
-        table = Table(heads=heads, rows=(("1", "2"),) * rows, shorten="cut")
-        image = Illustration(image=picture(), caption="", optional=True)
-        made = report(table, image)
-        (sheet,) = sheets_of(made)
-        return [mark for mark in sheet if isinstance(mark, Area)], words_of(made)
+    def filled(rows: int) -> Paper:
+        table = Table(heads=("#a", "#b"), rows=(("123", "456"),) * rows, shorten="cut")
+        return printed(report(table, Illustration(image=picture(), caption="", optional=True)))
 
-    (large,), _ = filled(5)
-    (small,), words = filled(40)
-    assert large.height_in > small.height_in >= 1.0
-    assert not any("more on the page" in one for one in words)
-    none, words = filled(100)
-    assert none == []
-    left_out = 100 - words.count("1")
+    def high(paper: Paper) -> float:
+        (image,) = paper.images
+        return image.top - image.bottom
+
+    large, small = filled(5), filled(38)
+    assert high(large) > high(small) >= 72.0 - 0.1
+    assert "more on the page" not in small.words
+    none = filled(100)
+    assert none.images == []
+    left_out = 100 - none.words.count("123")
     assert 0 < left_out < 60
-    assert f"and {left_out} more on the page" in words
+    assert f"and {left_out} more on the page" in none.words
 
 
 def test_a_table_is_thinned_out_evenly() -> None:
-    rows = tuple((str(k), "x") for k in range(150))
-    words = words_of(report(Table(heads=("#a", "b"), rows=rows, shorten="thin")))
-    kept = [int(one) for one in words if one.isdigit()]
+    rows = tuple((f"row{k}", "x") for k in range(150))
+    paper = printed(report(Table(heads=("#a", "b"), rows=rows, shorten="thin")))
+    kept = [int(one) for one in re.findall(r"row(\d+)", paper.words)]
     steps = set(np.diff(kept))
     assert len(steps) == 1
     (step,) = steps
     assert step > 1
-    assert f"One row in {step}; all are on the page." in words
-
-
-def test_lines_are_as_wide_as_asked_and_lose_no_letter() -> None:
-    words = "a short one and averyveryverylongwordthatdoesnotfitonanyline " * 3
-    lines = wrapped(words, 1.0, 7.0)
-    assert max(width_of(line, 7.0) for line in lines) <= 1.0 + 1e-5
-    assert "".join(lines).replace(" ", "") == words.replace(" ", "")
+    assert f"One row in {step}; all are on the page." in paper.words
 
 
 def test_a_pdf_is_the_same_bytes_each_time() -> None:
@@ -169,21 +161,35 @@ def test_a_pdf_is_the_same_bytes_each_time() -> None:
     assert html_of(made) == html_of(made)
 
 
+def test_a_pdf_can_be_read_aloud() -> None:
+    """Tagged, with a title, a language and fonts whose letters have names."""
+    pdf = pdf_of(report(Columns(figures=(Illustration(image=chart(), caption="c"),))))
+    assert b"/Title" in pdf
+    assert b"/Lang" in pdf
+    assert b"/MarkInfo" in pdf
+    assert b"/FontFile" in pdf
+    assert b"/Type3" not in pdf
+    assert b"pdfuaid:part>1" in pdf
+
+
 def test_what_cannot_be_shortened_goes_on_on_another_sheet() -> None:
-    texts = [Text(words=f"{number} " + "word " * 150) for number in range(40)]
-    sheets = sheets_of(report(*texts))
-    assert len(sheets) > 2
-    for number, sheet in enumerate(sheets, start=1):
-        lines = [mark for mark in sheet if isinstance(mark, Line)]
-        assert f"Title (sheet {number} of {len(sheets)})" in [line.words for line in lines]
-        foot_in = next(line.y_in for line in lines if line.words == "For professionals.")
-        assert max(line.y_in for line in lines) == foot_in < PAGE_IN[1]
-        written = [line.y_in for line in lines if line.y_in < foot_in]
-        assert number == len(sheets) or max(written) > 0.85 * PAGE_IN[1], "no sheet half empty"
-    begun = [mark.words.split()[0] for sheet in sheets for mark in sheet if isinstance(mark, Line)]
-    assert [one for one in begun if one.isdigit()] == [str(number) for number in range(40)]
+    texts = [Text(words=f"number{number} " + "word " * 150) for number in range(40)]
+    papers = papers_of(report(*texts))
+    assert len(papers) > 2
+    for number, paper in enumerate(papers, start=1):
+        assert f"Title (sheet {number} of {len(papers)})" in paper.words
+        assert "AMBER" in paper.words
+        assert "For professionals." in paper.words
+        lowest = min(one.bottom for one in paper.letters if one.bottom > 45)
+        assert number == len(papers) or lowest < 0.15 * paper.height, "no sheet half empty"
+    begun = [int(one) for paper in papers for one in re.findall(r"number(\d+)", paper.words)]
+    assert begun == list(range(40))
 
 
-def test_a_text_higher_than_paper_is_refused() -> None:
-    with pytest.raises(ExportError, match="higher than the paper"):
-        sheets_of(report(Text(words="word " * 9000)))
+def test_a_table_that_does_not_fit_goes_on_below_its_heads_and_loses_no_row() -> None:
+    rows = tuple((f"row{k}", "x") for k in range(200))
+    papers = papers_of(report(Table(heads=("#first", "second"), rows=rows)))
+    assert len(papers) > 1
+    assert all("first" in paper.words for paper in papers)
+    kept = [int(one) for paper in papers for one in re.findall(r"row(\d+)", paper.words)]
+    assert kept == list(range(200))

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from tests.unit.report.conftest import papers_of
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
@@ -14,7 +15,6 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import value_of
 from limbgram.findings import note, told
 from limbgram.report.html import html_of
-from limbgram.report.pdf import Line, sheets_of
 from limbgram.report.record.bias import biases
 from limbgram.report.record.layout import badge, measure_rows, record_report
 from limbgram.report.record.record import RecordOptions, record_of
@@ -228,10 +228,9 @@ def test_a_load_on_bone_stands_in_page_paper_and_tree() -> None:
     assert "tibial crest 4.9 mm" in told[2]["sentence"]
     report = record_report(record.content, record.pictures)
     page = html_of(report)
-    sheets = sheets_of(report)
-    assert len(sheets) == 2
-    lines = (mark.words for sheet in sheets for mark in sheet if isinstance(mark, Line))
-    paper = " ".join(" ".join(lines).split())
+    papers = papers_of(report)
+    assert len(papers) == 2
+    paper = " ".join(one.words for one in papers)
     for words_of in (" ".join(page.split()), paper):
         assert "presses 4.0 mm on the tibial crest: bone edge under the skin (NOT acc" in words_of
         assert "inward (pressure)" in words_of

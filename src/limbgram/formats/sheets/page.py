@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import matplotlib as mpl
 import numpy as np
 from jaxtyping import Float64
 from matplotlib.axes import Axes
@@ -229,10 +230,10 @@ class Paper:
 
 
 def pdf_of(papers: Sequence[Paper], title: str) -> bytes:
-    """The pages as one PDF, without a date."""
+    """The pages as one PDF, without a date, its letters in TrueType."""
     file = io.BytesIO()
     about = {"CreationDate": None, "Creator": "limbgram", "Title": title}
-    with PdfPages(file, metadata=about) as pages:
+    with mpl.rc_context({"pdf.fonttype": 42}), PdfPages(file, metadata=about) as pages:
         for paper in papers:
             FigureCanvasPdf(paper.figure)
             pages.savefig(paper.figure)
