@@ -34,11 +34,11 @@ from batch import SETTINGS
 from captures import machine
 from crew import NET, Crew, cable, crew_of, far_network, lay_stubs, small_disk, stub_sha256
 from kills import COMMAND, contents, difference, done
-from limbgram.cases.batch.attempt import Plan
-from limbgram.cases.batch.cluster import ClusterOptions, ClusterRun
-from limbgram.cases.batch.finding import find_captures
-from limbgram.cases.batch.settings import Batch
-from limbgram.cases.order import Job
+from limbgram.batch.attempt import Plan
+from limbgram.batch.captures import find_captures
+from limbgram.batch.cluster import ClusterOptions, ClusterRun
+from limbgram.batch.settings import Batch
+from limbgram.cases.job_messages import Job
 
 
 def main() -> None:

@@ -22,8 +22,8 @@ import limbgram
 ERRAND = """
 import sys
 from pathlib import Path
-from limbgram.cases.batch import attempt, errand
-from limbgram.cases.supervision import Supervision
+from limbgram.batch import attempt, errand
+from limbgram.cases.job_supervision import Supervision
 JOB = (sys.executable, str(Path(__file__).with_name("stub_job.py")))
 attempt.Supervision = lambda job, listener, grace_s: Supervision(job, listener, JOB, grace_s)
 sys.exit(errand.main())

@@ -392,12 +392,12 @@ export interface paths {
         put?: never;
         /**
          * Open Phone
-         * @description Open the door for a phone in the same network, and make a link and a QR code for it.
+         * @description Open the port for a phone in the same network, and make a link and a QR code for it.
          */
         post: operations["open_phone"];
         /**
          * Close Phone
-         * @description Close the door.
+         * @description Close the port.
          */
         delete: operations["close_phone"];
         options?: never;
@@ -2580,6 +2580,99 @@ export interface components {
             fields: components["schemas"]["FieldReply"][];
         };
         /**
+         * ExportedFile
+         * @description A file that was written, and what was read back of it.
+         */
+        ExportedFile: {
+            /** Name */
+            name: string;
+            /** Kind */
+            kind: string;
+            /** Made */
+            made: string;
+            /** Bytes */
+            bytes: number;
+            /** Sha256 */
+            sha256: string;
+            /**
+             * Side
+             * @enum {string}
+             */
+            side: "left" | "right" | "none";
+            /** Unit */
+            unit: string;
+            /** Scan Sha256 */
+            scan_sha256: string;
+            /**
+             * Recipe Sha256
+             * @default
+             */
+            recipe_sha256: string;
+            /** Recipe Edits */
+            recipe_edits: number;
+            /**
+             * Shape
+             * @default
+             */
+            shape: string;
+            /**
+             * Said
+             * @default []
+             */
+            said: {
+                /** Code */
+                code: string;
+                /**
+                 * Gravity
+                 * @enum {string}
+                 */
+                gravity: "note" | "doubt" | "fault";
+                /** Values */
+                values: {
+                    [key: string]: unknown;
+                };
+                /** Sentence */
+                sentence?: string;
+            }[];
+            /** Surface Within Mm */
+            surface_within_mm?: number | null;
+            /** Girth Change Mm */
+            girth_change_mm?: number | null;
+            /** Volume Change */
+            volume_change?: number | null;
+            /** Minutes */
+            minutes?: number | null;
+            /**
+             * Doubt
+             * @default
+             */
+            doubt: string;
+            /**
+             * Signed By
+             * @default
+             */
+            signed_by: string;
+            /**
+             * Notes
+             * @default []
+             */
+            notes: {
+                /** Code */
+                code: string;
+                /**
+                 * Gravity
+                 * @enum {string}
+                 */
+                gravity: "note" | "doubt" | "fault";
+                /** Values */
+                values: {
+                    [key: string]: unknown;
+                };
+                /** Sentence */
+                sentence?: string;
+            }[];
+        };
+        /**
          * Extreme
          * @description The girth where an edit moved the surface most.
          */
@@ -2732,99 +2825,6 @@ export interface components {
             note?: components["schemas"]["FindingReply"] | null;
         };
         /**
-         * HandedOver
-         * @description A file that was written, and what was read back of it.
-         */
-        HandedOver: {
-            /** Name */
-            name: string;
-            /** Kind */
-            kind: string;
-            /** Made */
-            made: string;
-            /** Bytes */
-            bytes: number;
-            /** Sha256 */
-            sha256: string;
-            /**
-             * Side
-             * @enum {string}
-             */
-            side: "left" | "right" | "none";
-            /** Unit */
-            unit: string;
-            /** Scan Sha256 */
-            scan_sha256: string;
-            /**
-             * Recipe Sha256
-             * @default
-             */
-            recipe_sha256: string;
-            /** Recipe Edits */
-            recipe_edits: number;
-            /**
-             * Shape
-             * @default
-             */
-            shape: string;
-            /**
-             * Said
-             * @default []
-             */
-            said: {
-                /** Code */
-                code: string;
-                /**
-                 * Gravity
-                 * @enum {string}
-                 */
-                gravity: "note" | "doubt" | "fault";
-                /** Values */
-                values: {
-                    [key: string]: unknown;
-                };
-                /** Sentence */
-                sentence?: string;
-            }[];
-            /** Surface Within Mm */
-            surface_within_mm?: number | null;
-            /** Girth Change Mm */
-            girth_change_mm?: number | null;
-            /** Volume Change */
-            volume_change?: number | null;
-            /** Minutes */
-            minutes?: number | null;
-            /**
-             * Doubt
-             * @default
-             */
-            doubt: string;
-            /**
-             * Signed By
-             * @default
-             */
-            signed_by: string;
-            /**
-             * Notes
-             * @default []
-             */
-            notes: {
-                /** Code */
-                code: string;
-                /**
-                 * Gravity
-                 * @enum {string}
-                 */
-                gravity: "note" | "doubt" | "fault";
-                /** Values */
-                values: {
-                    [key: string]: unknown;
-                };
-                /** Sentence */
-                sentence?: string;
-            }[];
-        };
-        /**
          * Held
          * @description What a case's folder holds for one purpose.
          */
@@ -2838,6 +2838,18 @@ export interface components {
             files: number;
             /** Bytes */
             bytes: number;
+        };
+        /**
+         * IntermediateProducts
+         * @description Which products can be looked at.
+         */
+        IntermediateProducts: {
+            /** Cameras */
+            cameras: boolean;
+            /** Cloud */
+            cloud: boolean;
+            /** Surface */
+            surface: boolean;
         };
         /**
          * JobOptions
@@ -2968,7 +2980,7 @@ export interface components {
              */
             photos: string[];
             /** @description Products that can be looked at already. */
-            there: components["schemas"]["Underway"];
+            there: components["schemas"]["IntermediateProducts"];
         };
         /**
          * Kit
@@ -3410,7 +3422,7 @@ export interface components {
         };
         /**
          * Phone
-         * @description The door for a phone.
+         * @description The port for a phone.
          */
         Phone: {
             /** Open */
@@ -3626,13 +3638,38 @@ export interface components {
              * @description That measured it, the squarest first.
              * @default []
              */
-            photos: components["schemas"]["Witness"][];
+            photos: components["schemas"]["PointPhoto"][];
             /**
              * Photos Note
              * @description Why no photos are named.
              * @default
              */
             photos_note: string;
+        };
+        /**
+         * PointPhoto
+         * @description One photo's view of a place.
+         */
+        PointPhoto: {
+            /** Photo */
+            photo: string;
+            /** X Px */
+            x_px: number;
+            /** Y Px */
+            y_px: number;
+            /** Angle Deg */
+            angle_deg: number;
+            /** Mm Per Px */
+            mm_per_px: number;
+            /** Distance Mm */
+            distance_mm: number;
+            /** Residual */
+            residual?: number | null;
+            /**
+             * Patch
+             * @default []
+             */
+            patch: number[];
         };
         /**
          * Reading
@@ -4111,18 +4148,6 @@ export interface components {
             token: string;
         };
         /**
-         * Underway
-         * @description Which products can be looked at.
-         */
-        Underway: {
-            /** Cameras */
-            cameras: boolean;
-            /** Cloud */
-            cloud: boolean;
-            /** Surface */
-            surface: boolean;
-        };
-        /**
          * Value
          * @description A figure and how sure it is.
          */
@@ -4198,31 +4223,6 @@ export interface components {
             before_ml: number;
             /** After Ml */
             after_ml: number;
-        };
-        /**
-         * Witness
-         * @description One photo's view of a place.
-         */
-        Witness: {
-            /** Photo */
-            photo: string;
-            /** X Px */
-            x_px: number;
-            /** Y Px */
-            y_px: number;
-            /** Angle Deg */
-            angle_deg: number;
-            /** Mm Per Px */
-            mm_per_px: number;
-            /** Distance Mm */
-            distance_mm: number;
-            /** Residual */
-            residual?: number | null;
-            /**
-             * Patch
-             * @default []
-             */
-            patch: number[];
         };
         /**
          * WordsReply
@@ -9060,7 +9060,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HandedOver"][];
+                    "application/json": components["schemas"]["ExportedFile"][];
                 };
             };
             /** @description Nobody is signed in. */
@@ -9132,7 +9132,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["HandedOver"];
+                    "application/json": components["schemas"]["ExportedFile"];
                 };
             };
             /** @description Nobody is signed in. */
