@@ -109,9 +109,9 @@ from limbgram.cases import job_worker
 from limbgram.cases.job import Done
 from pathlib import Path
 from limbgram.cases.job_messages import Answer
-answer = Answer(summary=worker.CaseFolder(Path(sys.argv[1])).summary)
-worker.do = lambda job, run: run.case.summary.write_text("{}") and Done(None, {}, answer)
-worker.write_record = lambda case, *args, **more: case.record.write_text("{}")
+answer = Answer(summary=job_worker.CaseFolder(Path(sys.argv[1])).summary)
+job_worker.do = lambda job, run: run.case.summary.write_text("{}") and Done(None, {}, answer)
+job_worker.write_record = lambda case, *args, **more: case.record.write_text("{}")
 sys.exit(job_worker.main())
 """
 
@@ -129,8 +129,8 @@ def test_the_real_worker_ends_in_silence_every_time(tmp_path: Path) -> None:
 ENDLESS = """
 import sys, time
 from limbgram.cases import job_worker
-worker.do = lambda job, run: [run.report(k, 1000) or time.sleep(0.05) for k in range(1000)]
-worker.write_record = lambda *args, **more: None
+job_worker.do = lambda job, run: [run.report(k, 1000) or time.sleep(0.05) for k in range(1000)]
+job_worker.write_record = lambda *args, **more: None
 sys.exit(job_worker.main())
 """
 
@@ -194,7 +194,7 @@ def test_a_job_that_the_system_ends_stops_at_its_next_step(tmp_path: Path) -> No
         def steps():
             for _ in track(range(600)):
                 time.sleep(0.1)
-        worker.do = lambda job, run: run.unkept(steps)
+        job_worker.do = lambda job, run: run.unkept(steps)
         sys.exit(job_worker.main())
         """),
         "utf-8",
