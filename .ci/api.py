@@ -17,9 +17,9 @@ from pathlib import Path
 import uvicorn
 
 from limbgram.app.access import Access
-from limbgram.app.clinic import Clinic
-from limbgram.app.document import document
+from limbgram.app.openapi import document
 from limbgram.app.server import build
+from limbgram.app.state import AppState
 from limbgram.cases.shelf import Shelf
 from limbgram.formats.ply import write_ply
 from limbgram.synthetic.options import SMALL
@@ -38,11 +38,11 @@ def main() -> int:
         case = shelf.new_case("transtibial", "left")
         case.folder.deliverables.mkdir()
         write_ply(stage_truth(SMALL).limb.mesh, case.folder.deliverables / "surface.ply", "mm")
-        clinic = Clinic(shelf, Access(frozenset()))
+        app_state = AppState(shelf, Access(frozenset()))
         listening = socket.create_server(("127.0.0.1", 0))
         base = f"http://127.0.0.1:{listening.getsockname()[1]}"
         # Without the guard, which has tests of its own: it would answer nearly all of them.
-        config = uvicorn.Config(build(clinic), log_level="error")
+        config = uvicorn.Config(build(app_state), log_level="error")
         server = uvicorn.Server(config)
         threading.Thread(target=server.run, args=([listening],), daemon=True).start()
         described = Path(scratch) / "openapi.json"

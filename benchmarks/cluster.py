@@ -4,7 +4,7 @@
     python benchmarks/cluster.py bytes --captures 2 -o results/cluster-bytes.json
 
 kills   A stub takes the place of the reconstruction, a few seconds a capture. While four workers
-        work, processes are killed (SIGKILL: workers, errands, jobs), two workers sleep (SIGSTOP)
+        work, processes are killed (SIGKILL: workers, attempts, jobs), two workers sleep (SIGSTOP)
         longer than the scheduler waits for them and wake again, the scheduler is killed and
         started anew, one worker has a full disk, and the network of one is cut and mended. Every
         capture must then be done, with the bytes that it should have, or be reported.
@@ -34,11 +34,11 @@ from batch import SETTINGS
 from captures import machine
 from crew import NET, Crew, cable, crew_of, far_network, lay_stubs, small_disk, stub_sha256
 from kills import COMMAND, contents, difference, done
-from limbgram.cases.batch.attempt import Plan
-from limbgram.cases.batch.cluster import ClusterOptions, ClusterRun
-from limbgram.cases.batch.finding import find_captures
-from limbgram.cases.batch.settings import Batch
-from limbgram.cases.order import Job
+from limbgram.batch.attempt import Plan
+from limbgram.batch.captures import find_captures
+from limbgram.batch.cluster import ClusterOptions, ClusterRun
+from limbgram.batch.settings import Batch
+from limbgram.cases.job_messages import Job
 
 
 def main() -> None:
@@ -87,7 +87,7 @@ def kills(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
             plans,
             ClusterOptions(
                 address=crew.address, captures=str(inside), folder=inside, cases=str(out),
-                attempts=8, module="stub_errand",
+                attempts=8, module="stub_attempt",
             ),
             events.append,
         )  # fmt: skip
@@ -184,7 +184,7 @@ def kill_one(crew: Crew, chance: np.random.Generator) -> dict[str, Any] | None:
         chosen[place].send_signal(signal.SIGKILL)
     except psutil.NoSuchProcess:
         return None
-    return {"who": ("worker", "errand", "job")[min(place, 2)]}
+    return {"who": ("worker", "attempt", "job")[min(place, 2)]}
 
 
 def tree(pid: int) -> list[psutil.Process]:

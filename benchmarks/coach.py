@@ -31,12 +31,12 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from captures import JUDGED, machine, timed
+from limbgram.capture.camera_positions import Stand
 from limbgram.capture.coach import CaptureCheck
 from limbgram.capture.plan import LimbForm, PlannedCamera, Sock, board_edge_px, form_of, shown_by
 from limbgram.capture.prediction import predict
-from limbgram.capture.stands import Stand
-from limbgram.cases.checking import CaptureWatch, check_sources
-from limbgram.cases.store import read_product
+from limbgram.cases.capture_check import CaptureWatch, check_sources
+from limbgram.cases.stage_cache import read_product
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Run
 from limbgram.findings import told

@@ -39,8 +39,8 @@ from PIL import Image
 from captures import machine
 from limbgram.core.errors import LimbgramError, PhotoError
 from limbgram.findings import told
-from limbgram.formats.soup import sound_mesh
 from limbgram.formats.table import format_of
+from limbgram.formats.triangle_soup import sound_mesh
 from limbgram.reconstruction.photos.decoding import load_colour
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 from tables import made_on

@@ -19,14 +19,14 @@ from typing import Any
 
 import limbgram
 
-ERRAND = """
+ATTEMPT = """
 import sys
 from pathlib import Path
-from limbgram.cases.batch import attempt, errand
-from limbgram.cases.supervision import Supervision
+from limbgram.batch import attempt, attempt_process
+from limbgram.cases.job_supervision import Supervision
 JOB = (sys.executable, str(Path(__file__).with_name("stub_job.py")))
 attempt.Supervision = lambda job, listener, grace_s: Supervision(job, listener, JOB, grace_s)
-sys.exit(errand.main())
+sys.exit(attempt_process.main())
 """
 JOB = """
 import hashlib, json, pathlib, sys, time
@@ -82,7 +82,7 @@ class Crew:
     _all: list["subprocess.Popen[bytes]"] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        (self.folder / "stub_errand.py").write_text(ERRAND)
+        (self.folder / "stub_attempt.py").write_text(ATTEMPT)
         (self.folder / "stub_job.py").write_text(JOB.replace("FILES_MB", str(FILES_MB)))
 
     def scheduler(self) -> None:

@@ -39,7 +39,7 @@ import numpy as np
 from captures import machine
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.scoring import LEAST_PHOTOS, read_truth_mesh
-from limbgram.cases.store import CachingRun
+from limbgram.cases.stage_cache import CachingRun
 from limbgram.core.errors import LimbgramError
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh

@@ -42,7 +42,7 @@ from limbgram.reconstruction.targets.marks import marks_in
 from limbgram.report.alignment import Truth as Surface
 from limbgram.report.alignment import by_surface, measured_samples
 from limbgram.synthetic.capture import make_capture
-from limbgram.synthetic.marking import MarkShot, photograph_mark
+from limbgram.synthetic.mark_photo import MarkShot, photograph_mark
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.paint import Paint
 from limbgram.synthetic.props.stickers import SockSticker

@@ -24,7 +24,7 @@ from PIL import Image
 
 from captures import JUDGED, LIMBGRAM, accuracy, machine, timed
 from limbgram.reconstruction.photos.reading import read_photos
-from limbgram.reconstruction.targets.finding import find_board
+from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.synthetic import CaptureOptions, make_capture
 from limbgram.synthetic.props.board import SCALE_BOARD
 from tables import made_on, table

@@ -44,7 +44,7 @@ import trimesh
 from PIL import Image
 
 from captures import machine
-from limbgram.cases.assessing import cited
+from limbgram.cases.case_assessment import cited
 from limbgram.cases.encoding import sealed
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.scoring import centres_mm, read_truth_mesh
@@ -59,8 +59,15 @@ from limbgram.formats.units import mm_per_unit_of
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.masks import load_mask
 from limbgram.reconstruction.photos.reading import read_photos
-from limbgram.services.captures import parse_board, parse_box, read_distances
-from limbgram.services.texts import colour_of, direction, landmarks_of, pair_of, reading_of, span_of
+from limbgram.services.parse_capture import parse_board, parse_box, read_distances
+from limbgram.services.parse_text import (
+    colour_of,
+    direction,
+    landmarks_of,
+    pair_of,
+    reading_of,
+    span_of,
+)
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, read_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe

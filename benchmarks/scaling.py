@@ -26,13 +26,13 @@ from distributed import Client
 
 from captures import machine
 from crew import crew_of, lay_stubs
-from limbgram.cases.batch.attempt import Plan
-from limbgram.cases.batch.cluster import ClusterOptions, ClusterRun
-from limbgram.cases.batch.errand import order_of
-from limbgram.cases.batch.finding import find_captures
-from limbgram.cases.batch.settings import Batch
-from limbgram.cases.batch.storage import CasesInFolder
-from limbgram.cases.order import Job
+from limbgram.batch.attempt import Plan
+from limbgram.batch.attempt_process import order_of
+from limbgram.batch.captures import find_captures
+from limbgram.batch.cluster import ClusterOptions, ClusterRun
+from limbgram.batch.settings import Batch
+from limbgram.batch.storage import CasesInFolder
+from limbgram.cases.job_messages import Job
 
 HERE = Path(__file__).parent
 BY_PHOTO_OR_PAIR = (
@@ -121,7 +121,7 @@ def parts_s(options: argparse.Namespace) -> dict[str, float]:
     before = os.times()
     for _ in range(3):
         subprocess.run(
-            [sys.executable, "-P", "-c", "import limbgram.cases.batch.errand"], check=True
+            [sys.executable, "-P", "-c", "import limbgram.batch.attempt_process"], check=True
         )
     after = os.times()
     start = (after.children_user + after.children_system) - (

@@ -26,13 +26,13 @@ from typing import Any
 import numpy as np
 
 from captures import LIMBGRAM, accuracy, machine, read_poses, timed
-from limbgram.cases.store import read_product
+from limbgram.cases.stage_cache import read_product
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.formats.marks_file import PrintedKind, write_marks
 from limbgram.formats.sheets.coded import draw_bars
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.scale.scaling import to_millimetres
-from limbgram.services.captures import read_distances
+from limbgram.services.parse_capture import read_distances
 from limbgram.synthetic import (
     CaptureOptions,
     make_capture,

@@ -19,7 +19,7 @@ from PIL import Image, ImageDraw, ImageFont
 from commands import done
 from limbgram.cases.scoring import centres_mm
 from limbgram.core.geometry.frames import Similarity, fit_similarity
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.reading import read_shape
 from limbgram.report.drawings.shading import Frame, looking_along, shade_all

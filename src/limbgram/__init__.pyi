@@ -15,10 +15,10 @@ from .capture.plan import (
     plan_capture as plan_capture,
 )
 from .cases.accuracy import evidence_of as evidence_of
-from .cases.assessing import assess_case as assess_case
-from .cases.checking import CaptureWatch as CaptureWatch, check_sources as check_sources
+from .cases.case_assessment import assess_case as assess_case
+from .cases.capture_check import CaptureWatch as CaptureWatch, check_sources as check_sources
 from .cases.folder import CaseFolder as CaseFolder
-from .cases.frames import take_frames as take_frames
+from .cases.video_frames import take_frames as take_frames
 from .core.errors import Cancelled as Cancelled, LimbgramError as LimbgramError
 from .core.geometry.frames import Rigid as Rigid
 from .core.geometry.lens import Camera as Camera
@@ -66,7 +66,7 @@ from .reconstruction.pipeline import (
     reconstruct as reconstruct,
 )
 from .reconstruction.scale import KnownDistance as KnownDistance, Pick as Pick
-from .reconstruction.scale.given import TapedGirth as TapedGirth
+from .reconstruction.scale.stated_lengths import TapedGirth as TapedGirth
 from .reconstruction.targets import Board as Board
 from .report.accuracy import (
     Assessment as Assessment,
@@ -83,7 +83,7 @@ from .workbench.compare import (
     RegistrationOptions as RegistrationOptions,
     compare as compare,
 )
-from .workbench.compare.following import (
+from .workbench.compare.over_time import (
     Series as Series,
     Visit as Visit,
     follow as follow,

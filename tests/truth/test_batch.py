@@ -11,8 +11,8 @@ import pytest
 from click.testing import Result
 from typer.testing import CliRunner
 
-from limbgram.cases.batch import attempt as attempting
-from limbgram.cases.supervision import Event, Supervision
+from limbgram.batch import attempt as attempting
+from limbgram.cases.job_supervision import Event, Supervision
 from limbgram.cli.main import app
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import SMALL

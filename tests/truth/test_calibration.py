@@ -17,7 +17,7 @@ from limbgram.reconstruction.calibration.board import (
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
-from limbgram.reconstruction.targets.finding import find_board
+from limbgram.reconstruction.targets.board_detection import find_board
 
 FLAT = CalibrationOptions(board_gain=2.0)
 FREE = [PARAMETERS.index(name) for name in PARAMETERS if name not in ("skew", "k3")]

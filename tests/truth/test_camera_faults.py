@@ -14,7 +14,7 @@ from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.lens import View
 from limbgram.reconstruction.photos.reading import read_photos
-from limbgram.reconstruction.targets.finding import find_board
+from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.synthetic.capture import Capture, make_capture
 from limbgram.synthetic.faults import (
     Faults,

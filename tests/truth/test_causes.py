@@ -21,7 +21,7 @@ from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import Board
-from limbgram.reconstruction.targets.finding import find_board
+from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.reconstruction.twoview.verification import verify
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions

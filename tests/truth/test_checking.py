@@ -14,7 +14,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from limbgram.capture.coach import CaptureCheck
-from limbgram.cases.checking import CaptureWatch, check_sources
+from limbgram.cases.capture_check import CaptureWatch, check_sources
 from limbgram.cli.main import app
 from limbgram.core.errors import PhotoError
 from limbgram.core.run import Run
@@ -22,7 +22,7 @@ from limbgram.findings import told
 from limbgram.formats.camera import write_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.report.drawings.coverage import coverage_picture
-from limbgram.services.captures import DEFAULT_BOARD, parse_board
+from limbgram.services.parse_capture import DEFAULT_BOARD, parse_board
 from limbgram.synthetic import CaptureOptions, make_capture
 from limbgram.synthetic.capture import Capture
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.cases.checking import CaptureWatch, check_sources
+from limbgram.cases.capture_check import CaptureWatch, check_sources
 from limbgram.core.run import Run
 from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.services.captures import DEFAULT_BOARD, parse_board
+from limbgram.services.parse_capture import DEFAULT_BOARD, parse_board
 from limbgram.synthetic import CaptureOptions, TurnedOver, Turning, make_capture
 from limbgram.synthetic.capture import Capture
 

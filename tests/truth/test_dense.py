@@ -12,8 +12,8 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.reconstruction.dense.estimation import estimate_depth
 from limbgram.reconstruction.dense.fusion import fuse
+from limbgram.reconstruction.dense.photo_depth import DenseOptions
 from limbgram.reconstruction.dense.region import Region
-from limbgram.reconstruction.dense.solving import DenseOptions
 from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale

@@ -14,7 +14,7 @@ from limbgram.core.mesh.folds import find_folds
 from limbgram.core.mesh.mesh import Mesh, Repairs
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
-from limbgram.reconstruction.measuring.rounds import MatchingOptions
+from limbgram.reconstruction.measuring.measurement_pass import MatchingOptions
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
 

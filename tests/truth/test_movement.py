@@ -12,7 +12,7 @@ from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import PipelineOptions, Settled, by_the_limb, place_photos
 from limbgram.reconstruction.scale.board import find_scene_board
-from limbgram.reconstruction.targets.finding import find_board
+from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.synthetic import (
     SCALE_BOARD,
     Capture,

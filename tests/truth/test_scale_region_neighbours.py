@@ -13,15 +13,15 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.frames import Rigid, Similarity, fit_similarity
 from limbgram.core.geometry.lens import Camera, View
-from limbgram.reconstruction.dense.neighbours import choose_neighbours
 from limbgram.reconstruction.dense.region import find_region, footprint
+from limbgram.reconstruction.dense.source_views import choose_neighbours
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import Board
-from limbgram.reconstruction.targets.finding import find_board
+from limbgram.reconstruction.targets.board_detection import find_board
 
 SETS = ("limb_ring15", "foot_ring24")
 SCENE_FROM_ROOM = Similarity(

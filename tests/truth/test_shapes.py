@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.smoothing import smoothed_length
+from limbgram.core.geometry.smoothed_length import smoothed_length
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.frame.landmarks import in_limb_frame

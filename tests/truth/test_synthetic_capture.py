@@ -13,7 +13,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.targets.board import Board
-from limbgram.reconstruction.targets.finding import find_board
+from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.synthetic.capture import Capture, make_capture
 from limbgram.synthetic.options import SMALL
 

@@ -9,7 +9,7 @@ import pytest
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.targets.board import Board
-from limbgram.reconstruction.targets.finding import find_board
+from limbgram.reconstruction.targets.board_detection import find_board
 
 
 @pytest.mark.parametrize(("name", "photos_with_board"), [("limb_ring15", 14), ("foot_ring24", 19)])

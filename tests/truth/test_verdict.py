@@ -18,8 +18,8 @@ from typer.testing import CliRunner, Result
 from limbgram.cases.scoring import read_truth_mesh
 from limbgram.cli.main import app
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.reconstruction.scale.given import TapedGirth
-from limbgram.reconstruction.scale.taping import hold_tapes
+from limbgram.reconstruction.scale.stated_lengths import TapedGirth
+from limbgram.reconstruction.scale.taped_girths import hold_tapes
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import SMALL
 

@@ -13,12 +13,12 @@ from PIL import Image
 from typer.testing import CliRunner, Result
 
 from limbgram import compare, read_limb
-from limbgram.cases.assessing import kept_evidence
+from limbgram.cases.case_assessment import kept_evidence
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.masking import mask_of
+from limbgram.cases.masks import mask_of
 from limbgram.cases.scoring import score_case
 from limbgram.cli.main import app
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS, CREASES, OFFSET, SCALE
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import SMALL

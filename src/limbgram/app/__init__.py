@@ -2,5 +2,5 @@
 
 One file a resource: a handler parses, calls one function of the library, and replies. pydantic's
 types stay here. `server.build` puts them together, `serving.serve` runs them on this machine,
-`document` writes the API's description for the client.
+`openapi` writes the API's description for the client.
 """

@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 from http.cookies import CookieError, SimpleCookie
 from typing import Any, Literal, Protocol
 
-from limbgram.app.attempts import Attempts
+from limbgram.app.password_attempts import Attempts
 from limbgram.app.replies import refused
 from limbgram.core.errors import CaseError, disk_finding
 from limbgram.findings import Finding, fault

@@ -12,12 +12,12 @@ from fastapi import APIRouter, Body, Header, Path, Request
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
-from limbgram.app.boards import BoardSpec
-from limbgram.app.clinic import Clinic, ClinicHere
+from limbgram.app.known_lengths import BoardSpec
 from limbgram.app.photos import NameHere, Photos, Sent, UploadId, photos_reply, receive, received_of
 from limbgram.app.replies import BYTES, PICTURE, FindingReply, missing
+from limbgram.app.state import AppState, AppStateHere
 from limbgram.cases.cameras import CAMERA_ID_PATTERN, Cameras, CameraState, KeptCamera
-from limbgram.cases.intake import checked_name, photos_in
+from limbgram.cases.uploads import checked_name, photos_in
 from limbgram.core.errors import CaseError, LimbgramError
 from limbgram.core.run import Run
 from limbgram.findings import Finding
@@ -61,69 +61,69 @@ class NewCamera(BaseModel):
 
 
 @router.get("/cameras")
-def list_cameras(clinic: ClinicHere) -> list[CameraReply]:
+def list_cameras(app_state: AppStateHere) -> list[CameraReply]:
     """The cameras that the clinic keeps."""
-    return [_reply(clinic, one) for one in _cameras(clinic).all()]
+    return [_reply(app_state, one) for one in _cameras(app_state).all()]
 
 
 @router.post("/cameras", status_code=201)
-def new_camera(clinic: ClinicHere, given: NewCamera) -> CameraReply:
+def new_camera(app_state: AppStateHere, given: NewCamera) -> CameraReply:
     """Begin a camera; then send photos of the board, or a camera file."""
-    return _told(clinic, _cameras(clinic).new_camera(given.name))
+    return _told(app_state, _cameras(app_state).new_camera(given.name))
 
 
 @router.get("/cameras/{camera_id}")
-def read_camera(clinic: ClinicHere, camera_id: CameraId) -> CameraReply:
+def read_camera(app_state: AppStateHere, camera_id: CameraId) -> CameraReply:
     """One camera."""
-    return _reply(clinic, _cameras(clinic).camera(camera_id))
+    return _reply(app_state, _cameras(app_state).camera(camera_id))
 
 
 @router.patch("/cameras/{camera_id}")
-def rename_camera(clinic: ClinicHere, camera_id: CameraId, given: NewCamera) -> CameraReply:
+def rename_camera(app_state: AppStateHere, camera_id: CameraId, given: NewCamera) -> CameraReply:
     """Call a camera something else."""
-    camera = _cameras(clinic).camera(camera_id)
+    camera = _cameras(app_state).camera(camera_id)
     camera.relabel(otherwise(camera.label, name=given.name))
-    return _told(clinic, camera)
+    return _told(app_state, camera)
 
 
 @router.delete("/cameras/{camera_id}", status_code=204)
-def delete_camera(clinic: ClinicHere, camera_id: CameraId) -> None:
+def delete_camera(app_state: AppStateHere, camera_id: CameraId) -> None:
     """Delete a camera with its photos; cases keep their own copy of its file."""
-    _cameras(clinic).remove(_cameras(clinic).camera(camera_id))
-    clinic.news.tell("cameras", camera_id)
+    _cameras(app_state).remove(_cameras(app_state).camera(camera_id))
+    app_state.news.tell("cameras", camera_id)
 
 
 @router.post("/cameras/{camera_id}/calibrate", status_code=202)
-def calibrate_camera(clinic: ClinicHere, camera_id: CameraId, given: BoardSpec) -> CameraReply:
+def calibrate_camera(app_state: AppStateHere, camera_id: CameraId, given: BoardSpec) -> CameraReply:
     """Find the lens by the photos that are here; ask again until the state says how it ended."""
-    camera, board = _cameras(clinic).camera(camera_id), given.board()
-    if camera_id in clinic.calibrations:
+    camera, board = _cameras(app_state).camera(camera_id), given.board()
+    if camera_id in app_state.calibrations:
         raise CaseError("camera.calibrating")
     camera.relabel(camera.label.as_calibrating)
-    clinic.calibrations.add(camera_id)
+    app_state.calibrations.add(camera_id)
 
     def work() -> None:
         try:
-            with clinic.calibrating, suppress(LimbgramError, OSError):  # its label says why
+            with app_state.calibrating, suppress(LimbgramError, OSError):  # its label says why
                 camera.calibrate(board, Run())
         finally:
-            clinic.calibrations.discard(camera_id)
-            clinic.news.tell("cameras", camera_id)
+            app_state.calibrations.discard(camera_id)
+            app_state.news.tell("cameras", camera_id)
 
     threading.Thread(target=work, name="calibrate", daemon=True).start()
-    return _reply(clinic, camera)
+    return _reply(app_state, camera)
 
 
 @router.get("/cameras/{camera_id}/photos")
-def list_board_photos(clinic: ClinicHere, camera_id: CameraId) -> Photos:
+def list_board_photos(app_state: AppStateHere, camera_id: CameraId) -> Photos:
     """Photos of the board that are here."""
-    camera = _cameras(clinic).camera(camera_id)
-    return photos_reply(received_of(clinic.intake_of(camera.received)))
+    camera = _cameras(app_state).camera(camera_id)
+    return photos_reply(received_of(app_state.intake_of(camera.received)))
 
 
 @router.put("/cameras/{camera_id}/photos/{name}", openapi_extra=BYTES)
 async def put_board_photo(
-    clinic: ClinicHere,
+    app_state: AppStateHere,
     camera_id: CameraId,
     name: NameHere,
     request: Request,
@@ -132,58 +132,58 @@ async def put_board_photo(
     replace: bool = False,
 ) -> Sent:
     """Send a photo of the board; as those of a case."""
-    camera = _cameras(clinic).camera(camera_id)
+    camera = _cameras(app_state).camera(camera_id)
     return await receive(
-        clinic.intake_of(camera.received),
+        app_state.intake_of(camera.received),
         name,
         request,
         content_range,
         upload_id,
         replace=replace,
-        on_change=lambda: clinic.news.tell("cameras", camera_id),
+        on_change=lambda: app_state.news.tell("cameras", camera_id),
     )
 
 
 @router.delete("/cameras/{camera_id}/photos/{name}", status_code=204)
-def delete_board_photo(clinic: ClinicHere, camera_id: CameraId, name: NameHere) -> None:
+def delete_board_photo(app_state: AppStateHere, camera_id: CameraId, name: NameHere) -> None:
     """Take a photo of the board away."""
-    camera = _cameras(clinic).camera(camera_id)
-    if not clinic.intake_of(camera.received).remove(checked_name(name)):
+    camera = _cameras(app_state).camera(camera_id)
+    if not app_state.intake_of(camera.received).remove(checked_name(name)):
         raise missing("app.no_photo")
-    clinic.news.tell("cameras", camera_id)
+    app_state.news.tell("cameras", camera_id)
 
 
 @router.put("/cameras/{camera_id}/file")
 def take_camera_file(
-    clinic: ClinicHere,
+    app_state: AppStateHere,
     camera_id: CameraId,
     content: Annotated[bytes, Body(media_type="application/octet-stream", max_length=4_000_000)],
 ) -> CameraReply:
     """Take a camera file that `limbgram calibrate` wrote."""
-    camera = _cameras(clinic).camera(camera_id)
+    camera = _cameras(app_state).camera(camera_id)
     camera.take_file(content)
-    return _told(clinic, camera)
+    return _told(app_state, camera)
 
 
 @router.get("/cameras/{camera_id}/file", response_class=FileResponse)
-def read_camera_file(clinic: ClinicHere, camera_id: CameraId) -> FileResponse:
+def read_camera_file(app_state: AppStateHere, camera_id: CameraId) -> FileResponse:
     """The camera file, for `limbgram reconstruct --camera`."""
-    camera = _cameras(clinic).camera(camera_id)
+    camera = _cameras(app_state).camera(camera_id)
     if not camera.file.is_file():
         raise missing("camera.not_calibrated", name=camera.label.name)
     return FileResponse(camera.file, filename=f"camera-{camera_id}.json")
 
 
 @router.get("/cameras/{camera_id}/certificate", response_class=FileResponse, responses=PICTURE)
-def read_certificate(clinic: ClinicHere, camera_id: CameraId) -> FileResponse:
+def read_certificate(app_state: AppStateHere, camera_id: CameraId) -> FileResponse:
     """Residuals and coverage of its calibration, a picture."""
-    camera = _cameras(clinic).camera(camera_id)
+    camera = _cameras(app_state).camera(camera_id)
     if not camera.certificate.is_file():
         raise missing("camera.without_certificate")
     return FileResponse(camera.certificate)
 
 
-def camera_files(clinic: Clinic, ids: Sequence[str]) -> tuple[FilePath, ...]:
+def camera_files(app_state: AppState, ids: Sequence[str]) -> tuple[FilePath, ...]:
     """Files of cameras that a request names.
 
     Raises:
@@ -191,36 +191,36 @@ def camera_files(clinic: Clinic, ids: Sequence[str]) -> tuple[FilePath, ...]:
     """
     files: list[FilePath] = []
     for camera_id in ids:
-        camera = _cameras(clinic).camera(camera_id)
+        camera = _cameras(app_state).camera(camera_id)
         if not camera.file.is_file():
             raise CaseError("camera.not_calibrated", name=camera.label.name)
         files.append(camera.file)
     return tuple(files)
 
 
-def _cameras(clinic: Clinic) -> Cameras:
-    return Cameras(clinic.shelf.cameras)
+def _cameras(app_state: AppState) -> Cameras:
+    return Cameras(app_state.shelf.cameras)
 
 
-def _told(clinic: Clinic, camera: KeptCamera) -> CameraReply:
-    clinic.news.tell("cameras", camera.camera_id)
-    return _reply(clinic, camera)
+def _told(app_state: AppState, camera: KeptCamera) -> CameraReply:
+    app_state.news.tell("cameras", camera.camera_id)
+    return _reply(app_state, camera)
 
 
-def _reply(clinic: Clinic, camera: KeptCamera) -> CameraReply:
+def _reply(app_state: AppState, camera: KeptCamera) -> CameraReply:
     try:
         label, lens = camera.label, camera.calibration()
     except CaseError as error:  # it hides none of the others
         name = camera.camera_id
-        why = _worded(clinic, error.finding)
+        why = _worded(app_state, error.finding)
         return CameraReply(id=name, name=name, state="refused", photos=0, **why)
     age = None
     if label.calibrated:
         age = (datetime.now(UTC) - datetime.fromisoformat(label.calibrated)).days
     shown = camera.certificate.is_file()
-    if camera.camera_id in clinic.calibrations:
+    if camera.camera_id in app_state.calibrations:
         label = label.as_calibrating
-    elif label.state == "calibrating" and not clinic.sampling.locked():  # a sample has its own
+    elif label.state == "calibrating" and not app_state.sampling.locked():  # a sample has its own
         label = camera.interrupted  # by a full disk, say, that did not take the end either
     return CameraReply(
         id=camera.camera_id,
@@ -236,10 +236,10 @@ def _reply(clinic: Clinic, camera: KeptCamera) -> CameraReply:
         height_px=0 if lens is None else lens.camera.height_px,
         rms_px=None if lens is None else lens.rms_px,
         certificate=f"/api/v1/cameras/{camera.camera_id}/certificate" if shown else None,
-        **({} if label.told is None else _worded(clinic, label.told)),
+        **({} if label.told is None else _worded(app_state, label.told)),
     )
 
 
-def _worded(clinic: Clinic, finding: Finding) -> dict[str, Any]:
-    found = FindingReply.of(finding, clinic.shelf.root)
+def _worded(app_state: AppState, finding: Finding) -> dict[str, Any]:
+    found = FindingReply.of(finding, app_state.shelf.root)
     return {"message": found.sentence, "finding": found}

@@ -11,16 +11,16 @@ from typing import Annotated, Any, Literal, cast
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from limbgram.app.acts import forget_acts
-from limbgram.app.clinic import BenchHere, CaseHere, Clinic, ClinicHere
+from limbgram.app.idempotency import forget_acts
 from limbgram.app.replies import PICTURE, FindingReply, missing
+from limbgram.app.state import AppState, AppStateHere, CaseHere, WorkspaceHere
 from limbgram.app.thumbnails import thumbnail_of
-from limbgram.cases.bench import MAKING, Bench, Progress
+from limbgram.cases.case_record import read_verdict, set_aside
+from limbgram.cases.job_queue import JobFile, job_file, read_job_file
 from limbgram.cases.overview import Overview
-from limbgram.cases.record import read_verdict, set_aside
-from limbgram.cases.running import JobFile, job_file, read_job_file
 from limbgram.cases.sample import begin_sample, fill_sample
 from limbgram.cases.shelf import Holding, Label, ShelvedCase, last_change
+from limbgram.cases.workspace import MAKING, Progress, Workspace
 from limbgram.core.errors import CaseError, LimbgramError
 from limbgram.core.run import Run
 from limbgram.findings import Finding
@@ -140,14 +140,14 @@ class Freed(BaseModel):
 
 @router.get("/cases")
 def list_cases(
-    clinic: ClinicHere,
+    app_state: AppStateHere,
     find: Annotated[str, Query(max_length=100, description="In id, kind or note.")] = "",
     archived: Annotated[bool | None, Query(description="Only archived ones, or only others.")] = (
         None
     ),
 ) -> Cases:
     """List the cases, the last changed first."""
-    listed = [_listed(clinic, one) for one in clinic.shelf.cases()]
+    listed = [_listed(app_state, one) for one in app_state.shelf.cases()]
     shown = [one[0] for one in listed if one is not None]
     held = [one[1] for one in listed if one is not None]
     wanted = find.casefold()
@@ -161,89 +161,95 @@ def list_cases(
         cases=sorted(found, key=lambda one: one.changed, reverse=True),
         bytes=sum(one.bytes for one in held),
         clearable_bytes=sum(one.clearable_bytes for one in held),
-        free_bytes=shutil.disk_usage(clinic.shelf.root).free,
+        free_bytes=shutil.disk_usage(app_state.shelf.root).free,
     )
 
 
 @router.post("/cases", status_code=201)
-def new_case(clinic: ClinicHere, given: NewCase, request: Request) -> Case:
+def new_case(app_state: AppStateHere, given: NewCase, request: Request) -> Case:
     """Begin a case under a random id."""
-    made = clinic.shelf.new_case(given.kind, given.side, given.note)
+    made = app_state.shelf.new_case(given.kind, given.side, given.note)
     request.state.case = made.case_id
-    clinic.news.tell(made.case_id, "case")
-    return case_reply(clinic, made)
+    app_state.news.tell(made.case_id, "case")
+    return case_reply(app_state, made)
 
 
 @router.post("/cases/sample", status_code=202)
-def new_sample(clinic: ClinicHere, request: Request) -> Case:
+def new_sample(app_state: AppStateHere, request: Request) -> Case:
     """Begin a sample case: the program photographs a limb that never was, in half a minute.
 
     Its photos arrive one after the other, and a calibrated camera with them; then ask for its shape
     as for any other.
     """
-    if not clinic.sampling.acquire(blocking=False):
+    if not app_state.sampling.acquire(blocking=False):
         raise CaseError("app.sample_underway")
     with ExitStack() as undoing:
-        undoing.callback(clinic.sampling.release)
-        made = begin_sample(clinic.shelf)
+        undoing.callback(app_state.sampling.release)
+        made = begin_sample(app_state.shelf)
         undoing.pop_all()
     request.state.case = made.case_id
 
     def work() -> None:
         try:
-            fill_sample(clinic.shelf, made, Run())
+            fill_sample(app_state.shelf, made, Run())
         except LookupError:
             if made.folder.root.is_dir():  # else it was deleted while it was made
                 raise
         finally:
-            clinic.sampling.release()
-            clinic.news.tell(made.case_id, "photos")
-            clinic.news.tell("cameras", made.case_id)
+            app_state.sampling.release()
+            app_state.news.tell(made.case_id, "photos")
+            app_state.news.tell("cameras", made.case_id)
 
     threading.Thread(target=work, name="sample", daemon=True).start()
-    clinic.news.tell(made.case_id, "case")
-    return case_reply(clinic, made)
+    app_state.news.tell(made.case_id, "case")
+    return case_reply(app_state, made)
 
 
 @router.get("/cases/{case_id}")
-def read_case(clinic: ClinicHere, case: CaseHere) -> Case:
+def read_case(app_state: AppStateHere, case: CaseHere) -> Case:
     """One case."""
-    return case_reply(clinic, case)
+    return case_reply(app_state, case)
 
 
 @router.patch("/cases/{case_id}")
-def change_case(clinic: ClinicHere, case: CaseHere, given: CaseChange) -> Case:
+def change_case(app_state: AppStateHere, case: CaseHere, given: CaseChange) -> Case:
     """Say something else of a case: kind, side, note, archived."""
     said: dict[str, Any] = given.model_dump(exclude_unset=True)
     keep = {name: value for name, value in said.items() if value is not None or name in _MAY_BE_NO}
-    with clinic.desk.changing(Bench(case)):
+    with app_state.shape_cache.changing(Workspace(case)):
         case.relabel(replace(case.label, **keep))
-    clinic.news.tell(case.case_id, "case")
-    return case_reply(clinic, case)
+    app_state.news.tell(case.case_id, "case")
+    return case_reply(app_state, case)
 
 
 @router.delete("/cases/{case_id}", status_code=204)
-def delete_case(clinic: ClinicHere, case: CaseHere) -> None:
+def delete_case(app_state: AppStateHere, case: CaseHere) -> None:
     """Delete a case for good; `contents` lists what goes."""
-    bench = Bench(case)
-    with clinic.desk.changing(bench), MAKING.of(bench.root), clinic.runner.forgetting(case.folder):
-        going = clinic.shelf.take_out(case)
-        forget_acts(clinic.shelf, case.case_id)
-    clinic.coaches.drop(case)
-    clinic.doors.close(case)
-    clinic.desk.forget(bench)
-    clinic.overviews.forget(case)
-    clinic.news.tell(case.case_id, "case")
+    workspace = Workspace(case)
+    with (
+        app_state.shape_cache.changing(workspace),
+        MAKING.of(workspace.root),
+        app_state.runner.forgetting(case.folder),
+    ):
+        going = app_state.shelf.take_out(case)
+        forget_acts(app_state.shelf, case.case_id)
+    app_state.live_checks.drop(case)
+    app_state.phone_ports.close(case)
+    app_state.shape_cache.forget(workspace)
+    app_state.overviews.forget(case)
+    app_state.news.tell(case.case_id, "case")
     shutil.rmtree(going, ignore_errors=True)
 
 
 @router.post("/cases/{case_id}/set-aside")
-def set_aside_unreadable(clinic: ClinicHere, case: CaseHere, bench: BenchHere) -> list[str]:
+def set_aside_unreadable(
+    app_state: AppStateHere, case: CaseHere, workspace: WorkspaceHere
+) -> list[str]:
     """Begin files anew that cannot be read; each stays beside, under the name that is told."""
-    with clinic.desk.changing(bench):
-        aside = [set_aside(one).name for one in _read_all(bench).faults]
+    with app_state.shape_cache.changing(workspace):
+        aside = [set_aside(one).name for one in _read_all(workspace).faults]
     for subject in ("case", "job", "work"):
-        clinic.news.tell(case.case_id, subject)
+        app_state.news.tell(case.case_id, subject)
     return aside
 
 
@@ -254,11 +260,11 @@ def list_contents(case: CaseHere) -> list[Held]:
 
 
 @router.post("/cases/{case_id}/clear")
-def clear_case(clinic: ClinicHere, case: CaseHere) -> Freed:
+def clear_case(app_state: AppStateHere, case: CaseHere) -> Freed:
     """Remove intermediate products; photos, results and work stay."""
-    with clinic.desk.changing(Bench(case)):
+    with app_state.shape_cache.changing(Workspace(case)):
         freed = case.clear_intermediate()
-    clinic.news.tell(case.case_id, "case")
+    app_state.news.tell(case.case_id, "case")
     return Freed(bytes=freed)
 
 
@@ -286,17 +292,17 @@ class _Kept:
     faults: dict[FilePath, Finding]
 
 
-def _read_all(bench: Bench) -> _Kept:
+def _read_all(workspace: Workspace) -> _Kept:
     """Read each by itself: one that cannot be read hides nothing of the others."""
-    case, kept = bench.case, _Kept({}, {})
+    case, kept = workspace.case, _Kept({}, {})
     readers: dict[FilePath, Callable[[], object]] = {
         case.label_file: lambda: case.label,
         case.folder.record: lambda: read_verdict(case.folder),
         job_file(case.folder): lambda: read_job_file(case.folder),
-        bench.tape_file: bench.tape,
-        bench.recipe_file: bench.require_recipe,
+        workspace.tape_file: workspace.tape,
+        workspace.recipe_file: workspace.require_recipe,
     }
-    limb_file = bench.limb_file
+    limb_file = workspace.limb_file
     if limb_file is not None:
         readers[limb_file] = lambda: progress_of(limb_file)
     for file, read in readers.items():
@@ -309,15 +315,15 @@ def _read_all(bench: Bench) -> _Kept:
     return kept
 
 
-def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
+def case_reply(app_state: AppState, case: ShelvedCase) -> Case:
     """What the list says of a case; one file that cannot be read hides nothing of the others."""
-    seen, bench = clinic.overviews.of(case), Bench(case)
-    kept, photos = _read_all(bench), seen.photos
+    seen, workspace = app_state.overviews.of(case), Workspace(case)
+    kept, photos = _read_all(workspace), seen.photos
     label = cast(Label | None, kept.values.get(case.label_file)) or case.unlabelled
     verdict = cast(Summary | None, kept.values.get(case.folder.record))
-    hidden = {bench.tape_file, bench.limb_file} & kept.faults.keys()
-    progress = bench.progress() if bench.has_scan() and not hidden else None
-    running = clinic.runner.running(case.folder)
+    hidden = {workspace.tape_file, workspace.limb_file} & kept.faults.keys()
+    progress = workspace.progress() if workspace.has_scan() and not hidden else None
+    running = app_state.runner.running(case.folder)
     job = running.file if running else cast(JobFile | None, kept.values.get(job_file(case.folder)))
     state: State = "finished" if verdict is not None else "photos" if photos else "empty"
     why: Finding | None = None
@@ -326,7 +332,7 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
     elif job is not None and job.state != "finished" and state != "finished":
         state = "interrupted" if job.state in ("running", "queued") else job.state
         why = job.why
-    found = None if why is None else FindingReply.of(why, clinic.shelf.root)
+    found = None if why is None else FindingReply.of(why, app_state.shelf.root)
     said = (
         None
         if verdict is None
@@ -338,7 +344,7 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
             facts=verdict.facts,
         )
     )
-    steps = _steps(bench, seen, progress, state)
+    steps = _steps(workspace, seen, progress, state)
     return Case(
         id=case.case_id,
         kind=label.kind,
@@ -351,7 +357,7 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
         state=state,
         message="" if found is None else found.sentence,
         finding=found,
-        unreadable=[FindingReply.of(one, clinic.shelf.root) for one in kept.faults.values()],
+        unreadable=[FindingReply.of(one, app_state.shelf.root) for one in kept.faults.values()],
         verdict=said,
         photos=photos,
         steps=steps,
@@ -361,10 +367,10 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
     )
 
 
-def _listed(clinic: Clinic, case: ShelvedCase) -> tuple[Case, Overview] | None:
+def _listed(app_state: AppState, case: ShelvedCase) -> tuple[Case, Overview] | None:
     """A case and the room it takes; None where it is deleted just now."""
     try:
-        return case_reply(clinic, case), clinic.overviews.of(case)
+        return case_reply(app_state, case), app_state.overviews.of(case)
     except (OSError, ValueError, LimbgramError):
         if case.folder.root.is_dir():
             raise
@@ -380,12 +386,12 @@ def _next(steps: list[Step]) -> StepName:
 
 
 def _steps(
-    bench: Bench,
+    workspace: Workspace,
     seen: Overview,
     progress: Progress | None,
     state: State,
 ) -> list[Step]:
-    scan, stale = bench.has_scan(), seen.stale
+    scan, stale = workspace.has_scan(), seen.stale
     aligned = progress is not None and progress.aligned
     capture: StepState = "done" if scan else "open"
     result: StepState = "locked" if not scan and state in ("empty", "photos") else (

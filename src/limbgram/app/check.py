@@ -7,11 +7,11 @@ from typing import Any, Literal, cast
 from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
-from limbgram.app.boards import BoardSpec
 from limbgram.app.cameras import camera_files
-from limbgram.app.clinic import CaseHere, ClinicHere
-from limbgram.app.coaching import Asked
+from limbgram.app.known_lengths import BoardSpec
+from limbgram.app.live_checks import Asked
 from limbgram.app.replies import FindingReply
+from limbgram.app.state import AppStateHere, CaseHere
 from limbgram.capture.coach import CaptureCheck
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.findings import Finding
@@ -124,12 +124,12 @@ class Check(BaseModel):
 
 
 @router.get("/cases/{case_id}/check")
-def read_check(clinic: ClinicHere, case: CaseHere) -> Check:
+def read_check(app_state: AppStateHere, case: CaseHere) -> Check:
     """What the coach said last, and whether it is at work."""
-    coach = clinic.coaches.of(case)
-    here = len(clinic.intake(case).received())
+    coach = app_state.live_checks.of(case)
+    here = len(app_state.intake(case).received())
     answered = coach.state in ("done", "refused")
-    root = clinic.shelf.root
+    root = app_state.shelf.root
     why = None if coach.refusal is None else FindingReply.of(coach.refusal, root)
     return Check(
         state="refused" if answered and why else coach.state,
@@ -144,14 +144,14 @@ def read_check(clinic: ClinicHere, case: CaseHere) -> Check:
 
 
 @router.post("/cases/{case_id}/check", status_code=202)
-def ask_check(clinic: ClinicHere, case: CaseHere, given: AskCheck) -> Check:
+def ask_check(app_state: AppStateHere, case: CaseHere, given: AskCheck) -> Check:
     """Check the photos that are here; again after more have come."""
     # also those that cannot be used: whoever reads them says why
-    sources = tuple(case.received / one.name for one in clinic.intake(case).received())
+    sources = tuple(case.received / one.name for one in app_state.intake(case).received())
     if not sources and case.folder.photos.is_dir():
         sources = (case.folder.photos,)
-    cameras = camera_files(clinic, given.cameras)
-    clinic.coaches.ask(
+    cameras = camera_files(app_state, given.cameras)
+    app_state.live_checks.ask(
         case,
         Asked(
             sources=sources,
@@ -160,10 +160,10 @@ def ask_check(clinic: ClinicHere, case: CaseHere, given: AskCheck) -> Check:
             board=None if given.board is None else given.board.board(),
         ),
     )
-    return read_check(clinic, case)
+    return read_check(app_state, case)
 
 
 @router.delete("/cases/{case_id}/check", status_code=204)
-def stop_check(clinic: ClinicHere, case: CaseHere) -> None:
+def stop_check(app_state: AppStateHere, case: CaseHere) -> None:
     """End the check that runs."""
-    clinic.coaches.of(case).cancel()
+    app_state.live_checks.of(case).cancel()

@@ -10,15 +10,15 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path, Request, Response
 from pydantic import BaseModel, Field
 
-from limbgram.app.blocks import encode_blocks
-from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
+from limbgram.app.binary_arrays import encode_blocks
 from limbgram.app.forms import SAYS_ITSELF
 from limbgram.app.replies import BINARY, BYTES, FindingReply, missing
+from limbgram.app.state import AppState, AppStateHere, WorkspaceHere
 from limbgram.app.surface import Which, limb_before, limb_of
-from limbgram.cases.bench import Bench
-from limbgram.core.declared import Within
+from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import MissingError, OptionsError
 from limbgram.core.files import written_whole
+from limbgram.core.request_fields import Within
 from limbgram.findings import Finding
 from limbgram.formats.reading import SUFFIXES, read_limb
 from limbgram.services.compare import CompareRequest, compare
@@ -63,13 +63,13 @@ class ShapeName(BaseModel):
 
 
 @router.get("/cases/{case_id}/shapes")
-def list_shapes(bench: BenchHere) -> list[ShapeName]:
+def list_shapes(workspace: WorkspaceHere) -> list[ShapeName]:
     """Shapes of elsewhere that were sent to compare with."""
-    if not bench.shapes.is_dir():
+    if not workspace.shapes.is_dir():
         return []
     files = sorted(
         one
-        for one in bench.shapes.iterdir()
+        for one in workspace.shapes.iterdir()
         if one.suffix.lower() in SUFFIXES and not one.name.startswith(".")  # still being read
     )
     return [ShapeName(name=one.name, bytes=one.stat().st_size) for one in files]
@@ -80,8 +80,8 @@ def list_shapes(bench: BenchHere) -> list[ShapeName]:
     openapi_extra=BYTES,
 )
 async def put_shape(
-    clinic: ClinicHere,
-    bench: BenchHere,
+    app_state: AppStateHere,
+    workspace: WorkspaceHere,
     name: Annotated[str, Path(pattern=_NAME)],
     request: Request,
 ) -> ShapeName:
@@ -89,8 +89,8 @@ async def put_shape(
     suffix = f".{name.rpartition('.')[2].lower()}"
     if suffix not in SUFFIXES:
         raise OptionsError("compare.file.kind", name=name)
-    bench.made(bench.shapes)
-    beside, size = bench.shapes / f".{secrets.token_hex(4)}{suffix}", 0
+    workspace.made(workspace.shapes)
+    beside, size = workspace.shapes / f".{secrets.token_hex(4)}{suffix}", 0
     try:
         with beside.open("xb") as stream:
             async for piece in request.stream():  # of which none stays in memory
@@ -101,40 +101,42 @@ async def put_shape(
                     )
                 await asyncio.to_thread(stream.write, piece)
         # Others are answered meanwhile.
-        await asyncio.to_thread(_keep_shape, beside, bench.shapes / name)
+        await asyncio.to_thread(_keep_shape, beside, workspace.shapes / name)
     finally:
         beside.unlink(missing_ok=True)
-    clinic.news.tell(bench.case.case_id, "work")
+    app_state.news.tell(workspace.case.case_id, "work")
     return ShapeName(name=name, bytes=size)
 
 
 @router.delete("/cases/{case_id}/shapes/{name}", status_code=204)
 def delete_shape(
-    clinic: ClinicHere, bench: BenchHere, name: Annotated[str, Path(pattern=_NAME)]
+    app_state: AppStateHere, workspace: WorkspaceHere, name: Annotated[str, Path(pattern=_NAME)]
 ) -> None:
     """Take a shape away that was sent."""
-    if name not in [one.name for one in list_shapes(bench)]:
+    if name not in [one.name for one in list_shapes(workspace)]:
         raise missing("app.no_shape")
-    (bench.shapes / name).unlink()
-    clinic.news.tell(bench.case.case_id, "work")
+    (workspace.shapes / name).unlink()
+    app_state.news.tell(workspace.case.case_id, "work")
 
 
 @router.post("/cases/{case_id}/compare")
-def compare_with(clinic: ClinicHere, bench: BenchHere, given: Against) -> ComparisonReply:
+def compare_with(
+    app_state: AppStateHere, workspace: WorkspaceHere, given: Against
+) -> ComparisonReply:
     """Where two shapes differ, by how much, and whether it matters for the fit."""
-    found = _compared(clinic, bench, given)
+    found = _compared(app_state, workspace, given)
     said = FindingReply.of(verdict(found).finding)
     return ComparisonReply(verdict=said, figures=_finite(comparison_tree(found)))
 
 
 @router.post("/cases/{case_id}/compare/differences", response_class=Response, responses=BINARY)
-def read_compared(clinic: ClinicHere, bench: BenchHere, given: Against) -> Response:
+def read_compared(app_state: AppStateHere, workspace: WorkspaceHere, given: Against) -> Response:
     """The second shape in the first's limb frame, with its signed distance at each vertex.
 
     Blocks positions, indices and signed_mm; positive outside the first; NaN where nothing is near.
     The header has the figures of the same comparison, so that map and figures are one answer.
     """
-    found = _compared(clinic, bench, given)
+    found = _compared(app_state, workspace, given)
     signed = found.deviation.on_second.difference_mm
     mesh = found.second_in_limb
     content = encode_blocks(
@@ -156,23 +158,23 @@ def _keep_shape(sent: FilePath, place: FilePath) -> None:
         sent.rename(beside)
 
 
-def _compared(clinic: Clinic, bench: Bench, given: Against) -> Comparison:
-    second, _ = limb_of(clinic, bench, given.of)
-    return compare(_first(clinic, bench, given), second, given)
+def _compared(app_state: AppState, workspace: Workspace, given: Against) -> Comparison:
+    second, _ = limb_of(app_state, workspace, given.of)
+    return compare(_first(app_state, workspace, given), second, given)
 
 
-def _first(clinic: Clinic, bench: Bench, given: Against) -> Limb:
+def _first(app_state: AppState, workspace: Workspace, given: Against) -> Limb:
     chosen = [one for one in (given.case, given.shape, given.edits) if one is not None]
     if len(chosen) > 1:
         raise OptionsError("compare.first.several")
     if given.case is not None:
-        return clinic.desk.shape(Bench(clinic.shelf.case(given.case))).limb
+        return app_state.shape_cache.shape(Workspace(app_state.shelf.case(given.case))).limb
     if given.shape is not None:
-        known = [one.name for one in list_shapes(bench)]
+        known = [one.name for one in list_shapes(workspace)]
         if given.shape not in known:
             raise MissingError("app.no_shape")
-        return read_limb(bench.shapes / given.shape)
-    return limb_before(clinic, bench, given.edits)
+        return read_limb(workspace.shapes / given.shape)
+    return limb_before(app_state, workspace, given.edits)
 
 
 def _finite(tree: Any) -> Any:

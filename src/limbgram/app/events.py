@@ -11,7 +11,7 @@ from collections.abc import AsyncGenerator, Callable
 from fastapi import APIRouter, Request
 from fastapi.responses import StreamingResponse
 
-from limbgram.app.clinic import CaseHere, Clinic, ClinicHere, SessionHere
+from limbgram.app.state import AppState, AppStateHere, CaseHere, SessionHere
 
 router = APIRouter(tags=["events"])
 
@@ -28,41 +28,43 @@ _STREAM = {
 
 @router.get("/cases/{case_id}/events", response_class=StreamingResponse, responses={**_STREAM})
 def listen_to_case(
-    clinic: ClinicHere, case: CaseHere, request: Request, session: SessionHere
+    app_state: AppStateHere, case: CaseHere, request: Request, session: SessionHere
 ) -> StreamingResponse:
     """Subjects of a case that changed: {"changed": ["photos", "check", "job", "work", "case"]}.
 
     The first event names all of them. Ask the resource of a subject for what it is now.
     """
-    return _stream(clinic, request, session, lambda: clinic.news.of(case.case_id))
+    return _stream(app_state, request, session, lambda: app_state.news.of(case.case_id))
 
 
 @router.get("/events", response_class=StreamingResponse, responses={**_STREAM})
-def listen_to_all(clinic: ClinicHere, request: Request, session: SessionHere) -> StreamingResponse:
+def listen_to_all(
+    app_state: AppStateHere, request: Request, session: SessionHere
+) -> StreamingResponse:
     """Cases that changed: {"changed": ["K7Q-4F2"]}; `cameras` stands for the cameras."""
-    return _stream(clinic, request, session, clinic.news.of_all)
+    return _stream(app_state, request, session, app_state.news.of_all)
 
 
 def _stream(
-    clinic: Clinic, request: Request, session: str, counts: Callable[[], dict[str, int]]
+    app_state: AppState, request: Request, session: str, counts: Callable[[], dict[str, int]]
 ) -> StreamingResponse:
-    access = clinic.access_of(request)
+    access = app_state.access_of(request)
     return StreamingResponse(
-        _changes(clinic, request, counts, lambda: access.state(session) == "open"),
+        _changes(app_state, request, counts, lambda: access.state(session) == "open"),
         media_type="text/event-stream",
         headers={"cache-control": "no-store", "x-accel-buffering": "no"},
     )
 
 
 async def _changes(
-    clinic: Clinic,
+    app_state: AppState,
     request: Request,
     counts: Callable[[], dict[str, int]],
     may_listen: Callable[[], bool],
 ) -> AsyncGenerator[str]:
     before: dict[str, int] | None = None
     quiet_s = told_s = _APART_S
-    while not clinic.closing and may_listen() and not await request.is_disconnected():
+    while not app_state.closing and may_listen() and not await request.is_disconnected():
         now = counts()
         changed = [name for name, count in now.items() if (before or {}).get(name) != count]
         if before is None or (changed and told_s >= _APART_S):

@@ -8,12 +8,18 @@ from fastapi import Path as InPath
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
-from limbgram.app.clinic import BenchHere, ClinicHere
 from limbgram.app.forms import FieldReply
 from limbgram.app.replies import PICTURE
-from limbgram.cases.handover import HandedOver, HandoverOptions, hand_over, handed, handed_over
-from limbgram.core.declared import declared
+from limbgram.app.state import AppStateHere, WorkspaceHere
+from limbgram.cases.case_export import (
+    ExportedFile,
+    ExportOptions,
+    export_shape,
+    exported_file,
+    exported_files,
+)
 from limbgram.core.errors import OptionsError
+from limbgram.core.request_fields import declared
 from limbgram.core.typed import Mismatch, value_of
 from limbgram.services.export import EXPORTS
 from limbgram.workbench.limb import Side
@@ -57,37 +63,37 @@ def list_export_kinds() -> list[ExportKind]:
 
 
 @router.get("/cases/{case_id}/exports")
-def list_exports(bench: BenchHere) -> list[HandedOver]:
+def list_exports(workspace: WorkspaceHere) -> list[ExportedFile]:
     """The files that were written, the newest first."""
-    return list(handed_over(bench))
+    return list(exported_files(workspace))
 
 
 @router.post("/cases/{case_id}/exports", status_code=201)
-def new_export(clinic: ClinicHere, bench: BenchHere, given: NewExport) -> HandedOver:
+def new_export(app_state: AppStateHere, workspace: WorkspaceHere, given: NewExport) -> ExportedFile:
     """Write a file, read it back, compare, and draw the picture to hold against the patient."""
-    written = hand_over(bench, clinic.desk.work(bench), _options(given))
-    clinic.news.tell(bench.case.case_id, "work")
+    written = export_shape(workspace, app_state.shape_cache.work(workspace), _options(given))
+    app_state.news.tell(workspace.case.case_id, "work")
     return written
 
 
 @router.get("/cases/{case_id}/exports/{name}", response_class=FileResponse, responses=PICTURE)
-def read_export(bench: BenchHere, name: NameHere) -> FileResponse:
+def read_export(workspace: WorkspaceHere, name: NameHere) -> FileResponse:
     """The file."""
-    found = handed(bench, name)
+    found = exported_file(workspace, name)
     return FileResponse(
-        bench.files / found.name, filename=found.name, media_type="application/octet-stream"
+        workspace.files / found.name, filename=found.name, media_type="application/octet-stream"
     )
 
 
 @router.get(
     "/cases/{case_id}/exports/{name}/mirror", response_class=FileResponse, responses=PICTURE
 )
-def read_mirror(bench: BenchHere, name: NameHere) -> FileResponse:
+def read_mirror(workspace: WorkspaceHere, name: NameHere) -> FileResponse:
     """The mirror check: what the file holds, to be held against the patient."""
-    return FileResponse(bench.files / f"{handed(bench, name).name}.mirror.png")
+    return FileResponse(workspace.files / f"{exported_file(workspace, name).name}.mirror.png")
 
 
-def _options(given: NewExport) -> HandoverOptions:
+def _options(given: NewExport) -> ExportOptions:
     request = EXPORTS.get(given.kind)
     if request is None:
         raise OptionsError("exported.no_kind", kind=given.kind, kinds=tuple(EXPORTS))
@@ -96,4 +102,4 @@ def _options(given: NewExport) -> HandoverOptions:
         ask = value_of({key: one for key, one in given.how.items() if key not in own}, request)
     except Mismatch as error:
         raise OptionsError("exported.not_so", kind=given.kind, reason=str(error)) from error
-    return HandoverOptions(kind=given.kind, side=given.side, signed_by=given.signed_by, ask=ask)
+    return ExportOptions(kind=given.kind, side=given.side, signed_by=given.signed_by, ask=ask)

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from limbgram.core.declared import Declared, declared
+from limbgram.core.request_fields import Declared, declared
 from limbgram.core.typed import tree_of, words_of_type
 
 

@@ -6,19 +6,24 @@ from typing import Annotated, ClassVar, Literal
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
-from limbgram.app.blocks import encode_blocks, surface_blocks
-from limbgram.app.boards import BoardSpec
+from limbgram.app.binary_arrays import encode_blocks, surface_blocks
 from limbgram.app.cameras import camera_files
-from limbgram.app.clinic import CaseHere, Clinic, ClinicHere
 from limbgram.app.forms import SAYS_ITSELF
+from limbgram.app.known_lengths import BoardSpec
 from limbgram.app.replies import BINARY, FindingReply, missing
-from limbgram.cases.order import order
-from limbgram.cases.running import JobState, StageProgress, TimeLeft, read_job_file
+from limbgram.app.state import AppState, AppStateHere, CaseHere
+from limbgram.cases.intermediate_products import (
+    IntermediateProducts,
+    cameras_so_far,
+    cloud_so_far,
+    surface_so_far,
+)
+from limbgram.cases.job_messages import order
+from limbgram.cases.job_queue import JobState, StageProgress, TimeLeft, read_job_file
 from limbgram.cases.shelf import ShelvedCase
-from limbgram.cases.underway import Underway, cameras_underway, cloud_underway, surface_underway
 from limbgram.core.errors import CaseError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
+from limbgram.reconstruction.scale.stated_lengths import KnownDistance, TapedGirth
 from limbgram.services.reconstruct import Known, Shaping
 
 router = APIRouter(tags=["job"])
@@ -78,7 +83,7 @@ class JobReply(BaseModel):
     kind: str = Field(default="", description="Name of the error; for experts.")
     light: str = ""
     photos: list[str] = Field(default=[], description="That it works on.")
-    there: Underway = Field(description="Products that can be looked at already.")
+    there: IntermediateProducts = Field(description="Products that can be looked at already.")
 
 
 class Camera(BaseModel):
@@ -95,18 +100,18 @@ class Camera(BaseModel):
 
 
 @router.get("/cases/{case_id}/job")
-def read_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
+def read_job(app_state: AppStateHere, case: CaseHere) -> JobReply:
     """How far the run is; the same after the program was started again."""
-    return _reply(clinic, case)
+    return _reply(app_state, case)
 
 
 @router.post("/cases/{case_id}/job", status_code=202)
-def start_job(clinic: ClinicHere, case: CaseHere, given: JobOptions) -> JobReply:
+def start_job(app_state: AppStateHere, case: CaseHere, given: JobOptions) -> JobReply:
     """Compute the shape, for the first time or with other options; nothing is sent again.
 
     It is queued while as many runs of other cases work as are allowed at a time.
     """
-    received = clinic.intake(case).received()
+    received = app_state.intake(case).received()
     folder = case.received if received else case.folder.photos
     if not folder.is_dir():
         raise CaseError("app.no_photos_yet")
@@ -116,42 +121,42 @@ def start_job(clinic: ClinicHere, case: CaseHere, given: JobOptions) -> JobReply
         [folder / one.name for one in received] or [folder],
         given,
         given.known(),
-        camera_files=camera_files(clinic, given.cameras),
+        camera_files=camera_files(app_state, given.cameras),
     )
-    clinic.coaches.of(case).cancel()
-    clinic.runner.start(job, megapixels)
-    return _reply(clinic, case)
+    app_state.live_checks.of(case).cancel()
+    app_state.runner.start(job, megapixels)
+    return _reply(app_state, case)
 
 
 @router.post("/cases/{case_id}/job/pause")
-def pause_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
+def pause_job(app_state: AppStateHere, case: CaseHere) -> JobReply:
     """Let the run rest; it keeps its memory and its elapsed time."""
-    job = clinic.runner.running(case.folder)
+    job = app_state.runner.running(case.folder)
     if job is None:
         raise CaseError("job.nothing_to_hold")
     job.hold()
-    return _reply(clinic, case)
+    return _reply(app_state, case)
 
 
 @router.post("/cases/{case_id}/job/resume")
-def resume_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
+def resume_job(app_state: AppStateHere, case: CaseHere) -> JobReply:
     """Let a resting run go on; or take up one that was cancelled or interrupted."""
-    job = clinic.runner.running(case.folder)
+    job = app_state.runner.running(case.folder)
     if job is not None and job.file.state == "held":
-        clinic.runner.go_on(case.folder)
+        app_state.runner.go_on(case.folder)
     else:
-        clinic.runner.again(case.folder)
-    return _reply(clinic, case)
+        app_state.runner.again(case.folder)
+    return _reply(app_state, case)
 
 
 @router.post("/cases/{case_id}/job/cancel")
-def cancel_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
+def cancel_job(app_state: AppStateHere, case: CaseHere) -> JobReply:
     """End the run within two seconds; finished stages are kept, `resume` goes on from there."""
-    job = clinic.runner.running(case.folder)
+    job = app_state.runner.running(case.folder)
     if job is None or not job.active:
         raise CaseError("job.nothing_to_cancel")
     job.cancel()
-    return _reply(clinic, case)
+    return _reply(app_state, case)
 
 
 @router.get("/cases/{case_id}/job/cameras")
@@ -168,7 +173,7 @@ def read_cameras(case: CaseHere) -> list[Camera]:
             height_px=view.camera.height_px,
             focal_px=float(view.camera.fx),
         )
-        for view in cameras_underway(case.folder)
+        for view in cameras_so_far(case.folder)
     ]
 
 
@@ -178,7 +183,7 @@ def read_cloud(
     most: Annotated[int, Query(ge=1000, le=2_000_000, description="Points at most.")] = 60_000,
 ) -> Response:
     """The points, as soon as they are there: blocks positions, normals, colours."""
-    cloud = cloud_underway(case.folder)
+    cloud = cloud_so_far(case.folder)
     if cloud is None:
         raise missing("app.no_points_yet")
     step = max(1, -(-len(cloud) // most))
@@ -194,25 +199,25 @@ def read_cloud(
 @router.get("/cases/{case_id}/job/surface", response_class=Response, responses=BINARY)
 def read_surface_underway(case: CaseHere) -> Response:
     """The surface as far as it is: wrapped, then measured."""
-    mesh = surface_underway(case.folder)
+    mesh = surface_so_far(case.folder)
     if mesh is None:
         raise missing("app.no_surface_yet")
     return Response(surface_blocks(mesh, {}), media_type="application/octet-stream")
 
 
-def _reply(clinic: Clinic, case: ShelvedCase) -> JobReply:
-    running = clinic.runner.running(case.folder)
+def _reply(app_state: AppState, case: ShelvedCase) -> JobReply:
+    running = app_state.runner.running(case.folder)
     job = running.file if running is not None else read_job_file(case.folder)
-    there = Underway.of(case.folder)
+    there = IntermediateProducts.of(case.folder)
     if job is None:
         return JobReply(state="none", stages=[], stage=0, elapsed_s=0.0, there=there)
-    why = None if job.why is None else FindingReply.of(job.why, clinic.shelf.root)
+    why = None if job.why is None else FindingReply.of(job.why, app_state.shelf.root)
     at = next((k for k, one in enumerate(job.stages, 1) if one.state == "running"), 0)
     return JobReply(
         state=job.state,
         stages=list(job.stages),
         stage=at or sum(one.state == "done" for one in job.stages),
-        before=clinic.runner.before(case.folder),
+        before=app_state.runner.before(case.folder),
         elapsed_s=job.elapsed_s if running is None else running.elapsed_s,
         left=None if running is None else running.left(),
         began=job.began,
@@ -220,7 +225,7 @@ def _reply(clinic: Clinic, case: ShelvedCase) -> JobReply:
         finding=why,
         kind=job.kind,
         light=job.light,
-        photos=[one.name for one in clinic.intake(case).received()],
+        photos=[one.name for one in app_state.intake(case).received()],
         there=there,
     )
 

@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any
 
 from limbgram.app.users import made_private
-from limbgram.cases.record import read_kept, write_json
+from limbgram.cases.case_record import read_kept, write_json
 from limbgram.core.errors import CaseError, OptionsError, disk_finding, in_words
 from limbgram.core.typed import Mismatch, tree_of, value_of
 

@@ -7,18 +7,18 @@ import numpy as np
 from fastapi import APIRouter, Path
 from pydantic import BaseModel, Field
 
-from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
 from limbgram.app.forms import SAYS_ITSELF
 from limbgram.app.replies import FindingReply, missing
+from limbgram.app.state import AppState, AppStateHere, WorkspaceHere
 from limbgram.app.surface import Coordinates, triple
-from limbgram.cases.assessing import stickers_of
-from limbgram.cases.bench import Bench
+from limbgram.cases.case_assessment import stickers_of
+from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.services.align import AlignRequest, align
-from limbgram.workbench.frame.guesses import guess_places
 from limbgram.workbench.frame.landmarks import NAMES, Facing, with_landmarks
-from limbgram.workbench.frame.marks import MarkOptions, find_marks
+from limbgram.workbench.frame.painted_marks import MarkOptions, find_marks
+from limbgram.workbench.frame.suggested_landmarks import guess_places
 from limbgram.workbench.limb import Kind, Landmark, Limb, Side
 
 router = APIRouter(tags=["limb"])
@@ -111,37 +111,39 @@ def list_names(kind: Kind) -> list[TemplateName]:
 
 
 @router.get("/cases/{case_id}/limb")
-def read_limb(clinic: ClinicHere, bench: BenchHere) -> LimbReply:
+def read_limb(app_state: AppStateHere, workspace: WorkspaceHere) -> LimbReply:
     """The shape that is worked on: places, side, axes."""
-    return limb_reply(clinic, bench)
+    return limb_reply(app_state, workspace)
 
 
 @router.put("/cases/{case_id}/limb/places/{name}")
-def put_place(clinic: ClinicHere, bench: BenchHere, name: NameHere, given: PlaceMark) -> LimbReply:
+def put_place(
+    app_state: AppStateHere, workspace: WorkspaceHere, name: NameHere, given: PlaceMark
+) -> LimbReply:
     """Place a landmark, or move it; it goes to the nearest place on the surface."""
     picked = Landmark(name=name, position_mm=_vector(given.position_mm))
-    with clinic.desk.changing(bench):
-        shape = clinic.desk.shape(bench)
-        bench.save_limb(with_landmarks(shape.limb, [picked]), shape.file)
-    return _told(clinic, bench)
+    with app_state.shape_cache.changing(workspace):
+        shape = app_state.shape_cache.shape(workspace)
+        workspace.save_limb(with_landmarks(shape.limb, [picked]), shape.file)
+    return _told(app_state, workspace)
 
 
 @router.delete("/cases/{case_id}/limb/places/{name}")
-def delete_place(clinic: ClinicHere, bench: BenchHere, name: NameHere) -> LimbReply:
+def delete_place(app_state: AppStateHere, workspace: WorkspaceHere, name: NameHere) -> LimbReply:
     """Take a landmark away."""
-    with clinic.desk.changing(bench):
-        shape = clinic.desk.shape(bench)
+    with app_state.shape_cache.changing(workspace):
+        shape = app_state.shape_cache.shape(workspace)
         left = tuple(one for one in shape.limb.landmarks if one.name != name)
         if len(left) == len(shape.limb.landmarks):
             raise missing("app.no_place")
-        bench.save_limb(replace(shape.limb, landmarks=left), shape.file)
-    return _told(clinic, bench)
+        workspace.save_limb(replace(shape.limb, landmarks=left), shape.file)
+    return _told(app_state, workspace)
 
 
 @router.get("/cases/{case_id}/limb/marks")
-def list_marks(clinic: ClinicHere, bench: BenchHere) -> list[Mark]:
+def list_marks(app_state: AppStateHere, workspace: WorkspaceHere) -> list[Mark]:
     """Painted spots on the surface, the plainest first: guesses for places."""
-    found = find_marks(clinic.desk.shape(bench).limb.mesh, MarkOptions())
+    found = find_marks(app_state.shape_cache.shape(workspace).limb.mesh, MarkOptions())
     return [
         Mark(
             position_mm=triple(one.position_mm),
@@ -153,18 +155,18 @@ def list_marks(clinic: ClinicHere, bench: BenchHere) -> list[Mark]:
 
 
 @router.get("/cases/{case_id}/limb/guesses")
-def list_guesses(clinic: ClinicHere, bench: BenchHere) -> Guesses:
+def list_guesses(app_state: AppStateHere, workspace: WorkspaceHere) -> Guesses:
     """Places that the shape itself tells, and coded stickers that the photos show."""
-    shape = clinic.desk.shape(bench)
-    limb = replace(shape.limb, kind=shape.limb.kind or bench.case.label.kind)
+    shape = app_state.shape_cache.shape(workspace)
+    limb = replace(shape.limb, kind=shape.limb.kind or workspace.case.label.kind)
     found = [
         Guess(by="shape", name=one.name, position_mm=triple(one.position_mm))
         for one in guess_places(limb)
     ]
     try:
-        stickers = stickers_of(bench.case.folder, limb.mesh)
+        stickers = stickers_of(workspace.case.folder, limb.mesh)
     except (CaseError, OptionsError) as error:  # a shape without its photos has no stickers
-        return Guesses(places=found, note=FindingReply.of(error.finding, clinic.shelf.root))
+        return Guesses(places=found, note=FindingReply.of(error.finding, app_state.shelf.root))
     for one in stickers.placed:
         at = shape.tree.closest(one.position_mm[None]).points_mm[0]
         found.append(Guess(by="sticker", sticker=one.mark_id, position_mm=triple(at)))
@@ -172,60 +174,60 @@ def list_guesses(clinic: ClinicHere, bench: BenchHere) -> Guesses:
 
 
 @router.post("/cases/{case_id}/limb/align")
-def align_limb(clinic: ClinicHere, bench: BenchHere, given: Align) -> LimbReply:
+def align_limb(app_state: AppStateHere, workspace: WorkspaceHere, given: Align) -> LimbReply:
     """Give the shape its axes: +Z proximal, +Y anterior, +X the patient's right, origin distal."""
-    with clinic.desk.changing(bench):
-        shape = clinic.desk.shape(bench)
-        label = bench.case.label
+    with app_state.shape_cache.changing(workspace):
+        shape = app_state.shape_cache.shape(workspace)
+        label = workspace.case.label
         ask = replace(given, kind=given.kind or label.kind)
         aligned = align(shape.limb, ask, shape.file.declared)
-        bench.save_limb(aligned, shape.file)
-        bench.case.relabel(replace(label, side=ask.side, kind=ask.kind))
-    clinic.news.tell(bench.case.case_id, "case")
-    reply = _told(clinic, bench)
-    reply.notes = _notes(clinic, aligned)
+        workspace.save_limb(aligned, shape.file)
+        workspace.case.relabel(replace(label, side=ask.side, kind=ask.kind))
+    app_state.news.tell(workspace.case.case_id, "case")
+    reply = _told(app_state, workspace)
+    reply.notes = _notes(app_state, aligned)
     return reply
 
 
 @router.post("/cases/{case_id}/limb/refresh")
-def refresh_limb(clinic: ClinicHere, bench: BenchHere) -> LimbReply:
+def refresh_limb(app_state: AppStateHere, workspace: WorkspaceHere) -> LimbReply:
     """Take the surface of the last run to work on; places are carried over, axes set anew."""
-    with clinic.desk.changing(bench):
-        bench.take_scan()
-    return _told(clinic, bench)
+    with app_state.shape_cache.changing(workspace):
+        workspace.take_scan()
+    return _told(app_state, workspace)
 
 
-def limb_reply(clinic: Clinic, bench: Bench) -> LimbReply:
-    shape = clinic.desk.shape(bench)
+def limb_reply(app_state: AppState, workspace: Workspace) -> LimbReply:
+    shape = app_state.shape_cache.shape(workspace)
     limb, mesh = shape.limb, shape.limb.mesh
     motion = None if limb.frame is None else limb.frame.limb_from_mesh
     places = mesh.vertices_mm if motion is None else motion.apply(mesh.vertices_mm)
     return LimbReply(
-        source=bench.scan_file().name,
+        source=workspace.scan_file().name,
         sha256=shape.file.sha256,
         vertices=len(mesh),
         faces=len(mesh.faces),
         aligned=motion is not None,
         side=None if limb.frame is None else limb.frame.side,
-        kind=limb.kind or bench.case.label.kind,
+        kind=limb.kind or workspace.case.label.kind,
         places=[_place(limb, one) for one in limb.landmarks],
         rotation=None if motion is None else [triple(row) for row in motion.rotation],
         translation_mm=None if motion is None else triple(motion.translation),
         size_mm=triple(np.ptp(places, axis=0)),
         sock_mm=limb.sock_mm,
-        stale=bench.is_stale(),
+        stale=workspace.is_stale(),
         doubt=limb.doubt,
-        notes=_notes(clinic, limb),
+        notes=_notes(app_state, limb),
     )
 
 
-def _notes(clinic: Clinic, limb: Limb) -> list[FindingReply]:
-    return [FindingReply.of(one, clinic.shelf.root) for one in limb.notes]
+def _notes(app_state: AppState, limb: Limb) -> list[FindingReply]:
+    return [FindingReply.of(one, app_state.shelf.root) for one in limb.notes]
 
 
-def _told(clinic: Clinic, bench: Bench) -> LimbReply:
-    clinic.news.tell(bench.case.case_id, "work")
-    return limb_reply(clinic, bench)
+def _told(app_state: AppState, workspace: Workspace) -> LimbReply:
+    app_state.news.tell(workspace.case.case_id, "work")
+    return limb_reply(app_state, workspace)
 
 
 def _place(limb: Limb, mark: Landmark) -> Place:

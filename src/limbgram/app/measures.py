@@ -7,13 +7,13 @@ from typing import Annotated
 from fastapi import APIRouter, Response
 from pydantic import BaseModel, Field
 
-from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
 from limbgram.app.forms import SAYS_ITSELF
 from limbgram.app.replies import FindingReply
+from limbgram.app.state import AppState, AppStateHere, WorkspaceHere
 from limbgram.app.surface import Which, limb_of
-from limbgram.cases.bench import Bench
-from limbgram.core.declared import Within
+from limbgram.cases.workspace import Workspace
 from limbgram.core.interval import COVER
+from limbgram.core.request_fields import Within
 from limbgram.findings import Finding
 from limbgram.services.measure import MeasureRequest
 from limbgram.services.measure import measure as measured
@@ -130,9 +130,9 @@ class MeasuresReply(BaseModel):
 
 
 @router.post("/cases/{case_id}/measures")
-def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> MeasuresReply:
+def measure(app_state: AppStateHere, workspace: WorkspaceHere, given: AskMeasures) -> MeasuresReply:
     """Measure an aligned shape by level."""
-    limb, _ = limb_of(clinic, bench, given.of)
+    limb, _ = limb_of(app_state, workspace, given.of)
     found = measured(limb, given).measures
     return MeasuresReply(
         counted_from=found.counted_from,
@@ -161,81 +161,85 @@ def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Measure
         ],
         tape=[
             *(_tape_reply(one, one.height_mm - found.reference_mm) for one in found.tape),
-            *(_tape(clinic, bench) if given.with_tape else ()),
+            *(_tape(app_state, workspace) if given.with_tape else ()),
         ],
         notes=[FindingReply.of(one) for one in _notes(limb, found)],
     )
 
 
 @router.post("/cases/{case_id}/measures.csv", response_class=Response)
-def measure_csv(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Response:
+def measure_csv(app_state: AppStateHere, workspace: WorkspaceHere, given: AskMeasures) -> Response:
     """The same table for a spreadsheet."""
-    limb, _ = limb_of(clinic, bench, given.of)
+    limb, _ = limb_of(app_state, workspace, given.of)
     text = csv_text(measured(limb, given).measures)
     return Response(text, media_type="text/csv; charset=utf-8")
 
 
 @router.get("/cases/{case_id}/tape")
-def read_tape(bench: BenchHere) -> list[Reading]:
+def read_tape(workspace: WorkspaceHere) -> list[Reading]:
     """Girths that were read on the patient."""
-    return _readings(bench)
+    return _readings(workspace)
 
 
 @router.put("/cases/{case_id}/tape")
-def keep_tape(clinic: ClinicHere, bench: BenchHere, given: list[Reading]) -> list[Reading]:
+def keep_tape(
+    app_state: AppStateHere, workspace: WorkspaceHere, given: list[Reading]
+) -> list[Reading]:
     """Keep all girths that were read, in place of those before; PATCH changes one of them."""
-    with clinic.desk.changing(bench):
-        bench.save_tape(
+    with app_state.shape_cache.changing(workspace):
+        workspace.save_tape(
             tuple(TapeReading(height_mm=one.height_mm, girth_mm=one.girth_mm) for one in given)
         )
-    clinic.news.tell(bench.case.case_id, "work")
-    return _readings(bench)
+    app_state.news.tell(workspace.case.case_id, "work")
+    return _readings(workspace)
 
 
 @router.patch("/cases/{case_id}/tape")
-def change_tape(clinic: ClinicHere, bench: BenchHere, given: ReadingChange) -> list[Reading]:
+def change_tape(
+    app_state: AppStateHere, workspace: WorkspaceHere, given: ReadingChange
+) -> list[Reading]:
     """Keep, change or take back the girth at one height; the others stay as they are."""
-    with clinic.desk.changing(bench):
-        kept = [one for one in bench.tape() if abs(one.height_mm - given.height_mm) > _SAME_MM]
+    with app_state.shape_cache.changing(workspace):
+        kept = [one for one in workspace.tape() if abs(one.height_mm - given.height_mm) > _SAME_MM]
         if given.girth_mm is not None:
             kept.append(TapeReading(height_mm=given.height_mm, girth_mm=given.girth_mm))
-        bench.save_tape(tuple(sorted(kept, key=lambda one: one.height_mm)))
-    clinic.news.tell(bench.case.case_id, "work")
-    return _readings(bench)
+        workspace.save_tape(tuple(sorted(kept, key=lambda one: one.height_mm)))
+    app_state.news.tell(workspace.case.case_id, "work")
+    return _readings(workspace)
 
 
 @router.post("/cases/{case_id}/tape/accept")
-def accept_tape(clinic: ClinicHere, bench: BenchHere, given: Reading) -> list[Reading]:
+def accept_tape(app_state: AppStateHere, workspace: WorkspaceHere, given: Reading) -> list[Reading]:
     """Note, for the record, that somebody goes on in spite of what this reading says."""
-    with clinic.desk.changing(bench):
-        bench.accept_tape(
+    with app_state.shape_cache.changing(workspace):
+        workspace.accept_tape(
             next(
                 (
                     one
-                    for one in bench.tape()
+                    for one in workspace.tape()
                     if abs(one.height_mm - given.height_mm) <= _SAME_MM
                     and one.girth_mm == given.girth_mm
                 ),
                 TapeReading(height_mm=given.height_mm, girth_mm=given.girth_mm),
             )
         )
-    clinic.news.tell(bench.case.case_id, "work")
-    return _readings(bench)
+    app_state.news.tell(workspace.case.case_id, "work")
+    return _readings(workspace)
 
 
-def _readings(bench: Bench) -> list[Reading]:
-    return [Reading(height_mm=one.height_mm, girth_mm=one.girth_mm) for one in bench.tape()]
+def _readings(workspace: Workspace) -> list[Reading]:
+    return [Reading(height_mm=one.height_mm, girth_mm=one.girth_mm) for one in workspace.tape()]
 
 
-def _tape(clinic: Clinic, bench: Bench) -> list[TapeReply]:
+def _tape(app_state: AppState, workspace: Workspace) -> list[TapeReply]:
     """Each reading by itself, held against the scan as in the record, whatever shape is shown.
 
     One above the brim must not hide the others.
     """
-    standings = {one.read.reading: one for one in bench.tape_standings() if not one.withdrawn}
+    standings = {one.read.reading: one for one in workspace.tape_standings() if not one.withdrawn}
     replies: list[TapeReply] = []
-    for reading in bench.tape():
-        checked = check_alone(clinic.desk.shape(bench).measures, reading)
+    for reading in workspace.tape():
+        checked = check_alone(app_state.shape_cache.shape(workspace).measures, reading)
         if isinstance(checked, TapeCheck):
             reply = _tape_reply(checked, reading.height_mm)
             reply.accepted = standings[reading].accepted if reading in standings else ""

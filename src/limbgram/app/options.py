@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from limbgram.core.declared import Flag, Panel, Within
+from limbgram.core.request_fields import Flag, Panel, Within
 
 LOCK_AFTER_MIN = 15.0
 """As health records are locked elsewhere: NIST SP 800-63B asks for 30 minutes at most, and clinics'

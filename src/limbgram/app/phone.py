@@ -7,14 +7,14 @@ import segno
 from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
-from limbgram.app.clinic import CaseHere, ClinicHere, SessionHere
-from limbgram.app.doors import own_address
+from limbgram.app.phone_port import own_address
+from limbgram.app.state import AppStateHere, CaseHere, SessionHere
 
 router = APIRouter(tags=["phone"])
 
 
 class Phone(BaseModel):
-    """The door for a phone."""
+    """The port for a phone."""
 
     open: bool
     url: str = Field(default="", description="To open on the phone; good once, within 15 minutes.")
@@ -24,40 +24,40 @@ class Phone(BaseModel):
 
 
 @router.get("/cases/{case_id}/phone")
-def read_phone(clinic: ClinicHere, case: CaseHere) -> Phone:
+def read_phone(app_state: AppStateHere, case: CaseHere) -> Phone:
     """Whether a phone can send photos of this case now."""
-    door = clinic.doors.of(case)
-    if door is None:
+    port = app_state.phone_ports.of(case)
+    if port is None:
         return Phone(open=False)
-    secret = door.access.scheme == "https"
-    return Phone(open=True, encrypted=secret, closes_s=door.closes_s)
+    secret = port.access.scheme == "https"
+    return Phone(open=True, encrypted=secret, closes_s=port.closes_s)
 
 
 @router.post("/cases/{case_id}/phone", status_code=201)
 def open_phone(
-    clinic: ClinicHere,
+    app_state: AppStateHere,
     case: CaseHere,
     request: Request,
     session: SessionHere,
 ) -> Phone:
-    """Open the door for a phone in the same network, and make a link and a QR code for it."""
-    signed = clinic.access.signed(session)
+    """Open the port for a phone in the same network, and make a link and a QR code for it."""
+    signed = app_state.access.signed(session)
     who = signed.who if signed else ""
-    good = clinic.access.vouched(who)
-    door = clinic.doors.open(case, request.app, own_address, good)
-    token = door.access.new_link_token(f"phone of {who}" if who else "", good)
-    url = f"{door.origin}/start?token={token}&to=phone/{case.case_id}"
+    good = app_state.access.vouched(who)
+    port = app_state.phone_ports.open(case, request.app, own_address, good)
+    token = port.access.new_link_token(f"phone of {who}" if who else "", good)
+    url = f"{port.origin}/start?token={token}&to=phone/{case.case_id}"
     picture = segno.make(url, error="m").svg_inline(scale=4, border=2)
     return Phone(
         open=True,
         url=url,
         qr_svg=picture,
-        encrypted=door.access.scheme == "https",
-        closes_s=door.closes_s,
+        encrypted=port.access.scheme == "https",
+        closes_s=port.closes_s,
     )
 
 
 @router.delete("/cases/{case_id}/phone", status_code=204)
-def close_phone(clinic: ClinicHere, case: CaseHere) -> None:
-    """Close the door."""
-    clinic.doors.close(case)
+def close_phone(app_state: AppStateHere, case: CaseHere) -> None:
+    """Close the port."""
+    app_state.phone_ports.close(case)

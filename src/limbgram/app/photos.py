@@ -14,9 +14,10 @@ from fastapi.responses import FileResponse
 from PIL import Image, ImageOps
 from pydantic import BaseModel, Field
 
-from limbgram.app.clinic import CaseHere, ClinicHere
 from limbgram.app.replies import BYTES, PICTURE, missing
-from limbgram.cases.intake import (
+from limbgram.app.state import AppStateHere, CaseHere
+from limbgram.cases.shelf import ShelvedCase
+from limbgram.cases.uploads import (
     MOST_FILES,
     MOST_PHOTO_BYTES,
     PIECES,
@@ -27,7 +28,6 @@ from limbgram.cases.intake import (
     is_zip,
     limit_of,
 )
-from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import OptionsError
 from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_picture
 
@@ -90,9 +90,9 @@ class Sent(BaseModel):
 
 
 @router.get("/cases/{case_id}/photos")
-def list_photos(clinic: ClinicHere, case: CaseHere) -> Photos:
+def list_photos(app_state: AppStateHere, case: CaseHere) -> Photos:
     """What is here, and how much of what is still arriving."""
-    return photos_reply(photos_of(clinic.intake(case), case))
+    return photos_reply(photos_of(app_state.intake(case), case))
 
 
 @router.put(
@@ -101,7 +101,7 @@ def list_photos(clinic: ClinicHere, case: CaseHere) -> Photos:
     openapi_extra=BYTES,
 )
 async def put_photo(
-    clinic: ClinicHere,
+    app_state: AppStateHere,
     case: CaseHere,
     name: NameHere,
     request: Request,
@@ -122,22 +122,22 @@ async def put_photo(
     go on from there with Content-Range. 409: another upload of the name comes in.
     """
     return await receive(
-        clinic.intake(case),
+        app_state.intake(case),
         name,
         request,
         content_range,
         upload_id,
         replace=replace,
-        on_change=lambda: clinic.news.tell(case.case_id, "photos"),
+        on_change=lambda: app_state.news.tell(case.case_id, "photos"),
     )
 
 
 @router.delete("/cases/{case_id}/photos/{name}", status_code=204)
-def delete_photo(clinic: ClinicHere, case: CaseHere, name: NameHere) -> None:
+def delete_photo(app_state: AppStateHere, case: CaseHere, name: NameHere) -> None:
     """Take a photo out of the case."""
-    if not clinic.intake(case).remove(checked_name(name)):
+    if not app_state.intake(case).remove(checked_name(name)):
         raise missing("app.no_photo")
-    clinic.news.tell(case.case_id, "photos")
+    app_state.news.tell(case.case_id, "photos")
 
 
 @router.get("/cases/{case_id}/photos/{name}/picture", response_class=Response, responses=PICTURE)

@@ -8,22 +8,22 @@ from typing import Annotated, Any, cast
 from fastapi import APIRouter, Depends, Header, Path, Query, Response
 from pydantic import BaseModel, Field
 
-from limbgram.app.acts import ACT_ID
-from limbgram.app.blocks import change_blocks, surface_blocks
-from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
-from limbgram.app.desk import OpenShape
+from limbgram.app.binary_arrays import change_blocks, surface_blocks
 from limbgram.app.forms import FieldReply
+from limbgram.app.idempotency import ACT_ID
 from limbgram.app.replies import BINARY, FindingReply
+from limbgram.app.shape_cache import OpenShape
+from limbgram.app.state import AppState, AppStateHere, WorkspaceHere
 from limbgram.app.surface import tag_of
-from limbgram.cases.bench import Bench
-from limbgram.core.declared import declared, purpose_of
+from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError
 from limbgram.core.mesh.topology import boundary_half_edges
+from limbgram.core.request_fields import declared, purpose_of
 from limbgram.core.typed import tree_of
 from limbgram.findings import LANGUAGES, note
 from limbgram.workbench.edits.edit import GROUP_NAMES, Edit, Words, name_of, words_in
 from limbgram.workbench.edits.editing import EDIT_NAMED
-from limbgram.workbench.recipe.accepting import plain_words
+from limbgram.workbench.recipe.consent import plain_words
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, parse_recipe
 from limbgram.workbench.recipe.ledger import (
     Displacement,
@@ -243,55 +243,61 @@ def _kinds() -> tuple[EditKind, ...]:
 
 
 @router.get("/cases/{case_id}/recipe")
-def read_recipe(clinic: ClinicHere, bench: BenchHere) -> RecipeReply:
+def read_recipe(app_state: AppStateHere, workspace: WorkspaceHere) -> RecipeReply:
     """The recipe."""
-    with clinic.desk.changing(bench):
-        return recipe_reply(clinic, bench)
+    with app_state.shape_cache.changing(workspace):
+        return recipe_reply(app_state, workspace)
 
 
 @router.get("/cases/{case_id}/recipe/ledger")
-def read_ledger(clinic: ClinicHere, bench: BenchHere) -> Ledgered:
+def read_ledger(app_state: AppStateHere, workspace: WorkspaceHere) -> Ledgered:
     """What each edit did to volume, girths and surface."""
-    with clinic.desk.changing(bench):
-        return _ledgered(clinic, bench)
+    with app_state.shape_cache.changing(workspace):
+        return _ledgered(app_state, workspace)
 
 
 @router.get("/cases/{case_id}/recipe/file", response_class=Response)
-def read_recipe_file(bench: BenchHere) -> Response:
+def read_recipe_file(workspace: WorkspaceHere) -> Response:
     """The recipe as a file for `limbgram edit apply`."""
-    return Response(encode_recipe(bench.recipe()), media_type="application/toml")
+    return Response(encode_recipe(workspace.recipe()), media_type="application/toml")
 
 
 @router.put("/cases/{case_id}/recipe/file")
 def put_recipe_file(
-    clinic: ClinicHere, bench: BenchHere, gesture: GestureHere, given: RecipeText
+    app_state: AppStateHere, workspace: WorkspaceHere, gesture: GestureHere, given: RecipeText
 ) -> Ledgered:
     """Put another recipe in its place; undo goes back."""
     made = parse_recipe(given.toml, "The recipe")
-    require_scan(made, clinic.desk.shape(bench).file.sha256, "the surface of this case")
-    with clinic.desk.changing(bench):
-        _seen(clinic, bench, gesture)
-        return _kept(clinic, bench, made, gesture)
+    require_scan(
+        made, app_state.shape_cache.shape(workspace).file.sha256, "the surface of this case"
+    )
+    with app_state.shape_cache.changing(workspace):
+        _seen(app_state, workspace, gesture)
+        return _kept(app_state, workspace, made, gesture)
 
 
 @router.post("/cases/{case_id}/recipe/edits", status_code=201)
 def add_edit(
-    clinic: ClinicHere, bench: BenchHere, gesture: GestureHere, given: NewEdit
+    app_state: AppStateHere, workspace: WorkspaceHere, gesture: GestureHere, given: NewEdit
 ) -> Ledgered:
     """Add an edit to the recipe; the answer is the ledger, `recipe/change` brings the shape."""
     edit = make_edit(given.kind, _frozen(given.parameters), "The new edit")
-    with clinic.desk.changing(bench):
-        recipe = _seen(clinic, bench, gesture)
-        return _kept(clinic, bench, added(recipe, edit, given.number, given.accept), gesture)
+    with app_state.shape_cache.changing(workspace):
+        recipe = _seen(app_state, workspace, gesture)
+        return _kept(app_state, workspace, added(recipe, edit, given.number, given.accept), gesture)
 
 
 @router.patch("/cases/{case_id}/recipe/edits/{number}")
 def change_edit(
-    clinic: ClinicHere, bench: BenchHere, gesture: GestureHere, number: Number, given: EditChange
+    app_state: AppStateHere,
+    workspace: WorkspaceHere,
+    gesture: GestureHere,
+    number: Number,
+    given: EditChange,
 ) -> Ledgered:
     """Change an edit: switch it, change its numbers, accept what it does, or move it."""
-    with clinic.desk.changing(bench):
-        recipe = _seen(clinic, bench, gesture)
+    with app_state.shape_cache.changing(workspace):
+        recipe = _seen(app_state, workspace, gesture)
         if given.on is not None:
             recipe = switched(recipe, number, on=given.on)
         if given.parameters is not None:
@@ -300,45 +306,47 @@ def change_edit(
             recipe = accepted(recipe, number, given.accept)
         if given.number is not None:
             recipe = moved(recipe, number, given.number)
-        return _kept(clinic, bench, recipe, gesture)
+        return _kept(app_state, workspace, recipe, gesture)
 
 
 @router.delete("/cases/{case_id}/recipe/edits/{number}")
 def delete_edit(
-    clinic: ClinicHere, bench: BenchHere, gesture: GestureHere, number: Number
+    app_state: AppStateHere, workspace: WorkspaceHere, gesture: GestureHere, number: Number
 ) -> Ledgered:
     """Take an edit out of the recipe."""
-    with clinic.desk.changing(bench):
-        return _kept(clinic, bench, removed(_seen(clinic, bench, gesture), number), gesture)
+    with app_state.shape_cache.changing(workspace):
+        return _kept(
+            app_state, workspace, removed(_seen(app_state, workspace, gesture), number), gesture
+        )
 
 
 @router.post("/cases/{case_id}/recipe/undo")
-def undo(clinic: ClinicHere, bench: BenchHere, gesture: GestureHere) -> Ledgered:
+def undo(app_state: AppStateHere, workspace: WorkspaceHere, gesture: GestureHere) -> Ledgered:
     """Undo the last gesture, whatever it was: an edit, a switch, a number, an order."""
-    with clinic.desk.changing(bench):
-        _seen(clinic, bench, gesture)
-        _changed(clinic, bench, bench.step(-1), gesture)
-        return _ledgered(clinic, bench)
+    with app_state.shape_cache.changing(workspace):
+        _seen(app_state, workspace, gesture)
+        _changed(app_state, workspace, workspace.step(-1), gesture)
+        return _ledgered(app_state, workspace)
 
 
 @router.post("/cases/{case_id}/recipe/redo")
-def redo(clinic: ClinicHere, bench: BenchHere, gesture: GestureHere) -> Ledgered:
+def redo(app_state: AppStateHere, workspace: WorkspaceHere, gesture: GestureHere) -> Ledgered:
     """Do again what was undone last."""
-    with clinic.desk.changing(bench):
-        _seen(clinic, bench, gesture)
-        _changed(clinic, bench, bench.step(1), gesture)
-        return _ledgered(clinic, bench)
+    with app_state.shape_cache.changing(workspace):
+        _seen(app_state, workspace, gesture)
+        _changed(app_state, workspace, workspace.step(1), gesture)
+        return _ledgered(app_state, workspace)
 
 
 @router.post("/cases/{case_id}/recipe/preview", response_class=Response, responses=BINARY)
-def preview(clinic: ClinicHere, bench: BenchHere, given: NewEdit) -> Response:
+def preview(app_state: AppStateHere, workspace: WorkspaceHere, given: NewEdit) -> Response:
     """The shape with one more edit at the recipe's end, which is not kept: blocks of a change.
 
     The change is from `surface?of=rectified` as it is now; its header has the edit's ledger line.
     Where more than half of the surface changes, the whole surface comes.
     """
-    shape = clinic.desk.shape(bench)
-    recipe = bench.recipe()
+    shape = app_state.shape_cache.shape(workspace)
+    recipe = workspace.recipe()
     edit = make_edit(given.kind, _frozen(given.parameters), "The edit")
     words = plain_words(given.accept, "The edit")
     tried = replace(recipe, entries=(*recipe.entries, Entry(edit=edit, accept=words)))
@@ -346,19 +354,27 @@ def preview(clinic: ClinicHere, bench: BenchHere, given: NewEdit) -> Response:
 
 
 @router.get("/cases/{case_id}/recipe/change", response_class=Response, responses=BINARY)
-def read_change(clinic: ClinicHere, bench: BenchHere) -> Response:
+def read_change(app_state: AppStateHere, workspace: WorkspaceHere) -> Response:
     """From the shape before the last gesture to the shape now, as blocks of a change.
 
     Header: from_tag and tag. Where the client has another shape than from_tag it fetches the whole.
     """
-    with clinic.desk.changing(bench):
-        shape, recipe, history = clinic.desk.shape(bench), bench.recipe(), bench.history()
+    with app_state.shape_cache.changing(workspace):
+        shape, recipe, history = (
+            app_state.shape_cache.shape(workspace),
+            workspace.recipe(),
+            workspace.history(),
+        )
     before = history.recipes[max(0, history.present - 1)]
     return _change(shape, parse_recipe(before, "The recipe before"), recipe)
 
 
-def recipe_reply(clinic: Clinic, bench: Bench) -> RecipeReply:
-    shape, recipe, history = clinic.desk.shape(bench), bench.recipe(), bench.history()
+def recipe_reply(app_state: AppState, workspace: Workspace) -> RecipeReply:
+    shape, recipe, history = (
+        app_state.shape_cache.shape(workspace),
+        workspace.recipe(),
+        workspace.history(),
+    )
     return RecipeReply(
         name=recipe.name,
         edits=[
@@ -379,16 +395,16 @@ def recipe_reply(clinic: Clinic, bench: Bench) -> RecipeReply:
         tag=tag_of(shape.file.sha256, shape.limb, recipe),
         mark=_mark(recipe),
         notes=[
-            FindingReply.of(one, clinic.shelf.root)
+            FindingReply.of(one, app_state.shelf.root)
             for one in (
                 *recipe.notes,
-                *(note("said.as_is", message=text) for text in bench.notes()),
+                *(note("said.as_is", message=text) for text in workspace.notes()),
             )
         ],
     )
 
 
-def _seen(clinic: Clinic, bench: Bench, gesture: Gesture) -> Recipe:
+def _seen(app_state: AppState, workspace: Workspace, gesture: Gesture) -> Recipe:
     """The recipe, where it is still the one that somebody had before their eyes.
 
     Edits are called by their numbers: on another recipe a change would meet another edit.
@@ -396,9 +412,9 @@ def _seen(clinic: Clinic, bench: Bench, gesture: Gesture) -> Recipe:
     Raises:
         CaseError: it is another one.
     """
-    recipe = bench.recipe()
+    recipe = workspace.recipe()
     mark = _mark(recipe)
-    if gesture.seen not in (None, mark) and clinic.desk.made.get(bench.root) != (
+    if gesture.seen not in (None, mark) and app_state.shape_cache.made.get(workspace.root) != (
         gesture.seen,
         mark,
     ):
@@ -406,35 +422,35 @@ def _seen(clinic: Clinic, bench: Bench, gesture: Gesture) -> Recipe:
     return recipe
 
 
-def _kept(clinic: Clinic, bench: Bench, recipe: Recipe, gesture: Gesture) -> Ledgered:
+def _kept(app_state: AppState, workspace: Workspace, recipe: Recipe, gesture: Gesture) -> Ledgered:
     """Keep a recipe that can be done; one that is refused changes nothing.
 
     Whoever made it of the present one holds the case's lock since.
     """
-    shape = clinic.desk.shape(bench)
+    shape = app_state.shape_cache.shape(workspace)
     done = shape.replayed(recipe)
-    bench.save_recipe(recipe)
-    _changed(clinic, bench, recipe, gesture)
-    return _told(recipe_reply(clinic, bench), done)
+    workspace.save_recipe(recipe)
+    _changed(app_state, workspace, recipe, gesture)
+    return _told(recipe_reply(app_state, workspace), done)
 
 
-def _changed(clinic: Clinic, bench: Bench, recipe: Recipe, gesture: Gesture) -> None:
+def _changed(app_state: AppState, workspace: Workspace, recipe: Recipe, gesture: Gesture) -> None:
     """Tell everybody who looks on, and remember whose act made this recipe."""
-    clinic.desk.made[bench.root] = (gesture.act, _mark(recipe))
-    clinic.news.tell(bench.case.case_id, "work")
+    app_state.shape_cache.made[workspace.root] = (gesture.act, _mark(recipe))
+    app_state.news.tell(workspace.case.case_id, "work")
 
 
 def _mark(recipe: Recipe) -> str:
     return hashlib.sha256(encode_recipe(recipe)).hexdigest()[:24]
 
 
-def _ledgered(clinic: Clinic, bench: Bench) -> Ledgered:
+def _ledgered(app_state: AppState, workspace: Workspace) -> Ledgered:
     """The recipe as it is, also where it cannot be done any more: places may have moved."""
-    shape, reply = clinic.desk.shape(bench), recipe_reply(clinic, bench)
+    shape, reply = app_state.shape_cache.shape(workspace), recipe_reply(app_state, workspace)
     try:
-        done = shape.replayed(bench.recipe())
+        done = shape.replayed(workspace.recipe())
     except LimbgramError as error:
-        root = clinic.shelf.root
+        root = app_state.shelf.root
         return Ledgered(recipe=reply, refusal=FindingReply.of(error.finding, root))
     return _told(reply, done)
 

@@ -5,9 +5,9 @@ from typing import Literal
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse
 
-from limbgram.app.clinic import BenchHere, CaseHere, ClinicHere
 from limbgram.app.replies import PICTURE, missing
-from limbgram.cases.filing import filed_record
+from limbgram.app.state import AppStateHere, CaseHere, WorkspaceHere
+from limbgram.cases.shape_record import shape_record_of
 from limbgram.report.html import html_of
 from limbgram.report.pdf import pdf_of
 from limbgram.report.record.layout import record_report
@@ -23,18 +23,18 @@ PAGE_POLICY = {
 
 
 @router.get("/cases/{case_id}/record.pdf", response_class=Response, responses=PICTURE)
-def record_pdf(clinic: ClinicHere, bench: BenchHere) -> Response:
+def record_pdf(app_state: AppStateHere, workspace: WorkspaceHere) -> Response:
     """The record, two sheets of A4."""
-    record = filed_record(bench, clinic.desk.work(bench))
+    record = shape_record_of(workspace, app_state.shape_cache.work(workspace))
     pdf = pdf_of(record_report(record.content, record.pictures))
-    name = f'inline; filename="{bench.case.case_id}-record.pdf"'
+    name = f'inline; filename="{workspace.case.case_id}-record.pdf"'
     return Response(pdf, media_type="application/pdf", headers={"content-disposition": name})
 
 
 @router.get("/cases/{case_id}/record.html", response_class=Response)
-def record_page(clinic: ClinicHere, bench: BenchHere) -> Response:
+def record_page(app_state: AppStateHere, workspace: WorkspaceHere) -> Response:
     """The same as one page."""
-    record = filed_record(bench, clinic.desk.work(bench))
+    record = shape_record_of(workspace, app_state.shape_cache.work(workspace))
     page = html_of(record_report(record.content, record.pictures))
     return Response(page, media_type="text/html; charset=utf-8", headers=PAGE_POLICY)
 

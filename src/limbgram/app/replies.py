@@ -9,7 +9,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException as StarletteHTTPException
 
-from limbgram.app.plain import finding_for_app, plain
+from limbgram.app.app_wording import finding_for_app, plain
 from limbgram.core.errors import (
     CaseError,
     ExportError,
@@ -132,7 +132,7 @@ def answer_disk(request: Request, error: Exception) -> JSONResponse:
 
 def _root(request: Request) -> Path:
     """Where the cases lie, which nobody before the app need know."""
-    root: Path = request.app.state.clinic.shelf.root
+    root: Path = request.app.state.app_state.shelf.root
     return root
 
 

@@ -15,6 +15,7 @@ from fastapi.responses import FileResponse, HTMLResponse, Response
 from starlette.exceptions import HTTPException as StarletteHTTPException
 
 from limbgram.app import (
+    camera_checks,
     cameras,
     cases,
     check,
@@ -22,7 +23,6 @@ from limbgram.app import (
     events,
     exports,
     jobs,
-    kit,
     limb,
     measures,
     phone,
@@ -35,9 +35,8 @@ from limbgram.app import (
     words,
 )
 from limbgram.app.access import Guard
-from limbgram.app.acts import OnceEach
-from limbgram.app.clinic import Clinic
-from limbgram.app.plain import plain_answers
+from limbgram.app.app_wording import plain_answers
+from limbgram.app.idempotency import OnceEach
 from limbgram.app.replies import (
     RESPONSES,
     answer_disk,
@@ -47,6 +46,7 @@ from limbgram.app.replies import (
     answer_refusal,
     missing,
 )
+from limbgram.app.state import AppState
 from limbgram.core.errors import LimbgramError
 
 STATIC = Path(__file__).parent / "static"
@@ -67,7 +67,7 @@ _RESOURCES = (
     compare,
     record,
     cameras,
-    kit,
+    camera_checks,
     templates,
     events,
     words,
@@ -84,14 +84,14 @@ _SHRINKING = (".js", ".css", ".html", ".svg", ".txt")
 _LONG = "public, max-age=31536000, immutable"
 
 
-def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
-    """The routes over one clinic, without their guard."""
+def build(app_state: AppState, static: Path = STATIC) -> FastAPI:
+    """The routes over one app_state, without their guard."""
 
     @asynccontextmanager
     async def living(_app: FastAPI) -> AsyncGenerator[None]:
-        clinic.open()
+        app_state.open()
         yield
-        clinic.close()
+        app_state.close()
 
     app = FastAPI(
         title="limbgram",
@@ -101,11 +101,11 @@ def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         lifespan=living,
-        default_response_class=plain_answers(clinic.shelf.root),
+        default_response_class=plain_answers(app_state.shelf.root),
         generate_unique_id_function=lambda route: route.name,
     )
-    app.state.clinic = clinic
-    app.add_middleware(OnceEach, shelf=clinic.shelf)  # pyright: ignore[reportArgumentType]
+    app.state.app_state = app_state
+    app.add_middleware(OnceEach, shelf=app_state.shelf)  # pyright: ignore[reportArgumentType]
     for resource in _RESOURCES:
         app.include_router(resource.router, prefix=PREFIX, responses=RESPONSES)
     app.include_router(session.start_router)
@@ -123,9 +123,9 @@ def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
     return app
 
 
-def guarded(clinic: Clinic, static: Path = STATIC) -> Guard:
+def guarded(app_state: AppState, static: Path = STATIC) -> Guard:
     """The server as it stands on a socket."""
-    return Guard(build(clinic, static), clinic.access, diary=clinic.doors.diary)
+    return Guard(build(app_state, static), app_state.access, diary=app_state.phone_ports.diary)
 
 
 def _page(static: Path, path: str, accepted: str) -> Response:

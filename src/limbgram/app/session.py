@@ -10,8 +10,8 @@ from fastapi.responses import HTMLResponse
 from pydantic import BaseModel, Field
 
 from limbgram.app.access import Access, People
-from limbgram.app.clinic import ClinicHere, SessionHere
 from limbgram.app.replies import Refusal, refused
+from limbgram.app.state import AppStateHere, SessionHere
 from limbgram.cases.shelf import ID_PATTERN
 from limbgram.core.errors import OptionsError
 from limbgram.core.run import machine_mb, worker_count
@@ -77,9 +77,9 @@ class Password(BaseModel):
 
 
 @router.get("/session")
-def read_session(clinic: ClinicHere, request: Request, session: SessionHere) -> Session:
+def read_session(app_state: AppStateHere, request: Request, session: SessionHere) -> Session:
     """Say whether this browser is signed in; answers without a session."""
-    access = clinic.access_of(request)
+    access = app_state.access_of(request)
     found = _session(access, session)
     if found.open:
         found.processors, found.memory_mb = worker_count(), machine_mb()
@@ -91,79 +91,81 @@ def read_session(clinic: ClinicHere, request: Request, session: SessionHere) -> 
     response_model=Session,
     responses={401: {"model": Refusal, "description": "The token is not good."}},
 )
-def open_session(clinic: ClinicHere, given: Token, response: Response) -> Session | Response:
+def open_session(app_state: AppStateHere, given: Token, response: Response) -> Session | Response:
     """Sign a program in by the token of a start link; answers without a session."""
-    opened = clinic.access.open_session(given.token)
+    opened = app_state.access.open_session(given.token)
     if opened is None:
         return refused(401, "NoSession", fault("app.token_used"))
-    _set(response, clinic.access, opened)
-    return _session(clinic.access, opened)
+    _set(response, app_state.access, opened)
+    return _session(app_state.access, opened)
 
 
 @router.post("/session/sign-in", response_model=Session, responses=_REFUSED_PASSWORD)
 def sign_in(
-    clinic: ClinicHere, request: Request, given: Credentials, response: Response
+    app_state: AppStateHere, request: Request, given: Credentials, response: Response
 ) -> Session | Response:
     """Sign in by name and password, on a network; answers without a session."""
-    people = _people(clinic.access)
+    people = _people(app_state.access)
     who = people.known_as(given.name)
     request.state.who = who or "unknown"  # what was typed may be a password
-    refused = _tried(clinic.access, people, request, given.name, given.password)
+    refused = _tried(app_state.access, people, request, given.name, given.password)
     if refused is not None:
         return refused
-    opened = clinic.access.begin(who)
-    _set(response, clinic.access, opened)
-    return _session(clinic.access, opened)
+    opened = app_state.access.begin(who)
+    _set(response, app_state.access, opened)
+    return _session(app_state.access, opened)
 
 
 @router.post("/session/unlock", response_model=Session, responses=_REFUSED_PASSWORD)
 def unlock(
-    clinic: ClinicHere,
+    app_state: AppStateHere,
     request: Request,
     given: Password,
     session: SessionHere,
 ) -> Session | Response:
     """Go on in a session that is locked; what was begun in the page is still there."""
-    people = _people(clinic.access)
-    signed = clinic.access.signed(session)
-    refused = _tried(clinic.access, people, request, signed.who if signed else "", given.password)
+    people = _people(app_state.access)
+    signed = app_state.access.signed(session)
+    refused = _tried(
+        app_state.access, people, request, signed.who if signed else "", given.password
+    )
     if refused is not None:
         return refused
-    clinic.access.act(session)
-    return _session(clinic.access, session)
+    app_state.access.act(session)
+    return _session(app_state.access, session)
 
 
 @router.post("/session/stay", status_code=204)
-def stay(clinic: ClinicHere, session: SessionHere) -> None:
+def stay(app_state: AppStateHere, session: SessionHere) -> None:
     """Say that somebody looks at the page and moves in it, so that it is not locked."""
-    clinic.access.act(session)
+    app_state.access.act(session)
 
 
 @router.post("/session/lock", status_code=204)
-def lock(clinic: ClinicHere, session: SessionHere) -> None:
+def lock(app_state: AppStateHere, session: SessionHere) -> None:
     """Lock this session until its user gives the password again; on a network alone."""
-    clinic.access.lock(session)
+    app_state.access.lock(session)
 
 
 @router.delete("/session", status_code=204)
-def close_session(clinic: ClinicHere, response: Response, session: SessionHere) -> None:
+def close_session(app_state: AppStateHere, response: Response, session: SessionHere) -> None:
     """Sign out."""
-    clinic.access.close_session(session)
-    response.delete_cookie(clinic.access.cookie)
+    app_state.access.close_session(session)
+    response.delete_cookie(app_state.access.cookie)
 
 
 @router.post("/session/links", status_code=201)
-def new_link(clinic: ClinicHere, session: SessionHere) -> Link:
+def new_link(app_state: AppStateHere, session: SessionHere) -> Link:
     """Make a start link for one more browser, or program, that works under the same name."""
-    signed = clinic.access.signed(session)
-    token = clinic.access.new_link_token("" if signed is None else signed.who)
-    return Link(url=f"{clinic.origin()}/start?token={token}")
+    signed = app_state.access.signed(session)
+    token = app_state.access.new_link_token("" if signed is None else signed.who)
+    return Link(url=f"{app_state.origin()}/start?token={token}")
 
 
 @start_router.get("/start", include_in_schema=False)
-def start(clinic: ClinicHere, request: Request, token: str = "", to: str = "") -> HTMLResponse:
+def start(app_state: AppStateHere, request: Request, token: str = "", to: str = "") -> HTMLResponse:
     """Open a session by a start link, and go on to the app, or to a phone's page."""
-    access = clinic.access_of(request)
+    access = app_state.access_of(request)
     opened = access.open_session(token)
     if opened is None:
         return HTMLResponse(_REFUSED, status_code=401)

@@ -7,11 +7,11 @@ import numpy as np
 from fastapi import APIRouter, Header, Query, Response
 from pydantic import BaseModel, Field
 
-from limbgram.app.blocks import encode_blocks, surface_blocks
-from limbgram.app.clinic import BenchHere, CaseHere, Clinic, ClinicHere
+from limbgram.app.binary_arrays import encode_blocks, surface_blocks
 from limbgram.app.replies import BINARY
-from limbgram.cases.bench import Bench
-from limbgram.cases.witnesses import Witness, witnesses_of
+from limbgram.app.state import AppState, AppStateHere, CaseHere, WorkspaceHere
+from limbgram.cases.photo_evidence import PointPhoto, point_evidence
+from limbgram.cases.workspace import Workspace
 from limbgram.core.mesh.sections import cut
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
 from limbgram.workbench.frame.landmarks import frame_of
@@ -47,7 +47,9 @@ class Point(BaseModel):
     )
     within_mm: float | None = Field(default=None, description="± in 95 of 100.")
     filled: bool
-    photos: list[Witness] = Field(default=[], description="That measured it, the squarest first.")
+    photos: list[PointPhoto] = Field(
+        default=[], description="That measured it, the squarest first."
+    )
     photos_note: str = Field(default="", description="Why no photos are named.")
 
 
@@ -68,8 +70,8 @@ class Section(BaseModel):
 
 @router.get("/cases/{case_id}/surface", response_class=Response, responses=BINARY)
 def read_surface(
-    clinic: ClinicHere,
-    bench: BenchHere,
+    app_state: AppStateHere,
+    workspace: WorkspaceHere,
     of: WhichHere = "scan",
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
@@ -77,7 +79,7 @@ def read_surface(
 
     Positions are in the mesh's frame; `limb` says how they lie in the limb's.
     """
-    limb, tag = limb_of(clinic, bench, of)
+    limb, tag = limb_of(app_state, workspace, of)
     if if_none_match is not None and tag in if_none_match:
         return Response(status_code=304, headers={"etag": tag})
     return Response(
@@ -89,8 +91,8 @@ def read_surface(
 
 @router.get("/cases/{case_id}/surface/differences", response_class=Response, responses=BINARY)
 def read_differences(
-    clinic: ClinicHere,
-    bench: BenchHere,
+    app_state: AppStateHere,
+    workspace: WorkspaceHere,
     edits: Annotated[
         int | None,
         Query(
@@ -105,8 +107,8 @@ def read_differences(
     Or from the shape as it was after the first edits. Positive outward: added. In the order of the
     vertices of `surface?of=rectified`.
     """
-    after, tag = limb_of(clinic, bench, "rectified")
-    before = limb_before(clinic, bench, edits)
+    after, tag = limb_of(app_state, workspace, "rectified")
+    before = limb_before(app_state, workspace, edits)
     signed = np.zeros(len(after.mesh), np.float32)
     moved = changed_vertices(before.mesh, after.mesh)
     if moved.any():
@@ -116,9 +118,11 @@ def read_differences(
 
 
 @router.post("/cases/{case_id}/surface/point")
-def ask_point(clinic: ClinicHere, case: CaseHere, bench: BenchHere, given: AskPoint) -> Point:
+def ask_point(
+    app_state: AppStateHere, case: CaseHere, workspace: WorkspaceHere, given: AskPoint
+) -> Point:
     """What is known of a place: how sure, and the photos that measured it, with residuals."""
-    shape = clinic.desk.shape(bench)
+    shape = app_state.shape_cache.shape(workspace)
     mesh, limb = shape.limb.mesh, shape.limb
     found = shape.tree.closest(np.array([given.position_mm], np.float64))
     place, face = found.points_mm[0], mesh.faces[found.faces[0]]
@@ -129,7 +133,7 @@ def ask_point(clinic: ClinicHere, case: CaseHere, bench: BenchHere, given: AskPo
     sigma = None if mesh.sigma_mm is None else float(mesh.sigma_mm[nearest])
     known = sigma is not None and bool(np.isfinite(sigma))
     filled = mesh.filled is not None and bool(mesh.filled[nearest])
-    seen = witnesses_of(case.folder, place, normal)
+    seen = point_evidence(case.folder, place, normal)
     return Point(
         position_mm=triple(place),
         normal=triple(normal),
@@ -139,22 +143,22 @@ def ask_point(clinic: ClinicHere, case: CaseHere, bench: BenchHere, given: AskPo
         sigma_mm=sigma if known else None,
         within_mm=1.96 * sigma if known and sigma is not None else None,
         filled=filled,
-        photos=list(seen.witnesses),
+        photos=list(seen.photos),
         photos_note=seen.note,
     )
 
 
 @router.get("/cases/{case_id}/surface/section")
 def read_section(
-    clinic: ClinicHere,
-    bench: BenchHere,
+    app_state: AppStateHere,
+    workspace: WorkspaceHere,
     height_mm: Annotated[
         float, Query(ge=-5000, le=5000, description="In the limb frame, from the distal end.")
     ],
     of: WhichHere = "scan",
 ) -> Section:
     """The ring at a height, to draw on the limb."""
-    limb, _ = limb_of(clinic, bench, of)
+    limb, _ = limb_of(app_state, workspace, of)
     if limb.frame is None:
         sections = cut(limb.mesh, [height_mm])
     else:
@@ -172,24 +176,26 @@ def read_section(
     return Section(height_mm=height_mm, rings=rings)
 
 
-def limb_of(clinic: Clinic, bench: Bench, of: Which) -> tuple[Limb, str]:
+def limb_of(app_state: AppState, workspace: Workspace, of: Which) -> tuple[Limb, str]:
     """The shape that is meant, and a tag that is another one when it changes."""
-    shape = clinic.desk.shape(bench)
+    shape = app_state.shape_cache.shape(workspace)
     if of == "scan":
         return shape.limb, f'"{shape.file.sha256[:24]}"'
-    recipe = bench.recipe()
+    recipe = workspace.recipe()
     return shape.replayed(recipe).limb, f'"{tag_of(shape.file.sha256, shape.limb, recipe)}"'
 
 
-def limb_before(clinic: Clinic, bench: Bench, edits: int | None) -> Limb:
+def limb_before(app_state: AppState, workspace: Workspace, edits: int | None) -> Limb:
     """The scan, or the shape after the first edits of the recipe.
 
     Raises:
         OptionsError: the recipe has fewer edits.
     """
     if edits is None:
-        return limb_of(clinic, bench, "scan")[0]
-    return clinic.desk.shape(bench).replayed(beginning(bench.recipe(), edits)).limb
+        return limb_of(app_state, workspace, "scan")[0]
+    return (
+        app_state.shape_cache.shape(workspace).replayed(beginning(workspace.recipe(), edits)).limb
+    )
 
 
 def tag_of(sha256: str, limb: Limb, recipe: Recipe) -> str:

@@ -5,14 +5,14 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Path, Response
 from pydantic import BaseModel, Field
 
-from limbgram.app.clinic import Clinic, ClinicHere
 from limbgram.app.replies import PICTURE, FindingReply
+from limbgram.app.state import AppState, AppStateHere
 from limbgram.app.surface import limb_of
-from limbgram.cases.bench import Bench
 from limbgram.cases.templates import TEMPLATE_ID_PATTERN, KeptTemplate, Templates
+from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import OptionsError
-from limbgram.report.drawings.courses import unrolled
 from limbgram.report.drawings.drawing import png
+from limbgram.report.drawings.time_course import unrolled
 from limbgram.workbench.templates.learning import Pair
 from limbgram.workbench.templates.template import moves_at_marks
 
@@ -59,61 +59,62 @@ class LearnedReply(BaseModel):
 
 
 @router.get("/templates")
-def list_templates(clinic: ClinicHere) -> list[TemplateReply]:
+def list_templates(app_state: AppStateHere) -> list[TemplateReply]:
     """The templates that the clinic keeps."""
-    return [_reply(one) for one in _templates(clinic).all()]
+    return [_reply(one) for one in _templates(app_state).all()]
 
 
 @router.post("/templates", status_code=201)
-def learn_template(clinic: ClinicHere, given: NewTemplate) -> LearnedReply:
+def learn_template(app_state: AppStateHere, given: NewTemplate) -> LearnedReply:
     """Learn what was done to the limbs of some cases: from each one's scan to its shape now."""
-    pairs = [_pair(clinic, one) for one in dict.fromkeys(given.cases)]
-    learned = _templates(clinic).learn(given.name, pairs)
-    notes = [FindingReply.of(one, clinic.shelf.root) for one in learned.notes]
-    return LearnedReply(templates=list_templates(clinic), notes=notes)
+    pairs = [_pair(app_state, one) for one in dict.fromkeys(given.cases)]
+    learned = _templates(app_state).learn(given.name, pairs)
+    notes = [FindingReply.of(one, app_state.shelf.root) for one in learned.notes]
+    return LearnedReply(templates=list_templates(app_state), notes=notes)
 
 
 @router.put("/templates/file")
 def take_template_file(
-    clinic: ClinicHere,
+    app_state: AppStateHere,
     content: Annotated[bytes, Body(media_type="application/octet-stream", max_length=2_000_000)],
 ) -> list[TemplateReply]:
     """Take a template's file that `limbgram template learn` wrote."""
-    _templates(clinic).take(content)
-    return list_templates(clinic)
+    _templates(app_state).take(content)
+    return list_templates(app_state)
 
 
 @router.get("/templates/{template_id}/file", response_class=Response)
-def read_template_file(clinic: ClinicHere, template_id: TemplateId) -> Response:
+def read_template_file(app_state: AppStateHere, template_id: TemplateId) -> Response:
     """The template's file: the parameter `learned` of the edit `from-template`."""
     return Response(
-        _templates(clinic).template(template_id).file.read_bytes(), media_type="application/json"
+        _templates(app_state).template(template_id).file.read_bytes(), media_type="application/json"
     )
 
 
 @router.get("/templates/{template_id}/picture", response_class=Response, responses=PICTURE)
-def read_template_picture(clinic: ClinicHere, template_id: TemplateId) -> Response:
+def read_template_picture(app_state: AppStateHere, template_id: TemplateId) -> Response:
     """What it does, on the limb unrolled."""
-    drawn = png(unrolled(_templates(clinic).template(template_id).read()).figure)
+    drawn = png(unrolled(_templates(app_state).template(template_id).read()).figure)
     return Response(drawn.tobytes(), media_type="image/png")
 
 
 @router.delete("/templates/{template_id}", status_code=204)
-def delete_template(clinic: ClinicHere, template_id: TemplateId) -> None:
+def delete_template(app_state: AppStateHere, template_id: TemplateId) -> None:
     """Delete a template; recipes keep what they took of it."""
-    _templates(clinic).remove(_templates(clinic).template(template_id))
+    _templates(app_state).remove(_templates(app_state).template(template_id))
 
 
-def _templates(clinic: Clinic) -> Templates:
-    return Templates(clinic.shelf.root / "templates")
+def _templates(app_state: AppState) -> Templates:
+    return Templates(app_state.shelf.root / "templates")
 
 
-def _pair(clinic: Clinic, case_id: str) -> Pair:
-    bench = Bench(clinic.shelf.case(case_id))
-    if not bench.recipe().entries:
+def _pair(app_state: AppState, case_id: str) -> Pair:
+    workspace = Workspace(app_state.shelf.case(case_id))
+    if not workspace.recipe().entries:
         raise OptionsError("template.nothing_to_learn", case=case_id)
     return Pair(
-        before=limb_of(clinic, bench, "scan")[0], after=limb_of(clinic, bench, "rectified")[0]
+        before=limb_of(app_state, workspace, "scan")[0],
+        after=limb_of(app_state, workspace, "rectified")[0],
     )
 
 

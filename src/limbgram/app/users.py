@@ -22,7 +22,7 @@ from pathlib import Path
 from argon2 import PasswordHasher
 from argon2.exceptions import InvalidHashError, VerificationError
 
-from limbgram.cases.record import write_json
+from limbgram.cases.case_record import write_json
 from limbgram.core.errors import CaseError, OptionsError, printable
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of

@@ -26,13 +26,13 @@ from jaxtyping import Float64
 from scipy.spatial import KDTree
 
 from limbgram.capture.artefact import Artefact, LengthStandard
-from limbgram.capture.permissible import KINDS, Kind, Limits
+from limbgram.capture.permissible_errors import KINDS, Kind, Limits
 from limbgram.capture.probing import Probed, Surface, find_cylinder, find_spheres
 from limbgram.capture.setup import Outcome
 from limbgram.core.errors import LimbgramError, MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.planted import signed_on
+from limbgram.core.mesh.tree_cache import signed_on
 from limbgram.core.run import track
 from limbgram.findings import Finding, Gravity, note
 from limbgram.workbench.compare.comparison import lay

@@ -26,9 +26,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Float64
 
-from limbgram.capture.prediction import Prediction, Showing, narrowest_deg, predict
-from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, proxy_of
-from limbgram.capture.stands import (
+from limbgram.capture.camera_positions import (
     Stand,
     clock,
     height_of,
@@ -36,6 +34,8 @@ from limbgram.capture.stands import (
     stand_of,
     stands_to_add,
 )
+from limbgram.capture.prediction import Prediction, Showing, narrowest_deg, predict
+from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, proxy_of
 from limbgram.core.errors import (
     CalibrationError,
     MatchingError,
@@ -72,7 +72,7 @@ from limbgram.reconstruction.matching.matching import (
     match_pairs,
     pairs_worth_matching,
 )
-from limbgram.reconstruction.matching.still import Still, find_still
+from limbgram.reconstruction.matching.static_background import Still, find_still
 from limbgram.reconstruction.movement import bending_found, lens_doubt, movement_found
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.masks import load_mask, mask_notes
@@ -93,7 +93,7 @@ from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import Board
-from limbgram.reconstruction.targets.finding import find_board
+from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
 

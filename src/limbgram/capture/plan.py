@@ -18,10 +18,10 @@ from enum import Enum
 
 import numpy as np
 
+from limbgram.capture.camera_positions import Stand, height_of
 from limbgram.capture.coach import Coverage, coverage_of
 from limbgram.capture.prediction import FINE_POWER, Prediction, Showing, cosines_of, predict
 from limbgram.capture.proxy import LimbProxy, tube
-from limbgram.capture.stands import Stand, height_of
 from limbgram.core.errors import OptionsError, PlanError
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.interval import COVER

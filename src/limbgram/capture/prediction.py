@@ -33,11 +33,11 @@ from jaxtyping import Bool, Float64, Int64
 from limbgram.capture.proxy import LimbProxy
 from limbgram.core.geometry.lens import View
 from limbgram.core.interval import weighted_quantile
-from limbgram.reconstruction.choices import MOST_TRIANGLES
-from limbgram.reconstruction.measuring.rounds import MatchingOptions
+from limbgram.reconstruction.measuring.measurement_pass import MatchingOptions
 from limbgram.reconstruction.measuring.uncertainty import OFFSET_PX
 from limbgram.reconstruction.measuring.visibility import best_views, incidences
 from limbgram.reconstruction.pipeline import DEFAULTS as PIPELINE
+from limbgram.reconstruction.user_settings import MOST_TRIANGLES
 
 SHARE_OF_PIXEL = 0.067
 USUAL_PIXEL_MM, FINE_POWER = 0.4, 0.13

@@ -1,14 +1,14 @@
 """Accuracy: the accuracy report of a case, written while its products are still in memory.
 
-Apart from `assessing`, which reads finished cases and needs twice as many programs for it.
+Apart from `case_assessment`, which reads finished cases and needs twice as many programs for it.
 """
 
 from collections.abc import Sequence
 
 from limbgram.capture.setup import SetupCited
+from limbgram.cases.case_record import write_json
 from limbgram.cases.encoding import sealed
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.record import write_json
 from limbgram.core.files import written_whole
 from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.report.accuracy.assessment import Assessment

@@ -16,7 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from limbgram.cases.record import read_kept, write_json
+from limbgram.cases.case_record import read_kept, write_json
 from limbgram.core.errors import (
     CalibrationError,
     CaseError,

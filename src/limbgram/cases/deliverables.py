@@ -5,7 +5,7 @@ from pathlib import Path
 
 from limbgram.core.run import track
 from limbgram.formats.colmap import write_colmap, write_poses
-from limbgram.formats.gate import require_unfolded
+from limbgram.formats.export_checks import require_unfolded
 from limbgram.formats.ply import write_cloud_ply, write_ply
 from limbgram.formats.stl import write_stl
 from limbgram.formats.table import FORMATS

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 from limbgram.cases.accuracy import evidence_of, write_accuracy
+from limbgram.cases.case_record import write_json
 from limbgram.cases.certificates import cited_setups, take_certificates_in
 from limbgram.cases.deliverables import deliver
 from limbgram.cases.folder import CaseFolder, take_in
-from limbgram.cases.order import Answer, Job
-from limbgram.cases.record import write_json
-from limbgram.cases.store import CachingRun
+from limbgram.cases.job_messages import Answer, Job
+from limbgram.cases.stage_cache import CachingRun
 from limbgram.core.errors import CaseError
 from limbgram.core.files import written_whole
 from limbgram.core.typed import tree_of
@@ -23,7 +23,7 @@ from limbgram.report.case import case_report
 from limbgram.report.html import html_of
 from limbgram.report.pictures import Pictures, draw
 from limbgram.report.summary import Summary, Verdict, summarise
-from limbgram.report.told import profile_lines, summary_lines
+from limbgram.report.terminal_summary import profile_lines, summary_lines
 
 
 @dataclass(frozen=True)

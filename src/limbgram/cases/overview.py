@@ -12,9 +12,9 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from limbgram.cases.bench import Bench
-from limbgram.cases.intake import photos_in
 from limbgram.cases.shelf import Held, ShelvedCase
+from limbgram.cases.uploads import photos_in
+from limbgram.cases.workspace import Workspace
 
 _STEP_NS = 2_000_000_000
 
@@ -75,8 +75,8 @@ def _looked_at(case: ShelvedCase) -> Overview:
     photos = photos_in(case.received)
     if not photos and given.is_dir():
         photos = sum(one.is_file() for one in given.iterdir())
-    bench = Bench(case)
-    return Overview(held=case.holdings(), photos=photos, stale=bench.is_stale())
+    workspace = Workspace(case)
+    return Overview(held=case.holdings(), photos=photos, stale=workspace.is_stale())
 
 
 def _stamp(case: ShelvedCase) -> Stamp:
@@ -86,7 +86,7 @@ def _stamp(case: ShelvedCase) -> Stamp:
         *(case.received, case.received / ".records", folder.photos, folder.stages),
         *(folder.superseded, delivered, folder.report, folder.record, case.label_file),
         *(work, work / "files", work / "shapes"),
-        *(place / name for place in (work, delivered) for name in Bench.SCANS),
+        *(place / name for place in (work, delivered) for name in Workspace.SCANS),
     )
     return tuple(_status(place) for place in places)
 

@@ -9,8 +9,8 @@ import shutil
 from pathlib import Path
 
 from limbgram.cases.cameras import Cameras, KeptCamera
-from limbgram.cases.intake import Intake, secret_of
 from limbgram.cases.shelf import Shelf, ShelvedCase
+from limbgram.cases.uploads import Intake, secret_of
 from limbgram.core.run import Run
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions

@@ -3,7 +3,7 @@
 SHELF/
   K7Q-4F2/        a case, as `limbgram reconstruct -o` makes it (see `folder`), and in it
     label.json    kind and side of the limb, a note, the day, whether it is archived
-    received      photos as they came in, without places and serial numbers (see `intake`)
+    received      photos as they came in, without places and serial numbers (see `uploads`)
     work          landmarks, tape readings, recipe, shapes and files made by hand
   cameras         camera files and their board photos
   removed         cases on their way out; empty unless the program was ended meanwhile
@@ -22,8 +22,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
+from limbgram.cases.case_record import read_kept, write_json
 from limbgram.cases.folder import CaseFolder, locked
-from limbgram.cases.record import read_kept, write_json
 from limbgram.core.errors import CaseError, MissingError, OptionsError, disk_finding, printable
 from limbgram.core.typed import tree_of
 from limbgram.workbench.limb import Kind, Side

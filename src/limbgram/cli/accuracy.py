@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from limbgram.cases.assessing import assess_case
+from limbgram.cases.case_assessment import assess_case
 from limbgram.cases.folder import CaseFolder
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from limbgram.cli.asking import asking
-from limbgram.cli.marks import MarksRequest, landmarks_asked, marks_seen
+from limbgram.cli.landmark_options import MarksRequest, landmarks_asked, marks_seen
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.shapes import READ, UnitOption, shape_of
+from limbgram.cli.request_options import asking
+from limbgram.cli.shape_options import READ, UnitOption, shape_of
 from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.typed import tree_of
 from limbgram.findings import told
@@ -18,8 +18,8 @@ from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import limb_file_beside
 from limbgram.services.align import AlignRequest, Axes, align
 from limbgram.workbench.bodies import outside_of
+from limbgram.workbench.frame.landmark_names import LANGUAGES, NAMES_IN
 from limbgram.workbench.frame.landmarks import NAMES, LandmarkName, frame_of, with_landmarks
-from limbgram.workbench.frame.names import LANGUAGES, NAMES_IN
 from limbgram.workbench.limb import Kind, Limb, Side
 
 

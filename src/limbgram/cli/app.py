@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from limbgram.app.options import LOCK_AFTER_MIN, NetworkOptions, ServeOptions
-from limbgram.cli.asking import asking
 from limbgram.cli.replies import Reply, answered
+from limbgram.cli.request_options import asking
 from limbgram.core.errors import OptionsError
 from limbgram.core.run import no_search_for_garbage
 
@@ -92,7 +92,7 @@ def _app(
 
 def _on_this_machine(ask: ServeOptions, *, as_json: bool) -> None:
     with _libraries():
-        from limbgram.app.serving import serve
+        from limbgram.app.local_server import serve
 
     def ready(link: str) -> None:
         _tell(
@@ -106,7 +106,7 @@ def _on_this_machine(ask: ServeOptions, *, as_json: bool) -> None:
 
 def _on_network(ask: ServeOptions, reach: NetworkOptions, *, as_json: bool) -> None:
     with _libraries():
-        from limbgram.app.network import Reached, serve_on_network
+        from limbgram.app.network_server import Reached, serve_on_network
 
     def ready(reached: Reached) -> None:
         compare = (

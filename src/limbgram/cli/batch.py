@@ -18,12 +18,12 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 
-from limbgram.cases.batch.attempt import Outcome, Plan, StepOutcome
-from limbgram.cases.batch.settings import EXAMPLE
-from limbgram.cases.batch.work import BatchRequest, Worked, prepared
-from limbgram.cases.supervision import Event
-from limbgram.cli.asking import asking
+from limbgram.batch.attempt import Outcome, Plan, StepOutcome
+from limbgram.batch.settings import EXAMPLE
+from limbgram.batch.whole_batch import BatchRequest, Worked, prepared
+from limbgram.cases.job_supervision import Event
 from limbgram.cli.replies import Reply, answered, spoken
+from limbgram.cli.request_options import asking
 from limbgram.core.errors import Cancelled, OptionsError, printable
 from limbgram.findings import told
 from limbgram.report.stages import stage_title

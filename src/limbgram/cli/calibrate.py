@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from limbgram.cli.asking import asking
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
+from limbgram.cli.request_options import asking
 from limbgram.core.errors import OptionsError
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of

@@ -10,11 +10,11 @@ from typing import Annotated
 import typer
 
 from limbgram.capture.coach import CaptureCheck
-from limbgram.cases.checking import CaptureWatch, CheckRequest, check_sources, stamps_of
-from limbgram.cli.asking import asking
+from limbgram.cases.capture_check import CaptureWatch, CheckRequest, check_sources, stamps_of
 from limbgram.cli.progress import Display, display
 from limbgram.cli.reconstruct import NoBoard, board_word
 from limbgram.cli.replies import Reply, answered
+from limbgram.cli.request_options import asking
 from limbgram.core.errors import OptionsError, PhotoError, printable
 from limbgram.core.files import write_bytes
 from limbgram.core.run import Run

@@ -7,14 +7,13 @@ from typing import Annotated, Any
 
 import typer
 
-from limbgram.cli.asking import asking
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.shapes import UnitOfAll, require_output, shape_of
+from limbgram.cli.request_options import asking
+from limbgram.cli.shape_options import UnitOfAll, require_output, shape_of
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
 from limbgram.services.compare import CompareRequest, FollowRequest, follow
 from limbgram.workbench.compare.comparison import Comparison
-from limbgram.workbench.compare.following import Repeats, Series
 from limbgram.workbench.compare.messages import (
     comparison_lines,
     comparison_tree,
@@ -23,6 +22,7 @@ from limbgram.workbench.compare.messages import (
     series_lines,
     series_tree,
 )
+from limbgram.workbench.compare.over_time import Repeats, Series
 from limbgram.workbench.limb import Limb
 
 
@@ -67,8 +67,8 @@ def _doubted(limbs: Sequence[Limb], reply: Reply) -> Reply:
 
 def _course(series: Series) -> bytes:
     """Drawn only where asked: what draws takes longer to import than most shapes to compare."""
-    from limbgram.report.drawings.courses import course
     from limbgram.report.drawings.drawing import png
+    from limbgram.report.drawings.time_course import course
 
     return png(course(series).figure).tobytes()
 

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
+from limbgram.cases.case_record import write_json
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.order import Job
-from limbgram.cases.record import write_json
+from limbgram.cases.job_messages import Job
 from limbgram.cases.scoring import score_case
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
@@ -17,7 +17,7 @@ from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
 from limbgram.report.comparison import TruthComparison
 from limbgram.services.calibrate import calibrate_photos, save_calibration
-from limbgram.services.captures import DEFAULT_BOARD, parse_board
+from limbgram.services.parse_capture import DEFAULT_BOARD, parse_board
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import CALIBRATION_BOARD

@@ -6,10 +6,16 @@ from typing import Annotated, Any, BinaryIO
 import typer
 
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.shapes import ShapeArgument, UnitOption, require_apart, require_no_shape, shape_of
-from limbgram.core.declared import Declared, declared, purpose_of
+from limbgram.cli.shape_options import (
+    ShapeArgument,
+    UnitOption,
+    require_apart,
+    require_no_shape,
+    shape_of,
+)
 from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import other, require, toml_of, write_file
+from limbgram.core.request_fields import Declared, declared, purpose_of
 from limbgram.core.typed import tree_of, words_of_type
 from limbgram.findings import note, told
 from limbgram.formats.limb_file import write_limb

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from limbgram.cli.asking import Kinds, asking
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.shapes import (
+from limbgram.cli.request_options import Kinds, asking
+from limbgram.cli.shape_options import (
     ShapeArgument,
     UnitOption,
     require_apart,

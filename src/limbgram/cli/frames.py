@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from limbgram.cases.frames import take_frames
+from limbgram.cases.video_frames import take_frames
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.run import Run

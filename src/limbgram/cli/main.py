@@ -94,7 +94,7 @@ COMMANDS = {
         "Prove your own kit: camera, board, room and hands, on an artefact of known size.",
     ),
     "print": (
-        "print_board:print_command",
+        "print_sheets:print_command",
         "Make sheets to print in true size, and files that know their measured size.",
     ),
     "demo": (

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.masking import MARGIN_MM, write_masks
+from limbgram.cases.masks import MARGIN_MM, write_masks
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.run import Run

@@ -6,11 +6,17 @@ from typing import Annotated, Any
 
 import typer
 
-from limbgram.cli.asking import asking
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.shapes import AlignedShape, UnitOption, require_apart, require_output, shape_of
+from limbgram.cli.request_options import asking
+from limbgram.cli.shape_options import (
+    AlignedShape,
+    UnitOption,
+    require_apart,
+    require_output,
+    shape_of,
+)
 from limbgram.core.errors import with_full_stop
-from limbgram.core.geometry.smoothing import SMOOTHED_OVER
+from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.interval import Interval, explained, plus_minus
 from limbgram.findings import told
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
+from limbgram.capture.camera_positions import Stand
 from limbgram.capture.plan import CapturePlan
-from limbgram.capture.stands import Stand
-from limbgram.cli.asking import asking
 from limbgram.cli.replies import Reply, answered
+from limbgram.cli.request_options import asking
 from limbgram.core.errors import printable
 from limbgram.core.files import write_bytes
 from limbgram.core.typed import tree_of

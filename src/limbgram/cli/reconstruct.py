@@ -8,11 +8,11 @@ from typing import Annotated
 import typer
 
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.order import Answer, Job, order
-from limbgram.cases.supervision import JobBug, Supervision
-from limbgram.cli.asking import asking
+from limbgram.cases.job_messages import Answer, Job, order
+from limbgram.cases.job_supervision import JobBug, Supervision
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
+from limbgram.cli.request_options import asking
 from limbgram.core.errors import OptionsError, printable
 from limbgram.core.files import json_of
 from limbgram.services.reconstruct import NO_BOARD, ReconstructRequest

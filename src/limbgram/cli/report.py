@@ -6,9 +6,9 @@ from typing import Annotated
 import typer
 
 from limbgram.cases.folder import CaseFolder
-from limbgram.cli.asking import asking
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.shapes import AlignedShape, UnitOfAll, shape_of
+from limbgram.cli.request_options import asking
+from limbgram.cli.shape_options import AlignedShape, UnitOfAll, shape_of
 from limbgram.core.errors import OptionsError
 from limbgram.findings import Finding, advice, sentence, told
 from limbgram.formats.sidecar import hash_of, limb_file_beside
@@ -82,7 +82,9 @@ def _recipe(path: Path) -> RecipeSource:
 
 
 def _case(path: Path) -> CaseSource:
-    from limbgram.cases.assessing import cited  # with the stages, a second for records of cases
+    from limbgram.cases.case_assessment import (
+        cited,  # with the stages, a second for records of cases
+    )
 
     return cited(CaseFolder(path))
 

@@ -9,7 +9,7 @@ import numpy as np
 import typer
 
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.shapes import (
+from limbgram.cli.shape_options import (
     AlignedShape,
     UnitOfAll,
     UnitOption,
@@ -147,8 +147,8 @@ def show_command(
     known = read_template(template)
     written: list[Path] = []
     if picture is not None:
-        from limbgram.report.drawings.courses import unrolled
         from limbgram.report.drawings.drawing import png
+        from limbgram.report.drawings.time_course import unrolled
 
         written = [write_bytes(picture, png(unrolled(known).figure).tobytes())]
     return Reply(

@@ -8,11 +8,11 @@ import typer
 
 from limbgram.capture.setup import Outcome
 from limbgram.cases.certificates import SUFFIX, certificate_beside
-from limbgram.cases.verifying import Certified, SetupTest, VerifyRequest
-from limbgram.cli.asking import asking
+from limbgram.cases.kit_verification import Certified, SetupTest, VerifyRequest
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import run_job
 from limbgram.cli.replies import Reply, answered
+from limbgram.cli.request_options import asking
 from limbgram.core.errors import RED_EXIT_CODE, UNDECIDED_EXIT_CODE
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of

@@ -12,16 +12,16 @@ from typing import Annotated
 import typer
 
 from limbgram.cases.deliverables import deliver
-from limbgram.cases.supervision import environment
-from limbgram.cli.ahead import CAPTURE, work_on_shape
+from limbgram.cases.job_supervision import environment
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
+from limbgram.cli.warm_up_worker import CAPTURE, work_on_shape
 from limbgram.core.run import NEUTRAL_FOLDER, Run, worker_count
 from limbgram.formats.reading import read_limb
 from limbgram.reconstruction.pipeline import Capture, reconstruct
 from limbgram.report.pictures import draw
 from limbgram.services.calibrate import calibrate_photos
-from limbgram.services.captures import DEFAULT_BOARD, parse_board
+from limbgram.services.parse_capture import DEFAULT_BOARD, parse_board
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.props.board import CALIBRATION_BOARD
 
@@ -64,11 +64,11 @@ def _go_all_the_way(capture: Path, folder: Path, run: Run) -> None:
 
 @contextmanager
 def second_process(capture: Path, folder: Path) -> Generator[None]:
-    """Let `ahead` work beside; with one processor alone it would only be in the way."""
+    """Let `warm_up_worker` work beside; with one processor alone it would only be in the way."""
     if worker_count() == 1:
         yield
         return
-    command = [sys.executable, "-P", "-m", "limbgram.cli.ahead", str(capture), str(folder)]
+    command = [sys.executable, "-P", "-m", "limbgram.cli.warm_up_worker", str(capture), str(folder)]
     nowhere = subprocess.DEVNULL
     ahead = subprocess.Popen(
         command, cwd=NEUTRAL_FOLDER, env=environment(), stdout=nowhere, stderr=nowhere

@@ -21,8 +21,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
 
-from limbgram.core.declared import Text, Within, bare, text_of, within_of
 from limbgram.core.errors import AS_IS, LimbgramError
+from limbgram.core.request_fields import Text, Within, bare, text_of, within_of
 from limbgram.findings import Finding, as_json, note
 
 T = TypeVar("T")

@@ -3,7 +3,7 @@
 from .aop.cost import AopReport
 from .aop.writing import AopOptions, Own, write_aop
 from .dxf import PolyfaceReport, write_dxf, write_polyface_dxf
-from .gate import admit, in_limb_frame, sure_in_limb_frame
+from .export_checks import admit, in_limb_frame, sure_in_limb_frame
 from .gcode.control import Control
 from .gcode.machine import Machine, read_machine, write_machine
 from .gcode.writing import GcodeReport, write_gcode

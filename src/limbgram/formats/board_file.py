@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from limbgram.core.errors import OptionsError
-from limbgram.formats.printed import PrintedFile, PrintedSize
+from limbgram.formats.printed_size import PrintedFile, PrintedSize
 from limbgram.reconstruction.targets.board import Board, BoardKind
 
 

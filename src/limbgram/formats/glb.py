@@ -24,7 +24,7 @@ from limbgram.core.files import ContentError, json_of, other, other_count, requi
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, fault, note
-from limbgram.formats.soup import Soup
+from limbgram.formats.triangle_soup import Soup
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
 _Z_UP_FROM_Y_UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])

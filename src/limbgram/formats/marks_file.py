@@ -8,7 +8,7 @@ The places themselves are kept, so that a print of today is understood by every 
 from dataclasses import dataclass
 from pathlib import Path
 
-from limbgram.formats.printed import PrintedFile, PrintedSize
+from limbgram.formats.printed_size import PrintedFile, PrintedSize
 from limbgram.reconstruction.targets.plates import MarkPlate
 
 

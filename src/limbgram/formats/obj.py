@@ -17,7 +17,7 @@ from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import ContentError, write_file
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.formats.soup import Soup, fans_of, require_corners
+from limbgram.formats.triangle_soup import Soup, fans_of, require_corners
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, target
 

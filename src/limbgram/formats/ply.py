@@ -23,7 +23,7 @@ from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import ContentError, other, other_count, require, write_file
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.findings import fault
-from limbgram.formats.soup import Soup, fans_of, require_corners
+from limbgram.formats.triangle_soup import Soup, fans_of, require_corners
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 

@@ -16,12 +16,12 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, note
 from limbgram.formats.sidecar import LimbRecord, OfAnother, hash_of, limb_file_beside, read_record
-from limbgram.formats.soup import Sound, Soup, sound_mesh
 from limbgram.formats.table import FORMATS, format_of
+from limbgram.formats.triangle_soup import Sound, Soup, sound_mesh
 from limbgram.formats.units import check_size
 from limbgram.workbench.carving.radius_map import Grid
 from limbgram.workbench.limb import Limb, LimbFrame, Origin, doubt_of_name
-from limbgram.workbench.strays import without_strays
+from limbgram.workbench.loose_pieces import without_strays
 
 _LARGEST_BYTES = 1 << 30
 _MM_PER_STATED = {"mm": 1.0, "m": 1000.0}

@@ -19,7 +19,7 @@ import numpy as np
 from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import write_file
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.formats.soup import Soup, triangles_merged
+from limbgram.formats.triangle_soup import Soup, triangles_merged
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 

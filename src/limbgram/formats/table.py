@@ -16,8 +16,8 @@ from limbgram.formats.dxf import write_dxf
 from limbgram.formats.glb import read_glb, write_glb
 from limbgram.formats.obj import read_obj, write_obj
 from limbgram.formats.ply import read_ply, write_ply
-from limbgram.formats.soup import Soup
 from limbgram.formats.stl import read_stl, write_stl
+from limbgram.formats.triangle_soup import Soup
 from limbgram.formats.writing import Unit
 
 Kept = Literal["colours", "filled", "sigma", "shared errors", "lost length"]

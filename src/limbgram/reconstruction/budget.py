@@ -23,7 +23,7 @@ from limbgram.reconstruction.measuring.imagery import imagery_mb
 from limbgram.reconstruction.photos.decoding import in_flight_mb
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
-from limbgram.reconstruction.targets.finding import SEARCH_BYTES
+from limbgram.reconstruction.targets.board_detection import SEARCH_BYTES
 
 _EQUILATERAL = 3**0.5 / 4
 """Area of an equilateral triangle over its squared side."""

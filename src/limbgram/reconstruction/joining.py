@@ -22,9 +22,9 @@ from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.ring import MappingOptions, place
 from limbgram.reconstruction.mapping.scene import JoinedByMarks, Scene
-from limbgram.reconstruction.matching.coded import Coded, CodedMatches, with_marks
+from limbgram.reconstruction.matching.coded_marks import Coded, CodedMatches, with_marks
 from limbgram.reconstruction.matching.matching import Matches
-from limbgram.reconstruction.matching.still import Still
+from limbgram.reconstruction.matching.static_background import Still
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks
 from limbgram.reconstruction.twoview.pairs import Pairs

@@ -24,11 +24,10 @@ from limbgram.reconstruction.calibration.cameras import (
     Cameras,
     cameras_for,
 )
-from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
 from limbgram.reconstruction.dense.estimation import estimate_depth
 from limbgram.reconstruction.dense.fusion import FusionOptions, fuse
+from limbgram.reconstruction.dense.photo_depth import DenseOptions
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region
-from limbgram.reconstruction.dense.solving import DenseOptions
 from limbgram.reconstruction.features.detection import FeatureOptions, Features, detect
 from limbgram.reconstruction.joining import (
     join_by_marks,
@@ -40,14 +39,14 @@ from limbgram.reconstruction.mapping.following import FollowingOptions, follow_p
 from limbgram.reconstruction.mapping.movement import BodyMotion
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Movement, Scene
-from limbgram.reconstruction.matching.coded import Coded
+from limbgram.reconstruction.matching.coded_marks import Coded
 from limbgram.reconstruction.matching.matching import (
     Matches,
     MatchingOptions,
     match,
     match_what_there_is,
 )
-from limbgram.reconstruction.matching.still import Still, StillOptions, find_still
+from limbgram.reconstruction.matching.static_background import Still, StillOptions, find_still
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.movement import (
     LookOptions,
@@ -71,22 +70,23 @@ from limbgram.reconstruction.poses import (
     may_be_turned_over,
     place_object,
 )
-from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
 from limbgram.reconstruction.scale.marks import mark_distances
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
-from limbgram.reconstruction.scale.taping import TapeWitnesses, hold_tapes
+from limbgram.reconstruction.scale.stated_lengths import KnownDistance, TapedGirth
+from limbgram.reconstruction.scale.taped_girths import TapeWitnesses, hold_tapes
 from limbgram.reconstruction.surface.parts import PartOptions, Parts, tell_parts
 from limbgram.reconstruction.surface.pivoting import PivotOptions, pivot
 from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
 from limbgram.reconstruction.surface.repair import RepairOptions, repair
 from limbgram.reconstruction.surface.resampling import refine
 from limbgram.reconstruction.targets.board import KIT_DICTIONARY, Board, BoardDetections
-from limbgram.reconstruction.targets.finding import TargetOptions, find_board
+from limbgram.reconstruction.targets.board_detection import TargetOptions, find_board
 from limbgram.reconstruction.targets.marks import MarkOptions, find_marks
 from limbgram.reconstruction.targets.plates import MarkPlate
 from limbgram.reconstruction.twoview.pairs import Pairs
 from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
+from limbgram.reconstruction.user_settings import MOST_TRIANGLES, Choices
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -268,7 +268,7 @@ def _reconstructed(
         measuring = replace(
             options.measuring,
             photo_halvings=resolution.photo_halvings,
-            lay_lips=options.measuring.lay_lips or bool(placing.poses.sides),
+            lay_back_overshoot=options.measuring.lay_back_overshoot or bool(placing.poses.sides),
             matching=replace(options.measuring.matching, face_parts=resolution.face_parts),
         )
         return run(measure, photos, metric, even, measuring)

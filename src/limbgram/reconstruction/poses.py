@@ -45,11 +45,11 @@ from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_ro
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.verdicts import by_found_lenses, found_lenses
 from limbgram.reconstruction.matching.matching import Matches
-from limbgram.reconstruction.matching.still import Still
+from limbgram.reconstruction.matching.static_background import Still
 from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.scale.background_board import without_background_board
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
-from limbgram.reconstruction.scale.standing import without_still_board
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
@@ -272,7 +272,7 @@ def may_be_turned_over(scene: Scene, detections: BoardDetections | None) -> bool
 
 def board_of_object(detections: BoardDetections, still: Still, poses: Poses) -> BoardDetections:
     """The board where it keeps one place beside the object: only there it tells the scale."""
-    return poses.one_board(without_still_board(detections, still))
+    return poses.one_board(without_background_board(detections, still))
 
 
 def refuse_apart(poses: Poses, scene: Scene) -> None:

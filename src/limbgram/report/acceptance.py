@@ -16,7 +16,7 @@ from limbgram.capture.acceptance import (
     without_outcome,
 )
 from limbgram.capture.certificate import Certificate
-from limbgram.capture.permissible import KINDS
+from limbgram.capture.permissible_errors import KINDS
 from limbgram.capture.setup import Outcome, SetupCited
 from limbgram.findings import fault, told
 from limbgram.report.blocks import (

@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float64
 from limbgram.core.geometry.arrays import Faces, Points3
 from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.signed import SignedSurface
+from limbgram.core.mesh.signed_distance import SignedSurface
 
 _SAMPLES = 10_000
 _ROUNDS = 12

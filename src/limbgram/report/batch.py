@@ -25,7 +25,7 @@ from limbgram.report.blocks import (
 )
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.intended_use import OF_SCANS
-from limbgram.report.light import Light
+from limbgram.report.verdict_light import Light
 
 _ORDER = ("", "red", "amber", "green")
 

@@ -31,8 +31,8 @@ from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.drawings.charts import ImageScale, image_scales
 from limbgram.report.intended_use import OF_SCANS
 from limbgram.report.lenses import OwnLensFigures, own_lenses
-from limbgram.report.light import Light
 from limbgram.report.parts import PartSummary, part_summaries
+from limbgram.report.verdict_light import Light
 from limbgram.workbench.limb import marked_red
 
 SCHEMA: Literal["limbgram-summary/2"] = "limbgram-summary/2"

@@ -10,9 +10,9 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from limbgram.core.declared import Flag, Within
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.services.texts import AXIS, DIRECTION, PAIR, Direction, Pair
+from limbgram.core.request_fields import Flag, Within
+from limbgram.services.parse_text import AXIS, DIRECTION, PAIR, Direction, Pair
 from limbgram.workbench.frame.alignment import AlignOptions
 from limbgram.workbench.frame.alignment import align as with_frame
 from limbgram.workbench.limb import Kind, Limb, LimbFrame, Side

@@ -10,16 +10,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from limbgram.core.declared import Flag
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import written_whole
+from limbgram.core.request_fields import Flag
 from limbgram.core.run import Run
 from limbgram.formats.camera import write_camera
 from limbgram.reconstruction.calibration.board import BoardCalibration, calibrate
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.targets.board import Board
 from limbgram.report.calibration import calibration_picture
-from limbgram.services.captures import names_board_file, parse_board
+from limbgram.services.parse_capture import names_board_file, parse_board
 
 
 @dataclass(frozen=True, kw_only=True)

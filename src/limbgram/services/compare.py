@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from datetime import date
 from typing import Annotated
 
-from limbgram.core.declared import AtMost, Flag, Within
 from limbgram.core.errors import OptionsError
-from limbgram.services.texts import DAY, WEIGHT
-from limbgram.workbench.compare import comparison, following
+from limbgram.core.request_fields import AtMost, Flag, Within
+from limbgram.services.parse_text import DAY, WEIGHT
+from limbgram.workbench.compare import comparison, over_time
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison
-from limbgram.workbench.compare.following import FollowOptions, Repeats, Series, Visit
+from limbgram.workbench.compare.over_time import FollowOptions, Repeats, Series, Visit
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
 from limbgram.workbench.limb import Limb
 
@@ -103,9 +103,9 @@ def follow(
     over.require_for(len(limbs))
     options = ask.options()
     if over.repeats:
-        return following.repeats(limbs, options)
+        return over_time.repeats(limbs, options)
     if not over.days:
         return comparison.compare(limbs[0], limbs[1], options)
     visits = [Visit(limb=limb, day=day) for limb, day in zip(limbs, over.days, strict=True)]
     share = over.repeatability_per_cent / 100
-    return following.follow(visits, FollowOptions(compare=options, assumed_volume_share=share))
+    return over_time.follow(visits, FollowOptions(compare=options, assumed_volume_share=share))

@@ -12,17 +12,17 @@ from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 
-from limbgram.core.declared import Flag, Within
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.request_fields import Flag, Within
 from limbgram.findings import Finding, note
 from limbgram.formats.aop.cost import AopReport
 from limbgram.formats.aop.profiles import Profile
 from limbgram.formats.aop.writing import AopOptions, LineEnd, Own, write_aop
 from limbgram.formats.dxf import Curves, curves_of, write_polyface_dxf, write_triangles
-from limbgram.formats.gate import admit, sure_in_limb_frame
+from limbgram.formats.export_checks import admit, sure_in_limb_frame
 from limbgram.formats.gcode.control import Coolant, DialectName, FeedMode, RotaryWord, Winding
 from limbgram.formats.gcode.machine import Machine, read_machine, require_place, write_machine
 from limbgram.formats.gcode.writing import write_gcode
@@ -262,7 +262,7 @@ def _sure(limb: Limb, side: Side | None) -> Limb:
 def _with_picture(exported: Exported, picture: Path) -> Exported:
     """Draw the mirror check; what draws takes longer to import than a mesh to write."""
     from limbgram.report.drawings.drawing import png
-    from limbgram.report.drawings.mirrorcheck import mirror_check
+    from limbgram.report.drawings.mirror_check import mirror_check
 
     drawing = mirror_check(exported.shown, exported.marks, exported.side, exported.path.name)
     write_bytes(picture, png(drawing.figure).tobytes())

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
-from limbgram.core.declared import Panel, Within
 from limbgram.core.errors import OptionsError
+from limbgram.core.request_fields import Panel, Within
 from limbgram.core.run import Run
 from limbgram.formats.units import mm_per_unit_of
 from limbgram.synthetic.capture import Capture, make_capture
@@ -23,8 +23,8 @@ from limbgram.synthetic.props.gauges import BallBar, Gauge, GaugeCylinder
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import Paint, scattered_spots
 from limbgram.synthetic.props.scan import Scan, distance_for, read_scan
-from limbgram.synthetic.turning import TurnedOver, Turning
-from limbgram.synthetic.usual import PHONE, Fault, with_faults
+from limbgram.synthetic.turned_limb import TurnedOver, Turning
+from limbgram.synthetic.usual_faults import PHONE, Fault, with_faults
 
 GaugeName = Literal["ball-bar", "cylinder"]
 Detail = Literal["knit", "veins", "scars", "wrinkles"]

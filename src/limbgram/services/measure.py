@@ -13,12 +13,12 @@ from typing import Annotated
 
 import numpy as np
 
-from limbgram.core.declared import AtMost, Flag, Within
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.request_fields import AtMost, Flag, Within
 from limbgram.formats.limb_file import write_limb
-from limbgram.services.texts import PAIR, READING, SPAN, Height, Pair, Span
+from limbgram.services.parse_text import PAIR, READING, SPAN, Height, Pair, Span
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.thickness import Thickness
 from limbgram.workbench.frame.landmarks import in_limb_frame
@@ -163,6 +163,6 @@ def _picture(measures: Measures) -> bytes:
 
 def _map(limb: Limb, wall: Thickness) -> bytes:
     from limbgram.report.drawings.drawing import png
-    from limbgram.report.drawings.walls import wall_map
+    from limbgram.report.drawings.wall_thickness import wall_map
 
     return png(wall_map(in_limb_frame(limb), wall).figure).tobytes()

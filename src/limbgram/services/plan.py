@@ -20,8 +20,8 @@ from limbgram.capture.plan import (
     plan_capture,
 )
 from limbgram.capture.proxy import LimbProxy
-from limbgram.core.declared import Flag
 from limbgram.core.errors import OptionsError, printable
+from limbgram.core.request_fields import Flag
 from limbgram.formats.camera import read_camera
 
 

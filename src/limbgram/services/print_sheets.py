@@ -9,17 +9,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Final
 
-from limbgram.core.declared import Text, Within
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
+from limbgram.core.request_fields import Text, Within
 from limbgram.formats.board_file import require_board_place, write_board
 from limbgram.formats.camera import read_camera
 from limbgram.formats.marks_file import PrintedKind, require_marks_place, write_marks
-from limbgram.formats.printed import PrintedSize, Reading
+from limbgram.formats.printed_size import PrintedSize, Reading
 from limbgram.formats.sheets.kinds import KINDS, KindName, SheetOptions
 from limbgram.formats.sheets.page import PageName, Sheet
 from limbgram.reconstruction.targets.board import Board
-from limbgram.services.captures import parse_board
+from limbgram.services.parse_capture import parse_board
 
 _FILM_MM = 36.0
 """Width of the film that focal lengths in 35 mm terms belong to."""

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from limbgram.core.declared import Flag, Text, Within
 from limbgram.core.errors import OptionsError
-from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices, SurfaceMethod
-from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
+from limbgram.core.request_fields import Flag, Text, Within
+from limbgram.reconstruction.scale.stated_lengths import KnownDistance, TapedGirth
 from limbgram.reconstruction.targets.board import Board
 from limbgram.reconstruction.targets.plates import MarkPlate
-from limbgram.services.captures import (
+from limbgram.reconstruction.user_settings import MOST_TRIANGLES, Choices, SurfaceMethod
+from limbgram.services.parse_capture import (
     DEFAULT_BOARD,
     Box,
     parse_board,

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from limbgram.core.declared import Flag, Within
 from limbgram.core.errors import ExportError, OptionsError
 from limbgram.core.files import write_bytes
+from limbgram.core.request_fields import Flag, Within
 from limbgram.report.html import html_of
 from limbgram.report.pdf import pdf_of
 from limbgram.report.record.layout import record_report

@@ -17,8 +17,8 @@ from limbgram.synthetic.props.scan import Scan, distance_for, read_scan
 from limbgram.synthetic.props.stickers import SockSticker, sticker_places_mm
 from limbgram.synthetic.rendering.shading import Lighting, Shadow
 from limbgram.synthetic.truth import SurfacePoints, Truth, stage_truth, surface_points
-from limbgram.synthetic.turning import TurnedOver, Turning
-from limbgram.synthetic.usual import PHONE, Fault, with_faults
+from limbgram.synthetic.turned_limb import TurnedOver, Turning
+from limbgram.synthetic.usual_faults import PHONE, Fault, with_faults
 
 __all__ = [
     "CALIBRATION_BOARD",

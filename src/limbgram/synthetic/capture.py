@@ -36,7 +36,6 @@ from limbgram.synthetic.props.room import (
     shifted_about,
 )
 from limbgram.synthetic.props.stickers import stick
-from limbgram.synthetic.record import write_record
 from limbgram.synthetic.rendering.developing import (
     LinearPicture,
     defocused,
@@ -52,7 +51,8 @@ from limbgram.synthetic.rendering.developing import (
 from limbgram.synthetic.rendering.renderer import Stage, nearness_of, render, seen, silhouette
 from limbgram.synthetic.rendering.shading import Light, Lighting, light_of, shadow_edge
 from limbgram.synthetic.truth import Truth, ideal_camera, stage_truth
-from limbgram.synthetic.turning import TurnedOver, Turning, standing_photos
+from limbgram.synthetic.truth_files import write_record
+from limbgram.synthetic.turned_limb import TurnedOver, Turning, standing_photos
 
 _TEXELS_PER_PIXEL = 3.0
 _FINEST_TEXEL_MM = 0.08

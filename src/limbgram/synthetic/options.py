@@ -17,7 +17,7 @@ from limbgram.synthetic.props.scan import Scan
 from limbgram.synthetic.props.stickers import SockSticker
 from limbgram.synthetic.rendering.renderer import SAMPLES
 from limbgram.synthetic.rendering.shading import Lighting
-from limbgram.synthetic.turning import TurnedOver, Turning
+from limbgram.synthetic.turned_limb import TurnedOver, Turning
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -29,7 +29,7 @@ from limbgram.synthetic.props.gauges import make_gauge
 from limbgram.synthetic.props.limb import Limb, make_limb
 from limbgram.synthetic.props.scan import limb_of_scan
 from limbgram.synthetic.rendering.renderer import seen
-from limbgram.synthetic.turning import TurnedOver, Turning, room_from_limb, standing_photos
+from limbgram.synthetic.turned_limb import TurnedOver, Turning, room_from_limb, standing_photos
 
 BASE_MM = 60.0
 _AIM = 0.2

@@ -15,7 +15,7 @@ from jaxtyping import Bool, Int64
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Faces, Vector3
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.signed import SignedSurface
+from limbgram.core.mesh.signed_distance import SignedSurface
 from limbgram.core.mesh.topology import boundary_half_edges, face_components, with_faces
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.limb import Limb

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from limbgram.core.declared import declared
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.crossings import find_crossings
@@ -18,6 +17,7 @@ from limbgram.core.mesh.topology import (
     is_vertex_manifold,
     volume_mm3,
 )
+from limbgram.core.request_fields import declared
 from limbgram.workbench.edits.clean import Clean
 from limbgram.workbench.edits.distal_end import DistalEnd
 from limbgram.workbench.edits.edit import Edit, name_of

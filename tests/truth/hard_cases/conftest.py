@@ -10,7 +10,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import with_faces
 from limbgram.reconstruction.mapping.scene import Observations, Scene

@@ -8,7 +8,7 @@ import pytest
 
 from limbgram.findings import Finding
 from limbgram.reconstruction.features.detection import FeatureOptions, detect
-from limbgram.reconstruction.matching.still import find_still
+from limbgram.reconstruction.matching.static_background import find_still
 from limbgram.reconstruction.photos.masks import read_mask
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.synthetic import SMALL, Capture, Turning, make_capture

@@ -7,8 +7,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from limbgram.app.access import Access
-from limbgram.app.clinic import Clinic
 from limbgram.app.server import guarded
+from limbgram.app.state import AppState
 from limbgram.cases.shelf import Shelf
 
 HOST = "127.0.0.1:8000"
@@ -25,23 +25,23 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def clinic(tmp_path: Path) -> Clinic:
+def app_state(tmp_path: Path) -> AppState:
     access = Access(frozenset({HOST}))
-    return Clinic(Shelf(tmp_path / "cases"), access, origin=lambda: f"http://{HOST}")
+    return AppState(Shelf(tmp_path / "cases"), access, origin=lambda: f"http://{HOST}")
 
 
 @pytest.fixture
-def stranger(clinic: Clinic, tmp_path: Path) -> Iterator[TestClient]:
+def stranger(app_state: AppState, tmp_path: Path) -> Iterator[TestClient]:
     """A browser that nobody signed in."""
     static = tmp_path / "static"
     static.mkdir()
     (static / "index.html").write_text("<!doctype html><title>limbgram</title>", "utf-8")
-    with TestClient(guarded(clinic, static), base_url=f"http://{HOST}") as client:
+    with TestClient(guarded(app_state, static), base_url=f"http://{HOST}") as client:
         yield client
 
 
 @pytest.fixture
-def client(clinic: Clinic, stranger: TestClient) -> TestClient:
+def client(app_state: AppState, stranger: TestClient) -> TestClient:
     """A browser that opened the start link."""
-    stranger.get(f"/start?token={clinic.access.new_link_token()}")
+    stranger.get(f"/start?token={app_state.access.new_link_token()}")
     return stranger

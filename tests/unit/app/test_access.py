@@ -8,16 +8,16 @@ from fastapi.testclient import TestClient
 
 from limbgram.app import access
 from limbgram.app.access import Access
-from limbgram.app.clinic import Clinic
-from limbgram.app.document import document
+from limbgram.app.openapi import document
 from limbgram.app.server import guarded
+from limbgram.app.state import AppState
 from limbgram.cases.shelf import Shelf
 
 API = "/api/v1"
 
 
-def test_a_start_link_is_good_once(clinic: Clinic, stranger: TestClient) -> None:
-    token = clinic.access.new_link_token()
+def test_a_start_link_is_good_once(app_state: AppState, stranger: TestClient) -> None:
+    token = app_state.access.new_link_token()
     assert stranger.get(f"{API}/cases").status_code == 401
     assert stranger.get(f"/start?token={token}").status_code == 200
     assert stranger.get(f"{API}/cases").status_code == 200
@@ -27,9 +27,9 @@ def test_a_start_link_is_good_once(clinic: Clinic, stranger: TestClient) -> None
 
 
 def test_the_cookie_is_out_of_reach_of_scripts_and_other_sites(
-    clinic: Clinic, stranger: TestClient
+    app_state: AppState, stranger: TestClient
 ) -> None:
-    answer = stranger.get(f"/start?token={clinic.access.new_link_token()}")
+    answer = stranger.get(f"/start?token={app_state.access.new_link_token()}")
     said = answer.headers["set-cookie"].lower()
     assert "httponly" in said
     assert "samesite=strict" in said
@@ -101,10 +101,12 @@ def test_answers_let_nothing_from_outside_run(client: TestClient) -> None:
         f"{API}/cases/ABC-234/photos/..%2fcase.json/file",
     ],
 )
-def test_no_path_leads_out_of_its_folder(client: TestClient, clinic: Clinic, path: str) -> None:
-    (clinic.shelf.root.parent / "secret").write_text("of somebody else", "utf-8")
-    (clinic.shelf.root / "pace.json").write_text("of somebody else", "utf-8")
-    (clinic.shelf.root / "ABC-234").mkdir()
+def test_no_path_leads_out_of_its_folder(
+    client: TestClient, app_state: AppState, path: str
+) -> None:
+    (app_state.shelf.root.parent / "secret").write_text("of somebody else", "utf-8")
+    (app_state.shelf.root / "pace.json").write_text("of somebody else", "utf-8")
+    (app_state.shelf.root / "ABC-234").mkdir()
     answer = client.get(path)
     assert "of somebody else" not in answer.text
     assert answer.status_code < 500
@@ -148,14 +150,14 @@ def test_a_request_that_comes_drop_by_drop_is_given_up(
 
 
 def test_a_fault_of_ours_is_no_missing_thing(
-    client: TestClient, clinic: Clinic, monkeypatch: pytest.MonkeyPatch
+    client: TestClient, app_state: AppState, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fault(*_: object) -> None:
         raise KeyError("frame")
 
     case = client.post(f"{API}/cases", json={}).json()["id"]
     assert client.get(f"{API}/cases/ABC-234").status_code == 404
-    monkeypatch.setattr(type(clinic.overviews), "of", fault)
+    monkeypatch.setattr(type(app_state.overviews), "of", fault)
     with pytest.raises(KeyError):
         client.get(f"{API}/cases/{case}")
 
@@ -171,8 +173,8 @@ def test_the_clients_files_travel_compressed_where_that_is_understood(tmp_path: 
     (tmp_path / "assets").mkdir()
     (tmp_path / "index.html").write_text("<!doctype html><title>limbgram</title>", "utf-8")
     (tmp_path / "assets" / "a.js").write_text(text, "utf-8")
-    clinic = Clinic(Shelf(tmp_path / "cases"), Access(frozenset({"127.0.0.1:8000"})))
-    with TestClient(guarded(clinic, tmp_path), base_url="http://127.0.0.1:8000") as client:
+    app_state = AppState(Shelf(tmp_path / "cases"), Access(frozenset({"127.0.0.1:8000"})))
+    with TestClient(guarded(app_state, tmp_path), base_url="http://127.0.0.1:8000") as client:
         small = client.get("/assets/a.js", headers={"accept-encoding": "br, gzip"})
         plain = client.get("/assets/a.js", headers={"accept-encoding": "identity"})
         assert small.headers["content-encoding"] == "gzip"
@@ -184,7 +186,7 @@ def test_the_clients_files_travel_compressed_where_that_is_understood(tmp_path: 
         assert client.get("/assets/a.js").text == text + "more"
 
 
-def test_one_sample_is_made_at_a_time(client: TestClient, clinic: Clinic) -> None:
-    with clinic.sampling:
+def test_one_sample_is_made_at_a_time(client: TestClient, app_state: AppState) -> None:
+    with app_state.sampling:
         assert client.post(f"{API}/cases/sample").status_code == 409
     assert client.get(f"{API}/cases").json()["cases"] == []

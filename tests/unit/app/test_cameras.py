@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from limbgram.app.clinic import Clinic
+from limbgram.app.state import AppState
 from limbgram.cases import cameras
 from limbgram.core.errors import ExportError
 
@@ -17,14 +17,14 @@ FULL = OSError(errno.ENOSPC, "No space left on device")
 
 
 @pytest.fixture
-def camera(client: TestClient, clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> str:
+def camera(client: TestClient, app_state: AppState, monkeypatch: pytest.MonkeyPatch) -> str:
     """A camera whose photos tell its lens at once."""
     lens = SimpleNamespace(rms_px=0.2)
     found = SimpleNamespace(board="7x5", photos=(), set_aside=(), doubts=(), calibration=lens)
     monkeypatch.setattr(cameras, "calibrate_photos", lambda *_: found)
     monkeypatch.setattr(cameras, "calibration_picture", lambda _: b"a picture")
     camera_id = client.post(f"{API}/cameras", json={"name": "A"}).json()["id"]
-    (clinic.shelf.cameras / camera_id / "received").mkdir()
+    (app_state.shelf.cameras / camera_id / "received").mkdir()
     return f"{API}/cameras/{camera_id}"
 
 

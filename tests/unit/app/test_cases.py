@@ -14,10 +14,10 @@ import pytest
 from fastapi.testclient import TestClient
 from PIL import Image
 
-from limbgram.app.clinic import Clinic
-from limbgram.cases.bench import Bench
-from limbgram.cases.intake import Intake
+from limbgram.app.state import AppState
 from limbgram.cases.shelf import ID_PATTERN, Held, ShelvedCase
+from limbgram.cases.uploads import Intake
+from limbgram.cases.workspace import Workspace
 from limbgram.workbench.measures.tape import TapeReading
 
 API = "/api/v1"
@@ -33,13 +33,13 @@ def test_a_case_has_a_random_id_and_says_what_comes_next(client: TestClient) -> 
     assert locked == {"result", "align", "measure", "rectify", "send", "record"}
 
 
-def test_the_list_is_what_the_folders_are(client: TestClient, clinic: Clinic) -> None:
+def test_the_list_is_what_the_folders_are(client: TestClient, app_state: AppState) -> None:
     first = client.post(f"{API}/cases", json={"note": "second fitting"}).json()["id"]
     second = client.post(f"{API}/cases", json={}).json()["id"]
     assert {one["id"] for one in client.get(f"{API}/cases").json()["cases"]} == {first, second}
-    (clinic.shelf.root / second).rename(clinic.shelf.root.parent / "elsewhere")
+    (app_state.shelf.root / second).rename(app_state.shelf.root.parent / "elsewhere")
     assert [one["id"] for one in client.get(f"{API}/cases").json()["cases"]] == [first]
-    (clinic.shelf.root.parent / "elsewhere").rename(clinic.shelf.root / "ABC-234")
+    (app_state.shelf.root.parent / "elsewhere").rename(app_state.shelf.root / "ABC-234")
     found = client.get(f"{API}/cases?find=fitting").json()["cases"]
     assert [one["id"] for one in found] == [first]
     assert len(client.get(f"{API}/cases").json()["cases"]) == 2
@@ -54,9 +54,11 @@ def test_a_label_is_changed_in_part_and_archived(client: TestClient) -> None:
     assert client.patch(case, json={"note": "two\nlines"}).status_code == 422
 
 
-def test_deleting_lists_what_goes_and_leaves_nothing(client: TestClient, clinic: Clinic) -> None:
+def test_deleting_lists_what_goes_and_leaves_nothing(
+    client: TestClient, app_state: AppState
+) -> None:
     case_id = client.post(f"{API}/cases", json={}).json()["id"]
-    folder = clinic.shelf.root / case_id
+    folder = app_state.shelf.root / case_id
     (folder / "received").mkdir()
     (folder / "received" / "a.jpg").write_bytes(bytes(1000))
     (folder / "stages" / "detect").mkdir(parents=True)
@@ -67,34 +69,34 @@ def test_deleting_lists_what_goes_and_leaves_nothing(client: TestClient, clinic:
     assert (folder / "received" / "a.jpg").is_file()
     assert client.delete(f"{API}/cases/{case_id}").status_code == 204
     assert client.get(f"{API}/cases/{case_id}").status_code == 404
-    assert not list(clinic.shelf.root.rglob("a.jpg"))
+    assert not list(app_state.shelf.root.rglob("a.jpg"))
 
 
-def a_reading(bench: Bench) -> None:
-    bench.save_tape((TapeReading(height_mm=100.0, girth_mm=351.0),))
+def a_reading(workspace: Workspace) -> None:
+    workspace.save_tape((TapeReading(height_mm=100.0, girth_mm=351.0),))
 
 
-def a_file_for_machines(bench: Bench) -> None:
-    bench.made(bench.files)
+def a_file_for_machines(workspace: Workspace) -> None:
+    workspace.made(workspace.files)
 
 
-def a_photo(bench: Bench) -> None:
-    with Intake(bench.case.received, b"key").begin("IMG_1.jpg", 0, None):
+def a_photo(workspace: Workspace) -> None:
+    with Intake(workspace.case.received, b"key").begin("IMG_1.jpg", 0, None):
         pass
 
 
 @pytest.mark.parametrize("write", [a_reading, a_file_for_machines, a_photo])
 def test_who_writes_in_a_case_that_was_deleted_meanwhile_does_not_bring_it_back(
-    client: TestClient, clinic: Clinic, write: Callable[[Bench], None]
+    client: TestClient, app_state: AppState, write: Callable[[Workspace], None]
 ) -> None:
     case_id = client.post(f"{API}/cases", json={}).json()["id"]
-    bench = Bench(clinic.shelf.case(case_id))
+    workspace = Workspace(app_state.shelf.case(case_id))
     assert client.delete(f"{API}/cases/{case_id}").status_code == 204
     with pytest.raises(LookupError):
-        write(bench)
-    with pytest.raises(LookupError), clinic.desk.changing(bench):
+        write(workspace)
+    with pytest.raises(LookupError), app_state.shape_cache.changing(workspace):
         pass
-    assert not bench.case.folder.root.exists()
+    assert not workspace.case.folder.root.exists()
 
 
 def test_a_case_that_goes_while_the_list_is_made_hides_no_other(
@@ -115,18 +117,18 @@ def test_a_case_that_goes_while_the_list_is_made_hides_no_other(
 
 
 def test_a_case_is_deleted_after_the_change_that_is_being_made(
-    client: TestClient, clinic: Clinic
+    client: TestClient, app_state: AppState
 ) -> None:
     case_id = client.post(f"{API}/cases", json={}).json()["id"]
-    bench = Bench(clinic.shelf.case(case_id))
+    workspace = Workspace(app_state.shelf.case(case_id))
     with ThreadPoolExecutor(1) as pool:
-        with clinic.desk.changing(bench):
+        with app_state.shape_cache.changing(workspace):
             deleting = pool.submit(client.delete, f"{API}/cases/{case_id}")
             with pytest.raises(TimeoutError):
                 deleting.result(0.3)
-            a_reading(bench)
+            a_reading(workspace)
         assert deleting.result(20).status_code == 204
-    assert not bench.case.folder.root.exists()
+    assert not workspace.case.folder.root.exists()
 
 
 def looked_at(client: TestClient, root: Path) -> int:
@@ -153,12 +155,12 @@ sys.addaudithook(_watch)  # it cannot be taken away: it looks on only while some
 
 
 def test_the_list_costs_the_same_however_much_a_case_holds(
-    client: TestClient, clinic: Clinic
+    client: TestClient, app_state: AppState
 ) -> None:
     cost: list[int] = []
     for photos in (2, 60):
         case_id = client.post(f"{API}/cases", json={}).json()["id"]
-        folder = clinic.shelf.case(case_id).folder
+        folder = app_state.shelf.case(case_id).folder
         for name in ("received/.records", "stages/detect", "deliverables", "work"):
             (folder.root / name).mkdir(parents=True)
         for k in range(photos):
@@ -183,7 +185,7 @@ def test_the_list_costs_the_same_however_much_a_case_holds(
 
 
 def test_the_thumbnail_is_the_first_view_alone_without_a_ground(
-    client: TestClient, clinic: Clinic
+    client: TestClient, app_state: AppState
 ) -> None:
     case_id = client.post(f"{API}/cases", json={}).json()["id"]
     assert client.get(f"{API}/cases/{case_id}/thumbnail").status_code == 404
@@ -192,7 +194,7 @@ def test_the_thumbnail_is_the_first_view_alone_without_a_ground(
     picture[385:, 30:200] = 90
     picture[60:360, 50:150] = (200, 30, 30)
     picture[60:360, 300:400] = (30, 30, 200)
-    report = clinic.shelf.case(case_id).folder.report
+    report = app_state.shelf.case(case_id).folder.report
     report.mkdir(parents=True)
     Image.fromarray(picture).save(report / "surface.png")
     answer = client.get(f"{API}/cases/{case_id}/thumbnail")

@@ -15,12 +15,12 @@ import pytest
 from fastapi.testclient import TestClient
 from PIL import Image
 
-from limbgram.app import coaching
+from limbgram.app import live_checks
 from limbgram.capture.coach import CaptureCheck, CheckedPhoto
 from limbgram.core.errors import ScaleError
 from limbgram.findings import doubt, fault, told
 from limbgram.formats.board_file import read_board, write_board
-from limbgram.formats.printed import PrintedSize, Reading
+from limbgram.formats.printed_size import PrintedSize, Reading
 from limbgram.reconstruction.targets.board import Board
 
 API = "/api/v1"
@@ -51,7 +51,7 @@ class Watch:
 @pytest.fixture
 def watches(monkeypatch: pytest.MonkeyPatch) -> list[Watch]:
     monkeypatch.setattr(Watch, "made", [], raising=False)
-    monkeypatch.setattr(coaching, "CaptureWatch", Watch)
+    monkeypatch.setattr(live_checks, "CaptureWatch", Watch)
     return Watch.made
 
 
@@ -154,16 +154,16 @@ def test_a_check_that_is_asked_for_as_another_ends_is_let_be(
             ending.wait(20)
         raise ScaleError("No answer.")
 
-    class Between(coaching.Coach):
+    class Between(live_checks.LiveCheck):
         def _check_all(self) -> None:
             super()._check_all()
             if not running.is_set():
                 self.ask(asked(2))
                 running.wait(20)
 
-    def asked(photos: int) -> coaching.Asked:
+    def asked(photos: int) -> live_checks.Asked:
         sources = tuple(Path(f"{k}.png") for k in range(photos))
-        return coaching.Asked(sources=sources, calibrations=(), camera_sha256=(), board=None)
+        return live_checks.Asked(sources=sources, calibrations=(), camera_sha256=(), board=None)
 
     monkeypatch.setattr(Watch, "check", check)
     first_told = threading.Event()
@@ -230,5 +230,5 @@ def test_a_ruler_more_than_five_per_cent_off_is_refused(
     assert not watches
 
 
-def told_by(coach: coaching.Coach) -> str:
+def told_by(coach: live_checks.LiveCheck) -> str:
     return "" if coach.refusal is None else told(coach.refusal)

@@ -18,10 +18,10 @@ from PIL import Image
 
 from limbgram.app import events
 from limbgram.app.access import Access
-from limbgram.app.clinic import Clinic
-from limbgram.app.listening import configured
+from limbgram.app.local_server import EndingServer
 from limbgram.app.server import guarded
-from limbgram.app.serving import EndingServer
+from limbgram.app.server_socket import configured
+from limbgram.app.state import AppState
 from limbgram.cases.shelf import Shelf
 
 API = "/api/v1"
@@ -49,14 +49,14 @@ def browser(served: Served) -> httpx.Client:
 def served(tmp_path: Path) -> Iterator[Served]:
     listening = socket.create_server(("127.0.0.1", 0))
     host = f"127.0.0.1:{listening.getsockname()[1]}"
-    clinic = Clinic(Shelf(tmp_path / "cases"), Access(frozenset({host})))
-    clinic.runner.command = (sys.executable, "-c", RUN)
-    server = EndingServer(configured(guarded(clinic, tmp_path), None, "on"), clinic)
+    app_state = AppState(Shelf(tmp_path / "cases"), Access(frozenset({host})))
+    app_state.runner.command = (sys.executable, "-c", RUN)
+    server = EndingServer(configured(guarded(app_state, tmp_path), None, "on"), app_state)
     serving = threading.Thread(target=server.run, args=([listening],))
     serving.start()
     try:
         with httpx.Client(base_url=f"http://{host}", timeout=20) as client:
-            client.get(f"/start?token={clinic.access.new_link_token()}")
+            client.get(f"/start?token={app_state.access.new_link_token()}")
             yield Served(server, client)
     finally:
         server.should_exit = True
@@ -108,8 +108,8 @@ def test_what_changes_all_the_time_is_told_once_a_second_and_to_its_end(
         return {"job": min(looks, 150)}
 
     async def told() -> list[int]:
-        clinic = Clinic(Shelf(tmp_path), Access(frozenset()))
-        changes = events._changes(clinic, cast(Any, Listener()), steps, lambda: True)
+        app_state = AppState(Shelf(tmp_path), Access(frozenset()))
+        changes = events._changes(app_state, cast(Any, Listener()), steps, lambda: True)
         return [looks async for line in changes if line.startswith("event: change")]
 
     monkeypatch.setattr(asyncio, "sleep", look_again)

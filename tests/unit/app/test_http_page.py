@@ -8,7 +8,7 @@ import httpx
 import numpy as np
 import pytest
 
-from limbgram.app.serving import ServeOptions, serve
+from limbgram.app.local_server import ServeOptions, serve
 from limbgram.cases.shelf import Shelf
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.ply import write_ply

@@ -16,10 +16,10 @@ import pytest
 from fastapi.testclient import TestClient
 from PIL import Image
 
-from limbgram.app.clinic import Clinic
+from limbgram.app.state import AppState
+from limbgram.cases.case_record import write_json
 from limbgram.cases.folder import locked
-from limbgram.cases.record import write_json
-from limbgram.cases.running import (
+from limbgram.cases.job_queue import (
     JobFile,
     Runner,
     RunningJob,
@@ -27,8 +27,8 @@ from limbgram.cases.running import (
     mark_interrupted,
     read_job_file,
 )
+from limbgram.cases.job_supervision import Supervision
 from limbgram.cases.shelf import Shelf
-from limbgram.cases.supervision import Supervision
 from limbgram.core.errors import in_words
 from limbgram.core.typed import tree_of
 from limbgram.findings import fault
@@ -69,8 +69,8 @@ def new_case(client: TestClient) -> str:
     return case
 
 
-def started(client: TestClient, clinic: Clinic, case: str, body: str) -> dict[str, Any]:
-    clinic.runner.command = (sys.executable, "-c", body)
+def started(client: TestClient, app_state: AppState, case: str, body: str) -> dict[str, Any]:
+    app_state.runner.command = (sys.executable, "-c", body)
     reply = client.post(f"{case}/job", json={"board": None, "unscaled": True})
     assert reply.status_code == 202
     return wait(client, case, lambda job: stage(job, "detect")["state"] == "running")
@@ -101,9 +101,9 @@ def at_rest(client: TestClient, case: str) -> int:
 
 
 def test_a_run_tells_its_stages_and_how_long_it_may_take(
-    client: TestClient, clinic: Clinic, case: str
+    client: TestClient, app_state: AppState, case: str
 ) -> None:
-    job = started(client, clinic, case, SLOW)
+    job = started(client, app_state, case, SLOW)
     named = [one["name"] for one in job["stages"]]
     at = named.index("detect")
     assert job["stages"][0]["state"] == "done"
@@ -117,9 +117,9 @@ def test_a_run_tells_its_stages_and_how_long_it_may_take(
 
 @pytest.mark.skipif(sys.platform == "win32", reason="that system cannot hold a process")
 def test_a_run_rests_without_counting_time_and_goes_on(
-    client: TestClient, clinic: Clinic, case: str
+    client: TestClient, app_state: AppState, case: str
 ) -> None:
-    started(client, clinic, case, SLOW)
+    started(client, app_state, case, SLOW)
     held = client.post(f"{case}/job/pause").json()
     assert held["state"] == "held"
     steps = at_rest(client, case)
@@ -133,9 +133,9 @@ def test_a_run_rests_without_counting_time_and_goes_on(
 
 @pytest.mark.parametrize("body", [SLOW, DEAF], ids=["listens", "does not listen"])
 def test_cancelling_takes_two_seconds_at_most(
-    client: TestClient, clinic: Clinic, case: str, body: str
+    client: TestClient, app_state: AppState, case: str, body: str
 ) -> None:
-    started(client, clinic, case, body)
+    started(client, app_state, case, body)
     began = time.monotonic()
     client.post(f"{case}/job/cancel")
     job = wait(client, case, lambda job: job["state"] != "running")
@@ -146,9 +146,9 @@ def test_cancelling_takes_two_seconds_at_most(
 
 
 def test_elapsed_time_goes_on_where_a_run_is_taken_up_again(
-    client: TestClient, clinic: Clinic, case: str
+    client: TestClient, app_state: AppState, case: str
 ) -> None:
-    started(client, clinic, case, SLOW)
+    started(client, app_state, case, SLOW)
     time.sleep(0.3)
     client.post(f"{case}/job/cancel")
     before = wait(client, case, lambda job: job["state"] == "cancelled")["elapsed_s"]
@@ -160,15 +160,15 @@ def test_elapsed_time_goes_on_where_a_run_is_taken_up_again(
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are told by /proc")
 def test_what_ran_when_the_program_was_killed_is_interrupted_and_ends(
-    client: TestClient, clinic: Clinic, case: str, monkeypatch: pytest.MonkeyPatch
+    client: TestClient, app_state: AppState, case: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    started(client, clinic, case, DEAF + "# limbgram.cases.start")
+    started(client, app_state, case, DEAF + "# limbgram.cases.job_process")
     monkeypatch.setattr(RunningJob, "_save", lambda _: None)  # a killed program writes no more
-    shelved = clinic.shelf.case(case.rpartition("/")[2])
+    shelved = app_state.shelf.case(case.rpartition("/")[2])
     kept = read_job_file(shelved.folder)
     assert kept is not None
     assert kept.state == "running"
-    mark_interrupted(Shelf(clinic.shelf.root).case(shelved.case_id).folder)
+    mark_interrupted(Shelf(app_state.shelf.root).case(shelved.case_id).folder)
     again = read_job_file(shelved.folder)
     assert again is not None
     assert again.state == "interrupted"
@@ -179,19 +179,19 @@ def test_what_ran_when_the_program_was_killed_is_interrupted_and_ends(
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are told by /proc")
 @pytest.mark.parametrize("ours", [True, False])
 def test_what_rests_of_an_interrupted_run_is_ended_and_nothing_else(
-    client: TestClient, clinic: Clinic, case: str, ours: bool
+    client: TestClient, app_state: AppState, case: str, ours: bool
 ) -> None:
-    started(client, clinic, case, SLOW)
+    started(client, app_state, case, SLOW)
     client.post(f"{case}/job/cancel")
     wait(client, case, lambda job: job["state"] == "cancelled")
-    folder = clinic.shelf.case(case.rpartition("/")[2]).folder
-    job = clinic.runner.running(folder)
+    folder = app_state.shelf.case(case.rpartition("/")[2]).folder
+    job = app_state.runner.running(folder)
     assert job is not None
     job.join(10)  # its last word is written
     kept = read_job_file(folder)
     assert kept is not None
     root = folder.root if ours else folder.root.with_name("another")
-    words = ["-c", "import time; time.sleep(60)", "limbgram.cases.start", str(root)]
+    words = ["-c", "import time; time.sleep(60)", "limbgram.cases.job_process", str(root)]
     with subprocess.Popen([sys.executable, *words]) as process:
         left = replace(kept, state="running", process=process.pid)
         write_json(folder.root / "job.json", tree_of(left))
@@ -207,8 +207,10 @@ def test_what_rests_of_an_interrupted_run_is_ended_and_nothing_else(
     assert all(one.state != "running" for one in now.stages)
 
 
-def test_runs_wait_for_their_turn_in_order(client: TestClient, clinic: Clinic, case: str) -> None:
-    started(client, clinic, case, SLOW)
+def test_runs_wait_for_their_turn_in_order(
+    client: TestClient, app_state: AppState, case: str
+) -> None:
+    started(client, app_state, case, SLOW)
     others = [new_case(client) for _ in range(3)]
     asked = {"board": None, "unscaled": True}
     for number, other in enumerate(others, 1):
@@ -222,11 +224,11 @@ def test_runs_wait_for_their_turn_in_order(client: TestClient, clinic: Clinic, c
     client.post(f"{case}/job/cancel")
     wait(client, others[0], lambda job: job["state"] == "running")
     assert client.get(f"{others[2]}/job").json()["state"] == "queued"
-    kept = read_job_file(clinic.shelf.case(others[2].rpartition("/")[2]).folder)
+    kept = read_job_file(app_state.shelf.case(others[2].rpartition("/")[2]).folder)
     assert kept is not None
     assert kept.state == "queued"
-    mark_interrupted(clinic.shelf.case(others[2].rpartition("/")[2]).folder)
-    kept = read_job_file(clinic.shelf.case(others[2].rpartition("/")[2]).folder)
+    mark_interrupted(app_state.shelf.case(others[2].rpartition("/")[2]).folder)
+    kept = read_job_file(app_state.shelf.case(others[2].rpartition("/")[2]).folder)
     assert kept is not None
     assert kept.state == "interrupted"
     for one in (others[2], others[0]):
@@ -235,9 +237,9 @@ def test_runs_wait_for_their_turn_in_order(client: TestClient, clinic: Clinic, c
 
 @pytest.mark.skipif(sys.platform == "win32", reason="that system cannot hold a process")
 def test_a_run_that_rests_lets_another_begin_and_waits_for_its_turn(
-    client: TestClient, clinic: Clinic, case: str
+    client: TestClient, app_state: AppState, case: str
 ) -> None:
-    started(client, clinic, case, SLOW)
+    started(client, app_state, case, SLOW)
     other = new_case(client)
     asked = {"board": None, "unscaled": True}
     assert client.post(f"{other}/job", json=asked).json()["state"] == "queued"
@@ -253,9 +255,9 @@ def test_a_run_that_rests_lets_another_begin_and_waits_for_its_turn(
 
 
 def test_a_case_that_is_deleted_while_it_waits_holds_up_no_other(
-    client: TestClient, clinic: Clinic, case: str
+    client: TestClient, app_state: AppState, case: str
 ) -> None:
-    started(client, clinic, case, SLOW)
+    started(client, app_state, case, SLOW)
     waits, last = new_case(client), new_case(client)
     asked = {"board": None, "unscaled": True}
     for one in (waits, last):
@@ -265,17 +267,17 @@ def test_a_case_that_is_deleted_while_it_waits_holds_up_no_other(
     assert client.get(f"{last}/job").json()["before"] == 1
     client.post(f"{case}/job/cancel")
     wait(client, last, lambda job: job["state"] == "running")
-    assert not (clinic.shelf.root / waits.rpartition("/")[2]).exists()
+    assert not (app_state.shelf.root / waits.rpartition("/")[2]).exists()
     client.post(f"{last}/job/cancel")
 
 
 def test_a_case_that_cannot_be_deleted_waits_on(
-    client: TestClient, clinic: Clinic, case: str
+    client: TestClient, app_state: AppState, case: str
 ) -> None:
-    started(client, clinic, case, SLOW)
+    started(client, app_state, case, SLOW)
     waits = new_case(client)
     client.post(f"{waits}/job", json={"board": None, "unscaled": True})
-    with locked(clinic.shelf.case(waits.rpartition("/")[2]).folder):
+    with locked(app_state.shelf.case(waits.rpartition("/")[2]).folder):
         assert client.delete(waits).status_code == 409, "the command line works in it"
     assert client.get(f"{waits}/job").json()["state"] == "queued"
     client.post(f"{case}/job/cancel")
@@ -285,17 +287,17 @@ def test_a_case_that_cannot_be_deleted_waits_on(
 
 @pytest.mark.parametrize("full", ["asked", "begins", "ends"])
 def test_a_run_that_finds_the_disk_full_leaves_the_line(
-    client: TestClient, clinic: Clinic, case: str, monkeypatch: pytest.MonkeyPatch, full: str
+    client: TestClient, app_state: AppState, case: str, monkeypatch: pytest.MonkeyPatch, full: str
 ) -> None:
     """Whether it is asked for, begins or ends just then: the next one begins."""
     own = case.rpartition("/")[2]
-    may_end = clinic.shelf.root / "may-end"
+    may_end = app_state.shelf.root / "may-end"
     of_the_disk = f"""
 import os, time
 while not os.path.exists({str(may_end)!r}): time.sleep(0.02)
 print({json.dumps(json.dumps(FULL))})
 raise SystemExit(3)"""
-    clinic.runner.command = (sys.executable, "-c", of_the_disk)
+    app_state.runner.command = (sys.executable, "-c", of_the_disk)
     states = {"asked": "queued", "begins": "running", "ends": "refused"}
 
     def write_if_there_is_room(path: Path, content: Any) -> None:
@@ -303,7 +305,7 @@ raise SystemExit(3)"""
             raise OSError(errno.ENOSPC, "No space left on device")
         write_json(path, content)
 
-    monkeypatch.setattr("limbgram.cases.running.write_json", write_if_there_is_room)
+    monkeypatch.setattr("limbgram.cases.job_queue.write_json", write_if_there_is_room)
     asked = {"board": None, "unscaled": True}
     first = client.post(f"{case}/job", json=asked)
     other = new_case(client)
@@ -322,7 +324,7 @@ raise SystemExit(3)"""
 
 
 def test_a_fault_of_ours_in_a_run_holds_up_no_other(
-    client: TestClient, clinic: Clinic, case: str, monkeypatch: pytest.MonkeyPatch
+    client: TestClient, app_state: AppState, case: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fault(_: Supervision) -> None:
         raise ZeroDivisionError
@@ -334,21 +336,21 @@ def test_a_fault_of_ours_in_a_run_holds_up_no_other(
         job = wait(client, case, lambda job: job["state"] != "running")
         assert (job["state"], client.get(case).json()["state"]) == ("failed", "failed")
     other = new_case(client)
-    started(client, clinic, other, SLOW)
+    started(client, app_state, other, SLOW)
     client.post(f"{other}/job/cancel")
 
 
 def test_what_was_wanted_when_the_program_ended_goes_on_by_itself(
-    client: TestClient, clinic: Clinic, case: str
+    client: TestClient, app_state: AppState, case: str
 ) -> None:
     """What ran comes before what waited; what was cancelled or let rest stays so."""
-    started(client, clinic, case, SLOW)
+    started(client, app_state, case, SLOW)
     cases = [case, *(new_case(client) for _ in range(3))]
     for one in cases[1:]:
         client.post(f"{one}/job", json={"board": None, "unscaled": True})
     client.post(f"{cases[3]}/job/cancel")
-    folders = [clinic.shelf.case(one.rpartition("/")[2]).folder for one in cases]
-    clinic.runner.close()
+    folders = [app_state.shelf.case(one.rpartition("/")[2]).folder for one in cases]
+    app_state.runner.close()
     kept = [read_job_file(one) for one in folders]
     assert [one and (one.state, one.wanted) for one in kept] == [
         ("interrupted", True),
@@ -357,7 +359,7 @@ def test_what_was_wanted_when_the_program_ended_goes_on_by_itself(
         ("cancelled", False),
     ]
     told: list[str] = []
-    opened = Runner(clinic.runner.pace_file, told.append, command=clinic.runner.command)
+    opened = Runner(app_state.runner.pace_file, told.append, command=app_state.runner.command)
     opened.take_up(reversed(folders))
     working = [opened.running(one) for one in folders]
     assert [one and one.file.state for one in working] == ["running", "queued", "queued", None]
@@ -366,11 +368,11 @@ def test_what_was_wanted_when_the_program_ended_goes_on_by_itself(
 
 
 def test_what_was_killed_twice_in_one_stage_is_not_begun_for_ever(
-    client: TestClient, clinic: Clinic, case: str
+    client: TestClient, app_state: AppState, case: str
 ) -> None:
-    folder = clinic.shelf.case(case.rpartition("/")[2]).folder
-    started(client, clinic, case, SLOW)
-    clinic.runner.close()
+    folder = app_state.shelf.case(case.rpartition("/")[2]).folder
+    started(client, app_state, case, SLOW)
+    app_state.runner.close()
 
     def killed(*, before: bool) -> JobFile:
         kept = read_job_file(folder)
@@ -385,7 +387,7 @@ def test_what_was_killed_twice_in_one_stage_is_not_begun_for_ever(
     twice = killed(before=True)
     assert (twice.state, twice.wanted) == ("interrupted", False)
     assert twice.why == fault("job.killed_twice")
-    opened = Runner(clinic.runner.pace_file, lambda _: None, command=clinic.runner.command)
+    opened = Runner(app_state.runner.pace_file, lambda _: None, command=app_state.runner.command)
     opened.take_up([folder])
     assert opened.running(folder) is None
     job = opened.again(folder)  # somebody wants it all the same
@@ -398,10 +400,10 @@ def test_what_was_killed_twice_in_one_stage_is_not_begun_for_ever(
 
 
 def test_more_than_one_run_at_a_time_where_it_is_wanted(
-    client: TestClient, clinic: Clinic, case: str
+    client: TestClient, app_state: AppState, case: str
 ) -> None:
-    clinic.runner.at_once = 2
-    started(client, clinic, case, SLOW)
+    app_state.runner.at_once = 2
+    started(client, app_state, case, SLOW)
     other = new_case(client)
     asked = {"board": None, "unscaled": True}
     assert client.post(f"{other}/job", json=asked).json()["state"] == "running"
@@ -409,10 +411,10 @@ def test_more_than_one_run_at_a_time_where_it_is_wanted(
         client.post(f"{one}/job/cancel")
 
 
-def test_a_refusal_is_told_word_by_word(client: TestClient, clinic: Clinic, case: str) -> None:
+def test_a_refusal_is_told_word_by_word(client: TestClient, app_state: AppState, case: str) -> None:
     finding = in_words("The board is in no photo.").tree()
     refusal = {"event": "refused", "kind": "ScaleError", "finding": finding}
-    clinic.runner.command = (
+    app_state.runner.command = (
         sys.executable, "-c", f"print({json.dumps(json.dumps(refusal))}); raise SystemExit(4)",
     )  # fmt: skip
     client.post(f"{case}/job", json={"board": None, "unscaled": True})

@@ -22,7 +22,7 @@ PROGRAM = "import sys; sys.argv[0] = 'limbgram'; from limbgram.cli.main import a
 WITH_PYCOLMAP = """
 import sys, threading
 from pathlib import Path
-from limbgram.app.serving import ServeOptions, serve
+from limbgram.app.local_server import ServeOptions, serve
 def ready(link):
     import pycolmap
     print(link, flush=True)
@@ -164,7 +164,7 @@ def _words(process: Path) -> str:
         words = (process / "cmdline").read_bytes().decode("utf-8", "replace")
     except OSError:
         return ""
-    return words if "limbgram.cases.start" in words else ""
+    return words if "limbgram.cases.job_process" in words else ""
 
 
 def wait_until(holds: Any, otherwise: str) -> None:

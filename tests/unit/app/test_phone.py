@@ -9,7 +9,7 @@ from fastapi.testclient import TestClient
 from PIL import Image
 
 from limbgram.app import phone
-from limbgram.app.clinic import Clinic
+from limbgram.app.state import AppState
 
 API = "/api/v1"
 
@@ -79,9 +79,9 @@ def test_a_session_of_the_door_is_none_of_the_app(
     assert client.get(f"{API}/cases").status_code == 401
 
 
-def test_the_door_closes(client: TestClient, clinic: Clinic, case: str) -> None:
+def test_the_door_closes(client: TestClient, app_state: AppState, case: str) -> None:
     opened = client.post(f"{API}/cases/{case}/phone").json()
     assert client.get(f"{API}/cases/{case}/phone").json()["open"]
     client.delete(f"{API}/cases/{case}/phone")
     assert not client.get(f"{API}/cases/{case}/phone").json()["open"]
-    assert clinic.doors.access_at(opened["url"].split("/")[2]) is None
+    assert app_state.phone_ports.access_at(opened["url"].split("/")[2]) is None

@@ -12,8 +12,8 @@ import pytest
 from fastapi.testclient import TestClient
 from PIL import Image
 
-from limbgram.app.clinic import Clinic
-from limbgram.cases.intake import GIVEN_UP_S, Intake
+from limbgram.app.state import AppState
+from limbgram.cases.uploads import GIVEN_UP_S, Intake
 from limbgram.core.errors import CaseError
 
 API = "/api/v1"
@@ -118,13 +118,13 @@ def test_two_senders_of_one_name_make_no_mixed_photo(
 
 
 def test_an_upload_begins_again_and_is_given_up_in_time(
-    client: TestClient, clinic: Clinic, photos: str
+    client: TestClient, app_state: AppState, photos: str
 ) -> None:
     one, other = (jpeg(seed).ljust(8000, b"\0") for seed in (1, 2))
     place = f"{photos}/IMG_1.jpg"
     for _ in range(2):  # its own sender may begin again at once
         assert piece(client, place, one, (0, 3000), "of-the-first").status_code == 200
-    (part,) = clinic.shelf.root.rglob("IMG_1.jpg.part")
+    (part,) = app_state.shelf.root.rglob("IMG_1.jpg.part")
     quiet = part.stat().st_mtime - GIVEN_UP_S - 1
     os.utime(part, (quiet, quiet))
     assert piece(client, place, other, (0, 3000), "of-the-second").status_code == 200
@@ -208,7 +208,7 @@ def test_place_name_and_serial_number_are_gone_and_the_pixels_are_the_same(
 
 
 def test_a_zip_brings_its_photos_and_nothing_else(
-    client: TestClient, clinic: Clinic, photos: str
+    client: TestClient, app_state: AppState, photos: str
 ) -> None:
     made = io.BytesIO()
     with zipfile.ZipFile(made, "w") as archive:
@@ -218,7 +218,7 @@ def test_a_zip_brings_its_photos_and_nothing_else(
         archive.writestr("__MACOSX/._IMG_1.jpg", b"no photo")
     sent = client.put(f"{photos}/walk.zip", content=made.getvalue()).json()
     assert [one["name"] for one in sent["photos"]] == ["IMG_1.jpg", "IMG_2.jpg"]
-    names = {file.name for file in clinic.shelf.root.parent.rglob("*.jpg")}
+    names = {file.name for file in app_state.shelf.root.parent.rglob("*.jpg")}
     assert names == {"IMG_1.jpg", "IMG_2.jpg"}
     assert {one["state"] for one in client.get(photos).json()["photos"]} == {"here"}
 
@@ -265,11 +265,11 @@ def test_a_damaged_zip_is_refused_whatever_packed_it(
     ["notes.txt", "..jpg", ".hidden.jpg", "a%5Cb.jpg", "con.jpg", "a%00.jpg", "x" * 130 + ".jpg"],
 )
 def test_names_that_can_be_no_photo_are_refused(
-    client: TestClient, clinic: Clinic, photos: str, name: str
+    client: TestClient, app_state: AppState, photos: str, name: str
 ) -> None:
     refused = client.put(f"{photos}/{name}", content=jpeg())
     assert refused.status_code == 422
-    assert not list(clinic.shelf.root.rglob("*.jpg"))
+    assert not list(app_state.shelf.root.rglob("*.jpg"))
 
 
 def test_more_than_was_announced_or_is_taken_is_refused(client: TestClient, photos: str) -> None:

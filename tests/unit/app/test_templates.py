@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 
-from limbgram.app.blocks import decode_blocks
-from limbgram.app.clinic import Clinic
+from limbgram.app.binary_arrays import decode_blocks
+from limbgram.app.state import AppState
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.ply import write_ply
 from limbgram.synthetic.options import SMALL
@@ -22,10 +22,10 @@ def limb() -> Mesh:
     return stage_truth(SMALL).limb.mesh
 
 
-def case_of(client: TestClient, clinic: Clinic, limb: Mesh) -> str:
+def case_of(client: TestClient, app_state: AppState, limb: Mesh) -> str:
     """A case that is aligned, with a place in front of its middle."""
     case_id: str = client.post(f"{API}/cases", json={"kind": "transtibial"}).json()["id"]
-    folder = clinic.shelf.root / case_id / "deliverables"
+    folder = app_state.shelf.root / case_id / "deliverables"
     folder.mkdir()
     write_ply(limb, folder / "surface.ply", "mm")
     case = f"{API}/cases/{case_id}"
@@ -44,9 +44,9 @@ def front_of(limb: Mesh, share: float) -> list[float]:
 
 
 def test_what_was_done_to_one_limb_is_learned_and_done_to_another(
-    client: TestClient, clinic: Clinic, limb: Mesh
+    client: TestClient, app_state: AppState, limb: Mesh
 ) -> None:
-    first, second = (case_of(client, clinic, limb) for _ in range(2))
+    first, second = (case_of(client, app_state, limb) for _ in range(2))
     empty = client.post(f"{API}/templates", json={"name": "mine", "cases": [first]})
     assert empty.status_code == 422
     assert "no edits" in empty.json()["message"]
@@ -83,9 +83,9 @@ def test_what_was_done_to_one_limb_is_learned_and_done_to_another(
 
 
 def test_a_template_that_was_spoiled_is_refused_and_changes_nothing(
-    client: TestClient, clinic: Clinic, limb: Mesh
+    client: TestClient, app_state: AppState, limb: Mesh
 ) -> None:
-    case = case_of(client, clinic, limb)
+    case = case_of(client, app_state, limb)
     edit = {"kind": "from-template", "parameters": {"learned": "{}"}}
     refused = client.post(f"{API}/cases/{case}/recipe/edits", json=edit)
     assert refused.status_code == 422

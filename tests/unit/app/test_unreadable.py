@@ -6,10 +6,10 @@ import httpx
 import pytest
 from fastapi.testclient import TestClient
 
-from limbgram.app.clinic import Clinic
-from limbgram.cases.bench import Bench
-from limbgram.cases.running import job_file
+from limbgram.app.state import AppState
+from limbgram.cases.job_queue import job_file
 from limbgram.cases.shelf import ShelvedCase
+from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import CaseError
 from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.measures.tape import TapeReading
@@ -23,9 +23,9 @@ Ask = Callable[[TestClient, str], httpx.Response]
 
 
 @pytest.fixture
-def case(client: TestClient, clinic: Clinic) -> ShelvedCase:
+def case(client: TestClient, app_state: AppState) -> ShelvedCase:
     case_id = client.post(f"{API}/cases", json={"side": "right", "note": "cast"}).json()["id"]
-    case = clinic.shelf.case(case_id)
+    case = app_state.shelf.case(case_id)
     case.work.mkdir()
     return case
 
@@ -79,14 +79,14 @@ def test_what_cannot_be_read_is_told_kept_and_begun_anew_only_when_asked(
 
 @pytest.mark.parametrize("content", [DAMAGED, b"\xff\xfe\x00"], ids=["cut off", "no text"])
 def test_all_that_cannot_be_read_is_told_and_set_aside(
-    client: TestClient, clinic: Clinic, case: ShelvedCase, content: bytes
+    client: TestClient, app_state: AppState, case: ShelvedCase, content: bytes
 ) -> None:
-    at, bench = f"{API}/cases/{case.case_id}", Bench(case)
+    at, workspace = f"{API}/cases/{case.case_id}", Workspace(case)
     (case.work / "surface.ply").write_bytes(b"ply")
-    assert bench.limb_file is not None
+    assert workspace.limb_file is not None
     files = [
         *(case.label_file, case.folder.record, job_file(case.folder)),
-        *(bench.tape_file, bench.recipe_file, bench.limb_file),
+        *(workspace.tape_file, workspace.recipe_file, workspace.limb_file),
     ]
     for file in files:
         file.write_bytes(content)
@@ -94,45 +94,45 @@ def test_all_that_cannot_be_read_is_told_and_set_aside(
     assert listed.status_code == 200
     (told,) = (one["unreadable"] for one in listed.json()["cases"])
     assert [sum(file.name in one["sentence"] for one in told) for file in files] == [1] * 6
-    assert str(clinic.shelf.root) not in listed.text, "nobody before the app need know where"
+    assert str(app_state.shelf.root) not in listed.text, "nobody before the app need know where"
     assert len(client.post(f"{at}/set-aside").json()) == 6
     assert client.get(at).json()["unreadable"] == []
     assert client.post(f"{at}/set-aside").json() == []
 
 
 def test_readings_by_tape_that_cannot_be_read_are_not_none(case: ShelvedCase) -> None:
-    bench = Bench(case)
-    bench.save_tape((TapeReading(height_mm=100.0, girth_mm=351.0),))
-    whole = bench.tape_file.read_bytes()
-    bench.tape_file.write_bytes(whole[:-9])
+    workspace = Workspace(case)
+    workspace.save_tape((TapeReading(height_mm=100.0, girth_mm=351.0),))
+    whole = workspace.tape_file.read_bytes()
+    workspace.tape_file.write_bytes(whole[:-9])
     with pytest.raises(CaseError, match=r"tape\.json"):
-        bench.tape()
-    bench.tape_file.write_bytes(whole)
-    assert [one.girth_mm for one in bench.tape()] == [351.0]
+        workspace.tape()
+    workspace.tape_file.write_bytes(whole)
+    assert [one.girth_mm for one in workspace.tape()] == [351.0]
 
 
 def test_a_history_that_cannot_be_read_is_kept_beside_the_new_one(case: ShelvedCase) -> None:
-    bench = Bench(case)
+    workspace = Workspace(case)
     (case.work / "surface.ply").write_bytes(b"ply")
     for offset_mm in (1.0, 2.0):
         edit = Entry(edit=Offset(distance_mm=offset_mm))
-        bench.save_recipe(Recipe(name="own", entries=(edit,)))
+        workspace.save_recipe(Recipe(name="own", entries=(edit,)))
     history = case.work / "history.json"
     history.write_bytes(DAMAGED)
-    assert not bench.history().can_undo
-    assert len(bench.notes()) == 1
-    bench.save_recipe(Recipe(name="own"))
-    assert bench.history().can_undo
+    assert not workspace.history().can_undo
+    assert len(workspace.notes()) == 1
+    workspace.save_recipe(Recipe(name="own"))
+    assert workspace.history().can_undo
     (aside,) = case.work.glob("history.unreadable-*")
     assert aside.read_bytes() == DAMAGED
-    assert [aside.name in one for one in bench.notes()] == [True]
+    assert [aside.name in one for one in workspace.notes()] == [True]
 
 
 def test_a_camera_that_cannot_be_read_hides_no_other_and_keeps_its_name(
-    client: TestClient, clinic: Clinic
+    client: TestClient, app_state: AppState
 ) -> None:
     first, second = (client.post(f"{API}/cameras", json={"name": name}).json() for name in "AB")
-    label = clinic.shelf.cameras / first["id"] / "label.json"
+    label = app_state.shelf.cameras / first["id"] / "label.json"
     label.write_bytes(DAMAGED)
     listed = {one["id"]: one for one in client.get(f"{API}/cameras").json()}
     assert listed[second["id"]]["name"] == "B"

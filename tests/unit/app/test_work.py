@@ -17,10 +17,10 @@ import pytest
 from fastapi.testclient import TestClient
 from typer.testing import CliRunner
 
-from limbgram.app.blocks import decode_blocks
-from limbgram.app.clinic import Clinic
+from limbgram.app.binary_arrays import decode_blocks
 from limbgram.app.server import build
-from limbgram.cases.bench import Bench
+from limbgram.app.state import AppState
+from limbgram.cases.workspace import Workspace
 from limbgram.cli.main import app as command_line
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.mesh.mesh import Mesh
@@ -42,10 +42,10 @@ def limb() -> Mesh:
 
 
 @pytest.fixture
-def case(client: TestClient, clinic: Clinic, limb: Mesh) -> str:
+def case(client: TestClient, app_state: AppState, limb: Mesh) -> str:
     """A case with a surface, as a run delivers it."""
     case_id = client.post(f"{API}/cases", json={"kind": "transtibial"}).json()["id"]
-    folder = clinic.shelf.root / case_id / "deliverables"
+    folder = app_state.shelf.root / case_id / "deliverables"
     folder.mkdir()
     write_ply(limb, folder / "surface.ply", "mm")
     return f"{API}/cases/{case_id}"
@@ -140,7 +140,7 @@ def test_a_fresh_surface_that_is_asked_for_twice_at_once_is_taken_in_once(
 
     monkeypatch.setattr(shutil, "copyfile", slow_copy)
     with ThreadPoolExecutor(2) as pool:
-        # The recipe asks the bench itself, not by way of the shapes in memory.
+        # The recipe asks the workspace itself, not by way of the shapes in memory.
         statuses = list(pool.map(ask, ["recipe", "limb"]))
     assert (statuses, len(taken)) == ([200, 200], 1)
 
@@ -244,17 +244,17 @@ def test_undo_goes_back_over_every_gesture(client: TestClient, aligned: str) -> 
 
 @pytest.mark.parametrize("step", ["undo", "redo"])
 def test_other_windows_hear_of_undo_and_redo(
-    client: TestClient, clinic: Clinic, aligned: str, step: str
+    client: TestClient, app_state: AppState, aligned: str, step: str
 ) -> None:
     case_id = aligned.rpartition("/")[2]
     client.post(f"{aligned}/recipe/edits", json={"kind": "load", "parameters": LOAD})
     if step == "redo":
         client.post(f"{aligned}/recipe/undo")
-    before = clinic.news.of(case_id)["work"]
+    before = app_state.news.of(case_id)["work"]
     assert client.post(f"{aligned}/recipe/{step}").status_code == 200
-    assert clinic.news.of(case_id)["work"] == before + 1
+    assert app_state.news.of(case_id)["work"] == before + 1
     assert client.post(f"{aligned}/recipe/{step}").status_code == 422
-    assert clinic.news.of(case_id)["work"] == before + 1, "nothing changed"
+    assert app_state.news.of(case_id)["work"] == before + 1, "nothing changed"
 
 
 def test_an_edit_that_is_refused_changes_nothing(client: TestClient, aligned: str) -> None:
@@ -270,7 +270,7 @@ def test_an_edit_that_is_refused_changes_nothing(client: TestClient, aligned: st
 
 @pytest.mark.parametrize("kind", ["stl", "ply", "obj", "glb", "dxf", "aop"])
 def test_exported_bytes_are_those_of_the_command_line(
-    client: TestClient, clinic: Clinic, aligned: str, tmp_path: Path, kind: str
+    client: TestClient, app_state: AppState, aligned: str, tmp_path: Path, kind: str
 ) -> None:
     client.post(f"{aligned}/recipe/edits", json={"kind": "load", "parameters": LOAD})
     client.post(f"{aligned}/recipe/edits", json={"kind": "smoothing", "parameters": {"passes": 2}})
@@ -278,7 +278,7 @@ def test_exported_bytes_are_those_of_the_command_line(
     assert made.status_code == 201, made.text
     name = made.json()["name"]
     got = client.get(f"{aligned}/exports/{name}").content
-    work = clinic.shelf.root / aligned.rpartition("/")[2] / "work"
+    work = app_state.shelf.root / aligned.rpartition("/")[2] / "work"
     rectified, wanted = tmp_path / "rectified.ply", tmp_path / name
     typed("edit", "apply", work / "surface.ply", work / "recipe.toml", "-o", rectified)
     typed("export", rectified, "--to", kind, "-o", wanted, "--side", "left")
@@ -295,12 +295,12 @@ def test_another_side_is_not_handed_over(client: TestClient, aligned: str) -> No
 
 
 def test_measures_are_those_of_the_command_line_with_the_tape_beside(
-    client: TestClient, clinic: Clinic, aligned: str
+    client: TestClient, app_state: AppState, aligned: str
 ) -> None:
     tape = [{"height_mm": 100.0, "girth_mm": 150.0}, {"height_mm": 4000.0, "girth_mm": 300.0}]
     client.put(f"{aligned}/tape", json=tape)
     found = client.post(f"{aligned}/measures", json={"heights_mm": [60, 100]}).json()
-    scan = clinic.shelf.root / aligned.rpartition("/")[2] / "work" / "surface.ply"
+    scan = app_state.shelf.root / aligned.rpartition("/")[2] / "work" / "surface.ply"
     wanted = typed("measure", scan, "--height", "60", "--height", "100")["levels"]
     for got, row in zip(found["levels"], wanted, strict=True):
         assert got["tape_mm"]["value"] == row["tape_mm"]["value"]
@@ -373,7 +373,7 @@ def test_a_reading_is_judged_by_the_scan_whatever_shape_is_measured(
 
 
 def test_what_was_accepted_of_a_reading_ends_when_that_is_taken_back(
-    client: TestClient, clinic: Clinic, aligned: str
+    client: TestClient, app_state: AppState, aligned: str
 ) -> None:
     wrong = {"height_mm": 100.0, "girth_mm": 150.0}
     accepted: list[bool] = []
@@ -386,7 +386,7 @@ def test_what_was_accepted_of_a_reading_ends_when_that_is_taken_back(
         found = client.post(f"{aligned}/measures", json={}).json()["tape"]
         accepted += [bool(one["accepted"]) for one in found]
     assert accepted == [False, True, False], "read anew it is to be accepted anew"
-    standings = Bench(clinic.shelf.case(aligned.rpartition("/")[2])).tape_standings()
+    standings = Workspace(app_state.shelf.case(aligned.rpartition("/")[2])).tape_standings()
     assert [(bool(one.withdrawn), bool(one.accepted)) for one in standings] == [
         (True, True),
         (False, False),
@@ -394,21 +394,21 @@ def test_what_was_accepted_of_a_reading_ends_when_that_is_taken_back(
 
 
 def test_a_reading_of_before_acts_were_kept_stays_when_it_is_accepted(
-    client: TestClient, clinic: Clinic, aligned: str
+    client: TestClient, app_state: AppState, aligned: str
 ) -> None:
     reading = {"height_mm": 80.0, "girth_mm": 200.0}
-    bench = Bench(clinic.shelf.case(aligned.rpartition("/")[2]))
-    bench.tape_file.write_text(json.dumps({"readings": [reading]}), "utf-8")
+    workspace = Workspace(app_state.shelf.case(aligned.rpartition("/")[2]))
+    workspace.tape_file.write_text(json.dumps({"readings": [reading]}), "utf-8")
     assert client.post(f"{aligned}/tape/accept", json=reading).status_code == 200
-    (standing,) = bench.tape_standings()
+    (standing,) = workspace.tape_standings()
     assert (standing.read.made, standing.withdrawn) == ("", "")
     assert standing.accepted
 
 
 def test_work_stays_where_the_case_is_computed_again(
-    client: TestClient, clinic: Clinic, aligned: str, limb: Mesh
+    client: TestClient, app_state: AppState, aligned: str, limb: Mesh
 ) -> None:
-    folder = clinic.shelf.root / aligned.rpartition("/")[2] / "deliverables"
+    folder = app_state.shelf.root / aligned.rpartition("/")[2] / "deliverables"
     higher = limb.with_vertices(limb.vertices_mm + np.array([0.0, 0.0, 0.5]))
     write_ply(higher, folder / "surface.ply", "mm")
     known = client.get(f"{aligned}/limb").json()
@@ -425,16 +425,16 @@ def test_work_stays_where_the_case_is_computed_again(
 @pytest.mark.parametrize("fails", ["reading", "full disk", "ended in between"])
 @pytest.mark.parametrize("other_name", [False, True])
 def test_a_new_surface_that_cannot_be_taken_leaves_the_one_before(
-    clinic: Clinic,
+    app_state: AppState,
     aligned: str,
     limb: Mesh,
     monkeypatch: pytest.MonkeyPatch,
     fails: str,
     other_name: bool,
 ) -> None:
-    bench = Bench(clinic.shelf.case(aligned.rpartition("/")[2]))
-    folder = bench.case.folder.deliverables
-    before = {file.name: file.read_bytes() for file in bench.root.iterdir() if file.is_file()}
+    workspace = Workspace(app_state.shelf.case(aligned.rpartition("/")[2]))
+    folder = workspace.case.folder.deliverables
+    before = {file.name: file.read_bytes() for file in workspace.root.iterdir() if file.is_file()}
     assert {"surface.ply", "surface.limb.json"} <= set(before)
     (folder / "surface.ply").unlink()
     higher = limb.with_vertices(limb.vertices_mm + np.array([0.0, 0.0, 0.5]))
@@ -445,14 +445,14 @@ def test_a_new_surface_that_cannot_be_taken_leaves_the_one_before(
         raise OSError(errno.ENOSPC, "No space left on device")
 
     def one_read_then_none(path: Path) -> ShapeFile:
-        if path.name in before and path.parent == bench.root:
+        if path.name in before and path.parent == workspace.root:
             return read_shape(path)
         raise ShapeFileError("It cannot be read.")
 
     with monkeypatch.context() as broken:
         match fails:
             case "reading":
-                broken.setattr("limbgram.cases.bench.read_shape", one_read_then_none)
+                broken.setattr("limbgram.cases.workspace.read_shape", one_read_then_none)
             case "full disk":
                 broken.setattr(shutil, "copyfile", full)
             case _:
@@ -465,27 +465,27 @@ def test_a_new_surface_that_cannot_be_taken_leaves_the_one_before(
 
                 broken.setattr(Path, "replace", ends)
         with pytest.raises((ShapeFileError, OSError)):
-            bench.take_scan()
+            workspace.take_scan()
     if fails == "ended in between":  # the new surface was whole: it is taken when asked for next
-        assert bench.scan_file().name == new
-        assert bench.scan_file().read_bytes() == (folder / new).read_bytes()
+        assert workspace.scan_file().name == new
+        assert workspace.scan_file().read_bytes() == (folder / new).read_bytes()
     else:
-        kept = {file.name: file.read_bytes() for file in bench.root.iterdir() if file.is_file()}
+        kept = {file.name: file.read_bytes() for file in workspace.root.iterdir() if file.is_file()}
         assert kept == before
-    assert [one.name for one in bench.read().limb.landmarks] == ["patellar tendon"]
-    assert not list(bench.root.glob(".*"))
-    assert bench.take_scan().name == new
-    assert not bench.is_stale()
-    assert [one.name for one in bench.read().limb.landmarks] == ["patellar tendon"]
+    assert [one.name for one in workspace.read().limb.landmarks] == ["patellar tendon"]
+    assert not list(workspace.root.glob(".*"))
+    assert workspace.take_scan().name == new
+    assert not workspace.is_stale()
+    assert [one.name for one in workspace.read().limb.landmarks] == ["patellar tendon"]
 
 
 def test_two_who_edit_at_once_lose_nothing(
     client: TestClient, aligned: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recipe, together = Bench.recipe, threading.Barrier(2)
+    recipe, together = Workspace.recipe, threading.Barrier(2)
 
-    def slow(bench: Bench) -> Recipe:
-        read = recipe(bench)
+    def slow(workspace: Workspace) -> Recipe:
+        read = recipe(workspace)
         time.sleep(0.1)
         return read
 
@@ -495,7 +495,7 @@ def test_two_who_edit_at_once_lose_nothing(
         return client.post(f"{aligned}/recipe/edits", json=edit).status_code
 
     client.get(f"{aligned}/recipe")
-    monkeypatch.setattr(Bench, "recipe", slow)
+    monkeypatch.setattr(Workspace, "recipe", slow)
     with ThreadPoolExecutor(2) as pool:
         assert list(pool.map(add, [1.0, 2.0])) == [201, 201]
         assert len(client.get(f"{aligned}/recipe").json()["edits"]) == 2
@@ -511,18 +511,18 @@ def test_two_who_edit_at_once_lose_nothing(
 def test_two_who_place_at_once_lose_nothing(
     client: TestClient, aligned: str, limb: Mesh, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    save, together = Bench.save_limb, threading.Barrier(2)
+    save, together = Workspace.save_limb, threading.Barrier(2)
 
-    def slow(bench: Bench, limb: Limb, read: ShapeFile) -> None:
+    def slow(workspace: Workspace, limb: Limb, read: ShapeFile) -> None:
         time.sleep(0.1)
-        save(bench, limb, read)
+        save(workspace, limb, read)
 
     def place(name: str) -> int:
         together.wait(10)
         mark = {"position_mm": limb.vertices_mm[len(name)].tolist()}
         return client.put(f"{aligned}/limb/places/{name}", json=mark).status_code
 
-    monkeypatch.setattr(Bench, "save_limb", slow)
+    monkeypatch.setattr(Workspace, "save_limb", slow)
     with ThreadPoolExecutor(2) as pool:
         assert list(pool.map(place, ["one", "another"])) == [200, 200]
     names = {one["name"] for one in client.get(f"{aligned}/limb").json()["places"]}
@@ -552,33 +552,33 @@ def test_others_are_answered_while_a_shape_is_read(
 
 @pytest.mark.parametrize("slow", ["read", "_take_scan"])
 def test_other_cases_are_answered_while_one_reads_its_surface(
-    client: TestClient, clinic: Clinic, limb: Mesh, monkeypatch: pytest.MonkeyPatch, slow: str
+    client: TestClient, app_state: AppState, limb: Mesh, monkeypatch: pytest.MonkeyPatch, slow: str
 ) -> None:
-    benches: list[Bench] = []
+    workspaces: list[Workspace] = []
     for _ in range(2):
-        made = clinic.shelf.new_case("transtibial", "left")
+        made = app_state.shelf.new_case("transtibial", "left")
         made.folder.deliverables.mkdir()
         write_ply(limb, made.folder.deliverables / "surface.ply", "mm")
-        benches.append(Bench(made))
-    begun, answered, act = threading.Event(), threading.Event(), getattr(Bench, slow)
+        workspaces.append(Workspace(made))
+    begun, answered, act = threading.Event(), threading.Event(), getattr(Workspace, slow)
 
-    def acts_slowly(bench: Bench) -> Any:
-        if bench == benches[0]:
+    def acts_slowly(workspace: Workspace) -> Any:
+        if workspace == workspaces[0]:
             begun.set()
             assert answered.wait(30), "the other case was not answered meanwhile"
-        return act(bench)
+        return act(workspace)
 
-    monkeypatch.setattr(Bench, slow, acts_slowly)
+    monkeypatch.setattr(Workspace, slow, acts_slowly)
     with ThreadPoolExecutor(1) as pool:
-        first = pool.submit(client.get, f"{API}/cases/{benches[0].case.case_id}/limb")
+        first = pool.submit(client.get, f"{API}/cases/{workspaces[0].case.case_id}/limb")
         assert begun.wait(30)
-        other = client.get(f"{API}/cases/{benches[1].case.case_id}/limb")
+        other = client.get(f"{API}/cases/{workspaces[1].case.case_id}/limb")
         answered.set()
         assert (other.status_code, first.result(30).status_code) == (200, 200)
 
 
 def test_a_shape_that_is_sent_does_not_stay_in_memory(
-    clinic: Clinic, aligned: str, monkeypatch: pytest.MonkeyPatch
+    app_state: AppState, aligned: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(path: Path) -> Limb:
         assert path.stat().st_size == pieces * len(piece)
@@ -609,7 +609,7 @@ def test_a_shape_that_is_sent_does_not_stay_in_memory(
         "client": None,
         "root_path": "",
     }
-    served = build(clinic)
+    served = build(app_state)
     tracemalloc.start()
     try:
         asyncio.run(cast(Any, served)(scope, receive, send))
@@ -618,7 +618,9 @@ def test_a_shape_that_is_sent_does_not_stay_in_memory(
         tracemalloc.stop()
     assert answers[0]["status"] == 422
     assert held < 0.2 * pieces * len(piece)
-    assert not list((clinic.shelf.root / aligned.rpartition("/")[2] / "work" / "shapes").iterdir())
+    assert not list(
+        (app_state.shelf.root / aligned.rpartition("/")[2] / "work" / "shapes").iterdir()
+    )
 
 
 def test_comparing_with_the_scan_tells_what_was_done(client: TestClient, aligned: str) -> None:

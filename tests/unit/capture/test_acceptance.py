@@ -14,7 +14,7 @@ from limbgram.capture.artefact import (
     MeshStandard,
     SphereStandard,
 )
-from limbgram.capture.permissible import Permissible, parse_limits
+from limbgram.capture.permissible_errors import Permissible, parse_limits
 from limbgram.capture.probing import Probed, find_spheres, surface_of
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.mesh.mesh import Mesh

@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
+from limbgram.capture.camera_positions import Stand
 from limbgram.capture.plan import (
     LimbForm,
     PlannedCamera,
@@ -23,7 +24,6 @@ from limbgram.capture.plan import (
     shown_by,
 )
 from limbgram.capture.prediction import predict
-from limbgram.capture.stands import Stand
 from limbgram.cli.main import app
 from limbgram.core.errors import OptionsError, PlanError
 

@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from limbgram.capture.camera_positions import Stand, stands_to_add
 from limbgram.capture.prediction import Prediction, Showing, bridging, predict, sigma_of
 from limbgram.capture.proxy import COLUMNS, LimbProxy, tube
-from limbgram.capture.stands import Stand, stands_to_add
 from limbgram.core.geometry.lens import Camera, View
 
 CAMERA = Camera(width_px=3000, height_px=2000, fx=3600.0, fy=3600.0, cx=1499.5, cy=999.5)

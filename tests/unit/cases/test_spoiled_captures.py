@@ -18,12 +18,12 @@ import pytest
 from PIL import Image
 
 from limbgram.capture.coach import CaptureCheck
-from limbgram.cases.checking import CaptureWatch, check_sources
+from limbgram.cases.capture_check import CaptureWatch, check_sources
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.intake import Intake
 from limbgram.cases.job import do
-from limbgram.cases.order import Job
-from limbgram.cases.store import CachingRun
+from limbgram.cases.job_messages import Job
+from limbgram.cases.stage_cache import CachingRun
+from limbgram.cases.uploads import Intake
 from limbgram.core.errors import CalibrationError, LimbgramError, PhotoError
 from limbgram.core.run import Run
 from limbgram.findings import told

@@ -11,13 +11,13 @@ from typing import Any
 
 import pytest
 
-from limbgram.cases import superseding as standing
-from limbgram.cases import worker
+from limbgram.cases import job_worker
+from limbgram.cases import superseded as standing
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job import Done
-from limbgram.cases.order import Answer, Job
-from limbgram.cases.store import CachingRun
-from limbgram.cases.superseding import key_of
+from limbgram.cases.job_messages import Answer, Job
+from limbgram.cases.stage_cache import CachingRun
+from limbgram.cases.superseded import key_of
 from limbgram.core.errors import Cancelled, LimbgramError, ScaleError
 
 VERDICT = {"light": "green", "headline": "GREEN: 0.05 mm.", "reasons": [], "facts": ""}
@@ -49,13 +49,13 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Run:
                 path.write_text(outcome)
             return Done(None, VERDICT, Answer(summary=_job.case / "summary.json"))  # type: ignore[arg-type]
 
-        monkeypatch.setattr(worker, "do", do)
-        monkeypatch.setattr(worker, "write_record", recorded)
+        monkeypatch.setattr(job_worker, "do", do)
+        monkeypatch.setattr(job_worker, "write_record", recorded)
         with suppress(LimbgramError):
-            worker._do_and_record(job, CachingRun(case=case), worker.Events(io.StringIO()))
+            job_worker._do_and_record(job, CachingRun(case=case), job_worker.Events(io.StringIO()))
         return record_of(case)
 
-    plain = worker.write_record
+    plain = job_worker.write_record
 
     def recorded(case: CaseFolder, state: Any, run: CachingRun, *args: Any, **more: Any) -> None:
         plain(case, state, run, None, *(args[1:]), **more)

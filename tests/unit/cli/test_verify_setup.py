@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 from limbgram.capture.acceptance import MeasuredCapture, accept
 from limbgram.capture.artefact import read_artefact
 from limbgram.capture.certificate import ArtefactTested, CaptureTested, Certificate
-from limbgram.capture.permissible import parse_limits
+from limbgram.capture.permissible_errors import parse_limits
 from limbgram.capture.probing import surface_of
-from limbgram.cases import verifying
+from limbgram.cases import kit_verification
 from limbgram.cli.main import app
 from limbgram.report.acceptance import acceptance_report
 from limbgram.report.html import html_of
@@ -87,7 +87,7 @@ def test_every_answer_has_its_code(
     def verify_kit(*_: object, **__: object) -> Certificate:
         return made
 
-    monkeypatch.setattr(verifying, "verify_kit", verify_kit)
+    monkeypatch.setattr(kit_verification, "verify_kit", verify_kit)
     out = tmp_path / "proof.json"
     words = [str(tmp_path / "bar.toml"), str(case), "--mpe", mpe, "-o", str(out)]
     answer = CliRunner().invoke(app, ["verify-setup", *words, *(["--json"] if as_json else [])])

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.cli import ahead, warm_up
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.cli import warm_up, warm_up_worker
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.run import Run
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import SMALL
@@ -18,7 +18,7 @@ FEW = replace(SMALL, photos=9, calibration_photos=0)
 
 def test_the_second_process_measures_the_limb_and_carves_it(tmp_path: Path) -> None:
     truth = make_capture(tmp_path / "capture", FEW).truth.limb.mesh
-    measured = ahead.go_ahead(tmp_path / "capture", tmp_path, Run(), FEW)
+    measured = warm_up_worker.compile_later_stages(tmp_path / "capture", tmp_path, Run(), FEW)
     assert measured is not None
     assert measured.sigma_mm is not None
     tree = TriangleTree.of(truth.vertices_mm, truth.faces)
@@ -30,9 +30,9 @@ def test_the_second_process_measures_the_limb_and_carves_it(tmp_path: Path) -> N
 def test_the_second_process_goes_on_where_no_capture_comes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ahead, "_LONGEST_S", 0.0)
-    monkeypatch.setattr(ahead, "work_on_shape", lambda *_: None)
-    assert ahead.go_ahead(tmp_path / "capture", tmp_path, Run(), FEW) is None
+    monkeypatch.setattr(warm_up_worker, "_LONGEST_S", 0.0)
+    monkeypatch.setattr(warm_up_worker, "work_on_shape", lambda *_: None)
+    assert warm_up_worker.compile_later_stages(tmp_path / "capture", tmp_path, Run(), FEW) is None
 
 
 def test_with_one_processor_there_is_no_second_process(

@@ -23,8 +23,8 @@ from limbgram.core.files import ContentError, json_of, read_content, toml_of
 from limbgram.findings import Finding, told
 from limbgram.formats.camera import read_camera
 from limbgram.formats.reading import read_limb
-from limbgram.services.captures import read_distances
-from limbgram.services.texts import landmarks_of
+from limbgram.services.parse_capture import read_distances
+from limbgram.services.parse_text import landmarks_of
 from limbgram.workbench.recipe.file import parse_recipe, read_recipe
 from limbgram.workbench.templates.files import read_template
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from limbgram.core.errors import CarveError, OptionsError
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.aop import axis
@@ -20,8 +20,8 @@ from limbgram.formats.aop.profiles import Profile
 from limbgram.formats.aop.reading import read_aop
 from limbgram.formats.aop.writing import AopOptions, LineEnd, write_aop
 from limbgram.formats.reading import read_limb
-from limbgram.workbench.carving.casting import Cast, cast_radii
 from limbgram.workbench.carving.mapping import MapOptions
+from limbgram.workbench.carving.radial_rays import Cast, cast_radii
 from limbgram.workbench.carving.radius_map import RadiusMap
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 

@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 from limbgram.cli.main import app
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.formats.board_file import read_board, write_board
-from limbgram.formats.printed import PrintedSize, Reading
+from limbgram.formats.printed_size import PrintedSize, Reading
 from limbgram.reconstruction.targets.board import Board
-from limbgram.services.captures import parse_board
+from limbgram.services.parse_capture import parse_board
 
 SCALE = Board.charuco("7x5", 30, 22, "4X4_50")
 

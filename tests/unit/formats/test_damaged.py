@@ -16,7 +16,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb
-from limbgram.formats.soup import fans_of
+from limbgram.formats.triangle_soup import fans_of
 from limbgram.workbench.limb import Limb
 
 BOX = trimesh.creation.box((100.0, 80.0, 200.0))

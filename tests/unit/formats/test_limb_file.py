@@ -13,7 +13,7 @@ from limbgram.core.errors import ExportError, ShapeFileError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
-from limbgram.formats.gate import in_limb_frame
+from limbgram.formats.export_checks import in_limb_frame
 from limbgram.formats.limb_file import write_limb, write_limb_file
 from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import read_limb, read_shape

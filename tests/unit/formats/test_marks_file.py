@@ -11,7 +11,7 @@ from limbgram.core.errors import CaseError, OptionsError
 from limbgram.formats.board_file import read_board
 from limbgram.formats.marks_file import PrintedKind, read_marks, write_marks
 from limbgram.reconstruction.targets.plates import MarkPlate, PrintedMark
-from limbgram.services.captures import plates_of
+from limbgram.services.parse_capture import plates_of
 
 BAR = MarkPlate(
     name="scale bar 1",

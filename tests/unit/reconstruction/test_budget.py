@@ -17,7 +17,7 @@ from limbgram.findings import told
 from limbgram.reconstruction.budget import Resolution, depth_share, refuse_beyond, resolution_for
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.measuring.imagery import imagery_mb, load_crops, prepare
-from limbgram.reconstruction.measuring.rounds import face_points
+from limbgram.reconstruction.measuring.measurement_pass import face_points
 from limbgram.reconstruction.photos.decoding import decoding_mb, load_colour, load_luma
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos

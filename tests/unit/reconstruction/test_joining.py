@@ -21,9 +21,9 @@ from limbgram.reconstruction.joining import (
     shared_marks,
 )
 from limbgram.reconstruction.mapping.ring import MappingOptions, place
-from limbgram.reconstruction.matching.coded import with_marks
+from limbgram.reconstruction.matching.coded_marks import with_marks
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
-from limbgram.reconstruction.matching.still import Still
+from limbgram.reconstruction.matching.static_background import Still
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks
 from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify

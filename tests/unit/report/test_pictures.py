@@ -18,7 +18,6 @@ from limbgram.report.case import case_report
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.drawings.photographs import _side_by_side, _upright
 from limbgram.report.html import html_of
-from limbgram.report.light import Light
 from limbgram.report.pictures import Pictures
 from limbgram.report.summary import (
     CloudSummary,
@@ -34,6 +33,7 @@ from limbgram.report.summary import (
     facts,
     summary_of,
 )
+from limbgram.report.verdict_light import Light
 
 
 @pytest.mark.parametrize("turns", [0, 1, 2, 3])

@@ -9,13 +9,13 @@ from matplotlib.colors import Normalize
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.report.drawings.courses import course, unrolled
 from limbgram.report.drawings.differences import difference_pictures, paint_of
 from limbgram.report.drawings.drawing import Drawing, png
-from limbgram.report.drawings.mirrorcheck import mirror_check
+from limbgram.report.drawings.mirror_check import mirror_check
+from limbgram.report.drawings.time_course import course, unrolled
 from limbgram.report.record.views import four_sides_of_limb
 from limbgram.workbench.compare.comparison import CompareOptions, compare
-from limbgram.workbench.compare.following import FollowOptions, Visit, follow
+from limbgram.workbench.compare.over_time import FollowOptions, Visit, follow
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.templates.fields import ANGLES, node_heights

@@ -10,10 +10,10 @@ import trimesh
 import typer
 from typer.testing import CliRunner
 
-from limbgram.cli.asking import asking
-from limbgram.core.declared import words_of
+from limbgram.cli.request_options import asking
 from limbgram.core.errors import LimbgramError, OptionsError
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.request_fields import words_of
 from limbgram.core.typed import Mismatch, value_of
 from limbgram.services.align import AlignRequest
 from limbgram.services.compare import CompareRequest, FollowRequest

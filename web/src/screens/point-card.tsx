@@ -54,7 +54,7 @@ export function PointCard({ room, point, onClose }: { room: Room; point: Vec3; o
 }
 
 /** The patch of 6 mm as one photo saw it, and how far it is from what all saw. */
-function Witnessed({ one }: { one: Schemas["Witness"] }) {
+function Witnessed({ one }: { one: Schemas["PointPhoto"] }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   useEffect(() => {
     const ctx = canvas.current?.getContext("2d");

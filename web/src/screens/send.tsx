@@ -42,7 +42,7 @@ export function SendScreen({ room }: RoomProps) {
   const distal = useSignal(0);
   const sections = useSignal(10);
   const tool = useSignal(12);
-  const written = useSignal<Schemas["HandedOver"] | null>(null);
+  const written = useSignal<Schemas["ExportedFile"] | null>(null);
   const act = useAct();
   /** The file that is asked for now, and no other, is shown and saved. */
   const wanted = useRef<Schemas["NewExport"] | null>(null);
@@ -276,7 +276,7 @@ export function SendScreen({ room }: RoomProps) {
 }
 
 /** What tells a file from another of the same limb: its side, its edits, who signed for it, and which scan and recipe are in it. */
-export function madeOf(one: Pick<Schemas["HandedOver"], "side" | "recipe_edits" | "signed_by" | "scan_sha256" | "recipe_sha256">): string {
+export function madeOf(one: Pick<Schemas["ExportedFile"], "side" | "recipe_edits" | "signed_by" | "scan_sha256" | "recipe_sha256">): string {
   const short = (sha256: string) => sha256.slice(0, 8);
   return [
     one.side === "none" ? "" : t(one.side === "left" ? "side.LEFT" : "side.RIGHT"),

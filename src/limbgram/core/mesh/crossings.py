@@ -9,7 +9,7 @@ from jaxtyping import Bool, Int64
 from numba import njit
 
 from limbgram.core.geometry.arrays import Faces, Points3
-from limbgram.core.mesh.closest import LEAF, TriangleTree
+from limbgram.core.mesh.closest_point import LEAF, TriangleTree
 from limbgram.core.run import in_parallel, worker_count
 
 _MANY, _PARTS = 20_000, 4

@@ -92,8 +92,8 @@ class Mesh:
     """Distance over which the rest of the error is alike."""
     lost_length: Float32[np.ndarray, "n 2"] | None = None
     """How much longer a line along the limb is than along this surface, per length, both at the
-    smoothing length (`core/geometry/smoothing`): fine relief that is lost, less what noise adds.
-    Expected, and one standard deviation of it."""
+    smoothing length (`core/geometry/smoothed_length`): fine relief that is lost, less what noise
+    adds. Expected, and one standard deviation of it."""
     repairs: Repairs | None = None
 
     def __len__(self) -> int:

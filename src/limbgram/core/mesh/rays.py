@@ -5,7 +5,7 @@ from jaxtyping import Bool, Float64
 from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.mesh.closest import LEAF, TriangleTree
+from limbgram.core.mesh.closest_point import LEAF, TriangleTree
 
 _SLACK = 1e-6
 """In shares of a triangle: a ray through an edge meets both faces, and slips through no crack."""

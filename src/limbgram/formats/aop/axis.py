@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.errors import CarveError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.carving.casting import axis_heights_mm, cast_radii
 from limbgram.workbench.carving.mapping import MapOptions
+from limbgram.workbench.carving.radial_rays import axis_heights_mm, cast_radii
 
 _SPOKES, _SLICES, _BANDS = 48, 40, 24
 _BRIM_SHARE = 0.08

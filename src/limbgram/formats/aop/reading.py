@@ -16,7 +16,7 @@ from limbgram.formats.aop.profiles import (
     landmarks_from_file,
     profile_of,
 )
-from limbgram.formats.soup import Soup
+from limbgram.formats.triangle_soup import Soup
 from limbgram.workbench.carving.radius_map import Grid, RadiusMap
 from limbgram.workbench.limb import Landmark, LimbFrame, names_apart
 

@@ -25,7 +25,7 @@ from limbgram.formats.aop.reading import PLACE_COMMENT, AopReading, read_aop
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.carving.mapping import MapOptions, Mapped, map_radii, map_radii_on
 from limbgram.workbench.carving.radius_map import Grid
-from limbgram.workbench.frame.names import without_accents
+from limbgram.workbench.frame.landmark_names import without_accents
 from limbgram.workbench.limb import Limb, LimbFrame, names_apart
 
 LineEnd = Literal["lf", "cr", "crlf"]

@@ -45,7 +45,7 @@ from limbgram.reconstruction.calibration.verdicts import (
 )
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside, naming_left_out
 from limbgram.reconstruction.targets.board import Board, BoardDetections
-from limbgram.reconstruction.targets.finding import TargetOptions, find_board
+from limbgram.reconstruction.targets.board_detection import TargetOptions, find_board
 
 _SKEW = PARAMETERS.index("skew")
 _K3 = PARAMETERS.index("k3")

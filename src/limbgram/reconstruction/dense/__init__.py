@@ -4,8 +4,8 @@ from limbgram.core.mesh.mesh import Cloud
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.estimation import estimate_depth
 from limbgram.reconstruction.dense.fusion import FusionOptions, fuse
+from limbgram.reconstruction.dense.photo_depth import DenseOptions
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region
-from limbgram.reconstruction.dense.solving import DenseOptions
 
 __all__ = [
     "Cloud",

@@ -28,16 +28,16 @@ from limbgram.core.run import in_parallel
 from limbgram.findings import doubt
 from limbgram.reconstruction.dense.crops import HALVINGS, Crop, crop_photo, halved, reduction_for
 from limbgram.reconstruction.dense.depth import DepthMap
-from limbgram.reconstruction.dense.neighbours import NeighbourOptions, choose_neighbours
 from limbgram.reconstruction.dense.patchmatch import MOST_SOURCES
-from limbgram.reconstruction.dense.region import Region
-from limbgram.reconstruction.dense.solving import (
+from limbgram.reconstruction.dense.photo_depth import (
     STEPS,
     DenseOptions,
     depth_map_of,
     solve_coarse,
     solve_fine,
 )
+from limbgram.reconstruction.dense.region import Region
+from limbgram.reconstruction.dense.source_views import NeighbourOptions, choose_neighbours
 from limbgram.reconstruction.photos.decoding import in_flight_mb
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.quality import common_fault

@@ -43,7 +43,7 @@ from limbgram.reconstruction.mapping.zoom import (
     odd_focals,
     zoomed_by_own,
 )
-from limbgram.reconstruction.matching.coded import Coded
+from limbgram.reconstruction.matching.coded_marks import Coded
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.quality import common_fault
 from limbgram.reconstruction.twoview.pairs import Pairs

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.triangulation import sampson_px, triangulate
 from limbgram.reconstruction.mapping.scene import Observations, Scene
-from limbgram.reconstruction.matching.coded import Coded
+from limbgram.reconstruction.matching.coded_marks import Coded
 from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.twoview.essential import fundamental_from_pose, straightened
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair

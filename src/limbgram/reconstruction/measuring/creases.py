@@ -15,7 +15,7 @@ from jaxtyping import Float64
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.disagreement import DETAIL_RINGS, PAINTED, Pool
-from limbgram.reconstruction.measuring.rounds import JointEquations, SeenSurface
+from limbgram.reconstruction.measuring.measurement_pass import JointEquations, SeenSurface
 from limbgram.reconstruction.measuring.thin_plate import solve
 from limbgram.reconstruction.measuring.usual_plate import ByUsualPlate
 

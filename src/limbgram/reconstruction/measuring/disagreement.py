@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from jaxtyping import Bool, Float64, Int64
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.reconstruction.measuring.rounds import JointEquations, SeenSurface
+from limbgram.reconstruction.measuring.measurement_pass import JointEquations, SeenSurface
 from limbgram.reconstruction.measuring.thin_plate import ThinPlate
 
 PROBES = 6

@@ -4,9 +4,9 @@ In      photos, a metric scene and a mesh within about two pixels of the truth.
 Out     the mesh with its vertices moved along their normals. `filled` are the vertices that were
         given as filled, or guessed to close a notch of the brim, unless texture that photos share
         holds them, and those that fewer than two photos see; where the photos show too little
-        to match, a vertex stays as the depth maps measured it. Where `lay_lips` is asked for, what
-        stands out past a sharp edge is laid back and counts as filled (`lips`); so does what the
-        measurement folds (`core.mesh.folds`).
+        to match, a vertex stays as the depth maps measured it. Where `lay_back_overshoot` is asked
+        for, what stands out past a sharp edge is laid back and counts as filled
+        (`edge_overshoot`); so does what the measurement folds (`core.mesh.folds`).
 Method  multi-photo least-squares matching, coarse to fine: a small patch per vertex first, then
         all vertices at once; the surface is held together as a thin plate (docs/method).
 Fails   SurfaceError: hardly a vertex looks alike in two photos.
@@ -24,9 +24,9 @@ from limbgram.core.mesh.folds import find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, with_any, with_faces
 from limbgram.core.run import track
+from limbgram.reconstruction.measuring.edge_overshoot import without_overshoot
 from limbgram.reconstruction.measuring.imagery import Crop, Imagery, load_crops, prepare
-from limbgram.reconstruction.measuring.lips import without_lips
-from limbgram.reconstruction.measuring.rounds import (
+from limbgram.reconstruction.measuring.measurement_pass import (
     JointEquations,
     MatchingOptions,
     SeenSurface,
@@ -77,7 +77,7 @@ class MeasureOptions:
     brim: BrimOptions = field(default_factory=BrimOptions)
     """What counts as a notch of the open end, to be closed."""
 
-    lay_lips: bool = False
+    lay_back_overshoot: bool = False
     """Whether what stands out past a sharp edge without being measured is laid back; for closed
     surfaces of objects with a cut."""
 
@@ -115,7 +115,7 @@ def measure(
     mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
     if found is not None:
         mesh = with_sigma(mesh, *found, metric, guessed)
-        mesh = without_lips(mesh) if options.lay_lips else mesh
+        mesh = without_overshoot(mesh) if options.lay_back_overshoot else mesh
     return _without_folds(mesh)
 
 

@@ -37,7 +37,7 @@ from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, project_and_differentiate
-from limbgram.core.geometry.smoothing import PLATE_MM
+from limbgram.core.geometry.smoothed_length import PLATE_MM
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import edge_lengths, find_edges
 from limbgram.reconstruction.mapping.scene import Scene
@@ -54,7 +54,7 @@ from limbgram.reconstruction.measuring.disagreement import (
     times_unseen,
     usual_square,
 )
-from limbgram.reconstruction.measuring.rounds import JointEquations, SeenSurface
+from limbgram.reconstruction.measuring.measurement_pass import JointEquations, SeenSurface
 from limbgram.reconstruction.measuring.thin_plate import (
     ThinPlate,
     bending_of,
@@ -369,7 +369,7 @@ def _lost_length(
 ) -> Float64[np.ndarray, "n 2"]:
     """How much longer a line along the limb is, and the standard deviation of that, per length.
 
-    Both lines are smoothed (`core/geometry/smoothing`); flat faces are finer and add nothing.
+    Both lines are smoothed (`core/geometry/smoothed_length`); flat faces are finer and add nothing.
 
     Args:
         relief: squared slope of (1 - H) H x, the usual plate's.

@@ -25,7 +25,7 @@ from limbgram.reconstruction.measuring.disagreement import (
     times_unseen,
     usual_square,
 )
-from limbgram.reconstruction.measuring.rounds import JointEquations, SeenSurface
+from limbgram.reconstruction.measuring.measurement_pass import JointEquations, SeenSurface
 from limbgram.reconstruction.measuring.thin_plate import bending_of, curvature_of, solve_all
 
 _SURELY = 1.26

@@ -1,9 +1,9 @@
 """Scale: its names, each imported when it is first used."""
 
-from .given import KnownDistance, Pick
 from .marks import distance_between_marks, mark_distances
 from .metric import LengthCheck, MetricScene, Scale
 from .scaling import ScaleOptions, to_millimetres
+from .stated_lengths import KnownDistance, Pick
 
 __all__ = [
     "KnownDistance",

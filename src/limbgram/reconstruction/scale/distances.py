@@ -19,8 +19,8 @@ from limbgram.core.interval import widening
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside, left_out
-from limbgram.reconstruction.scale.given import KnownDistance, Pick
 from limbgram.reconstruction.scale.ruler import Ruler, RulerLength
+from limbgram.reconstruction.scale.stated_lengths import KnownDistance, Pick
 
 _LEAST_ANGLE_DEG = 2.0
 _LEAST_RESIDUAL_PX = 1.0

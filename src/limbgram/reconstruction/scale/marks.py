@@ -9,7 +9,7 @@ import re
 from collections.abc import Sequence
 
 from limbgram.core.errors import OptionsError, ScaleError
-from limbgram.reconstruction.scale.given import KnownDistance, Pick
+from limbgram.reconstruction.scale.stated_lengths import KnownDistance, Pick
 from limbgram.reconstruction.targets.marks import MarkDetections
 from limbgram.reconstruction.targets.plates import MarkPlate
 

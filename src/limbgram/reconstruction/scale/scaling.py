@@ -27,6 +27,7 @@ from limbgram.reconstruction.scale.board import (
     find_scene_board,
     foreign_lens,
 )
+from limbgram.reconstruction.scale.displaced_board import without_displaced_board
 from limbgram.reconstruction.scale.distances import measure_distances
 from limbgram.reconstruction.scale.floor import (
     centre_of_object,
@@ -34,10 +35,9 @@ from limbgram.reconstruction.scale.floor import (
     find_floor,
     rotation_to_z,
 )
-from limbgram.reconstruction.scale.given import KnownDistance
 from limbgram.reconstruction.scale.metric import LengthCheck, MetricScene, Scale
-from limbgram.reconstruction.scale.pushed import without_pushed_board
 from limbgram.reconstruction.scale.ruler import Ruler, scale_by_cameras
+from limbgram.reconstruction.scale.stated_lengths import KnownDistance
 from limbgram.reconstruction.scale.visibility import Aim, aim_of
 from limbgram.reconstruction.targets.board import BoardDetections
 
@@ -172,7 +172,7 @@ def _scaled(
     pushed: tuple[SetAside, ...] = ()
     told_apart = scene.movement is not None and scene.movement.moved  # and so were the corners
     if detections is not None and not told_apart:
-        agreeing = without_pushed_board(scene, detections)
+        agreeing = without_displaced_board(scene, detections)
         pushed = agreeing.set_aside[len(detections.set_aside) :]
         detections = agreeing
     scene_board = find_scene_board(scene, detections) if detections is not None else None

@@ -17,7 +17,7 @@ from numba import njit
 
 from limbgram.core.errors import SurfaceError
 from limbgram.core.geometry.arrays import Faces
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import is_edge_manifold, taking_vertices
 from limbgram.core.run import track

@@ -39,7 +39,7 @@ from limbgram.report.accuracy.selfcalibration import SelfCalibration, self_calib
 from limbgram.report.accuracy.surface import surface_figures
 from limbgram.report.accuracy.truth import KnownTruth, truth_figures
 from limbgram.report.intended_use import OF_SCANS
-from limbgram.report.light import Light
+from limbgram.report.verdict_light import Light
 
 ACCURACY_SCHEMA = "limbgram-accuracy/2"
 READ_SCHEMAS = ("limbgram-accuracy/1", ACCURACY_SCHEMA)

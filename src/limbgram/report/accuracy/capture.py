@@ -24,7 +24,7 @@ from limbgram.reconstruction.photos.photo import Photo
 from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.reconstruction.scale.metric import LengthCheck
-from limbgram.reconstruction.scale.taping import TapePlane, TapeWitness
+from limbgram.reconstruction.scale.taped_girths import TapePlane, TapeWitness
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import (
     BoardSeen,

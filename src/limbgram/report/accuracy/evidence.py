@@ -7,7 +7,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
-from limbgram.reconstruction.scale.taping import TapeWitnesses
+from limbgram.reconstruction.scale.taped_girths import TapeWitnesses
 from limbgram.reconstruction.targets.board import BoardDetections
 
 _DIGITS = 8

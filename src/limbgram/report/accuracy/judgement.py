@@ -32,7 +32,7 @@ from limbgram.report.accuracy.figures import (
     TruthFigures,
 )
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
-from limbgram.report.light import Light
+from limbgram.report.verdict_light import Light
 
 _ORDER: tuple[Light, ...] = ("green", "amber", "red")
 _GRAVITIES: dict[Light, Gravity] = {

@@ -11,7 +11,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import COVER
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.accuracy.figures import (
     DistanceHistogram,

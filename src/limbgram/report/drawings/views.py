@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float64
 from matplotlib.axes import Axes
 
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.drawing import INK, RED
 from limbgram.report.drawings.shading import Frame, looking_along

@@ -11,8 +11,8 @@ from typing import Any, Literal
 from limbgram.capture.setup import SetupCited
 from limbgram.findings import Finding
 from limbgram.report.intended_use import OF_SHAPES
-from limbgram.report.light import Light
 from limbgram.report.record.bias import Bias
+from limbgram.report.verdict_light import Light
 from limbgram.workbench.limb import Side
 from limbgram.workbench.recipe.ledger import Line
 

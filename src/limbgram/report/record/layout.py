@@ -7,7 +7,7 @@ Out     a Report of two sheets: the shape, its measures and what to check, to be
 
 from collections.abc import Iterator, Sequence
 
-from limbgram.core.geometry.smoothing import SMOOTHED_OVER
+from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.interval import HOLDS, Interval, plus_minus
 from limbgram.findings import Finding, told
 from limbgram.report.blocks import (
@@ -26,7 +26,7 @@ from limbgram.report.blocks import (
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.record.advice import APART_MM, tape_checks
 from limbgram.report.record.content import Content, Json, RecipeDone
-from limbgram.workbench.recipe.accepting import Concern
+from limbgram.workbench.recipe.consent import Concern
 from limbgram.workbench.recipe.ledger import Figures, extreme_line
 
 Row = tuple[str, ...]

@@ -24,7 +24,7 @@ from limbgram.findings import told
 from limbgram.report.drawings.differences import difference_pictures
 from limbgram.report.drawings.drawing import Drawing, Picture, png
 from limbgram.report.drawings.sections import sections_drawing
-from limbgram.report.drawings.walls import wall_map
+from limbgram.report.drawings.wall_thickness import wall_map
 from limbgram.report.record.advice import findings
 from limbgram.report.record.bias import biases
 from limbgram.report.record.content import (

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import CarveError, OptionsError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.carving.casting import Cast, axis_heights_mm, cast_radii
+from limbgram.workbench.carving.radial_rays import Cast, axis_heights_mm, cast_radii
 from limbgram.workbench.carving.radius_map import Grid, RadiusMap
 
 _ABOVE_DISC_MM = 1e-6

@@ -14,9 +14,9 @@ from jaxtyping import Bool, Float64
 from numba import njit
 
 from limbgram.core.interval import weighted_quantile
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.carving.casting import cast_radii
+from limbgram.workbench.carving.radial_rays import cast_radii
 from limbgram.workbench.carving.radius_map import RadiusMap
 from limbgram.workbench.carving.setup import Blank
 

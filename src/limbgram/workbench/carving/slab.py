@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.edits.cutting import keep_positive
 

@@ -8,9 +8,9 @@ from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, unit
-from limbgram.core.mesh.planted import signed_on
-from limbgram.core.mesh.signed import SignedSurface
+from limbgram.core.mesh.signed_distance import SignedSurface
 from limbgram.core.mesh.topology import find_edges
+from limbgram.core.mesh.tree_cache import signed_on
 
 _BRIM_STEP_MM = 1.0
 

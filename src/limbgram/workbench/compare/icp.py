@@ -30,7 +30,7 @@ from limbgram.core.interval import widening
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.compare.counterparts import Counterparts, Ground, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
-from limbgram.workbench.frame.names import paired
+from limbgram.workbench.frame.landmark_names import paired
 from limbgram.workbench.limb import Limb, LimbFrame
 
 _TUKEY = 4.685

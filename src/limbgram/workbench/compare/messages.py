@@ -14,8 +14,8 @@ from limbgram.core.interval import COVER, HOLDS, Interval, plus_minus
 from limbgram.findings import Finding, as_json, doubt, note, told
 from limbgram.workbench.compare.comparison import ByShape, Comparison
 from limbgram.workbench.compare.deviation import LOCAL_LIMIT_MM
-from limbgram.workbench.compare.following import Repeats, Series, Stack, Trend
 from limbgram.workbench.compare.levels import Change, LevelChange
+from limbgram.workbench.compare.over_time import Repeats, Series, Stack, Trend
 from limbgram.workbench.compare.registration import FAR_MM, Alignment
 
 MRE_LIMIT_MM = 0.25

@@ -38,7 +38,7 @@ from limbgram.workbench.compare.icp import (
     tried_starts,
     width_mm,
 )
-from limbgram.workbench.frame.names import alike, paired
+from limbgram.workbench.frame.landmark_names import alike, paired
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import DISTAL_END, Sigmas, Volumes
 

@@ -14,18 +14,18 @@ from typing import Annotated
 import numpy as np
 from jaxtyping import Bool, Int32
 
-from limbgram.core.declared import Within
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.folds import find_points
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops
+from limbgram.core.request_fields import Within
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
 from limbgram.workbench.edits.regions import at_brim, averaging, displaced, moved_by, with_closed
 from limbgram.workbench.limb import Limb
-from limbgram.workbench.strays import open_pieces, without_pieces
+from limbgram.workbench.loose_pieces import open_pieces, without_pieces
 
 _LARGEST_MM = 60.0
 """A wider hole, or a longer scrap, is a part of the limb that is missing or lies loose: for a

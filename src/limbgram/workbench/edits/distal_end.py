@@ -5,9 +5,9 @@ from typing import Annotated
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.core.declared import Within
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.areas import fading
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import (

@@ -29,7 +29,7 @@ from dataclasses import Field, dataclass, field
 from functools import cache
 from typing import Annotated, Any, ClassVar, Literal, TypeVar, dataclass_transform, get_args
 
-from limbgram.core.declared import Within, declared, purpose_of
+from limbgram.core.request_fields import Within, declared, purpose_of
 from limbgram.findings import LANGUAGES
 from limbgram.workbench.limb import Limb
 

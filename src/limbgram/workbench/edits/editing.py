@@ -8,9 +8,9 @@ from typing import Final, cast
 
 import numpy as np
 
-from limbgram.core.declared import declared
 from limbgram.core.errors import EditError
-from limbgram.core.mesh.planted import tree_on
+from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.core.request_fields import declared
 from limbgram.findings import LANGUAGES, doubt
 from limbgram.findings.tell import add_terms
 from limbgram.workbench import edits

@@ -23,12 +23,12 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points3
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.folds import find_bent
-from limbgram.core.mesh.levels import level_surface
+from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.signed import SignedSurface
+from limbgram.core.mesh.signed_distance import SignedSurface
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
     boundary_loops,

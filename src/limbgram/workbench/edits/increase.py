@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from limbgram.core.declared import Within
+from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.edit import Effect, Words, edit, spoken
 from limbgram.workbench.edits.levels import Levels, change_by_levels, require_on_limb
 from limbgram.workbench.limb import Limb

@@ -10,8 +10,8 @@ from typing import Annotated, Literal
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.core.declared import Within
 from limbgram.core.errors import EditError
+from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.edit import Edit, Words, spoken
 from limbgram.workbench.edits.regions import (
     axes_in_mesh,

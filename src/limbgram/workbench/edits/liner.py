@@ -8,8 +8,8 @@ Original: 3-5 % of girth proximally, tapering to 0 % distally. WillowWood Alpha:
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from limbgram.core.declared import Within
 from limbgram.core.errors import EditError
+from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.levels import PerCentOf, change_by_levels
 from limbgram.workbench.edits.reduction import Reduction

@@ -4,8 +4,8 @@ from typing import Annotated
 
 import numpy as np
 
-from limbgram.core.declared import Within
 from limbgram.core.errors import EditError
+from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.cutting import ON_IT_MM, Part, cap, keep_positive
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import height_mm, middles_mm, points_in_limb_frame

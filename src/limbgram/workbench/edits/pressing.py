@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, dots
-from limbgram.core.mesh.planted import signed_on
+from limbgram.core.mesh.tree_cache import signed_on
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.limb import Limb
 

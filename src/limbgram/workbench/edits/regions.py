@@ -26,12 +26,12 @@ from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh, dots, unit
-from limbgram.core.mesh.planted import tree_on
 from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import boundary_half_edges, edge_lengths, find_edges
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.reconstruction.surface.holes import fill_holes
 from limbgram.workbench.edits.fineness import refine_under
-from limbgram.workbench.frame.names import named
+from limbgram.workbench.frame.landmark_names import named
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame, likeliest
 
 Place = str | tuple[float, float, float]

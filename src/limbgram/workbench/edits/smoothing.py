@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from limbgram.core.declared import Within
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh, dots
 from limbgram.core.mesh.topology import volume_mm3, with_any
+from limbgram.core.request_fields import Within
 from limbgram.core.run import track
 from limbgram.workbench.edits.areas import fading
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, FromZeroMm, Words, edit, spoken

@@ -3,8 +3,8 @@
 from dataclasses import replace
 from typing import Annotated
 
-from limbgram.core.declared import Within
 from limbgram.core.errors import EditError
+from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.offset import offset
 from limbgram.workbench.edits.regions import displaced

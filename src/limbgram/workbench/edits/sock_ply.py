@@ -5,7 +5,7 @@ One ply is about 1.1 % of volume: J. Sanders et al., J Rehabil Res Dev 49(4), 20
 
 from typing import Annotated
 
-from limbgram.core.declared import Within
+from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.increase import Increase
 from limbgram.workbench.edits.levels import change_by_levels

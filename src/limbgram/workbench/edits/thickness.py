@@ -18,7 +18,7 @@ from jaxtyping import Float64, Int64
 
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.interval import weighted_quantile
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.rays import meets
 from limbgram.findings import Finding, note

@@ -12,7 +12,7 @@ from limbgram.workbench.frame.landmarks import (
     with_landmarks,
     with_vertices_in_limb,
 )
-from limbgram.workbench.frame.marks import Mark, MarkOptions, find_marks
+from limbgram.workbench.frame.painted_marks import Mark, MarkOptions, find_marks
 from limbgram.workbench.limb import KINDS, Kind
 
 __all__ = [

@@ -1,7 +1,7 @@
 """Landmarks: the places by the kind of limb, where they tell the limb to face, and picking them.
 
-What a name means, in any language, `names` tells. A name that no template knows is kept as it is;
-it does not turn the limb. A limb's mesh is put in its limb frame, and back, here too.
+What a name means, in any language, `landmark_names` tells. A name that no template knows is kept as
+it is; it does not turn the limb. A limb's mesh is put in its limb frame, and back, here too.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,8 +15,8 @@ import numpy as np
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.planted import tree_on
-from limbgram.workbench.frame.names import known_identity, named, names_of, words_of
+from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.workbench.frame.landmark_names import known_identity, named, names_of, words_of
 from limbgram.workbench.limb import KINDS, Kind, Landmark, Limb, LimbFrame, likeliest
 
 Facing = Literal["anterior", "posterior", "medial", "lateral", "right", "left", "none"]

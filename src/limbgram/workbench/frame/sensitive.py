@@ -36,7 +36,7 @@ from difflib import get_close_matches
 from functools import lru_cache
 from types import MappingProxyType
 
-from limbgram.workbench.frame.names import names_of, told_by, words_of
+from limbgram.workbench.frame.landmark_names import names_of, told_by, words_of
 from limbgram.workbench.limb import KINDS, Kind
 
 _ALIKE = 0.8

@@ -23,7 +23,7 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import turn_rad
 from limbgram.core.geometry.lens import View
 from limbgram.core.interval import widening
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.photos.photo import Photo

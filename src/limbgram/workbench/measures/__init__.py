@@ -3,6 +3,7 @@
 from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 from limbgram.workbench.measures.lengths import Length
 from limbgram.workbench.measures.levels import Figure
+from limbgram.workbench.measures.measured_skin import without_sock
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
     Measures,
@@ -11,7 +12,6 @@ from limbgram.workbench.measures.measuring import (
     measure_inside,
     measure_limb,
 )
-from limbgram.workbench.measures.skins import without_sock
 from limbgram.workbench.measures.tape import (
     TapeChange,
     TapeCheck,

@@ -31,7 +31,7 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import Edges, find_edges
 

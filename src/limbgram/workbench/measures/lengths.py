@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float64, Int32
 
 from limbgram.core.geometry.arrays import Points3, Vector3
-from limbgram.core.geometry.smoothing import smoothed_length
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.geometry.smoothed_length import smoothed_length
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.uncertainty import propagate
 from limbgram.workbench.measures.geodesic import length_mm, shortest_path

@@ -25,7 +25,7 @@ from scipy.spatial import ConvexHull
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points2, Points3
-from limbgram.core.geometry.smoothing import smoothed_length
+from limbgram.core.geometry.smoothed_length import smoothed_length
 from limbgram.core.interval import Interval
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.sections import Section, cut, holds, of_one_limb

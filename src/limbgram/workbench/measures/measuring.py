@@ -33,7 +33,7 @@ from limbgram.workbench.measures.levels import (
     levels_at,
     tape_mm,
 )
-from limbgram.workbench.measures.skins import inside_of, is_two_skinned, without_sock
+from limbgram.workbench.measures.measured_skin import inside_of, is_two_skinned, without_sock
 from limbgram.workbench.measures.tape import TapeCheck, TapeReading, check_reading
 
 Skin = Literal["only", "outside", "inside"]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from limbgram.core.geometry.smoothing import SMOOTHING_MM
+from limbgram.core.geometry.smoothed_length import SMOOTHING_MM
 from limbgram.findings import as_json, told
 from limbgram.workbench.edits.thickness import Thickness
 from limbgram.workbench.measures.lengths import Length

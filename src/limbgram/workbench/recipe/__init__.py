@@ -1,6 +1,6 @@
 """Recipe: edits as a readable file, replayed on a scan."""
 
-from limbgram.workbench.recipe.accepting import Concern
+from limbgram.workbench.recipe.consent import Concern
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, parse_recipe, read_recipe
 from limbgram.workbench.recipe.ledger import Ledger, Line, lines_of
 from limbgram.workbench.recipe.recipe import (

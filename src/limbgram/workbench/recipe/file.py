@@ -43,7 +43,7 @@ from limbgram.core.typed import Mismatch, Strictness, any_value_of, fields_of
 from limbgram.findings import Finding, doubt
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import EDIT_NAMED
-from limbgram.workbench.recipe.accepting import plain_words
+from limbgram.workbench.recipe.consent import plain_words
 from limbgram.workbench.recipe.recipe import Entry, Recipe
 
 _FORMAT, _VERSION = "limbgram recipe", 2

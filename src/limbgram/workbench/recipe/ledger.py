@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from limbgram.core.geometry.smoothing import SMOOTHED_OVER
+from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.findings import Finding, told
@@ -28,7 +28,7 @@ from limbgram.workbench.measures.levels import (
     contour_mm,
     levels_at,
 )
-from limbgram.workbench.recipe.accepting import Concern
+from limbgram.workbench.recipe.consent import Concern
 
 SPACING_MM = 20.0
 """Between levels."""

@@ -29,7 +29,7 @@ from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.edits.wall import Wall, require_thickness_kept
 from limbgram.workbench.limb import Limb
-from limbgram.workbench.recipe.accepting import (
+from limbgram.workbench.recipe.consent import (
     Concern,
     concerns_of,
     concerns_on_limb,

@@ -33,7 +33,7 @@ from limbgram.workbench.compare.frames import (
     outside_by_name,
 )
 from limbgram.workbench.compare.registration import Alignment, RegistrationOptions
-from limbgram.workbench.frame.names import by_identity
+from limbgram.workbench.frame.landmark_names import by_identity
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.templates.charts import LimbChart, marks_on, plain_chart, pulled_chart
 from limbgram.workbench.templates.fields import Field, fit_field, node_heights

@@ -3,7 +3,7 @@
 import numpy as np
 import trimesh
 
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.rays import meets
 
 HALF_MM = 10.0

@@ -14,7 +14,7 @@ from limbgram.core.mesh.mesh import Cloud
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.estimation import estimate_depth
 from limbgram.reconstruction.dense.fusion import FusionOptions, fuse
-from limbgram.reconstruction.dense.solving import DenseOptions
+from limbgram.reconstruction.dense.photo_depth import DenseOptions
 from limbgram.reconstruction.mapping.scene import Observations
 
 RADIUS_MM, PIXEL_MM, STEP_DEG = 40.0, 0.36, 12.0

@@ -17,7 +17,7 @@ from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.mapping.ring import ring_of, without_photos
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import Matches
-from limbgram.reconstruction.matching.still import Still
+from limbgram.reconstruction.matching.static_background import Still
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.pipeline import PipelineOptions, Placing, place_photos
 from limbgram.reconstruction.targets.board import KIT_DICTIONARY

@@ -5,7 +5,7 @@ import numpy as np
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.reconstruction.measuring.imagery import apparent_lift_mm
-from limbgram.reconstruction.measuring.rounds import _FACE_POINTS
+from limbgram.reconstruction.measuring.measurement_pass import _FACE_POINTS
 from limbgram.reconstruction.measuring.thin_plate import tangent_axes
 
 CAMERA = Camera(width_px=400, height_px=300, fx=1000.0, fy=1000.0, cx=199.5, cy=149.5)

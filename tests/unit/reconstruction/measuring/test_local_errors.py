@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from limbgram.core.geometry.smoothing import smoothed_length
+from limbgram.core.geometry.smoothed_length import smoothed_length
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.reconstruction.measuring.rounds import JointEquations, SeenSurface
+from limbgram.reconstruction.measuring.measurement_pass import JointEquations, SeenSurface
 from limbgram.reconstruction.measuring.thin_plate import (
     bending_of,
     quadrics,

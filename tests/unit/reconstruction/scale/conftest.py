@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.reconstruction.mapping.scene import Observations, Scene
-from limbgram.reconstruction.scale.given import KnownDistance, Pick
+from limbgram.reconstruction.scale.stated_lengths import KnownDistance, Pick
 from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
 
 BOARD = Board(

@@ -13,10 +13,10 @@ from limbgram.core.geometry.frames import fit_similarity
 from limbgram.findings import told
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.distances import measure_distances, ruler_of
-from limbgram.reconstruction.scale.given import KnownDistance, Pick
 from limbgram.reconstruction.scale.marks import distance_between_marks, mark_distances
 from limbgram.reconstruction.scale.ruler import RulerLength, jackknife_sigma
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
+from limbgram.reconstruction.scale.stated_lengths import KnownDistance, Pick
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks, find_marks
 from limbgram.reconstruction.targets.plates import MarkPlate, PrintedMark
 

@@ -14,7 +14,7 @@ from limbgram.core.run import Run
 from limbgram.findings import fault
 from limbgram.reconstruction import pipeline
 from limbgram.reconstruction.budget import Resolution
-from limbgram.reconstruction.matching.still import Still
+from limbgram.reconstruction.matching.static_background import Still
 from limbgram.reconstruction.pipeline import Capture, PipelineOptions, Reconstruction
 from limbgram.reconstruction.poses import Poses
 from limbgram.reconstruction.surface.parts import PartOptions

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import (

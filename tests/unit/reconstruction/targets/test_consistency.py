@@ -6,7 +6,7 @@ import pytest
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.targets.board import Board
-from limbgram.reconstruction.targets.finding import board_residuals_px, sides_px
+from limbgram.reconstruction.targets.board_detection import board_residuals_px, sides_px
 
 BOARD = Board.checkerboard("8x6", 10.0)
 SIZE_PX = (1280, 960)

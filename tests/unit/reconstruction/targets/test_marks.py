@@ -13,7 +13,7 @@ from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.targets.edges import fit_square, linear_light
 from limbgram.reconstruction.targets.marks import FoundMark, find_marks, marks_in
-from limbgram.synthetic.marking import MarkPhoto, MarkShot, photograph_mark
+from limbgram.synthetic.mark_photo import MarkPhoto, MarkShot, photograph_mark
 
 CAMERA = Camera(
     width_px=400, height_px=300, fx=1500.0, fy=1500.0, cx=203.1, cy=148.4, k1=-0.3, p1=0.002

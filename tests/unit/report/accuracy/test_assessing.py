@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from limbgram.cases.assessing import (
+from limbgram.cases.case_assessment import (
     assess_case,
     cited,
     kept_evidence,
@@ -17,7 +17,7 @@ from limbgram.cases.assessing import (
 )
 from limbgram.cases.encoding import unsealed
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.store import write_product
+from limbgram.cases.stage_cache import write_product
 from limbgram.cli.accuracy import accuracy_lines
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.run import Timing

@@ -12,9 +12,9 @@ from limbgram.core.interval import Interval, plus_minus
 from limbgram.core.mesh.mesh import Part, Relation, Repairs
 from limbgram.findings import Finding, Gravity, note, sentence, told
 from limbgram.reconstruction.measuring import uncertainty as sources
-from limbgram.reconstruction.scale.given import TapedGirth
 from limbgram.reconstruction.scale.metric import Scale
-from limbgram.reconstruction.scale.taping import TapeWitness, TapeWitnesses
+from limbgram.reconstruction.scale.stated_lengths import TapedGirth
+from limbgram.reconstruction.scale.taped_girths import TapeWitness, TapeWitnesses
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.judgement import GAP, SCALE, SURFACE_P95, told_in

@@ -12,8 +12,8 @@ from tests.unit.report.conftest import papers_of
 
 from limbgram.findings import advice, note, told
 from limbgram.reconstruction.mapping.scene import Movement
-from limbgram.reconstruction.scale.given import TapedGirth
-from limbgram.reconstruction.scale.taping import TapeWitness, TapeWitnesses
+from limbgram.reconstruction.scale.stated_lengths import TapedGirth
+from limbgram.reconstruction.scale.taped_girths import TapeWitness, TapeWitnesses
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.charts import Series, accuracy_pictures, histogram
 from limbgram.report.accuracy.evidence import Evidence

@@ -11,8 +11,8 @@ from limbgram.core.interval import COVER
 from limbgram.findings import told
 from limbgram.report.drawings.differences import open_places
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
-from limbgram.workbench.compare.following import repeats
 from limbgram.workbench.compare.messages import comparison_lines, comparison_tree, verdict
+from limbgram.workbench.compare.over_time import repeats
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from limbgram.cli.main import app
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops, face_components, volume_mm3
 from limbgram.findings import note, told

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.folds import find_bent
-from limbgram.core.mesh.levels import level_surface
+from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import (
     boundary_half_edges,

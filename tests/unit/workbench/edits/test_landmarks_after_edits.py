@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from limbgram.core.mesh.planted import tree_on
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.edits.plane_cut import PlaneCut

@@ -10,7 +10,7 @@ from limbgram.core.errors import EditError, MeasureError, OptionsError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.edits.regions import position_mm
 from limbgram.workbench.frame.landmarks import NAMES, landmark, with_landmarks
-from limbgram.workbench.frame.marks import MarkOptions, find_marks
+from limbgram.workbench.frame.painted_marks import MarkOptions, find_marks
 from limbgram.workbench.limb import Landmark, Limb
 
 BALL = trimesh.creation.icosphere(5, 60.0)

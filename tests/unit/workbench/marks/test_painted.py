@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from limbgram.cases import assessing as painted
-from limbgram.cases.assessing import painted_marks_of
+from limbgram.cases import case_assessment as painted
+from limbgram.cases.case_assessment import painted_marks_of
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.frames import Rigid

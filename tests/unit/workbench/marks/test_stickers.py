@@ -13,7 +13,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.findings import note, told
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks
-from limbgram.services.texts import sticker_names
+from limbgram.services.parse_text import sticker_names
 from limbgram.workbench.marks.stickers import place_stickers
 
 CAMERA = Camera(width_px=3000, height_px=2000, fx=5000.0, fy=5000.0, cx=1499.5, cy=999.5, k1=-0.08)

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from limbgram.core.errors import MeasureError
-from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 

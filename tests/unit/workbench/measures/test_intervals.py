@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from limbgram.core.geometry.smoothing import PLATE_MM
+from limbgram.core.geometry.smoothed_length import PLATE_MM
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.measures.levels import Level, Sigmas, contour_mm, level_at, levels_at

@@ -22,8 +22,8 @@ from limbgram.workbench.compare.levels import changes_by_level
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.lengths import vertex_gradient
 from limbgram.workbench.measures.levels import Sigmas
+from limbgram.workbench.measures.measured_skin import without_sock
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
-from limbgram.workbench.measures.skins import without_sock
 from limbgram.workbench.measures.table import COLUMNS, csv_text, tree
 from limbgram.workbench.measures.tape import TapeReading, fit_to_tape
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from limbgram.core.declared import Declared, declared
 from limbgram.core.errors import EditError, OptionsError, ShapeFileError
+from limbgram.core.request_fields import Declared, declared
 from limbgram.findings import LANGUAGES, Finding, doubt, told
 from limbgram.findings.tell import terms
 from limbgram.workbench.edits.edit import Edit, name_of, words_in

@@ -7,8 +7,8 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import View
-from limbgram.reconstruction.dense.neighbours import NeighbourOptions, choose_neighbours
 from limbgram.reconstruction.dense.region import Region
+from limbgram.reconstruction.dense.source_views import NeighbourOptions, choose_neighbours
 from limbgram.reconstruction.scale.metric import MetricScene
 
 BOX = Region(

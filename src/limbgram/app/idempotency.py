@@ -1,0 +1,173 @@
+"""Idempotency: a change sent again under its id is made once, and answered as it was first.
+
+In      requests that change something, each with an id of its own in the header Act-Id.
+Out     the answer. It is kept beside the case, so that the same id, whose first answer was lost on
+        the way or whose page was opened anew meanwhile, gets it again and changes nothing. Such an
+        answer has the header Act-Replayed: what it tells may have been changed since.
+Method  One request of an id at a time: the second waits for the first. The id holds for what was
+        sent with it: the same one with another body is refused. What is kept of acts on the shelf
+        itself goes with the case that they are of. A refusal is not kept, since
+        it changed nothing. The answer is kept before it is sent and after the change: of a program
+        that is killed between these two the same act would be done again.
+"""
+
+import asyncio
+import hashlib
+import json
+import re
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+from weakref import WeakValueDictionary
+
+from limbgram.app.access import FILES, Asgi, Message, Receive, Scope, Send
+from limbgram.app.replies import refused
+from limbgram.cases.shelf import Shelf
+from limbgram.core.errors import CaseError
+from limbgram.core.files import json_of, read_content, write_bytes
+from limbgram.findings import fault
+
+ACT_ID = "^[0-9A-Za-z]{8,64}$"
+_ID = re.compile(ACT_ID)
+_CASE = re.compile(r"/api/v1/cases/([2-9A-HJKMNP-Z]{3}-[2-9A-HJKMNP-Z]{3})(?:/|$)")
+_MOST = 100
+"""Answers that are kept of a case; a page waits for each before it sends the next."""
+_LARGEST = 8_000_000
+
+
+@dataclass(frozen=True)
+class OnceEach:
+    """Stands before the routes; requests without an id pass."""
+
+    inner: Asgi
+    shelf: Shelf
+    _going: WeakValueDictionary[Path, asyncio.Lock] = field(default_factory=WeakValueDictionary)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        act = _id_of(scope)
+        place = None if act is None else self._place(scope, act)
+        if place is None:
+            await self.inner(scope, receive, send)
+            return
+        receive, sent = await _sent(scope, receive)
+        lock = self._going.setdefault(place, asyncio.Lock())
+        async with lock:
+            known = await asyncio.to_thread(_kept, place)
+            if known is not None and known["of"] == _request(scope):
+                scope["route"] = SimpleNamespace(name=known["act"])
+                scope["path_params"] = {"case_id": known["case"]}
+                if known.get("sent", sent) != sent:
+                    await refused(409, "CaseError", fault("app.another_act"))(scope, receive, send)
+                    return
+                await _answer(send, known["status"], known["type"], known["body"].encode())
+                return
+            answer = _Answer()
+            await self.inner(scope, receive, answer.take)
+            if 200 <= answer.status < 300 and place.parent.parent.is_dir():
+                with suppress(OSError):  # it is done: where no room is left, it is answered still
+                    await asyncio.to_thread(_keep, place, scope, sent, answer)
+            await answer.pass_on(send)
+
+    def _place(self, scope: Scope, act: str) -> Path | None:
+        """Where an answer is kept: it goes with its case, and that to its deletion stays."""
+        path = str(scope["path"])
+        found = _CASE.match(path)
+        deletes = scope["method"] == "DELETE" and found is not None and path == found[0]
+        root = self.shelf.root if found is None or deletes else self.shelf.root / found[1]
+        return root / ".acts" / f"{act}.json" if root.is_dir() else None
+
+
+def forget_acts(shelf: Shelf, case_id: str) -> None:
+    """Let go what is kept on the shelf of a case that is deleted: the answer to who made it."""
+    for place in (shelf.root / ".acts").glob("*.json"):
+        known = _kept(place)
+        if known is not None and known["case"] == case_id:
+            place.unlink(missing_ok=True)
+
+
+@dataclass
+class _Answer:
+    """What a route answers, held until it is whole."""
+
+    messages: list[Message] = field(default_factory=list[Message])
+
+    async def take(self, message: Message) -> None:
+        self.messages.append(message)
+
+    async def pass_on(self, send: Send) -> None:
+        for message in self.messages:
+            await send(message)
+
+    @property
+    def status(self) -> int:
+        return int(self.messages[0]["status"]) if self.messages else 0
+
+    @property
+    def type(self) -> str:
+        headers = dict(self.messages[0].get("headers", []))
+        return headers.get(b"content-type", b"").decode("latin-1")
+
+    @property
+    def body(self) -> bytes:
+        return b"".join(message.get("body", b"") for message in self.messages)
+
+
+def _id_of(scope: Scope) -> str | None:
+    if scope["type"] != "http" or scope["method"] in ("GET", "HEAD"):
+        return None
+    given = dict(scope["headers"]).get(b"act-id", b"").decode("latin-1")
+    return given if _ID.fullmatch(given) else None
+
+
+def _request(scope: Scope) -> str:
+    return f"{scope['method']} {scope['path']}"
+
+
+def _kept(place: Path) -> dict[str, Any] | None:
+    try:
+        return json_of(read_content(place, _LARGEST, CaseError))
+    except (CaseError, ValueError):
+        return None
+
+
+async def _sent(scope: Scope, receive: Receive) -> tuple[Receive, str]:
+    """The request once more, and the hash of its body; none of a file, which has one of its own."""
+    if scope["method"] == "PUT" and FILES.fullmatch(str(scope["path"])):
+        return receive, ""
+    messages = [await receive()]
+    while messages[-1].get("more_body", False):
+        messages.append(await receive())
+    body = hashlib.sha256(b"".join(one.get("body", b"") for one in messages)).hexdigest()
+
+    async def receive_again() -> Message:
+        return messages.pop(0) if messages else await receive()
+
+    return receive_again, body
+
+
+def _keep(place: Path, scope: Scope, sent: str, answer: _Answer) -> None:
+    place.parent.mkdir(exist_ok=True)
+    content = {
+        "of": _request(scope),
+        "act": str(getattr(scope.get("route"), "name", "")),
+        "sent": sent,
+        "case": scope.get("state", {}).get("case", "")
+        or scope.get("path_params", {}).get("case_id", ""),
+        "status": answer.status,
+        "type": answer.type,
+        "body": answer.body.decode("utf-8"),
+    }
+    write_bytes(place, json.dumps(content).encode())
+    kept = sorted(place.parent.glob("*.json"), key=lambda one: one.stat().st_mtime_ns)
+    for old in kept[:-_MOST]:
+        old.unlink(missing_ok=True)
+
+
+async def _answer(send: Send, status: int, kind: str, body: bytes) -> None:
+    headers = [(b"content-length", str(len(body)).encode()), (b"act-replayed", b"1")]
+    if kind:
+        headers.append((b"content-type", kind.encode("latin-1")))
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})

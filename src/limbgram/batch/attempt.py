@@ -1,0 +1,538 @@
+"""Attempt: one try at a capture: from its files to a finished case and the batch's steps after it.
+
+In      a Plan: the capture, the job of its case, the steps after the surface.
+Out     an Outcome, whatever happens: nothing that is wrong with one capture stops another.
+        CASE/batch/STEP/ holds what a step wrote, CASE/batch/done.json what was done and from what.
+Method  The case is made by its killable process (`job_supervision`), as `limbgram reconstruct`
+        has it made. A capture of which nothing has changed since it was finished is not begun:
+        neither its files, nor what is asked for, nor the program, nor a byte of what was made. Else
+        the case computes what is missing, and each step is run again if what it reads has changed.
+        An alignment that was corrected by hand since is kept, and what follows is done from it.
+"""
+
+import hashlib
+import json
+import shutil
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from limbgram.batch.captures import Capture, sources_in
+from limbgram.batch.memory import MemoryGate, need_mb
+from limbgram.batch.steps import Places, Step, StepRefused, run_step
+from limbgram.batch.stopping import Stopping
+from limbgram.cases.case_record import read_record, write_json
+from limbgram.cases.deliverables import surface_of
+from limbgram.cases.fingerprint import code_version, file_sha256
+from limbgram.cases.folder import CaseFolder, incoming, locked
+from limbgram.cases.job_messages import Job, plain_tree
+from limbgram.cases.job_supervision import GRACE_S, Event, JobBug, JobDied, Supervision
+from limbgram.cases.zips import unpack
+from limbgram.core.errors import (
+    RED_EXIT_CODE,
+    Cancelled,
+    CaseError,
+    LimbgramError,
+    PhotoError,
+    disk_finding,
+)
+from limbgram.core.files import json_of, read_content
+from limbgram.core.typed import Strictness, tree_of, value_of
+from limbgram.findings import Finding, fault, note, told
+from limbgram.formats.sidecar import limb_file_beside
+from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.photos.video import is_video
+from limbgram.report.verdict_light import Light
+from limbgram.workbench.limb import marked_red
+
+State = Literal["finished", "unchanged", "refused", "died", "failed", "cancelled"]
+"""What became of a capture; died: the system or a library ended its process."""
+
+_SCHEMA = "limbgram-batch-case/1"
+_LARGEST_BYTES = 16_000_000
+_AS_WRITTEN = Strictness(pass_over_unknown=True)
+_UNPACKED = ".unpacked"
+_PATIENCE_S = GRACE_S + 10.0
+_STEP_S = 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """What is to be done with a capture."""
+
+    capture: Capture
+    job: Job
+    """Without sources: where the photos lie is known once a zip is unpacked."""
+    photos: str | None = None
+    """Folder inside the capture in which they lie."""
+    steps: tuple[Step, ...] = ()
+    refusal: LimbgramError | None = None
+    """Why nothing can be done: the capture's own settings are wrong."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenFile:
+    """A file that a step wrote, in the case."""
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepOutcome:
+    """What became of a step."""
+
+    name: str
+    state: Literal["done", "kept", "refused", "died"]
+    """kept: of an earlier run, because nothing that it reads has changed."""
+    finding: Finding | None = None
+    """Why it was not done, or is not done anew."""
+    message: str = ""
+    """The same in a file of an earlier version, in its own words."""
+    exit_code: int = 0
+    key: str = ""
+    files: tuple[WrittenFile, ...] = ()
+
+    @property
+    def told(self) -> str:
+        """Why it was not done, in words."""
+        return self.message if self.finding is None else told(self.finding)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What became of a capture."""
+
+    name: str
+    source: str
+    state: State
+    light: Light | None = None
+    headline: str = ""
+    size_checked: bool | None = None
+    """Whether something independent confirms the size; None without a result."""
+    finding: Finding | None = None
+    """Why it has no result."""
+    message: str = ""
+    """The same in a file of an earlier version, in its own words."""
+    kind: str = ""
+    """Of the refusal."""
+    exit_code: int = 0
+    attempts: int = 0
+    seconds: float = 0.0
+    steps: tuple[StepOutcome, ...] = ()
+    set_aside: tuple[SetAside, ...] = ()
+    """What was left out of a result, and why; without a result the message says it."""
+
+    @property
+    def told(self) -> str:
+        """Why it has no result, in words."""
+        return self.message if self.finding is None else told(self.finding)
+
+    @property
+    def done(self) -> bool:
+        """Whether there is a result."""
+        return self.state in ("finished", "unchanged")
+
+    @property
+    def died(self) -> bool:
+        """Whether a process of it died, so that another attempt may go better."""
+        return self.state == "died" or any(step.state == "died" for step in self.steps)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Verdict:
+    light: Light
+    headline: Finding
+    size_checked: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Summary:
+    """What is read of a case's summary."""
+
+    verdict: _Verdict
+    set_aside: tuple[SetAside, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Done:
+    """What CASE/batch/done.json holds."""
+
+    schema: str = _SCHEMA
+    key: str = ""
+    """Of all that was asked for; empty until everything is done."""
+    steps: tuple[StepOutcome, ...] = ()
+
+
+def attempt(
+    plan: Plan,
+    cases: Path,
+    number: int,
+    listener: Callable[[Event], None],
+    stopping: Stopping,
+    gate: MemoryGate,
+    grace_s: float = GRACE_S,
+) -> Outcome:
+    """Do what is to be done with a capture, once.
+
+    Args:
+        number: How many attempts this makes.
+        grace_s: Time that a step of the reconstruction gets to end where it is stopped.
+    """
+    began = time.monotonic()
+    base = begun(plan, number)
+    try:
+        stopping.check()
+        if plan.refusal is not None:
+            raise plan.refusal
+        with locked(_own_folder(CaseFolder(plan.job.case))):
+            try:
+                outcome = _done(plan, cases, base, listener, stopping, gate, grace_s)
+            finally:
+                shutil.rmtree(_unpacked(plan, cases), ignore_errors=True)
+    except Cancelled as error:
+        outcome = ended(base, "cancelled", error)
+    except JobDied as error:
+        outcome = ended(base, "died", error)
+    except LimbgramError as error:
+        outcome = ended(base, "refused", error)
+    except JobBug as bug:
+        outcome = replace(
+            base,
+            state="failed",
+            kind="JobBug",
+            exit_code=1,
+            finding=fault(
+                "batch.fault", log=str(plan.job.case / "log.txt"), trace=str(bug), library=None
+            ),
+        )
+    except OSError as error:
+        if error.errno is None:
+            raise
+        outcome = ended(base, "refused", CaseError.of(disk_finding(error)))
+    return replace(outcome, seconds=round(time.monotonic() - began, 2))
+
+
+def begun(plan: Plan, number: int) -> Outcome:
+    """The outcome of a capture of which nothing is known yet."""
+    source = plan.capture.path.name
+    return Outcome(name=plan.capture.name, source=source, state="refused", attempts=number)
+
+
+def standing(plan: Plan, number: int) -> Outcome | None:
+    """What an earlier batch made of a capture, where nothing has changed since; it is only read.
+
+    Of a capture whose files or case cannot be read nothing stands: the attempt says why.
+    """
+    case = CaseFolder(plan.job.case)
+    try:
+        return _standing(begun(plan, number), case, _key(plan), _kept(case))
+    except (LimbgramError, OSError):
+        return None
+
+
+def ended(base: Outcome, state: State, error: LimbgramError) -> Outcome:
+    """An outcome without a result, with the reason."""
+    return replace(
+        base,
+        state=state,
+        kind=type(error).__name__,
+        finding=error.finding,
+        exit_code=error.exit_code,
+    )
+
+
+def thumbnail_of(case: Path) -> Path | None:
+    """The picture of a case's surface."""
+    found = CaseFolder(case).report / "surface.png"
+    return found if found.is_file() else None
+
+
+def _done(
+    plan: Plan,
+    cases: Path,
+    base: Outcome,
+    listener: Callable[[Event], None],
+    stopping: Stopping,
+    gate: MemoryGate,
+    grace_s: float,
+) -> Outcome:
+    case = CaseFolder(plan.job.case)
+    key, kept = _key(plan), _kept(case)
+    standing = _standing(base, case, key, kept)
+    if standing is not None:
+        return standing
+    job = replace(plan.job, sources=_sources(plan, cases))
+    with gate.hold(need_mb(job.sources), stopping):
+        _wait_until_free(case, stopping)
+        supervision = Supervision(job, listener, grace_s=grace_s)
+        with stopping.calling(supervision.stop):
+            supervision.wait()
+    steps = tuple(_after(plan, case, kept, listener, stopping))
+    whole = all(step.state in ("done", "kept") for step in steps)
+    _keep(case, _Done(key=key if whole else "", steps=steps))
+    return _judged(base, case, steps, "finished")
+
+
+def _standing(base: Outcome, case: CaseFolder, key: str, kept: _Done) -> Outcome | None:
+    if kept.key != key or not _is_whole(case, kept):
+        return None
+    steps = tuple(replace(step, state="kept") for step in kept.steps)
+    return _judged(base, case, steps, "unchanged")
+
+
+def _wait_until_free(case: CaseFolder, stopping: Stopping) -> None:
+    """Until a process of an earlier batch that was killed itself has ended, at its next step.
+
+    Raises:
+        CaseError: somebody else goes on working in the case.
+    """
+    deadline = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            with locked(case):
+                return
+        except CaseError:
+            if time.monotonic() > deadline:
+                raise
+            stopping.check()
+            time.sleep(_STEP_S)
+
+
+def _sources(plan: Plan, cases: Path) -> tuple[Path, ...]:
+    """Where the photos lie; a zip is unpacked beside the cases for as long as it is worked on."""
+    place = plan.capture.path
+    if plan.capture.kind == "zip":
+        place = unpack(place, _unpacked(plan, cases))
+    return _found_in(place, plan.photos)
+
+
+def _found_in(place: Path, photos: str | None) -> tuple[Path, ...]:
+    inside = place if photos is None or place.is_file() else place / photos
+    if not inside.exists():
+        raise PhotoError("batch.no_photos_folder", capture=str(place), folder=photos)
+    return sources_in(inside)
+
+
+def _unpacked(plan: Plan, cases: Path) -> Path:
+    return cases / _UNPACKED / plan.capture.name
+
+
+def _key(plan: Plan) -> str:
+    """What the results hang on: the bytes of all files, what is asked for, the program."""
+    tree: dict[str, Any] = plain_tree(replace(plan.job, sources=()))
+    del tree["case"]
+    tree["camera_files"] = [_sha256(file) for file in plan.job.camera_files]
+    tree["sources"] = _content(plan)
+    tree["steps"] = [
+        [step.name, *step.words, *(_sha256(file) for file in step.files), code_version(step.module)]
+        for step in plan.steps
+    ]
+    tree["program"] = code_version("limbgram.cases.job")
+    return _hash(tree)
+
+
+def _content(plan: Plan) -> list[list[str]]:
+    """Names and hashes of what the capture consists of."""
+    place = plan.capture.path
+    if place.is_file():
+        return [[place.suffix, file_sha256(place), plan.photos or ""]]
+    sources = _found_in(place, plan.photos)
+    if any(is_video(source) for source in sources):
+        return [[source.name, file_sha256(source)] for source in sources]
+    pictures, _ = incoming(sources)
+    return sorted([name.as_posix(), _sha256(source)] for source, name in pictures)
+
+
+def _sha256(path: Path) -> str:
+    """Of a file; one that cannot be read is told about by whoever needs it."""
+    try:
+        return file_sha256(path)
+    except OSError:
+        return "unreadable"
+
+
+def _hash(tree: object) -> str:
+    return hashlib.sha256(json.dumps(tree, sort_keys=True).encode()).hexdigest()
+
+
+def _is_whole(case: CaseFolder, kept: _Done) -> bool:
+    """Whether every file of the case and of the steps is there as it was made."""
+    try:
+        record = read_record(case)
+    except LookupError:
+        return False
+    pages = (case.page, case.summary, case.accuracy("json"), case.accuracy("html"))
+    made = [(file.path, file.sha256) for file in record.files]
+    made += [(file.path, file.sha256) for step in kept.steps for file in step.files]
+    return (
+        record.state == "finished"
+        and all(page.is_file() for page in pages)
+        and all(_sha256(case.root / path) == sha256 for path, sha256 in made)
+    )
+
+
+def _judged(
+    base: Outcome, case: CaseFolder, steps: tuple[StepOutcome, ...], state: State
+) -> Outcome:
+    """The outcome with the verdict of the case, which is the one that its page shows."""
+    try:
+        tree = json_of(read_content(case.summary, _LARGEST_BYTES, CaseError))
+        summary = value_of(tree, _Summary, "", _AS_WRITTEN)
+    except ValueError as error:
+        raise CaseError(
+            "batch.summary_unreadable", path=str(case.summary), why=str(error)
+        ) from error
+    verdict = summary.verdict
+    codes = [step.exit_code for step in steps if step.exit_code]
+    codes += [RED_EXIT_CODE] if verdict.light == "red" else []
+    return replace(
+        base,
+        state=state,
+        light=verdict.light,
+        headline=told(verdict.headline),
+        size_checked=verdict.size_checked,
+        exit_code=worst_of(codes),
+        steps=steps,
+        set_aside=summary.set_aside,
+    )
+
+
+_BY_WEIGHT = (0, RED_EXIT_CODE, 4, 2, 3, 5, 6, 1, 130)
+"""Exit codes, the worst last: a red result, one that the photos cannot give, what was asked for
+wrongly, files that cannot be read or written, a process that died, a fault of ours, stopped."""
+
+
+def worst_of(codes: Sequence[int]) -> int:
+    """The exit code that tells the worst of several."""
+    return max((0, *codes), key=lambda code: _BY_WEIGHT.index(code) if code in _BY_WEIGHT else 7)
+
+
+def _after(
+    plan: Plan,
+    case: CaseFolder,
+    kept: _Done,
+    listener: Callable[[Event], None],
+    stopping: Stopping,
+) -> Iterator[StepOutcome]:
+    """Do the steps in their order; what needs one that was refused is not tried."""
+    surface = surface_of(case.deliverables)
+    shape = surface
+    earlier = {step.name: step for step in kept.steps}
+    broken: StepOutcome | None = None
+    done: list[StepOutcome] = []
+    for step in plan.steps:
+        stopping.check()
+        if broken is not None:
+            why = fault("batch.not_tried", step=broken.name)
+            yield replace(broken, name=step.name, finding=why, files=(), key="")
+            continue
+        listener({"event": "progress", "stage": f"then {step.name}", "done": 0, "total": 0})
+        out = _own_folder(case).root / step.name
+        edited = out / surface.name.replace("surface", "rectified")
+        places = Places(surface=surface, shape=shape, edited=edited, case=case.root, out=out)
+        outcome = _step(step, places, case, earlier.get(step.name), stopping)
+        done.append(outcome)
+        _keep(case, _Done(steps=tuple(done)))
+        yield outcome
+        if outcome.state in ("refused", "died"):
+            broken = outcome if step.kind in ("align", "recipe") else None
+        elif step.kind == "recipe":
+            shape = edited
+
+
+def _step(
+    step: Step, places: Places, case: CaseFolder, before: StepOutcome | None, stopping: Stopping
+) -> StepOutcome:
+    key = _step_key(step, places)
+    if before is not None and before.key == key and _stands(step, before, case):
+        return _as_kept(step, before, places, case)
+    shutil.rmtree(places.out, ignore_errors=True)
+    places.out.mkdir(parents=True)
+    try:
+        reply = run_step(_marked(step, places), places, stopping)
+    except Cancelled:
+        raise
+    except LimbgramError as error:
+        shutil.rmtree(places.out, ignore_errors=True)
+        refused = isinstance(error, StepRefused)
+        return StepOutcome(
+            name=step.name,
+            state="refused" if refused else "died",
+            finding=error.finding,
+            exit_code=error.exit_code,
+        )
+    content = {
+        name: value.removeprefix(f"{case.root}/") if isinstance(value, str) else value
+        for name, value in reply.content.items()
+        if name != "written"
+    }
+    write_json(places.out / f"{step.kind}.json", content)
+    return StepOutcome(name=step.name, state="done", key=key, files=_files(step, places, case))
+
+
+def _marked(step: Step, places: Places) -> Step:
+    """Files of a red result are named as what they are."""
+    if step.kind != "export" or places.surface.name == "surface.ply":
+        return step
+    at = step.words.index("-o") + 1
+    red = str(marked_red(Path(step.words[at])))
+    return replace(step, words=(*step.words[:at], red, *step.words[at + 1 :]))
+
+
+def _step_key(step: Step, places: Places) -> str:
+    """What a step reads: the shape, its limb file unless it is the one that writes it, its code."""
+    reads = [places.surface, places.shape, *step.files]
+    if step.kind != "align":
+        reads += [limb_file_beside(places.surface), limb_file_beside(places.shape)]
+    return _hash([step.words, [_sha256(file) for file in reads], code_version(step.module)])
+
+
+def _stands(step: Step, before: StepOutcome, case: CaseFolder) -> bool:
+    if step.kind == "align":
+        return all((case.root / file.path).is_file() for file in before.files)
+    return all(_sha256(case.root / file.path) == file.sha256 for file in before.files)
+
+
+def _as_kept(step: Step, before: StepOutcome, places: Places, case: CaseFolder) -> StepOutcome:
+    """The outcome of an earlier run, with the files as they are now."""
+    files = _files(step, places, case)
+    finding = before.finding if files == before.files else note("batch.limb_kept_by_hand")
+    return replace(before, state="kept", finding=finding, files=files)
+
+
+def _files(step: Step, places: Places, case: CaseFolder) -> tuple[WrittenFile, ...]:
+    found = sorted(path for path in places.out.rglob("*") if path.is_file())
+    if step.kind == "align":
+        found.append(limb_file_beside(places.surface))
+    return tuple(
+        WrittenFile(path=path.relative_to(case.root).as_posix(), sha256=file_sha256(path))
+        for path in found
+    )
+
+
+def _own_folder(case: CaseFolder) -> CaseFolder:
+    """Where a batch keeps its own files of a case; its lock keeps two batches apart."""
+    return CaseFolder(case.root / "batch")
+
+
+def _place(case: CaseFolder) -> Path:
+    return _own_folder(case).root / "done.json"
+
+
+def _kept(case: CaseFolder) -> _Done:
+    """What an earlier batch did; nothing where that cannot be read."""
+    place = _place(case)
+    if not place.is_file():
+        return _Done()
+    try:
+        kept = value_of(json_of(read_content(place, _LARGEST_BYTES, CaseError)), _Done)
+    except (CaseError, ValueError):
+        return _Done()
+    return kept if kept.schema == _SCHEMA else _Done()
+
+
+def _keep(case: CaseFolder, done: _Done) -> None:
+    write_json(_place(case), tree_of(done))

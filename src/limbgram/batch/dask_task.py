@@ -1,0 +1,162 @@
+"""Dask task of one capture: starts the attempt's process (`attempt_process`) and ends it.
+
+In      an order (`attempt_process`), given out by `cluster`.
+Out     the Result as JSON. Events go to the cluster's topic of this batch on the way.
+Method  Dask cannot end a task that runs. So the task only waits for a process, and ends it once the
+        task is cancelled or the worker closes. A worker that is killed closes the process's
+        standard input by that, which the attempt takes as its end.
+
+Nothing of the reconstruction is loaded here: the worker answers the scheduler at all times.
+"""
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import IO, Any
+
+from distributed import Worker, get_worker
+
+from limbgram.cases.job_supervision import environment
+from limbgram.core.run import NEUTRAL_FOLDER
+
+_POLL_S = 0.2
+_GRACE_S = 10.0
+_LAST_LINES = 4
+_ONE_BY_ONE = {"OPENBLAS_NUM_THREADS": "1"}
+"""As the command line has it: matrix products add up in one order, on every machine."""
+_slots: set[int] = set()
+_slots_lock = threading.Lock()
+
+
+def run_attempt(order: str, module: str, topic: str, every_s: float, workers_here: int) -> str:
+    """Do an attempt to its end.
+
+    Args:
+        module: What the process runs.
+        topic: Where events are told.
+        every_s: At most so often is progress within a stage told.
+        workers_here: Workers on this machine, named 0, 1, ...; 0: not known.
+    """
+    worker = get_worker()
+    key = worker.get_current_task()
+    scratch = Path(worker.local_directory) / "limbgram"
+    with _slot() as slot, TemporaryFile() as errors:
+        processors = _processors(worker, slot, workers_here)
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-m", module, str(scratch), processors],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            cwd=NEUTRAL_FOLDER,
+            env=environment() | _ONE_BY_ONE,
+            start_new_session=True,
+        )
+        try:
+            told = _followed(process, order, worker, key, topic, every_s)
+            code = process.wait()
+        finally:
+            _end(process)
+        answer = {"result": told} if told else {"ended": code, "lines": _last_lines(errors)}
+        return json.dumps({**answer, "worker": worker.address})
+
+
+class Unwanted(Exception):
+    """The task was cancelled; nobody reads this."""
+
+
+def _followed(
+    process: "subprocess.Popen[bytes]",
+    order: str,
+    worker: Worker,
+    key: Any,
+    topic: str,
+    every_s: float,
+) -> dict[str, Any]:
+    """Pass events on until the process ends; returns its result, or nothing."""
+    assert process.stdin is not None
+    with suppress(BrokenPipeError):
+        process.stdin.write(order.encode() + b"\n")
+        process.stdin.flush()
+    lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_read, args=(process.stdout, lines), daemon=True).start()
+    stage, told_at = "", 0.0
+    while True:
+        if _unwanted(worker, key):
+            raise Unwanted
+        try:
+            line = lines.get(timeout=_POLL_S)
+        except queue.Empty:
+            continue
+        if not line:
+            return {}
+        event: dict[str, Any] = json.loads(line)
+        if event["event"] == "result":
+            return event["result"]
+        now = time.monotonic()
+        if event.get("stage", "") == stage and now - told_at < every_s:
+            continue
+        stage, told_at = event.get("stage", ""), now
+        worker.log_event(topic, {**event, "key": str(key), "worker": worker.address})
+
+
+def _read(stream: IO[bytes], lines: "queue.SimpleQueue[bytes]") -> None:
+    for line in stream:
+        lines.put(line)
+    lines.put(b"")
+
+
+def _unwanted(worker: Worker, key: Any) -> bool:
+    """Whether nobody waits for the task any more."""
+    task = worker.state.tasks.get(key)
+    return task is None or task.state == "cancelled" or worker.status.name != "running"
+
+
+def _end(process: "subprocess.Popen[bytes]") -> None:
+    assert process.stdin is not None
+    with suppress(BrokenPipeError):
+        process.stdin.close()
+    try:
+        process.wait(_GRACE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+@contextmanager
+def _slot() -> Generator[int]:
+    """A number that no other task of this worker has meanwhile."""
+    with _slots_lock:
+        slot = next(number for number in range(len(_slots) + 1) if number not in _slots)
+        _slots.add(slot)
+    try:
+        yield slot
+    finally:
+        with _slots_lock:
+            _slots.remove(slot)
+
+
+def _processors(worker: Worker, slot: int, workers_here: int) -> str:
+    """The processors of one task of so many, so that they do not get in each other's way."""
+    if not hasattr(os, "sched_getaffinity"):
+        return ""
+    count = workers_here or worker.state.nthreads
+    mine = sorted(os.sched_getaffinity(0))
+    number = int(worker.name) if workers_here else slot
+    if count >= len(mine):
+        return str(mine[number % len(mine)])
+    first, last = number * len(mine) // count, (number + 1) * len(mine) // count
+    return ",".join(map(str, mine[first:last]))
+
+
+def _last_lines(errors: IO[bytes]) -> str:
+    errors.seek(0)
+    lines = errors.read().decode("utf-8", "replace").strip().splitlines()
+    return "\n".join(lines[-_LAST_LINES:])

@@ -1,0 +1,176 @@
+"""Table: the outcome of every capture of a batch, as HTML, CSV and JSON.
+
+Out     CASES/batch.json (limbgram-batch/1), CASES/batch.csv, CASES/batch.html
+"""
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from limbgram.batch.attempt import Outcome, thumbnail_of, worst_of
+from limbgram.cases.case_record import write_json
+from limbgram.core.errors import CaseError
+from limbgram.core.files import json_of, read_content, write_bytes
+from limbgram.core.typed import Strictness, tree_of, value_of
+from limbgram.findings import told
+from limbgram.report.batch import BatchRow, batch_report, counted
+from limbgram.report.drawings.drawing import Picture
+from limbgram.report.html import html_of
+
+_SCHEMA = "limbgram-batch/1"
+_THUMB_PX = 420
+_STATES = {
+    "finished": "computed",
+    "unchanged": "as it was",
+    "refused": "refused",
+    "died": "died in every attempt",
+    "failed": "fault of the program",
+    "cancelled": "stopped",
+}
+_LARGEST_BYTES = 256_000_000
+NAMES = ("batch.json", "batch.csv", "batch.html")
+
+
+@dataclass(frozen=True)
+class BatchTable:
+    """The outcomes of a batch, and where they were written."""
+
+    content: dict[str, Any]
+    line: str
+    """How many went well."""
+    exit_code: int
+    written: tuple[Path | str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Kept:
+    """What is read of an earlier table."""
+
+    schema: str
+    captures: tuple[Outcome, ...]
+
+
+def write_table(
+    outcomes: Sequence[Outcome], cases: Path, notes: Sequence[str], *, stopped: bool
+) -> BatchTable:
+    """Write the three files, each whole or not at all."""
+    cases.mkdir(parents=True, exist_ok=True)
+    table = table_of(outcomes, cases, notes, stopped=stopped)
+    rows = [_row(one, cases, pictured=True) for one in outcomes]
+    places = tuple(cases / name for name in NAMES)
+    write_json(places[0], table.content)
+    write_bytes(places[1], _csv(outcomes).encode())
+    write_bytes(places[2], html_of(batch_report(rows, notes, stopped=stopped)).encode())
+    return replace(table, written=places)
+
+
+def table_of(
+    outcomes: Sequence[Outcome], cases: Path, notes: Sequence[str], *, stopped: bool
+) -> BatchTable:
+    """The table without its files."""
+    code = worst_of([one.exit_code for one in outcomes])
+    content = {
+        "schema": _SCHEMA,
+        "exit_code": code,
+        "stopped": stopped,
+        "notes": list(notes),
+        "captures": [_tree(one) for one in outcomes],
+    }
+    return BatchTable(content, counted([_row(one, cases) for one in outcomes]), code)
+
+
+def earlier_outcomes(cases: Path) -> dict[str, Outcome]:
+    """What the last table says, by capture; nothing where there is none that can be read."""
+    place = cases / NAMES[0]
+    try:
+        tree = json_of(read_content(place, _LARGEST_BYTES, CaseError))
+        kept = value_of(tree, _Kept, "", Strictness(pass_over_unknown=True))
+    except (CaseError, ValueError):
+        return {}
+    return {one.name: one for one in kept.captures} if kept.schema == _SCHEMA else {}
+
+
+def _tree(outcome: Outcome) -> dict[str, Any]:
+    """With the sentences beside the findings, for readers without the words."""
+    worded = replace(
+        outcome,
+        message=outcome.told,
+        steps=tuple(replace(step, message=step.told) for step in outcome.steps),
+    )
+    return tree_of(worded) | {"case": outcome.name}
+
+
+def _row(outcome: Outcome, cases: Path, *, pictured: bool = False) -> BatchRow:
+    return BatchRow(
+        name=outcome.name,
+        source=outcome.source,
+        state=_STATES[outcome.state],
+        light=outcome.light,
+        size_checked=bool(outcome.size_checked),
+        told=outcome.headline if outcome.done else outcome.told,
+        steps=tuple(step.name for step in outcome.steps if not step.exit_code),
+        faults=tuple(_faults(outcome)),
+        left_out=tuple((part.name, told(part.reason)) for part in outcome.set_aside),
+        attempts=outcome.attempts,
+        seconds=outcome.seconds,
+        thumbnail=_thumbnail(cases / outcome.name, outcome.name)
+        if pictured and outcome.done
+        else None,
+    )
+
+
+def _thumbnail(case: Path, name: str) -> Picture | None:
+    """The picture of the surface, small: a page of hundreds stays a page."""
+    place = thumbnail_of(case)
+    if place is None:
+        return None
+    file = io.BytesIO()
+    with Image.open(place) as picture:
+        picture.thumbnail((_THUMB_PX, _THUMB_PX))
+        picture.convert("P", palette=Image.Palette.ADAPTIVE).save(file, "PNG", optimize=True)
+    return Picture(
+        name="surface", title=f"Surface of {name}", caption="",
+        png=np.frombuffer(file.getvalue(), np.uint8),
+    )  # fmt: skip
+
+
+_HEADS = (
+    "capture", "source", "state", "verdict", "size_checked", "exit_code", "attempts", "seconds",
+    "steps_done", "steps_failed", "headline", "message", "left_out",
+)  # fmt: skip
+
+
+def _csv(outcomes: Sequence[Outcome]) -> str:
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(_HEADS)
+    for one in outcomes:
+        done = [step.name for step in one.steps if not step.exit_code]
+        failed = [step.name for step in one.steps if step.exit_code]
+        left_out = "; ".join(f"{part.name}: {told(part.reason)}" for part in one.set_aside)
+        texts = (one.headline, " ".join((one.told, *_faults(one))).strip(), left_out)
+        writer.writerow((
+            _plain(one.name), _plain(one.source), one.state, one.light or "",
+            _boolean(one.size_checked), one.exit_code, one.attempts, one.seconds,
+            " ".join(done), " ".join(failed), *map(_plain, texts),
+        ))  # fmt: skip
+    return file.getvalue()
+
+
+def _faults(outcome: Outcome) -> list[str]:
+    return [f"{step.name}: {step.told}" for step in outcome.steps if step.exit_code]
+
+
+def _boolean(value: bool | None) -> str:
+    return "" if value is None else str(value).lower()
+
+
+def _plain(text: str) -> str:
+    """A cell that a spreadsheet takes for text: what begins like a formula gets an apostrophe."""
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t") else text

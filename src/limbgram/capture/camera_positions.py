@@ -1,0 +1,130 @@
+"""Camera positions (stands): where photos are taken from, and which ones to add.
+
+In      a proxy with the photos that see each cell; the places that photos have already.
+Out     Stands in words, the first photo at 12 o'clock, and the views that they would give.
+Method  Places on rings round the limb are tried: each with how much thinly seen surface it would
+        show, by rays. The best is taken, what it shows is counted, and so on (greedy cover:
+        Nemhauser, Wolsey and Fisher 1978).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+
+from limbgram.capture.prediction import cosines_of
+from limbgram.capture.proxy import LimbProxy
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera, View
+from limbgram.findings import Finding, note
+
+_UP = np.array([0.0, 0.0, 1.0])
+_AZIMUTHS_DEG = np.arange(0.0, 360.0, 15.0)
+_ELEVATIONS_DEG = (25.0, 45.0, 0.0, 65.0, -20.0, 80.0)
+"""Those that are easiest to reach come first: of two as good, the first is taken."""
+_LEVEL_DEG = 8.0
+_SQUARELY = float(np.cos(np.radians(60.0)))
+_WORTH = 0.004
+"""Share of the limb that a photo must add to be asked for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stand:
+    """Where a photo is taken from, seen from the middle of the limb."""
+
+    azimuth_deg: float
+    """Seen from above, counter-clockwise from the first photo."""
+    elevation_deg: float
+    """Above level."""
+    distance: float
+    """In the scene's unit."""
+
+    def view(self, camera: Camera, middle: Vector3, first_rad: float, name: str = "") -> View:
+        """What a camera sees that stands here and aims at the middle.
+
+        Args:
+            first_rad: Direction of azimuth 0 in the world's plane of x and y.
+        """
+        turn, rise = first_rad + np.radians(self.azimuth_deg), np.radians(self.elevation_deg)
+        away = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        pose = Rigid.looking_at(middle + self.distance * away, middle, _UP)
+        return View(name, camera, pose)
+
+
+def clock(azimuth_deg: float) -> int:
+    """The hour at which a place stands, 12 where azimuth is 0; clocks turn clockwise."""
+    return round(-azimuth_deg / 30.0) % 12 or 12
+
+
+def height_of(elevation_deg: float) -> Finding:
+    """How high a camera is held, in steps that a hand can follow."""
+    step_deg = 5 * round(elevation_deg / 5)
+    if abs(elevation_deg) < _LEVEL_DEG:
+        return note("coach.height.level")
+    if step_deg >= 75:
+        return note("coach.height.straight_above")
+    return note("coach.height", off_deg=abs(step_deg), above=step_deg > 0)
+
+
+def stand_of(centre: Vector3, middle: Vector3, first_rad: float) -> Stand:
+    """Where a camera stands."""
+    away = centre - middle
+    distance = float(np.linalg.norm(away))
+    azimuth = np.degrees(np.arctan2(away[1], away[0]) - first_rad) % 360.0
+    elevation = np.degrees(np.arcsin(np.clip(away[2] / max(distance, 1e-12), -1, 1)))
+    return Stand(azimuth_deg=float(azimuth), elevation_deg=float(elevation), distance=distance)
+
+
+def shows_squarely(proxy: LimbProxy, views: Sequence[View]) -> Bool[np.ndarray, "n v"]:
+    """Which cells each view shows well enough to be planned with."""
+    if not views:
+        return np.zeros((len(proxy.mesh), 0), bool)
+    return cosines_of(proxy, views) >= _SQUARELY
+
+
+def stands_to_add(
+    proxy: LimbProxy,
+    photos: Int64[np.ndarray, " n"],
+    wanted: int,
+    camera: Camera,
+    distance: float,
+    first_rad: float,
+    floor_z: float | None,
+    most: int,
+) -> tuple[Stand, ...]:
+    """Photos after which no cell is seen by fewer than `wanted`, as far as that can be reached."""
+    tried: list[Stand] = []
+    for elevation_deg in _ELEVATIONS_DEG:
+        height = proxy.middle[2] + distance * np.sin(np.radians(elevation_deg))
+        if floor_z is None or height > floor_z + 0.03 * distance:
+            tried += [
+                Stand(azimuth_deg=float(one), elevation_deg=elevation_deg, distance=distance)
+                for one in _AZIMUTHS_DEG
+            ]
+    views = [one.view(camera, proxy.middle, first_rad) for one in tried]
+    sees = shows_squarely(proxy, views)
+    area = np.where(proxy.known, proxy.area_mm2, 0.0)
+    return tuple(tried[k] for k in _cover(sees, area / area.sum(), photos, wanted, most))
+
+
+def _cover(
+    sees: Bool[np.ndarray, "n v"],
+    area: Float64[np.ndarray, " n"],
+    photos: Int64[np.ndarray, " n"],
+    wanted: int,
+    most: int,
+) -> Sequence[int]:
+    """Columns that add most, one after the other."""
+    lack = np.maximum(wanted - photos, 0).astype(float)
+    taken: list[int] = []
+    while len(taken) < most:
+        gain = (np.minimum(lack, 1.0) * area) @ sees
+        gain[taken] = 0.0
+        best = int(np.argmax(gain))
+        if gain[best] < _WORTH:
+            break
+        taken.append(best)
+        lack = np.maximum(lack - sees[:, best], 0.0)
+    return taken

@@ -1,0 +1,274 @@
+"""Capture check: `limbgram check` on photos in place; reduced copies are temporary.
+
+A CaptureWatch keeps them, and all that is known of each photo, for as long as photos come: another
+photo costs the work on that photo, and the placing of all.
+"""
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import cv2
+import numpy as np
+
+from limbgram.capture.coach import DEFAULTS, CaptureCheck, CheckOptions, Coach, check_capture
+from limbgram.cases.video_frames import take_frames
+from limbgram.core.errors import PhotoError
+from limbgram.core.run import Run, in_parallel
+from limbgram.formats.camera import read_camera
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
+from limbgram.reconstruction.photos.masks import (
+    held_upright,
+    load_mask,
+    no_mask_fits,
+    require_masks_folder,
+)
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside, left_out
+from limbgram.reconstruction.photos.reading import (
+    PhotoOptions,
+    candidates_in,
+    grouped,
+    look_at_all,
+    masked_by,
+    natural_order,
+    photo_set,
+    read_photos,
+)
+from limbgram.reconstruction.photos.video import is_video
+from limbgram.reconstruction.targets.board import Board
+from limbgram.services.parse_capture import DEFAULT_BOARD, parse_board
+from limbgram.services.reconstruct import NO_BOARD
+
+_SMALL_MEGAPIXELS = 1.5
+_FEWEST = 2
+"""Photos that can be checked."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckRequest:
+    """With what photos are checked."""
+
+    camera: tuple[Path, ...] = ()
+    """Camera file of `limbgram calibrate`."""
+    board: str | None = None
+    """Scale board in the scene, or the board file of `limbgram print`; without it
+    charuco:7x5:30:22:4X4_50."""
+    masks: Path | None = None
+    """Folder of masks, NAME.png for each photo NAME: white is used, black is not. Without it
+    NAME.png beside the photos, or in a folder `masks` there."""
+
+    def calibrations(self) -> tuple[Calibration, ...]:
+        """What the camera files hold."""
+        return tuple(read_camera(file) for file in self.camera)
+
+    def scale_board(self) -> Board | None:
+        """The board that is looked for.
+
+        Raises:
+            OptionsError: the words are none.
+        """
+        return None if self.board == NO_BOARD else parse_board(self.board or DEFAULT_BOARD)
+
+
+def check_sources(
+    sources: Sequence[Path],
+    calibrations: Sequence[Calibration],
+    board: Board | None,
+    run: Run,
+    options: CheckOptions = DEFAULTS,
+    masks: Path | None = None,
+) -> CaptureCheck:
+    """Check photos, folders of them, or the frames of a video.
+
+    Args:
+        masks: Folder of masks that take the place of those beside the photos.
+
+    Raises:
+        PhotoError: a source does not exist, no photos are readable, or no mask is any photo's.
+    """
+    with tempfile.TemporaryDirectory(prefix="limbgram-check-") as scratch:
+        folder = Path(scratch)
+        named = [
+            take_frames(source, folder / f"video-{number}", run).photos
+            if is_video(source)
+            else source
+            for number, source in enumerate(sources)
+        ]
+        photos = run(read_photos, named)
+        if masks is not None:
+            photos = _with_masks(photos, masks)
+        small = run(reduce_photos, photos, folder)
+        return check_capture(photos, small, calibrations, board, options, run)
+
+
+def _with_masks(photos: PhotoSet, masks: Path) -> PhotoSet:
+    """The photos with the masks of a folder.
+
+    Raises:
+        PhotoError: no picture in it is named as the mask of a photo.
+    """
+    masked = masked_by(photos, masks)
+    fits = any(one.mask_path for one in masked.photos)
+    if not fits and masked.set_aside == photos.set_aside:
+        raise no_mask_fits(masks, photos.photos[0].path)
+    return masked
+
+
+_Stamp = tuple[int, int]
+"""Size and time of a file: what tells that it is the one that was read."""
+_Pixels = tuple[str, int | None, Path | None]
+
+
+def _pixels_of(photo: Photo) -> _Pixels:
+    """What the small copy of a photo hangs on."""
+    return photo.sha256, photo.bits, photo.mask_path
+
+
+class CaptureWatch:
+    """Checks a capture while it grows. Use it in a `with`: what it keeps is removed at the end."""
+
+    def __init__(
+        self,
+        calibrations: Sequence[Calibration],
+        board: Board | None,
+        options: CheckOptions = DEFAULTS,
+        masks: Path | None = None,
+    ) -> None:
+        if masks is not None:
+            require_masks_folder(masks)
+        self._masks = masks
+        self._coach = Coach(calibrations, board, options)
+        self._scratch = tempfile.TemporaryDirectory(prefix="limbgram-watch-")
+        self._looked: dict[Path, tuple[_Stamp, Photo | SetAside]] = {}
+        self._copies: dict[_Pixels, Photo] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._scratch.cleanup()
+
+    def check(self, sources: Sequence[Path], run: Run | None = None) -> CaptureCheck:
+        """Check the photos in these files and folders as they are now.
+
+        Raises:
+            PhotoError: a source does not exist, or fewer than two photos are readable.
+        """
+        run = run or Run()
+        photos = self._read_again(sources, run)
+        if self._masks is not None:
+            photos = masked_by(photos, self._masks)
+        if len(photos.photos) < _FEWEST:
+            raise PhotoError(
+                "photo.too_few_yet",
+                photos=len(photos.photos),
+                least=_FEWEST,
+                aside=len(photos.set_aside),
+                left_out=left_out(photos.set_aside),
+            )
+        fresh = tuple(one for one in photos.photos if _pixels_of(one) not in self._copies)
+        if fresh:
+            folder = Path(tempfile.mkdtemp(dir=self._scratch.name))
+            copies = run(reduce_photos, replace(photos, photos=fresh), folder)
+            self._copies |= dict(zip(map(_pixels_of, fresh), copies.photos))
+        small = [replace(self._copies[_pixels_of(one)], name=one.name) for one in photos.photos]
+        return self._coach.check(photos, grouped(small, ()), run)
+
+    def _read_again(self, sources: Sequence[Path], run: Run) -> PhotoSet:
+        """As `read_photos`, but only files that are new or were written again are decoded."""
+        found = candidates_in(sources)
+        stamps = {one.path: stamp_of(one.path) for one in found.photos}
+        known = {file: own for file, own in self._looked.items() if stamps.get(file) == own[0]}
+        new = [file for file in stamps if file not in known]
+
+        def read() -> list[Photo | SetAside]:
+            return look_at_all(new, PhotoOptions())
+
+        read.__name__ = read_photos.__name__
+        looked = zip(new, run(read) if new else [])
+        self._looked = known | {file: (stamps[file], one) for file, one in looked}
+        return photo_set(found, [self._looked[one.path][1] for one in found.photos])
+
+
+def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
+    """The files that lie there now, each with what changes when it is written again.
+
+    Raises:
+        PhotoError: a source does not exist.
+    """
+    found: dict[Path, _Stamp] = {}
+    for source in sources:
+        if not source.exists():
+            raise PhotoError("photo.missing_path", source=str(source))
+        inside = source.is_dir()
+        for file in sorted(source.iterdir(), key=natural_order) if inside else (source,):
+            if file.is_file() and not (inside and file.name.startswith(".")):
+                found[file] = stamp_of(file)
+    return found
+
+
+def stamp_of(file: Path) -> _Stamp:
+    about = file.stat()
+    return about.st_size, about.st_mtime_ns
+
+
+def reduce_photos(photos: PhotoSet, folder: Path) -> PhotoSet:
+    """Small copies, in shades of grey, with the pixel centres kept, and of their masks."""
+    factors = [
+        min(1.0, (_SMALL_MEGAPIXELS * 1e6 / (one.width_px * one.height_px)) ** 0.5)
+        for one in photos.cameras
+    ]
+
+    def side(pixels: int, factor: float) -> int:
+        return max(1, round(pixels * factor))
+
+    def reduce_one(number: int) -> Photo:
+        photo = photos.photos[number]
+        factor = factors[photo.camera_idx]
+        width, height = side(photo.width_px, factor), side(photo.height_px, factor)
+        place = folder / f"{number:05d}.png"
+        luma = cv2.resize(load_luma(photo), (width, height), interpolation=cv2.INTER_AREA)
+        written = cv2.imencode(".png", np.asarray(luma), (cv2.IMWRITE_PNG_COMPRESSION, 1))[1]
+        place.write_bytes(written.tobytes())
+        mask_path = _reduced_mask(photo, place, (width, height))
+        return replace(
+            photo,
+            path=place,
+            width_px=width,
+            height_px=height,
+            mask_path=mask_path,
+            cut_out=False,
+            bits=None,
+        )
+
+    each_mb = in_flight_mb(photos.photos, 2.0)
+    reduced = in_parallel(reduce_one, range(len(photos.photos)), each_mb=each_mb)
+    cameras = tuple(
+        replace(one, width_px=side(one.width_px, f), height_px=side(one.height_px, f))
+        for one, f in zip(photos.cameras, factors)
+    )
+    return replace(photos, photos=tuple(reduced), cameras=cameras)
+
+
+def _reduced_mask(photo: Photo, place: Path, size: tuple[int, int]) -> Path | None:
+    """The small copy of a photo's mask, beside that of the photo; upright, as masks are."""
+    mask = load_mask(photo)
+    if mask is None:
+        return None
+    white = cv2.resize(mask.astype(np.uint8) * 255, size, interpolation=cv2.INTER_AREA)
+    path = place.with_suffix(".mask.png")
+    levels = held_upright(np.asarray(white) > 0, photo.exif).astype(np.uint8) * 255
+    path.write_bytes(cv2.imencode(".png", levels)[1].tobytes())
+    return path

@@ -1,0 +1,157 @@
+"""Case export: exports a case's shape for machines and programs, and reads each file back.
+
+In      the work on an aligned case, a kind of file, and the side as somebody confirms it now.
+Out     WORK/files/NAME, its limb file where it is a shape, NAME.mirror.png drawn of what was read
+        back, and NAME.json: figures, hashes, who may take it for what. NAME has the hash of the
+        shape and of all that was asked for: a file is never written over by another one.
+Method  The same services as `limbgram edit apply` and `limbgram export`, so the bytes are the same.
+Fails   as they do: not aligned, another side, a surface that folds, a shape that the format cannot
+        hold, no room.
+"""
+
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from limbgram.cases.case_record import write_json
+from limbgram.cases.fingerprint import file_sha256
+from limbgram.cases.workspace import MAKING, Work, Workspace, digits_of
+from limbgram.core.errors import CarveError, CaseError
+from limbgram.core.files import json_of, read_content
+from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
+from limbgram.findings import Finding
+from limbgram.formats.reading import read_shape
+from limbgram.services.export import Export, Triangles, export, file_name
+from limbgram.workbench.limb import Side
+
+_LARGEST = 4_000_000
+_AS_WRITTEN = Strictness(pass_over_unknown=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportOptions:
+    """What the receiver expects."""
+
+    kind: str
+    """Of the file, by the names of `services.export.EXPORTS`."""
+    side: Side
+    """As it is confirmed now, not as it was kept."""
+    signed_by: str = ""
+    """Who takes the shape of a red capture for good, and why."""
+    ask: Export = field(default_factory=Triangles)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportedFile:
+    """A file that was written, and what was read back of it."""
+
+    name: str
+    kind: str
+    made: str
+    """Date and time, UTC."""
+    bytes: int
+    sha256: str
+    side: Side
+    unit: str
+    scan_sha256: str
+    recipe_sha256: str = ""
+    """Of the recipe's file; empty in what was written before this was kept."""
+    recipe_edits: int
+    shape: str = ""
+    """Name of the shape after the recipe, from which it was made; empty where that is the scan, and
+    in what was written before this was kept."""
+    said: tuple[Finding, ...] = ()
+    """What was read back."""
+    surface_within_mm: float | None = None
+    """Largest distance between the shape and the file."""
+    girth_change_mm: float | None = None
+    volume_change: float | None = None
+    """Share."""
+    minutes: float | None = None
+    """Of cutting."""
+    doubt: str = ""
+    signed_by: str = ""
+    notes: tuple[Finding, ...] = ()
+
+
+def export_shape(workspace: Workspace, work: Work, options: ExportOptions) -> ExportedFile:
+    """Write a file and prove it; the one that was written before, where it is the same.
+
+    Args:
+        work: A recipe without edits hands over the scan itself.
+
+    Raises:
+        CarveError: a red capture that nobody signed for; not aligned, or another side.
+    """
+    with MAKING.of(workspace.root):
+        return _exported(workspace, work, options)
+
+
+def _exported(workspace: Workspace, work: Work, options: ExportOptions) -> ExportedFile:
+    edits = len(work.done.ledger.lines)
+    rectified = workspace.rectified(work.done.limb) if edits else None
+    read = work.scan if rectified is None else read_shape(rectified)
+    if read.limb.doubt and not options.signed_by.strip():
+        raise CarveError("exported.red", doubt=read.limb.doubt)
+    workspace.made(workspace.files)
+    digits = digits_of(read.limb, options, version("limbgram"))
+    name = file_name(workspace.case.case_id, options.kind, options.side, digits)
+    path = workspace.files / name
+    known = _read(workspace.files / f"{name}.json")
+    if known is not None and path.is_file() and file_sha256(path) == known.sha256:
+        return known
+    picture = workspace.files / f"{name}.mirror.png"
+    exported = export(read, options.ask, path, options.side, picture)
+    exported = ExportedFile(
+        name=name,
+        kind=options.kind,
+        made=datetime.now(UTC).isoformat(timespec="seconds"),
+        bytes=path.stat().st_size,
+        sha256=file_sha256(path),
+        side=options.side,
+        unit=exported.unit,
+        scan_sha256=work.scan.sha256,
+        recipe_sha256=work.recipe_sha256,
+        recipe_edits=edits,
+        shape="" if rectified is None else rectified.name,
+        said=exported.said,
+        surface_within_mm=exported.surface_within_mm,
+        girth_change_mm=exported.girth_change_mm,
+        volume_change=exported.volume_change,
+        minutes=exported.minutes,
+        doubt=read.limb.doubt,
+        signed_by=options.signed_by.strip(),
+        notes=tuple(dict.fromkeys((*work.done.limb.notes, *exported.limb.notes))),
+    )
+    write_json(workspace.files / f"{name}.json", tree_of(exported))
+    return exported
+
+
+def exported_files(workspace: Workspace) -> tuple[ExportedFile, ...]:
+    """What was written so far, the newest first."""
+    if not workspace.files.is_dir():
+        return ()
+    found = (_read(path) for path in workspace.files.glob("*.json"))
+    there = (one for one in found if one is not None and (workspace.files / one.name).is_file())
+    return tuple(sorted(there, key=lambda one: one.made, reverse=True))
+
+
+def exported_file(workspace: Workspace, name: str) -> ExportedFile:
+    """One file that was written.
+
+    Raises:
+        LookupError: there is none of that name.
+    """
+    found = next((one for one in exported_files(workspace) if one.name == name), None)
+    if found is None:
+        raise LookupError("There is no such file.")
+    return found
+
+
+def _read(path: Path) -> ExportedFile | None:
+    try:
+        tree = json_of(read_content(path, _LARGEST, CaseError))
+        return value_of(tree, ExportedFile, strictness=_AS_WRITTEN)
+    except (CaseError, Mismatch, ValueError):
+        return None

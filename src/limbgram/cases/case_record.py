@@ -1,0 +1,294 @@
+"""The record: CASE/case.json, what was done, with which versions, from which photos."""
+
+import itertools
+import json
+import platform
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+from limbgram.cases.fingerprint import file_sha256
+from limbgram.cases.folder import CaseFolder
+from limbgram.cases.stage_cache import CachingRun
+from limbgram.core.errors import CaseError
+from limbgram.core.files import json_of, read_content, written_whole
+from limbgram.core.typed import Strictness, tree_of, value_of
+from limbgram.findings import Finding, as_json, told
+from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.pipeline import Reconstruction
+from limbgram.report.summary import Verdict
+
+SCHEMA = "limbgram-case/1"
+_LIBRARIES = (
+    "numpy",
+    "scipy",
+    "numba",
+    "opencv-python-headless",
+    "pycolmap",
+    "pillow",
+    "trimesh",
+    "embreex",
+    "matplotlib",
+)
+
+_LARGEST = 40_000_000
+_AS_WRITTEN = Strictness(pass_over_unknown=True)
+
+State = Literal["unfinished", "cancelled", "refused", "finished"]
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, kw_only=True)
+class StageEntry:
+    """A stage of the run that finished, and the key of its product."""
+
+    stage: str
+    key: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileEntry:
+    """A file that was delivered."""
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoHash:
+    """What is read of a photo's entry."""
+
+    sha256: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseRecord:
+    """What is read of case.json."""
+
+    state: State
+    job: str = ""
+    written: str = ""
+    """Date and time, UTC."""
+    stages: tuple[StageEntry, ...] = ()
+    photos: tuple[PhotoHash, ...] = ()
+    set_aside: tuple[SetAside, ...] = ()
+    files: tuple[FileEntry, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Judged:
+    """What case.json says of the result."""
+
+    state: State
+    verdict: Verdict | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class _PhotoEntry:
+    """A photo that was read, and whether it was placed."""
+
+    name: str
+    sha256: str
+    placed: bool
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class _StageRun(StageEntry):
+    """A stage that was stopped or refused before it was timed."""
+
+    reused: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class _TimedStage(_StageRun):
+    """A stage that ended."""
+
+    wall_s: float
+    cpu_s: float
+    peak_mb: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Content:
+    """What is written to case.json, in this order."""
+
+    schema: str = SCHEMA
+    state: State
+    message: str
+    """In English, for readers without the words."""
+    finding: Finding | None
+    """Why there is no result, or what became of a later run."""
+    verdict: Verdict | None
+    superseded: str | None
+    """Folder of the earlier run's results that no longer stand."""
+    job: str
+    written: str
+    """Date and time, UTC."""
+    versions: dict[str, str]
+    python: str
+    system: str
+    photos: tuple[_PhotoEntry, ...]
+    set_aside: tuple[SetAside, ...]
+    stages: tuple[_StageRun, ...]
+    files: tuple[FileEntry, ...]
+
+
+def read_record(case: CaseFolder) -> CaseRecord:
+    """The record of a case.
+
+    Raises:
+        LookupError: there is none that can be read.
+    """
+    try:
+        tree = json_of(case.record.read_bytes())
+        return value_of(tree, CaseRecord, strictness=Strictness(pass_over_unknown=True))
+    except (OSError, ValueError) as error:
+        raise LookupError(f"{case.record} cannot be read: {error}") from error
+
+
+def read_verdict(case: CaseFolder) -> Verdict | None:
+    """The verdict of a finished case; None of any other.
+
+    Raises:
+        CaseError: the record is there and cannot be read.
+    """
+    kept = read_kept(case.record, _Judged, "record")
+    return kept.verdict if kept is not None and kept.state == "finished" else None
+
+
+def write_record(
+    case: CaseFolder,
+    state: State,
+    run: CachingRun,
+    done: Reconstruction | None = None,
+    *,
+    finding: Finding | None = None,
+    job: str = "",
+    verdict: Verdict | None = None,
+) -> None:
+    """Replace case.json.
+
+    Args:
+        job: Key of what was asked for (`superseding.key_of`).
+        verdict: Of a finished run.
+    """
+    content = _Content(
+        state=state,
+        message="" if finding is None else told(finding),
+        finding=finding,
+        verdict=verdict,
+        superseded=case.superseded.name if case.superseded.is_dir() else None,
+        job=job,
+        written=datetime.now(UTC).isoformat(timespec="seconds"),
+        versions={name: version(name) for name in ("limbgram", *_LIBRARIES)},
+        python=platform.python_version(),
+        system=platform.platform(),
+        photos=() if done is None else _photos(done),
+        set_aside=() if done is None else done.photos.set_aside,
+        stages=_stages(run),
+        files=_files(case) if state == "finished" else (),
+    )
+    write_json(case.record, tree_of(content))
+
+
+def add_finding(case: CaseFolder, finding: Finding) -> None:
+    """Tell in case.json of a later run that changed nothing."""
+    record: Any = json.loads(case.record.read_text("utf-8"))
+    write_json(case.record, {**record, "message": told(finding), "finding": as_json(finding)})
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write JSON whole or not at all."""
+    with written_whole(path) as beside:
+        beside.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
+
+
+def read_kept(path: Path, kind: type[T], what: str) -> T | None:
+    """What a file holds that people's work is kept in; None where there is none.
+
+    One that cannot be read is not an empty one: whoever asks is told, and so cannot write another
+    one over it, made of nothing.
+
+    Args:
+        what: The file, by the key under which `kept.unreadable` tells it.
+
+    Raises:
+        CaseError: it is there and cannot be read.
+    """
+    if not path.exists():
+        return None
+    try:
+        tree = json_of(read_content(path, _LARGEST, CaseError))
+        return value_of(tree, kind, strictness=_AS_WRITTEN)
+    except (CaseError, ValueError) as error:
+        raise unreadable(path, what) from error
+
+
+def unreadable(path: Path, what: str) -> CaseError:
+    """The refusal of a file that people's work is kept in and that cannot be read."""
+    return CaseError("kept.unreadable", what=what, file=path.name)
+
+
+def set_aside(path: Path) -> Path:
+    """Give a file that cannot be read another name in its folder; returns that."""
+    for number in itertools.count(1):
+        beside = path.with_name(f"{path.stem}.unreadable-{number}{path.suffix}")
+        if not beside.exists():
+            return path.rename(beside)
+    raise AssertionError
+
+
+def _photos(done: Reconstruction) -> tuple[_PhotoEntry, ...]:
+    verdicts = {verdict.name: verdict for verdict in done.metric.scene.verdicts}
+    return tuple(
+        _PhotoEntry(
+            name=photo.name,
+            sha256=photo.sha256,
+            placed=verdicts[photo.name].placed,
+            reason=_told(verdicts[photo.name].reason),
+        )
+        for photo in done.photos.photos
+    )
+
+
+def _told(reason: Finding | None) -> str:
+    return "" if reason is None else told(reason)
+
+
+def _stages(run: CachingRun) -> tuple[_StageRun, ...]:
+    """In the order of the run; the last one may have no timing."""
+    found: list[_StageRun] = []
+    for idx, (name, key) in enumerate(run.keys.items()):
+        reused = name in run.reused
+        if idx >= len(run.timings):
+            found.append(_StageRun(stage=name, key=key, reused=reused))
+            continue
+        took = run.timings[idx]
+        found.append(
+            _TimedStage(
+                stage=name,
+                key=key,
+                reused=reused,
+                wall_s=took.wall_s,
+                cpu_s=took.cpu_s,
+                peak_mb=took.peak_mb,
+            )
+        )
+    return tuple(found)
+
+
+def _files(case: CaseFolder) -> tuple[FileEntry, ...]:
+    """What was delivered; hidden files are half written ones, or of the system."""
+    files = sorted(
+        file
+        for file in case.deliverables.rglob("*")
+        if file.is_file()
+        and not any(part.startswith(".") for part in file.relative_to(case.deliverables).parts)
+    )
+    return tuple(
+        FileEntry(path=file.relative_to(case.root).as_posix(), sha256=file_sha256(file))
+        for file in files
+    )

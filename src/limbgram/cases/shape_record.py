@@ -1,0 +1,70 @@
+"""Shape record: the record of a case's edited shape."""
+
+from limbgram.cases.case_assessment import cited
+from limbgram.cases.workspace import MAKING, TapeStanding, Work, Workspace
+from limbgram.core.errors import CaseError
+from limbgram.core.interval import COVER
+from limbgram.findings import Finding
+from limbgram.formats.reading import ShapeFile, read_shape
+from limbgram.formats.sidecar import hash_of, limb_file_beside
+from limbgram.report.record.content import TapeRead
+from limbgram.report.record.record import Record, RecordOptions, record_of
+from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
+from limbgram.workbench.measures.measuring import Measures, check_alone, measure_limb
+
+
+def shape_record_of(workspace: Workspace, work: Work) -> Record:
+    """The record of the shape after the recipe, beside its scan; or of the scan, if it has no edit.
+
+    Raises:
+        MeasureError: the limb is not aligned.
+    """
+    scan = _source(work.scan, work.limb_file_sha256)
+    options = RecordOptions(case_id=workspace.case.case_id, tape=_tape(workspace, work))
+    if not work.done.ledger.lines:
+        return record_of(scan, case=_case(workspace), options=options)
+    with MAKING.of(workspace.root):
+        path = workspace.rectified(work.done.limb)
+        shape = _source(read_shape(path), hash_of(limb_file_beside(path).read_bytes()))
+    recipe = RecipeSource(recipe=work.recipe, sha256=work.recipe_sha256)
+    return record_of(shape, scan, recipe, _case(workspace), options)
+
+
+def _tape(workspace: Workspace, work: Work) -> tuple[TapeRead, ...]:
+    """Every reading, held against the scan, with what was said of it since."""
+    standings = workspace.tape_standings()
+    if not standings:
+        return ()
+    measured = measure_limb(work.scan.limb)
+    return tuple(_held(measured, one) for one in standings)
+
+
+def _held(measured: Measures, standing: TapeStanding) -> TapeRead:
+    reading = standing.read.reading
+    check = check_alone(measured, reading)
+    told = isinstance(check, Finding)
+    return TapeRead(
+        made=standing.read.made,
+        height_mm=reading.height_mm,
+        read_mm=reading.girth_mm,
+        measured_mm=None if told else check.measured.value,
+        within_mm=None if told else COVER * check.sigma_mm,
+        conflict=not told and check.conflict,
+        reason=check if told else None,
+        withdrawn=standing.withdrawn,
+        accepted=standing.accepted,
+    )
+
+
+def _source(read: ShapeFile, limb_file_sha256: str | None) -> ShapeSource:
+    return ShapeSource(
+        limb=read.limb, sha256=read.sha256, kind="PLY", limb_file_sha256=limb_file_sha256
+    )
+
+
+def _case(workspace: Workspace) -> CaseSource | None:
+    """The case that it came from; None where that was never finished here, or is unscaled."""
+    try:
+        return cited(workspace.case.folder)
+    except CaseError:
+        return None

@@ -1,0 +1,445 @@
+"""Uploads: resumable uploads of photos, received in pieces and stored whole in a case.
+
+In      pieces of a file, each with the place where it belongs; zip files of photos, videos.
+Out     RECEIVED/NAME, the photo without places, names and serial numbers in its header (see
+        `photos.privacy`), and RECEIVED/.records/NAME.json: hashes of what came and what is kept.
+Method  A file grows beside its place; what has arrived is what lies on the disk, whatever the
+        sender believes. Once it is whole its hash is taken, its header is cleaned, and it takes its
+        name. The same file once more is no fault; another one under its name is. A file that
+        grows belongs to one upload: another one of the same name waits until it is whole or given
+        up, so that no photo is put together of two.
+Fails   OptionsError: a name that can be no photo's, a piece that does not follow, too much.
+        CaseError: another file of that name is here, or comes in just now.
+"""
+
+import re
+import secrets
+import threading
+import time
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import IO, Self
+
+from limbgram.cases.case_record import write_json
+from limbgram.cases.fingerprint import file_sha256
+from limbgram.cases.zips import copy_member, damage_refused
+from limbgram.core.errors import CaseError, MissingError, OptionsError, printable
+from limbgram.core.files import json_of, read_content, written_whole
+from limbgram.core.typed import Mismatch, tree_of, value_of
+from limbgram.findings import told
+from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.photos.privacy import take_place_from_film, without_traces
+from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES, VIDEO_SUFFIXES
+from limbgram.reconstruction.photos.reading import look_at, names_apart
+
+MOST_PHOTO_BYTES = 300_000_000
+MOST_FILM_BYTES = 8_000_000_000
+"""Also of a zip, and of what is unpacked from it."""
+MOST_FILES = 1000
+_MOST_EXPANSION = 200
+"""Times that a file in a zip may grow: photos hardly shrink."""
+_ZIP = (".zip",)
+_LONGEST_NAME = 120
+_NAME = re.compile(r"[^\x00-\x1f/\\:*?\"<>|.~ ][^\x00-\x1f/\\:*?\"<>|]*")
+_DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+_LARGEST_RECORD = 100_000
+WHOLE, PIECES = "whole", "pieces"
+"""Uploads whose sender gave them no id of their own: in one request, and in several."""
+GIVEN_UP_S = 60.0
+"""Without a byte, after which another upload may begin in the place of one that is not whole."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Received:
+    """A file that is here whole."""
+
+    name: str
+    bytes: int
+    """As it came."""
+    sha256: str
+    """As it came: what the sender may compare with."""
+    kept_sha256: str
+    """As it is kept, without what tells place or person."""
+    removed: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
+    """What had to stay though it may tell the camera."""
+    width_px: int = 0
+    height_px: int = 0
+    problem: str = ""
+    """Why it is no photo that can be used; empty for a good one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arriving:
+    """A file of which a part is here."""
+
+    name: str
+    bytes: int
+    """That are here."""
+    total: int | None
+    """That were announced."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Announced:
+    """What is known of a file of which a part is here."""
+
+    total: int | None = None
+    upload: str = WHOLE
+
+
+class Piece:
+    """A piece of a file that comes in; nobody else writes to the file until it is closed."""
+
+    def __init__(self, stream: IO[bytes], part: Path) -> None:
+        self._stream, self._part = stream, part
+        self._alone = threading.Lock()
+        self._over = False
+        self.closed = False
+        """Whether all is written; the piece may still be held, until the file has its name."""
+        self.last_s = time.monotonic()
+
+    def write(self, content: bytes | bytearray, /) -> int:
+        """Write what follows.
+
+        Raises:
+            CaseError: another request goes on with the same file.
+        """
+        with self._alone:
+            self.last_s = time.monotonic()
+            if self._over:
+                raise CaseError("case.upload.given_up")
+            written = self._stream.write(content)
+            self._stream.flush()  # what the list tells is what is here
+            return written
+
+    def close(self) -> None:
+        """Have all of it on the disk."""
+        with self._alone:
+            self._stream.close()
+            self.closed = True
+
+    def give_way(self) -> None:
+        """Write nothing more."""
+        with self._alone:
+            self._over = True
+            self._stream.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            self.close()
+        finally:
+            with _BEGINNING:
+                if _COMING.get(self._part) is self:
+                    del _COMING[self._part]
+
+
+_BEGINNING = threading.Lock()
+_COMING: dict[Path, Piece] = {}
+"""Pieces that are being written, or whose file is looked at, by the file."""
+
+
+@dataclass(frozen=True)
+class Intake:
+    """A folder into which photos come, by any number of connections at once."""
+
+    folder: Path
+    key: bytes
+    """Secret by which serial numbers become other ones."""
+
+    @property
+    def _records(self) -> Path:
+        return self.folder / ".records"
+
+    def received(self) -> tuple[Received, ...]:
+        """Files that are here whole, by name."""
+        found = (self.record(path.name) for path in self._listed())
+        return tuple(one for one in found if one is not None)
+
+    def arriving(self) -> tuple[Arriving, ...]:
+        """Files of which a part is here, by name."""
+        if not self._records.is_dir():
+            return ()
+        parts = sorted(self._records.glob("*.part"))
+        return tuple(self._arriving(part.name.removesuffix(".part")) for part in parts)
+
+    def record(self, name: str) -> Received | None:
+        """What is known of a file that is here whole; None where it is not."""
+        path = self._records / f"{name}.json"
+        if not (self.folder / name).is_file() or not path.is_file():
+            return None
+        try:
+            return value_of(json_of(read_content(path, _LARGEST_RECORD, CaseError)), Received)
+        except (CaseError, Mismatch, ValueError):
+            return Received(  # no hash: no file that is sent is taken for the same
+                name=name,
+                bytes=(self.folder / name).stat().st_size,
+                sha256="",
+                kept_sha256="",
+                problem="What is known of it cannot be read. Delete it, and send it again.",
+            )
+
+    def arrived(self, name: str) -> int:
+        """Bytes of an unfinished file that are here."""
+        part = self._part(name)
+        return part.stat().st_size if part.is_file() else 0
+
+    def begin(self, name: str, start: int, total: int | None, upload: str = WHOLE) -> Piece:
+        """A place to write a piece to, which begins at the byte `start`.
+
+        Who holds it while the file gets its name is sure that nobody changes it meanwhile.
+
+        Args:
+            upload: Tells whose file of the name it is: an id of the sender's choice, `PIECES` or
+                `WHOLE`.
+
+        Raises:
+            OptionsError: the piece does not follow what is here, or the file is too large.
+            CaseError: another upload of the name is coming in.
+            LookupError: the case or the camera was deleted meanwhile.
+        """
+        most = limit_of(name)
+        if total is not None and total > most:
+            raise OptionsError(
+                "case.upload.too_large", name=name, size_mb=total / 1e6, most_mb=most / 1e6
+            )
+        if start == 0 and len(self._listed()) >= MOST_FILES:
+            raise OptionsError("case.upload.too_many", most=MOST_FILES)
+        if not self.folder.parent.is_dir():
+            raise MissingError("case.upload.deleted")
+        for made in (self.folder, self._records):
+            made.mkdir(exist_ok=True)
+        with _BEGINNING:
+            self._require_free(name, start, total, upload)
+            here = self.arrived(name)
+            if start > here:
+                raise OptionsError("case.upload.gap", name=name, here=here, start=start)
+            part = self._part(name)
+            write_json(self._announced(name), tree_of(_Announced(total=total, upload=upload)))
+            stream = part.open("r+b" if here else "wb")
+            stream.truncate(start)
+            stream.seek(start)
+            _COMING[part] = Piece(stream, part)
+            return _COMING[part]
+
+    def _require_free(self, name: str, start: int, total: int | None, upload: str) -> None:
+        """Refuse a piece that would go into the file of another upload."""
+        part, known = self._part(name), self._known(name)
+        own_id = upload not in (WHOLE, PIECES) and upload == known.upload
+        coming = _COMING.get(part)
+        if coming is not None:
+            quiet = time.monotonic() - coming.last_s > GIVEN_UP_S
+            if coming.closed or not (own_id or quiet):
+                raise _other_upload(name, "coming")
+            coming.give_way()  # its line is dead, and its sender is here again
+        if not self.arrived(name):
+            return
+        if start > 0:
+            same = upload == known.upload or (upload, known.upload) == (PIECES, WHOLE)
+            if not same or (None not in (total, known.total) and total != known.total):
+                raise _other_upload(name, "begun")
+            return
+        again = own_id or (upload, known.upload) == (WHOLE, WHOLE)
+        if not again and time.time() - part.stat().st_mtime < GIVEN_UP_S:
+            raise _other_upload(name, "begun", self.arrived(name))
+
+    def finish(self, name: str, *, replace: bool = False) -> tuple[Received, bool]:
+        """Give a file that has arrived its name; also whether it is new here.
+
+        Raises:
+            CaseError: another file of the name is here.
+        """
+        part = self._part(name)
+        sha256, size = file_sha256(part), part.stat().st_size
+        known = self.record(name)
+        if known is not None and known.sha256 == sha256:
+            self._forget(name)
+            return known, False
+        if known is not None and not replace:
+            self._forget(name)
+            raise CaseError("case.upload.other_content", name=name)
+        with _ONE_AT_A_TIME:  # a photo is in memory while its header is cleaned
+            received = self._keep(name, part, sha256, size)
+        write_json(self._records / f"{name}.json", tree_of(received))
+        self._forget(name)
+        return received, True
+
+    def unpack(self, name: str, *, replace: bool = False) -> tuple[tuple[Received, bool], ...]:
+        """Take the photos out of a zip that has arrived, and leave the zip behind.
+
+        Raises:
+            OptionsError: it is no zip, or holds too much.
+        """
+
+        def damaged(_: Exception) -> OptionsError:
+            return OptionsError("archive.sent_damaged", name=name)
+
+        part = self._part(name)
+        found: list[tuple[Received, bool]] = []
+        try:
+            with damage_refused(damaged), zipfile.ZipFile(part) as archive:
+                members = [
+                    one
+                    for one in archive.infolist()
+                    if not one.is_dir()
+                    and suffix_of(one.filename) in PICTURE_SUFFIXES
+                    and not PurePosixPath(one.filename).name.startswith((".", "__"))
+                ]
+                _require_reasonable(name, members)
+                stem = PurePosixPath(name).stem
+                files = [Path("/", stem, one.filename.replace("\\", "/")) for one in members]
+                called = names_apart(files)
+                for member, file in zip(members, files):
+                    inner = checked_name(called[file])
+                    with self.begin(inner, 0, None, f"{name}/{inner}") as target:
+                        try:
+                            copy_member(archive, member, target)
+                            target.close()
+                            found.append(self.finish(inner, replace=replace))
+                        finally:
+                            self._forget(inner)
+        except RuntimeError as locked:  # zipfile asks for the password so
+            raise damaged(locked) from locked
+        finally:
+            self._forget(name)
+        if not found:
+            raise OptionsError("archive.sent_without_photos", name=name)
+        return tuple(found)
+
+    def remove(self, name: str) -> bool:
+        """Delete a file and what is known of it; whether there was one."""
+        there = (self.folder / name).is_file() or self._part(name).is_file()
+        with _BEGINNING:
+            coming = _COMING.get(self._part(name))
+            if coming is not None and coming.closed:
+                raise _other_upload(name, "whole")
+            if coming is not None:
+                coming.give_way()
+        (self.folder / name).unlink(missing_ok=True)
+        (self._records / f"{name}.json").unlink(missing_ok=True)
+        self._forget(name)
+        return there
+
+    def _listed(self) -> list[Path]:
+        if not self.folder.is_dir():
+            return []
+        return sorted(file for file in self.folder.iterdir() if not file.name.startswith("."))
+
+    def _keep(self, name: str, part: Path, sha256: str, size: int) -> Received:
+        """Clean what arrived, put it in its place, and see whether it can be used."""
+        place = self.folder / name
+        if suffix_of(name) in VIDEO_SUFFIXES:
+            removed = take_place_from_film(part)
+            part.replace(place)
+            kept = file_sha256(place) if removed else sha256
+            return Received(name=name, bytes=size, sha256=sha256, kept_sha256=kept, removed=removed)
+        cleaned = without_traces(part.read_bytes(), suffix_of(name), self.key)
+        with written_whole(place) as beside:
+            beside.write_bytes(cleaned.content)
+        seen = look_at(place)
+        unusable = isinstance(seen, SetAside)
+        return Received(
+            name=name,
+            bytes=size,
+            sha256=sha256,
+            kept_sha256=file_sha256(place),
+            removed=cleaned.removed,
+            kept=cleaned.kept,
+            width_px=0 if unusable else seen.width_px,
+            height_px=0 if unusable else seen.height_px,
+            problem=f"It cannot be used: {told(seen.reason)}." if unusable else "",
+        )
+
+    def _arriving(self, name: str) -> Arriving:
+        return Arriving(name=name, bytes=self.arrived(name), total=self._known(name).total)
+
+    def _known(self, name: str) -> _Announced:
+        try:
+            content = read_content(self._announced(name), _LARGEST_RECORD, CaseError)
+            return value_of(json_of(content), _Announced)
+        except (CaseError, Mismatch, ValueError):
+            return _Announced()
+
+    def _forget(self, name: str) -> None:
+        self._part(name).unlink(missing_ok=True)
+        self._announced(name).unlink(missing_ok=True)
+
+    def _part(self, name: str) -> Path:
+        return self._records / f"{name}.part"
+
+    def _announced(self, name: str) -> Path:
+        return self._records / f"{name}.announced"
+
+
+_ONE_AT_A_TIME = threading.Lock()
+
+
+def _other_upload(name: str, state: str, bytes_here: int | None = None) -> CaseError:
+    return CaseError("case.upload.another", name=name, state=state, bytes_here=bytes_here)
+
+
+def checked_name(name: str) -> str:
+    """A file's name from anywhere, once it can be that of a photo, film or zip, and no path.
+
+    Raises:
+        OptionsError: it is none.
+    """
+    odd = (
+        not _NAME.fullmatch(name)
+        or len(name.encode("utf-8", "replace")) > _LONGEST_NAME
+        or printable(name, keep="") != name
+        or _DEVICES.fullmatch(name)
+        or name.endswith((" ", "."))
+    )
+    if odd:
+        raise OptionsError("case.upload.no_name", name=printable(name, keep="")[:60])
+    if suffix_of(name) not in (*PICTURE_SUFFIXES, *VIDEO_SUFFIXES, *_ZIP):
+        raise OptionsError("case.upload.no_photo", name=name)
+    return name
+
+
+def photos_in(folder: Path) -> int:
+    """How many files are here whole, without reading what is known of each."""
+    records = folder / ".records"
+    if not records.is_dir():
+        return 0
+    known = {one.stem for one in records.iterdir() if one.suffix == ".json"}
+    return len(known.intersection(one.name for one in folder.iterdir()))
+
+
+def is_zip(name: str) -> bool:
+    return suffix_of(name) in _ZIP
+
+
+def suffix_of(name: str) -> str:
+    """Ending of a file's name, small letters."""
+    return PurePosixPath(name).suffix.lower()
+
+
+def limit_of(name: str) -> int:
+    """Bytes that a file of this name may have."""
+    return MOST_PHOTO_BYTES if suffix_of(name) in PICTURE_SUFFIXES else MOST_FILM_BYTES
+
+
+def secret_of(folder: Path) -> bytes:
+    """The secret of a shelf, made when it is first asked for."""
+    file = folder / ".secret"
+    if not file.is_file():
+        with written_whole(file) as beside:
+            beside.write_bytes(secrets.token_bytes(32))
+        file.chmod(0o600)
+    return file.read_bytes()
+
+
+def _require_reasonable(name: str, members: list[zipfile.ZipInfo]) -> None:
+    whole = sum(one.file_size for one in members)
+    bomb = any(one.file_size > _MOST_EXPANSION * max(one.compress_size, 1) for one in members)
+    large = any(one.file_size > MOST_PHOTO_BYTES for one in members)
+    if len(members) > MOST_FILES or whole > MOST_FILM_BYTES or bomb or large:
+        raise OptionsError(
+            "archive.too_large_sent", name=name, files=len(members), size_mb=whole / 1e6
+        )

@@ -1,0 +1,238 @@
+"""Frames of a video as photos in a folder, with the reason for each.
+
+FOLDER/photos/    the frames that were taken, named by video and number
+FOLDER/frames.json  every frame with its verdict (limbgram-frames/1)
+FOLDER/frames.png   the frames taken at a glance, upright
+
+A frame is stored as JPEG at the highest quality, which alters brightness by less than the film's
+own coding did. Its EXIF says how to hold it; the camera is not known from a film.
+"""
+
+import math
+import re
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from PIL import Image
+
+from limbgram.cases.case_record import write_json
+from limbgram.cases.fingerprint import code_version, file_sha256
+from limbgram.cases.folder import CaseFolder
+from limbgram.cases.stage_cache import CachingRun
+from limbgram.core.errors import CaseError
+from limbgram.core.files import json_of, written_whole
+from limbgram.core.geometry.arrays import ColourImage
+from limbgram.core.run import Run
+from limbgram.findings import told
+from limbgram.reconstruction.photos.quality import name_for_people
+from limbgram.reconstruction.photos.reading import names_apart
+from limbgram.reconstruction.photos.video import (
+    FrameChoice,
+    FrameOptions,
+    FrameVerdict,
+    choose_frames,
+    is_video,
+    open_video,
+    survey,
+)
+
+_FORMAT = "limbgram-frames/1"
+_QUALITY = 98
+_ORIENTATIONS = (1, 6, 3, 8)
+"""EXIF's number for each clockwise quarter turn."""
+_LARGEST_BYTES = 100_000_000
+_THUMB_PX = 240
+_COLUMNS = 6
+_LINE_PX = 18
+
+
+@dataclass(frozen=True)
+class FrameFolder:
+    """What was made of a video."""
+
+    folder: Path
+    taken: int
+    frames: int
+    duration_s: float
+
+    @property
+    def photos(self) -> Path:
+        return self.folder / "photos"
+
+    @property
+    def record(self) -> Path:
+        return self.folder / "frames.json"
+
+    @property
+    def sheet(self) -> Path:
+        return self.folder / "frames.png"
+
+
+def with_frames(case: CaseFolder, sources: Sequence[Path], run: CachingRun) -> tuple[Path, ...]:
+    """The sources, with the photos made of it in the place of each video.
+
+    Raises:
+        PhotoError: a video cannot be used.
+    """
+    taken: list[Path] = []
+    called = names_apart([source for source in sources if is_video(source)])
+    for source in sources:
+        if source in called:
+            folder = case.frames / _stem(source.with_name(called[source]))
+            taken.append(take_frames(source, folder, run).photos)
+        else:
+            taken.append(source)
+    return tuple(taken)
+
+
+def take_frames(
+    video: Path, folder: Path, run: Run, options: FrameOptions | None = None
+) -> FrameFolder:
+    """Take a video's frames into a folder; one that holds them already is left as it is.
+
+    Raises:
+        PhotoError: the video cannot be used.
+        CaseError: the folder holds something else.
+    """
+    options = options or FrameOptions()
+    told = open_video(video)
+    key = {
+        "video_sha256": file_sha256(video),
+        "options": vars(options),
+        "code": code_version("limbgram.reconstruction.photos.video"),
+    }
+    known = _known(folder, key)
+    if known is not None:
+        return known
+    _require_ours(folder)
+    beside = folder.with_name(f".{folder.name}.part")
+    shutil.rmtree(beside, ignore_errors=True)
+    (beside / "photos").mkdir(parents=True)
+    try:
+        thumbs: list[ColourImage] = []
+        stem = _stem(video)
+
+        def keep(frame: FrameVerdict, pixels: ColourImage) -> None:
+            _write_frame(beside / "photos" / _name(stem, frame), pixels, told.quarter_turns)
+            thumbs.append(_thumb(pixels, told.quarter_turns))
+
+        # Cancelled or refused, nothing of it is left.
+        call = run.unkept if isinstance(run, CachingRun) else run
+        choice = call(choose_frames, call(survey, told), keep, options)
+        record = _record(choice, stem) | {"key": key}
+        write_json(beside / "frames.json", record)
+        _write_sheet(beside / "frames.png", thumbs, choice)
+        if folder.exists():
+            shutil.rmtree(folder)
+        beside.rename(folder)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return _folder_of(folder, record)
+
+
+def _known(folder: Path, key: dict[str, Any]) -> FrameFolder | None:
+    record = _read_record(folder)
+    if record is None or record.get("key") != key:
+        return None
+    names = [frame["name"] for frame in record["frames"] if frame["taken"]]
+    whole = all((folder / "photos" / name).is_file() for name in names)
+    return _folder_of(folder, record) if whole else None
+
+
+def _read_record(folder: Path) -> dict[str, Any] | None:
+    """What a folder of ours says of itself; None of any other."""
+    place = folder / "frames.json"
+    if not place.is_file() or place.stat().st_size > _LARGEST_BYTES:
+        return None
+    try:
+        record = json_of(place.read_bytes())
+    except ValueError:
+        return None
+    return record if isinstance(record, dict) and record.get("format") == _FORMAT else None
+
+
+def _require_ours(folder: Path) -> None:
+    if folder.exists() and any(folder.iterdir()) and _read_record(folder) is None:
+        raise CaseError("case.frames_folder_taken", folder=str(folder))
+
+
+def _folder_of(folder: Path, record: dict[str, Any]) -> FrameFolder:
+    taken = sum(frame["taken"] for frame in record["frames"])
+    rate = record["video"]["frames_per_s"]
+    count = len(record["frames"])
+    return FrameFolder(folder, taken, count, count / rate if rate else math.nan)
+
+
+def _record(choice: FrameChoice, stem: str) -> dict[str, Any]:
+    video = choice.video
+    rate = video.frames_per_s if math.isfinite(video.frames_per_s) else None
+    return {
+        "format": _FORMAT,
+        "video": {
+            "name": name_for_people(video.path),
+            "width_px": video.width_px,
+            "height_px": video.height_px,
+            "quarter_turns": video.quarter_turns,
+            "frames_per_s": rate,
+        },
+        "frames": [
+            {
+                "number": frame.number,
+                "time_s": None if rate is None else round(frame.number / rate, 3),
+                "way": round(frame.way, 4),
+                "edge_px": round(frame.edge_px, 3) if math.isfinite(frame.edge_px) else None,
+                "taken": frame.taken,
+                "name": _name(stem, frame) if frame.taken else None,
+                "reason": told(frame.reason),
+            }
+            for frame in choice.frames
+        ],
+    }
+
+
+def _stem(video: Path) -> str:
+    return re.sub(r"[^\w-]", "_", name_for_people(video.with_suffix("")))[:40]
+
+
+def _name(stem: str, frame: FrameVerdict) -> str:
+    return f"{stem}-{frame.number:06d}.jpg"
+
+
+def _write_frame(path: Path, pixels: ColourImage, quarter_turns: int) -> None:
+    exif = Image.Exif()
+    exif[0x0112] = _ORIENTATIONS[quarter_turns]
+    exif[0x0131] = "limbgram frames"
+    Image.fromarray(pixels).save(path, "JPEG", quality=_QUALITY, subsampling=0, exif=exif)
+
+
+def _thumb(pixels: np.ndarray, quarter_turns: int) -> ColourImage:
+    height_px = max(1, round(pixels.shape[0] * _THUMB_PX / pixels.shape[1]))
+    small = cv2.resize(pixels, (_THUMB_PX, height_px), interpolation=cv2.INTER_AREA)
+    return np.ascontiguousarray(np.rot90(small, -quarter_turns))
+
+
+def _write_sheet(path: Path, thumbs: Sequence[ColourImage], choice: FrameChoice) -> None:
+    """The frames taken in their order, with number, time and width of the edges."""
+    if not thumbs:
+        return
+    height_px, width_px = thumbs[0].shape[:2]
+    rows = -(-len(thumbs) // _COLUMNS)
+    cell_px = height_px + _LINE_PX
+    sheet = np.full((rows * cell_px, _COLUMNS * (width_px + 4), 3), 255, np.uint8)
+    rate = choice.video.frames_per_s
+    for place, (frame, thumb) in enumerate(zip(choice.taken, thumbs)):
+        top, left = place // _COLUMNS * cell_px, place % _COLUMNS * (width_px + 4)
+        sheet[top : top + height_px, left : left + width_px] = thumb
+        seconds = "" if math.isnan(rate) else f" {frame.number / rate:.1f}s"
+        told = f"{frame.number}{seconds} {frame.edge_px:.1f}px"
+        cv2.putText(
+            sheet, told, (left + 2, top + height_px + _LINE_PX - 5), cv2.FONT_HERSHEY_SIMPLEX,
+            0.45, (0, 0, 0), 1, cv2.LINE_AA,
+        )  # fmt: skip
+    with written_whole(path) as beside:
+        Image.fromarray(sheet).save(beside, "PNG")

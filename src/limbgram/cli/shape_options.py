@@ -1,0 +1,67 @@
+"""Shape options: what all commands on shapes share: a file, its unit, names that files may have."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from limbgram.core.errors import OptionsError
+from limbgram.formats.reading import SUFFIXES, ShapeFile, read_shape
+from limbgram.formats.sidecar import LIMB_FILE_ENDING
+from limbgram.formats.units import mm_per_unit_of
+
+_NAMES = [suffix[1:].upper() for suffix in SUFFIXES]
+READ = f"{', '.join(_NAMES[:-1])} or {_NAMES[-1]}"
+"""The formats that are read, as help says them."""
+ShapeArgument = Annotated[Path, typer.Argument(help=f"The shape: {READ}.")]
+AlignedShape = Annotated[Path, typer.Argument(help=f"The aligned shape: {READ}.")]
+UnitOption = Annotated[
+    str | None,
+    typer.Option("--unit", help="Unit of the file: mm, cm, m, inch, or so many mm."),
+]
+UnitOfAll = Annotated[
+    str | None,
+    typer.Option("--unit", help="Unit of all files: mm, cm, m, inch, or so many mm."),
+]
+
+
+def shape_of(path: Path, unit: str | None) -> ShapeFile:
+    """Read a shape; without a typed unit its limb file says it, else the file, else millimetres.
+
+    Raises:
+        OptionsError: the unit is none.
+        ShapeFileError: the file cannot be read, or is no limb in that unit.
+    """
+    return read_shape(path, None if unit is None else mm_per_unit_of(unit))
+
+
+def require_output(path: Path | None, ending: str, what: str) -> None:
+    """Refuse a name that would hide what the file is, or take the place of a scan.
+
+    Raises:
+        OptionsError: the name ends otherwise than files of this kind do.
+    """
+    if path is not None and path.suffix.lower() != ending:
+        raise OptionsError("options.output.no_name", name=path.name, what=what, ending=ending)
+    if path is not None and path.name.lower().endswith(LIMB_FILE_ENDING):
+        raise OptionsError("options.output.limb_file", name=path.name, what=what)
+
+
+def require_no_shape(path: Path, what: str) -> None:
+    """Refuse to write what is no shape under the name of one.
+
+    Raises:
+        OptionsError: the name ends as a shape's does.
+    """
+    if path.suffix.lower() in SUFFIXES:
+        raise OptionsError("options.output.shape_name", name=path.name, what=what)
+
+
+def require_apart(path: Path | None, read: Path) -> None:
+    """Refuse to write over a file that is read.
+
+    Raises:
+        OptionsError: they are one file.
+    """
+    if path is not None and path.resolve() == read.resolve():
+        raise OptionsError("options.output.takes_place", name=path.name)

@@ -1,0 +1,127 @@
+"""Warm-up worker: the second process of `limbgram warm-up`; it compiles the later stages.
+
+In      the folder in which the first process puts its capture, and one to write into.
+Out     compiled code in the cache that both share.
+Method  the surface and its measurement from the truth: the limb's own vertices for a cloud, the
+        true views for a scene, and the photos as soon as they are taken.
+Fails   as the stages do, or because the capture never comes: then the first compiles the rest.
+Runs as `python -P -m limbgram.cli.warm_up_worker CAPTURE FOLDER`.
+"""
+
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool
+
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
+from limbgram.core.mesh.mesh import Cloud, Mesh
+from limbgram.core.run import Run
+from limbgram.formats.gcode.writing import write_gcode
+from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
+from limbgram.reconstruction.measuring.measurement import measure
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.scale.metric import MetricScene, Scale
+from limbgram.reconstruction.surface.parts import tell_parts
+from limbgram.reconstruction.surface.pivoting import pivot
+from limbgram.reconstruction.surface.repair import repair
+from limbgram.reconstruction.surface.resampling import refine
+from limbgram.synthetic.options import SMALL, CaptureOptions
+from limbgram.synthetic.truth import Truth, stage_truth
+from limbgram.workbench.carving.setup import CarveOptions
+from limbgram.workbench.edits.offset import offset
+from limbgram.workbench.edits.plane_cut import PlaneCut
+from limbgram.workbench.frame.alignment import AlignOptions, align
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.geodesic import shortest_path
+
+CAPTURE = replace(SMALL, photos=14, samples=2, mesh_step_mm=1.8)
+"""The smallest that goes all the way."""
+_LOOK_S = 0.2
+_LONGEST_S = 120.0
+"""Until the capture is given up."""
+_EDGE_MM = 1.6
+
+
+def compile_later_stages(
+    capture: Path, folder: Path, run: Run, options: CaptureOptions = CAPTURE
+) -> Mesh | None:
+    """Compile the surface, its measurement and the workbench; the surface if it was measured."""
+    truth = stage_truth(options)
+    scene = _scene(truth)
+    cloud = _cloud(truth.limb.mesh, truth.limb.cut, options.mesh_step_mm)
+    wrapped = run(pivot, cloud)
+    parts = run(tell_parts, wrapped, cloud, scene.scene.views)
+    even = run(refine, run(repair, parts, cloud), _EDGE_MM)
+    measured = None
+    if _waited_for(capture):
+        photos = run(read_photos, (capture / "images",))
+        measured = run(measure, photos, scene, even)
+    run(work_on_shape, Limb(mesh=truth.limb.mesh), folder / "ahead.gcode")
+    return measured
+
+
+def work_on_shape(limb: Limb, program: Path) -> None:
+    """What the workbench compiles besides."""
+    up = np.array([0.0, 0.0, 1.0])
+    limb = align(limb, AlignOptions(side="none", axis=up, anterior=np.array([0.0, 1.0, 0.0])))
+    offset(limb.mesh, -0.5)
+    near, far = limb.mesh.vertices_mm[limb.mesh.faces[0, [0, 1]]]
+    shortest_path(limb.mesh, near, far)
+    middle_mm = float(np.ptp(limb.mesh.vertices_mm[:, 2])) / 2
+    PlaneCut(height_mm=middle_mm, capped=True).apply(limb)
+    write_gcode(limb, program, CarveOptions(scallop_mm=0.5, tolerance_mm=0.04))
+
+
+def _waited_for(capture: Path) -> bool:
+    """Whether the capture, which appears whole, came in time."""
+    give_up = time.monotonic() + _LONGEST_S
+    while not capture.is_dir() and time.monotonic() < give_up:
+        time.sleep(_LOOK_S)
+    return capture.is_dir()
+
+
+def _cloud(limb: Mesh, cut: Bool[np.ndarray, " n"], step_mm: float) -> Cloud:
+    """The skin's vertices as if depth maps had found them."""
+    skin = np.flatnonzero(~cut)
+    normals = limb.vertex_normals()[skin]
+    return Cloud(
+        points_mm=limb.vertices_mm[skin].astype(np.float32),
+        normals=normals.astype(np.float32),
+        colours=np.full((len(skin), 3), 128, np.uint8),
+        views=np.full(len(skin), 3, np.uint16),
+        spacing_mm=step_mm,
+    )
+
+
+def _scene(truth: Truth) -> MetricScene:
+    """The true cameras, as if they had been found with a small error."""
+    names = tuple(view.name for view in truth.views)
+    numbers = POSE_SIZE * len(names) + LENS_SIZE
+    scene = Scene(
+        names=names,
+        cameras=(truth.views[0].camera,),
+        camera_idx=(0,) * len(names),
+        camera_from_world=tuple(view.camera_from_world for view in truth.views),
+        points_in_world=truth.limb.mesh.vertices_mm[:1],
+        observations=Observations(
+            np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros((0, 2), float)
+        ),
+        verdicts=tuple(
+            PhotoVerdict(name=name, placed=True, points=0, rms_px=0.0) for name in names
+        ),
+        camera_covariance=1e-8 * np.eye(numbers),
+    )
+    scale = Scale(unit="mm", source="board", relative_sigma=1e-4, by_cameras=np.zeros(numbers))
+    return MetricScene(scene=scene, scale=scale, floor_z_mm=0.0)
+
+
+def main() -> None:
+    capture, folder = map(Path, sys.argv[1:])
+    compile_later_stages(capture, folder, Run())
+
+
+if __name__ == "__main__":
+    main()

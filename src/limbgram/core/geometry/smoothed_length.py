@@ -1,0 +1,163 @@
+"""Smoothed length: how long a line over a limb is, which has no answer until its scale is stated.
+
+Into ever finer folds a line gets ever longer: round a knitted sock a contour is 1 to 2 mm longer
+than over what it is knitted on, and no photo at arm's length shows the knit. Contours and ways over
+the surface are therefore measured on the line at a smoothing length of 5 mm, here, and nowhere
+else. No source of the trade states one.
+
+In      a closed or open polyline.
+Out     the length of the line once it is smoothed, and how it changes with each point of the given
+        line.
+Method  the line is taken at even steps along itself, and each coordinate goes through the spline
+        filter 1 / (1 + (k l)^4), l = smoothing length / 2 pi: half of a wave of 5 mm stays, 94 % of
+        one of 10 mm, 2.5 % of one of 2 mm, and a circle of 10 mm in radius keeps its length to
+        0.0001. An open line is turned about its ends, which stay. Slopes are exact, by reverse
+        differentiation of every step, the way along the line too.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from numpy.fft import irfft, rfft
+from scipy.fft import dst
+
+SMOOTHING_MM = 5.0
+"""Wave length of which half the height stays."""
+PLATE_MM = SMOOTHING_MM / (2 * math.pi)
+"""Length of the plate that smooths so: l in 1 / (1 + (k l)^4)."""
+SMOOTHED_OVER = f"smoothed over {SMOOTHING_MM:g} mm"
+"""What stands beside every such length."""
+_STEPS = 32
+"""Taken in a smoothing length: a right angle is cut by 0.002 mm more than the filter cuts it."""
+_FEWEST = 32
+
+
+@dataclass(frozen=True)
+class SmoothedLength:
+    """Length of a line at the smoothing length."""
+
+    value_mm: float
+    slopes: Float64[np.ndarray, "n d"]
+    """Change of it for a millimetre of each given point."""
+
+
+def smoothed_length(points_mm: Float64[np.ndarray, "n d"], *, closed: bool) -> SmoothedLength:
+    """How long a polyline is once it is smoothed; a closed one does not repeat its first point."""
+    line = _Line.along(points_mm, closed)
+    smooth, opened = _filtered(line, line.points_mm)
+    ends = np.roll(smooth, -1, axis=0) if closed else smooth[1:]
+    ways = ends - smooth[: len(ends)]
+    lengths = np.linalg.norm(ways, axis=1)
+    along = ways / np.maximum(lengths, np.finfo(float).tiny)[:, None]
+    pulls = np.zeros_like(smooth)
+    pulls[: len(along)] -= along
+    if closed:
+        pulls += np.roll(along, 1, axis=0)
+    else:
+        pulls[1:] += along
+    by_length = float((pulls * opened).sum())
+    return SmoothedLength(float(lengths.sum()), line.given(_pulled(line, pulls), by_length))
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A polyline at even steps along itself."""
+
+    steps_mm: Float64[np.ndarray, "k d"]
+    """From each given point to the next."""
+    lengths_mm: Float64[np.ndarray, " k"]
+    closed: bool
+    piece: Int64[np.ndarray, " m"]
+    """On which piece each even step lies, and how far along it."""
+    share: Float64[np.ndarray, " m"]
+    part: Float64[np.ndarray, " m"]
+    """Of the whole line's length up to there."""
+    points_mm: Float64[np.ndarray, "m d"]
+
+    @classmethod
+    def along(cls, points_mm: Float64[np.ndarray, "n d"], closed: bool) -> "_Line":
+        steps = np.roll(points_mm, -1, axis=0) - points_mm if closed else np.diff(points_mm, axis=0)
+        lengths = np.maximum(np.linalg.norm(steps, axis=1), np.finfo(float).tiny)
+        walked = np.concatenate([[0.0], np.cumsum(lengths)])
+        count = max(_FEWEST, math.ceil(walked[-1] * _STEPS / SMOOTHING_MM))
+        part = np.arange(count if closed else count + 1) / count
+        piece = np.searchsorted(walked, part * walked[-1], side="right") - 1
+        piece = np.clip(piece, 0, len(lengths) - 1)
+        share = np.clip((part * walked[-1] - walked[piece]) / lengths[piece], 0.0, 1.0)
+        found = points_mm[piece] + share[:, None] * steps[piece]
+        return cls(steps, lengths, closed, piece, share, part, found)
+
+    def given(
+        self, pulls: Float64[np.ndarray, "m d"], by_length: float
+    ) -> Float64[np.ndarray, "n d"]:
+        """Slopes at the given points from those at the even steps, and for the line's length.
+
+        A given point takes the even steps on its pieces along, and shifts all those behind it.
+        """
+        count = len(self.lengths_mm)
+        ways = self.steps_mm / self.lengths_mm[:, None]
+        shifts = (pulls * ways[self.piece]).sum(1)
+        on_piece = np.bincount(self.piece, shifts, count)
+        behind = np.cumsum(on_piece[::-1])[::-1] - on_piece
+        longer = by_length + shifts @ self.part - behind
+        longer -= np.bincount(self.piece, shifts * self.share, count)
+        slopes = np.zeros((count if self.closed else count + 1, pulls.shape[1]))
+        after = (np.arange(count) + 1) % len(slopes)
+        np.add.at(slopes, self.piece, (1 - self.share)[:, None] * pulls)
+        np.add.at(slopes, after[self.piece], self.share[:, None] * pulls)
+        slopes[after] += longer[:, None] * ways
+        slopes[:count] -= longer[:, None] * ways
+        return slopes
+
+
+def _filtered(
+    line: _Line, points_mm: Float64[np.ndarray, "m d"]
+) -> tuple[Float64[np.ndarray, "m d"], Float64[np.ndarray, "m d"]]:
+    """The smoothed points, and their change for a millimetre more of the line's length alone."""
+    stays, opens = _transfer(line)
+    if line.closed:
+        waves = rfft(points_mm, axis=0)
+        smooth, opened = (
+            irfft(waves * part[:, None], len(points_mm), axis=0) for part in (stays, opens)
+        )
+        return smooth, opened
+    chord = _chord(line, points_mm)
+    waves = _sines((points_mm - chord)[1:-1])
+    smooth, opened = chord.copy(), np.zeros_like(chord)
+    smooth[1:-1] += _sines(waves * stays[:, None])
+    opened[1:-1] = _sines(waves * opens[:, None])
+    return smooth, opened
+
+
+def _pulled(line: _Line, pulls: Float64[np.ndarray, "m d"]) -> Float64[np.ndarray, "m d"]:
+    """Slopes at the points from those at the smoothed points: the filter is its own transpose."""
+    stays, _ = _transfer(line)
+    if line.closed:
+        return irfft(rfft(pulls, axis=0) * stays[:, None], len(pulls), axis=0)
+    inner = np.zeros_like(pulls)
+    inner[1:-1] = _sines(_sines(pulls[1:-1]) * stays[:, None])
+    of_chord = pulls - inner
+    inner[0] = ((1 - line.part)[:, None] * of_chord).sum(0)
+    inner[-1] = (line.part[:, None] * of_chord).sum(0)
+    return inner
+
+
+def _transfer(line: _Line) -> tuple[Float64[np.ndarray, " w"], Float64[np.ndarray, " w"]]:
+    """What stays of each wave, and its change for a millimetre more of the line."""
+    whole = float(line.lengths_mm.sum())
+    count = len(line.part)
+    waves = np.arange(count // 2 + 1) if line.closed else np.arange(1, count - 1) / 2
+    steep = (2 * math.pi * waves * PLATE_MM / whole) ** 4
+    return 1 / (1 + steep), 4 * steep / whole / (1 + steep) ** 2
+
+
+def _chord(line: _Line, points_mm: Float64[np.ndarray, "m d"]) -> Float64[np.ndarray, "m d"]:
+    """Straight from the first point to the last."""
+    return points_mm[0] + line.part[:, None] * (points_mm[-1] - points_mm[0])
+
+
+def _sines(values: Float64[np.ndarray, "m d"]) -> Float64[np.ndarray, "m d"]:
+    """To waves that are still at both ends, and back again: its own inverse."""
+    return np.asarray(dst(values, type=1, axis=0, norm="ortho"))

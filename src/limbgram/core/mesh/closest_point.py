@@ -1,0 +1,278 @@
+"""Closest point on a triangle mesh: a tree of boxes over triangles in Morton order, compiled."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from numba import njit
+
+from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.run import in_parallel, worker_count
+
+_MANY = 20_000
+"""Queries from which they are shared out among the processors; none depends on another."""
+LEAF = 4
+"""Triangles in a leaf."""
+_ROOM, _ROOM_MM2 = 1 + 1e-9, 1e-12
+"""A bound is raised by this share and this much, so that the nearest place lies below it."""
+_BITS = 10
+_CELLS = (1 << _BITS) - 1
+"""Cells along each axis are numbered from 0 to this."""
+_SPREADING = ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249))
+"""Steps that set two zeros between the ten bits of a number."""
+
+
+@dataclass(frozen=True)
+class Closest:
+    """For each query: the nearest place on the mesh, its face, and how far it is."""
+
+    points_mm: Float64[np.ndarray, "n 3"]
+    faces: Int64[np.ndarray, " n"]
+    distances_mm: Float64[np.ndarray, " n"]
+
+
+@dataclass(frozen=True)
+class TriangleTree:
+    """Triangles sorted along a Morton curve under a complete binary tree of boxes.
+
+    Node 1 is the root, node k has children 2 k and 2 k + 1; the last half are leaves.
+    """
+
+    triangles: Float64[np.ndarray, "f 3 3"]
+    order: Int64[np.ndarray, " f"]
+    boxes: Float64[np.ndarray, "k 6"]
+
+    @classmethod
+    def of(cls, vertices_mm: Points3, faces: Faces) -> "TriangleTree":
+        """The tree of a mesh.
+
+        Raises:
+            ValueError: there is no face.
+        """
+        if not len(faces):
+            raise ValueError("No place on a mesh without faces is nearest to anything.")
+        leaves = 1 << max(0, (-(-len(faces) // LEAF) - 1).bit_length())
+        vertices = np.ascontiguousarray(vertices_mm, np.float64)
+        return cls(*_planted(vertices, np.ascontiguousarray(faces, np.int32), leaves))
+
+    def closest(self, points_mm: Points3) -> Closest:
+        if not len(points_mm):
+            return Closest(np.empty((0, 3)), np.empty(0, np.int64), np.empty(0))
+        places = np.empty((len(points_mm), 3))
+        found = np.empty(len(points_mm), np.int64)
+        distances = np.empty(len(points_mm))
+        queries = np.ascontiguousarray(points_mm, np.float64)
+        turn = np.arange(len(queries))
+        if np.isfinite(queries).all():
+            turn = _along_curve(queries)  # neighbours walk the same boxes
+
+        def search(part: Int64[np.ndarray, " m"]) -> None:
+            _search(self.triangles, self.boxes, queries, part, places, found, distances)
+
+        parts = worker_count() if len(turn) > _MANY else 1
+        in_parallel(search, np.array_split(turn, parts))
+        return Closest(places, self.order[found], distances)
+
+
+def nearest_shares(
+    corners: Float64[np.ndarray, "n 3 3"], points_mm: Points3
+) -> Float64[np.ndarray, "n 3"]:
+    """For each point and its triangle: weights of the corners at the nearest place."""
+    return _nearest_shares(
+        np.ascontiguousarray(corners, np.float64), np.ascontiguousarray(points_mm, np.float64)
+    )
+
+
+@njit(cache=True, nogil=True)
+def _nearest_shares(triangles: np.ndarray, queries: np.ndarray):
+    shares, place = np.empty((len(queries), 3)), np.empty(5)
+    for q in range(len(queries)):
+        _nearest_on_triangle(triangles, q, queries[q, 0], queries[q, 1], queries[q, 2], place)
+        shares[q, 1], shares[q, 2] = place[3], place[4]
+        shares[q, 0] = 1.0 - place[3] - place[4]
+    return shares
+
+
+@njit(cache=True, nogil=True)
+def _planted(vertices: np.ndarray, faces: np.ndarray, leaves: int):
+    """Triangles along the curve by their middles, their numbers, and the boxes over them."""
+    count = len(faces)
+    middles = np.empty((count, 3))
+    for f in range(count):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        for axis in range(3):
+            middles[f, axis] = (vertices[a, axis] + vertices[b, axis] + vertices[c, axis]) / 3
+    order = _along_curve(middles)
+    triangles = np.empty((count, 3, 3))
+    boxes = np.empty((2 * leaves, 6))
+    boxes[:, :3], boxes[:, 3:] = np.inf, -np.inf
+    for t in range(count):
+        leaf = leaves + t // LEAF
+        for corner in range(3):
+            vertex = faces[order[t], corner]
+            for axis in range(3):
+                value = vertices[vertex, axis]
+                triangles[t, corner, axis] = value
+                boxes[leaf, axis] = min(boxes[leaf, axis], value)
+                boxes[leaf, axis + 3] = max(boxes[leaf, axis + 3], value)
+    for node in range(leaves - 1, 0, -1):
+        for axis in range(3):
+            to = axis + 3
+            boxes[node, axis] = min(boxes[2 * node, axis], boxes[2 * node + 1, axis])
+            boxes[node, to] = max(boxes[2 * node, to], boxes[2 * node + 1, to])
+    return triangles, order, boxes
+
+
+@njit(cache=True, nogil=True)
+def _along_curve(points: np.ndarray):
+    """Numbers of the points sorted along a Morton curve; those of one cell as they came."""
+    count = len(points)
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for i in range(count):
+        for axis in range(3):
+            low[axis] = min(low[axis], points[i, axis])
+            high[axis] = max(high[axis], points[i, axis])
+    extent = 1e-30
+    for axis in range(3):
+        extent = max(extent, high[axis] - low[axis])
+    codes = np.empty(count, np.int64)
+    for i in range(count):
+        code = 0
+        for axis in range(3):
+            cell = int((points[i, axis] - low[axis]) / extent * _CELLS)
+            for step, kept in _SPREADING:
+                cell = (cell | cell << step) & kept
+            code |= cell << axis
+        codes[i] = code
+    order, dealt = np.arange(count), np.empty(count, np.int64)
+    for shift in range(0, 3 * _BITS, _BITS):  # the lowest digits first; equal ones keep their order
+        places = np.zeros(_CELLS + 2, np.int64)
+        for i in range(count):
+            places[(codes[i] >> shift & _CELLS) + 1] += 1
+        places = np.cumsum(places)
+        for i in order:
+            digit = codes[i] >> shift & _CELLS
+            dealt[places[digit]] = i
+            places[digit] += 1
+        order, dealt = dealt, order
+    return order
+
+
+@njit(cache=True, nogil=True)
+def _search(
+    triangles: np.ndarray,
+    boxes: np.ndarray,
+    queries: np.ndarray,
+    turn: np.ndarray,
+    places: np.ndarray,
+    found: np.ndarray,
+    distances: np.ndarray,
+):
+    leaves = boxes.shape[0] // 2
+    stack, away2 = np.empty(64, np.int64), np.empty(64)
+    place = np.empty(5)
+    last = 0
+    for q in turn:
+        x, y, z = queries[q, 0], queries[q, 1], queries[q, 2]
+        # The last query's triangle only bounds the search: what is found depends on no order.
+        known = _nearest_on_triangle(triangles, int(last), x, y, z, place)
+        bound = known * _ROOM + _ROOM_MM2 if known < np.inf else np.inf
+        best = bound
+        found[q] = last
+        places[q, 0], places[q, 1], places[q, 2] = place[0], place[1], place[2]
+        stack[0], away2[0] = 1, 0.0
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            node = stack[depth]
+            if away2[depth] >= best:
+                continue
+            if node >= leaves:
+                first = (node - leaves) * LEAF
+                for t in range(first, min(first + LEAF, triangles.shape[0])):
+                    if _least_distance2(triangles, t, x, y, z) >= best:
+                        continue
+                    distance2 = _nearest_on_triangle(triangles, t, x, y, z, place)
+                    if distance2 < best:
+                        best = distance2
+                        found[q] = t
+                        places[q, 0], places[q, 1], places[q, 2] = place[0], place[1], place[2]
+                continue
+            near, far = 2 * node, 2 * node + 1
+            near2 = _box_distance2(boxes, near, x, y, z)
+            far2 = _box_distance2(boxes, far, x, y, z)
+            if far2 < near2:
+                near, near2, far, far2 = far, far2, near, near2
+            stack[depth], stack[depth + 1] = far, near
+            away2[depth], away2[depth + 1] = far2, near2
+            depth += 2
+        last = found[q]
+        distances[q] = np.sqrt(best if best < bound else known)
+
+
+@njit(cache=True, nogil=True)
+def _box_distance2(boxes: np.ndarray, node: int, x: float, y: float, z: float):
+    along_x = max(boxes[node, 0] - x, x - boxes[node, 3], 0.0)
+    along_y = max(boxes[node, 1] - y, y - boxes[node, 4], 0.0)
+    along_z = max(boxes[node, 2] - z, z - boxes[node, 5], 0.0)
+    return along_x * along_x + along_y * along_y + along_z * along_z
+
+
+@njit(cache=True, nogil=True)
+def _least_distance2(triangles: np.ndarray, t: int, x: float, y: float, z: float):
+    """Squared distance to a triangle's box, less what rounding could make of it.
+
+    It takes a third of the time of the triangle's own, and leaves most triangles at that.
+    """
+    a, b, c = triangles[t, 0, 0], triangles[t, 1, 0], triangles[t, 2, 0]
+    along_x = max(min(a, b, c) - x, x - max(a, b, c), 0.0)
+    a, b, c = triangles[t, 0, 1], triangles[t, 1, 1], triangles[t, 2, 1]
+    along_y = max(min(a, b, c) - y, y - max(a, b, c), 0.0)
+    a, b, c = triangles[t, 0, 2], triangles[t, 1, 2], triangles[t, 2, 2]
+    along_z = max(min(a, b, c) - z, z - max(a, b, c), 0.0)
+    distance2 = along_x * along_x + along_y * along_y + along_z * along_z
+    return distance2 / _ROOM - _ROOM_MM2
+
+
+@njit(cache=True, nogil=True)
+def _nearest_on_triangle(
+    triangles: np.ndarray, t: int, x: float, y: float, z: float, place: np.ndarray
+):
+    """Squared distance to a triangle (Ericson 2005, 5.1.5).
+
+    Fills in the nearest place, and the shares of the second and third corner in it: exactly nothing
+    where the place lies across from one. A triangle without an area has edges all the same.
+    """
+    ax, ay, az = triangles[t, 0, 0], triangles[t, 0, 1], triangles[t, 0, 2]
+    bx, by, bz = triangles[t, 1, 0], triangles[t, 1, 1], triangles[t, 1, 2]
+    cx, cy, cz = triangles[t, 2, 0], triangles[t, 2, 1], triangles[t, 2, 2]
+    ab_x, ab_y, ab_z = bx - ax, by - ay, bz - az
+    ac_x, ac_y, ac_z = cx - ax, cy - ay, cz - az
+    d1 = ab_x * (x - ax) + ab_y * (y - ay) + ab_z * (z - az)
+    d2 = ac_x * (x - ax) + ac_y * (y - ay) + ac_z * (z - az)
+    d3 = ab_x * (x - bx) + ab_y * (y - by) + ab_z * (z - bz)
+    d4 = ac_x * (x - bx) + ac_y * (y - by) + ac_z * (z - bz)
+    d5 = ab_x * (x - cx) + ab_y * (y - cy) + ab_z * (z - cz)
+    d6 = ac_x * (x - cx) + ac_y * (y - cy) + ac_z * (z - cz)
+    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
+    v = w = 0.0
+    if d1 <= 0 and d2 <= 0:
+        pass
+    elif d3 >= 0 and d4 <= d3:
+        v = 1.0
+    elif d6 >= 0 and d5 <= d6:
+        w = 1.0
+    elif vc <= 0 and d1 >= 0 and d3 <= 0 and d1 > d3:
+        v = d1 / (d1 - d3)
+    elif vb <= 0 and d2 >= 0 and d6 <= 0 and d2 > d6:
+        w = d2 / (d2 - d6)
+    elif va <= 0 and d4 - d3 >= 0 and d5 - d6 >= 0 and (d4 - d3) + (d5 - d6) > 0:
+        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        v = 1 - w
+    elif va + vb + vc > 0:
+        v, w = vb / (va + vb + vc), vc / (va + vb + vc)
+    place[0] = ax + v * ab_x + w * ac_x
+    place[1] = ay + v * ab_y + w * ac_y
+    place[2] = az + v * ab_z + w * ac_z
+    place[3], place[4] = v, w
+    return (place[0] - x) ** 2 + (place[1] - y) ** 2 + (place[2] - z) ** 2

@@ -1,0 +1,126 @@
+"""Export checks: what must hold before a shape goes to a machine that cannot ask.
+
+A mirrored or wrongly sized model is found when it is cut, or worse, worn. A surface that folds or
+passes through itself is printed and carved as it stands.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from limbgram.core.errors import CarveError, FoldedShapeError, OptionsError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.folds import ANY_SHAPE, Folds, find_branching, find_folds, unfolded
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import volume_mm3
+from limbgram.findings import note
+from limbgram.formats.units import LIKELY_MM
+from limbgram.workbench.bodies import left_out, without_loose
+from limbgram.workbench.frame.alignment import AlignOptions, require_landmarks_agree
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame, Side
+
+
+def admit(limb: Limb, side: Side | None) -> Limb:
+    """The limb in its own frame, once alignment, side and size are sure.
+
+    Args:
+        side: As somebody confirms it now, not as it was kept.
+
+    Raises:
+        OptionsError: nobody confirmed the side.
+        CarveError: not aligned, another side than it was aligned for, turned inside out, or of
+            a size that no limb has.
+        MeasureError: its landmarks contradict the side or the front.
+    """
+    if limb.frame is None:
+        raise CarveError("export.gate.not_aligned")
+    if side is None:
+        raise OptionsError("export.gate.side_unconfirmed", side=limb.frame.side)
+    if side != limb.frame.side:
+        raise CarveError("export.gate.side_contradicted", said=side, side=limb.frame.side)
+    aligned = sure_in_limb_frame(limb)
+    if volume_mm3(aligned.mesh) <= 0:
+        raise CarveError("export.gate.inside_out")
+    extent_mm = float(np.ptp(aligned.mesh.vertices_mm, axis=0).max())
+    if not LIKELY_MM[0] <= extent_mm <= LIKELY_MM[1]:
+        raise CarveError("export.gate.size", extent_mm=extent_mm)
+    return aligned
+
+
+def sure_in_limb_frame(limb: Limb) -> Limb:
+    """The limb in its frame, without folds, if its landmarks agree with side and front as kept.
+
+    `align` asks the same; a limb file may be older than that, or corrected by hand since.
+
+    Raises:
+        MeasureError: a landmark lies far from where it belongs.
+        FoldedShapeError: its surface branches, or folds where that cannot be laid back.
+    """
+    if limb.frame is not None:
+        options = AlignOptions(side=limb.frame.side)
+        require_landmarks_agree(limb, limb.frame.limb_from_mesh, options)
+    return without_folds(in_limb_frame(limb))
+
+
+def without_folds(limb: Limb) -> Limb:
+    """The limb with what its surface folds laid back, and a note of it; as it is if nothing folds.
+
+    Loose bodies, which no file holds, are not looked at: where the limb folds they go here.
+
+    Raises:
+        FoldedShapeError: the surface branches, or folds where that cannot be laid back.
+    """
+    outside = without_loose(limb.mesh)
+    _require_manifold(outside.mesh)
+    found = unfolded(outside.mesh, ANY_SHAPE)
+    if len(found.left):
+        raise _folded(outside.mesh, find_folds(outside.mesh, ANY_SHAPE))
+    if not found.vertices:
+        return limb
+    laid_back = note("export.folds_laid_back", points=found.vertices, farthest_mm=found.farthest_mm)
+    notes = (laid_back, *left_out(len(outside.loose), outside.loose))
+    return replace(limb, mesh=found.mesh, notes=(*limb.notes, *notes))
+
+
+def require_unfolded(mesh: Mesh) -> None:
+    """Refuse a surface that branches, folds over or passes through itself.
+
+    Raises:
+        FoldedShapeError: says where.
+    """
+    _require_manifold(mesh)
+    folds = find_folds(mesh, ANY_SHAPE)
+    if len(folds):
+        raise _folded(mesh, folds)
+
+
+def _require_manifold(mesh: Mesh) -> None:
+    branching = find_branching(mesh.faces)
+    if len(branching):
+        x, y, z = mesh.vertices_mm[mesh.faces[branching[0]]].mean(0).tolist()
+        raise FoldedShapeError("export.branching", triangles=len(branching), point_mm=(x, y, z))
+
+
+def _folded(mesh: Mesh, folds: Folds) -> FoldedShapeError:
+    x, y, z = (float(one) for one in folds.first_mm(mesh))
+    return FoldedShapeError("export.folded", places=len(folds), point_mm=(x, y, z))
+
+
+def in_limb_frame(limb: Limb) -> Limb:
+    """The limb with its mesh and landmarks in the limb frame; as it is if it has none."""
+    if limb.frame is None:
+        return limb
+    motion = limb.frame.limb_from_mesh
+    return replace(
+        limb,
+        mesh=limb.mesh.with_vertices(motion.apply(limb.mesh.vertices_mm)),
+        landmarks=tuple(
+            Landmark(name=mark.name, position_mm=motion.apply(mark.position_mm[None])[0])
+            for mark in limb.landmarks
+        ),
+        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side=limb.frame.side),
+        origins=tuple(
+            replace(origin, mesh_from_origin=motion @ origin.mesh_from_origin)
+            for origin in limb.origins
+        ),
+    )

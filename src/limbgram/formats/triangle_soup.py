@@ -1,0 +1,194 @@
+"""Triangle soup: what a file gives before anything is known to be right about it.
+
+In      triangles or polygons as a reader found them.
+Out     a Mesh to trust: finite, faces that point at vertices, one winding, outward, edge-manifold.
+Method  no triangle moves: where sheets meet at an edge, vertices are doubled.
+Fails   ShapeFileError: no surface, numbers that are none, or faces without their vertices.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import chain
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from limbgram.core.errors import ShapeFileError
+from limbgram.core.files import ContentError
+from limbgram.core.geometry.arrays import Faces
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import (
+    corner_fans,
+    find_edges,
+    half_edges,
+    is_edge_manifold,
+    is_vertex_manifold,
+    taking_vertices,
+    volume_mm3,
+    with_faces,
+)
+from limbgram.findings import Finding, note
+from limbgram.reconstruction.surface.cleaning import drop_flat_and_double, make_manifold
+from limbgram.workbench.carving.radius_map import Grid
+from limbgram.workbench.limb import Landmark, LimbFrame
+
+_MOST_FACES = 20_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Soup:
+    """Triangles as they stand in a file."""
+
+    mesh: Mesh
+    """In the file's own unit, nothing checked yet."""
+    stated_unit: str | None = None
+    """What the file says of its unit: "mm", "m", "unitless", or nothing."""
+    landmarks: tuple[Landmark, ...] = ()
+    frame: LimbFrame | None = None
+    grid: Grid | None = None
+    """Where the radii stand, if the file holds radii."""
+    notes: tuple[Finding, ...] = ()
+    """What was odd about the file and how it was taken."""
+
+
+@dataclass(frozen=True)
+class Sound:
+    """A mesh to trust, and what had to be done for it."""
+
+    mesh: Mesh
+    notes: tuple[Finding, ...]
+
+
+def triangles_merged(corners: Float64[np.ndarray, "f 3 3"]) -> Mesh:
+    """A mesh of loose triangles; corners at exactly one place become one vertex."""
+    places = corners.reshape(-1, 3) + 0.0  # takes the sign off zero
+    order = np.lexsort(places.T)
+    apart = np.ones(len(places), np.bool_)
+    apart[1:] = (places[order[1:]] != places[order[:-1]]).any(1)
+    vertex_of = np.empty(len(places), np.int32)
+    vertex_of[order] = np.cumsum(apart) - 1
+    return Mesh(vertices_mm=places[order[apart]], faces=vertex_of.reshape(-1, 3))
+
+
+def fans_of(polygons: list[list[int]]) -> Faces:
+    """Triangles of polygons, each a fan round its first corner."""
+    sizes = np.array([len(corners) for corners in polygons], np.int64)
+    try:
+        corners = np.fromiter(chain.from_iterable(polygons), np.int64, int(sizes.sum()))
+    except OverflowError:
+        corners = np.array([-1])
+    if len(corners) and not 0 <= corners.min() <= corners.max() < 2**31:
+        raise ContentError("file.face.vertex")
+    triangles = sizes - 2
+    first = np.repeat(np.cumsum(sizes) - sizes, triangles)
+    second = np.arange(len(first)) + np.repeat(2 * np.arange(len(sizes)) + 1, triangles)
+    return corners[np.column_stack([first, second, second + 1])].astype(np.int32).reshape(-1, 3)
+
+
+def require_corners(count: int, vertices: int) -> None:
+    """Refuse a polygon that cannot be one before room is made for it: it names no vertex twice.
+
+    Raises:
+        ContentError: it has more corners than its file has vertices.
+    """
+    if count > vertices:
+        raise ContentError("file.face.corners", corners=count, vertices=vertices)
+
+
+def sound_mesh(mesh: Mesh, name: str) -> Sound:
+    """The same surface as a mesh that later stages can trust.
+
+    Raises:
+        ShapeFileError: no surface, numbers that are none, or faces without their vertices.
+    """
+    _check(mesh, name)
+    faces = drop_flat_and_double(mesh.vertices_mm, mesh.faces)
+    if not len(faces):
+        raise ShapeFileError("file.no_area", name=name)
+    wound = _wound_alike(faces)
+    turned = int((wound != faces).any(1).sum())
+    whole = _sheets_apart(replace(mesh, faces=wound))
+    kept = whole.faces
+    if not is_edge_manifold(kept):
+        kept = make_manifold(kept)
+        whole = _sheets_apart(with_faces(whole, kept))
+    else:
+        whole = with_faces(whole, kept)
+    if volume_mm3(whole) < 0:
+        whole = replace(whole, faces=whole.faces[:, ::-1].copy())
+    notes = (
+        note("file.left_out.flat", triangles=len(mesh.faces) - len(faces)),
+        note("file.turned", triangles=turned),
+        note("file.left_out.branching", triangles=len(faces) - len(kept)),
+    )
+    return Sound(whole, tuple(one for one in notes if one.values["triangles"]))
+
+
+def _check(mesh: Mesh, name: str) -> None:
+    if len(mesh.faces) > _MOST_FACES:
+        raise ShapeFileError(
+            "file.too_many_triangles", name=name, triangles=len(mesh.faces), most=_MOST_FACES
+        )
+    used = mesh.faces.ravel()
+    if len(used) and (used.min() < 0 or used.max() >= len(mesh.vertices_mm)):
+        raise ShapeFileError(
+            "file.face.missing_vertex",
+            name=name,
+            vertex=int(used.max()),
+            vertices=len(mesh.vertices_mm),
+        )
+    bad = int((~np.isfinite(mesh.vertices_mm)).any(1).sum())
+    if bad or np.abs(mesh.vertices_mm).max(initial=0.0) > 1e9:
+        raise ShapeFileError(
+            "file.vertices_without_place", name=name, bad=bad, vertices=len(mesh.vertices_mm)
+        )
+
+
+def _wound_alike(faces: Faces) -> Faces:
+    """Turn the fewest faces so that neighbours agree on what is outside.
+
+    Each face stands in the graph twice, as it is and turned; a component of the graph is one
+    way to wind a part of the surface.
+    """
+    pairs = _neighbours(faces)
+    if not pairs.contrary.any():
+        return faces
+    count = len(faces)
+    here, there = pairs.faces[:, 0], pairs.faces[:, 1]
+    other = np.where(pairs.contrary, count, 0)
+    rows = np.concatenate([here, here + count])
+    columns = np.concatenate([there + other, there + count - other])
+    graph = coo_array((np.ones(len(rows), np.int8), (rows, columns)), shape=(2 * count,) * 2)
+    labels = connected_components(graph, directed=False)[1]
+    way = np.minimum(labels[:count], labels[count:])
+    as_way = labels[:count] == way
+    in_favour = np.bincount(way, np.where(as_way, 1, -1), minlength=int(labels.max()) + 1)
+    turned = as_way != (in_favour[way] >= 0)
+    return np.where(turned[:, None], faces[:, ::-1], faces)
+
+
+@dataclass(frozen=True)
+class _Neighbours:
+    faces: Int64[np.ndarray, "p 2"]
+    contrary: Bool[np.ndarray, " p"]
+    """Both run along their edge in one direction: one of them is wound wrongly."""
+
+
+def _neighbours(faces: Faces) -> _Neighbours:
+    edges = find_edges(faces)
+    order = edges.half_edges
+    first = (np.cumsum(edges.uses) - edges.uses)[edges.uses == 2]
+    one, two = order[first], order[first + 1]
+    tails = half_edges(faces)[:, 0]
+    return _Neighbours(np.column_stack([one, two]) // 3, tails[one] == tails[two])
+
+
+def _sheets_apart(mesh: Mesh) -> Mesh:
+    """Double the vertices at which several sheets meet."""
+    if is_vertex_manifold(mesh.faces):
+        return mesh
+    fans = corner_fans(mesh.faces)
+    first = np.unique(fans, return_index=True)[1]
+    vertex_of_fan = mesh.faces.ravel()[first].astype(np.int64)
+    return replace(taking_vertices(mesh, vertex_of_fan), faces=fans)

@@ -1,0 +1,247 @@
+"""Static background: detection of what stands still behind a turning object.
+
+In      Features of all photos.
+Out     Still: groups of photos that one still camera took, and which keypoints of each stand still.
+Method  Two keypoints of two photos coincide if they lie at the same pixel and look alike: the same
+        scale, direction and descriptor. Photos of which many of the largest keypoints coincide were
+        taken by a still camera, up to a small shift that all share (a tripod that was touched).
+        Such photos are believed to show a turning object only if there are at least four of them
+        and if other keypoints of theirs match with a movement; photos of a limb and a camera that
+        both stood still, or one photo twice, are left alone. Within a group a keypoint stands still
+        if it coincides with keypoints of two or more of six other photos, spread over the group.
+        A walk round a limb has no such photos, and all of its keypoints are kept.
+Fails   MatchingError: one still camera took all photos, and nothing in them moves.
+
+What stands still is the room behind a turntable or a stool, or before it; dirt on the sensor; a
+watermark. Matches of it are right and tell nothing of the object, and they outnumber the object's
+where that is thinly painted: pairs would be chosen by them, and RANSAC would prefer them.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, Int64
+from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import MatchingError
+from limbgram.core.geometry.arrays import Points2
+from limbgram.findings import Finding, note
+from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.matching.descriptors import comparable, match_descriptors
+
+_DETECTED = 0.3
+"""How far the same feature is found from its place in another photo, in its own scales, at most;"""
+_LEAST_PX = 1.0
+"""and this far in any case."""
+_SAME_ANGLE_DEG = 20.0
+_SAME_SCALE = 1.3
+_SAME_DESCRIPTOR = 0.9
+"""Least product of descriptors of unit length: of one feature in two photos it is 0.93 to 0.99."""
+_MATCH_RATIO = 0.8
+
+
+_SHIFT_SHARE = 0.002
+"""Farthest that a touched tripod shifts the picture, as a share of its longer side."""
+_LEAST_COINCIDING = 12
+"""Keypoints of that survey that coincide in two photos of a still camera."""
+_LEAST_MOVING = 16
+"""Matches of other keypoints that must have moved."""
+_LEAST_MOVE_SHARE = 0.005
+"""By how much at least, as a share of the longer side."""
+_LEAST_PARTNERS = 2
+"""and in how many of them what stands still is found again."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StillOptions:
+    """When photos are believed to come from a still camera."""
+
+    survey_keypoints: int = 500
+    """Largest keypoints of each photo that are asked first."""
+    least_photos: int = 4
+    """Fewest photos in which a turning object is told from one photo taken twice."""
+    partners: int = 6
+    """Photos of its group with which each is compared,"""
+
+
+DEFAULTS = StillOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Still:
+    """What stands still in photos of a turning object; nothing in those of a walk round it."""
+
+    groups: tuple[tuple[int, ...], ...] = ()
+    """Photos that one still camera took."""
+    keypoints: tuple[Bool[np.ndarray, " n"], ...] = ()
+    """Which keypoints of each photo stand still; empty where there are no groups."""
+
+    @property
+    def photos(self) -> tuple[int, ...]:
+        """All photos of the groups."""
+        return tuple(sorted(photo for group in self.groups for photo in group))
+
+    @property
+    def count(self) -> int:
+        """Keypoints that stand still, in all photos together."""
+        return sum(int(flags.sum()) for flags in self.keypoints)
+
+    @property
+    def notes(self) -> tuple[Finding, ...]:
+        """What a user is told: that the camera stood still, and what was left out."""
+        if not self.groups:
+            return ()
+        return (note("pairs.turned", photos=len(self.photos), points=self.count),)
+
+    def moving(self, features: Features) -> Features:
+        """The features without what stands still."""
+        if not self.groups:
+            return features
+        return Features(
+            tuple(
+                one.some(~flags)
+                for one, flags in zip(features.keypoints, self.keypoints, strict=True)
+            )
+        )
+
+
+def find_still(features: Features, options: StillOptions = DEFAULTS) -> Still:
+    """Keypoints that stand still in photos of a still camera.
+
+    Raises:
+        MatchingError: a still camera took all photos, and nothing moves in them.
+    """
+    side_px = max((float(one.xy_px.max()) for one in features.keypoints if len(one)), default=0.0)
+    candidates = _groups(features, side_px, options)
+    groups: list[tuple[int, ...]] = []
+    flags = [np.zeros(len(one), bool) for one in features.keypoints]
+    for group in candidates:
+        found = {photo: _standing(features, photo, group, side_px, options) for photo in group}
+        if _something_moves(features, group, found, side_px):
+            groups.append(group)
+            for photo, standing in found.items():
+                flags[photo] = standing
+        elif len(group) == len(features.keypoints):
+            raise MatchingError("pairs.same_picture", photos=len(group))
+    return Still(groups=tuple(groups), keypoints=tuple(flags) if groups else ())
+
+
+@dataclass(frozen=True)
+class _Row:
+    """Keypoints of several photos in one row."""
+
+    photo: Int64[np.ndarray, " n"]
+    xy_px: Points2
+    scale_px: Float32[np.ndarray, " n"]
+    angle_deg: Float32[np.ndarray, " n"]
+    descriptors: Float32[np.ndarray, "n 128"]
+
+    @classmethod
+    def of(cls, features: Features, photos: Sequence[int], most: int | None = None) -> "_Row":
+        kept = [features.keypoints[photo] for photo in photos]
+        sizes = [len(one) if most is None else min(most, len(one)) for one in kept]
+        pairs = list(zip(kept, sizes, strict=True))
+        return cls(
+            np.repeat(np.array(photos, np.int64), sizes),
+            np.concatenate([one.xy_px[:size] for one, size in pairs]).astype(np.float64),
+            np.concatenate([one.scale_px[:size] for one, size in pairs]),
+            np.concatenate([one.angle_deg[:size] for one, size in pairs]),
+            comparable(np.concatenate([one.descriptors[:size] for one, size in pairs])),
+        )
+
+    def alike(self, pairs: Int64[np.ndarray, "k 2"]) -> Bool[np.ndarray, " k"]:
+        """Pairs of the row that show the same thing in two photos."""
+        first, second = pairs.T
+        turn = np.abs((self.angle_deg[first] - self.angle_deg[second] + 180.0) % 360.0 - 180.0)
+        ratio = self.scale_px[first] / self.scale_px[second]
+        good = (self.photo[first] != self.photo[second]) & (turn < _SAME_ANGLE_DEG)
+        good &= (ratio < _SAME_SCALE) & (ratio > 1.0 / _SAME_SCALE)
+        rows = np.flatnonzero(good)
+        products = (self.descriptors[first[rows]] * self.descriptors[second[rows]]).sum(1)
+        good[rows] = products > _SAME_DESCRIPTOR
+        return good
+
+    def near(self, reach_px: float) -> Int64[np.ndarray, "k 2"]:
+        """Pairs nearer than this that are alike, in the order of their places in the row."""
+        pairs = KDTree(self.xy_px).query_pairs(reach_px, output_type="ndarray").astype(np.int64)
+        pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+        return pairs[self.alike(pairs)]
+
+
+def _groups(features: Features, side_px: float, options: StillOptions) -> list[tuple[int, ...]]:
+    """Photos that are joined by enough of the largest keypoints that coincide."""
+    count = len(features.keypoints)
+    if not any(map(len, features.keypoints)):
+        return []
+    row = _Row.of(features, range(count), options.survey_keypoints)
+    pairs = row.near(max(_LEAST_PX, _SHIFT_SHARE * side_px))
+    shifts = row.xy_px[pairs[:, 1]] - row.xy_px[pairs[:, 0]]
+    between = row.photo[pairs[:, 0]] * count + row.photo[pairs[:, 1]]
+    joined: list[tuple[int, int]] = []
+    for code in np.unique(between):
+        own = np.flatnonzero(between == code)
+        limit = _reach(row.scale_px[pairs[own, 0]])
+        off = np.linalg.norm(shifts[own] - np.median(shifts[own], axis=0), axis=1)
+        if (off < limit).sum() >= _LEAST_COINCIDING:
+            joined.append((int(code) // count, int(code) % count))
+    ends = np.array(joined, np.int64).reshape(-1, 2)
+    graph = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), (count, count))
+    label = csgraph.connected_components(graph, directed=False)[1]
+    groups = [tuple(np.flatnonzero(label == k).tolist()) for k in range(int(label.max()) + 1)]
+    return [group for group in groups if len(group) >= options.least_photos]
+
+
+def _reach(scale_px: Float32[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    return np.maximum(_LEAST_PX, _DETECTED * scale_px.astype(np.float64))
+
+
+def _standing(
+    features: Features,
+    photo: int,
+    group: Sequence[int],
+    side_px: float,
+    options: StillOptions,
+) -> Bool[np.ndarray, " n"]:
+    """Which keypoints of a photo are found again at their place in others of its group."""
+    own = features.keypoints[photo]
+    times = np.zeros(len(own), np.int64)
+    for other in _partners(photo, group, options.partners):
+        row = _Row.of(features, (photo, other))
+        pairs = row.near(max(_LEAST_PX, _SHIFT_SHARE * side_px))
+        if not len(pairs):
+            continue
+        shifts = row.xy_px[pairs[:, 1]] - row.xy_px[pairs[:, 0]]
+        off = np.linalg.norm(shifts - np.median(shifts, axis=0), axis=1)
+        times[np.unique(pairs[off < _reach(row.scale_px[pairs[:, 0]]), 0])] += 1
+    return times >= _LEAST_PARTNERS
+
+
+def _partners(photo: int, group: Sequence[int], count: int) -> Iterator[int]:
+    """Other photos of the group, evenly spread over it."""
+    others = [one for one in group if one != photo]
+    for k in np.unique(np.linspace(0, len(others) - 1, min(count, len(others))).astype(int)):
+        yield others[k]
+
+
+def _something_moves(
+    features: Features,
+    group: Sequence[int],
+    standing: dict[int, Bool[np.ndarray, " n"]],
+    side_px: float,
+) -> bool:
+    """Whether in half of the photos what does not stand still is found elsewhere in the next."""
+    enough = 0
+    for first, second in zip(group, (*group[1:], group[0]), strict=True):
+        ours = features.keypoints[first].some(~standing[first])
+        theirs = features.keypoints[second].some(~standing[second])
+        if not (len(ours) and len(theirs)):
+            continue
+        pairs = match_descriptors(
+            comparable(ours.descriptors), comparable(theirs.descriptors), _MATCH_RATIO
+        )
+        moves = np.linalg.norm(ours.xy_px[pairs[:, 0]] - theirs.xy_px[pairs[:, 1]], axis=1)
+        enough += int((moves > _LEAST_MOVE_SHARE * side_px).sum()) >= _LEAST_MOVING
+    return 2 * enough >= len(group)

@@ -1,0 +1,204 @@
+"""Displaced board: finds between which photos the board was pushed, and keeps the largest run.
+
+In      a Scene whose photos are placed by what kept still, and BoardDetections.
+Out     the detections of the largest run of photos that agree on where the board lies; the others
+        are set aside with the photos between which it was pushed.
+Method  Limb, room and board are three bodies. The first two place the photos (`movement` tells
+        them apart); what the corners then say is the board's own. Where they miss each other by
+        more than those of a board that keeps still, the longest run of photos, in their order, is
+        looked for that locates the corners for itself with half of the misses or less in every one
+        of its photos. Photos of a board that keeps still hold no such run. Photos beside the run
+        that agree with it are kept as well.
+        Corners that only one of two runs shows contradict nothing, wherever the board lay. Where
+        two runs have less than half of their corners in common, the board's known shape, laid on
+        the corners that the larger run locates, foretells the others: the smaller run is kept only
+        where it agrees with these.
+Limits  A push by less than the misses of a still board, and a board that moves in every photo, are
+        not told here; the corners' own tests refuse the latter.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.frames import fit_similarity
+from limbgram.core.geometry.lens import View
+from limbgram.core.geometry.triangulation import triangulate
+from limbgram.findings import doubt, note
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
+
+_FEWEST = 4
+"""Photos of a run, which is a third of them at least: fewer may agree by chance."""
+_LEAST_SHARE = 1 / 3
+_KEPT_STILL_PX = 0.35
+"""In boards that kept still the median corner of a photo misses the others by 0.06 to 0.2 px."""
+_HALVED = 0.5
+_FEWEST_ASIDE = 3
+"""One or two photos that contradict the others are left out by the corners' own tests."""
+_IN_COMMON = 0.5
+"""Share of the corners of the run with fewer that two runs have in common, from which the corners'
+misses compare both."""
+_LEAST_BREADTH = 0.1
+"""Corners that lie more nearly on one line than this, breadth to length, foretell no others."""
+
+
+def without_displaced_board(scene: Scene, detections: BoardDetections) -> BoardDetections:
+    """The detections that agree on where the board lies; themselves where it kept still."""
+    index = {scene.names[k]: k for k in scene.placed}
+    shown = sorted(
+        (one for one in detections.photos if one.name in index), key=lambda one: index[one.name]
+    )
+    seen = [_Seen(one, scene.view(index[one.name])) for one in shown]
+    kept = _agreeing(seen, detections.corners_mm)
+    if kept.agree.all():
+        kept = _by_its_shape(seen, detections.corners_mm)
+    aside = [one.photo.name for one, agrees in zip(seen, kept.agree, strict=True) if not agrees]
+    if len(aside) < _FEWEST_ASIDE:
+        return detections
+    pushes = tuple(
+        note("board.push", before=seen[k - 1].photo.name, after=seen[k].photo.name)
+        for k in range(1, len(seen))
+        if kept.agree[k] != kept.agree[k - 1]
+    )
+    reason = doubt(
+        "board.photo.pushed" if kept.sure else "board.photo.perhaps_pushed",
+        others=len(seen) - len(aside),
+        pushes=pushes,
+    )
+    return replace(
+        detections,
+        photos=tuple(one for one in detections.photos if one.name not in aside),
+        set_aside=(*detections.set_aside, *(SetAside(name, reason) for name in aside)),
+    )
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A placed photo and the corners that it shows."""
+
+    photo: PhotoCorners
+    view: View
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """Which photos agree on where the board lies; and whether the others are known not to."""
+
+    agree: Bool[np.ndarray, " n"]
+    sure: bool = True
+
+    @classmethod
+    def all_of(cls, seen: Sequence[_Seen]) -> "_Kept":
+        return cls(np.ones(len(seen), bool))
+
+
+def _agreeing(seen: Sequence[_Seen], corners_mm: Points3) -> _Kept:
+    """Photos that agree with the longest run that agrees with itself; all where none is needed."""
+    count = len(seen)
+    together_px = _worst(_misses_px(seen, _places(seen, corners_mm))) if count > _FEWEST else 0.0
+    if not together_px > _KEPT_STILL_PX:
+        return _Kept.all_of(seen)
+    for length in range(count - 1, max(_FEWEST, math.ceil(_LEAST_SHARE * count)) - 1, -1):
+        runs = [seen[first : first + length] for first in range(count - length + 1)]
+        worst_px = [_worst(_misses_px(run, _places(run, corners_mm))) for run in runs]
+        best = int(np.argmin(worst_px))
+        if worst_px[best] < _HALVED * together_px:
+            places = _places(runs[best], corners_mm)
+            misses_px = _misses_px(seen, places)
+            unknown = np.isnan(misses_px)
+            misses_px[unknown] = _misses_px(seen, _completed(places, corners_mm))[unknown]
+            return _Kept(misses_px < max(_HALVED * together_px, 2.0 * worst_px[best]))
+    return _Kept.all_of(seen)
+
+
+def _by_its_shape(seen: Sequence[_Seen], corners_mm: Points3) -> _Kept:
+    """Of two runs that hardly show the same corners the larger one, where the other one lies
+    elsewhere by the board's shape, or nothing foretells where; all where no runs are so."""
+    count = len(seen)
+    worst, kept = (_KEPT_STILL_PX, 0), _Kept.all_of(seen)
+    for border in range(_FEWEST_ASIDE, count - _FEWEST_ASIDE + 1):
+        runs = [_Run.of(range(border), seen, corners_mm)]
+        runs.append(_Run.of(range(border, count), seen, corners_mm))
+        smaller, larger = sorted(runs, key=lambda one: one.size)
+        common = int((smaller.located & larger.located).sum())
+        if smaller.size[0] == 0 or common >= _IN_COMMON * smaller.size[0]:
+            continue
+        foretold = _completed(larger.places, corners_mm)
+        misses_px = _misses_px([seen[k] for k in smaller.photos], foretold)
+        off_px = math.inf if np.isnan(misses_px).all() else float(np.nanmean(misses_px))
+        explained = smaller.corners_seen + larger.corners_seen
+        if (off_px, explained) > worst:
+            agree = np.isin(np.arange(count), np.array(larger.photos))
+            worst, kept = (off_px, explained), _Kept(agree, sure=math.isfinite(off_px))
+    return kept
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Photos that follow each other, and where they locate the corners."""
+
+    photos: range
+    places: Points3
+    corners_seen: int
+    """In all photos together, of those that are located."""
+
+    @classmethod
+    def of(cls, photos: range, seen: Sequence[_Seen], corners_mm: Points3) -> "_Run":
+        own = [seen[k] for k in photos]
+        places = _places(own, corners_mm)
+        ids = np.concatenate([one.photo.ids for one in own])
+        return cls(photos, places, int((~np.isnan(places[ids, 0])).sum()))
+
+    @property
+    def located(self) -> Bool[np.ndarray, " c"]:
+        return ~np.isnan(self.places[:, 0])
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Corners, and photos."""
+        return int(self.located.sum()), len(self.photos)
+
+
+def _places(seen: Sequence[_Seen], corners_mm: Points3) -> Points3:
+    """Where these photos locate the corners; NaN where they do not."""
+    ids = np.concatenate([one.photo.ids for one in seen])
+    xy_px = np.concatenate([one.photo.xy_px for one in seen])
+    lengths = [len(one.photo.ids) for one in seen]
+    view_idx = np.repeat(np.arange(len(seen), dtype=np.int32), lengths)
+    views = [one.view for one in seen]
+    return triangulate(views, view_idx, ids, xy_px, len(corners_mm)).points_in_world
+
+
+def _completed(places: Points3, corners_mm: Points3) -> Points3:
+    """With the corners that were not located where the board's shape has them."""
+    known = ~np.isnan(places[:, 0])
+    if known.sum() < _FEWEST:
+        return places
+    off = corners_mm[known] - corners_mm[known].mean(axis=0)
+    length, breadth = np.linalg.svd(off, compute_uv=False)[:2]
+    if breadth < _LEAST_BREADTH * length:
+        return places
+    pose = fit_similarity(corners_mm[known], places[known])
+    return np.where(known[:, None], places, pose.apply(corners_mm))
+
+
+def _misses_px(seen: Sequence[_Seen], places: Points3) -> Float64[np.ndarray, " photos"]:
+    """Of each photo the median distance between its corners and these; NaN where none is known."""
+    misses_px = np.full(len(seen), np.nan)
+    for k, one in enumerate(seen):
+        off = np.linalg.norm(one.view.project(places[one.photo.ids]) - one.photo.xy_px, axis=1)
+        known = off[np.isfinite(off)]
+        if len(known):
+            misses_px[k] = np.median(known)
+    return misses_px
+
+
+def _worst(misses_px: Float64[np.ndarray, " photos"]) -> float:
+    """Of those that are known."""
+    return float(np.nan_to_num(misses_px).max())

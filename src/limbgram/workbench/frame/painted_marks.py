@@ -1,0 +1,131 @@
+"""Painted marks: spots painted on the sock in one plain colour, offered as landmark candidates.
+
+In      a mesh whose vertices carry the colours of the photos.
+Out     Marks, the plainest first: places on the surface, in the mesh's frame.
+Method  vertices of strong colour join with neighbours of nearly the same hue to patches; a patch of
+        the size of a mark, round, and unlike what lies round it, is a mark.
+        Dabs of a painted sock pass as well: there, say the marks' colour, or use shape.painted.
+Fails   MeasureError: the mesh has no colours, or too many spots pass. OptionsError: a grey.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64, UInt8
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import turn_rad
+from limbgram.core.mesh.closest_point import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import find_edges
+
+_LEAST_CHROMA = 60.0
+"""Largest minus smallest of red, green and blue, 0 to 255."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarkOptions:
+    """What passes as a mark."""
+
+    colour: tuple[int, int, int] | None = None
+    """sRGB of the marks; None: any strong colour."""
+    same_hue_deg: float = 25.0
+    smallest_mm: float = 3.0
+    largest_mm: float = 30.0
+    """Diameter of the circle of the same area."""
+    roundest_stretch: float = 2.0
+    """Largest reach from the middle, as a multiple of that circle's radius."""
+    most: int = 40
+    """More spots than this are no marks but a painted sock."""
+
+
+DEFAULTS = MarkOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mark:
+    """A spot that may be a landmark."""
+
+    position_mm: Vector3
+    """On the surface, in the mesh's frame."""
+    colour: UInt8[np.ndarray, "3"]
+    diameter_mm: float
+    strength: float
+    """Chroma of the spot, 0 to 255."""
+
+
+def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
+    """Round spots of one strong colour, by falling strength of their colour.
+
+    Raises:
+        MeasureError: the mesh has no colours, or too many spots pass.
+        OptionsError: the given colour is too near to grey to have a hue.
+    """
+    if mesh.colours is None:
+        raise MeasureError("landmark.marks.no_colours")
+    chroma, hue_rad = _chroma(mesh.colours), _hue_rad(mesh.colours)
+    coloured = chroma >= _LEAST_CHROMA
+    if options.colour is not None:
+        if max(options.colour) - min(options.colour) < _LEAST_CHROMA:
+            raise OptionsError("landmark.marks.grey_name", colour=options.colour)
+        wanted = _hue_rad(np.array([options.colour], np.uint8))[0]
+        turn = np.abs(turn_rad(hue_rad, wanted))
+        coloured &= turn < np.radians(options.same_hue_deg)
+    labels = _patches(mesh, coloured, hue_rad, np.radians(options.same_hue_deg))
+    areas = mesh.vertex_areas_mm2()
+    sizes = np.bincount(labels, areas * coloured)
+    diameters = np.sqrt(4 * sizes / np.pi)
+    fitting = (diameters >= options.smallest_mm) & (diameters <= options.largest_mm)
+    order = np.argsort(labels, kind="stable")
+    starts = np.searchsorted(labels[order], np.arange(len(sizes) + 1))
+    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    found: list[Mark] = []
+    for patch in np.flatnonzero(fitting):
+        ids = order[starts[patch] : starts[patch + 1]]
+        weights = areas[ids] * chroma[ids]
+        middle = weights @ mesh.vertices_mm[ids] / weights.sum()
+        reach = float(np.linalg.norm(mesh.vertices_mm[ids] - middle, axis=1).max())
+        if len(ids) < 3 or reach > options.roundest_stretch * float(diameters[patch]) / 2:
+            continue
+        colour = weights @ mesh.colours[ids].astype(np.float64) / weights.sum()
+        found.append(
+            Mark(
+                position_mm=tree.closest(middle[None]).points_mm[0],
+                colour=np.rint(colour).astype(np.uint8),
+                diameter_mm=float(diameters[patch]),
+                strength=float(colour.max() - colour.min()),
+            )
+        )
+    if len(found) > options.most:
+        raise MeasureError("landmark.marks.many", count=len(found), most=options.most)
+    return tuple(sorted(found, key=lambda mark: -mark.strength))
+
+
+def _chroma(colours: UInt8[np.ndarray, "n 3"]) -> Float64[np.ndarray, " n"]:
+    return np.ptp(colours.astype(np.float64), axis=1)
+
+
+def _hue_rad(colours: UInt8[np.ndarray, "n 3"]) -> Float64[np.ndarray, " n"]:
+    red, green, blue = colours.astype(np.float64).T
+    return np.arctan2(np.sqrt(3) * (green - blue), 2 * red - green - blue)
+
+
+def _patches(
+    mesh: Mesh,
+    coloured: Bool[np.ndarray, " n"],
+    hue_rad: Float64[np.ndarray, " n"],
+    same_rad: float,
+) -> Int64[np.ndarray, " n"]:
+    """Label of each vertex: coloured neighbours of nearly one hue share theirs."""
+    ends = find_edges(mesh.faces).ends
+    turn = turn_rad(hue_rad[ends[:, 0]], hue_rad[ends[:, 1]])
+    alike = coloured[ends].all(1) & (np.abs(turn) < same_rad)
+    links = ends[alike]
+    count = len(mesh.vertices_mm)
+    graph = coo_array(
+        (np.ones(len(links), np.int8), (links[:, 0], links[:, 1])), shape=(count,) * 2
+    )
+    return connected_components(graph, directed=False)[1].astype(np.int64)

@@ -1,0 +1,53 @@
+"""Suggested landmarks: places that the shape itself tells, before anybody has felt for them.
+
+In      a Limb, aligned or not, of a known kind.
+Out     guessed places with their names; none where the shape tells nothing.
+Method  The round end of a residual limb is its place farthest along the long axis, away from the
+        body. Bones under the skin are not told by the surface to a clinician's standard, so none of
+        them is guessed: a wrong guess that is confirmed in a hurry is worse than an empty row.
+Fails   never: a shape without an axis, or whose proximal end nothing tells, has no guesses.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.mesh.axis import fit_axis
+from limbgram.workbench.frame.alignment import AlignOptions, proximal_of
+from limbgram.workbench.limb import Kind, Limb
+
+_ROUND_ENDED: tuple[Kind, ...] = ("transtibial", "transfemoral")
+"""Residual limbs, whose distal end is a dome. A foot and a torso have none."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GuessedPlace:
+    """A place that may be the landmark of that name."""
+
+    name: str
+    position_mm: Vector3
+    """On the surface, in the mesh's frame."""
+
+
+def guess_places(limb: Limb) -> tuple[GuessedPlace, ...]:
+    """What the shape tells of its landmarks, without those that it has."""
+    known = {mark.name for mark in limb.landmarks}
+    if limb.kind not in _ROUND_ENDED or "distal end" in known:
+        return ()
+    up = _proximal(limb)
+    if up is None:
+        return ()
+    at = int(np.argmin(limb.mesh.vertices_mm @ up))
+    return (GuessedPlace(name="distal end", position_mm=limb.mesh.vertices_mm[at]),)
+
+
+def _proximal(limb: Limb) -> Vector3 | None:
+    """Towards the body: as the limb is aligned, else as brim and landmarks tell."""
+    if limb.frame is not None:
+        return limb.frame.limb_from_mesh.rotation[2]
+    try:
+        return proximal_of(limb, fit_axis(limb.mesh), AlignOptions(side="none"))[0]
+    except MeasureError:
+        return None

@@ -1,0 +1,136 @@
+"""Consent: what of an edit is done only if somebody says that it is meant.
+
+A load on a sensitive place, and a depth beyond DEEPEST_MM, need a word that stands with the edit in
+the recipe: `accept = ["load on fibula head"]`, `accept = ["depth to 12 mm"]`. A load's place may
+be named, or be found near a landmark when the edit is done. What presses as a whole (per cent,
+liners, plies, offsets, templates) is stated in the ledger, and needs no word.
+"""
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from limbgram.core.errors import OptionsError
+from limbgram.findings import Finding, doubt, note
+from limbgram.workbench.edits.edit import Edit
+from limbgram.workbench.edits.load import Load
+from limbgram.workbench.edits.pressing import DEEPEST_MM, AtPlaces
+from limbgram.workbench.edits.relieve import Relieve
+from limbgram.workbench.frame.sensitive import sensitive_place
+from limbgram.workbench.limb import Kind
+
+_FINDING_MM = 0.1
+"""What a depth is found again to, on a surface of triangles."""
+_LOAD = re.compile(r"load on (.+)")
+_DEPTH = re.compile(r"depth to (\d{1,3}(?:\.\d{1,3})?) ?mm")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Concern:
+    """What somebody has to mean, or to know."""
+
+    finding: Finding
+    word: str
+    """What accepts it; empty where nothing needs to be said."""
+    accepted: bool
+    """Whether the recipe says the word; True where none is needed."""
+
+
+def plain_words(words: Iterable[str], what: str) -> tuple[str, ...]:
+    """Words of acceptance in their one form, each once.
+
+    Raises:
+        OptionsError: a word that accepts nothing.
+    """
+    return tuple(dict.fromkeys(_plain_word(word, what) for word in words))
+
+
+def concerns_of(edit: Edit, words: Sequence[str], kind: Kind | None = None) -> Iterator[Concern]:
+    """What the edit's own parameters say needs a word, before there is a limb."""
+    if not isinstance(edit, Load | Relieve):
+        return
+    if isinstance(edit, Load) and isinstance(edit.at, str):
+        place = sensitive_place(edit.at, kind)
+        if place is not None:
+            found = doubt("recipe.load_on", place=place.name, why=place.why)
+            yield _concern(found, f"load on {place.name}", words)
+    yield from _depths(edit, (0.0, 0.0), words)
+
+
+def concerns_on_limb(
+    edit: Edit, words: Sequence[str], found: AtPlaces, reach_mm: tuple[float, float]
+) -> Iterator[Concern]:
+    """What shows when the edit is done: places that it presses on, and how deep all goes there.
+
+    reach_mm: how far inward and outward of the scan the edit leaves what it moved.
+    """
+    if isinstance(edit, Load):
+        for one in found.pressures:
+            pressing = doubt("recipe.presses", depth_mm=one.depth_mm, place=one.place, why=one.why)
+            yield _concern(pressing, f"load on {one.place}", words)
+    elif found.pressures:
+        each = tuple(
+            note("recipe.pressure", place=one.place, depth_mm=one.depth_mm)
+            for one in found.pressures
+        )
+        yield Concern(finding=note("recipe.presses_on", each=each), word="", accepted=True)
+    if isinstance(edit, Load | Relieve):
+        yield from _depths(edit, reach_mm, words)
+
+
+def lacking(concerns: Iterable[Concern]) -> tuple[Concern, ...]:
+    """Those that need a word which nobody has said."""
+    return tuple(one for one in concerns if not one.accepted)
+
+
+def findings_of(concerns: Iterable[Concern]) -> tuple[Finding, ...]:
+    """What they are about, each once."""
+    return tuple(dict.fromkeys(one.finding for one in concerns))
+
+
+def words_for(concerns: Iterable[Concern]) -> tuple[str, ...]:
+    """What accepts them, each word once."""
+    return tuple(dict.fromkeys(one.word for one in concerns))
+
+
+def typed(words: Iterable[str]) -> str:
+    """Words as they are typed behind a command."""
+    return " ".join(f'"{word}"' for word in words)
+
+
+def _depths(
+    edit: Load | Relieve, reach_mm: tuple[float, float], words: Sequence[str]
+) -> Iterator[Concern]:
+    """The depth that was asked for, or what all edits together come to there, if unusual."""
+    together, where = (
+        (reach_mm[0], "inside") if isinstance(edit, Load) else (reach_mm[1], "outside")
+    )
+    depth = round(max(together, edit.depth_mm), 1)
+    if depth <= DEEPEST_MM:
+        return
+    deep = doubt("recipe.deep", depth_mm=edit.depth_mm, usual_mm=DEEPEST_MM)
+    if together > edit.depth_mm + _FINDING_MM:
+        deep = doubt("recipe.deep_together", depth_mm=depth, where=where, usual_mm=DEEPEST_MM)
+    limits = [float(found[1]) for word in words if (found := _DEPTH.fullmatch(word))]
+    yield Concern(
+        finding=deep,
+        word=f"depth to {math.ceil(depth)} mm",
+        accepted=max(limits, default=0.0) >= depth,
+    )
+
+
+def _concern(found: Finding, word: str, words: Sequence[str]) -> Concern:
+    return Concern(finding=found, word=word, accepted=word in words)
+
+
+def _plain_word(word: str, what: str) -> str:
+    plain = " ".join(word.casefold().split())
+    depth = _DEPTH.fullmatch(plain)
+    if depth is not None:
+        return f"depth to {float(depth[1]):g} mm"
+    load = _LOAD.fullmatch(plain)
+    place = None if load is None else sensitive_place(load[1].removeprefix("the "), None)
+    if place is None:
+        raise OptionsError("recipe.word", what=what, word=word)
+    return f"load on {place.name}"

@@ -1,0 +1,134 @@
+"""What stands still: a room behind a turning object goes, and nothing of an honest walk does."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import MatchingError
+from limbgram.findings import told
+from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.matching.static_background import find_still
+
+SIDES_PX = np.array([1500.0, 1000.0])
+ROOM, LIMB = 300, 200
+
+
+def keypoints(xy_px: np.ndarray, looks: np.ndarray, rng: np.random.Generator) -> Keypoints:
+    """Keypoints that look as told, seen with the noise of a photo, largest first."""
+    seen = np.abs(looks + rng.normal(scale=2.0, size=looks.shape))
+    whole = np.rint(512 * seen / np.linalg.norm(seen, axis=1, keepdims=True))
+    scale = np.linspace(8.0, 2.0, len(xy_px), dtype=np.float32)
+    order = rng.permutation(len(xy_px))
+    return Keypoints(
+        xy_px=(xy_px + rng.normal(scale=0.15, size=xy_px.shape)).astype(np.float32)[order],
+        scale_px=scale,
+        angle_deg=np.zeros(len(xy_px), np.float32),
+        descriptors=whole.astype(np.uint8)[order],
+    )
+
+
+def descriptors(count: int, rng: np.random.Generator) -> np.ndarray:
+    """As of SIFT: a few large values among many small ones."""
+    return 30.0 * rng.gamma(0.6, 1.0, (count, 128))
+
+
+def photos(
+    count: int, rng: np.random.Generator, moving: Sequence[float], room: Sequence[float]
+) -> Features:
+    """Each photo shows limb and room shifted by so much to the right of the photo before."""
+    limb_px, room_px = rng.uniform(0, 1, (LIMB, 2)) * 400 + 300, rng.uniform(0, 1, (ROOM, 2))
+    looks = descriptors(LIMB + ROOM, rng)
+    found: list[Keypoints] = []
+    for k in range(count):
+        places = np.concatenate(
+            [limb_px + np.array([moving[k], 0.0]), room_px * SIDES_PX + np.array([room[k], 0.0])]
+        )
+        found.append(keypoints(places, looks, rng))
+    return Features(tuple(found))
+
+
+def one_scale(features: Features) -> Features:
+    """All keypoints of one scale, so that shuffled ones stay comparable."""
+    same = [
+        Keypoints(
+            xy_px=one.xy_px,
+            scale_px=np.full(len(one), 4.0, np.float32),
+            angle_deg=one.angle_deg,
+            descriptors=one.descriptors,
+        )
+        for one in features.keypoints
+    ]
+    return Features(tuple(same))
+
+
+def test_a_still_room_goes_and_the_turning_limb_stays() -> None:
+    rng = np.random.default_rng(1)
+    features = one_scale(photos(8, rng, moving=[30.0 * k for k in range(8)], room=[0.0] * 8))
+    found = find_still(features)
+    assert found.groups == (tuple(range(8)),)
+    assert "stood still in 8 photos" in told(found.notes[0])
+    assert f"{found.count:,} feature points stay" in told(found.notes[0])
+    kept = found.moving(features)
+    for before, after in zip(features.keypoints, kept.keypoints, strict=True):
+        assert len(before) == LIMB + ROOM
+        assert LIMB <= len(after) < LIMB + 0.05 * ROOM
+
+
+def test_a_tripod_that_was_touched_stands_still_all_the_same() -> None:
+    rng = np.random.default_rng(2)
+    touched = [0.0, 0.0, 1.6, 1.6, -1.0, 0.0, 0.4, 0.0]
+    features = one_scale(photos(8, rng, moving=[30.0 * k for k in range(8)], room=touched))
+    kept = find_still(features).moving(features)
+    assert max(map(len, kept.keypoints)) < LIMB + 0.1 * ROOM
+
+
+def test_a_walk_round_keeps_every_keypoint() -> None:
+    rng = np.random.default_rng(3)
+    walk = [25.0 * k for k in range(8)]
+    features = one_scale(photos(8, rng, moving=walk, room=[-0.7 * one for one in walk]))
+    found = find_still(features)
+    assert found.groups == ()
+    assert found.notes == ()
+    assert found.moving(features) is features
+
+
+def test_one_photo_taken_twice_in_a_walk_is_left_alone() -> None:
+    rng = np.random.default_rng(4)
+    walk = [0.0, 25.0, 50.0, 50.0, 75.0, 100.0, 125.0, 125.0]
+    features = one_scale(photos(8, rng, moving=walk, room=[-0.7 * one for one in walk]))
+    assert find_still(features).groups == ()
+
+
+def test_five_photos_from_one_spot_of_a_still_limb_are_left_alone() -> None:
+    rng = np.random.default_rng(5)
+    walk = [0.0] * 5 + [25.0, 50.0, 75.0, 100.0]
+    features = one_scale(photos(9, rng, moving=walk, room=[-0.7 * one for one in walk]))
+    assert find_still(features).groups == ()
+
+
+def test_two_places_of_the_tripod_are_two_groups() -> None:
+    rng = np.random.default_rng(6)
+    room = [0.0] * 6 + [140.0] * 6
+    features = one_scale(photos(12, rng, moving=[30.0 * k for k in range(12)], room=room))
+    found = find_still(features)
+    assert found.groups == (tuple(range(6)), tuple(range(6, 12)))
+    assert found.photos == tuple(range(12))
+    assert found.count > 0.95 * 12 * ROOM
+
+
+def test_when_nothing_moves_it_is_said() -> None:
+    rng = np.random.default_rng(7)
+    features = one_scale(photos(6, rng, moving=[0.0] * 6, room=[0.0] * 6))
+    with pytest.raises(MatchingError, match="All 6 photos show the same picture"):
+        find_still(features)
+
+
+def test_photos_that_show_nothing_are_no_group() -> None:
+    empty = Keypoints(
+        xy_px=np.zeros((0, 2), np.float32),
+        scale_px=np.zeros(0, np.float32),
+        angle_deg=np.zeros(0, np.float32),
+        descriptors=np.zeros((0, 128), np.uint8),
+    )
+    assert find_still(Features((empty,) * 6)).groups == ()
