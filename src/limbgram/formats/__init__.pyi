@@ -2,7 +2,8 @@
 
 from .aop.cost import AopReport
 from .aop.writing import AopOptions, Own, write_aop
-from .dxf import PolyfaceReport, write_dxf, write_polyface_dxf
+from .dxf import write_dxf
+from .dxf_r12 import PolyfaceReport, write_polyface_dxf, write_r12_dxf
 from .gate import admit, in_limb_frame, sure_in_limb_frame
 from .gcode.control import Control
 from .gcode.machine import Machine, read_machine, write_machine
@@ -43,5 +44,6 @@ __all__ = [
     "write_obj",
     "write_ply",
     "write_polyface_dxf",
+    "write_r12_dxf",
     "write_stl",
 ]

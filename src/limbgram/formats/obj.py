@@ -17,6 +17,7 @@ from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import ContentError, write_file
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.format import Format
 from limbgram.formats.soup import Soup, fans_of, require_corners
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, target
@@ -132,3 +133,6 @@ def _read_back(path: Path) -> tuple[np.ndarray, np.ndarray]:
     faces = b" ".join(line[2:] for line in lines if line.startswith(b"f "))
     places = np.array(vertices.split(), np.float64).reshape(-1, 3)
     return places, np.array(faces.split(), np.int64).reshape(-1, 3) - 1
+
+
+FORMAT = Format(suffix=".obj", place=40, read=read_obj, write=write_obj)

@@ -21,7 +21,9 @@ from limbgram.findings import Finding, note
 from limbgram.formats.aop.cost import AopReport
 from limbgram.formats.aop.profiles import Profile
 from limbgram.formats.aop.writing import AopOptions, LineEnd, Own, write_aop
-from limbgram.formats.dxf import Curves, curves_of, write_polyface_dxf, write_triangles
+from limbgram.formats.curves import Curves, curves_of
+from limbgram.formats.dxf import write_drawing
+from limbgram.formats.dxf_r12 import write_polyface_dxf, write_triangles
 from limbgram.formats.gate import admit, sure_in_limb_frame
 from limbgram.formats.gcode.control import Coolant, DialectName, FeedMode, RotaryWord, Winding
 from limbgram.formats.gcode.machine import Machine, read_machine, require_place, write_machine
@@ -43,12 +45,14 @@ class Triangles:
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """A drawing of faces, sections and trimline, for CAD programs."""
+    """A drawing of surface, sections, trimline, centreline and landmarks, for CAD programs."""
 
     spacing_mm: Annotated[float, Within(0.5, 200), Flag("spacing")] = 10.0
     """Between slices or sections, mm."""
+    r12: bool = False
+    """Release 12, as carvers and old programs take it: single faces, sections and trimline."""
     polyface: bool = False
-    """Joined meshes, not single faces."""
+    """Release 12 with joined meshes in place of single faces."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -492,7 +496,11 @@ def _drawing(limb: Limb, path: Path, ask: Drawing) -> Exported:
         split = (note("exported.dxf.split", meshes=report.meshes),) if report.meshes > 1 else ()
     else:
         curves, meshes, split = curves_of(found.mesh, ask.spacing_mm), {}, ()
-        write_triangles(found.mesh, path, "mm", curves)
+        if ask.r12:
+            write_triangles(found.mesh, path, "mm", curves)
+        else:
+            write_drawing(found.mesh, path, "mm", curves, limb.landmarks)
+            split = (note("exported.dxf.landmarks", landmarks=len(limb.landmarks)),)
     sections = len(curves.sections)
     said = (
         note("exported.dxf.written", path=str(path), sections=sections),

@@ -16,6 +16,7 @@ from limbgram.formats.aop.profiles import (
     landmarks_from_file,
     profile_of,
 )
+from limbgram.formats.format import Format
 from limbgram.formats.soup import Soup
 from limbgram.workbench.carving.radius_map import Grid, RadiusMap
 from limbgram.workbench.limb import Landmark, LimbFrame, names_apart
@@ -151,3 +152,6 @@ def _named(mark: AopLandmark, points: np.ndarray) -> list[Landmark]:
     return [
         Landmark(name=f"{name} {count}", position_mm=point) for count, point in enumerate(points, 1)
     ]
+
+
+FORMAT = Format(suffix=".aop", place=70, read=read_aop_soup)
