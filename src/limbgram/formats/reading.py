@@ -88,7 +88,8 @@ def _limb(path: Path, soup: Soup, record: LimbRecord | None, factor: float | Non
         marks = tuple(
             replace(mark, position_mm=mark.position_mm * (factor or 1.0)) for mark in soup.landmarks
         )
-        return replace(limb, landmarks=marks, frame=soup.frame)
+        told = soup.frame is not None and soup.frame.front_told
+    return replace(limb, landmarks=marks, frame=soup.frame if told else None)
     return replace(
         limb,
         landmarks=record.landmarks,

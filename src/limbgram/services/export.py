@@ -15,8 +15,10 @@ import numpy as np
 from limbgram.core.declared import Flag, Within
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
+from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.spreadsheet import Decimal, Table, csv_of
 from limbgram.findings import Finding, note
 from limbgram.formats.aop.cost import AopReport
 from limbgram.formats.aop.profiles import Profile
@@ -180,12 +182,21 @@ class Gcode:
         return {name: value for name, value in asked.items() if value is not None}
 
 
-Export = Triangles | Drawing | Aop | Gcode
+@dataclass(frozen=True, kw_only=True)
+class Landmarks:
+    """Names and places of the landmarks, as a table."""
+
+    decimal: Decimal = "point"
+    """Decimal sign; with a comma semicolons part the columns."""
+
+
+Export = Triangles | Drawing | Aop | Gcode | Landmarks
 EXPORTS: Final[dict[str, type[Export]]] = {
     **{one.name: Triangles for one in FORMATS if one.write is not None},
     "dxf": Drawing,
     "aop": Aop,
     "gcode": Gcode,
+    "csv": Landmarks,
 }
 """The request of each kind of file that is written; all doors offer these."""
 FOR_CARVERS: Final = frozenset({"aop", "gcode"})
@@ -253,6 +264,8 @@ def export(
             exported = _gcode(admit(read.limb, side), path, ask, machine)
         case Drawing():
             exported = _drawing(_sure(read.limb, side), path, ask)
+        case Landmarks():
+            exported = _landmarks(_sure(read.limb, side), path, ask)
         case Triangles():
             exported = _triangles(_sure(read.limb, side), path)
     return exported if picture is None else _with_picture(exported, picture)
@@ -553,6 +566,31 @@ def _triangles(limb: Limb, path: Path) -> Exported:
         surface_within_mm=0.0,
         volume_change=0.0,
     )
+
+
+def _landmarks(limb: Limb, path: Path, ask: Landmarks) -> Exported:
+    if not limb.landmarks:
+        raise OptionsError("exported.no_landmarks", name=limb.name)
+    rows = tuple((mark.name, *_rounded(mark.position_mm)) for mark in limb.landmarks)
+    table = Table(title="landmarks", columns=("name", "x_mm", "y_mm", "z_mm"), rows=rows)
+    write_bytes(path, csv_of(table, ask.decimal).encode())
+    return Exported(
+        path=path,
+        limb=limb,
+        unit="mm",
+        said=(
+            note("exported.landmarks.written", path=str(path), landmarks=len(rows)),
+            _axes(limb),
+        ),
+        figures={"landmarks": len(rows)},
+        shown=limb.mesh,
+        marks=limb.landmarks,
+    )
+
+
+def _rounded(place_mm: Vector3) -> list[float]:
+    """To a micrometre; nothing has no sign."""
+    return (np.round(place_mm, 3) + 0.0).tolist()
 
 
 def _axes(limb: Limb) -> Finding:

@@ -46,6 +46,9 @@ class LimbFrame:
     limb_from_mesh: Rigid
     side: Side
     """As the clinician confirmed it; geometry is never flipped by it."""
+    front_told: bool = True
+    """False only of what a file declares that leaves the front open, as an AOP of ampscan does: it
+    is no limb's frame until somebody says where the front lies."""
 
 
 @dataclass(frozen=True, kw_only=True)
