@@ -17,7 +17,7 @@ Decimal = Literal["point", "comma"]
 """The decimal sign of a text; with a comma its columns are parted by semicolons."""
 Cell = str | float | int | bool | None
 
-_UNITS = {"mm": "mm", "mm2": "mm\u00b2", "ml": "mL"}
+_UNITS = {"mm": "mm", "mm2": "mm\u00b2", "mm3": "mm\u00b3", "ml": "mL"}
 """Endings of columns' names."""
 _MADE = datetime(2000, 1, 1, tzinfo=UTC)
 """A workbook's date, so that the same table gives the same bytes."""

@@ -14,6 +14,7 @@ from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import read_content
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding, note
 from limbgram.formats.sidecar import LimbRecord, OfAnother, hash_of, limb_file_beside, read_record
 from limbgram.formats.soup import Sound, Soup, sound_mesh
@@ -42,6 +43,8 @@ class ShapeFile:
     limb file says."""
     grid: Grid | None = None
     """Where its radii stand, if it holds radii, as an AOP does."""
+
+    __repr__ = brief
 
 
 def read_limb(path: Path | str, mm_per_unit: float | None = None) -> Limb:

@@ -18,6 +18,7 @@ from limbgram.core.files import write_bytes
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.notebook import brief
 from limbgram.core.spreadsheet import Decimal, Table, csv_of
 from limbgram.findings import Finding, note
 from limbgram.formats.aop.cost import AopReport
@@ -150,7 +151,7 @@ class Gcode:
     feed: Annotated[FeedMode | None, Flag("feed-mode")] = None
     """Inverse time (G93), or per minute; without it as the dialect does."""
     rotary_word: RotaryWord | None = None
-    """Letter of the axis that turns about X."""
+    """Letter of the axis that turns about X; without it A, for grbl Y, as stock Grbl has no A."""
     tool_number: int | None = None
     """Called by T, M6 and G43; 0 for no call."""
     spindle_start_s: Annotated[float | None, Flag("spindle-start")] = None
@@ -226,6 +227,8 @@ class Exported:
     """Share."""
     minutes: float | None = None
     """Of cutting."""
+
+    __repr__ = brief
 
     @property
     def side(self) -> Side:
@@ -439,11 +442,12 @@ def _gcode(limb: Limb, path: Path, ask: Gcode, machine: Machine) -> Exported:
             "exported.gcode.control",
             dialect=control.dialect,
             winding=control.winding,
-            word=control.rotary_word,
+            word=control.letter,
             least_deg=least_deg,
             most_deg=most_deg,
             inverse_time=control.inverse_time,
         ),
+        *((note("exported.gcode.grbl", word=control.letter),) if control.dialect == "grbl" else ()),
         note(
             "exported.gcode.blank",
             diameter_mm=2 * blank.radius_mm,

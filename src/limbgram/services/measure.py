@@ -17,6 +17,7 @@ from limbgram.core.declared import AtMost, Flag, Within
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.notebook import brief
 from limbgram.core.spreadsheet import Decimal, xlsx_of
 from limbgram.formats.limb_file import write_limb
 from limbgram.services.texts import PAIR, READING, SPAN, Height, Pair, Span
@@ -108,6 +109,8 @@ class Sheet:
     fitted: TapeFit | None
     """The shape made to agree with the tape, where that was asked for."""
     written: tuple[Path, ...]
+
+    __repr__ = brief
 
 
 def measure(limb: Limb, ask: MeasureRequest, files: MeasureFiles = NO_FILES) -> Sheet:

@@ -13,6 +13,7 @@ from typing import Literal, get_args
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding
 
 Side = Literal["left", "right", "none"]
@@ -83,6 +84,8 @@ class Limb:
     """Why nothing may be made of it unchecked; kept in the limb file of whatever comes of it."""
     notes: tuple[Finding, ...] = ()
     """What was odd about that file and how it was taken."""
+
+    __repr__ = brief
 
     def with_mesh(self, mesh: Mesh) -> "Limb":
         return replace(self, mesh=mesh)

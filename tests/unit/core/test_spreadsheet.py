@@ -71,7 +71,7 @@ def _in_german(path: Path, apart: str = "") -> list[tuple[object, ...]]:
     """The first four cells of each row as LibreOffice has them after opening the file in German."""
     folder = path.parent / f"seen-{path.stem}"
     command = ["soffice", f"-env:UserInstallation=file://{path.parent}/profile", "--headless"]
-    if apart:  # parted by, quoted by, UTF-8, from line 1, no formats, language, texts may be numbers
+    if apart:  # parted by, quoted by, UTF-8, from line 1, no formats, language
         filtered = f"Text - txt - csv (StarCalc):{ord(apart)},34,76,1,,{GERMAN},false,true"
         command.append(f"--infilter={filtered}")
     command += ["--convert-to", "xlsx", "--outdir", str(folder), str(path)]

@@ -1,18 +1,24 @@
 """AOP: numbers known beforehand, every form of the grammar, and every way in which it is broken."""
 
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from limbgram.core.errors import ShapeFileError
+from limbgram.core.errors import MeasureError, ShapeFileError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.planted import tree_on
 from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import is_edge_manifold, volume_mm3
 from limbgram.findings import doubt, note
 from limbgram.formats.aop.grammar import parse_aop
 from limbgram.formats.aop.reading import read_aop
-from limbgram.formats.reading import read_limb
+from limbgram.formats.aop.writing import write_aop
+from limbgram.formats.gate import in_limb_frame
+from limbgram.formats.reading import read_limb, read_shape
+from limbgram.services.align import AlignRequest, align
 
 RADII = (50, 60, 50, 40)
 
