@@ -46,6 +46,7 @@ from .formats import (
     write_obj as write_obj,
     write_ply as write_ply,
     write_stl as write_stl,
+    write_vtp as write_vtp,
 )
 from .formats.camera import read_camera as read_camera, write_camera as write_camera
 from .reconstruction.calibration import (

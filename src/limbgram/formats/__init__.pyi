@@ -15,6 +15,7 @@ from .ply import write_cloud_ply, write_ply
 from .reading import SUFFIXES, ShapeFile, read_limb, read_shape
 from .stl import write_stl
 from .units import mm_per_unit_of
+from .vtp import write_vtp
 
 __all__ = [
     "SUFFIXES",
@@ -46,4 +47,5 @@ __all__ = [
     "write_polyface_dxf",
     "write_r12_dxf",
     "write_stl",
+    "write_vtp",
 ]

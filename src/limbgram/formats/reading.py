@@ -92,7 +92,7 @@ def _limb(path: Path, soup: Soup, record: LimbRecord | None, factor: float | Non
             replace(mark, position_mm=mark.position_mm * (factor or 1.0)) for mark in soup.landmarks
         )
         told = soup.frame is not None and soup.frame.front_told
-    return replace(limb, landmarks=marks, frame=soup.frame if told else None)
+        return replace(limb, landmarks=marks, frame=soup.frame if told else None)
     return replace(
         limb,
         landmarks=record.landmarks,

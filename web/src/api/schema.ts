@@ -828,6 +828,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/cases/{case_id}/measures.xlsx": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Measure Xlsx
+         * @description The same tables for a spreadsheet, a sheet each.
+         */
+        post: operations["measure_xlsx"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/cases/{case_id}/measures.csv": {
         parameters: {
             query?: never;
@@ -839,7 +859,7 @@ export interface paths {
         put?: never;
         /**
          * Measure Csv
-         * @description The same table for a spreadsheet.
+         * @description The table of levels as text; with a decimal comma semicolons part its columns.
          */
         post: operations["measure_csv"];
         delete?: never;
@@ -7742,9 +7762,81 @@ export interface operations {
             };
         };
     };
-    measure_csv: {
+    measure_xlsx: {
         parameters: {
             query?: never;
+            header?: never;
+            path: {
+                /** @description Id of the case, such as K7Q-4F2. */
+                case_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AskMeasures"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    measure_csv: {
+        parameters: {
+            query?: {
+                decimal?: "point" | "comma";
+            };
             header?: never;
             path: {
                 /** @description Id of the case, such as K7Q-4F2. */
