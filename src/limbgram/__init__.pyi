@@ -45,6 +45,7 @@ from .formats import (
     write_machine as write_machine,
     write_obj as write_obj,
     write_ply as write_ply,
+    write_r12_dxf as write_r12_dxf,
     write_stl as write_stl,
     write_vtp as write_vtp,
 )
