@@ -125,8 +125,8 @@ def _by_python(library: str, script: str) -> "Look":
                 break
         else:
             raise LookupError(f"no Python here has {library}")
-        begin, end = "import json, sys\npath, seen = sys.argv[1], {}\n", "print('\\n' + json.dumps(seen))"
-        whole = f"{begin}{script}\n{end}"
+        begin = "import json, sys\npath, seen = sys.argv[1], {}\n"
+        whole = begin + script + "\nprint('\\n' + json.dumps(seen))"
         return _told(program, file, _run([interpreter, "-c", whole, str(file)]))
 
     return look

@@ -20,7 +20,7 @@ from limbgram.core.files import ContentError, other, require, write_file
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.format import Format
-from limbgram.formats.soup import Soup, fans_of, require_corners
+from limbgram.formats.soup import Soup, fans_of, of_polygons, require_corners
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, target
 from limbgram.workbench.limb import Landmark
@@ -58,7 +58,12 @@ def read_obj(content: bytes, name: str) -> Soup:
     if places.shape[1] in (6, 7):
         colours = np.rint(np.clip(places[:, 3:6], 0, 1) * 255).astype(np.uint8)
     mesh = Mesh(vertices_mm=places[:, :3].copy(), faces=faces, colours=colours)
-    return Soup(mesh=mesh, stated_unit=stated_unit(content[:200]), landmarks=marks)
+    return Soup(
+        mesh=mesh,
+        stated_unit=stated_unit(content[:200]),
+        landmarks=marks,
+        notes=of_polygons(faces, sum(word == b"f" for word, _ in lines)),
+    )
 
 
 def write_obj(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:

@@ -24,7 +24,7 @@ from limbgram.core.files import ContentError, other, other_count, require, write
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.findings import fault
 from limbgram.formats.format import Format
-from limbgram.formats.soup import Soup, fans_of, require_corners
+from limbgram.formats.soup import Soup, fans_of, of_polygons, require_corners
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
@@ -88,7 +88,8 @@ def read_ply(content: bytes, name: str) -> Soup:
         strange = isinstance(error, KeyError)
         why = fault("file.ply.word", word=str(error.args[0])) if strange else reason_of(error)
         raise ShapeFileError("file.ply.unread", name=name, why=why) from error
-    return Soup(mesh=mesh, stated_unit=stated_unit(head))
+    notes = of_polygons(mesh.faces, len(polygons))
+    return Soup(mesh=mesh, stated_unit=stated_unit(head), notes=notes)
 
 
 def write_ply(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
