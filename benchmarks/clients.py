@@ -42,6 +42,7 @@ SIGMA_MM = (0.05, 0.25)
 """From the lower end to the upper."""
 TABLE = Table(title="levels", columns=("height_mm", "tape_mm"), rows=((65.213, 354.25),))
 _SECONDS = 300
+_EMPTY_PDF = 2000
 _GERMAN = "de_DE.UTF-8"
 
 
@@ -237,11 +238,12 @@ def _freecad(program: str, file: Path, _: list[str]) -> Seen:
 
 
 def _librecad(program: str, file: Path, _: list[str]) -> Seen:
+    """Drawn to fit a page; an empty one has some 1,300 bytes."""
     out = file.with_suffix(".pdf")
-    ended = _run([_need("librecad"), "dxf2pdf", "-o", str(out), str(file)])
-    drawn = out.is_file() and out.stat().st_size > 0
-    note = f"drawn, {out.stat().st_size} bytes of PDF" if drawn else ended.stderr[-100:]
-    return Seen(program=program, file=file.name, opens=drawn, note=note)
+    ended = _run([_need("librecad"), "dxf2pdf", "-a", "-c", str(file)])
+    size = out.stat().st_size if out.is_file() else 0
+    note = f"drawn, {size} bytes of PDF" if size > _EMPTY_PDF else ended.stderr[-100:]
+    return Seen(program=program, file=file.name, opens=size > _EMPTY_PDF, note=note)
 
 
 def _libreoffice(program: str, file: Path, _: list[str]) -> Seen:
