@@ -5,6 +5,7 @@ only some people have, pandas and pyvista, are imported where they are asked for
 they are missing.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from html import escape
@@ -83,7 +84,8 @@ def data_frame(table: Table) -> Any:
         MissingError: pandas is not installed.
     """
     pandas = library("pandas")
-    return pandas.DataFrame(list(table.rows), columns=list(table.columns))
+    rows = [[math.nan if cell is None else cell for cell in row] for row in table.rows]
+    return pandas.DataFrame(rows, columns=list(table.columns))
 
 
 def library(name: str) -> ModuleType:

@@ -112,14 +112,21 @@ def _write(mesh: Mesh, path: Path, unit: Unit, landmarks: Sequence[Landmark]) ->
         metres = None if sigma is None else (sigma * _METRE).astype(np.float32)
         require((kept is None) == (sigma is None), other(path.name, "sigmas"))
         require(_same(kept, metres), other(path.name, "sigmas"))
-        marks = [mark.name for mark in read.landmarks] == [mark.name for mark in landmarks]
-        require(marks, other(path.name, "landmarks"))
+        require(_same_marks(read.landmarks, landmarks), other(path.name, "landmarks"))
 
     return write_file(path, encode, check)
 
 
 def _same(one: np.ndarray | None, two: np.ndarray | None) -> bool:
     return one is None or two is None or np.array_equal(one, two, equal_nan=one.dtype.kind == "f")
+
+
+def _same_marks(found: Sequence[Landmark], written: Sequence[Landmark]) -> bool:
+    """Names and places, within a nanometre; what is read is in metres."""
+    return [mark.name for mark in found] == [mark.name for mark in written] and all(
+        np.allclose(one.position_mm / _METRE, two.position_mm, rtol=0, atol=1e-6)
+        for one, two in zip(found, written, strict=True)
+    )
 
 
 def _encoded(mesh: Mesh, unit: Unit, landmarks: Sequence[Landmark]) -> bytes:
@@ -247,7 +254,8 @@ class _File:
             if not str(needed).startswith(_OF_LOOKS):
                 raise ContentError("file.glb.needs", extension=str(needed)[:60])
         buffers: list[dict[str, Any]] = tree.get("buffers", [])
-        return cls(tree, tuple(_numbers(one, chunks.get(_BIN, b"")) for one in buffers))
+        inside = [chunks.get(_BIN), *(None for _ in buffers[1:])]
+        return cls(tree, tuple(_numbers(*one) for one in zip(buffers, inside)))
 
     def item(self, kind: str, number: Any) -> dict[str, Any]:
         """One of a list of the tree."""
@@ -280,11 +288,14 @@ class _File:
         return rows, bool(accessor.get("normalized", False))
 
 
-def _numbers(buffer: dict[str, Any], inside: bytes) -> bytes:
-    """Of one buffer: behind the description, or as text in it, which Open3D writes."""
-    if "uri" not in buffer:
+def _numbers(buffer: dict[str, Any], inside: bytes | None) -> bytes:
+    """Of one buffer: behind the description, or as text in it, which Open3D writes.
+
+    inside: What stands behind the description, which only the first buffer may mean.
+    """
+    if "uri" not in buffer and inside is not None:
         return inside
-    uri = str(buffer["uri"])
+    uri = str(buffer.get("uri", ""))
     head, mark, text = uri.partition(";base64,")
     if not (mark and head.startswith(_DATA)):
         raise ContentError("file.glb.elsewhere")

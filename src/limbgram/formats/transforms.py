@@ -56,7 +56,7 @@ def _frame(view: View, photos: str) -> dict[str, Any]:
 
 
 def _lens(camera: Camera) -> dict[str, float]:
-    """A skew, which these programs do not know, is at most a few thousandths of a pixel."""
+    """These programs know no skew: it is left out."""
     return {
         "w": camera.width_px,
         "h": camera.height_px,

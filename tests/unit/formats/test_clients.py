@@ -52,7 +52,7 @@ def mesh() -> Mesh:
 
 
 def test_a_drawing_has_units_layers_and_landmarks(mesh: Mesh, tmp_path: Path) -> None:
-    raised = mesh.with_vertices(mesh.vertices_mm + (3.0, -4.0, 0.0))
+    raised = mesh.with_vertices(mesh.vertices_mm + np.array([3.0, -4.0, 0.0]))
     path = write_drawing(raised, tmp_path / "cad.dxf", "mm", curves_of(raised, 25.0), MARKS)
     drawing = ezdxf.readfile(path)
     assert drawing.dxfversion == "AC1024"  # release 2010
