@@ -57,7 +57,7 @@ _OF_DRAWING = {"attributes", "indices", "material", "mode", "targets", "extensio
 """All that the format knows there: with indices misspelt, other triangles would be drawn."""
 _MOST_CORNERS = 60_000_000
 _TURNED = 1e-3
-_LONGEST_NAME = 70
+_LONGEST_NAME = 300
 """A quaternion's length is 1 within this."""
 
 
@@ -123,7 +123,7 @@ def _same(one: np.ndarray | None, two: np.ndarray | None) -> bool:
 
 def _same_marks(found: Sequence[Landmark], written: Sequence[Landmark]) -> bool:
     """Names and places, within a nanometre; what is read is in metres."""
-    return [mark.name for mark in found] == [mark.name for mark in written] and all(
+    return [mark.name for mark in found] == [_shown(mark.name) for mark in written] and all(
         np.allclose(one.position_mm / _METRE, two.position_mm, rtol=0, atol=1e-6)
         for one, two in zip(found, written, strict=True)
     )
@@ -201,7 +201,12 @@ def _accessor(idx: int, array: np.ndarray) -> dict[str, Any]:
 def _node(mark: Landmark) -> dict[str, Any]:
     """In the axes of the surface, whose node is above."""
     place = (mark.position_mm * _METRE).tolist()
-    return {"name": mark.name, "translation": place, "extras": {_MARKED: True}}
+    return {"name": _shown(mark.name), "translation": place, "extras": {_MARKED: True}}
+
+
+def _shown(name: str) -> str:
+    """A landmark's name without what no program shows."""
+    return "".join(letter for letter in name if letter.isprintable())[:_LONGEST_NAME]
 
 
 def _whole_normals(mesh: Mesh) -> Points3:
@@ -364,9 +369,9 @@ def _landmarks(file: _File) -> tuple[Landmark, ...]:
         extras = node.get("extras")
         if isinstance(extras, dict) and cast(dict[str, Any], extras).get(_MARKED) is True:
             place = _Z_UP_FROM_Y_UP @ motion[:3, 3]
-            if not np.isfinite(place).all() or not str(node["name"]).isprintable():
+            if not np.isfinite(place).all():
                 raise ContentError("file.glb.landmark")
-            found.append(Landmark(name=str(node["name"])[:_LONGEST_NAME], position_mm=place))
+            found.append(Landmark(name=_shown(str(node["name"])), position_mm=place))
     return tuple(found)
 
 
