@@ -49,7 +49,7 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _OURS = "limbgram"
 _MARKED = "landmark"
 _OF_DISPLAYS = ("trimesh", "open3d")
-"""Programs that write a display's colours (seen: trimesh 5.2, Open3D 0.19); trimesh wrote ours."""
+"""Programs that write a display's colours (seen: trimesh 5.2, Open3D 0.20); trimesh wrote ours."""
 _DATA = "data:application/"
 _OF_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
 """Extensions so named change no triangle."""
@@ -107,10 +107,8 @@ def _write(mesh: Mesh, path: Path, unit: Unit, landmarks: Sequence[Landmark]) ->
         places = read.mesh.vertices_mm / _METRE
         require_same_triangles(path.name, places[read.mesh.faces], mesh, 2 * single_precision(mesh))
         kept, sigma = read.mesh.sigma_mm, mesh.sigma_mm
-        colours = (read.mesh.colours is None) == (mesh.colours is None)
-        require(colours and _same(read.mesh.colours, mesh.colours), other(path.name, "colours"))
+        require(_same(read.mesh.colours, mesh.colours), other(path.name, "colours"))
         metres = None if sigma is None else (sigma * _METRE).astype(np.float32)
-        require((kept is None) == (sigma is None), other(path.name, "sigmas"))
         require(_same(kept, metres), other(path.name, "sigmas"))
         require(_same_marks(read.landmarks, landmarks), other(path.name, "landmarks"))
 
@@ -118,7 +116,9 @@ def _write(mesh: Mesh, path: Path, unit: Unit, landmarks: Sequence[Landmark]) ->
 
 
 def _same(one: np.ndarray | None, two: np.ndarray | None) -> bool:
-    return one is None or two is None or np.array_equal(one, two, equal_nan=one.dtype.kind == "f")
+    if one is None or two is None:
+        return one is two
+    return np.array_equal(one, two, equal_nan=one.dtype.kind == "f")
 
 
 def _same_marks(found: Sequence[Landmark], written: Sequence[Landmark]) -> bool:
