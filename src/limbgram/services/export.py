@@ -551,8 +551,11 @@ def _trimline(curves: Curves) -> Finding:
 def _triangles(limb: Limb, path: Path) -> Exported:
     found = without_loose(limb.mesh)
     written = limb.with_mesh(found.mesh)
-    write_limb(written, path)
     kind = format_of(path)
+    if kind is None or kind.write is None or kind.holds_limbs:
+        write_limb(written, path)
+    else:
+        kind.write(found.mesh, path, "mm")  # no shape is read of it: it needs no limb file
     unit = "mm" if kind is None else kind.unit
     said = (
         note("exported.mesh.written", path=str(path), unit=unit),
