@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pycolmap
 import pytest
 import trimesh
 from PIL import Image
@@ -136,6 +135,8 @@ def test_every_file_is_there_and_is_in_millimetres(folder: Path) -> None:
     poses = json.loads((deliverables / "poses.json").read_text("utf-8"))
     assert len(poses["images"]) == CAPTURE.photos
     # The points of the paint have its colours.
+    import pycolmap  # after PIL, which it would otherwise give another zlib
+
     model = pycolmap.Reconstruction(deliverables / "colmap")
     colours = np.array([point.color for point in model.points3D.values()])
     assert len(np.unique(colours, axis=0)) > 100
@@ -144,6 +145,8 @@ def test_every_file_is_there_and_is_in_millimetres(folder: Path) -> None:
 def test_undistorted_photos_are_those_of_pinhole_cameras(folder: Path) -> None:
     result = limbgram("undistort", folder / "case", "-o", folder / "straight")
     assert result.exit_code == 0, result.output
+    import pycolmap
+
     model = pycolmap.Reconstruction(folder / "straight" / "sparse")
     assert {camera.model.name for camera in model.cameras.values()} == {"PINHOLE"}
     for image in model.images.values():
