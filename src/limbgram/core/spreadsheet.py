@@ -24,6 +24,7 @@ _MADE = datetime(2000, 1, 1, tzinfo=UTC)
 _LONGEST_TITLE, _WIDEST = 31, 60
 _NUMBERS = "0.00##"
 _COUNTED = "0"
+_OF_FORMULAS = ("=", "+", "-", "@", "\t")
 _BYTE_ORDER_MARK = "\ufeff"
 """By it Excel knows UTF-8."""
 
@@ -96,10 +97,10 @@ def _as_text(cell: Cell, decimal: Decimal) -> str:
         return ""
     if isinstance(cell, bool):
         return str(cell).lower()
-    text = str(cell)
-    if decimal == "comma" and not isinstance(cell, str):
-        return text.replace(".", ",")
-    return text
+    if isinstance(cell, str):
+        # What begins like a formula gets an apostrophe: a spreadsheet takes it for text.
+        return f"'{cell}" if cell[:1] in _OF_FORMULAS else cell
+    return str(cell).replace(".", ",") if decimal == "comma" else str(cell)
 
 
 def several(numbers: Sequence[float], decimal: Decimal = "point") -> str:

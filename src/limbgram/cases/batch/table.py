@@ -67,7 +67,7 @@ def write_table(
     write_json(places[0], table.content)
     rowed = _table(outcomes)
     write_bytes(places[1], xlsx_of([rowed]))
-    write_bytes(places[2], csv_of(_guarded(rowed)).encode())
+    write_bytes(places[2], csv_of(rowed).encode())
     write_bytes(places[3], html_of(batch_report(rows, notes, stopped=stopped)).encode())
     return replace(table, written=places)
 
@@ -162,21 +162,5 @@ def _table(outcomes: Sequence[Outcome]) -> Table:
     return Table(title="captures", columns=_HEADS, rows=tuple(rows))
 
 
-def _guarded(table: Table) -> Table:
-    """Texts that a spreadsheet cannot take for formulas."""
-    return replace(
-        table,
-        rows=tuple(
-            tuple(_plain(cell) if isinstance(cell, str) else cell for cell in row)
-            for row in table.rows
-        ),
-    )
-
-
 def _faults(outcome: Outcome) -> list[str]:
     return [f"{step.name}: {step.told}" for step in outcome.steps if step.exit_code]
-
-
-def _plain(text: str) -> str:
-    """A cell that a spreadsheet takes for text: what begins like a formula gets an apostrophe."""
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t") else text
