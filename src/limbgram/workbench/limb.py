@@ -16,7 +16,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding
-from limbgram.workbench.anatomy.centreline import Centreline, rounded, straight
+from limbgram.workbench.anatomy.centreline import Centreline, straight
 from limbgram.workbench.anatomy.directions import AnatomicalAxis, Anatomy
 from limbgram.workbench.anatomy.found import KIND_NAMED, KINDS, KindName
 from limbgram.workbench.anatomy.kind import Kind
@@ -145,9 +145,7 @@ class Limb:
         """
         anatomy = self.anatomy
         if anatomy.kind.centreline is not None:
-            bent = anatomy.kind.centreline
-            nodes = [anatomy.at(mid, "centreline") for mid in bent.nodes]
-            return rounded(np.stack(nodes), bent.rounded)
+            return anatomy.centreline()
         axis = anatomy.axis("long axis")
         along = axis.along_mm(self.mesh.vertices_mm)
         ends = (axis.point_mm + axis.direction * end for end in (along.max(), along.min()))

@@ -139,15 +139,12 @@ class Upright:
     """The direction that comes to lie nearest to +Y."""
 
 
-Unit = Literal["mm", "deg", "per cent", "mL", "1"]
-
-
 @dataclass(frozen=True, kw_only=True)
 class Item:
     """One figure of a measuring sheet."""
 
     name: str
-    """In files; it ends with the unit."""
+    """In files; its ending is its unit: _mm, _deg, _ml, _per_cent."""
     en: str
     de: str
     note: str = ""
@@ -177,6 +174,15 @@ class Distance(Item):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Extent(Item):
+    """How far the surface reaches along a direction, of what lies below a place."""
+
+    along: str
+    up: str
+    below: Mid
+
+
+@dataclass(frozen=True, kw_only=True)
 class Share(Item):
     """One distance of the sheet over another, in per cent."""
 
@@ -190,8 +196,10 @@ class Section(Item):
 
     at: Mid
     """On the plane, and inside the outline that counts."""
-    normal: str | tuple[str, str]
-    """Direction across which it is cut; of two, square to both: the plane holds both."""
+    normal: str
+    """Direction across which it is cut; "centreline" is that of the curve beside the place."""
+    holds: str = ""
+    """A direction that lies in the plane: the normal is made square to it."""
     what: Literal["girth", "width", "turn"] = "girth"
     """As a tape reads it; the calliper along a direction; how far the longest width is turned from
     that direction, about the normal."""
@@ -217,7 +225,7 @@ class Cranial(Item):
     what: str
 
 
-AnyItem = Angle | Distance | Share | Section | Extreme | Cranial
+AnyItem = Angle | Distance | Extent | Share | Section | Extreme | Cranial
 
 
 @dataclass(frozen=True, kw_only=True)
