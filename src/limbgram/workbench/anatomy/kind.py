@@ -230,22 +230,36 @@ AnyItem = Angle | Distance | Extent | Share | Section | Extreme | Cranial
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """What can be turned: the part distal of a joint, about its anatomical axis."""
+    """What can be turned: the part distal of a joint, about its anatomical axis.
+
+    The places that tell axis and plane lie on the axis, or well within a part that turns or stays
+    whole: so they tell the same joint after the turn.
+    """
 
     name: str
     en: str
     de: str
     axis: str
-    """Direction about which it turns; by the right hand on a right limb, positive is what `en` and
-    `de` say."""
+    """Direction about which it turns, by the right hand on a right limb."""
     centre: Mid
     """A point on the axis."""
     upper: Mid
+    """Well within what stays."""
     lower: Mid
-    """Well proximal and well distal of the joint: the plane through the axis that parts them lies
-    square between the ways there."""
+    """Well within what turns."""
+    halved: bool = True
+    """The plane that parts the limb halves the way from the upper part to the lower one; else it is
+    square to the way to the upper part."""
+    twist: bool = False
+    """The plane is square to the axis."""
+    parted: Mid | None = None
+    """A point on the plane that parts the limb, where it is not `centre`."""
+    below: Mid | None = None
+    """What lies proximal of here stays, towards `knee`, though it lies beyond the plane: a shank
+    that leans over the forefoot."""
+    knee: Mid | None = None
     rigid: tuple[str, ...] = ()
-    """Landmarks whose surroundings turn whole or stay whole."""
+    """Landmarks whose surroundings stay."""
 
 
 @dataclass(frozen=True, kw_only=True)
