@@ -14,6 +14,7 @@ import pytest
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.reading import read_shape
+from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.limb import KindName, Landmark, Limb, LimbFrame, Side
 
@@ -157,7 +158,7 @@ def trunk_of(data_folder: Path) -> MakeLimb:
             high = np.maximum(sign * mesh.vertices_mm[:, 0] - beside, 0)
             arm = (mesh.vertices_mm[:, 2] > places["right waist"][2]) * high
             mesh = keep_positive(mesh, 0.5 - arm).mesh
-        mesh = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces)
+        mesh = outer_bodies(Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces)).mesh
         return limb_of(mesh, places, "torso", "none", sigma_mm)
 
     return made
