@@ -39,14 +39,7 @@ export function useTrimline(viewer: RefObject<Viewer | null>, limb: Limb | null)
     const surface = viewer.current?.surface;
     return surface ? glued(through, round, surface) : through;
   };
-  const onPage = (point: Vector3): Pixel | null => {
-    const v = viewer.current;
-    if (!v?.surface) return null;
-    const shown = v.surface.toShown(point);
-    const box = v.canvas.getBoundingClientRect();
-    const at = v.toScreen(shown);
-    return v.isSeen(shown) ? [at.x + box.left, at.y + box.top] : null;
-  };
+  const onPage = (point: Vector3): Pixel | null => viewer.current?.onPage(point) ?? null;
   const drawn = useMemo(() => {
     const line = lineThrough(points.value, closed.value);
     return closed.value ? [...line, points.value[0]] : line;
