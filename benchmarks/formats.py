@@ -39,7 +39,7 @@ from captures import machine
 from limbgram.core.errors import LimbgramError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
-from limbgram.formats.dxf import write_dxf, write_polyface_dxf
+from limbgram.formats.dxf_r12 import write_polyface_dxf, write_r12_dxf
 from limbgram.formats.glb import read_glb, write_glb
 from limbgram.formats.obj import read_obj, write_obj
 from limbgram.formats.ply import read_ply, write_ply
@@ -166,7 +166,7 @@ WRITERS: dict[str, tuple[Write, Write]] = {
         lambda mesh, path: _surface(mesh).export(path, digits=6),
     ),
     "glb": (lambda mesh, path: write_glb(mesh, path, "mm"), _glb),
-    "dxf": (lambda mesh, path: write_dxf(mesh, path, "mm", spacing_mm=1000), _r12_faces),
+    "dxf": (lambda mesh, path: write_r12_dxf(mesh, path, "mm", spacing_mm=1000), _r12_faces),
     "dxf polyface": (
         lambda mesh, path: write_polyface_dxf(mesh, path, spacing_mm=1000),
         _r12_polyface,
@@ -352,7 +352,7 @@ def kept(folder: Path) -> dict[str, dict[str, list[bool]]]:
                 has(our_ply.mesh.colours, colours),
                 has(ply.visual.vertex_colors[:, :3], colours),
             ],
-            "sigma": [has(our_ply.mesh.sigma_mm, sigma), has(raw["sigma"], sigma)],
+            "sigma": [has(our_ply.mesh.sigma_mm, sigma), has(raw["scalar_sigma"], sigma)],
             "unit": [our_ply.stated_unit == "mm", "mm" in str(ply.units)],
             "double precision": [
                 has(our_quads[1].vertices_mm, corners),

@@ -45,7 +45,9 @@ from .formats import (
     write_machine as write_machine,
     write_obj as write_obj,
     write_ply as write_ply,
+    write_r12_dxf as write_r12_dxf,
     write_stl as write_stl,
+    write_vtp as write_vtp,
 )
 from .formats.camera import read_camera as read_camera, write_camera as write_camera
 from .reconstruction.calibration import (

@@ -386,7 +386,7 @@ def shape(request: pytest.FixtureRequest) -> tuple[Limb, Radius]:
 def on(control: Control) -> Control4:
     return Control4(
         RULES[control.dialect],
-        letter=control.rotary_word,
+        letter=control.letter,
         rolls=control.winding == "rollover",
         a_limit=control.a_limit_deg,
     )

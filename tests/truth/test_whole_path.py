@@ -26,7 +26,11 @@ from limbgram.synthetic.options import SMALL
 ROOT = Path(__file__).parents[2]
 README, GUIDE = ROOT / "README.md", ROOT / "docs" / "library" / "index.md"
 CAPTURE = replace(SMALL, photos=14)
-NAMES = ("surface.stl", "surface.dxf", "surface.ply", "surface.obj", "surface.glb", "cloud.ply")
+NAMES = (
+    *(f"surface.{kind}" for kind in ("stl", "dxf", "ply", "obj", "glb", "vtp")),
+    "cloud.ply",
+    "transforms.json",
+)
 
 
 def limbgram(*words: object) -> Result:
@@ -130,6 +134,26 @@ def test_every_file_is_there_and_is_in_millimetres(folder: Path) -> None:
     assert all((deliverables / name).stat().st_size > 1000 for name in NAMES)
     poses = json.loads((deliverables / "poses.json").read_text("utf-8"))
     assert len(poses["images"]) == CAPTURE.photos
+    # The points of the paint have its colours.
+    import pycolmap  # after PIL, which it would otherwise give another zlib
+
+    model = pycolmap.Reconstruction(deliverables / "colmap")
+    colours = np.array([point.color for point in model.points3D.values()])
+    assert len(np.unique(colours, axis=0)) > 100
+
+
+def test_undistorted_photos_are_those_of_pinhole_cameras(folder: Path) -> None:
+    result = limbgram("undistort", folder / "case", "-o", folder / "straight")
+    assert result.exit_code == 0, result.output
+    import pycolmap
+
+    model = pycolmap.Reconstruction(folder / "straight" / "sparse")
+    assert {camera.model.name for camera in model.cameras.values()} == {"PINHOLE"}
+    for image in model.images.values():
+        with Image.open(folder / "straight" / "images" / image.name) as picture:
+            camera = model.cameras[image.camera_id]
+            assert picture.size == (camera.width, camera.height)
+    assert limbgram("undistort", folder / "case", "-o", folder / "straight").exit_code == 5
 
 
 def test_the_page_holds_everything_and_asks_for_nothing(folder: Path) -> None:

@@ -14,16 +14,18 @@ from limbgram.app.surface import Which, limb_of
 from limbgram.cases.workspace import Workspace
 from limbgram.core.interval import COVER
 from limbgram.core.request_fields import Within
+from limbgram.core.spreadsheet import Decimal, xlsx_of
 from limbgram.findings import Finding
 from limbgram.services.measure import MeasureRequest
 from limbgram.services.measure import measure as measured
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import Measures, Row, check_alone
-from limbgram.workbench.measures.table import csv_text
+from limbgram.workbench.measures.table import csv_text, tables
 from limbgram.workbench.measures.tape import TapeCheck, TapeReading
 
 router = APIRouter(tags=["measures"])
+_XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 
 _SAME_MM = 0.01
 """Heights so near are one: what a page shows of them has fewer digits."""
@@ -167,11 +169,23 @@ def measure(app_state: AppStateHere, workspace: WorkspaceHere, given: AskMeasure
     )
 
 
-@router.post("/cases/{case_id}/measures.csv", response_class=Response)
-def measure_csv(app_state: AppStateHere, workspace: WorkspaceHere, given: AskMeasures) -> Response:
-    """The same table for a spreadsheet."""
+@router.post("/cases/{case_id}/measures.xlsx", response_class=Response)
+def measure_xlsx(app_state: AppStateHere, workspace: WorkspaceHere, given: AskMeasures) -> Response:
+    """The same tables for a spreadsheet, a sheet each."""
     limb, _ = limb_of(app_state, workspace, given.of)
-    text = csv_text(measured(limb, given).measures)
+    return Response(xlsx_of(tables(measured(limb, given).measures)), media_type=_XLSX)
+
+
+@router.post("/cases/{case_id}/measures.csv", response_class=Response)
+def measure_csv(
+    app_state: AppStateHere,
+    workspace: WorkspaceHere,
+    given: AskMeasures,
+    decimal: Decimal = "point",
+) -> Response:
+    """The table of levels as text; with a decimal comma semicolons part its columns."""
+    limb, _ = limb_of(app_state, workspace, given.of)
+    text = csv_text(measured(limb, given).measures, decimal)
     return Response(text, media_type="text/csv; charset=utf-8")
 
 

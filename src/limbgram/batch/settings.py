@@ -327,7 +327,7 @@ every_mm = 10
 # [recipe]                       # edits; what follows is then done to the edited shape
 # file = "recipe.toml"
 
-[[export]]                       # one for each file: stl ply obj glb dxf aop gcode
+[[export]]                       # one for each file: stl ply obj glb vtp dxf aop gcode csv
 to = "aop"
 # spokes = 120
 # spacing_mm = 3.0

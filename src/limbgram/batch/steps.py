@@ -240,7 +240,8 @@ def _place_words(name: str, place: object) -> str:
 
 
 def _measure(ask: MeasureRequest) -> Step:
-    files = ("--csv", f"{OUT}/measures.csv", "--picture", f"{OUT}/measures.png")
+    tables = ("--xlsx", f"{OUT}/measures.xlsx", "--csv", f"{OUT}/measures.csv")
+    files = (*tables, "--picture", f"{OUT}/measures.png")
     words = ("measure", SHAPE, *words_of(ask), *files)
     return Step(name="measure", kind="measure", words=words)
 

@@ -1,9 +1,8 @@
 """Table: the outcome of every capture of a batch, as HTML, CSV and JSON.
 
-Out     CASES/batch.json (limbgram-batch/1), CASES/batch.csv, CASES/batch.html
+Out     CASES/batch.json (limbgram-batch/1), CASES/batch.xlsx, CASES/batch.csv, CASES/batch.html
 """
 
-import csv
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,6 +16,7 @@ from limbgram.batch.attempt import Outcome, thumbnail_of, worst_of
 from limbgram.cases.case_record import write_json
 from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, write_bytes
+from limbgram.core.spreadsheet import Cell, Table, csv_of, xlsx_of
 from limbgram.core.typed import Strictness, tree_of, value_of
 from limbgram.findings import told
 from limbgram.report.batch import BatchRow, batch_report, counted
@@ -34,7 +34,7 @@ _STATES = {
     "cancelled": "stopped",
 }
 _LARGEST_BYTES = 256_000_000
-NAMES = ("batch.json", "batch.csv", "batch.html")
+NAMES = ("batch.json", "batch.xlsx", "batch.csv", "batch.html")
 
 
 @dataclass(frozen=True)
@@ -59,14 +59,16 @@ class _Kept:
 def write_table(
     outcomes: Sequence[Outcome], cases: Path, notes: Sequence[str], *, stopped: bool
 ) -> BatchTable:
-    """Write the three files, each whole or not at all."""
+    """Write the four files, each whole or not at all."""
     cases.mkdir(parents=True, exist_ok=True)
     table = table_of(outcomes, cases, notes, stopped=stopped)
     rows = [_row(one, cases, pictured=True) for one in outcomes]
     places = tuple(cases / name for name in NAMES)
     write_json(places[0], table.content)
-    write_bytes(places[1], _csv(outcomes).encode())
-    write_bytes(places[2], html_of(batch_report(rows, notes, stopped=stopped)).encode())
+    rowed = _table(outcomes)
+    write_bytes(places[1], xlsx_of([rowed]))
+    write_bytes(places[2], csv_of(rowed).encode())
+    write_bytes(places[3], html_of(batch_report(rows, notes, stopped=stopped)).encode())
     return replace(table, written=places)
 
 
@@ -146,31 +148,19 @@ _HEADS = (
 )  # fmt: skip
 
 
-def _csv(outcomes: Sequence[Outcome]) -> str:
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(_HEADS)
+def _table(outcomes: Sequence[Outcome]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
     for one in outcomes:
         done = [step.name for step in one.steps if not step.exit_code]
         failed = [step.name for step in one.steps if step.exit_code]
         left_out = "; ".join(f"{part.name}: {told(part.reason)}" for part in one.set_aside)
-        texts = (one.headline, " ".join((one.told, *_faults(one))).strip(), left_out)
-        writer.writerow((
-            _plain(one.name), _plain(one.source), one.state, one.light or "",
-            _boolean(one.size_checked), one.exit_code, one.attempts, one.seconds,
-            " ".join(done), " ".join(failed), *map(_plain, texts),
+        rows.append((
+            one.name, one.source, one.state, one.light or "", one.size_checked, one.exit_code,
+            one.attempts, one.seconds, " ".join(done), " ".join(failed), one.headline,
+            " ".join((one.told, *_faults(one))).strip(), left_out,
         ))  # fmt: skip
-    return file.getvalue()
+    return Table(title="captures", columns=_HEADS, rows=tuple(rows))
 
 
 def _faults(outcome: Outcome) -> list[str]:
     return [f"{step.name}: {step.told}" for step in outcome.steps if step.exit_code]
-
-
-def _boolean(value: bool | None) -> str:
-    return "" if value is None else str(value).lower()
-
-
-def _plain(text: str) -> str:
-    """A cell that a spreadsheet takes for text: what begins like a formula gets an apostrophe."""
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t") else text

@@ -46,6 +46,7 @@ from limbgram.core.errors import (
 from limbgram.core.geometry.arrays import GreyImage, Points3, Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.interval import COVER
+from limbgram.core.notebook import brief
 from limbgram.core.run import Run, in_parallel
 from limbgram.findings import Finding, Value, doubt, fault, note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cameras_for
@@ -261,6 +262,8 @@ class CaptureCheck:
     is open nobody looks."""
     set_aside: tuple[SetAside, ...] = ()
     """Files that were not looked at, and why; the notes say it in words."""
+
+    __repr__ = brief
 
 
 def check_capture(

@@ -25,6 +25,7 @@ from limbgram.capture.proxy import LimbProxy, tube
 from limbgram.core.errors import OptionsError, PlanError
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.interval import COVER
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding, Value, doubt, note
 from limbgram.formats.sheets.sock import SPECKLE_PX
 
@@ -174,6 +175,8 @@ class CapturePlan:
     """Expected: half of the surface is surer."""
     coverage: Coverage
     notes: tuple[Finding, ...]
+
+    __repr__ = brief
 
     @property
     def summary(self) -> Finding:

@@ -9,6 +9,8 @@ from limbgram.formats.export_checks import require_unfolded
 from limbgram.formats.ply import write_cloud_ply, write_ply
 from limbgram.formats.stl import write_stl
 from limbgram.formats.table import FORMATS
+from limbgram.formats.transforms import write_transforms
+from limbgram.reconstruction.mapping.colours import point_colours
 from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.report.parts import part_file
 from limbgram.workbench.limb import marked_red
@@ -50,7 +52,15 @@ def deliver(
             if one.write is not None
         ),
         lambda: write_cloud_ply(done.cloud, named("cloud.ply"), unit, unscaled=unscaled),
-        lambda: write_colmap(done.metric, folder / "colmap", unscaled=unscaled),
+        lambda: write_colmap(
+            done.metric,
+            folder / "colmap",
+            colours=point_colours(done.photos, done.metric.scene),
+            unscaled=unscaled,
+        ),
+        lambda: write_transforms(
+            done.metric, folder / "transforms.json", "../photos", unscaled=unscaled
+        ),
         lambda: write_poses(done.metric, folder / "poses.json", unscaled=unscaled),
     )
     parts = (

@@ -85,6 +85,10 @@ COMMANDS = {
         "masks:masks_command",
         "Write what of each photo a case took for the limb, as masks to correct and give back.",
     ),
+    "undistort": (
+        "undistort:undistort_command",
+        "Write a case's photos without distortion, with a COLMAP model of pinhole cameras.",
+    ),
     "calibrate": (
         "calibrate:calibrate_command",
         "Find the lens of a camera from photos of a flat board at different angles.",

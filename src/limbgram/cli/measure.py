@@ -46,6 +46,7 @@ def measure_command(
 
     A height that has no answer stands in the table with the reason. Run `limbgram align` first.
     """
+    require_output(files.xlsx, ".xlsx", "table")
     require_output(files.csv, ".csv", "table")
     require_output(files.picture, ".png", "picture")
     require_output(files.walls, ".png", "map")

@@ -2,7 +2,8 @@
 
 from .aop.cost import AopReport
 from .aop.writing import AopOptions, Own, write_aop
-from .dxf import PolyfaceReport, write_dxf, write_polyface_dxf
+from .dxf import write_dxf
+from .dxf_r12 import PolyfaceReport, write_polyface_dxf, write_r12_dxf
 from .export_checks import admit, in_limb_frame, sure_in_limb_frame
 from .gcode.control import Control
 from .gcode.machine import Machine, read_machine, write_machine
@@ -14,6 +15,7 @@ from .ply import write_cloud_ply, write_ply
 from .reading import SUFFIXES, ShapeFile, read_limb, read_shape
 from .stl import write_stl
 from .units import mm_per_unit_of
+from .vtp import write_vtp
 
 __all__ = [
     "SUFFIXES",
@@ -43,5 +45,7 @@ __all__ = [
     "write_obj",
     "write_ply",
     "write_polyface_dxf",
+    "write_r12_dxf",
     "write_stl",
+    "write_vtp",
 ]

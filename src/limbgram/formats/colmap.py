@@ -13,19 +13,27 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
+from jaxtyping import UInt8
 from scipy.spatial.transform import Rotation
 
 from limbgram.core.files import other, other_count, require, write_file, write_folder
-from limbgram.core.geometry.lens import without_skew
+from limbgram.core.geometry.lens import PARAMETERS, Camera, without_skew
 from limbgram.core.run import signals_kept
 from limbgram.findings import fault
 from limbgram.formats.writing import target
+from limbgram.reconstruction.mapping.colours import GREY
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.scale.metric import MetricScene
 
 _HALF = 0.5
-_GREY = (128, 128, 128)
-_FULL_OPENCV = 6
+_CONVENTION = {
+    "pose": "x_camera = R x_world + t, camera from world",
+    "camera": "x right, y down, z forward (OpenCV)",
+    "pixel": "(0, 0) is the centre of the top left pixel",
+    "lens": "pinhole with skew and Brown-Conrady distortion, as OpenCV has k1, k2, p1, p2, k3",
+}
+_PINHOLE, _OPENCV, _FULL_OPENCV = 1, 4, 6
+"""COLMAP's numbers of its models; programs that read its files know the first two best."""
 _SEEN = np.dtype([("xy", "<f8", 2), ("point", "<i8")])
 
 
@@ -37,10 +45,15 @@ def write_poses(metric: MetricScene, path: Path, *, unscaled: bool = False) -> P
             "name": view.name,
             "R": view.camera_from_world.rotation.tolist(),
             "t": view.camera_from_world.translation.tolist(),
+            "lens": {
+                "width_px": view.camera.width_px,
+                "height_px": view.camera.height_px,
+                **dict(zip(PARAMETERS, view.camera.packed.tolist(), strict=True)),
+            },
         }
         for view in metric.scene.views
     ]
-    poses = {"unit": metric.scale.unit, "images": images}
+    poses = {"unit": metric.scale.unit, "convention": _CONVENTION, "images": images}
 
     def encode(stream: BinaryIO) -> None:
         stream.write(json.dumps(poses, indent=1).encode())
@@ -51,14 +64,24 @@ def write_poses(metric: MetricScene, path: Path, *, unscaled: bool = False) -> P
     return write_file(path, encode, check)
 
 
-def write_colmap(metric: MetricScene, path: Path, *, unscaled: bool = False) -> Path:
-    """Write cameras.bin, images.bin and points3D.bin, and read them back with pycolmap."""
+def write_colmap(
+    metric: MetricScene,
+    path: Path,
+    *,
+    colours: UInt8[np.ndarray, "n 3"] | None = None,
+    unscaled: bool = False,
+) -> Path:
+    """Write cameras.bin, images.bin and points3D.bin, and read them back with pycolmap.
+
+    Args:
+        colours: Of the scene's points; grey without.
+    """
     path = target(path, metric.scale.unit, unscaled=unscaled)
     scene = metric.scene
     files: dict[str, Callable[[BinaryIO], None]] = {
         "cameras.bin": lambda stream: _write_cameras(stream, scene),
         "images.bin": lambda stream: _write_images(stream, scene),
-        "points3D.bin": lambda stream: _write_points(stream, scene),
+        "points3D.bin": lambda stream: _write_points(stream, scene, colours),
     }
     return write_folder(path, files, lambda written: _check(written, scene))
 
@@ -69,10 +92,19 @@ def _write_cameras(stream: BinaryIO, scene: Scene) -> None:
     stream.write(struct.pack("<Q", len(cameras)))
     for idx, camera in enumerate(cameras, 1):
         centre = (camera.cx + _HALF, camera.cy + _HALF)
-        lens = (camera.k1, camera.k2, camera.p1, camera.p2, camera.k3, 0.0, 0.0, 0.0)
+        model, lens = _model(camera)
         sizes = (camera.width_px, camera.height_px)
-        stream.write(struct.pack("<iiQQ", idx, _FULL_OPENCV, *sizes))
-        stream.write(struct.pack("<12d", camera.fx, camera.fy, *centre, *lens))
+        stream.write(struct.pack("<iiQQ", idx, model, *sizes))
+        stream.write(struct.pack("<4d", camera.fx, camera.fy, *centre))
+        stream.write(struct.pack(f"<{len(lens)}d", *lens))
+
+
+def _model(camera: Camera) -> tuple[int, tuple[float, ...]]:
+    """COLMAP's simplest model that holds the lens, and its coefficients."""
+    four = (camera.k1, camera.k2, camera.p1, camera.p2)
+    if camera.k3:
+        return _FULL_OPENCV, (*four, camera.k3, 0.0, 0.0, 0.0)
+    return (_OPENCV, four) if any(four) else (_PINHOLE, ())
 
 
 def _write_images(stream: BinaryIO, scene: Scene) -> None:
@@ -92,7 +124,7 @@ def _write_images(stream: BinaryIO, scene: Scene) -> None:
         stream.write(struct.pack("<Q", len(seen)) + seen.tobytes())
 
 
-def _write_points(stream: BinaryIO, scene: Scene) -> None:
+def _write_points(stream: BinaryIO, scene: Scene, colours: UInt8[np.ndarray, "n 3"] | None) -> None:
     """Points with their mean residual and the observations, by photo, that each was made from."""
     observed = scene.observations
     used = np.flatnonzero(np.isin(observed.photo_idx, scene.placed))
@@ -106,11 +138,15 @@ def _write_points(stream: BinaryIO, scene: Scene) -> None:
     order = np.argsort(observed.point_idx[used], kind="stable")
     ids, starts = np.unique(observed.point_idx[used][order], return_index=True)
     tracks, errors = tracks[order], errors[used][order]
+    if colours is None:
+        colours = np.full((len(scene.points_in_world), 3), GREY, np.uint8)
     stream.write(struct.pack("<Q", len(ids)))
     for idx, start, end in zip(ids.tolist(), starts, [*starts[1:], len(order)], strict=True):
         place = scene.points_in_world[idx].tolist()
         error = float(errors[start:end].mean())
-        stream.write(struct.pack("<Q3d3BdQ", idx + 1, *place, *_GREY, error, end - start))
+        stream.write(
+            struct.pack("<Q3d3BdQ", idx + 1, *place, *colours[idx].tolist(), error, end - start)
+        )
         stream.write(tracks[start:end].tobytes())
 
 

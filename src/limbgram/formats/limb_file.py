@@ -28,7 +28,10 @@ def write_limb(limb: Limb, path: Path | str) -> Path:
     if kind is None or kind.write is None or not kind.holds_limbs:
         known = tuple(one.name.upper() for one in FORMATS if one.holds_limbs)
         raise ExportError("export.limb.kind", name=path.name, known=known)
-    written = kind.write(limb.mesh, path, "mm")
+    if kind.write_marked is not None and limb.landmarks:
+        written = kind.write_marked(limb.mesh, path, limb.landmarks)
+    else:
+        written = kind.write(limb.mesh, path, "mm")
     # The mesh first: stopped between the two, an older limb file has another hash and is refused.
     _write_record(limb, written, hash_of(written.read_bytes()), kind.mm_per_unit)
     return written

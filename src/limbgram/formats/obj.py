@@ -1,25 +1,29 @@
 """OBJ: vertices as text, with colours where they stand behind the places, and polygons as fans.
 
 A line that begins with no word of the format is damage: passed over, it might have been a face.
-Written are vertices, to a millionth of a unit, and triangles.
+Written are vertices, to a millionth of a unit, and triangles; landmarks behind them, each as an
+object of one point. Points of other files are no landmarks.
 
 Ours stays: of 300 damaged files trimesh 5.2 reads 90 as another shape without a word, this reader
 34 (benchmarks/results/formats.json).
 """
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 
 from limbgram.core.errors import ShapeFileError, reason_of
-from limbgram.core.files import ContentError, write_file
+from limbgram.core.files import ContentError, other, require, write_file
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.formats.triangle_soup import Soup, fans_of, require_corners
+from limbgram.formats.format import Format
+from limbgram.formats.triangle_soup import Soup, fans_of, of_polygons, require_corners
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, target
+from limbgram.workbench.limb import Landmark
 
 _CORNER = rb"-?\d{1,10}(?:/-?\d*){0,2}"
 _FACE = re.compile(_CORNER + rb"(?:\s+" + _CORNER + rb"){2,}")
@@ -34,12 +38,16 @@ _MOST_NUMBERS = 7
 """Of a vertex: its place, a weight and a colour."""
 _PRECISION = 1e-6
 _BLOCK = 10_000
+_MARK = "landmark "
+_LANDMARK = rb"o " + _MARK.encode() + rb"([^\r\n]{1,300})\r?\nv ([-.\d ]{5,80})\r?\np \d{1,10}\r?\n"
+"""Of our files: name and place."""
 
 
 def read_obj(content: bytes, name: str) -> Soup:
     """The surface of all objects and groups of the file as one."""
     try:
-        lines = _lines(content)
+        surface, marks = _landmarks_apart(content)
+        lines = _lines(surface)
         places = _rows(lines)
         faces = _faces(lines)
     except ValueError as error:
@@ -50,23 +58,43 @@ def read_obj(content: bytes, name: str) -> Soup:
     if places.shape[1] in (6, 7):
         colours = np.rint(np.clip(places[:, 3:6], 0, 1) * 255).astype(np.uint8)
     mesh = Mesh(vertices_mm=places[:, :3].copy(), faces=faces, colours=colours)
-    return Soup(mesh=mesh, stated_unit=stated_unit(content[:200]))
+    return Soup(
+        mesh=mesh,
+        stated_unit=stated_unit(content[:200]),
+        landmarks=marks,
+        notes=of_polygons(faces, sum(word == b"f" for word, _ in lines)),
+    )
 
 
 def write_obj(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
     """Write vertices (to a millionth of a unit) and faces, and read them back."""
-    path = target(path, unit, unscaled=unscaled)
+    return _write(mesh, target(path, unit, unscaled=unscaled), unit, ())
 
+
+def write_marked_obj(mesh: Mesh, path: Path | str, landmarks: Sequence[Landmark]) -> Path:
+    """Write the same, and each landmark as an object of one point."""
+    return _write(mesh, Path(path), "mm", landmarks)
+
+
+def _write(mesh: Mesh, path: Path, unit: Unit, landmarks: Sequence[Landmark]) -> Path:
     def encode(stream: BinaryIO) -> None:
         stream.write(f"# limbgram, unit: {unit}\n".encode("ascii"))
         for rows in _blocks(mesh.vertices_mm):
             stream.write(("v %.6f %.6f %.6f\n" * len(rows) % tuple(rows.ravel())).encode("ascii"))
         for rows in _blocks(mesh.faces + 1):
             stream.write(("f %d %d %d\n" * len(rows) % tuple(rows.ravel())).encode("ascii"))
+        for number, mark in enumerate(landmarks, len(mesh) + 1):
+            x, y, z = mark.position_mm.tolist()
+            name = " ".join(mark.name.split())
+            stream.write(f"o {_MARK}{name}\nv {x:.6f} {y:.6f} {z:.6f}\np {number}\n".encode())
 
     def check(written: Path) -> None:
         vertices, faces = _read_back(written)
         require_same_triangles(path.name, vertices[faces], mesh, _PRECISION)
+        there = np.array([mark.position_mm for mark in landmarks]).reshape(-1, 3)
+        beside = vertices[len(mesh) :]
+        near = beside.shape == there.shape and np.allclose(beside, there, rtol=0, atol=_PRECISION)
+        require(near, other(path.name, "landmarks"))
 
     return write_file(path, encode, check)
 
@@ -122,6 +150,20 @@ def _faces(lines: _Lines) -> Faces:
     return fans_of(listed)
 
 
+def _landmarks_apart(content: bytes) -> tuple[bytes, tuple[Landmark, ...]]:
+    """What lies before the landmarks of a file of ours, and these."""
+    begin = content.find(b"\no " + _MARK.encode())
+    if begin < 0 or stated_unit(content[:200]) is None:
+        return content, ()
+    marks = content[begin + 1 :]
+    if not re.fullmatch(rb"(?:" + _LANDMARK + rb")+", marks):
+        raise ContentError("file.obj.landmark")
+    return content[: begin + 1], tuple(
+        Landmark(name=name.decode("utf-8"), position_mm=np.array(place.split(), np.float64))
+        for name, place in re.findall(_LANDMARK, marks)
+    )
+
+
 def _blocks(rows: np.ndarray) -> list[np.ndarray]:
     return [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]
 
@@ -132,3 +174,8 @@ def _read_back(path: Path) -> tuple[np.ndarray, np.ndarray]:
     faces = b" ".join(line[2:] for line in lines if line.startswith(b"f "))
     places = np.array(vertices.split(), np.float64).reshape(-1, 3)
     return places, np.array(faces.split(), np.int64).reshape(-1, 3) - 1
+
+
+FORMAT = Format(
+    suffix=".obj", place=40, read=read_obj, write=write_obj, write_marked=write_marked_obj
+)

@@ -23,7 +23,8 @@ from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import ContentError, other, other_count, require, write_file
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.findings import fault
-from limbgram.formats.triangle_soup import Soup, fans_of, require_corners
+from limbgram.formats.format import Format
+from limbgram.formats.triangle_soup import Soup, fans_of, of_polygons, require_corners
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
@@ -45,6 +46,10 @@ _WRITTEN = {
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 """A face as it is written, a list of uchar and int."""
 _COLOUR = ("red", "green", "blue")
+_SIGMA, _OLD_SIGMA, _QUALITY = "scalar_sigma", "sigma", "quality"
+"""CloudCompare shows what begins with scalar_, MeshLab quality: sigma stands under both names.
+MeshLab's colour scale takes no NaN, so there -1 says that a vertex has no sigma. Files from before
+call it sigma."""
 
 
 @dataclass
@@ -83,7 +88,8 @@ def read_ply(content: bytes, name: str) -> Soup:
         strange = isinstance(error, KeyError)
         why = fault("file.ply.word", word=str(error.args[0])) if strange else reason_of(error)
         raise ShapeFileError("file.ply.unread", name=name, why=why) from error
-    return Soup(mesh=mesh, stated_unit=stated_unit(head))
+    notes = of_polygons(mesh.faces, len(polygons))
+    return Soup(mesh=mesh, stated_unit=stated_unit(head), notes=notes)
 
 
 def write_ply(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
@@ -94,7 +100,8 @@ def write_ply(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = Fals
     if mesh.filled is not None:
         columns["filled"] = mesh.filled.astype(np.uint8)
     if mesh.sigma_mm is not None:
-        columns["sigma"] = mesh.sigma_mm.astype("<f4")
+        columns[_SIGMA] = mesh.sigma_mm.astype("<f4")
+        columns[_QUALITY] = np.where(np.isnan(mesh.sigma_mm), -1.0, mesh.sigma_mm).astype("<f4")
     if mesh.shared_mm is not None:
         columns |= {f"shared_{k}": part.astype("<f4") for k, part in enumerate(mesh.shared_mm.T)}
     if mesh.lost_length is not None:
@@ -309,7 +316,8 @@ def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
     colours = None
     if set(_COLOUR) <= set(names) and all(rows.dtype[name] == np.uint8 for name in _COLOUR):
         colours = np.column_stack([rows[name] for name in _COLOUR])
-    sigma = rows["sigma"].astype(np.float32) if "sigma" in names else None
+    named = next((one for one in (_SIGMA, _OLD_SIGMA) if one in names), None)
+    sigma = None if named is None else rows[named].astype(np.float32)
     if sigma is not None and ((sigma < 0) | np.isinf(sigma)).any():
         raise ContentError("file.ply.sigma")
     filled = rows["filled"] if "filled" in names else None
@@ -401,3 +409,13 @@ def _read_back(path: Path) -> tuple[Shaped[np.ndarray, " n"], np.ndarray]:
     complete = len(rows) == header.elements[0].count and left == faces * _FACE.itemsize
     require(complete, other(path.name, "bytes"))
     return rows, np.frombuffer(body[rows.nbytes :], _FACE)["corners"]
+
+
+FORMAT = Format(
+    suffix=".ply",
+    place=30,
+    read=read_ply,
+    write=write_ply,
+    keeps=frozenset({"colours", "filled", "sigma", "shared errors", "lost length"}),
+    within_mm=1e-4,
+)

@@ -14,6 +14,7 @@ from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import read_content
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding, note
 from limbgram.formats.sidecar import LimbRecord, OfAnother, hash_of, limb_file_beside, read_record
 from limbgram.formats.table import FORMATS, format_of
@@ -42,6 +43,8 @@ class ShapeFile:
     limb file says."""
     grid: Grid | None = None
     """Where its radii stand, if it holds radii, as an AOP does."""
+
+    __repr__ = brief
 
 
 def read_limb(path: Path | str, mm_per_unit: float | None = None) -> Limb:
@@ -88,7 +91,8 @@ def _limb(path: Path, soup: Soup, record: LimbRecord | None, factor: float | Non
         marks = tuple(
             replace(mark, position_mm=mark.position_mm * (factor or 1.0)) for mark in soup.landmarks
         )
-        return replace(limb, landmarks=marks, frame=soup.frame)
+        told = soup.frame is not None and soup.frame.front_told
+        return replace(limb, landmarks=marks, frame=soup.frame if told else None)
     return replace(
         limb,
         landmarks=record.landmarks,

@@ -19,6 +19,7 @@ import numpy as np
 from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import write_file
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.format import Format
 from limbgram.formats.triangle_soup import Soup, triangles_merged
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
@@ -92,3 +93,6 @@ def _text(content: bytes, name: str) -> np.ndarray:
         return np.array(found).astype(np.float64).reshape(-1, 3, 3)
     except ValueError as error:
         raise ShapeFileError("file.stl.corner", name=name, why=reason_of(error)) from error
+
+
+FORMAT = Format(suffix=".stl", place=10, read=read_stl, write=write_stl, within_mm=1e-4)

@@ -86,6 +86,15 @@ def fans_of(polygons: list[list[int]]) -> Faces:
     return corners[np.column_stack([first, second, second + 1])].astype(np.int32).reshape(-1, 3)
 
 
+def of_polygons(faces: Faces, polygons: int) -> tuple[Finding, ...]:
+    """A note of faces of four corners and more, which were split: a bent one might be otherwise.
+
+    polygons: Faces of the file.
+    """
+    more = len(faces) - polygons
+    return (note("file.polygons_split", triangles=len(faces), polygons=polygons),) if more else ()
+
+
 def require_corners(count: int, vertices: int) -> None:
     """Refuse a polygon that cannot be one before room is made for it: it names no vertex twice.
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from limbgram.core.errors import BudgetError, MatchingError, PlacementError, SurfaceError
 from limbgram.core.mesh.mesh import Cloud, Mesh, Part
+from limbgram.core.notebook import brief
 from limbgram.core.run import Run
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.budget import Resolution, depth_share, refuse_beyond, resolution_for
@@ -205,6 +206,8 @@ class Reconstruction:
     """What stands still before the camera while the object turns."""
     poses: Poses = field(default_factory=Poses)
     """Between which photos the object was turned over."""
+
+    __repr__ = brief
 
 
 def reconstruct(

@@ -14,14 +14,19 @@ import numpy as np
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
+from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.notebook import brief
 from limbgram.core.request_fields import Flag, Within
+from limbgram.core.spreadsheet import Decimal, Table, csv_of
 from limbgram.findings import Finding, note
 from limbgram.formats.aop.cost import AopReport
 from limbgram.formats.aop.profiles import Profile
 from limbgram.formats.aop.writing import AopOptions, LineEnd, Own, write_aop
-from limbgram.formats.dxf import Curves, curves_of, write_polyface_dxf, write_triangles
+from limbgram.formats.curves import Curves, curves_of
+from limbgram.formats.dxf import write_drawing
+from limbgram.formats.dxf_r12 import write_polyface_dxf, write_triangles
 from limbgram.formats.export_checks import admit, sure_in_limb_frame
 from limbgram.formats.gcode.control import Coolant, DialectName, FeedMode, RotaryWord, Winding
 from limbgram.formats.gcode.machine import Machine, read_machine, require_place, write_machine
@@ -43,12 +48,14 @@ class Triangles:
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """A drawing of faces, sections and trimline, for CAD programs."""
+    """A drawing of surface, sections, trimline, centreline and landmarks, for CAD programs."""
 
     spacing_mm: Annotated[float, Within(0.5, 200), Flag("spacing")] = 10.0
     """Between slices or sections, mm."""
+    r12: bool = False
+    """Release 12, as carvers and old programs take it: single faces, sections and trimline."""
     polyface: bool = False
-    """Joined meshes, not single faces."""
+    """Release 12 with joined meshes in place of single faces."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,7 +151,7 @@ class Gcode:
     feed: Annotated[FeedMode | None, Flag("feed-mode")] = None
     """Inverse time (G93), or per minute; without it as the dialect does."""
     rotary_word: RotaryWord | None = None
-    """Letter of the axis that turns about X."""
+    """Letter of the axis that turns about X; without it A, for grbl Y, as stock Grbl has no A."""
     tool_number: int | None = None
     """Called by T, M6 and G43; 0 for no call."""
     spindle_start_s: Annotated[float | None, Flag("spindle-start")] = None
@@ -176,12 +183,21 @@ class Gcode:
         return {name: value for name, value in asked.items() if value is not None}
 
 
-Export = Triangles | Drawing | Aop | Gcode
+@dataclass(frozen=True, kw_only=True)
+class Landmarks:
+    """Names and places of the landmarks, as a table."""
+
+    decimal: Decimal = "point"
+    """Decimal sign; with a comma semicolons part the columns."""
+
+
+Export = Triangles | Drawing | Aop | Gcode | Landmarks
 EXPORTS: Final[dict[str, type[Export]]] = {
     **{one.name: Triangles for one in FORMATS if one.write is not None},
     "dxf": Drawing,
     "aop": Aop,
     "gcode": Gcode,
+    "csv": Landmarks,
 }
 """The request of each kind of file that is written; all doors offer these."""
 FOR_CARVERS: Final = frozenset({"aop", "gcode"})
@@ -211,6 +227,8 @@ class Exported:
     """Share."""
     minutes: float | None = None
     """Of cutting."""
+
+    __repr__ = brief
 
     @property
     def side(self) -> Side:
@@ -249,6 +267,8 @@ def export(
             exported = _gcode(admit(read.limb, side), path, ask, machine)
         case Drawing():
             exported = _drawing(_sure(read.limb, side), path, ask)
+        case Landmarks():
+            exported = _landmarks(_sure(read.limb, side), path, ask)
         case Triangles():
             exported = _triangles(_sure(read.limb, side), path)
     return exported if picture is None else _with_picture(exported, picture)
@@ -422,11 +442,12 @@ def _gcode(limb: Limb, path: Path, ask: Gcode, machine: Machine) -> Exported:
             "exported.gcode.control",
             dialect=control.dialect,
             winding=control.winding,
-            word=control.rotary_word,
+            word=control.letter,
             least_deg=least_deg,
             most_deg=most_deg,
             inverse_time=control.inverse_time,
         ),
+        *((note("exported.gcode.grbl", word=control.letter),) if control.dialect == "grbl" else ()),
         note(
             "exported.gcode.blank",
             diameter_mm=2 * blank.radius_mm,
@@ -492,7 +513,11 @@ def _drawing(limb: Limb, path: Path, ask: Drawing) -> Exported:
         split = (note("exported.dxf.split", meshes=report.meshes),) if report.meshes > 1 else ()
     else:
         curves, meshes, split = curves_of(found.mesh, ask.spacing_mm), {}, ()
-        write_triangles(found.mesh, path, "mm", curves)
+        if ask.r12:
+            write_triangles(found.mesh, path, "mm", curves)
+        else:
+            write_drawing(found.mesh, path, "mm", curves, limb.landmarks)
+            split = (note("exported.dxf.landmarks", landmarks=len(limb.landmarks)),)
     sections = len(curves.sections)
     said = (
         note("exported.dxf.written", path=str(path), sections=sections),
@@ -526,8 +551,11 @@ def _trimline(curves: Curves) -> Finding:
 def _triangles(limb: Limb, path: Path) -> Exported:
     found = without_loose(limb.mesh)
     written = limb.with_mesh(found.mesh)
-    write_limb(written, path)
     kind = format_of(path)
+    if kind is None or kind.write is None or kind.holds_limbs:
+        write_limb(written, path)
+    else:
+        kind.write(found.mesh, path, "mm")  # no shape is read of it: it needs no limb file
     unit = "mm" if kind is None else kind.unit
     said = (
         note("exported.mesh.written", path=str(path), unit=unit),
@@ -545,6 +573,31 @@ def _triangles(limb: Limb, path: Path) -> Exported:
         surface_within_mm=0.0,
         volume_change=0.0,
     )
+
+
+def _landmarks(limb: Limb, path: Path, ask: Landmarks) -> Exported:
+    if not limb.landmarks:
+        raise OptionsError("exported.no_landmarks", name=limb.name)
+    rows = tuple((mark.name, *_rounded(mark.position_mm)) for mark in limb.landmarks)
+    table = Table(title="landmarks", columns=("name", "x_mm", "y_mm", "z_mm"), rows=rows)
+    write_bytes(path, csv_of(table, ask.decimal).encode())
+    return Exported(
+        path=path,
+        limb=limb,
+        unit="mm",
+        said=(
+            note("exported.landmarks.written", path=str(path), landmarks=len(rows)),
+            _axes(limb),
+        ),
+        figures={"landmarks": len(rows)},
+        shown=limb.mesh,
+        marks=limb.landmarks,
+    )
+
+
+def _rounded(place_mm: Vector3) -> list[float]:
+    """To a micrometre; nothing has no sign."""
+    return (np.round(place_mm, 3) + 0.0).tolist()
 
 
 def _axes(limb: Limb) -> Finding:

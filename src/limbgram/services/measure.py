@@ -16,7 +16,9 @@ import numpy as np
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.notebook import brief
 from limbgram.core.request_fields import AtMost, Flag, Within
+from limbgram.core.spreadsheet import Decimal, xlsx_of
 from limbgram.formats.limb_file import write_limb
 from limbgram.services.parse_text import PAIR, READING, SPAN, Height, Pair, Span
 from limbgram.workbench.bodies import outer_bodies
@@ -29,7 +31,7 @@ from limbgram.workbench.measures.measuring import (
     measure_inside,
     measure_limb,
 )
-from limbgram.workbench.measures.table import csv_text
+from limbgram.workbench.measures.table import csv_text, tables
 from limbgram.workbench.measures.tape import TapeFit, TapeReading, fit_to_tape
 
 
@@ -83,8 +85,13 @@ class MeasureFiles:
 
     fit: Path | None = None
     """Write the shape made to agree with the tape readings."""
+    xlsx: Path | None = None
+    """Write the tables for a spreadsheet (.xlsx), a sheet each."""
     csv: Path | None = None
-    """Write the table as CSV."""
+    """Write the table of levels as text (CSV)."""
+    decimal: Decimal = "point"
+    """Decimal sign of the text; with a comma semicolons part its columns, as spreadsheets set to
+    German, French or the like expect."""
     picture: Path | None = None
     """Write a picture of it (PNG)."""
     walls: Path | None = None
@@ -102,6 +109,8 @@ class Sheet:
     fitted: TapeFit | None
     """The shape made to agree with the tape, where that was asked for."""
     written: tuple[Path, ...]
+
+    __repr__ = brief
 
 
 def measure(limb: Limb, ask: MeasureRequest, files: MeasureFiles = NO_FILES) -> Sheet:
@@ -143,8 +152,10 @@ def _standing(limb: Limb) -> Limb:
 def _written(
     limb: Limb, measures: Measures, fitted: TapeFit | None, files: MeasureFiles
 ) -> Iterator[Path]:
+    if files.xlsx is not None:
+        yield write_bytes(files.xlsx, xlsx_of(tables(measures)))
     if files.csv is not None:
-        yield write_bytes(files.csv, csv_text(measures).encode())
+        yield write_bytes(files.csv, csv_text(measures, files.decimal).encode())
     if files.picture is not None:
         yield write_bytes(files.picture, _picture(measures))
     if files.fit is not None and fitted is not None:

@@ -13,6 +13,7 @@ from typing import Literal, get_args
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding
 
 Side = Literal["left", "right", "none"]
@@ -46,6 +47,9 @@ class LimbFrame:
     limb_from_mesh: Rigid
     side: Side
     """As the clinician confirmed it; geometry is never flipped by it."""
+    front_told: bool = True
+    """False only of what a file declares that leaves the front open, as an AOP of ampscan does: it
+    is no limb's frame until somebody says where the front lies."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,6 +84,8 @@ class Limb:
     """Why nothing may be made of it unchecked; kept in the limb file of whatever comes of it."""
     notes: tuple[Finding, ...] = ()
     """What was odd about that file and how it was taken."""
+
+    __repr__ = brief
 
     def with_mesh(self, mesh: Mesh) -> "Limb":
         return replace(self, mesh=mesh)

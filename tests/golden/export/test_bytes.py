@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.formats.dxf import write_dxf
+from limbgram.formats.dxf_r12 import write_r12_dxf
 from limbgram.formats.stl import write_stl
 
 GOLDEN = Path(__file__).parent
@@ -20,6 +20,6 @@ def test_stl(tmp_path: Path) -> None:
     assert written == (GOLDEN / "tetrahedron.stl").read_bytes()
 
 
-def test_dxf(tmp_path: Path) -> None:
-    written = write_dxf(TETRAHEDRON, tmp_path / "tetrahedron.dxf", "mm").read_bytes()
+def test_dxf_of_release_12(tmp_path: Path) -> None:
+    written = write_r12_dxf(TETRAHEDRON, tmp_path / "tetrahedron.dxf", "mm").read_bytes()
     assert written == (GOLDEN / "tetrahedron.dxf").read_bytes()

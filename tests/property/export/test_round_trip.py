@@ -10,6 +10,7 @@ from hypothesis.extra import numpy as hnp
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.dxf import write_dxf
+from limbgram.formats.dxf_r12 import write_r12_dxf
 from limbgram.formats.table import FORMATS
 
 coordinates = st.floats(-2000, 2000, allow_nan=False)
@@ -51,5 +52,6 @@ def test_dxf_of_any_tetrahedron_reads_back(corners: np.ndarray, spacing_mm: floa
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.int32)
     with TemporaryDirectory() as name:
         mesh = Mesh(vertices_mm=corners, faces=faces)
-        path = write_dxf(mesh, Path(name, "a.dxf"), "mm", spacing_mm=spacing_mm)
+        write_dxf(mesh, Path(name, "b.dxf"), "mm", spacing_mm=spacing_mm)
+        path = write_r12_dxf(mesh, Path(name, "a.dxf"), "mm", spacing_mm=spacing_mm)
         assert path.read_text().count("3DFACE") == 4

@@ -64,7 +64,7 @@ def test_meshes_stand_in_the_limb_frame(scan: Path, kind: str) -> None:
     assert read.frame.side == "left"
 
 
-@pytest.mark.parametrize("kind", ["stl", "ply", "obj", "glb", "dxf", "aop", "gcode"])
+@pytest.mark.parametrize("kind", ["stl", "ply", "obj", "glb", "vtp", "dxf", "aop", "gcode"])
 def test_a_folded_shape_leaves_unfolded_and_a_crossed_one_not_at_all(
     tmp_path: Path, kind: str
 ) -> None:
@@ -136,14 +136,14 @@ def test_aop_and_its_mirror_check(scan: Path) -> None:
 
 def test_default_names_of_all_kinds_stand_side_by_side(scan: Path) -> None:
     """Limb files and mirror checks too: none takes another's place."""
-    kinds = ("stl", "obj", "glb", "ply", "dxf", "aop", "gcode")
+    kinds = ("stl", "obj", "glb", "vtp", "ply", "dxf", "aop", "gcode")
     carved = ("aop", "gcode")
     contents = [
         exported(scan, "--to", kind, *(("--side", "left") if kind in carved else ()))
         for kind in kinds
     ]
     written = {str(content["written"]) for content in contents}
-    pictures = {str(content["mirror_check"]) for content in contents[5:]}
+    pictures = {str(content["mirror_check"]) for content in contents[6:]}
     assert len(written) == len(kinds)
     assert {Path(picture).name for picture in pictures} == {
         "scan.aop-mirror-check.png",
@@ -236,9 +236,11 @@ def test_a_machine_file_takes_no_other_files_place(scan: Path, tmp_path: Path) -
     assert sorted(tmp_path.glob("*.gcode*")) == []
 
 
-def test_dxf_in_two_forms(scan: Path) -> None:
-    content = exported(scan, "--to", "dxf", "--spacing", "25")
-    assert content["sections"] in (2, 3)
+def test_dxf_in_three_forms(scan: Path) -> None:
+    for form in ((), ("--r12",)):
+        written = ("-o", str(scan.with_name(f"form{len(form)}.dxf")))
+        content = exported(scan, "--to", "dxf", "--spacing", "25", *form, *written)
+        assert content["sections"] in (2, 3)
     again = str(scan.with_suffix(".dxf"))
     content = exported(scan, "--to", "dxf", "--polyface", "--spacing", "25", "-o", again)
     # At 25 and 50 mm, and at 0 if rounding leaves the end a little lower.
@@ -289,7 +291,7 @@ def test_no_carver_without_a_sure_side(scan: Path, kind: str) -> None:
     assert "not sure" in refused(scan, "--to", kind, "--side", "right")
 
 
-@pytest.mark.parametrize("kind", ["aop", "gcode", "dxf", "stl", "ply", "obj", "glb"])
+@pytest.mark.parametrize("kind", ["aop", "gcode", "dxf", "stl", "ply", "obj", "glb", "vtp"])
 def test_no_file_with_a_side_that_a_landmark_contradicts(scan: Path, kind: str) -> None:
     """A limb file that was written by hand: a left limb must not leave as a right one."""
     beside = scan.with_name("scan.limb.json")

@@ -82,6 +82,6 @@ def test_a_drawing_holds_no_crumb(scan: Path) -> None:
     content, told = exported(scan, "dxf")
     assert content["bodies_left_out"] == 1
     assert "1 loose body" in told
-    faces = ezdxf.readfile(content["written"]).modelspace().query("3DFACE")
-    assert len(faces) == 2 * len(ball(1, 0, 0, 0).faces)
-    assert max(face.dxf.vtx0.x for face in faces) < 64
+    (surface,) = ezdxf.readfile(content["written"]).modelspace().query("MESH")
+    assert len(surface.faces) == 2 * len(ball(1, 0, 0, 0).faces)
+    assert max(vertex[0] for vertex in surface.vertices) < 64

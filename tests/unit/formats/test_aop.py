@@ -1,18 +1,24 @@
 """AOP: numbers known beforehand, every form of the grammar, and every way in which it is broken."""
 
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from limbgram.core.errors import ShapeFileError
+from limbgram.core.errors import MeasureError, ShapeFileError
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import is_edge_manifold, volume_mm3
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import doubt, note
 from limbgram.formats.aop.grammar import parse_aop
 from limbgram.formats.aop.reading import read_aop
-from limbgram.formats.reading import read_limb
+from limbgram.formats.aop.writing import write_aop
+from limbgram.formats.export_checks import in_limb_frame
+from limbgram.formats.reading import read_limb, read_shape
+from limbgram.services.align import AlignRequest, align
 
 RADII = (50, 60, 50, 40)
 
@@ -159,6 +165,8 @@ def test_a_shape_that_ends_in_points_closes() -> None:
 def test_ampscans_files_stand_one_spoke_behind() -> None:
     found = read_aop(tiny(comments=("Exported from ampscan",), marks=("0",)), "tiny.aop")
     assert found.profile == "ampscan"
+    assert found.warnings == (doubt("aop.front_left_open"),)
+    assert not found.frame.front_told
     # Its first radius, 50, lies one spacing after the front: at the patient's right.
     np.testing.assert_allclose(found.radius_map.points_mm()[0, 1], (50, 0, 0), atol=1e-9)
     np.testing.assert_allclose(found.radius_map.points_mm()[0, 0], (0, 40, 0), atol=1e-9)
@@ -170,7 +178,7 @@ def test_early_ampscan_files_count_the_other_way_and_are_told() -> None:
     found = read_aop(content, "tiny.aop")
     assert found.profile == "ampscan-early"
     np.testing.assert_allclose(found.radius_map.points_mm()[0, 3], (-60, 0, 0), atol=1e-9)
-    assert found.warnings == (doubt("aop.ampscan_early"),)
+    assert found.warnings == (doubt("aop.ampscan_early"), doubt("aop.front_left_open"))
     with pytest.raises(ShapeFileError, match="mirrored"):
         read_aop(tiny(comments=comments, spokes=FORMS[2][0]), "tiny.aop")
 
@@ -227,3 +235,45 @@ def test_real_files(data_folder: Path, name: str) -> None:
     limb = read_limb(data_folder / "shapes" / "ampscan" / name)
     assert volume_mm3(limb.mesh) / 1000 == pytest.approx(REAL[name], abs=0.1)
     assert is_edge_manifold(limb.mesh.faces)
+    # Only the file of the trade, which names no writer, tells its front.
+    assert (limb.frame is None) == name.startswith("stl_file")
+    codes = [one.code for one in limb.notes]
+    assert ("aop.front_left_open" in codes) == (limb.frame is None)
+    assert ("aop.front_taken" in codes) == (limb.frame is not None)
+
+
+@pytest.mark.parametrize("name", ["stl_file", "stl_file_2"])
+def test_a_file_of_ampscan_is_turned_to_its_shape_by_saying_where_the_front_lies(
+    data_folder: Path, tmp_path: Path, name: str
+) -> None:
+    """The STL stood in ampscan with +Y in front; read as it stands, the AOP is back to front."""
+    folder = data_folder / "shapes" / "ampscan"
+    read = read_shape(folder / f"{name}.aop")
+    ask = AlignRequest(side="none")
+    with pytest.raises(MeasureError) as refused:
+        align(read.limb, ask, read.declared)
+    assert refused.value.finding.code == "align.front.left_open"
+    surface = read_limb(folder / f"{name}.stl").mesh
+    turned = align(read.limb, replace(ask, anterior=(0.0, -1.0, 0.0)), read.declared)
+    assert _off_mm(in_limb_frame(turned).mesh.vertices_mm, surface) < 0.5
+    kept = align(read.limb, replace(ask, anterior=(0.0, 1.0, 0.0)), read.declared)
+    assert _off_mm(in_limb_frame(kept).mesh.vertices_mm, surface) > 4
+    # Written by us, its front is told, and a second reading has it where it is.
+    report = write_aop(turned, tmp_path / "ours.aop")
+    again = read_limb(report.path)
+    assert again.frame is not None
+    assert _off_mm(in_limb_frame(again).mesh.vertices_mm, surface) < 0.5
+
+
+def _off_mm(points: np.ndarray, surface: Mesh) -> float:
+    """RMS distance between the tip and the brim, shifted as near as can be: not turned."""
+    height = np.ptp(points[:, 2])
+    low = points[:, 2].min()
+    points = points[(points[:, 2] > low + 0.15 * height) & (points[:, 2] < low + 0.9 * height)]
+    tree = tree_on(surface)
+    shift = np.array([0.0, 0.0, surface.vertices_mm[:, 2].min() - low])
+    found = tree.closest(points + shift)
+    for _ in range(15):
+        shift = shift + (found.points_mm - (points + shift)).mean(0)
+        found = tree.closest(points + shift)
+    return float(np.sqrt((found.distances_mm**2).mean()))

@@ -7,12 +7,16 @@ from pathlib import Path
 import numpy as np
 import pycolmap
 import pytest
+from PIL import Image
 
 from limbgram.core.errors import ExportError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 from limbgram.formats.colmap import write_colmap, write_poses
+from limbgram.formats.transforms import write_transforms
+from limbgram.formats.undistorted import write_undistorted
 from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, Scene
+from limbgram.reconstruction.photos import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
 from limbgram.report.lenses import own_lenses
 
@@ -95,9 +99,83 @@ def test_photos_with_lenses_of_their_own_are_written_with_them(
 def test_poses_are_camera_from_world(metric: MetricScene, tmp_path: Path) -> None:
     poses = json.loads(write_poses(metric, tmp_path / "poses.json").read_text())
     assert [image["name"] for image in poses["images"]] == list(NAMES[:3])
+    assert poses["convention"]["pose"] == "x_camera = R x_world + t, camera from world"
+    lens = poses["images"][0]["lens"]
+    assert (lens["fx"], lens["k1"], lens["skew"], lens["width_px"]) == (2400, -0.1, 0, 2000)
     first = poses["images"][0]
     centre = -np.array(first["R"]).T @ first["t"]
     np.testing.assert_allclose(centre, [400, 0, 90], atol=1e-9)
+
+
+@pytest.mark.parametrize(("k3", "model"), [(0.0, "OPENCV"), (0.01, "FULL_OPENCV")])
+def test_the_simplest_model_that_holds_the_lens_is_written(
+    metric: MetricScene, tmp_path: Path, k3: float, model: str
+) -> None:
+    lens = replace(CAMERA, k3=k3)
+    scene = replace(metric.scene, cameras=(lens,))
+    seen = scene.observations
+    views = [scene.view(k) for k in range(3)]
+    pairs = zip(seen.photo_idx, seen.point_idx)
+    xy = [views[i].project(scene.points_in_world[j]) for i, j in pairs]
+    scene = replace(scene, observations=replace(seen, xy_px=np.array(xy)))
+    colours = np.random.default_rng(1).integers(0, 256, (80, 3), np.uint8)
+    folder = write_colmap(replace(metric, scene=scene), tmp_path / "colmap", colours=colours)
+    read = pycolmap.Reconstruction(folder)
+    assert read.cameras[1].model.name == model
+    for idx, point in read.points3D.items():
+        np.testing.assert_array_equal(point.color, colours[idx - 1])
+
+
+def test_transforms_look_along_minus_z_with_y_up(metric: MetricScene, tmp_path: Path) -> None:
+    """A point projects to its pixel by the formulas that nerfstudio documents."""
+    path = write_transforms(metric, tmp_path / "transforms.json", "../photos")
+    tree = json.loads(path.read_text())
+    assert [one["file_path"] for one in tree["frames"]] == [f"../photos/{n}" for n in NAMES[:3]]
+    for idx, frame in enumerate(tree["frames"]):
+        world_from_camera = np.array(frame["transform_matrix"])
+        points = metric.scene.points_in_world
+        x, y, z = (np.linalg.inv(world_from_camera) @ np.c_[points, np.ones(80)].T)[:3]
+        assert (z < 0).all()
+        x, y = x / -z, -y / -z
+        r2 = x * x + y * y
+        radial = 1 + frame["k1"] * r2 + frame["k2"] * r2**2
+        p1, p2 = frame["p1"], frame["p2"]
+        across = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+        down = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+        seen = np.c_[frame["fl_x"] * across + frame["cx"], frame["fl_y"] * down + frame["cy"]]
+        np.testing.assert_allclose(seen, metric.scene.view(idx).project(points) + 0.5, atol=1e-6)
+
+
+def test_undistorted_photos_show_each_point_where_a_pinhole_camera_does(
+    metric: MetricScene, tmp_path: Path
+) -> None:
+    """Photos with a bright spot round every point; in the new ones the spots lie by the model."""
+    rows, columns = np.mgrid[: CAMERA.height_px, : CAMERA.width_px]
+    for idx, name in enumerate(NAMES[:3]):
+        picture = np.zeros((CAMERA.height_px, CAMERA.width_px), np.uint8)
+        for x, y in metric.scene.view(idx).project(metric.scene.points_in_world[::20]):
+            picture[np.hypot(columns - x, rows - y) < 6] = 255
+        Image.fromarray(np.stack([picture] * 3, axis=2)).save(tmp_path / name, quality=95)
+    Image.fromarray(np.zeros((1500, 2000, 3), np.uint8)).save(tmp_path / NAMES[3])
+    photos = read_photos([tmp_path])
+    order = [NAMES.index(name) for name in photos.names]
+    photos = replace(photos, photos=tuple(photos.photos[order.index(k)] for k in range(4)))
+    written = write_undistorted(photos, metric, tmp_path / "straight")
+    model = pycolmap.Reconstruction(written / "sparse")
+    assert {one.model.name for one in model.cameras.values()} == {"PINHOLE"}
+    for image in model.images.values():
+        seen = np.asarray(Image.open(written / "images" / image.name).convert("L"), float)
+        camera = model.cameras[image.camera_id]
+        for point in metric.scene.points_in_world[::20]:
+            x, y = camera.img_from_cam(image.cam_from_world() * point) - 0.5
+            near = np.hypot(columns - x, rows - y) < 12
+            weight = seen[near]
+            middle = [(weight * columns[near]).sum(), (weight * rows[near]).sum()] / weight.sum()
+            assert np.hypot(*(middle - (x, y))) < 0.3
+    colours = [one.color for k, one in model.points3D.items() if (k - 1) % 20 == 0]
+    assert np.min(colours) > 200  # the spots
+    with pytest.raises(ExportError, match="is there already"):
+        write_undistorted(photos, metric, tmp_path / "straight")
 
 
 def test_cameras_without_scale_need_asking(metric: MetricScene, tmp_path: Path) -> None:

@@ -349,7 +349,7 @@ GLB_DAMAGE: dict[str, Callable[[dict[str, Any]], None]] = {
     "an offset before the beginning": _set("bufferViews", 0, "byteOffset", -4),
     "in fractions": _set("accessors", 0, "count", 1.5),
     "a text": _set("accessors", 0, "count", "12"),
-    "another kind": _set("accessors", 0, "componentType", 5126),
+    "another kind": _set("accessors", -1, "componentType", 5126),
     "no list": _set("meshes", {}),
     "a misspelt key": _set("meshes", 0, "primitives", 0, "indyces", 0),
     "null": _set("meshes", 0, "primitives", None),

@@ -14,7 +14,8 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.folds import ANY_SHAPE, find_folds
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
-from limbgram.formats.dxf import curves_of, write_drawing, write_dxf, write_polyface_dxf
+from limbgram.formats.curves import curves_of
+from limbgram.formats.dxf_r12 import write_drawing, write_polyface_dxf, write_r12_dxf
 from limbgram.formats.export_checks import (
     admit,
     in_limb_frame,
@@ -137,7 +138,7 @@ def test_a_drawing_holds_the_trimline_as_a_closed_curve(tmp_path: Path, polyface
     if polyface:
         write_polyface_dxf(mesh, path)
     else:
-        write_dxf(mesh, path, "mm")
+        write_r12_dxf(mesh, path, "mm")
     drawing = ezdxf.readfile(path)
     assert not drawing.audit().errors
     (line,) = drawing.modelspace().query('POLYLINE[layer=="TRIMLINE_MM"]')

@@ -11,6 +11,7 @@ import trimesh
 from limbgram.core.errors import ExportError
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.formats.dxf import write_dxf
+from limbgram.formats.dxf_r12 import write_r12_dxf
 from limbgram.formats.glb import write_glb
 from limbgram.formats.obj import write_obj
 from limbgram.formats.ply import write_cloud_ply, write_ply
@@ -20,6 +21,7 @@ Writer = Callable[..., Path]
 ALL: list[tuple[Writer, str]] = [
     (write_stl, "surface.stl"),
     (write_dxf, "surface.dxf"),
+    (write_r12_dxf, "surface.dxf"),
     (write_ply, "surface.ply"),
     (write_obj, "surface.obj"),
     (write_glb, "surface.glb"),
@@ -37,10 +39,10 @@ def test_stl_says_millimetres_and_is_not_taken_for_text(mesh: Mesh, tmp_path: Pa
     assert read.volume == pytest.approx(exact.volume, rel=1e-5)
 
 
-def test_dxf_holds_faces_and_sections_on_layers_that_say_the_unit(
+def test_dxf_of_release_12_holds_faces_and_sections_on_layers_that_say_the_unit(
     mesh: Mesh, tmp_path: Path
 ) -> None:
-    path = write_dxf(mesh, tmp_path / "surface.dxf", "mm", spacing_mm=5.0)
+    path = write_r12_dxf(mesh, tmp_path / "surface.dxf", "mm", spacing_mm=5.0)
     drawing = ezdxf.readfile(path)
     assert drawing.dxfversion == "AC1009"
     assert not drawing.audit().errors
@@ -62,7 +64,9 @@ def test_ply_keeps_colour_filled_mark_and_sigma(mesh: Mesh, tmp_path: Path) -> N
     np.testing.assert_array_equal(read.visual.vertex_colors[:, :3], mesh.colours)
     raw = read.metadata["_ply_raw"]["vertex"]["data"]
     np.testing.assert_array_equal(np.ravel(raw["filled"]), mesh.filled)
-    np.testing.assert_array_equal(np.ravel(raw["sigma"]), mesh.sigma_mm)
+    np.testing.assert_array_equal(np.ravel(raw["scalar_sigma"]), mesh.sigma_mm)
+    shown = np.nan_to_num(mesh.sigma_mm, nan=-1)
+    np.testing.assert_array_equal(np.ravel(raw["quality"]), shown)
 
 
 def test_glb_is_in_metres_and_stands_up(mesh: Mesh, tmp_path: Path) -> None:

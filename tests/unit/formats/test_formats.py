@@ -18,9 +18,10 @@ from limbgram.core.mesh.topology import (
     volume_mm3,
 )
 from limbgram.findings import told
+from limbgram.formats.format import Format, Kept
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import SUFFIXES, read_limb
-from limbgram.formats.table import FORMATS, Format, Kept, format_of
+from limbgram.formats.table import FORMATS, format_of
 from limbgram.formats.units import mm_per_unit_of
 from limbgram.workbench.limb import Limb
 

@@ -13,6 +13,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
 from limbgram.formats.gcode import writing as program
 from limbgram.formats.gcode.control import Control
+from limbgram.formats.gcode.grbl import require_taken
 from limbgram.formats.gcode.machine import Machine, read_machine, write_machine
 from limbgram.formats.gcode.writing import write_gcode
 from limbgram.formats.reading import read_limb
@@ -179,12 +180,58 @@ def test_the_words_of_each_dialect(tmp_path: Path, limb: Limb) -> None:
     assert (fanuc[:2], fanuc[-2:]) == (["%", "O0017"], ["M30", "%"])
     assert "G4 P3000" in fanuc
     assert "(SIDE = RIGHT)" in fanuc
-    grbl = lines_of(tmp_path, limb, Control(dialect="grbl", rotary_word="Y"))
+    grbl = lines_of(tmp_path, limb, Control(dialect="grbl"))
     assert start in grbl
     assert not any(line.startswith(("G93", "G43", "G64", "T")) for line in grbl)
     assert any(re.fullmatch(r"G1 X\S+ Y\S+ Z\S+ F\S+", line) for line in grbl)
     quiet = lines_of(tmp_path, limb, Control(spindle_start_s=0), spindle_rpm=0)
     assert not any(line.startswith(("M3", "G4 ", "M5")) and line != "M30" for line in quiet)
+
+
+def test_stock_grbl_takes_the_whole_program_and_no_a_word(tmp_path: Path, limb: Limb) -> None:
+    plain = "\n".join(lines_of(tmp_path, limb, Control(dialect="grbl")))
+    require_taken(plain, "Y")
+    four_axes = "\n".join(lines_of(tmp_path, limb, Control(dialect="grbl", rotary_word="A")))
+    require_taken(four_axes, "A")
+    with pytest.raises(CarveError) as refused:
+        require_taken(four_axes, "Y")
+    values = refused.value.finding.values
+    assert values["error"] == 20
+    before = four_axes.splitlines()[: int(str(values["line"])) - 1]
+    assert "S12000 M3" in before  # the spindle would have been running
+    path = tmp_path / "mist.nc"
+    with pytest.raises(CarveError) as refused:
+        write_gcode(limb, path, OPTIONS, Control(dialect="grbl", coolant="mist"))
+    assert refused.value.finding.code == "carver.grbl_refuses"
+    assert not path.exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "error"),
+    [
+        ("G1 X1", 22),  # no feed yet
+        ("G93\nG1 X1 F2\nG1 X2", 22),  # in inverse time each move has its own
+        ("F100\nG94\nG1 X1", 22),
+        ("G0 G1 X1", 21),
+        ("G0 X1 X2", 25),
+        ("G64 P0.01", 20),
+        ("T1 M6", 20),
+        ("G80\nX1", 31),
+        ("G4", 28),
+        ("G0 X1 S-5", 4),
+        ("G0 X1,5", 2),
+        ("G0 X" + 80 * "1", 11),
+        ("( a comment of whatever length" + 80 * " x" + " )", 0),
+        ("g1 x1 f100\nG1 X2", 0),
+    ],
+)
+def test_grbl_refuses_what_its_source_says(line: str, error: int) -> None:
+    if not error:
+        require_taken(line, "Y")
+        return
+    with pytest.raises(CarveError) as refused:
+        require_taken(line, "Y")
+    assert refused.value.finding.values["error"] == error
 
 
 def test_whole_turns_are_taken_off_in_time(tmp_path: Path, limb: Limb) -> None:

@@ -107,9 +107,9 @@ export function MeasureScreen({ room }: RoomProps) {
   };
   const sheet = () =>
     act.run(async () => {
-      const response = await fetch(`${ROOT}/cases/${room.id}/measures.csv`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body()), credentials: "same-origin" });
+      const response = await fetch(`${ROOT}/cases/${room.id}/measures.xlsx`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body()), credentials: "same-origin" });
       if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));
-      saveAs(await response.blob(), `${room.id}-measures.csv`);
+      saveAs(await response.blob(), `${room.id}-measures.xlsx`);
     });
   const edited = room.info.steps.some((step) => step.name === "rectify" && step.state === "done");
 
@@ -245,7 +245,7 @@ export function MeasureScreen({ room }: RoomProps) {
             {(of.value === "rectified" || sock.value > 0) && <p class="small faint">{t("measure.tape.by")}</p>}
             <div class="acts">
               <Button icon="save" onClick={() => void sheet()}>
-                {t("measure.csv")}
+                {t("measure.xlsx")}
               </Button>
             </div>
             {found && <p class="small faint">{t("measure.counted", found.counted_from)}</p>}

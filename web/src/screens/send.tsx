@@ -20,11 +20,11 @@ import { type Finding, told } from "../words";
 import { openWith } from "./rectify";
 import type { RoomProps } from "./room";
 
-type Kind = "aop" | "gcode" | "stl" | "dxf" | "ply" | "obj" | "glb";
+type Kind = "aop" | "gcode" | "stl" | "dxf" | "ply" | "obj" | "glb" | "vtp" | "csv";
 type Side = "left" | "right";
 
 const FIRST: readonly Kind[] = ["aop", "gcode", "stl", "dxf"];
-const MORE: readonly Kind[] = ["ply", "obj", "glb"];
+const MORE: readonly Kind[] = ["ply", "obj", "glb", "vtp", "csv"];
 /** What printers and design programs take. */
 const MESHES: readonly Kind[] = ["stl", ...MORE];
 

@@ -1,13 +1,17 @@
 """Cloud and Mesh: the oriented points that a surface is made of, and the surface itself."""
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8, UInt16
 from numba import njit
 
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.notebook import brief, library
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +26,8 @@ class Cloud:
     """Number of photos that agree on the point."""
     spacing_mm: float
     """Typical distance between neighbours."""
+
+    __repr__ = brief
 
     def __len__(self) -> int:
         return len(self.points_mm)
@@ -96,6 +102,8 @@ class Mesh:
     adds. Expected, and one standard deviation of it."""
     repairs: Repairs | None = None
 
+    __repr__ = brief
+
     def __len__(self) -> int:
         return len(self.vertices_mm)
 
@@ -113,6 +121,32 @@ class Mesh:
     def vertex_normals(self) -> Float64[np.ndarray, "n 3"]:
         """Unit, area-weighted."""
         return unit(summed(self.face_normals(), self.faces, len(self.vertices_mm)))
+
+    def to_trimesh(self) -> "Trimesh":
+        """The same triangles for trimesh, with colours; sigma and filled marks as attributes."""
+        from trimesh import Trimesh  # a fifth of a second, for notebooks alone
+
+        known = {"sigma_mm": self.sigma_mm, "filled": self.filled}
+        return Trimesh(
+            self.vertices_mm,
+            self.faces,
+            vertex_colors=self.colours,
+            vertex_attributes={name: one for name, one in known.items() if one is not None},
+            process=False,
+        )
+
+    def to_pyvista(self) -> Any:
+        """The same triangles as a pyvista.PolyData, with sigma, filled marks and colours.
+
+        Raises:
+            MissingError: pyvista is not installed.
+        """
+        surface = library("pyvista").PolyData.from_regular_faces(self.vertices_mm, self.faces)
+        known = {"sigma_mm": self.sigma_mm, "filled": self.filled, "RGB": self.colours}
+        for name, values in known.items():
+            if values is not None:
+                surface.point_data[name] = values
+        return surface
 
     def vertex_areas_mm2(self) -> Float64[np.ndarray, " n"]:
         """A third of the area of the triangles round each vertex."""

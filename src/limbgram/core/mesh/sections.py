@@ -65,6 +65,19 @@ class Section:
 Z_AXIS = np.array([0.0, 0.0, 1.0])
 
 
+def area_and_centroid(points: Points3) -> tuple[float, float, float]:
+    """Of a closed polyline across z: its area, mm2, negative for a rim, and the place x, y."""
+    base = points[0, :2]
+    here = points[:, :2] - base
+    ahead = np.roll(here, -1, axis=0)
+    double = here[:, 0] * ahead[:, 1] - here[:, 1] * ahead[:, 0]
+    area = float(double.sum()) / 2
+    if abs(area) < 1e-9:
+        return 0.0, float(base[0]), float(base[1])
+    middle = ((here + ahead) * double[:, None]).sum(0) / (6 * area) + base
+    return area, float(middle[0]), float(middle[1])
+
+
 def cut(mesh: Mesh, offsets_mm: Sequence[float], normal: Vector3 = Z_AXIS) -> tuple[Section, ...]:
     """Cut an edge-manifold mesh by planes across a unit normal, in the order of the offsets.
 

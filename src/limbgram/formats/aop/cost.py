@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.notebook import brief
 from limbgram.formats.aop.reading import AopReading
 from limbgram.workbench.bodies import Apart, Outside
 from limbgram.workbench.carving.mapping import Mapped
@@ -72,6 +73,8 @@ class AopReport:
     """Those beside it, in the limb frame."""
     held: AopReading
     """The file as it was read back."""
+
+    __repr__ = brief
 
     @property
     def worst_girth(self) -> GirthLevel | None:

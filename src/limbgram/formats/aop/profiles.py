@@ -35,8 +35,13 @@ def profile_of(file: AopFile) -> Profile:
         return "mm"
     steps = np.diff(file.radius_map.z_mm)
     even = float(np.ptp(steps)) <= _EVEN * float(steps.mean())
-    ours = any(line.upper().startswith("UNIT: MM") for line in file.comments)
-    return "ampscan-early" if file.slices_listed and even and not ours else "ampscan"
+    early = file.slices_listed and even and not written_here(file)
+    return "ampscan-early" if early else "ampscan"
+
+
+def written_here(file: AopFile) -> bool:
+    """Whether this program wrote the file, whose spokes begin at the front of the limb frame."""
+    return any(line.upper().startswith("UNIT: MM") for line in file.comments)
 
 
 def from_the_front(found: RadiusMap, profile: Profile) -> RadiusMap:

@@ -15,7 +15,9 @@ from limbgram.formats.aop.profiles import (
     from_the_front,
     landmarks_from_file,
     profile_of,
+    written_here,
 )
+from limbgram.formats.format import Format
 from limbgram.formats.triangle_soup import Soup
 from limbgram.workbench.carving.radius_map import Grid, RadiusMap
 from limbgram.workbench.limb import Landmark, LimbFrame, names_apart
@@ -27,6 +29,8 @@ _UNIT_COMMENT = "LANDMARK RADIUS UNIT:"
 PLACE_COMMENT = "LIMB FROM FILE:"
 """Followed by the rows of the motion from the file's axes to the limb's: 12 numbers, mm."""
 _ROUNDING = 1e-6
+_FRONT_AT_MINUS_Y: tuple[Profile, ...] = ("ampscan", "ampscan-early")
+"""Their programs count from -Y of the shape as it stands there, wherever its front may be."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +43,8 @@ class AopReading:
     profile: Profile
     mm_per_landmark_radius: float
     """25.4 where the landmarks' radii are in inches."""
+    writer_known: bool
+    """Whether a comment names the program that wrote it, as ours and ampscan's do."""
     warnings: tuple[Finding, ...]
 
 
@@ -58,6 +64,9 @@ def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopRe
     warnings = list(file.warnings)
     if profile == "ampscan-early":
         warnings.append(doubt("aop.ampscan_early"))
+    front_told = profile not in _FRONT_AT_MINUS_Y or written_here(file)
+    if not front_told:
+        warnings.append(doubt("aop.front_left_open"))
     landmarks: list[Landmark] = []
     for mark in file.landmarks:
         points = landmarks_from_file(mark.places, profile, mm_per_radius)
@@ -71,10 +80,13 @@ def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopRe
     landmarks = _apart(landmarks, warnings)
     return AopReading(
         radius_map=radius_map,
-        frame=LimbFrame(limb_from_mesh=_place(file.comments, warnings), side=file.side),
+        frame=LimbFrame(
+            limb_from_mesh=_place(file.comments, warnings), side=file.side, front_told=front_told
+        ),
         landmarks=tuple(landmarks),
         profile="omega" if profile == "mm" and mm_per_radius == MM_PER_INCH else profile,
         mm_per_landmark_radius=mm_per_radius,
+        writer_known=profile in _FRONT_AT_MINUS_Y or written_here(file),
         warnings=tuple(warnings),
     )
 
@@ -82,13 +94,14 @@ def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopRe
 def read_aop_soup(content: bytes, name: str) -> Soup:
     """The surface with the landmarks, axes and side of the file."""
     found = read_aop(content, name)
+    unnamed = () if found.writer_known else (note("aop.front_taken"),)
     return Soup(
         mesh=found.radius_map.surface(),
         stated_unit="mm",
         landmarks=found.landmarks,
         frame=found.frame,
         grid=Grid(thetas_deg=found.radius_map.thetas_deg, z_mm=found.radius_map.z_mm),
-        notes=found.warnings,
+        notes=(*found.warnings, *unnamed),
     )
 
 
@@ -151,3 +164,6 @@ def _named(mark: AopLandmark, points: np.ndarray) -> list[Landmark]:
     return [
         Landmark(name=f"{name} {count}", position_mm=point) for count, point in enumerate(points, 1)
     ]
+
+
+FORMAT = Format(suffix=".aop", place=70, read=read_aop_soup)

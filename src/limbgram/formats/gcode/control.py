@@ -11,8 +11,8 @@ fanuc       Program between % signs, O number, capitals. Dwell in milliseconds. 
             degree as a millimetre; inverse time is an option there, and an alarm without it.
 grbl        Grbl 1.1 and what was made of it. Feed per minute counts a degree as a millimetre, as
             its rotary axis is a linear one in all but name (grblHAL's rotary fix does not: take
-            inverse time with it). No tool change, no tool length, no rollover. Three axes only in
-            Grbl itself: the rotary axis is then Y.
+            inverse time with it). No tool change, no tool length, no rollover. Grbl itself has
+            three axes, so that Y turns, and refuses an A; grblHAL and FluidNC may have an A.
 """
 
 from dataclasses import dataclass
@@ -50,6 +50,8 @@ class Dialect:
     """The program stands between % signs and has an O number, in capitals."""
     path_control: str = ""
     """What keeps straight moves from being rounded far off, with the tolerance in mm."""
+    rotary_word: RotaryWord = "A"
+    """Letter of the axis that turns, on a control of which nothing more is known."""
     largest_feed: float = 99999.0
     """A larger F is not written: such a move takes a little longer."""
 
@@ -60,7 +62,9 @@ DIALECTS: dict[DialectName, Dialect] = {
     "fanuc": Dialect(
         feeds=("inverse-time", "per-minute"), rollover="shortest", milliseconds=True, percent=True
     ),
-    "grbl": Dialect(feeds=("per-minute", "inverse-time"), rollover="none", tools=False),
+    "grbl": Dialect(
+        feeds=("per-minute", "inverse-time"), rollover="none", tools=False, rotary_word="Y"
+    ),
 }
 
 
@@ -75,8 +79,9 @@ class Control:
     a_limit_deg: float = 9999.0
     """A goes no farther than this to either side, which LinuxCNC's wizard sets and any control can
     write; nothing to rollover."""
-    rotary_word: RotaryWord = "A"
-    """Letter of the axis that turns about X."""
+    rotary_word: RotaryWord | None = None
+    """Letter of the axis that turns about X; None for the one that the dialect's plainest control
+    has."""
     tool_number: int = 0
     """Called by T, M6 and G43; 0 leaves the tool to whoever sets the machine up."""
     spindle_start_s: float = 3.0
@@ -88,6 +93,11 @@ class Control:
     @property
     def habits(self) -> Dialect:
         return DIALECTS[self.dialect]
+
+    @property
+    def letter(self) -> RotaryWord:
+        """Of the axis that turns about X."""
+        return self.rotary_word or self.habits.rotary_word
 
     @property
     def inverse_time(self) -> bool:
@@ -120,7 +130,8 @@ def check_control(control: Control) -> None:
         if not low <= value <= high:
             raise OptionsError("carver.setting", setting=name, value=value, least=low, most=high)
     for name, known in _CHOICES.items():
-        if getattr(control, name) not in known:
+        unsaid = name == "rotary_word" and control.rotary_word is None
+        if getattr(control, name) not in known and not unsaid:
             value = getattr(control, name)
             raise OptionsError("carver.choice", setting=name, value=value, known=known)
     habits = control.habits

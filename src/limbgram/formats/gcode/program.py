@@ -53,7 +53,7 @@ def text_of(toolpath: Toolpath, control: Control, header: tuple[str, ...]) -> st
 def rotary_words(text: str, control: Control) -> tuple[float, float]:
     """The least and the largest place of the rotary axis that a program names."""
     plain = re.sub(r"\(.*?\)", "", text)
-    words = np.array(re.findall(rf" {control.rotary_word}(-?[0-9.]+)", plain), np.float64)
+    words = np.array(re.findall(rf" {control.letter}(-?[0-9.]+)", plain), np.float64)
     return float(words.min()), float(words.max())
 
 
@@ -136,7 +136,7 @@ class _Counter:
 
     @property
     def _letter(self) -> str:
-        return self._control.rotary_word
+        return self._control.letter
 
     def _wrapped(self, a_deg: float, way: float) -> str:
         within = round(a_deg % TURN_DEG, 3) % TURN_DEG
@@ -159,7 +159,7 @@ def _strip(strip: Strip, options: CarveOptions, control: Control, counter: _Coun
         rows = zip(strip.x_mm[1:].tolist(), words, tips[1:].tolist(), feeds.tolist(), strict=True)
         parts += [f"G1 X{x:.3f}{word} Z{z:.3f} F{feed:.2f}\n" for x, word, z, feed in rows]
     else:
-        form = f"G1 X%.3f {control.rotary_word}%.3f Z%.3f F%.2f\n"
+        form = f"G1 X%.3f {control.letter}%.3f Z%.3f F%.2f\n"
         for run in counter.runs(a_deg):
             places = slice(max(run.start, 1), run.end)
             rows = np.column_stack([strip.x_mm, a_deg - run.taken_off_deg, tips])[places]

@@ -25,7 +25,7 @@ def read_moves(text: str, options: CarveOptions, control: Control) -> Moves:
         ExportError: a word that the writer does not use.
     """
     sign = 1.0 if options.a_turns == "tool" else -1.0
-    letter = control.rotary_word
+    letter = control.letter
     cutting = re.compile(rf"G1 X(-?[0-9.]+) {letter}(-?[0-9.]+) Z(-?[0-9.]+) F([0-9.]+)")
     x, a, z, feed = 0.0, 0.0, math.inf, math.inf
     off = 0.0

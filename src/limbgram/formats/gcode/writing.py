@@ -15,8 +15,10 @@ import numpy as np
 from limbgram.core.errors import CarveError
 from limbgram.core.files import require, write_file
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, fault, note
 from limbgram.formats.gcode.control import Control, Winding, check_control
+from limbgram.formats.gcode.grbl import require_taken
 from limbgram.formats.gcode.program import rotary_words, text_of
 from limbgram.formats.gcode.reading import read_moves
 from limbgram.workbench.bodies import Apart, outer_bodies
@@ -58,6 +60,8 @@ class GcodeReport:
     """Those beside it, in the limb frame."""
     above: Above
     """What of the limb stays in the blank over the last row."""
+
+    __repr__ = brief
 
     @property
     def standing(self) -> Finding:
@@ -103,6 +107,8 @@ def write_gcode(
         stream.write(text.encode("ascii"))
 
     def check(written: Path) -> None:
+        if control.dialect == "grbl":
+            require_taken(written.read_text("ascii"), control.letter)
         moves = read_moves(written.read_text("ascii"), options, control)
         _compare(moves, toolpath, control)
         carved = check_carving(moves, toolpath.blank, options.ball_mm, mesh)
@@ -138,7 +144,7 @@ def _header(
         if options.a_turns == "tool"
         else "the work counter-clockwise seen from +X"
     )
-    letter = control.rotary_word
+    letter = control.letter
     tool = f" number {control.tool_number}" if control.tool_number else ""
     standing = (
         (f"MANDREL: diameter {options.mandrel_diameter_mm:g} mm through the blank",)

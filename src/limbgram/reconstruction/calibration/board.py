@@ -17,6 +17,7 @@ from jaxtyping import Float64, Int32
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, Camera
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding
 from limbgram.reconstruction.calibration.adjustment import (
     BOARD_TERMS,
@@ -141,6 +142,8 @@ class BoardCalibration:
     edge_sigmas_px: Float64[np.ndarray, "4"]
     """Sigma of a ray's place in the four corners of the picture (order of Coverage.reach)."""
     doubts: tuple[Finding, ...]
+
+    __repr__ = brief
 
 
 def calibrate(

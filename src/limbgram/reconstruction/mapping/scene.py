@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float64, Int32, Int64
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.core.geometry.lens import POSE_SIZE, Camera, View
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding
 
 
@@ -180,6 +181,8 @@ class Scene:
     """None where paint joins the photos, or marks do not help."""
     own: OwnLenses | None = None
     """Beside the cameras' lenses. None where one lens explains all photos of a camera."""
+
+    __repr__ = brief
 
     @property
     def placed(self) -> tuple[int, ...]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from limbgram.core.errors import Cancelled, LimbgramError
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding, Value, note
 
 
@@ -125,6 +126,8 @@ class PhotoSet:
     photos: tuple[Photo, ...]
     cameras: tuple[CameraGroup, ...]
     set_aside: tuple[SetAside, ...] = ()
+
+    __repr__ = brief
 
     @property
     def digest(self) -> str:

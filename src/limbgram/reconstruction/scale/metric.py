@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.notebook import brief
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
 
@@ -71,3 +72,5 @@ class MetricScene:
     """Height of the board's plane: nothing below it belongs to the limb. None: no plane known."""
     board_corners_mm: tuple[Vector3, ...] = ()
     """Outline of the scale board in the world: for pictures, and to keep it out of the region."""
+
+    __repr__ = brief

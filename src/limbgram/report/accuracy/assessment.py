@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.capture.setup import SetupCited
+from limbgram.core.notebook import brief
 from limbgram.core.typed import tree_of
 from limbgram.findings import Finding
 from limbgram.report.accuracy.capture import image_figures, length_figures, movement_figures
@@ -68,6 +69,8 @@ class Assessment:
     """Acceptance tests of the kit."""
     off_mm: Float64[np.ndarray, " n"] | None = None
     """Each vertex's signed distance from the truth; NaN where it has none. None without truth."""
+
+    __repr__ = brief
 
     @cached_property
     def tree(self) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from limbgram.capture.setup import SetupCited
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.notebook import brief
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
@@ -27,6 +28,8 @@ class Evidence:
     """Girths that were taped on the limb, beside the mesh's."""
     setups: tuple[SetupCited, ...] = ()
     """Acceptance tests of the kit, one for each camera file that has a certificate."""
+
+    __repr__ = brief
 
     @property
     def name(self) -> str:

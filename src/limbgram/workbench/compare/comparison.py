@@ -16,6 +16,7 @@ from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.compare.deviation import Deviation, deviation
 from limbgram.workbench.compare.frames import (
@@ -99,6 +100,8 @@ class Comparison:
     """Where auto laid them otherwise than by shape, and neither was made from the other."""
     notes: tuple[Finding, ...]
     """What a reader must know to trust the figures."""
+
+    __repr__ = brief
 
 
 def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Comparison:

@@ -24,6 +24,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.interval import COVER, widening
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding, note
 from limbgram.workbench.compare.comparison import CompareOptions, at_odds, lay
 from limbgram.workbench.compare.frames import (
@@ -172,6 +173,8 @@ class Series:
     """mm3 per week."""
     girths: tuple[Trend | None, ...]
     """mm per week, by level; None where too few visits have the level."""
+
+    __repr__ = brief
 
     @property
     def change_mm3(self) -> float:

@@ -26,7 +26,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh, dots, unit
-from limbgram.core.mesh.sections import cut
+from limbgram.core.mesh.sections import area_and_centroid, cut
 from limbgram.core.mesh.topology import boundary_half_edges, edge_lengths, find_edges
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.reconstruction.surface.holes import fill_holes
@@ -201,7 +201,7 @@ def middles_mm(limb: Limb, points: Points3, what: str) -> Points3:
     rows: list[tuple[float, float, float, float]] = []
     for section in cut(mesh, heights.tolist()):
         if section.closed:
-            area, x, y = _area_and_centroid(section.points_mm)
+            area, x, y = area_and_centroid(section.points_mm)
             rows.append((section.offset_mm, area, x, y))
     table = np.array(rows).reshape(-1, 4)
     largest = table[:, 1].max(initial=0.0)
@@ -444,18 +444,6 @@ def roughness_mm(mesh: Mesh) -> float:
     beyond = out - mean @ out
     inner = ~at_brim(mesh)
     return float(np.sqrt(np.mean(beyond[inner] ** 2))) if inner.any() else 0.0
-
-
-def _area_and_centroid(points: Points3) -> tuple[float, float, float]:
-    base = points[0, :2]
-    here = points[:, :2] - base
-    ahead = np.roll(here, -1, axis=0)
-    double = here[:, 0] * ahead[:, 1] - here[:, 1] * ahead[:, 0]
-    area = float(double.sum()) / 2
-    if abs(area) < 1e-9:
-        return 0.0, float(base[0]), float(base[1])
-    middle = ((here + ahead) * double[:, None]).sum(0) / (6 * area) + base
-    return area, float(middle[0]), float(middle[1])
 
 
 def _largest_of_each(table: Float64[np.ndarray, "k 4"]) -> Float64[np.ndarray, "m 4"]:

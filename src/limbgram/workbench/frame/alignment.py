@@ -153,7 +153,7 @@ def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[Finding, ...]:
     Raises:
         MeasureError: it differs too far.
     """
-    if options.declared is None:
+    if options.declared is None or not options.declared.front_told:
         return ()
     x, y, _ = frame.rotation @ options.declared.limb_from_mesh.rotation[1]
     off_deg = _between_deg(complex(x, y), 1j)
@@ -268,7 +268,7 @@ def _turned_about(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) ->
     """Rotation to the limb frame: as stated, as the file has it, or with the landmarks on the
 
     sides where they belong."""
-    if options.kept is not None and options.anterior is None:
+    if options.kept is not None and options.kept.front_told and options.anterior is None:
         return options.kept.limb_from_mesh.rotation
     start = _across(up)
     if options.anterior is not None:
@@ -278,6 +278,8 @@ def _turned_about(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) ->
         return _about_z(np.pi / 2 - np.arctan2(forward[1], forward[0])) @ start
     turn = _turn_by_landmarks(start, limb, axis, options)
     if abs(turn) < 1e-6 and options.declared is not None:
+        if not options.declared.front_told:
+            raise MeasureError("align.front.left_open")
         x, y, _ = start @ options.declared.limb_from_mesh.rotation[1]
         turn = 1j * np.conj(complex(x, y))
     if abs(turn) < 1e-6:

@@ -9,9 +9,15 @@ Fails   MeasureError: the limb is not aligned, there are several, no height has 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from itertools import chain
+from typing import Any, Literal
+
+import numpy as np
 
 from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.interval import COVER, HOLDS, plus_minus
+from limbgram.core.notebook import brief, data_frame, html_of
+from limbgram.core.spreadsheet import Table, heading
 from limbgram.core.tape import PLACING_SIGMA_MM
 from limbgram.findings import Finding, note
 from limbgram.workbench.bodies import Apart, outer_bodies
@@ -44,6 +50,9 @@ _BEYOND_MM = 1.0
 """A volume may begin or end as far beyond the limb, and as the sock is thick; it is clamped."""
 _TOUCHING_MM = 1e-6
 """Levels of even spacing that lie as near to an end of the limb only touch it."""
+
+
+_VOLUME = "volume_below_mm3"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +95,8 @@ class Row:
     reasons: tuple[Finding, ...]
     """Why a figure, or the whole row, has no answer; empty where all have."""
     level: Level | None
+
+    __repr__ = brief
 
     @property
     def others(self) -> tuple[Other, ...]:
@@ -131,6 +142,61 @@ class Measures:
     through_mm: tuple[float, float] = AXIS_MM
     """Where a line along z goes through the limb that was measured, in the limb frame."""
 
+    __repr__ = brief
+
+    def to_frame(self) -> Any:
+        """A pandas.DataFrame with a row for each height; every figure with its sigma.
+
+        Raises:
+            MissingError: pandas is not installed.
+        """
+        names = [name for name in (*MEASURES, _VOLUME) if self._has(name)]
+        columns = [column for name in names for column in (name, f"sigma_{name}")]
+        rows = tuple(
+            (
+                row.height_mm,
+                row.from_reference_mm,
+                *chain.from_iterable(_value_and_sigma(row.figures.get(name)) for name in names),
+            )
+            for row in self.rows
+        )
+        columns = ("height_mm", "from_reference_mm", *columns)
+        return data_frame(Table(title="levels", columns=columns, rows=rows))
+
+    def plot(self, name: str = "tape_mm", axes: Any = None) -> Any:
+        """A figure of MEASURES over the height, with the band of its ±; returns the axes.
+
+        Args:
+            axes: Of matplotlib, to draw on; None for new ones.
+        """
+        if axes is None:
+            from matplotlib import pyplot  # half a second, for notebooks alone
+
+            axes = pyplot.subplots(figsize=(5, 4), layout="constrained")[1]
+        shown = [(row.from_reference_mm, row.figures[name]) for row in self.rows]
+        known = [(height, figure) for height, figure in shown if figure is not None]
+        heights = np.array([height for height, _ in known])
+        values = np.array([figure.value for _, figure in known])
+        reach = COVER * np.array([figure.sigma or 0.0 for _, figure in known])
+        axes.plot(values, heights, marker=".")
+        axes.fill_betweenx(heights, values - reach, values + reach, alpha=0.3)
+        axes.set(xlabel=heading(name), ylabel=f"height from {self.counted_from} [mm]")
+        return axes
+
+    def _repr_html_(self) -> str:
+        """The table with ±, for notebooks."""
+        names = [name for name in (*MEASURES, _VOLUME) if self._has(name)]
+        columns = ("from_reference_mm", *names)
+        rows = tuple(
+            (row.from_reference_mm, *(_with_reach(row.figures.get(name)) for name in names))
+            for row in self.rows
+        )
+        said = f"{self.limb.name}: heights in mm from {self.counted_from}; {HOLDS}"
+        return html_of(Table(title="levels", columns=columns, rows=rows), said.removeprefix(": "))
+
+    def _has(self, name: str) -> bool:
+        return any(row.figures.get(name) is not None for row in self.rows)
+
     @property
     def beside(self) -> Finding | None:
         """The other outlines at the heights of the table; None without any."""
@@ -168,6 +234,14 @@ class Measures:
         return f"the {self.counted_from}" + (
             f"; the tip lies at {self.tip_mm:.1f} mm" if away else ""
         )
+
+
+def _value_and_sigma(figure: Figure | None) -> tuple[float | None, float | None]:
+    return (None, None) if figure is None else (figure.value, figure.sigma)
+
+
+def _with_reach(figure: Figure | None) -> str:
+    return "" if figure is None else f"{figure.value:.1f} {plus_minus(figure.interval, 1)}".rstrip()
 
 
 def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures:

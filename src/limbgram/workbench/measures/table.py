@@ -1,15 +1,14 @@
-"""The table as CSV for spreadsheets and as a tree for JSON.
+"""The measures as tables for spreadsheets, as CSV, and as a tree for JSON.
 
 Lengths in mm, areas in mm2, volumes in mL; every sigma is one standard deviation.
 """
 
-import csv
-import io
 from typing import Any
 
 import numpy as np
 
 from limbgram.core.geometry.smoothed_length import SMOOTHING_MM
+from limbgram.core.spreadsheet import Cell, Decimal, Table, csv_of, several
 from limbgram.findings import as_json, told
 from limbgram.workbench.edits.thickness import Thickness
 from limbgram.workbench.measures.lengths import Length
@@ -22,44 +21,121 @@ COLUMNS = (*MEASURES, "volume_below_ml")
 _DECIMALS = 4
 
 
-def csv_text(measures: Measures) -> str:
+def csv_text(measures: Measures, decimal: Decimal = "point") -> str:
     """A row for every height; sigmas stand in columns of their own if there are any.
 
     `others_mm` has the contours of outlines that are other limbs', separated by spaces.
     """
+    return csv_of(_levels(measures, decimal), decimal)
+
+
+def tables(measures: Measures) -> tuple[Table, ...]:
+    """Everything that was measured: a table for levels, and for each other kind that was asked."""
+    given = (_levels(measures), _volumes(measures), _lengths(measures), _tapes(measures))
+    return (*(one for one in given if one.rows), _about(measures))
+
+
+def _levels(measures: Measures, decimal: Decimal = "point") -> Table:
     with_sigma = any(
         figure is not None and figure.sigma is not None
         for row in measures.rows
         for figure in row.figures.values()
     )
-    text = io.StringIO()
-    sheet = csv.writer(text, lineterminator="\n")
     sigmas = [f"sigma_{name}" for name in COLUMNS] if with_sigma else []
-    sheet.writerow(
-        [
-            "height_mm",
-            "from_reference_mm",
-            "reference",
-            *COLUMNS,
-            *sigmas,
-            "loops",
-            "others_mm",
-            "reason",
-            "skin",
-            "contour_smoothed_over_mm",
-        ]
+    columns = (
+        "height_mm",
+        "from_reference_mm",
+        "reference",
+        *COLUMNS,
+        *sigmas,
+        "loops",
+        "others_mm",
+        "reason",
+        "skin",
+        "contour_smoothed_over_mm",
     )
-    reference = measures.counted_from
+    rows: list[tuple[Cell, ...]] = []
     for row in measures.rows:
         figures = _in_columns(row)
-        values = ["" if f is None else round(f.value, _DECIMALS) for f in figures]
-        spreads = ["" if f is None or f.sigma is None else _rounded(f.sigma) for f in figures]
+        values = [None if f is None else round(f.value, _DECIMALS) for f in figures]
+        spreads = [None if f is None or f.sigma is None else _rounded(f.sigma) for f in figures]
         place = [round(row.height_mm, _DECIMALS), round(row.from_reference_mm, _DECIMALS)]
-        others = " ".join(f"{round(other.contour_mm, _DECIMALS)}" for other in row.others)
+        others = several([round(other.contour_mm, _DECIMALS) for other in row.others], decimal)
         reason = " ".join(told(one) for one in row.reasons)
         tail = [row.loops, others, reason, measures.skin, SMOOTHING_MM]
-        sheet.writerow([*place, reference, *values, *(spreads if with_sigma else []), *tail])
-    return text.getvalue()
+        middle = [*values, *(spreads if with_sigma else [])]
+        rows.append((*place, measures.counted_from, *middle, *tail))
+    return Table(title="levels", columns=columns, rows=tuple(rows))
+
+
+def _volumes(measures: Measures) -> Table:
+    """An end of the surface has no height."""
+    rows = tuple(
+        (
+            row.low_mm if np.isfinite(row.low_mm) else None,
+            row.high_mm if np.isfinite(row.high_mm) else None,
+            *_with_sigma(in_ml(row.volume_mm3)),
+            " ".join(told(one) for one in row.notes),
+        )
+        for row in measures.volumes
+    )
+    columns = ("from_mm", "to_mm", "volume_ml", "sigma_volume_ml", "notes")
+    return Table(title="volumes", columns=columns, rows=rows)
+
+
+def _lengths(measures: Measures) -> Table:
+    names = ("along_axis_mm", "straight_mm", "over_surface_mm")
+    rows = tuple(
+        (
+            length.start,
+            length.end,
+            *_with_sigma(length.along_axis),
+            *_with_sigma(length.straight),
+            *_with_sigma(length.over_surface),
+        )
+        for length in measures.lengths
+    )
+    figures = (column for name in names for column in (name, f"sigma_{name}"))
+    return Table(title="lengths", columns=("from", "to", *figures), rows=rows)
+
+
+def _tapes(measures: Measures) -> Table:
+    rows = tuple(
+        (
+            check.height_mm,
+            check.height_mm - measures.reference_mm,
+            check.read_mm,
+            *_with_sigma(check.measured),
+            round(check.difference_mm, _DECIMALS),
+            _rounded(check.sigma_mm),
+            check.conflict,
+        )
+        for check in measures.tape
+    )
+    columns = ("height_mm", "from_reference_mm", "read_mm", "measured_mm", "sigma_measured_mm")
+    difference = ("difference_mm", "sigma_difference_mm", "conflict")
+    return Table(title="tape", columns=(*columns, *difference), rows=rows)
+
+
+def _about(measures: Measures) -> Table:
+    """What the other tables are of."""
+    frame = measures.limb.frame
+    rows: tuple[tuple[Cell, ...], ...] = (
+        ("shape", measures.limb.name),
+        ("side", None if frame is None else frame.side),
+        ("sock taken off [mm]", measures.limb.sock_mm),
+        ("heights counted from", measures.counted_from),
+        ("reference at [mm]", round(measures.reference_mm, _DECIMALS)),
+        ("skin", measures.skin),
+        ("contours smoothed over [mm]", SMOOTHING_MM),
+        ("sigma", "one standard deviation"),
+    )
+    return Table(title="about", columns=("what", "value"), rows=rows)
+
+
+def _with_sigma(figure: Figure) -> tuple[Cell, Cell]:
+    sigma = None if figure.sigma is None else _rounded(figure.sigma)
+    return round(figure.value, _DECIMALS), sigma
 
 
 def tree(measures: Measures) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field, fields, replace
 from difflib import SequenceMatcher
 
 from limbgram.core.errors import EditError, OptionsError
+from limbgram.core.notebook import brief
 from limbgram.core.run import track
 from limbgram.findings import Finding
 from limbgram.workbench.bodies import outside_of
@@ -85,6 +86,8 @@ class Replayed:
 
     limb: Limb
     ledger: Ledger
+
+    __repr__ = brief
 
 
 @dataclass

@@ -22,6 +22,7 @@ from scipy.ndimage import gaussian_filter, median_filter
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.compare.comparison import lay
 from limbgram.workbench.compare.counterparts import Ground, measured_faces
@@ -111,6 +112,8 @@ class Learned:
     template: Template
     notes: tuple[Finding, ...]
     """How each after was laid on its before, and what is odd about the pairs."""
+
+    __repr__ = brief
 
 
 def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) -> Learned:

@@ -8,6 +8,7 @@ from jaxtyping import Float64, Int64
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.pressing import DEEPEST_MM, Pressure, at_places
@@ -55,6 +56,8 @@ class Template:
     known_pairs: Int64[np.ndarray, "h a"]
     """Pairs that know each node."""
 
+    __repr__ = brief
+
     def suits(self, side: Side) -> bool:
         """Whether a limb of this side has the template's lateral side."""
         return self.sided == (side != "none")
@@ -70,6 +73,8 @@ class Applied:
     pressures: tuple[Pressure, ...]
     """Sensitive places that it presses on."""
     notes: tuple[Finding, ...]
+
+    __repr__ = brief
 
 
 def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> Applied:

@@ -1,0 +1,400 @@
+"""Clients: our files in the programs that they are made for.
+
+    python benchmarks/clients.py -o benchmarks/results/clients.json [--python OTHER/bin/python]
+
+writes clients.json, and clients.md beside it: a row for each program and file, with what the
+program says of it: whether it opens, the size of its box, whether it is closed, its colours, its
+scalar field, its unit. Truth is the shape that was written, an ellipsoid of 160 x 160 x 240 mm with
+a colour and a sigma at each vertex. A program that is not there is skipped, and the table says so.
+Libraries of Python are tried in this interpreter, then in those given by --python.
+"""
+
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from captures import machine
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.spreadsheet import Table, csv_of, xlsx_of
+from limbgram.formats.limb_file import write_limb
+from limbgram.formats.reading import ShapeFile
+from limbgram.services.export import Drawing, export
+from limbgram.workbench.limb import Landmark, Limb
+from tables import made_on
+
+RADIUS_MM, HALF_HEIGHT_MM = 80.0, 120.0
+SIZE_MM = (2 * RADIUS_MM, 2 * RADIUS_MM, 2 * HALF_HEIGHT_MM)
+COLOUR = (200, 150, 100)
+"""Of all vertices; as linear light 147, 78, 33 of 255."""
+SIGMA_MM = (0.05, 0.25)
+"""From the lower end to the upper."""
+TABLE = Table(title="levels", columns=("height_mm", "tape_mm"), rows=((65.213, 354.25),))
+_SECONDS = 300
+_EMPTY_PDF = 2000
+_GERMAN = "de_DE.UTF-8"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seen:
+    """One file in one program; None where the program, or the format, does not tell."""
+
+    program: str
+    file: str
+    opens: bool
+    size: str | None = None
+    closed: bool | None = None
+    colours: str | None = None
+    scalar: str | None = None
+    units: str | None = None
+    note: str = ""
+
+
+def main() -> None:
+    asked = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    asked.add_argument("-o", "--out", type=Path, required=True)
+    asked.add_argument("--python", action="append", default=[], help="another interpreter")
+    given = asked.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        files = written(Path(name))
+        seen: list[Seen] = []
+        skipped: dict[str, str] = {}
+        for program, suffixes, look in PROGRAMS:
+            for file in files:
+                if not file.name.endswith(suffixes):
+                    continue
+                try:
+                    seen.append(look(program, file, [sys.executable, *given.python]))
+                except LookupError as missing:
+                    skipped[program] = str(missing)
+    found = {
+        "machine": machine(),
+        "truth": {"size_mm": SIZE_MM, "sigma_mm": SIGMA_MM, "colour": COLOUR},
+        "seen": [asdict(one) for one in seen],
+        "skipped": skipped,
+    }
+    given.out.write_text(json.dumps(found, indent=1) + "\n")
+    given.out.with_suffix(".md").write_text(as_markdown(found))
+
+
+def written(folder: Path) -> list[Path]:
+    """A file of each kind."""
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    vertices = np.asarray(ball.vertices) * (RADIUS_MM, RADIUS_MM, HALF_HEIGHT_MM)
+    share = (vertices[:, 2] / HALF_HEIGHT_MM + 1) / 2
+    mesh = Mesh(
+        vertices_mm=vertices,
+        faces=np.asarray(ball.faces, np.int32),
+        colours=np.full((len(vertices), 3), COLOUR, np.uint8),
+        sigma_mm=(SIGMA_MM[0] + share * (SIGMA_MM[1] - SIGMA_MM[0])).astype(np.float32),
+        filled=np.zeros(len(vertices), np.bool_),
+    )
+    marks = (Landmark(name="fibula head", position_mm=np.array([RADIUS_MM, 0.0, 0.0])),)
+    limb = Limb(mesh=mesh, landmarks=marks)
+    shape = ShapeFile(limb=limb, sha256="", mm_per_unit=1.0)
+    meshes = [write_limb(limb, folder / f"limb.{kind}") for kind in ("stl", "ply", "obj", "glb")]
+    from limbgram.formats.vtp import write_vtp
+
+    meshes.append(write_vtp(mesh, folder / "limb.vtp", "mm"))
+    export(shape, Drawing(spacing_mm=40.0), folder / "cad.dxf")
+    export(shape, Drawing(spacing_mm=40.0, r12=True), folder / "r12.dxf")
+    (folder / "table.xlsx").write_bytes(xlsx_of([TABLE]))
+    (folder / "comma.csv").write_text(csv_of(TABLE, "comma"), "utf-8")
+    return [*meshes, *(folder / one for one in ("cad.dxf", "r12.dxf", "table.xlsx", "comma.csv"))]
+
+
+def _by_python(library: str, script: str) -> "Look":
+    """A look by a library; the script has `path` and fills the dict `seen`."""
+
+    def look(program: str, file: Path, interpreters: list[str]) -> Seen:
+        for interpreter in interpreters:
+            there = subprocess.run(
+                [interpreter, "-c", f"import {library}"], capture_output=True, check=False
+            )
+            if there.returncode == 0:
+                break
+        else:
+            raise LookupError(f"no Python here has {library}")
+        begin = "import json, sys\npath, seen = sys.argv[1], {}\n"
+        whole = begin + script + "\nprint('\\n' + json.dumps(seen))"
+        return _told(program, file, _run([interpreter, "-c", whole, str(file)]))
+
+    return look
+
+
+def _told(program: str, file: Path, ended: subprocess.CompletedProcess[str]) -> Seen:
+    """What a script printed last."""
+    if ended.returncode:
+        why = (ended.stderr.strip().splitlines() or ["no reason"])[-1]
+        return Seen(program=program, file=file.name, opens=False, note=why[:100])
+    tree: dict[str, Any] = json.loads(ended.stdout.strip().splitlines()[-1])
+    size = tree.get("size")
+    shown = None if size is None else " x ".join(f"{one:.4g}" for one in size)
+    return Seen(program=program, file=file.name, opens=True, **{**tree, "size": shown})
+
+
+def _run(words: list[str], **extra: str) -> "subprocess.CompletedProcess[str]":
+    bare = {key: value for key, value in os.environ.items() if not key.startswith("VIRTUAL")}
+    around = {**bare, "QT_QPA_PLATFORM": "offscreen", **extra}
+    try:
+        return subprocess.run(
+            words, capture_output=True, text=True, timeout=_SECONDS, env=around, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return subprocess.CompletedProcess(words, 124, "", f"no answer in {_SECONDS} s")
+
+
+def _need(*names: str) -> str:
+    for name in names:
+        place = shutil.which(name)
+        if place is not None:
+            return place
+    raise LookupError(f"{names[0]} is not installed")
+
+
+def _prusa_slicer(program: str, file: Path, _: list[str]) -> Seen:
+    ended = _run([_need("prusa-slicer"), "--info", str(file)])
+    told = dict(re.findall(r"(\w+) = +(\S+)", ended.stdout))
+    if "size_x" not in told:
+        return Seen(program=program, file=file.name, opens=False, note=ended.stderr[:100])
+    return Seen(
+        program=program,
+        file=file.name,
+        opens=True,
+        size=" x ".join(f"{float(told[f'size_{axis}']):.4g}" for axis in "xyz"),
+        closed=told.get("manifold") == "yes",
+        units="takes mm",
+    )
+
+
+def _cloudcompare(program: str, file: Path, _: list[str]) -> Seen:
+    out = file.with_suffix(".asc")
+    words = ["-SILENT", "-AUTO_SAVE", "OFF", "-O", str(file), "-EXTRACT_VERTICES"]
+    words += ["-C_EXPORT_FMT", "ASC", "-ADD_HEADER", "-SAVE_CLOUDS", "FILE", str(out)]
+    ended = _run([_need("CloudCompare", "cloudcompare.CloudCompare"), *words])
+    if not out.is_file():
+        return Seen(program=program, file=file.name, opens=False, note=ended.stdout[-100:])
+    head = out.read_text().splitlines()[0].removeprefix("//").split()
+    rows = np.loadtxt(out, comments="//")
+    out.unlink()
+    scalar = [name for name in head if name not in {*"XYZRGB", "Nx", "Ny", "Nz", "A"}]
+    reach = f" {rows[:, head.index(scalar[0])].min():.3g} to" if scalar else ""
+    last = f" {rows[:, head.index(scalar[0])].max():.3g}" if scalar else ""
+    return Seen(
+        program=program,
+        file=file.name,
+        opens=True,
+        size=" x ".join(f"{one:.4g}" for one in np.ptp(rows[:, :3], axis=0)),
+        colours=" ".join(f"{one:.0f}" for one in rows[0, 3:6]) if "R" in head else "none",
+        scalar=f"{scalar[0]}{reach}{last}" if scalar else "none",
+    )
+
+
+_FREECAD = """
+import json, os
+path, seen = os.environ["LIMBGRAM_FILE"], {}
+if path.endswith("dxf"):
+    import FreeCAD, Import
+    document = FreeCAD.newDocument()
+    Import.readDXF(path)
+    box = FreeCAD.BoundBox()
+    for one in document.Objects:
+        if hasattr(one, "Shape"):
+            box.add(one.Shape.BoundBox)
+    kinds = sorted({one.TypeId for one in document.Objects})
+    faces = sum(len(one.Shape.Faces) for one in document.Objects if hasattr(one, "Shape"))
+    seen = {"note": f"{len(document.Objects)} objects, {faces} faces", "units": "mm"}
+else:
+    import Mesh
+    mesh = Mesh.Mesh(path)
+    box = mesh.BoundBox
+    seen = {"closed": bool(mesh.isSolid()), "units": "takes mm"}
+seen["size"] = [box.XLength, box.YLength, box.ZLength]
+print("\\nSEEN" + json.dumps(seen), flush=True)
+os._exit(0)
+"""
+
+
+def _freecad(program: str, file: Path, _: list[str]) -> Seen:
+    script = file.with_name("look.FCMacro.py")
+    script.write_text(_FREECAD)
+    ended = _run([_need("freecadcmd", "FreeCADCmd"), str(script)], LIMBGRAM_FILE=str(file))
+    told = re.search(r"SEEN(\{.*\})", ended.stdout)
+    if told is None:
+        why = (ended.stderr.strip().splitlines() or ["no answer"])[-1]
+        return Seen(program=program, file=file.name, opens=False, note=why[:100])
+    return _told(program, file, subprocess.CompletedProcess([], 0, told[1], ""))
+
+
+def _librecad(program: str, file: Path, _: list[str]) -> Seen:
+    """Drawn to fit a page; an empty one has some 1,300 bytes."""
+    out = file.with_suffix(".pdf")
+    ended = _run([_need("librecad"), "dxf2pdf", "-a", "-c", str(file)])
+    size = out.stat().st_size if out.is_file() else 0
+    note = f"drawn, {size} bytes of PDF" if size > _EMPTY_PDF else ended.stderr[-100:]
+    return Seen(program=program, file=file.name, opens=size > _EMPTY_PDF, note=note)
+
+
+def _libreoffice(program: str, file: Path, _: list[str]) -> Seen:
+    import openpyxl
+
+    folder = file.with_name(f"seen-{file.stem}")
+    words = [_need("soffice"), f"-env:UserInstallation=file://{file.parent}/profile", "--headless"]
+    if file.suffix == ".csv":
+        words.append("--infilter=Text - txt - csv (StarCalc):59,34,76,1,,1031,false,true")
+    words += ["--convert-to", "xlsx", "--outdir", str(folder), str(file)]
+    ended = _run(words, LANG=_GERMAN, LC_ALL=_GERMAN)
+    made = folder / f"{file.stem}.xlsx"
+    if not made.is_file():
+        return Seen(program=program, file=file.name, opens=False, note=ended.stderr[-100:])
+    head, *rows = openpyxl.load_workbook(made).active.iter_rows(values_only=True)
+    same = rows == [tuple(row) for row in TABLE.rows]
+    note = "numbers as written" if same else f"other numbers: {rows[0]}"
+    return Seen(program=program, file=file.name, opens=same, units=str(head[0]), note=note)
+
+
+_TRIMESH = """
+import trimesh
+mesh = trimesh.load(path, process=path.endswith("stl"))
+mesh = mesh if hasattr(mesh, "faces") else mesh.to_mesh()
+seen["size"] = mesh.extents.tolist()
+seen["closed"] = bool(mesh.is_watertight)
+if mesh.visual.kind == "vertex":
+    seen["colours"] = " ".join(str(one) for one in mesh.visual.vertex_colors[0][:3])
+"""
+_PYVISTA = """
+import pyvista
+mesh = pyvista.read(path)
+mesh = mesh if isinstance(mesh, pyvista.PolyData) else mesh.combine().extract_surface()
+low, high = mesh.bounds[::2], mesh.bounds[1::2]
+seen["size"] = [b - a for a, b in zip(low, high)]
+seen["closed"] = mesh.clean().n_open_edges == 0
+named = [one for one in mesh.point_data if "sigma" in one.lower()]
+reach = [f"{one} {mesh[one].min():.3g} to {mesh[one].max():.3g}" for one in named]
+seen["scalar"] = reach[0] if reach else "none"
+rgb = next((one for one in ("RGB", "RGBA", "COLOR_0") if one in mesh.point_data), None)
+seen["colours"] = " ".join(f"{one:.3g}" for one in mesh[rgb][0][:3]) if rgb else "none"
+if "unit" in mesh.field_data:
+    seen["units"] = str(mesh.field_data["unit"][0])
+"""
+_MESHIO = """
+import meshio
+mesh = meshio.read(path)
+seen["size"] = (mesh.points.max(0) - mesh.points.min(0)).tolist()
+named = [one for one in mesh.point_data if "sigma" in one]
+seen["scalar"] = named[0] if named else "none"
+"""
+_OPEN3D = """
+import numpy, open3d
+mesh = open3d.io.read_triangle_mesh(path)
+if path.endswith("stl"):
+    mesh.merge_close_vertices(1e-6)
+assert len(mesh.triangles), "no triangles"
+seen["size"] = mesh.get_axis_aligned_bounding_box().get_extent().tolist()
+seen["closed"] = bool(mesh.is_watertight())
+colours = numpy.asarray(mesh.vertex_colors)
+seen["colours"] = " ".join(f"{255 * one:.0f}" for one in colours[0]) if len(colours) else "none"
+"""
+_PYMESHLAB = """
+import pymeshlab
+meshes = pymeshlab.MeshSet()
+meshes.load_new_mesh(path)
+if path.endswith("stl"):
+    meshes.meshing_merge_close_vertices()
+mesh = meshes.current_mesh()
+box = mesh.bounding_box()
+seen["size"] = (box.max() - box.min()).tolist()
+seen["closed"] = meshes.get_topological_measures()["boundary_edges"] == 0
+seen["scalar"] = "none"
+if mesh.has_vertex_scalar():
+    quality = mesh.vertex_scalar_array()
+    seen["scalar"] = f"quality {quality.min():.3g} to {quality.max():.3g}"
+if mesh.has_vertex_color():
+    seen["colours"] = " ".join(f"{255 * one:.0f}" for one in mesh.vertex_color_matrix()[0][:3])
+"""
+_EZDXF = """
+import ezdxf
+from ezdxf import bbox, units
+drawing = ezdxf.readfile(path)
+found = bbox.extents(drawing.modelspace())
+seen["size"] = list(found.size)
+seen["units"] = units.unit_name(drawing.units)
+kinds = sorted({one.dxftype() for one in drawing.modelspace()})
+seen["note"] = f"{len(drawing.audit().errors)} errors; {', '.join(kinds)}"
+"""
+_PANDAS = """
+import pandas
+book = path.endswith("xlsx")
+table = pandas.read_excel(path) if book else pandas.read_csv(path, sep=";", decimal=",")
+assert table.iloc[0].tolist() == [65.213, 354.25], table
+seen["note"] = "numbers as written"
+seen["units"] = table.columns[0].strip()
+"""
+_OPENPYXL = """
+import openpyxl
+head, row = openpyxl.load_workbook(path).active.iter_rows(values_only=True)
+assert row == (65.213, 354.25), row
+seen["note"] = "numbers as written"
+seen["units"] = head[0]
+"""
+Look = Callable[[str, Path, list[str]], Seen]
+PROGRAMS: tuple[tuple[str, tuple[str, ...], Look], ...] = (
+    ("PrusaSlicer", (".stl", ".obj"), _prusa_slicer),
+    ("CloudCompare", (".ply", ".stl", ".obj"), _cloudcompare),
+    ("MeshLab (pymeshlab)", (".ply", ".stl", ".obj", ".glb"), _by_python("pymeshlab", _PYMESHLAB)),
+    ("Open3D", (".ply", ".stl", ".obj", ".glb"), _by_python("open3d", _OPEN3D)),
+    ("pyvista", (".ply", ".stl", ".obj", ".glb", ".vtp"), _by_python("pyvista", _PYVISTA)),
+    ("meshio", (".ply", ".stl", ".obj"), _by_python("meshio", _MESHIO)),
+    ("trimesh", (".ply", ".stl", ".obj", ".glb"), _by_python("trimesh", _TRIMESH)),
+    ("FreeCAD", (".ply", ".stl", ".obj", "cad.dxf", "r12.dxf"), _freecad),
+    ("LibreCAD", (".dxf",), _librecad),
+    ("ezdxf", (".dxf",), _by_python("ezdxf", _EZDXF)),
+    ("LibreOffice, German", (".xlsx", ".csv"), _libreoffice),
+    ("pandas", (".xlsx", ".csv"), _by_python("pandas", _PANDAS)),
+    ("openpyxl", (".xlsx",), _by_python("openpyxl", _OPENPYXL)),
+    ("Blender", (".glb",), lambda *_: Seen(program="", file=_need("blender"), opens=False)),
+)
+"""With the ends of the names of the files that each is for."""
+
+
+def as_markdown(found: dict[str, Any]) -> str:
+    """The table of a result."""
+    columns = ("opens", "size", "closed", "colours", "scalar", "units", "note")
+    lines = [
+        "# Our files in other programs",
+        "",
+        f"- {made_on(found['machine'])}",
+        f"- truth: {' x '.join(f'{one:g}' for one in SIZE_MM)} mm, closed, colour "
+        f"{' '.join(map(str, COLOUR))} (as linear light 147 78 33), sigma {SIGMA_MM[0]} to "
+        f"{SIGMA_MM[1]} mm. DXF: sections every 40 mm, of which the lowest and the highest are "
+        "its curves' ends. GLB is in metres with +Y up.",
+        "",
+        f"| program | file | {' | '.join(columns)} |",
+        "|---|---|" + "---|" * len(columns),
+    ]
+    for one in found["seen"]:
+        cells = ["" if one[name] is None else _word(one[name]) for name in columns]
+        lines.append(f"| {one['program']} | {one['file']} | {' | '.join(cells)} |")
+    lines += ["", *(f"- Skipped: {name}: {why}" for name, why in found["skipped"].items())]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _word(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return str(value).replace("|", "/").replace("\n", " ")
+
+
+if __name__ == "__main__":
+    main()

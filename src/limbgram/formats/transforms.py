@@ -1,0 +1,72 @@
+"""transforms.json: cameras and poses as nerfstudio and instant-ngp take them.
+
+Poses are world from camera with the camera looking along -Z and its +Y up (OpenGL); pixels count
+from the corner of the first one, as in COLMAP: its centre is 0.5. Every photo has its own numbers
+of the lens, so that photos of several cameras and lenses stand in one file.
+"""
+
+import json
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from limbgram.core.files import other, require, write_file
+from limbgram.core.geometry.lens import Camera, View
+from limbgram.formats.writing import target
+from limbgram.reconstruction.scale.metric import MetricScene
+
+_HALF = 0.5
+_OPENGL_FROM_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
+
+
+def write_transforms(
+    metric: MetricScene, path: Path, photos: str, *, unscaled: bool = False
+) -> Path:
+    """Write the file, and read it back.
+
+    Args:
+        photos: Where the photos lie, from the file's folder.
+    """
+    path = target(path, metric.scale.unit, unscaled=unscaled)
+    tree = {
+        "camera_model": "OPENCV",
+        "unit": metric.scale.unit,
+        "frames": [_frame(view, photos) for view in metric.scene.views],
+    }
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(json.dumps(tree, indent=1).encode())
+
+    def check(written: Path) -> None:
+        require(json.loads(written.read_bytes()) == tree, other(path.name, "poses"))
+
+    return write_file(path, encode, check)
+
+
+def _frame(view: View, photos: str) -> dict[str, Any]:
+    pose = view.camera_from_world.inverse
+    world_from_camera = np.eye(4)
+    world_from_camera[:3, :3], world_from_camera[:3, 3] = pose.rotation, pose.translation
+    return {
+        "file_path": f"{photos}/{view.name}",
+        **_lens(view.camera),
+        "transform_matrix": (world_from_camera @ _OPENGL_FROM_OPENCV).tolist(),
+    }
+
+
+def _lens(camera: Camera) -> dict[str, float]:
+    """These programs know no skew: it is left out."""
+    return {
+        "w": camera.width_px,
+        "h": camera.height_px,
+        "fl_x": camera.fx,
+        "fl_y": camera.fy,
+        "cx": camera.cx + _HALF,
+        "cy": camera.cy + _HALF,
+        "k1": camera.k1,
+        "k2": camera.k2,
+        "k3": camera.k3,
+        "p1": camera.p1,
+        "p2": camera.p2,
+    }
