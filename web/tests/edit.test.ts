@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 
-import { fading, neighboursOf, ring, sharesAtPlace, sharesInRegion } from "../src/geometry/edit";
+import { areaOf, displaced, fading, neighboursOf, ring, sharesAtPlace, sharesInRegion } from "../src/geometry/edit";
 import type { Vec3 } from "../src/geometry/vectors";
 
 /** A flat square of n by n vertices, one millimetre apart. */
@@ -57,4 +57,25 @@ test("a drawn line knows its inside, its middle and the distance to it", () => {
   expect(made.isInside([5, 11, 5])).toBe(false);
   expect(made.distance([5, 4, 5])).toBeCloseTo(4, 12);
   expect(Math.abs(made.normal[2])).toBeCloseTo(1, 12);
+});
+
+test("the area of an edit is that of its triangles, each by the share of its corners", () => {
+  const [positions, indices] = sheet(11);
+  const vertices = Uint32Array.from({ length: 121 }, (_, v) => v);
+  const whole = { vertices, shares: new Float32Array(121).fill(1) };
+  const sloping = { vertices, shares: Float32Array.from(vertices, (v) => (v % 11) / 10) };
+  expect(areaOf(positions, indices, whole)).toBeCloseTo(100, 9);
+  expect(areaOf(positions, indices, sloping)).toBeCloseTo(50, 5);
+  // One inner vertex of a grid: a third of the six triangles round it.
+  expect(areaOf(positions, indices, { vertices: Uint32Array.of(60), shares: Float32Array.of(1) })).toBeCloseTo(1, 9);
+});
+
+test("an edit moves its vertices along their normals, and their differences by as much", () => {
+  const [positions] = sheet(3);
+  const normals = Float32Array.from({ length: 27 }, (_, i) => (i % 3 === 2 ? 1 : 0));
+  const differences_mm = new Float32Array(9).fill(0.25);
+  const moved = displaced({ positions, normals, differences_mm }, { vertices: Uint32Array.of(4, 8), shares: Float32Array.of(1, 0.5) }, -2);
+  expect([...moved.positions]).toEqual([1, 1, -2, 2, 2, -1]);
+  expect([...moved.differences_mm]).toEqual([0.25, 0.25, 0.25, 0.25, -1.75, 0.25, 0.25, 0.25, -0.75]);
+  expect(differences_mm[4]).toBe(0.25); // what was known stays
 });

@@ -8,7 +8,7 @@
  *
  * The server replays the recipe and is the truth; this only follows the hand until it answers.
  */
-import { type Vec3, dot, sub } from "./vectors";
+import { type Vec3, cross, dot, length, sub, triple } from "./vectors";
 
 /** From 1 at 0 to 0 at 1, level and without bend at both ends. */
 export function fading(share: number): number {
@@ -95,6 +95,41 @@ export function sharesInRegion(
   const found = new Map<number, number>();
   for (const v of inside) found.set(v, distanceTo(v));
   return shared(found, (d) => 1 - fading(d / falloff_mm));
+}
+
+/** A surface as it is known before an edit: flat arrays of x, y, z in mm; differences in mm for each vertex. */
+export interface Ground {
+  readonly positions: Float32Array;
+  readonly normals: Float32Array;
+  readonly differences_mm: Float32Array;
+}
+
+/** Where the vertices of an edit come to lie, three numbers each in their order, and the differences of all vertices then. */
+export function displaced(ground: Ground, { vertices, shares }: Shares, outward_mm: number): { readonly positions: Float32Array; readonly differences_mm: Float32Array } {
+  const positions = new Float32Array(3 * vertices.length);
+  const differences_mm = ground.differences_mm.slice();
+  for (let i = 0; i < vertices.length; i++) {
+    const by = outward_mm * shares[i];
+    const k = 3 * vertices[i];
+    for (let c = 0; c < 3; c++) positions[3 * i + c] = ground.positions[k + c] + by * ground.normals[k + c];
+    differences_mm[vertices[i]] += by;
+  }
+  return { positions, differences_mm };
+}
+
+/** Sum of share times area over the vertices moved, mm2: times depth it is the volume of the edit. */
+export function areaOf(positions: Float32Array, indices: Uint32Array, { vertices, shares }: Shares): number {
+  const share = new Map<number, number>();
+  vertices.forEach((v, i) => share.set(v, shares[i]));
+  let sum = 0;
+  for (let f = 0; f < indices.length; f += 3) {
+    const [a, b, c] = [indices[f], indices[f + 1], indices[f + 2]];
+    const part = (share.get(a) ?? 0) + (share.get(b) ?? 0) + (share.get(c) ?? 0);
+    if (!part) continue;
+    const corner = triple(positions, a);
+    sum += (part / 6) * length(cross(sub(triple(positions, b), corner), sub(triple(positions, c), corner)));
+  }
+  return sum;
 }
 
 /** Distance and crossing of a closed line that lies on a surface. */

@@ -33,6 +33,13 @@ export function widthFor(largest_mm: number): number {
   return wider;
 }
 
+/** The same for the largest of some differences, mm. */
+export function widthOf(differences_mm: Float32Array): number {
+  let most = 0;
+  for (const d of differences_mm) if (Math.abs(d) > most) most = Math.abs(d);
+  return widthFor(most);
+}
+
 /** A number with true minus, so many decimals, and a plus where the sign tells. */
 export function signed(value: number, decimals = 1): string {
   const text = Math.abs(value).toFixed(decimals);

@@ -57,3 +57,9 @@ export const columns = (m: Rigid): number[] => {
 
 /** Three numbers of an answer as a vector. */
 export const vec3 = (values: readonly number[]): Vec3 => [values[0], values[1], values[2]];
+
+/** A point of the canvas as three numbers. */
+export const xyz = (p: { readonly x: number; readonly y: number; readonly z: number }): Vec3 => [p.x, p.y, p.z];
+
+/** The k-th triple of a flat array: a vertex, or its normal. */
+export const triple = (flat: Float32Array, k: number): Vec3 => [flat[3 * k], flat[3 * k + 1], flat[3 * k + 2]];

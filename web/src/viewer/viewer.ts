@@ -25,6 +25,7 @@ import {
   WebGLRenderer,
 } from "three";
 
+import type { Pixel } from "../geometry/nearest";
 import { IDENTITY, type Rigid } from "../geometry/vectors";
 import { type Hit, type Mode, Surface, type SurfaceData } from "./surface";
 
@@ -229,6 +230,15 @@ export class Viewer {
       y: ((1 - p.y) / 2) * this.holder.clientHeight,
       behind: p.z > 1,
     };
+  }
+
+  /** Where a point of the mesh's frame is on the page, in CSS pixels; null where the surface hides it. */
+  onPage(point: Vector3, slack_mm?: number): Pixel | null {
+    if (!this.surface) return null;
+    const shown = this.surface.toShown(point);
+    const box = this.canvas.getBoundingClientRect();
+    const at = this.toScreen(shown);
+    return this.isSeen(shown, slack_mm) ? [at.x + box.left, at.y + box.top] : null;
   }
 
   /** Whether the surface does not hide a point of the frame shown that lies on it. */

@@ -1,0 +1,86 @@
+/** The axes: set from the places, looked at, turned round, or turned by hand. */
+import { type Signal, useSignal } from "@preact/signals";
+import { useRef } from "preact/hooks";
+import { Vector3 } from "three";
+
+import type { Schemas } from "../../api/client";
+import { type ByHand, STILL, turned } from "../../geometry/byhand";
+import { type Vec3, scale, sub, xyz } from "../../geometry/vectors";
+import { perform } from "../../state/acts";
+import { t } from "../../texts";
+import type { Viewer } from "../../viewer/viewer";
+import type { Placing } from "./placing";
+import type { Subject } from "./subject";
+
+export interface Axes {
+  readonly flexion_deg: Signal<number>;
+  /** Whether up is down. */
+  readonly flipped: Signal<boolean>;
+  /** Towards whoever looked, where that is the front. */
+  readonly front: Signal<Vec3 | null>;
+  /** What a hand turned since the axes were set; not kept yet. */
+  readonly byHand: Signal<ByHand>;
+  /** What lacks before they can be set, in words. */
+  readonly lacks: string | null;
+  readonly set: () => void;
+  /** Keep what the hand turned: the axes as they are shown are stated to the server. */
+  readonly keepByHand: () => void;
+  /** What a hand does to the handles of the axes. */
+  readonly drag: (by: ByHand, done: boolean) => void;
+}
+
+export function useAxes(subject: Subject, { places, known }: Placing): Axes {
+  const { limb, aligned, kind, side } = subject;
+  const flexion_deg = useSignal(0);
+  const flipped = useSignal(false);
+  const front = useSignal<Vec3 | null>(null);
+  const byHand = useSignal<ByHand>(STILL);
+  /** What was turned when the hand took a handle. */
+  const from = useRef<ByHand | null>(null);
+  const sideLacks = (!side || side === "none") && kind !== "torso";
+  const facing = places.some((one) => known.find((k) => k.name === one.name && k.facing !== "none"));
+  const lacks = !kind ? t("align.kind.first") : sideLacks ? t("align.side.first") : !facing && !front.value ? t("align.places.first") : null;
+
+  const state = async (body: Schemas["Align"], afterwards: () => void) => {
+    const { room, asked, take } = subject;
+    const path = { case_id: room.id };
+    await perform(room.id, "post", "/api/v1/cases/{case_id}/limb/align", { params: { path }, body }, { done: take, again: asked.again });
+    afterwards();
+    await room.again();
+    await asked.again();
+  };
+  const set = () =>
+    void subject.act.run(async () => {
+      if (sideLacks) return;
+      const up = limb && (!aligned || flipped.value) ? scale(limb.frame.rotation[2], flipped.value ? -1 : 1) : null;
+      const body: Schemas["Align"] = { side: side ?? "none", kind, axis: "fit", proximal: up && [...up], anterior: front.value && [...front.value], flexion_deg: flexion_deg.value };
+      await state(body, () => {
+        subject.saved.value = t("align.done");
+        flipped.value = false;
+        byHand.value = STILL;
+      });
+    });
+  const keepByHand = () =>
+    void subject.act.run(async () => {
+      if (!limb) return;
+      const [, forwards, up] = turned(limb.frame, byHand.value).rotation;
+      await state({ side: side ?? "none", kind, axis: [...up], anterior: [...forwards], flexion_deg: 0 }, () => {
+        byHand.value = STILL;
+        subject.saved.value = t("align.by.hand.kept");
+      });
+    });
+  const drag = (by: ByHand, done: boolean) => {
+    const begun = (from.current ??= byHand.value);
+    byHand.value = { turn_deg: tenth(begun.turn_deg + by.turn_deg), flex_deg: tenth(begun.flex_deg + by.flex_deg), lean_deg: tenth(begun.lean_deg + by.lean_deg) };
+    if (done) from.current = null;
+  };
+  return { flexion_deg, flipped, front, byHand, lacks, set, keepByHand, drag };
+}
+
+/** From the limb towards whoever looks, in the mesh's frame; null where there is no limb. */
+export function towardsViewer(viewer: Viewer | null): Vec3 | null {
+  if (!viewer?.surface) return null;
+  return sub(xyz(viewer.surface.toMesh(viewer.axes().back)), xyz(viewer.surface.toMesh(new Vector3())));
+}
+
+const tenth = (deg: number) => Math.round(10 * deg) / 10;

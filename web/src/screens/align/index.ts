@@ -1,0 +1,1 @@
+export { AlignScreen } from "./screen";

@@ -1,0 +1,49 @@
+/** Which limb, and whose side: asked where a case does not tell. */
+import type { Schemas } from "../../api/client";
+import { Button } from "../../design/parts";
+import { Refusal } from "../../design/refusal";
+import { perform } from "../../state/acts";
+import { useAct } from "../../state/asked";
+import { t } from "../../texts";
+import type { RoomProps } from "../room";
+
+const KINDS = ["transtibial", "transfemoral", "foot", "torso"] as const;
+
+export function KindAndSide({ room, onDone }: RoomProps & { onDone: () => void }) {
+  const act = useAct();
+  const change = (body: Schemas["CaseChange"]) =>
+    act.run(async () => {
+      await perform(room.id, "patch", "/api/v1/cases/{case_id}", { params: { path: { case_id: room.id } }, body });
+      onDone();
+    });
+  return (
+    <div class="asks">
+      {!room.info.kind && (
+        <>
+          <h3>{t("cases.which.kind")}</h3>
+          <div class="choices">
+            {KINDS.map((one) => (
+              <Button key={one} onClick={() => void change({ kind: one })}>
+                {t(`kind.${one}`)}
+              </Button>
+            ))}
+          </div>
+        </>
+      )}
+      {!room.info.side && room.info.kind !== "torso" && (
+        <>
+          <h3>{t("cases.which.side")}</h3>
+          <div class="choices">
+            {(["right", "left"] as const).map((one) => (
+              <Button key={one} onClick={() => void change({ side: one })}>
+                {t(`side.${one}`)}
+              </Button>
+            ))}
+          </div>
+        </>
+      )}
+      <Refusal refused={act.refused.value} />
+    </div>
+  );
+}
+

@@ -1,0 +1,80 @@
+/** Places as they are set, dragged, guessed, left out and taken away. */
+import { type Signal, useSignal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import type { Vector3 } from "three";
+
+import { type Schemas, api, taken } from "../../api/client";
+import { distance, xyz } from "../../geometry/vectors";
+import { perform, pendingAt } from "../../state/acts";
+import { type Asked, useAsked } from "../../state/asked";
+import { nameOfSticker, rememberSticker } from "../../state/stickers";
+import { t } from "../../texts";
+import { term } from "../../words";
+import { type Known, type Offered, type Place, SAME_MM, nextAfter, offeredOf, orderOf, withPending } from "./places";
+import type { Subject } from "./subject";
+
+const PLACE = "/api/v1/cases/{case_id}/limb/places/{name}";
+
+export interface Placing {
+  readonly places: readonly Place[];
+  readonly known: readonly Known[];
+  /** All names, in the order of the list. */
+  readonly order: readonly string[];
+  readonly offered: readonly Offered[];
+  /** Marks that the photos show, before anything is set. */
+  readonly marks: readonly Schemas["Mark"][];
+  readonly namesRefused: Asked<unknown>["refused"];
+  /** The name that the next press on the limb sets. */
+  readonly armed: Signal<string | null>;
+  readonly chosen: Signal<string | null>;
+  /** A place while it is dragged. */
+  readonly held: Signal<{ readonly name: string; readonly point: Vector3 } | null>;
+  /** Names that are left out. */
+  readonly left: Signal<ReadonlySet<string>>;
+  readonly put: (name: string, point: Vector3) => void;
+  readonly remove: (name: string) => void;
+  readonly after: (name: string) => string | null;
+}
+
+export function usePlacing(subject: Subject): Placing {
+  const { room, limb, asked, kind, aligned, act, saved, take } = subject;
+  const path = { params: { path: { case_id: room.id } } };
+  const armed = useSignal<string | null>(null);
+  const chosen = useSignal<string | null>(null);
+  const held = useSignal<{ name: string; point: Vector3 } | null>(null);
+  const left = useSignal<ReadonlySet<string>>(new Set());
+  const names = useAsked(async () => (kind ? await taken(api.GET("/api/v1/templates/names/{kind}", { params: { path: { kind } } })) : []), [kind]);
+  const marks = useAsked(async () => (limb && !limb.reply.aligned && limb.reply.places.length === 0 ? await taken(api.GET("/api/v1/cases/{case_id}/limb/marks", path)) : []), [limb?.reply.sha256]);
+  const guesses = useAsked(async () => (limb ? await taken(api.GET("/api/v1/cases/{case_id}/limb/guesses", path)) : null), [limb?.reply.sha256, kind, limb?.reply.aligned]);
+
+  const places = withPending(limb?.reply.places ?? [], pendingAt(room.id, PLACE));
+  const known = names.value.value ?? [];
+  const order = orderOf(known, places);
+  const offered = useMemo(() => offeredOf(guesses.value.value?.places ?? [], places, nameOfSticker), [guesses.value.value, places]);
+
+  // The first name is armed at once: one press on the limb is all that is asked.
+  const first = order.find((name) => !places.some((one) => one.name === name) && !left.value.has(name)) ?? null;
+  useEffect(() => {
+    if (limb && !aligned && armed.value === null && places.length === 0 && first) armed.value = first;
+  }, [limb, first]);
+
+  const put = (name: string, point: Vector3) =>
+    void act.run(async () => {
+      chosen.value = name;
+      const [x, y, z] = xyz(point);
+      const kept = perform(room.id, "put", PLACE, { params: { path: { case_id: room.id, name } }, body: { position_mm: [x, y, z] } }, { done: take, again: asked.again });
+      if (held.value?.name === name) held.value = null; // what is on its way to the server is shown by itself
+      await kept;
+      const sticker = offered.find((one) => one.sticker !== null && distance(one.at, [x, y, z]) < SAME_MM)?.sticker;
+      if (sticker !== null && sticker !== undefined) rememberSticker(sticker, name);
+      saved.value = t("align.placed", term(name));
+    });
+  const remove = (name: string) =>
+    void act.run(async () => {
+      if (chosen.value === name) chosen.value = null;
+      await perform(room.id, "delete", PLACE, { params: { path: { case_id: room.id, name } } }, { done: take, again: asked.again });
+    });
+  const after = (name: string) => nextAfter(name, order, places, left.value);
+
+  return { places, known, order, offered, marks: marks.value.value ?? [], namesRefused: names.refused, armed, chosen, held, left, put, remove, after };
+}

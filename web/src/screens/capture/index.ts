@@ -1,0 +1,2 @@
+export { additions, dialOf } from "./asked";
+export { CaptureScreen } from "./screen";

@@ -1,0 +1,75 @@
+/** The photos: one tile each, those on their way, those asked for; and what is known of the one that is chosen. */
+import { ROOT, type Schemas } from "../../api/client";
+import { Icon } from "../../design/icons";
+import { Button } from "../../design/parts";
+import { Refusal } from "../../design/refusal";
+import { perform } from "../../state/acts";
+import { useAct } from "../../state/asked";
+import type { Upload } from "../../state/uploads";
+import { bytes, t } from "../../texts";
+import { told } from "../../words";
+import { remarkWords } from "../coach-words";
+import type { Room } from "../room";
+
+interface PhotoProps {
+  readonly room: Room;
+  readonly photo: Schemas["Photo"];
+  /** What the check said of it. */
+  readonly said: Schemas["CheckedReply"] | undefined;
+}
+
+export function PhotoTile({ room, photo, said, number, on, onClick }: PhotoProps & { number: number; on: boolean; onClick: () => void }) {
+  const film = /\.(mp4|mov|avi|mkv|webm)$/i.test(photo.name);
+  const bad = photo.state === "unusable" || (said !== undefined && !said.counts);
+  const remark = photo.state === "unusable" ? t("capture.unusable") : remarkWords(said?.remarks[0]);
+  return (
+    <button type="button" class={`ph ${bad ? "bad" : ""} ${on ? "on" : ""}`} title={[photo.name, remark].filter(Boolean).join(": ")} onClick={onClick} aria-pressed={on} aria-label={`${number}: ${photo.name} ${remark}`}>
+      {film || photo.state === "unusable" ? <Icon name="camera" /> : <img src={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />}
+      <span>{bad && remark ? `${number} ${remark.split(/[,;:.]/)[0].slice(0, 18)}` : number}</span>
+    </button>
+  );
+}
+
+/** A photo on its way. */
+export function UploadTile({ one }: { one: Upload }) {
+  return (
+    <div class={`ph wait ${one.state}`} title={one.message || one.name}>
+      <span class="where-to">
+        {one.state === "refused" ? t("capture.refused") : one.state === "offline" ? t("capture.offline") : one.name}
+        <br />
+        {one.state === "refused" ? one.name : `${bytes(one.sent)} / ${bytes(one.total)}`}
+      </span>
+      {one.state !== "refused" && (
+        <svg class="upload-bar" viewBox="0 0 100 4" preserveAspectRatio="none" aria-hidden="true">
+          <rect width={(100 * one.sent) / Math.max(1, one.total)} height="4" />
+        </svg>
+      )}
+    </div>
+  );
+}
+
+/** What is known of the photo that is chosen, and how to take it away. */
+export function PhotoNote({ room, photo, said, onGone }: PhotoProps & { onGone: () => void }) {
+  const act = useAct();
+  const remove = () =>
+    act.run(async () => {
+      await perform(room.id, "delete", "/api/v1/cases/{case_id}/photos/{name}", { params: { path: { case_id: room.id, name: photo.name } } });
+      onGone();
+    });
+  return (
+    <div class="card photo-note">
+      <b>{photo.name}</b>
+      <p class="soft small-note">
+        {[photo.width_px ? `${photo.width_px} × ${photo.height_px}` : "", bytes(photo.bytes), photo.removed.length ? t("capture.removed", photo.removed.join(", ")) : "", photo.kept.length ? t("capture.kept.one", photo.kept.join(", ")) : ""].filter(Boolean).join(". ")}
+      </p>
+      {(said?.remarks.length || photo.problem) && <p class="small-note">{[photo.problem, ...(said?.remarks ?? []).map(told)].filter(Boolean).join(". ")}</p>}
+      <Refusal refused={act.refused.value} />
+      <div class="acts">
+        <a class="btn" href={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(photo.name)}/picture?width=2400`} target="_blank" rel="noreferrer">
+          {t("capture.large")}
+        </a>
+        <Button onClick={() => void remove()}>{t("capture.remove")}</Button>
+      </div>
+    </div>
+  );
+}

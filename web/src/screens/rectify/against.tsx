@@ -1,0 +1,30 @@
+/** What the colours are held against: the scan, or the shape before one of the edits. */
+import type { Schemas } from "../../api/client";
+import { t } from "../../texts";
+import { wordsOf } from "../edit-words";
+import type { Bench } from "./bench";
+
+export function Against({ bench: { base, mode }, edits }: { bench: Bench; edits: readonly Schemas["EditReply"][] }) {
+  if (edits.length < 2) return null;
+  const choose = (edit: string) => {
+    base.against(edit ? Number(edit) : null);
+    mode.value = "difference";
+  };
+  return (
+    <section>
+      <label class="stacked">
+        <span>{t("against.which")}</span>
+        <span class="field">
+          <select value={base.before ?? ""} onChange={(event) => choose(event.currentTarget.value)}>
+            <option value="">{t("compare.scan")}</option>
+            {edits.slice(1).map((one) => (
+              <option key={one.number} value={one.number}>
+                {t("compare.before.edit", one.number, wordsOf(one).title)}
+              </option>
+            ))}
+          </select>
+        </span>
+      </label>
+    </section>
+  );
+}

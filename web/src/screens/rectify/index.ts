@@ -1,0 +1,2 @@
+export { openWith } from "./hand";
+export { RectifyScreen } from "./screen";

@@ -1,0 +1,159 @@
+/**
+ * Rectify: what changes, by how much? Regions are drawn and depths dragged on the limb; the recipe is
+ * the list of what can be undone.
+ *
+ * While a hand drags, this page shows its own preview. After release the server tries the edit, and
+ * what is shown then is what will be made. Kept edits stand in the recipe, which the server replays;
+ * until it has answered, an edit that is being kept stays open and holds still.
+ */
+import { useMemo } from "preact/hooks";
+
+import { Refused } from "../../api/client";
+import { Button } from "../../design/parts";
+import { Refusal } from "../../design/refusal";
+import { widthOf } from "../../geometry/scales";
+import { go, href } from "../../state/route";
+import { type TextKey, t } from "../../texts";
+import { Stage, type Shown } from "../../viewer/stage";
+import type { Finding } from "../../words";
+import { said, scanWords } from "../edit-words";
+import { OtherEdit } from "../other-edit";
+import type { RoomProps } from "../room";
+import { TemplateEdits } from "../templates";
+import { Against } from "./against";
+import { type Bench, unkept, useBench } from "./bench";
+import { handleOf, linesOf, marksOf } from "./drawn";
+import { DepthCard, EditForm } from "./edit-form";
+import { type Girth, useGirth } from "./effect";
+import { HandForm, TrimlineForm } from "./hand-form";
+import { useKeys } from "./keys";
+import { changed } from "./ledger";
+import { LedgerTable } from "./ledger-table";
+import { RecipeList } from "./recipe-list";
+import { ToolBar } from "./tool-bar";
+import { useTool } from "./tools/tools";
+
+export function RectifyScreen({ room }: RoomProps) {
+  const bench = useBench(room);
+  const { mode, level, limb, ledger, base, edit, keeping } = bench;
+  useKeys(bench);
+  const tool = useTool(bench);
+  const girth = useGirth(bench);
+  const shown = useShown(bench);
+  const draft = edit.draft.value;
+  return (
+    <div class="work">
+      <Stage
+        shown={shown}
+        label={t("stage.rectify")}
+        mode={mode}
+        modes={["surface", "difference", "sure"]}
+        level={level}
+        marks={marksOf(bench)}
+        lines={linesOf(bench)}
+        handle={handleOf(bench)}
+        onHandle={edit.pull}
+        against={base.before === null ? scanWords(limb?.reply.sock_mm ?? 0, ledger.book?.recipe.edits ?? []) : t("against.before", base.before)}
+        tool={draft || keeping.now.value ? null : tool}
+        onReady={(made) => (bench.viewer.current = made)}
+        keys={draft ? t("rectify.keys.open") : t(`rectify.keys.${bench.hand.tool.value}` as TextKey)}
+        tools={<ToolBar bench={bench} />}
+      >
+        {draft && <DepthCard draft={draft} girth={girth} />}
+        {bench.limbRefused.value && (
+          <div class="stage-note">
+            <Refusal refused={bench.limbRefused.value} />
+          </div>
+        )}
+      </Stage>
+      <aside class="pane" aria-label={t("step.rectify")}>
+        <h1 class="unseen">{t("step.rectify")}</h1>
+        <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
+          <ToolForm bench={bench} girth={girth} />
+          <Recipe bench={bench} />
+        </div>
+        <Next bench={bench} />
+      </aside>
+    </div>
+  );
+}
+
+/** The limb as the trial would make it, else as it is, with its colours. */
+function useShown({ limb, trial, base }: Bench): Shown | null {
+  const tried = trial.tried.value;
+  return useMemo(() => {
+    if (!limb) return null;
+    const values = tried?.values ?? base.differences_mm;
+    return { surface: tried?.surface ?? limb.fetched.data, frame: limb.frame, aligned: limb.reply.aligned, difference: { values, wider: widthOf(values) } };
+  }, [limb, tried, base.differences_mm]);
+}
+
+/** The edit that is open, or the form of the tool in the hand. */
+function ToolForm({ bench, girth }: { bench: Bench; girth: Girth | null }) {
+  const { room, limb, hand, edit, trial, trimline, keeping, recipe } = bench;
+  const tool = hand.tool.value;
+  const draft = edit.draft.value;
+  const tried = trial.tried.value;
+  const [waits, refused, busy] = [trial.waits.value, trial.refused.value, keeping.now.value];
+  return (
+    <>
+      {draft && <EditForm bench={bench} draft={draft} girth={girth} />}
+      {!draft && trimline.points.value.length > 0 && <TrimlineForm bench={bench} />}
+      {!unkept(bench) && (tool === "region" || tool === "brush" || tool === "place") && <HandForm bench={bench} />}
+      {(tool === "levels" || tool === "other") && (
+        <OtherEdit
+          key={tool}
+          first={tool === "levels" ? "reduction" : (hand.first ?? "sock")}
+          only={tool === "levels" ? "levels" : null}
+          places={limb?.reply.places.map((one) => one.name) ?? []}
+          busy={busy}
+          waits={waits}
+          volume_ml={tried?.line ? changed(tried.line.volume) : null}
+          refused={refused}
+          onTry={edit.tryNew}
+          onKeep={recipe.add}
+          onDrop={edit.drop}
+        />
+      )}
+      {tool === "template" && (
+        <TemplateEdits
+          room={room}
+          tried={tried !== null}
+          waits={waits}
+          refused={refused}
+          busy={busy}
+          onTry={(body) => edit.tryNew({ ...body, parameters: { ...body.parameters } })}
+          onKeep={(body) => void recipe.add({ ...body, parameters: { ...body.parameters } })}
+          onDrop={edit.drop}
+        />
+      )}
+    </>
+  );
+}
+
+/** What was kept: the recipe, what the colours are against, and the ledger. */
+function Recipe({ bench }: { bench: Bench }) {
+  const { ledger, recipe, trial, level } = bench;
+  const { book } = ledger;
+  return (
+    <>
+      <Refusal refused={recipe.refused ?? ledger.asked.refused.value} />
+      {book && <RecipeList book={book} listed={ledger.listed} recipe={recipe} />}
+      {book && <Against bench={bench} edits={book.recipe.edits} />}
+      {book?.refusal && <Refusal refused={new Refused("", said(book.refusal), 422, book.refusal as Finding)} />}
+      {book?.ledger && book.ledger.lines.length > 0 && <LedgerTable ledger={book.ledger} line={trial.tried.value?.line ?? null} level={level.value} onLevel={(height_mm) => (level.value = height_mm)} />}
+    </>
+  );
+}
+
+function Next({ bench }: { bench: Bench }) {
+  const open = unkept(bench);
+  const lacks = open && t(open === "edit" ? "rectify.open" : "trimline.open");
+  return (
+    <div class="next">
+      <Button go={!open && !["template", "levels", "other"].includes(bench.hand.tool.value)} big off={lacks} trailing={open ? undefined : "next"} onClick={() => go(href.step(bench.room.id, "send"))}>
+        {lacks ?? t("rectify.next")}
+      </Button>
+    </div>
+  );
+}

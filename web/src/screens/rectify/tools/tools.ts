@@ -1,0 +1,31 @@
+/** The tool in the hand, as the canvas takes it. */
+import { useEffect, useMemo, useRef } from "preact/hooks";
+
+import type { Tool } from "../../../viewer/viewer";
+import type { Bench } from "../bench";
+import { brushTool } from "./brush";
+import { placeTool } from "./place";
+import { regionTool } from "./region";
+import { trimlineTool } from "./trimline";
+
+/** The tool of the hand; null where edits are not drawn on the limb. It is made once a kind; what it works on is of the latest render. */
+export function useTool(bench: Bench): Tool | null {
+  const { viewer, hand, edit, limb } = bench;
+  const what = hand.tool.value;
+  const drawn = edit.draft.value !== null;
+  useEffect(() => {
+    const v = viewer.current;
+    if (!v) return;
+    v.onHover = what === "brush" && !drawn ? (hit) => (hand.over.value = hit) : null;
+    hand.over.value = null;
+  }, [what, drawn, limb]);
+  const latest = useRef(bench);
+  latest.current = bench;
+  return useMemo(() => {
+    const now = () => latest.current;
+    if (what === "place") return placeTool(now);
+    if (what === "region") return regionTool(now);
+    if (what === "brush") return brushTool(now);
+    return what === "trimline" ? trimlineTool(now) : null;
+  }, [what]);
+}
