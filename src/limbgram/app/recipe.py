@@ -18,7 +18,7 @@ from limbgram.app.surface import tag_of
 from limbgram.cases.bench import Bench
 from limbgram.core.declared import declared, purpose_of
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError
-from limbgram.core.mesh.topology import boundary_half_edges
+from limbgram.core.mesh.topology import is_watertight
 from limbgram.core.typed import tree_of
 from limbgram.findings import LANGUAGES, note
 from limbgram.workbench.edits.edit import GROUP_NAMES, Edit, Words, name_of, words_in
@@ -440,7 +440,7 @@ def _ledgered(clinic: Clinic, bench: Bench) -> Ledgered:
 
 
 def _told(reply: RecipeReply, done: Replayed) -> Ledgered:
-    solid = not len(boundary_half_edges(done.limb.mesh.faces))
+    solid = is_watertight(done.limb.mesh.faces)
     return Ledgered(recipe=reply, ledger=_ledger(done.ledger), solid=solid)
 
 

@@ -16,7 +16,6 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Bool, Float64, Int32, Int64
-from numba import njit
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
@@ -24,8 +23,6 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points3
 from limbgram.core.mesh.closest import TriangleTree
-from limbgram.core.mesh.crossings import find_crossings
-from limbgram.core.mesh.folds import find_bent
 from limbgram.core.mesh.levels import level_surface
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.signed import SignedSurface
@@ -35,16 +32,14 @@ from limbgram.core.mesh.topology import (
     edge_lengths,
     face_components,
     find_edges,
-    half_edges,
-    is_vertex_manifold,
     volume_mm3,
     with_any,
     with_faces,
 )
-from limbgram.reconstruction.surface.holes import triangulate
 from limbgram.reconstruction.surface.resampling import refine
 from limbgram.workbench.edits.cutting import keep_positive
-from limbgram.workbench.edits.regions import with_closed
+from limbgram.workbench.edits.spanning import spanned
+from limbgram.workbench.edits.strip import strip
 
 _CELL, _CELL_SHARE, _MOST_CELLS = 1.25, 0.5, 4e6
 """Size of a cell: in edges of a usual triangle, and as a share of the thickness at most; and how
@@ -55,10 +50,8 @@ _GAP = 0.5
 """Cells between an opening and the skin of the hollow, across which the two are joined."""
 _MOVES = 3
 """Times that the vertices of the hollow's skin are moved to the wall's thickness."""
-_ACUTE_DEG = 120.0
-"""Angle between the normals of neighbours from which a cap is laid anew."""
-_FITTINGS, _MENDINGS = 5, 6
-"""Times that openings without a hollow are closed, and that folds of caps are mended."""
+_FITTINGS = 5
+"""Times that openings without a hollow are closed."""
 Loop = Int32[np.ndarray, " _"]
 
 
@@ -105,11 +98,8 @@ class Hollowing:
     @cached_property
     def closed(self) -> Mesh:
         """With its openings closed straight across; its own faces come first."""
-        closed = with_closed(self.mesh, boundary_loops(self.mesh.faces), bent=False)
-        count, own = len(closed), self.mesh.faces
-        new = ~np.isin(_names(closed.faces, count), _names(own, count))
-        bare = Mesh(vertices_mm=closed.vertices_mm, faces=closed.faces)
-        return _mended(bare, own, closed.faces[new])
+        bare = Mesh(vertices_mm=self.mesh.vertices_mm, faces=self.mesh.faces)
+        return spanned(bare)
 
     @cached_property
     def like(self) -> Int64[np.ndarray, " n"]:
@@ -165,56 +155,6 @@ def hollowed(shape: Hollowing) -> Hollowed:
         beyond_mm = _closed_at(shape.caps, beyond_mm, rim.vertices_mm[fit.rim_left])
         hollow = hollow.without(fit.hollow_left)
     raise EditError("edit.wall.no_hollow")
-
-
-def _names(faces: Faces, count: int) -> Int64[np.ndarray, " f"]:
-    """A number for each face that tells its corners."""
-    low, middle, high = np.sort(faces.astype(np.int64), axis=1).T
-    return (low * count + middle) * count + high
-
-
-def _mended(closed: Mesh, own: Faces, caps: Int32[np.ndarray, "k 3"]) -> Mesh:
-    """The closed shape whose caps are laid anew, without places inside, where they fold onto it.
-
-    The triangles of a cap follow a ragged edge loosely, and may lie over a tooth of it.
-    """
-    for rings in range(_MENDINGS):
-        closed = replace(closed, faces=np.concatenate([own, caps]))
-        new = np.arange(len(closed.faces)) >= len(own)
-        bent = find_bent(closed, new, _ACUTE_DEG)
-        crossing = find_crossings(closed.vertices_mm, closed.faces, new)
-        spoilt = np.unique(closed.faces[np.concatenate([bent, crossing]).ravel()])
-        if not len(spoilt):
-            break
-        near = np.zeros(len(closed), np.bool_)
-        near[spoilt] = True
-        for _ in range(rings):
-            near[caps[with_any(near, caps)]] = True
-        left = caps[~with_any(near, caps)]
-        laid = _laid(closed.vertices_mm, np.concatenate([own, left]))
-        if laid is not None:
-            caps = np.concatenate([left, laid])
-    return closed
-
-
-def _laid(vertices: Points3, faces: Faces) -> Int32[np.ndarray, "k 3"] | None:
-    """Triangles of the least area over all openings; None where there is no answer."""
-    if not is_vertex_manifold(faces):
-        return None
-    ends = half_edges(faces)
-    laid: list[Faces] = []
-    for loop in boundary_loops(faces):
-        place = np.full(len(vertices), -1)
-        place[loop] = np.arange(len(loop))
-        chords = place[ends]
-        chords = chords[(chords >= 0).all(1)]
-        taken = np.zeros((len(loop), len(loop)), np.bool_)
-        taken[chords[:, 0], chords[:, 1]] = taken[chords[:, 1], chords[:, 0]] = True
-        found = triangulate(vertices[loop], taken)
-        if found is None:
-            return None
-        laid.append(loop[found])
-    return np.concatenate(laid)
 
 
 @dataclass(frozen=True)
@@ -360,7 +300,7 @@ def _joined(shape: Hollowing, rim: Mesh, hollow: _Hollow, fit: _Fit) -> Hollowed
     for outline, loop in zip(fit.outlines, fit.loops, strict=True):
         back = loop[::-1]
         numbers = np.concatenate([of_rim[outline], count + back.astype(np.int64)])
-        strips.append(numbers[_strip(rim.vertices_mm[outline], hollow.mesh.vertices_mm[back])])
+        strips.append(numbers[strip(rim.vertices_mm[outline], hollow.mesh.vertices_mm[back])])
     places = np.concatenate([hollow.mesh.vertices_mm, added])
     return Hollowed(
         vertices_mm=places,
@@ -370,52 +310,3 @@ def _joined(shape: Hollowing, rim: Mesh, hollow: _Hollow, fit: _Fit) -> Hollowed
         like=np.asarray(KDTree(shape.mesh.vertices_mm).query(places)[1], np.int64),
         left_out_mm3=hollow.left_out_mm3,
     )
-
-
-def _strip(ones: Points3, twos: Float64[np.ndarray, "m 3"]) -> Int64[np.ndarray, "k 3"]:
-    """Triangles between two loops that run alike, of the least sum of the squared ways across.
-
-    Numbered on from the first loop to the second (Fuchs, Kedem, Uselton 1977).
-    """
-    away, nearest = KDTree(twos).query(ones)
-    first = int(np.argmin(away))
-    one = np.roll(np.arange(len(ones)), -first)
-    two = np.roll(np.arange(len(twos)), -int(np.asarray(nearest)[first]))
-    one, two = np.append(one, one[0]), np.append(two, two[0])
-    steps = _way(ones[one], twos[two])
-    i = np.concatenate([[0], np.cumsum(steps == 0)])
-    j = np.concatenate([[0], np.cumsum(steps == 1)])
-    a, b, offset = one[i], two[j], len(ones)
-    on_one = np.column_stack([a[1:], a[:-1], b[:-1] + offset])
-    on_two = np.column_stack([b[:-1] + offset, b[1:] + offset, a[:-1]])
-    return np.where((steps == 0)[:, None], on_one, on_two)
-
-
-@njit(cache=True, nogil=True)
-def _way(ones: np.ndarray, twos: np.ndarray):
-    """Steps from the first pair of places to the last: 0 along the ones, 1 along the twos."""
-    n, m = len(ones), len(twos)
-    cost = np.empty(m)
-    came = np.empty((n, m), np.int8)
-    for i in range(n):
-        for j in range(m):
-            least = 0.0
-            came[i, j] = 0
-            if i > 0:
-                least = cost[j]
-            if j > 0 and (i == 0 or cost[j - 1] < least):
-                least = cost[j - 1]
-                came[i, j] = 1
-            across = 0.0
-            for axis in range(3):
-                across += (ones[i, axis] - twos[j, axis]) ** 2
-            cost[j] = least + across
-    steps = np.empty(n + m - 2, np.int8)
-    i, j = n - 1, m - 1
-    for k in range(n + m - 3, -1, -1):
-        steps[k] = came[i, j]
-        if came[i, j] == 0:
-            i -= 1
-        else:
-            j -= 1
-    return steps
