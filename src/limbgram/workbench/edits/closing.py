@@ -8,10 +8,8 @@ Method  Openings that lie in one plane are capped together, so that a wall that 
 Fails   EditError: an outline crosses itself, or the shape stays open.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Int64
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError
@@ -28,13 +26,10 @@ from limbgram.core.mesh.topology import (
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.surface.holes import loop_area
 from limbgram.workbench.edits.cutting import cap
+from limbgram.workbench.edits.level_edges import Plane
 from limbgram.workbench.edits.regions import with_added
 from limbgram.workbench.edits.spanning import spanned
 from limbgram.workbench.edits.strip import strip
-
-FLAT_MM = 0.01
-"""Outlines that leave a plane by no more lie in it: of what was cut by one, files in 32 bits and
-cuts through vertices leave less."""
 
 
 def enclosure(mesh: Mesh) -> Finding:
@@ -69,31 +64,6 @@ def kept_closed(what: str, before: Mesh, after: Mesh) -> Mesh:
     return closed
 
 
-@dataclass(frozen=True)
-class Plane:
-    """Of the points p with normal . p = level_mm."""
-
-    normal: Float64[np.ndarray, "3"]
-    level_mm: float
-
-    @classmethod
-    def of_loop(cls, mesh: Mesh, loop: Int64[np.ndarray, " l"]) -> "Plane | None":
-        """The plane of an outline; None where it lies in none."""
-        points = mesh.vertices_mm[loop]
-        (normal,) = unit(loop_area(points)[None])
-        plane = cls(normal, float((points @ normal).mean()))
-        return plane if plane.holds(mesh, loop) and normal.any() else None
-
-    def above_mm(self, mesh: Mesh) -> Float64[np.ndarray, " n"]:
-        """How far each vertex lies on the side that the normal looks to."""
-        return np.einsum("ij,j->i", mesh.vertices_mm, self.normal) - self.level_mm
-
-    def holds(self, mesh: Mesh, loop: Int64[np.ndarray, " l"]) -> bool:
-        """Whether an outline lies in it."""
-        off_mm = np.einsum("ij,j->i", mesh.vertices_mm[loop], self.normal) - self.level_mm
-        return bool((np.abs(off_mm) <= FLAT_MM).all())
-
-
 def _capped(mesh: Mesh, what: str) -> Mesh:
     """Without the openings that lie in planes, those in one plane together; the longest first."""
     while True:
@@ -103,7 +73,7 @@ def _capped(mesh: Mesh, what: str) -> Mesh:
             return mesh
         on_it = np.zeros(len(mesh), np.bool_)
         for loop in loops:
-            on_it[loop] = plane.holds(mesh, loop)
+            on_it[loop] = plane.holds(mesh.vertices_mm[loop]).all()
         capped = cap(mesh, on_it, what)
         if len(boundary_half_edges(capped.faces)) == len(boundary_half_edges(mesh.faces)):
             return mesh

@@ -10,7 +10,7 @@ Method  A lip goes round each opening first, from its edge to an even, smooth li
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Int32, Int64
+from jaxtyping import Float64, Int32, Int64
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial import KDTree
 
@@ -76,7 +76,7 @@ def _with_lips(mesh: Mesh) -> Mesh:
     return mesh
 
 
-def _even(loop: Points3, edge_mm: float) -> Points3:
+def _even(loop: Points3, edge_mm: float) -> Float64[np.ndarray, "m 3"]:
     """Places on a closed polyline, about as far from each other as asked."""
     whole = np.concatenate([loop, loop[:1]])
     walked = np.concatenate([[0.0], np.cumsum(lengths(np.diff(whole, axis=0)))])
