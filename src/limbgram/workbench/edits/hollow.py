@@ -210,12 +210,13 @@ def hollowed(shape: Hollowing) -> Hollowed:
 def _no_nearer(shape: Hollowing, points_mm: Points3) -> Points3:
     """Places on the openings, those too near to the skin moved along the opening."""
     nearest = shape.tree.closest(points_mm)
-    lacking_mm = shape.wanted_mm(points_mm) - nearest.distances_mm
+    lacking_mm = shape.thickness_mm - nearest.distances_mm
     away = unit(points_mm - nearest.points_mm)
     normals = unit(shape.caps.face_normals()[shape.cap_tree.closest(points_mm).faces])
     away -= np.einsum("ij,ij->i", away, normals)[:, None] * normals
     size = np.einsum("ij,ij->i", away, away)
     moved = (lacking_mm > _NEARER_MM) & (size > _ALONG)
+    moved &= shape.wanted_mm(points_mm) == shape.thickness_mm
     step_mm = np.where(moved, lacking_mm / np.maximum(size, _ALONG), 0.0)
     return points_mm + step_mm[:, None] * away
 

@@ -71,7 +71,7 @@ def kept_level(mesh: Mesh, planes: tuple[Plane, ...], moves: Points3) -> Points3
     Args:
         planes: Those of the whole surface; of this one some of an edge may be trimmed.
     """
-    border = np.unique(boundary_half_edges(mesh.faces))
+    border = np.unique(boundary_half_edges(mesh.faces)).astype(np.int64)
     for plane in planes:
         edge = border[plane.holds(mesh.vertices_mm[border])]
         if len(edge):
@@ -81,7 +81,7 @@ def kept_level(mesh: Mesh, planes: tuple[Plane, ...], moves: Points3) -> Points3
 
 def farthest_off_mm(mesh: Mesh, planes: tuple[Plane, ...], moved_mm: Points3) -> float:
     """How far the open edges that lay in planes leave them."""
-    border = np.unique(boundary_half_edges(mesh.faces))
+    border = np.unique(boundary_half_edges(mesh.faces)).astype(np.int64)
     off_mm = 0.0
     for plane in planes:
         edge = border[plane.holds(mesh.vertices_mm[border])]
