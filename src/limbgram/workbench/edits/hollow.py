@@ -51,9 +51,11 @@ _LEAST_ACUTE = 0.05
 _MOVES, _BEYOND = 3, 2.0
 """Times that the vertices of the hollow's skin are moved to the wall's thickness, and how many
 cells beyond the openings they are, so that it is right where it leaves."""
-_FINER = 0.5
-"""Of a usual edge: the hollow's edges where it leaves. Beyond the openings it bends as tightly as
-the wall is thick, and chords of it come nearer to the skin."""
+_EASINGS = 2
+"""Times that chords of the hollow's skin are moved off what stands into it."""
+_FINER, _FINE_TO = 0.5, 4.0
+"""Of a usual edge: the hollow's edges where it leaves, and to how many cells from there. Round the
+open edge it bends as tightly as the wall is thick, and chords of it come nearer to the skin."""
 _NEARER_MM, _ALONG = 0.04, 0.25
 """What is nearer by more where the hollow leaves is moved along the opening, unless the skin lies
 almost straight above it: the cosine squared."""
@@ -250,7 +252,7 @@ def _hollow(shape: Hollowing) -> Mesh:
     if not len(level.faces):
         return level
     level = refine(level, shape.edge_mm)
-    near = np.abs(shape.depths_mm(level.vertices_mm)) < shape.cell_mm
+    near = np.abs(shape.depths_mm(level.vertices_mm)) < _FINE_TO * shape.cell_mm
     level = refine_where(level, with_any(near, level.faces), _FINER * shape.edge_mm)
     deep_mm = shape.depths_mm(level.vertices_mm)
     parts = face_components(level.faces)
@@ -260,6 +262,9 @@ def _hollow(shape: Hollowing) -> Mesh:
     places = level.vertices_mm.copy()
     for _ in range(_MOVES):
         places[exact] = _at_distance(shape, places[exact])
+    faces = np.flatnonzero(~with_any(~exact, level.faces))
+    for _ in range(_EASINGS):
+        places = _off_chords(shape, places, level.faces[faces])
     return unfolded(with_faces(level.with_vertices(places), level.faces[opened]), ANY_SHAPE).mesh
 
 
@@ -300,6 +305,20 @@ def _inside(closed: Mesh, points: Points3) -> Bool[np.ndarray, " n"]:
     up = np.broadcast_to(np.array([0, 0, 1], np.float32), points.shape)
     met = np.asarray(scene.run(points.astype(np.float32), np.ascontiguousarray(up)))
     return (met >= 0) & (closed.face_normals()[met, 2] > 0)
+
+
+def _off_chords(shape: Hollowing, points_mm: Points3, faces: Int32[np.ndarray, "k 3"]) -> Points3:
+    """Corners of faces whose middle is too near to the skin, as round what stands into the hollow,
+    moved away from it by as much."""
+    middles = points_mm[faces].mean(1)
+    nearest = shape.tree.closest(middles)
+    lacking_mm = np.maximum(shape.thickness_mm - nearest.distances_mm, 0.0)
+    away = unit(middles - nearest.points_mm)
+    most_mm, step = np.zeros(len(points_mm)), np.zeros_like(points_mm)
+    for corner in range(3):
+        np.maximum.at(most_mm, faces[:, corner], lacking_mm)
+        np.add.at(step, faces[:, corner], lacking_mm[:, None] * away)
+    return points_mm + most_mm[:, None] * unit(step)
 
 
 def _at_distance(shape: Hollowing, points_mm: Points3) -> Points3:

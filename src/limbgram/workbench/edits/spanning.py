@@ -117,7 +117,7 @@ def _mended(closed: Mesh, own: Faces, caps: Int32[np.ndarray, "k 3"]) -> Mesh:
 
 
 def _laid(vertices: Points3, faces: Faces) -> Int32[np.ndarray, "k 3"] | None:
-    """Triangles of the least area over all openings; None where there is no answer."""
+    """Triangles of the least area over all openings; None where there is none, or no answer."""
     if not is_vertex_manifold(faces):
         return None
     ends = half_edges(faces)
@@ -133,4 +133,4 @@ def _laid(vertices: Points3, faces: Faces) -> Int32[np.ndarray, "k 3"] | None:
         if found is None:
             return None
         laid.append(loop[found])
-    return np.concatenate(laid)
+    return np.concatenate(laid) if laid else None
