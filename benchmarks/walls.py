@@ -19,7 +19,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -63,12 +63,13 @@ def main() -> None:
     )
     parser.add_argument("cases", type=Path)
     parser.add_argument("--shapes", nargs="*", default=list(SHAPES), choices=SHAPES)
+    parser.add_argument("--thicknesses", nargs="*", type=float, default=THICKNESSES_MM)
     parser.add_argument("--sides", nargs="*", default=list(SIDES), choices=SIDES)
     parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
     out: Path = chosen.out
     kept: dict[str, Any] = json.loads(out.read_text())["walls"] if out.exists() else {}
-    for name, shape, cut_mm, edit in walls(chosen.cases, chosen.shapes, chosen.sides, kept):
+    for name, shape, cut_mm, edit in walls(chosen, kept):
         kept[name] = one(shape, cut_mm, edit)
         found = {"machine": machine(), "walls": kept}
         out.write_text(json.dumps(found, indent=1) + "\n")
@@ -77,16 +78,16 @@ def main() -> None:
 
 
 def walls(
-    cases: Path, shapes: list[str], sides: list[Literal["outward", "inward"]], kept: dict[str, Any]
+    chosen: argparse.Namespace, kept: dict[str, Any]
 ) -> Iterator[tuple[str, Limb, float | None, Wall]]:
     """Each wall that is not there yet: its name, the shape, the height of its cut, and the edit."""
-    for name in shapes:
+    for name in chosen.shapes:
         set_name, cut_mm = SHAPES[name]
-        shape = scan(cases, set_name)
+        shape = scan(chosen.cases, set_name)
         if cut_mm is not None:
             shape = do_edit(shape, PlaneCut(height_mm=cut_mm))
-        for side in sides:
-            for thickness_mm in THICKNESSES_MM:
+        for side in chosen.sides:
+            for thickness_mm in chosen.thicknesses:
                 wall = f"{name}; {thickness_mm:g} mm {side}"
                 if wall not in kept:
                     yield wall, shape, cut_mm, Wall(thickness_mm=thickness_mm, side=side)

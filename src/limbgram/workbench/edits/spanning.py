@@ -94,15 +94,16 @@ def _names(faces: Faces, count: int) -> Int64[np.ndarray, " f"]:
 def _mended(closed: Mesh, own: Faces, caps: Int32[np.ndarray, "k 3"]) -> Mesh:
     """The closed shape whose caps are laid anew, without places inside, where they fold onto it;
     of all that was tried the one that folds least."""
-    best, fewest = closed, -1
+    best, fewest = closed, (len(closed.faces),) * 2
     for rings in range(_MENDINGS):
         closed = replace(closed, faces=np.concatenate([own, caps]))
         new = np.arange(len(closed.faces)) >= len(own)
         bent = find_bent(closed, new, _ACUTE_DEG)
         crossing = find_crossings(closed.vertices_mm, closed.faces, new)
         spoilt = np.unique(closed.faces[np.concatenate([bent, crossing]).ravel()])
-        if fewest < 0 or len(spoilt) < fewest:
-            best, fewest = closed, len(spoilt)
+        folded = len(find_bent(closed, new)) + len(crossing)
+        if (folded, len(spoilt)) < fewest:
+            best, fewest = closed, (folded, len(spoilt))
         if not len(spoilt):
             break
         near = np.zeros(len(closed), np.bool_)
