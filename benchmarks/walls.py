@@ -68,10 +68,12 @@ def main() -> None:
     parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
     out: Path = chosen.out
-    kept: dict[str, Any] = json.loads(out.read_text())["walls"] if out.exists() else {}
+    before: dict[str, Any] = json.loads(out.read_text()) if out.exists() else {}
+    kept: dict[str, Any] = before.get("walls", {})
+    remarks = {"remarks": before["remarks"]} if "remarks" in before else {}
     for name, shape, cut_mm, edit in walls(chosen, kept):
         kept[name] = one(shape, cut_mm, edit)
-        found = {"machine": machine(), "walls": kept}
+        found = {"machine": machine(), "walls": kept, **remarks}
         out.write_text(json.dumps(found, indent=1) + "\n")
         out.with_suffix(".md").write_text(page(found))
         sys.stderr.write(f"{name}: {kept[name]}\n")
@@ -152,6 +154,13 @@ def page(found: dict[str, Any]) -> str:
     ]
     rows = [(*row_heads(name), *cells(one)) for name, one in done.items()]
     refusals = [f"- {name}: {one['refused']}" for name, one in done.items() if "refused" in one]
+    lacking = [
+        f"{shape}; {thickness_mm:g} mm {side}"
+        for shape in SHAPES
+        for side in SIDES
+        for thickness_mm in THICKNESSES_MM
+        if f"{shape}; {thickness_mm:g} mm {side}" not in done
+    ]
     heads = (
         "surface", "wall", "watertight", "volume mL", "thinnest mm", "by rays mm", "crossings",
         "brim mm", "left out or solid", "s of processor",
@@ -165,6 +174,8 @@ def page(found: dict[str, Any]) -> str:
         "cut level.",
         table(heads, rows),
         *(("Refused:", "\n".join(refusals)) if refusals else ()),
+        *((f"Not run: {'; '.join(lacking)}.",) if lacking else ()),
+        *found.get("remarks", ()),
         made_on(found["machine"]),
     ]
     return "\n\n".join(parts) + "\n"
