@@ -50,6 +50,7 @@ from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
 from limbgram.workbench.compare.messages import comparison_tree
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
+from limbgram.workbench.edits.closing import enclosure
 from limbgram.workbench.frame.landmarks import frame_of, in_limb_frame
 from limbgram.workbench.limb import KIND_NAMED, Landmark, Limb
 from limbgram.workbench.measures.form import sheet_tree
@@ -140,7 +141,7 @@ def record_of(
         side=frame.side,
         size_mm=tuple(np.ptp(mesh.vertices_mm, axis=0).tolist()),
         triangles=len(mesh.faces),
-        notes=tuple(map(told, nameless_shape.limb.notes)),
+        notes=(*map(told, nameless_shape.limb.notes), told(enclosure(mesh))),
         measures=measures_tree(measures),
         sheet=_sheet(measures.limb),
         inside=None if inside is None else measures_tree(inside),

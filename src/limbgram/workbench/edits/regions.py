@@ -257,17 +257,20 @@ def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
     return Curve(closest.points_mm, _smoothed(normals))
 
 
-def find_sides(mesh: Mesh, curve: Curve, what: str) -> Sides:
-    """Tell the two sides of a curve apart.
+def find_sides(mesh: Mesh, curves: Sequence[Curve], what: str) -> Sides:
+    """Tell the two sides of a curve apart; of a wall, which is cut through, those of two curves.
 
     Raises:
-        EditError: the curve crosses itself or comes too near to itself.
+        EditError: a curve crosses itself or comes too near to itself, or there is a way round it.
     """
     tree = tree_on(mesh)
-    band = _faces_along(mesh, tree.closest(_densified(curve)).faces)
-    vertices = np.unique(mesh.faces[band])
     signed = np.full(len(mesh), np.inf)
-    signed[vertices] = _signed_mm(mesh.vertices_mm[vertices], curve)
+    for curve in curves:
+        band = _faces_along(mesh, tree.closest(_densified(curve)).faces)
+        vertices = np.unique(mesh.faces[band])
+        found = _signed_mm(mesh.vertices_mm[vertices], curve)
+        nearer = np.abs(found) < np.abs(signed[vertices])
+        signed[vertices[nearer]] = found[nearer]
     sign = np.where(np.isfinite(signed), np.where(signed > 0, 1, -1), 0)
     ends = find_edges(mesh.faces).ends
     across = sign[ends[:, 0]] * sign[ends[:, 1]] < 0
