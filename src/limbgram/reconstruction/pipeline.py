@@ -398,7 +398,8 @@ def _by_paint(
     else:
         reduced = _by_reduced(photos, cameras, options, run)
     if isinstance(reduced, Placing):
-        if not may_be_turned_over(reduced.scene, found):
+        features, matches = reduced.features, reduced.matches
+        if not may_be_turned_over(photos, features, matches, reduced.scene, cameras, found):
             return reduced
         reduced = note("placing.reduced.turned_over")
     placing = _by_full_size(photos, cameras, options, run, found)

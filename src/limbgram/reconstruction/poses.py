@@ -13,7 +13,8 @@ Method  Board, floor and room belong to one pose each, and the object to both. W
         them, no point near the aim is seen by photos of both sides; then the object's regions must
         also be different bodies there, for two rounds at heights that share no points show it so.
         If the photos could not be placed in one scene, the weakest links between a photo and the
-        next are tried.
+        next are tried. Photos in any order that stand beside each other and share nothing of the
+        object (`limb_groups`) are two sides, or two objects if nothing on it joins them.
 Fails   never: a capture that does not fall into two sides has none.
 Limits  Without a board, only a capture whose photos could not be placed in one scene is looked at.
 """
@@ -41,12 +42,13 @@ from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.limb_groups import LimbGroups, limb_groups
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.verdicts import by_found_lenses, found_lenses
 from limbgram.reconstruction.matching.matching import Matches
 from limbgram.reconstruction.matching.still import Still
-from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.photo import PhotoSet, first_of
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.standing import without_still_board
@@ -57,6 +59,7 @@ from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
 
 _FEWEST_PHOTOS = 4
 """Photos of one side, at least."""
+_SIDES = 2
 _FEWEST_CORNERS = 6
 _LEAST_ACROSS = 0.3
 """Spread of the corners across, of that along: a row behind which the board is hidden has none."""
@@ -131,12 +134,9 @@ class Poses:
     clearance: float = DEFAULTS.clearance
 
     def names(self, photos: PhotoSet) -> tuple[Finding, ...]:
-        """First and last photo of each side."""
+        """First and last photo of each side, or the photos where they do not follow each other."""
         of = photos.names
-        return tuple(
-            note("placing.side", first=of[one.photos[0]], last=of[one.photos[-1]])
-            for one in self.sides
-        )
+        return tuple(_named([of[photo] for photo in one.photos], one) for one in self.sides)
 
     def on_object(self, features: Features) -> tuple[Bool[np.ndarray, " n"], ...]:
         """Which keypoints of each photo lie on the object; of photos without a place, none."""
@@ -174,6 +174,13 @@ class Poses:
         return replace(detections, photos=photos)
 
 
+def _named(names: Sequence[str], side: Side) -> Finding:
+    """The photos of a side, in words."""
+    if side.photos[-1] - side.photos[0] == len(side.photos) - 1:
+        return note("placing.side", first=names[0], last=names[-1])
+    return note("placing.side.photos", **first_of(names))
+
+
 @dataclass(frozen=True)
 class Placed:
     """Photos that have places, by the object alone where it was turned over between them."""
@@ -199,7 +206,8 @@ def place_object(
     """Place photos, and where the object was turned over between them join the sides by it alone.
 
     Raises:
-        PlacementError: too few photos hang together, or the object does not join its two sides.
+        PlacementError: too few photos hang together, the object does not join its two sides, or the
+            photos show two limbs.
     """
     try:
         scene = run(place, photos, features, pairs, cameras, mapping)
@@ -208,16 +216,75 @@ def place_object(
         if not poses.sides:
             raise
     else:
+        groups = run(limb_groups, photos, features, matches, scene, cameras)
+        if groups.photos:
+            try:
+                poses = run(
+                    poses_of_groups, photos, features, pairs, cameras, detections, groups, options
+                )
+                return _joined_by_object(
+                    photos, features, matches, cameras, poses, run, mapping, twoview
+                )
+            except PlacementError as apart:
+                raise _two_limbs(groups, photos) from apart
         poses = Poses()
-        if may_be_turned_over(scene, detections):
+        if _may_be_turned_over(scene, detections):
             poses = run(find_poses, photos, features, pairs, cameras, detections, scene, options)
         if not poses.sides:
             return Placed(matches, pairs, scene, poses)
+    return _joined_by_object(photos, features, matches, cameras, poses, run, mapping, twoview)
+
+
+def _joined_by_object(
+    photos: PhotoSet,
+    features: Features,
+    matches: Matches,
+    cameras: Cameras,
+    poses: Poses,
+    run: Run,
+    mapping: MappingOptions,
+    twoview: TwoViewOptions,
+) -> Placed:
+    """The photos of both sides placed by what lies on the object.
+
+    Raises:
+        PlacementError: it does not join them firmly.
+    """
     matches = poses.matches_on_object(features, matches)
     pairs = run(verify, photos, matches, cameras, twoview)
     scene = run(place, photos, features, pairs, cameras, mapping)
     refuse_apart(poses, scene)
     return Placed(matches, pairs, scene, poses)
+
+
+def _two_limbs(groups: LimbGroups, photos: PhotoSet) -> PlacementError:
+    """That photos which board or room join show two limbs, or one in two poses."""
+    one, other = (tuple(photos.names[k] for k in group) for group in groups.photos[:2])
+    return PlacementError("placing.two_limbs", groups=len(groups.photos), one=one, other=other)
+
+
+def poses_of_groups(
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    cameras: Cameras,
+    detections: BoardDetections | None,
+    groups: LimbGroups,
+    options: PosesOptions = DEFAULTS,
+) -> Poses:
+    """Groups of photos that share nothing of the limb, as the sides of one that was turned.
+
+    Raises:
+        PlacementError: they are not two, or one of them makes no scene of its own.
+    """
+    sides = [
+        _side(group, photos, features, pairs, cameras, detections, options)
+        for group in groups.photos
+    ]
+    known = tuple(side for side in sides if side is not None)
+    if len(known) != len(groups.photos) or len(known) != _SIDES:
+        raise PlacementError("placing.unheld")
+    return Poses(sides=known, clearance=options.clearance)
 
 
 def find_poses(
@@ -265,8 +332,22 @@ def _photos_placed(sides: Sequence[Side]) -> int:
     return sum(len(side.metric.scene.placed) for side in sides)
 
 
-def may_be_turned_over(scene: Scene, detections: BoardDetections | None) -> bool:
+def may_be_turned_over(
+    photos: PhotoSet,
+    features: Features,
+    matches: Matches,
+    scene: Scene,
+    cameras: Cameras,
+    detections: BoardDetections | None,
+) -> bool:
     """Whether a scene looks as if the object or the room were in it twice."""
+    if _may_be_turned_over(scene, detections):
+        return True
+    return bool(limb_groups(photos, features, matches, scene, cameras).photos)
+
+
+def _may_be_turned_over(scene: Scene, detections: BoardDetections | None) -> bool:
+    """Whether the board shows so, or the photos in their order do."""
     return any(True for _ in _suspected(scene, detections))
 
 
