@@ -36,6 +36,7 @@ from limbgram.reconstruction.joining import (
     leaves_open,
     shared_marks,
 )
+from limbgram.reconstruction.limb_groups import limb_groups
 from limbgram.reconstruction.mapping.following import FollowingOptions, follow_points
 from limbgram.reconstruction.mapping.movement import BodyMotion
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
@@ -398,8 +399,9 @@ def _by_paint(
     else:
         reduced = _by_reduced(photos, cameras, options, run)
     if isinstance(reduced, Placing):
-        features, matches = reduced.features, reduced.matches
-        if not may_be_turned_over(photos, features, matches, reduced.scene, cameras, found):
+        features, matches, scene = reduced.features, reduced.matches, reduced.scene
+        twice = run(limb_groups, photos, features, matches, scene, cameras).photos
+        if not (twice or may_be_turned_over(scene, found)):
             return reduced
         reduced = note("placing.reduced.turned_over")
     placing = _by_full_size(photos, cameras, options, run, found)

@@ -228,7 +228,7 @@ def place_object(
             except PlacementError as apart:
                 raise _two_limbs(groups, photos) from apart
         poses = Poses()
-        if _may_be_turned_over(scene, detections):
+        if may_be_turned_over(scene, detections):
             poses = run(find_poses, photos, features, pairs, cameras, detections, scene, options)
         if not poses.sides:
             return Placed(matches, pairs, scene, poses)
@@ -332,22 +332,8 @@ def _photos_placed(sides: Sequence[Side]) -> int:
     return sum(len(side.metric.scene.placed) for side in sides)
 
 
-def may_be_turned_over(
-    photos: PhotoSet,
-    features: Features,
-    matches: Matches,
-    scene: Scene,
-    cameras: Cameras,
-    detections: BoardDetections | None,
-) -> bool:
+def may_be_turned_over(scene: Scene, detections: BoardDetections | None) -> bool:
     """Whether a scene looks as if the object or the room were in it twice."""
-    if _may_be_turned_over(scene, detections):
-        return True
-    return bool(limb_groups(photos, features, matches, scene, cameras).photos)
-
-
-def _may_be_turned_over(scene: Scene, detections: BoardDetections | None) -> bool:
-    """Whether the board shows so, or the photos in their order do."""
     return any(True for _ in _suspected(scene, detections))
 
 
