@@ -451,6 +451,8 @@ def _timed(answer: Callable[[], _Said], case: Case) -> dict[str, Any]:
         said = answer()
     except LimbgramError as refusal:
         said = _Said((refusal.finding,), (), refusal.finding.code)
+    except Exception as fault:  # a capture that crashes is a result, and the others go on
+        said = _Said((), (), f"crashed: {type(fault).__name__}: {fault}")
     codes = sorted({code for one in said.findings for code in _codes(one)})
     blaming = [code for code in codes if _blamed(code)]
     return {

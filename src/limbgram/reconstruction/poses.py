@@ -42,6 +42,7 @@ from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.lens_groups import ByLens, by_lens, lens_is_told
 from limbgram.reconstruction.limb_groups import LimbGroups, limb_groups
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
@@ -189,6 +190,8 @@ class Placed:
     pairs: Pairs
     scene: Scene
     poses: Poses
+    lenses: ByLens | None = None
+    """Where the photos themselves told that two lenses took them."""
 
 
 def place_object(
@@ -202,6 +205,43 @@ def place_object(
     mapping: MappingOptions,
     twoview: TwoViewOptions,
     options: PosesOptions = DEFAULTS,
+) -> Placed:
+    """Place photos, with two lenses where they tell so and one does not place them all.
+
+    Raises:
+        PlacementError: see `_placed`.
+    """
+    rest = (detections, run, mapping, twoview, options)
+
+    def with_two(lenses: ByLens) -> Placed:
+        placed = _placed(lenses.photos, features, matches, pairs, lenses.cameras, *rest)
+        return replace(placed, lenses=lenses)
+
+    told = lens_is_told(photos, cameras)
+    try:
+        placed = _placed(photos, features, matches, pairs, cameras, *rest)
+    except PlacementError:
+        lenses = None if told else run(by_lens, photos, features, pairs, cameras, mapping)
+        if lenses is None:
+            raise
+        return with_two(lenses)
+    if told or len(placed.scene.placed) == len(placed.scene.names):
+        return placed
+    lenses = run(by_lens, photos, features, pairs, cameras, mapping)
+    return placed if lenses is None else with_two(lenses)
+
+
+def _placed(
+    photos: PhotoSet,
+    features: Features,
+    matches: Matches,
+    pairs: Pairs,
+    cameras: Cameras,
+    detections: BoardDetections | None,
+    run: Run,
+    mapping: MappingOptions,
+    twoview: TwoViewOptions,
+    options: PosesOptions,
 ) -> Placed:
     """Place photos, and where the object was turned over between them join the sides by it alone.
 
