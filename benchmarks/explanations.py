@@ -3,6 +3,7 @@
     python benchmarks/explanations.py -o OUT.json --family sound --count 20 [--first 1]
     python benchmarks/explanations.py -o OUT.json --family real --photos LIMBGRAM_DATA/photos
     python benchmarks/explanations.py -o OUT.json --family faults --count 1 [--rows "limb steps"]
+    python benchmarks/explanations.py -o OUT.json --family clinic --count 1
     python benchmarks/explanations.py -o OUT.json --table
 
 Each capture is made small (0.35 MP) from its seed, goes through `limbgram check` and through
@@ -13,7 +14,9 @@ stabiliser of a phone that has one) is no false accusation. Rows that OUT holds 
 again; `--table` writes OUT.md beside it. The generator makes three kinds of limb and a gauge
 cylinder; it has no feet and no boxes. `real` are the sets of photographs of rigid things, whole and
 as people pass photos on: all that blames anything there is false. To bound the cost they are 900 px
-long, and what is done to sizes, EXIF and files is done to every second photo.
+long, and what is done to sizes, EXIF and files is done to every second photo. `clinic` has folders
+as they come: sizes, cuts and lenses mixed, bursts, films, stools, which are sound, and two limbs in
+one folder, which are refused.
 """
 
 import argparse
@@ -50,6 +53,7 @@ from limbgram.synthetic import (
     LimbKind,
     Movement,
     MovementKind,
+    Paint,
     TurnedOver,
     Turning,
     make_capture,
@@ -103,10 +107,12 @@ class Case:
     """One capture, and what is true of it."""
 
     name: str
-    family: Literal["sound", "real", "faults"]
+    family: Literal["sound", "real", "faults", "clinic"]
     row: str
     strength: str = ""
     made: CaptureOptions | None = None
+    beside: CaptureOptions | None = None
+    """Photos of another capture in the same room, in the same folder."""
     """None: photographs that lie in `photos`."""
     photos: tuple[Path, ...] = ()
     change: Callable[[Path], None] | None = None
@@ -143,7 +149,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("-o", "--out", type=Path, required=True)
-    parser.add_argument("--family", choices=("sound", "real", "faults"))
+    parser.add_argument("--family", choices=("sound", "real", "faults", "clinic"))
     parser.add_argument("--first", type=int, default=1, help="first seed")
     parser.add_argument("--count", type=int, default=1, help="seeds")
     parser.add_argument("--rows", nargs="*", help="these rows alone")
@@ -173,6 +179,8 @@ def _cases(family: str, first: int, count: int, photos: Path | None) -> Iterator
     match family:
         case "sound":
             yield from map(sound_case, seeds)
+        case "clinic":
+            yield from (case for seed in seeds for case in clinic_cases(seed))
         case "faults":
             yield from (case for seed in seeds for case in fault_cases(seed))
         case _:
@@ -254,6 +262,41 @@ def fault_cases(seed: int) -> Iterator[Case]:
             yield replace(case, name=name, row=row, strength=strength, made=made)
 
 
+def clinic_cases(seed: int) -> Iterator[Case]:
+    """Folders as clinics have them; of the same seed are the same room, board and walk."""
+    base = replace(_PHONE, seed=seed, photos=14)
+    tele = replace(PHONE, focal_mm=8.5, name="8.5 mm f/2.4")
+    long = replace(base, lens=tele, distance_mm=850.0)
+    printed = replace(base, kind=LimbKind.BULBOUS, paint=Paint.PRINT, photos=15)
+    bare = {"lens": None}
+    rows: dict[str, Case] = {
+        "every other one smaller": _clinic(base, change=_every_other_smaller),
+        "every other one cut": _clinic(base, change=_every_other_cropped),
+        "every other one cut, no camera file": _clinic(base, change=_every_other_cropped, **bare),
+        "wide and tele": _clinic(base, beside=long, change=_every_other_long, **bare),
+        "wide and tele, no EXIF": _clinic(
+            base, beside=long, change=_every_other_long_without_exif, **bare
+        ),
+        "no EXIF": _clinic(base, change=_without_exif, **bare),
+        "by a messenger": _clinic(base, change=_by_messenger, **bare),
+        "burst": _clinic(base, change=_burst),
+        "frames of a film": _clinic(replace(base, filmed=True, photos=24), **bare),
+        "patient on a stool": _clinic(
+            replace(base, photos=16, turning=Turning(sway_mm=4.0)), "pairs.turned"
+        ),
+        "turntable in a still room": _clinic(
+            replace(base, photos=16, turning=Turning(before=True)), "pairs.turned"
+        ),
+        "two casts beside one board": _clinic(base, "placing.two_limbs", beside=printed),
+    }
+    for row, case in rows.items():
+        yield replace(case, name=f"{row}, seed {seed}", row=row)
+
+
+def _clinic(made: CaptureOptions, *true: str, **more: Any) -> Case:
+    return Case(name="", family="clinic", row="", made=made, true=true, **more)
+
+
 def _moves(kind: MovementKind, *codes: str) -> dict[str, Case]:
     return {
         f"{mm:g} mm": _fault(replace(_PHONE, movement=Movement(kind=kind, shift_mm=mm)), *codes)
@@ -279,7 +322,8 @@ def _zoomed(photos: slice, by: float) -> Callable[[Path], None]:
         for file in _files(folder)[photos]:
             with Image.open(file) as photo:
                 exif, (width, height) = photo.getexif(), photo.size
-                box = tuple(0.5 * s * (1 + way / by) for way in (-1, 1) for s in (width, height))
+                left, top = (0.5 * side * (1 - 1 / by) for side in (width, height))
+                box = left, top, width - left, height - top
                 larger = photo.convert("RGB").resize(
                     (width, height), Image.Resampling.BICUBIC, box=box
                 )
@@ -379,6 +423,10 @@ def _given(case: Case, folder: Path) -> tuple[Path, tuple[Calibration, ...]]:
             shutil.copyfile(photo, images / photo.name)
         return images, ()
     make_capture(folder / "capture", case.made)
+    if case.beside is not None:
+        make_capture(folder / "beside", case.beside)
+        for photo in _files(folder / "beside" / "images"):
+            shutil.copyfile(photo, folder / "capture" / "images" / f"Z{photo.name}")
     given = () if case.lens is None else (_calibration(folder / "capture", case.lens),)
     return folder / "capture" / "images", given
 
@@ -485,14 +533,20 @@ def _files(folder: Path) -> list[Path]:
     return sorted(folder.iterdir())
 
 
-def _stored(file: Path, change: Callable[[Image.Image], Image.Image], **how: Any) -> None:
+def _stored(
+    file: Path,
+    change: Callable[[Image.Image], Image.Image],
+    *,
+    quality: int = 92,
+    keep_exif: bool = True,
+) -> None:
     """A photo changed and stored again, smaller first where it is a large photograph."""
     with Image.open(file) as photo:
-        exif = photo.getexif()
+        exif = photo.getexif() if keep_exif else Image.Exif()
         picture = photo.convert("RGB")
     shrink = min(1.0, _LONG_SIDE_PX / max(picture.size))
     picture = _smaller(picture, shrink)
-    change(picture).save(file, **({"quality": 92, "exif": exif} | how))
+    change(picture).save(file, quality=quality, exif=exif)
 
 
 def _smaller(picture: Image.Image, factor: float) -> Image.Image:
@@ -526,20 +580,55 @@ def _every_other_cropped(folder: Path) -> None:
         _stored(file, cut if number % 2 else lambda picture: picture)
 
 
+def _every_other_smaller(folder: Path) -> None:
+    for file in _files(folder)[1::2]:
+        _stored(file, lambda picture: _smaller(picture, 0.7))
+
+
+def _every_other_long(folder: Path) -> None:
+    """Of two captures from the same places every third photo of the second, else the first's."""
+    files = _files(folder)
+    first, second = files[: len(files) // 2], files[len(files) // 2 :]
+    for number, (one, other) in enumerate(zip(first, second, strict=True)):
+        (one if number % 3 == 1 else other).unlink()
+
+
+def _every_other_long_without_exif(folder: Path) -> None:
+    _every_other_long(folder)
+    _without_exif(folder)
+
+
+def _burst(folder: Path) -> None:
+    """Every third photo three times, a little noise and a pixel apart."""
+    for number, file in enumerate(_files(folder)[::3]):
+        for again in (1, 2):
+            with Image.open(file) as photo:
+                exif, pixels = photo.getexif(), np.asarray(photo.convert("RGB")).astype(float)
+            noise = np.random.default_rng((number, again)).normal(0.0, 2.0, pixels.shape)
+            moved = np.roll(pixels, again, axis=1) + noise
+            picture = Image.fromarray(np.clip(moved, 0, 255).astype(np.uint8))
+            picture.save(file.with_stem(f"{file.stem}_{again}"), quality=93, exif=exif)
+
+
 def _without_exif(folder: Path) -> None:
     for file in _files(folder):
-        _stored(file, lambda picture: picture, exif=Image.Exif())
+        _stored(file, lambda picture: picture, keep_exif=False)
 
 
 def _by_messenger(folder: Path) -> None:
     for file in _files(folder):
-        _stored(file, lambda picture: picture, exif=Image.Exif(), quality=70)
+        _stored(file, lambda picture: picture, keep_exif=False, quality=70)
+
+
+_TWO = ("two casts beside one board",)
+"""Of the clinic's folders, those that are not sound."""
 
 
 def outcome(one: dict[str, Any], door: str) -> str:
     """How a door did: of sound captures false or right, of faults what it told."""
     found = one[door]
-    if one["family"] != "faults":
+    fault = one["family"] == "faults" or one["row"] in _TWO
+    if not fault:
         if found["accused"]:
             return "accused"
         return "refused" if found["refused"] else "set aside" if found["aside"] else "right"

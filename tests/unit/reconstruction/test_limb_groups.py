@@ -1,7 +1,7 @@
 """Limb groups: photos of two limbs that a room joins are told from all others."""
 
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -32,13 +32,16 @@ def limb(truth: Truth) -> SurfacePoints:
 
 
 def photo_set(truth: Truth) -> PhotoSet:
-    camera, none = truth.views[0].camera, Exif()
-    size = {"width_px": camera.width_px, "height_px": camera.height_px, "exif": none}
+    width_px, height_px = truth.views[0].camera.width_px, truth.views[0].camera.height_px
     photos = tuple(
-        Photo(name=view.name, path=None, sha256=view.name, camera_idx=0, **size)  # type: ignore[arg-type]
+        Photo(
+            name=view.name, path=Path(view.name), width_px=width_px, height_px=height_px,
+            exif=Exif(), sha256=view.name, camera_idx=0,
+        )
         for view in truth.views
-    )
-    return PhotoSet(photos, (CameraGroup(label="", **size),))
+    )  # fmt: skip
+    group = CameraGroup(label="", width_px=width_px, height_px=height_px, exif=Exif())
+    return PhotoSet(photos, (group,))
 
 
 def cameras_of(truth: Truth) -> Cameras:
@@ -70,15 +73,17 @@ def scene_of(truth: Truth, bodies: list[tuple[np.ndarray, np.ndarray]]) -> Scene
     )
 
 
-def groups_of(truth: Truth, scene: Scene, **more: Any) -> list[set[int]]:
+def groups_of(
+    truth: Truth, scene: Scene, features: Features | None = None, matches: Matches = NONE
+) -> list[set[int]]:
     empty = Keypoints(
         xy_px=np.zeros((0, 2), np.float32),
         scale_px=np.zeros(0, np.float32),
         angle_deg=np.zeros(0, np.float32),
         descriptors=np.zeros((0, 128), np.uint8),
     )
-    given = {"features": Features((empty,) * PHOTOS), "matches": NONE} | more
-    found = limb_groups(photo_set(truth), scene=scene, cameras=cameras_of(truth), **given)
+    seen = features or Features((empty,) * PHOTOS)
+    found = limb_groups(photo_set(truth), seen, matches, scene, cameras_of(truth))
     return [{*group} for group in found.photos]
 
 
