@@ -38,7 +38,7 @@ from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.twoview.essential import fundamental_from_pose, straightened
-from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify_pair
+from limbgram.reconstruction.twoview.verification import verify_pair
 
 _FEWEST_PHOTOS = 4
 """Of a group."""
@@ -191,8 +191,8 @@ def _only_shifted(
         if pair is None:
             continue
         left = _unexplained(pair, features, metric, region)
-        given = [lenses[photos.photos[k].camera_idx] for k in (first, second)]
-        found = verify_pair(left, *given, TwoViewOptions())
+        ours, theirs = (lenses[photos.photos[k].camera_idx] for k in (first, second))
+        found = verify_pair(left, ours, theirs)
         if found is None or found.second_from_first is None:
             continue
         placed = [scene.view(k).camera_from_world for k in (first, second)]

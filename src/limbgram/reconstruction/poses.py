@@ -256,22 +256,21 @@ def _placed(
         if not poses.sides:
             raise
     else:
-        groups = run(limb_groups, photos, features, matches, scene, cameras)
-        if groups.photos:
+        poses = Poses()
+        if may_be_turned_over(scene, detections):
+            poses = run(find_poses, photos, features, pairs, cameras, detections, scene, options)
+        if not poses.sides:
+            groups = run(limb_groups, photos, features, matches, scene, cameras)
+            if not groups.photos:
+                return Placed(matches, pairs, scene, poses)
+            given = (photos, features, pairs, cameras, detections, groups, options)
             try:
-                poses = run(
-                    poses_of_groups, photos, features, pairs, cameras, detections, groups, options
-                )
+                poses = run(poses_of_groups, *given)
                 return _joined_by_object(
                     photos, features, matches, cameras, poses, run, mapping, twoview
                 )
             except PlacementError as apart:
                 raise _two_limbs(groups, photos) from apart
-        poses = Poses()
-        if may_be_turned_over(scene, detections):
-            poses = run(find_poses, photos, features, pairs, cameras, detections, scene, options)
-        if not poses.sides:
-            return Placed(matches, pairs, scene, poses)
     return _joined_by_object(photos, features, matches, cameras, poses, run, mapping, twoview)
 
 
