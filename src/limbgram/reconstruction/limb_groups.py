@@ -52,7 +52,10 @@ _FEWEST_SHARED = 10
 _BESIDE = 1.25
 """Neighbours stand no farther apart than so many times the usual step of the walk,"""
 _WIDEST_DEG = 45.0
-"""and no farther than this, seen from the limb."""
+"""and no farther than this, seen from the limb;"""
+_ACROSS_DEG = 30.0
+"""and those of two groups no farther than this: a round from the side and one from above, 40
+degrees higher, may share nothing of one limb."""
 _FALSE_ALARM = 1e-6
 """Chance that photos of one limb look so. Of neighbours of one group 19 in 20 or more share points,
 so that five or six pairs of neighbours across suffice."""
@@ -155,7 +158,7 @@ def _neighbours_across(
         beside = links.apart_deg[pairs] < near_deg
         within += int(beside.sum())
         sharing += int(links.shared[pairs][beside].sum())
-    beside = links.apart_deg[np.ix_(first, second)] < near_deg
+    beside = links.apart_deg[np.ix_(first, second)] < min(near_deg, _ACROSS_DEG)
     smaller = beside.any(axis=0) if len(second) <= len(first) else beside.any(axis=1)
     if smaller.mean() < _FACING:
         return nothing
