@@ -228,7 +228,13 @@ def place_object(
     if told or len(placed.scene.placed) == len(placed.scene.names):
         return placed
     lenses = run(by_lens, photos, features, pairs, cameras, mapping)
-    return placed if lenses is None else with_two(lenses)
+    if lenses is None:
+        return placed
+    try:
+        again = with_two(lenses)
+    except PlacementError:
+        return placed
+    return again if len(again.scene.placed) > len(placed.scene.placed) else placed
 
 
 def _placed(
