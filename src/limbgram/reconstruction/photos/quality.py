@@ -161,8 +161,8 @@ def _of_other_lenses(photos: PhotoSet) -> Iterator[Remark]:
 
 def _only_resized(one: CameraGroup, other: CameraGroup) -> bool:
     """Whether a camera's pictures were made smaller or cut, which `photos.lenses` tells of."""
-    turned = (one.height_px, one.width_px) == (other.width_px, other.height_px)
-    return same_lens(one, other) and not turned
+    sizes = [{group.width_px, group.height_px} for group in (one, other)]
+    return same_lens(one, other) and sizes[0] != sizes[1]
 
 
 def _extension(focal_m: float, distance_m: float) -> float:
