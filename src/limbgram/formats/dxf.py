@@ -10,7 +10,7 @@ get release 12 (dxf_r12.py).
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 import numpy as np
 
@@ -125,7 +125,7 @@ def _check(
 
     drawing = ezdxf.readfile(written)
     require(drawing.units == _INSUNITS[unit], other(name, "unit"))
-    space = drawing.modelspace()
+    space: Any = drawing.modelspace()  # what a query finds is of the kind that it names
     surfaces = space.query("MESH")
     require(len(surfaces) == 1, other_count(name, "surfaces", len(surfaces), 1))
     places = np.array(list(surfaces[0].vertices), np.float64).reshape(-1, 3)
