@@ -9,6 +9,7 @@ get release 12 (dxf_r12.py).
 """
 
 from collections.abc import Sequence
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
@@ -106,8 +107,6 @@ def _draw_landmarks(space: "Modelspace", unit: Unit, landmarks: Sequence[Landmar
 
 
 def _as_bytes(drawing: "Drawing") -> bytes:
-    from io import StringIO
-
     text = StringIO()
     drawing.write(text)
     return text.getvalue().encode(drawing.output_encoding, "dxfreplace")
