@@ -58,6 +58,8 @@ _MOST_OFF_AXIS_DEG = 45.0
 _MOST_FLEXION_DEG = 120.0
 _NEAR_AXIS_MM = 15.0
 """Landmarks nearer to the axis than this lie on no side of it."""
+_ROUNDING = 1e-9
+"""A stated front so near to the file's own is that one, to the last bit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -298,7 +300,11 @@ def _turned_about(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) ->
         forward = start @ options.anterior
         if np.hypot(forward[0], forward[1]) < 0.1 * np.linalg.norm(options.anterior):
             raise OptionsError("align.front.along_axis")
-        return _about_z(np.pi / 2 - np.arctan2(forward[1], forward[0])) @ start
+        turned = _about_z(np.pi / 2 - np.arctan2(forward[1], forward[0])) @ start
+        if options.kept is not None:
+            own = options.kept.limb_from_mesh.rotation
+            return own if np.abs(turned - own).max() < _ROUNDING else turned
+        return turned
     turn = _turn_by_landmarks(start, limb, axis, options)
     if abs(turn) < 1e-6 and options.declared is not None:
         if not options.declared.front_told:
