@@ -13,7 +13,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief, html_of, library
 from limbgram.core.spreadsheet import Table
 from limbgram.workbench.compare import compare
-from limbgram.workbench.compare.following import Visit, follow
+from limbgram.workbench.compare.over_time import Visit, follow
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, Measures, measure_limb
