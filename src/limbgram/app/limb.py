@@ -20,7 +20,7 @@ from limbgram.workbench.anatomy.kind import Facing
 from limbgram.workbench.frame.landmarks import NAMES, with_landmarks
 from limbgram.workbench.frame.painted_marks import MarkOptions, find_marks
 from limbgram.workbench.frame.suggested_landmarks import guess_places
-from limbgram.workbench.limb import KindName, Landmark, Limb, Side
+from limbgram.workbench.limb import KIND_NAMED, KindName, Landmark, Limb, Side
 
 router = APIRouter(tags=["limb"])
 
@@ -74,6 +74,17 @@ class TemplateName(BaseModel):
     level: int
 
 
+class LimbKind(BaseModel):
+    """A kind of limb."""
+
+    kind: KindName
+    words: dict[str, str] = Field(description="What people call it, by language.")
+    sided: bool = Field(description="Whether it is a left or a right one.")
+    long: bool = Field(description="Whether its long axis can be fitted to the surface.")
+    sheet: bool = Field(description="Whether it has a measuring sheet.")
+    joints: list[str] = Field(description="That `repose` turns.")
+
+
 class Mark(BaseModel):
     """A painted spot that may be a place."""
 
@@ -103,6 +114,22 @@ class Align(AlignRequest):
     """What the clinician states. Directions are in the mesh's frame."""
 
     __pydantic_config__ = SAYS_ITSELF
+
+
+@router.get("/limb-kinds")
+def list_limb_kinds() -> list[LimbKind]:
+    """The kinds of limb, in the order of lists."""
+    return [
+        LimbKind(
+            kind=one.name,
+            words=dict(one.words),
+            sided=one.sided,
+            long=one.long,
+            sheet=bool(one.sheet),
+            joints=[joint.name for joint in one.joints],
+        )
+        for one in KIND_NAMED.values()
+    ]
 
 
 @router.get("/templates/names/{kind}")

@@ -72,13 +72,13 @@ class MeasureRequest:
     """Height of the shoe's heel, mm: it inclines the shank."""
     shoe_sole_mm: Annotated[float, Within(0, 150), Flag("shoe-sole"), _SHEET] = 0.0
     """Height of its sole under the ball, mm."""
-    click_mm: Annotated[float, Within(0, 50), _SHEET] = USUAL.click_mm
+    click_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
     """How well landmarks were placed that were clicked: one standard deviation in each direction
-    along the surface, mm; assumed, state your own."""
-    painted_mm: Annotated[float, Within(0, 50), _SHEET] = USUAL.painted_mm
-    """The same of landmarks at painted marks."""
-    proposed_mm: Annotated[float, Within(0, 50), _SHEET] = USUAL.proposed_mm
-    """The same of landmarks that were proposed and confirmed."""
+    along the surface, mm; without it 2, which is assumed."""
+    painted_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
+    """The same of landmarks at painted marks; without it 1."""
+    proposed_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
+    """The same of landmarks that were proposed and confirmed; without it 3."""
 
     def of_sheet(self) -> SheetOptions:
         """What the measuring sheet hangs on."""
@@ -86,7 +86,9 @@ class MeasureRequest:
             shoe_heel_mm=self.shoe_heel_mm,
             shoe_sole_mm=self.shoe_sole_mm,
             placing=Placing(
-                click_mm=self.click_mm, painted_mm=self.painted_mm, proposed_mm=self.proposed_mm
+                click_mm=USUAL.click_mm if self.click_mm is None else self.click_mm,
+                painted_mm=USUAL.painted_mm if self.painted_mm is None else self.painted_mm,
+                proposed_mm=USUAL.proposed_mm if self.proposed_mm is None else self.proposed_mm,
             ),
         )
 

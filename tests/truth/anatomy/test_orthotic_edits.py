@@ -66,7 +66,7 @@ def test_an_arch_fill_adds_under_the_medial_arch(foot_of: MakeLimb, left: bool) 
 def test_a_skive_takes_a_slanting_flat_off_one_side(foot_of: MakeLimb, left: bool, on: str) -> None:
     sole = Sole.of(foot_of(left=left), "the test")
     limb = sole.limb
-    after = do_edit(limb, HeelSkive(depth_mm=4.0, on=on))  # type: ignore[arg-type]
+    after = do_edit(limb, HeelSkive(depth_mm=4.0, border=on))  # type: ignore[arg-type]
     moved = steps(limb, after)
     assert moved[:, 2].max() == pytest.approx(4.0, abs=0.3)
     assert moved[:, 2].min() >= 0

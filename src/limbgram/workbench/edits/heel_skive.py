@@ -25,7 +25,7 @@ class HeelSkive(Edit):
     """At the deepest place; usual are 2, 4 and 6."""
     tilt_deg: Annotated[float, Within(0, 30)] = 15.0
     """Of the flat to the plantar plane."""
-    on: Literal["medial", "lateral"] = "medial"
+    border: Literal["medial", "lateral"] = "medial"
     """The side of the heel."""
     reach: Annotated[float, Within(0.1, 0.6)] = 0.35
     """How far to the front it reaches, as a share of heel to ball."""
@@ -40,13 +40,13 @@ class HeelSkive(Edit):
             labels={
                 "depth_mm": "Tiefe",
                 "tilt_deg": "Neigung",
-                "on": "Seite",
+                "border": "Seite",
                 "reach": "Reichweite",
             },
             help={
                 "depth_mm": "An der tiefsten Stelle; üblich sind 2, 4 und 6.",
                 "tilt_deg": "Der Fläche zur Plantarebene.",
-                "on": "Die Seite der Ferse.",
+                "border": "Die Seite der Ferse.",
                 "reach": "Wie weit nach vorn sie reicht, als Anteil von Ferse bis Ballen.",
             },
             choices={"medial": "medial", "lateral": "lateral"},
@@ -65,7 +65,7 @@ class HeelSkive(Edit):
         heel = sole.plantar & (front > 0)
         if not heel.any():
             raise EditError("edit.heel_skive.no_heel", what=self.title)
-        outwards = x if self.on == "lateral" else -x
+        outwards = x if self.border == "lateral" else -x
         cut = outwards * np.tan(np.radians(self.tilt_deg)) - z
         # As deep as no vertex moves farther than was asked, and one moves as far.
         cut += (self.depth_mm / front[heel] - cut[heel]).min()

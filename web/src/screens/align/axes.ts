@@ -6,6 +6,7 @@ import { Vector3 } from "three";
 import type { Schemas } from "../../api/client";
 import { type ByHand, STILL, turned } from "../../geometry/byhand";
 import { type Vec3, scale, sub, xyz } from "../../geometry/vectors";
+import { sided } from "../../limb-kinds";
 import { perform } from "../../state/acts";
 import { t } from "../../texts";
 import type { Viewer } from "../../viewer/viewer";
@@ -37,7 +38,7 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
   const byHand = useSignal<ByHand>(STILL);
   /** What was turned when the hand took a handle. */
   const from = useRef<ByHand | null>(null);
-  const sideLacks = (!side || side === "none") && kind !== "torso";
+  const sideLacks = (!side || side === "none") && sided(kind);
   const facing = places.some((one) => known.find((k) => k.name === one.name && k.facing !== "none"));
   const lacks = !kind ? t("align.kind.first") : sideLacks ? t("align.side.first") : !facing && !front.value ? t("align.places.first") : null;
 

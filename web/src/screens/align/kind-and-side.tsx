@@ -2,12 +2,11 @@
 import type { Schemas } from "../../api/client";
 import { Button } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
+import { kindName, limbKinds, sided } from "../../limb-kinds";
 import { perform } from "../../state/acts";
 import { useAct } from "../../state/asked";
 import { t } from "../../texts";
 import type { RoomProps } from "../room";
-
-const KINDS = ["transtibial", "transfemoral", "foot", "torso"] as const;
 
 export function KindAndSide({ room, onDone }: RoomProps & { onDone: () => void }) {
   const act = useAct();
@@ -22,15 +21,15 @@ export function KindAndSide({ room, onDone }: RoomProps & { onDone: () => void }
         <>
           <h3>{t("cases.which.kind")}</h3>
           <div class="choices">
-            {KINDS.map((one) => (
-              <Button key={one} onClick={() => void change({ kind: one })}>
-                {t(`kind.${one}`)}
+            {limbKinds.value.map((one) => (
+              <Button key={one.kind} onClick={() => void change({ kind: one.kind })}>
+                {kindName(one.kind)}
               </Button>
             ))}
           </div>
         </>
       )}
-      {!room.info.side && room.info.kind !== "torso" && (
+      {!room.info.side && sided(room.info.kind) && (
         <>
           <h3>{t("cases.which.side")}</h3>
           <div class="choices">
