@@ -18,6 +18,7 @@ from limbgram.formats.obj import read_obj, write_obj
 from limbgram.formats.ply import read_ply, write_ply
 from limbgram.formats.soup import Soup
 from limbgram.formats.stl import read_stl, write_stl
+from limbgram.formats.threemf import read_3mf, write_3mf
 from limbgram.formats.writing import Unit
 
 Kept = Literal["colours", "filled", "sigma", "shared errors", "lost length"]
@@ -63,6 +64,7 @@ class Format:
 
 FORMATS = (
     Format(suffix=".stl", read=read_stl, write=write_stl, within_mm=1e-4),
+    Format(suffix=".3mf", read=read_3mf, write=write_3mf, within_mm=4e-6),
     Format(suffix=".dxf", write=write_dxf),
     Format(
         suffix=".ply",

@@ -38,12 +38,8 @@ class RoundCone:
         return np.maximum(cone, (self.start_mm - points_mm) @ self.floor)
 
     def box_mm(self) -> Float64[np.ndarray, "2 3"]:
-        low = np.minimum(
-            self.start_mm - self.start_radius_mm, self.end_mm - self.end_radius_mm
-        )
-        high = np.maximum(
-            self.start_mm + self.start_radius_mm, self.end_mm + self.end_radius_mm
-        )
+        low = np.minimum(self.start_mm - self.start_radius_mm, self.end_mm - self.end_radius_mm)
+        high = np.maximum(self.start_mm + self.start_radius_mm, self.end_mm + self.end_radius_mm)
         return np.stack([low, high])
 
 

@@ -72,10 +72,7 @@ def plate(
     ]
     return (
         _placed("plate", block, limb_from_plate, "join"),
-        *(
-            _placed("plate hole", _mesh(hole), limb_from_plate, "cut")
-            for hole in holes
-        ),
+        *(_placed("plate hole", _mesh(hole), limb_from_plate, "cut") for hole in holes),
     )
 
 
@@ -92,7 +89,9 @@ def pyramid(limb_from_plate: Rigid) -> Part:
     return _placed("pyramid", _mesh(hanging), limb_from_plate, "join")
 
 
-def hole(name: str, place_mm: Vector3, way: Vector3, *, diameter_mm: float, depth_mm: float) -> Part:
+def hole(
+    name: str, place_mm: Vector3, way: Vector3, *, diameter_mm: float, depth_mm: float
+) -> Part:
     """A round hole through a place, `depth_mm` to either side along a way."""
     drill = _mesh(_cylinder(diameter_mm / 2, -depth_mm, depth_mm))
     return _placed(name, drill, pointing(place_mm, way), "cut")

@@ -144,9 +144,7 @@ class _Field:
             nearer = of_block < values
             if not nearer.any():
                 continue
-            grown = np.where(
-                (own > outside)[:, None], _gradient(block, points_mm), -normals
-            )
+            grown = np.where((own > outside)[:, None], _gradient(block, points_mm), -normals)
             values = np.where(nearer, of_block, values)
             ways = np.where(nearer[:, None], grown, ways)
         return _Values(values, ways)
