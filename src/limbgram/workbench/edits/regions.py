@@ -458,6 +458,12 @@ def _area_and_centroid(points: Points3) -> tuple[float, float, float]:
     return area, float(middle[0]), float(middle[1])
 
 
+def centroid_mm(points: Points3) -> Vector3:
+    """Middle of the area inside a closed polyline at one height."""
+    _, x, y = _area_and_centroid(points)
+    return np.array([x, y, points[0, 2]])
+
+
 def _largest_of_each(table: Float64[np.ndarray, "k 4"]) -> Float64[np.ndarray, "m 4"]:
     """One row for each height: that of the largest area."""
     order = np.lexsort((-table[:, 1], table[:, 0]))

@@ -1,0 +1,182 @@
+"""Body: an aligned limb as trims and fittings see it: places by name, directions of anatomy.
+
+All is in the limb frame. "Out" is away from the body's middle: lateral. The foot's directions lie
+in the plane that it stands on, under the heel and both metatarsal heads, forwards from the heel to
+the second toe.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from jaxtyping import Float64
+
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.sections import Z_AXIS, cut
+from limbgram.workbench.edits.regions import centroid_mm, position_mm
+from limbgram.workbench.frame.landmarks import in_limb_frame
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+
+Axes = Literal["limb", "foot"]
+_FAR_MM = 3000.0
+_BEHIND, _BALL = 0.3, 0.2
+"""Shares of the way from heel to ball: so far in front of the heel, and so far before and behind
+the metatarsal heads, the foot is looked at for where it stands."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A limb in its own frame."""
+
+    limb: Limb
+
+    @classmethod
+    def of(cls, limb: Limb, what: str) -> "Body":
+        """Raises:
+        EditError: the limb is not aligned.
+        """
+        if limb.frame is None:
+            raise EditError("edit.not_aligned", what=what)
+        motion = limb.frame.limb_from_mesh
+        marks = tuple(
+            Landmark(name=mark.name, position_mm=motion.apply(mark.position_mm[None])[0])
+            for mark in limb.landmarks
+        )
+        return cls(
+            Limb(
+                mesh=in_limb_frame(limb),
+                landmarks=marks,
+                frame=LimbFrame(limb_from_mesh=Rigid.identity(), side=limb.frame.side),
+                kind=limb.kind,
+            )
+        )
+
+    @property
+    def mesh(self) -> Mesh:
+        return self.limb.mesh
+
+    @property
+    def right(self) -> bool:
+        return self.limb.frame is not None and self.limb.frame.side == "right"
+
+    def place_mm(self, name: str, what: str) -> Vector3:
+        """Where a landmark lies.
+
+        Raises:
+            EditError: the limb has none of that name.
+        """
+        return position_mm(self.limb, name, "limb", what)
+
+    def outward(self, what: str) -> Vector3:
+        """Lateral.
+
+        Raises:
+            EditError: nobody said which side the limb is of.
+        """
+        if self.limb.frame is None or self.limb.frame.side == "none":
+            raise EditError("device.no_side", what=what)
+        return np.array([1.0 if self.right else -1.0, 0.0, 0.0])
+
+    def directions(self, axes: Axes, what: str) -> Float64[np.ndarray, "3 3"]:
+        """Rows: to the right, forwards and up."""
+        return np.eye(3) if axes == "limb" else self._stand(what).directions
+
+    def sole_mm(self, what: str) -> float:
+        """How high the plane that the foot stands on lies along its own upward direction."""
+        return self._stand(what).height_mm
+
+    def _stand(self, what: str) -> "_Stand":
+        known = self.__dict__.get("_stands_on")
+        if known is None:
+            places = [
+                self.place_mm(name, what)
+                for name in ("heel", "first metatarsal head", "fifth metatarsal head", "second toe")
+            ]
+            known = self.__dict__["_stands_on"] = _stand_of(self.mesh, *places)
+        return known
+
+    def middle_mm(self, height_mm: float, what: str) -> Vector3:
+        """Middle of the largest section at a height.
+
+        Raises:
+            EditError: there is no whole section at that height.
+        """
+        whole = [one for one in cut(self.mesh, [height_mm]) if one.closed]
+        if not whole:
+            heights = self.mesh.vertices_mm[:, 2]
+            raise EditError(
+                "device.trim.off_limb",
+                name=what,
+                point_mm=(0.0, 0.0, height_mm),
+                lowest_mm=float(heights.min()),
+                highest_mm=float(heights.max()),
+            )
+        return centroid_mm(max(whole, key=lambda one: one.area_mm2(Z_AXIS)).points_mm)
+
+    @cached_property
+    def _scene(self) -> EmbreeScene:
+        scene = EmbreeScene()
+        TriangleMesh(scene, self.mesh.vertices_mm[self.mesh.faces].astype(np.float32))
+        return scene
+
+    def met_mm(self, through_mm: Vector3, seen_along: Vector3) -> Vector3 | None:
+        """What is seen first along a line through a place, by who looks from far away.
+
+        None where the line misses the surface, or slips through an opening and meets it from
+        within.
+        """
+        start = through_mm - _FAR_MM * seen_along
+        met = self._scene.run(
+            start[None].astype(np.float32), np.ascontiguousarray(seen_along[None], np.float32)
+        )
+        face = int(np.asarray(met)[0])
+        if face < 0:
+            return None
+        a, b, c = self.mesh.vertices_mm[self.mesh.faces[face]]
+        normal = np.cross(b - a, c - a)
+        steep = float(normal @ seen_along)
+        if steep >= 0:
+            return None
+        return start + seen_along * float(normal @ (a - start)) / steep
+
+
+@dataclass(frozen=True)
+class _Stand:
+    """The plane that a foot stands on."""
+
+    directions: Float64[np.ndarray, "3 3"]
+    height_mm: float
+
+
+def _stand_of(mesh: Mesh, heel: Vector3, first: Vector3, fifth: Vector3, toe: Vector3) -> _Stand:
+    """From the plane through the landmarks to that through the lowest places near them."""
+    three = np.stack([heel, first, fifth])
+    for _ in range(3):
+        up = np.cross(three[1] - three[0], three[2] - three[0])
+        up = unit((up * np.sign(up[2]))[None])[0]
+        ahead = unit(((toe - heel) - ((toe - heel) @ up) * up)[None])[0]
+        right = np.cross(ahead, up)
+        along, across = (mesh.vertices_mm - heel) @ ahead, (mesh.vertices_mm - heel) @ right
+        balls = np.stack([first, fifth]) - heel
+        length = float((balls @ ahead).mean())
+        middle, outer = float((balls @ right).mean()), float(np.sign((balls[1] - balls[0]) @ right))
+        forefoot = np.abs(along / length - 1) < _BALL
+        near = (
+            along < _BEHIND * length,
+            forefoot & ((across - middle) * outer < 0),
+            forefoot & ((across - middle) * outer >= 0),
+        )
+        heights = mesh.vertices_mm @ up
+        three = np.stack(
+            [
+                mesh.vertices_mm[np.flatnonzero(part)[heights[part].argmin()]] if part.any() else at
+                for part, at in zip(near, three, strict=True)
+            ]
+        )
+    return _Stand(np.stack([right, ahead, up]), float((three @ up).mean()))
