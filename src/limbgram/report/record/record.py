@@ -122,7 +122,7 @@ def record_of(
     compared = None if other is None else _compare(nameless_shape, other, done, options)
     mesh = in_limb_frame(nameless_shape.limb)
     marks = tuple(
-        Landmark(name=mark.name, position_mm=place)
+        replace(mark, position_mm=place)
         for mark, place in zip(
             nameless_shape.limb.landmarks,
             _places(nameless_shape.limb.landmarks, frame.limb_from_mesh.apply),

@@ -30,9 +30,9 @@ from limbgram.core.mesh.planted import tree_on
 from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import boundary_half_edges, edge_lengths, find_edges
 from limbgram.reconstruction.surface.holes import fill_holes
+from limbgram.workbench.anatomy.names import named
 from limbgram.workbench.edits.fineness import refine_under
-from limbgram.workbench.frame.names import named
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame, likeliest
+from limbgram.workbench.limb import Limb, LimbFrame, likeliest
 
 Place = str | tuple[float, float, float]
 """The name of a landmark, or x, y, z in millimetres."""
@@ -182,7 +182,7 @@ def displaced(limb: Limb, vertices_mm: Points3) -> Limb:
     near = closest.distances_mm <= _FARTHEST_MM
     shifts = (shares[:, :, None] * moves).sum(1) * near[:, None]
     marks = tuple(
-        Landmark(name=mark.name, position_mm=mark.position_mm + shift)
+        replace(mark, position_mm=mark.position_mm + shift)
         for mark, shift in zip(limb.landmarks, shifts, strict=True)
     )
     return replace(limb, mesh=new, landmarks=marks)

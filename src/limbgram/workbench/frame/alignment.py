@@ -25,16 +25,15 @@ from limbgram.core.mesh.axis import Axis, AxisOptions, axis_along, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops
 from limbgram.findings import Finding, doubt, note
+from limbgram.workbench.anatomy.kind import Facing, Place
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.frame.landmarks import (
-    Facing,
-    LandmarkName,
     known_anywhere,
     known_name,
     landmark,
     likely_meant,
 )
-from limbgram.workbench.limb import Kind, Limb, LimbFrame, Side
+from limbgram.workbench.limb import KIND_NAMED, KindName, Limb, LimbFrame, Side
 
 _OUTWARD: dict[Facing, complex] = {"anterior": 1j, "posterior": -1j, "right": 1, "left": -1}
 """In the limb frame, x + i y; medial and lateral follow from the side."""
@@ -64,7 +63,7 @@ class AlignOptions:
     """What the clinician states. Directions are in the mesh's frame."""
 
     side: Side
-    kind: Kind | None = None
+    kind: KindName | None = None
     """Which names tell what; None for the kind that the limb is known to be, if it is."""
     axis: Vector3 | None = None
     """Long axis, pointing proximally, in place of the fit; the brim does not overrule it."""
@@ -231,7 +230,7 @@ def odd_names(limb: Limb) -> tuple[Finding, ...]:
     )
 
 
-def outward(known: LandmarkName | None, side: Side) -> complex:
+def outward(known: Place | None, side: Side) -> complex:
     """Direction in the limb frame in which a landmark should lie from the axis; 0 if untold."""
     if known is None:
         return 0
@@ -334,7 +333,7 @@ def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
 def _require_long_way(limb: Limb, axis: Axis, told: Vector3 | None) -> None:
     """Refuse a fit that runs across what is proximal, as one from heel to toe does."""
     if told is None:
-        if limb.kind == "foot":
+        if limb.kind is not None and not KIND_NAMED[limb.kind].long:
             raise MeasureError("align.axis.foot")
         return
     off_deg = np.degrees(np.arccos(min(abs(_along(told, axis)), 1.0)))

@@ -18,7 +18,7 @@ from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.pressing import DEEPEST_MM, AtPlaces
 from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.frame.sensitive import sensitive_place
-from limbgram.workbench.limb import Kind
+from limbgram.workbench.limb import KindName
 
 _FINDING_MM = 0.1
 """What a depth is found again to, on a surface of triangles."""
@@ -46,7 +46,9 @@ def plain_words(words: Iterable[str], what: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(_plain_word(word, what) for word in words))
 
 
-def concerns_of(edit: Edit, words: Sequence[str], kind: Kind | None = None) -> Iterator[Concern]:
+def concerns_of(
+    edit: Edit, words: Sequence[str], kind: KindName | None = None
+) -> Iterator[Concern]:
     """What the edit's own parameters say needs a word, before there is a limb."""
     if not isinstance(edit, Load | Relieve):
         return
