@@ -31,6 +31,8 @@ from limbgram.workbench.edits.regions import (
 
 _FINE_MM = 1.5
 """Edges of triangles along edges and openings."""
+_CORNER_MM = 12.0
+"""Radius of the corners where a gap meets the edges."""
 _REACH_MM = 40.0
 """Beyond it a distance from an edge matters to nothing."""
 
@@ -90,7 +92,7 @@ def cover(
         beyond = np.maximum(beyond, _beyond_edge(mesh, edge))
     beyond = _one_piece(mesh, beyond, edges)
     for gap in gaps:
-        beyond = np.maximum(beyond, _beyond_gap(mesh, gap))
+        beyond = _both(beyond, _beyond_gap(mesh, gap))
     for opening in openings:
         beyond = np.maximum(beyond, _within_opening(mesh, opening))
     _require_no_hole(mesh, beyond)
@@ -122,6 +124,14 @@ def _one_piece(
     own = np.zeros(len(mesh), np.bool_)
     own[mesh.faces[faces[pieces == pieces[at[0]]]]] = True
     return np.where(inside & ~own, _REACH_MM, beyond)
+
+
+def _both(
+    one: Float64[np.ndarray, " n"], two: Float64[np.ndarray, " n"]
+) -> Float64[np.ndarray, " n"]:
+    """Beyond either of two edges, the corner between them rounded."""
+    corner = np.hypot(np.maximum(one + _CORNER_MM, 0.0), np.maximum(two + _CORNER_MM, 0.0))
+    return np.minimum(np.maximum(one, two), -_CORNER_MM) + corner
 
 
 def _beyond_gap(mesh: Mesh, gap: Gap) -> Float64[np.ndarray, " n"]:

@@ -1,12 +1,13 @@
 """Thickness: how thick a device is at each place: as printed, or as a sheet becomes when draped.
 
 Printed  a base, and zones and ribs on it: full within a width, running out smoothly beyond.
-Draped   a flat sheet, held where the device ends, becomes the positive by stretching the same in
-         all directions at each place. Then the logarithm u of the stretch solves a Poisson equation
-         with the surface's curvature, nothing at the edge; the sheet keeps its volume, so it is as
-         thick as before divided by the stretch of area, exp(2 u). It is nowhere thicker than the
-         sheet. A hemisphere held at its rim has a quarter of the sheet at its top. Real sheets also
-         slide, sag and cool: a model, no measure.
+Draped   a flat sheet becomes the positive by stretching the same in all directions at each place.
+         Then the logarithm u of the stretch solves a Poisson equation with the surface's curvature,
+         nothing where the sheet leaves the positive; it keeps its volume, so it is as thick as
+         before divided by the stretch of area, exp(2 u). A hemisphere whose rim is held would keep
+         a quarter of the sheet at its top. Soft sheets are not held: they draw in from around, over
+         a length that screens the equation, u + L (-Laplace) u = L curvature with L its square. It
+         is nowhere thicker than the sheet. A model, no measure: sheets also slide, sag and cool.
 """
 
 from collections.abc import Sequence
@@ -69,15 +70,20 @@ def printed(
     return thick
 
 
-def draped(covered: Covered, sheet_mm: float) -> Float64[np.ndarray, " n"]:
-    """Thickness at each vertex of a sheet that was so thick."""
+def draped(covered: Covered, sheet_mm: float, draw_mm: float = np.inf) -> Float64[np.ndarray, " n"]:
+    """Thickness at each vertex of a sheet that was so thick.
+
+    Args:
+        draw_mm: Length over which the soft sheet draws in; without end it is held at its edge.
+    """
     mesh = covered.positive
     on_it = covered.beyond_mm < _HELD_MM
     on_it[boundary_half_edges(mesh.faces)] = False
-    curvature, weights = _curvature(mesh), _weights(mesh)
+    curvature = _curvature(mesh)
+    weights = _weights(mesh) + sparse.diags_array(mesh.vertex_areas_mm2() / draw_mm**2)
     stretch = np.zeros(len(mesh))
     free = np.flatnonzero(on_it)
-    system = sparse.csc_array(weights[free][:, free])
+    system = sparse.csc_array(sparse.csr_array(weights)[free][:, free])
     # The flat sheet's metric is exp(-2 u) times the surface's: its curvature 0 is K + Laplace u.
     stretch[free] = splu(system).solve(curvature[free])
     return sheet_mm * np.exp(-2 * np.maximum(stretch, 0.0))

@@ -255,12 +255,19 @@ LEAF_SPRING = Trim(
     ),
 )
 
-JOINT_CLEAR = Measure(
-    name="joint_clear_mm",
-    usual=16.0,
-    within=Within(12, 25),
-    en="Edge round the ankle joint, from its axis",
-    de="Rand um das Knöchelgelenk, von der Achse",
+JOINT_GAP = Measure(
+    name="joint_gap_mm",
+    usual=3.0,
+    within=Within(1.5, 8),
+    en="Edge at the ankle joint, from its axis",
+    de="Rand am Knöchelgelenk, von der Achse",
+)
+EAR = Measure(
+    name="ear_mm",
+    usual=18.0,
+    within=Within(14, 22),
+    en="Half width of the ear at the joint",
+    de="Halbe Breite der Lasche am Gelenk",
 )
 CALF_BELOW = Measure(
     name="above_ankle_mm",
@@ -269,6 +276,12 @@ CALF_BELOW = Measure(
     en="Lower edge of the calf part behind, over the malleolus",
     de="Unterrand des Wadenteils hinten, über dem Knöchel",
 )
+
+
+def _ear(name: str, ahead: Amount, up: Amount) -> TrimPoint:
+    return TrimPoint(name=name, at="lateral malleolus", ahead_mm=ahead, up_mm=up, seen="lateral")
+
+
 HINGED_CALF = Trim(
     name="calf part of a hinged orthosis",
     loops=(
@@ -279,24 +292,9 @@ HINGED_CALF = Trim(
                 (
                     *_calf(72.0, "-below_fibula_mm"),
                     _SHIN,
-                    TrimPoint(
-                        name="ankle, lateral",
-                        at="lateral malleolus",
-                        ahead_mm="joint_clear_mm",
-                        seen="lateral",
-                    ),
-                    TrimPoint(
-                        name="joint, lateral",
-                        at="lateral malleolus",
-                        up_mm="-joint_clear_mm",
-                        seen="lateral",
-                    ),
-                    TrimPoint(
-                        name="below, lateral",
-                        at="lateral malleolus",
-                        ahead_mm="-joint_clear_mm",
-                        seen="lateral",
-                    ),
+                    _ear("ankle, lateral", "ear_mm", ("joint_gap_mm", 16.0)),
+                    _ear("joint, lateral", 0.0, "joint_gap_mm"),
+                    _ear("below, lateral", "-ear_mm", ("joint_gap_mm", 16.0)),
                 ),
                 TrimPoint(
                     name="below, behind",
@@ -314,7 +312,7 @@ HINGED_CALF = Trim(
             ),
         ),
     ),
-    measures=(TOP, JOINT_CLEAR, CALF_BELOW),
+    measures=(TOP, JOINT_GAP, EAR, CALF_BELOW),
 )
 HINGED_FOOT = Trim(
     name="foot part of a hinged orthosis",
@@ -323,28 +321,12 @@ HINGED_FOOT = Trim(
             name="edge",
             points=_round(
                 TrimPoint(
-                    name="heel, behind", at="lateral malleolus", up_mm=-18.0, around_deg=180.0
+                    name="heel, behind", at="lateral malleolus", up_mm=-20.0, around_deg=180.0
                 ),
                 (
-                    TrimPoint(
-                        name="below, lateral",
-                        at="lateral malleolus",
-                        ahead_mm="-joint_clear_mm",
-                        up_mm=-4.0,
-                        seen="lateral",
-                    ),
-                    TrimPoint(
-                        name="joint, lateral",
-                        at="lateral malleolus",
-                        up_mm="joint_clear_mm",
-                        seen="lateral",
-                    ),
-                    TrimPoint(
-                        name="ankle, lateral",
-                        at="lateral malleolus",
-                        ahead_mm="joint_clear_mm",
-                        seen="lateral",
-                    ),
+                    _ear("below, lateral", "-ear_mm", ("-joint_gap_mm", -10.0)),
+                    _ear("joint, lateral", 0.0, "-joint_gap_mm"),
+                    _ear("ankle, lateral", "ear_mm", ("-joint_gap_mm", -8.0)),
                     _WALL,
                     _WALL_END,
                     *_TO_TOES,
@@ -354,7 +336,7 @@ HINGED_FOOT = Trim(
             keeps=_HEEL_PLACE,
         ),
     ),
-    measures=(JOINT_CLEAR, WALL_LATERAL, WALL_MEDIAL, WALL_END, TOE_EDGE),
+    measures=(JOINT_GAP, EAR, WALL_LATERAL, WALL_MEDIAL, WALL_END, TOE_EDGE),
 )
 
 FRONT_TOP = Measure(
