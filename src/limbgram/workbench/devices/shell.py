@@ -35,7 +35,7 @@ _MOST_NODES = 60e6
 """Of the whole grid: 60 million take half a gigabyte."""
 _BLOCK = 6
 """Nodes along a side of the boxes that are looked at together."""
-_EDGE = 1.1
+_EDGE = 0.85
 """Of a cell: edges of the triangles."""
 _MOVES = 8
 """Times that vertices are moved towards the level; each leaves a small share of the way."""
