@@ -71,3 +71,8 @@ class Boss:
     def box_mm(self) -> Float64[np.ndarray, "2 3"]:
         reach = self.radius_mm + self.depth_mm
         return np.stack([self.face_mm - reach, self.face_mm + reach])
+
+
+Block = RoundCone | Boss
+"""What thickens a shell: `distance_mm` is negative inside, `box_mm` the lowest and the highest
+corner of what it fills."""

@@ -102,13 +102,13 @@ class Body:
         return known
 
     def middle_mm(self, height_mm: float, what: str) -> Vector3:
-        """Middle of the largest section at a height.
+        """Middle of the largest section at a height; one that is open is closed straight.
 
         Raises:
-            EditError: there is no whole section at that height.
+            EditError: there is no section at that height.
         """
-        whole = [one for one in cut(self.mesh, [height_mm]) if one.closed]
-        if not whole:
+        found = cut(self.mesh, [height_mm])
+        if not found:
             heights = self.mesh.vertices_mm[:, 2]
             raise EditError(
                 "device.trim.off_limb",
@@ -117,7 +117,7 @@ class Body:
                 lowest_mm=float(heights.min()),
                 highest_mm=float(heights.max()),
             )
-        return centroid_mm(max(whole, key=lambda one: one.area_mm2(Z_AXIS)).points_mm)
+        return centroid_mm(max(found, key=lambda one: one.area_mm2(Z_AXIS)).points_mm)
 
     @cached_property
     def _scene(self) -> EmbreeScene:

@@ -21,13 +21,13 @@ from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.planted import tree_on
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.devices.adapter import Alignment, plate_of
-from limbgram.workbench.devices.blocks import Boss
+from limbgram.workbench.devices.blocks import Block, Boss
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import DRAW, Device, Fabrication, Seat, Slit, Slot, devices
 from limbgram.workbench.devices.fittings import Part, fitted, hole, imported
 from limbgram.workbench.devices.layout import Covered, Gap, Opening, cover
 from limbgram.workbench.devices.proof import Wall, measure_wall, require_solid
-from limbgram.workbench.devices.shell import Block, Layout, make_shell
+from limbgram.workbench.devices.shell import Layout, make_shell
 from limbgram.workbench.devices.thickness import Rib, Zone, draped, printed
 from limbgram.workbench.devices.trims import (
     Drawn,

@@ -25,7 +25,8 @@ from limbgram.core.mesh.topology import (
     is_edge_manifold,
     is_vertex_manifold,
 )
-from limbgram.workbench.devices.shell import Block, Layout
+from limbgram.workbench.devices.blocks import Block
+from limbgram.workbench.devices.shell import Layout
 
 _ALIKE = 0.7
 """Cosine between a skin's faces and the positive under them; those of rounded edges turn away."""

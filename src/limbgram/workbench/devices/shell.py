@@ -14,7 +14,6 @@ Fails   EditError: nothing of the surface is inside the edges, or the grid would
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -27,6 +26,7 @@ from limbgram.core.mesh.mesh import Mesh, crosses, dots
 from limbgram.core.mesh.signed import SignedSurface
 from limbgram.core.mesh.topology import face_components, with_faces
 from limbgram.reconstruction.surface.resampling import refine
+from limbgram.workbench.devices.blocks import Block
 
 _CELLS_ACROSS = 2.5
 """Cells of the grid across the thinnest wall."""
@@ -44,18 +44,6 @@ _LEVEL_MM = 2e-3
 _SCRAP = 1e-3
 """Pieces smaller than this share of the whole are the grid's, no part of the device."""
 _FAR_MM = 1e3
-
-
-class Block(Protocol):
-    """A solid that thickens the device: a boss, a pad."""
-
-    def distance_mm(self, points_mm: Points3) -> Float64[np.ndarray, " n"]:
-        """Distance from its surface, negative inside."""
-        ...
-
-    def box_mm(self) -> Float64[np.ndarray, "2 3"]:
-        """Lowest and highest corner of what it fills."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)

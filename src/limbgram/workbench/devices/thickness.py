@@ -95,7 +95,9 @@ def _running_out(beyond: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]
     return 1 - share * share * (3 - 2 * share)
 
 
-def _from_line(mesh: Mesh, line_mm: Points3, limit_mm: float) -> Float64[np.ndarray, " n"]:
+def _from_line(
+    mesh: Mesh, line_mm: Float64[np.ndarray, "k 3"], limit_mm: float
+) -> Float64[np.ndarray, " n"]:
     """Distance of vertices over the surface from an open line on it."""
     steps = lengths(np.diff(line_mm, axis=0))
     walked = np.concatenate([[0.0], np.cumsum(steps)])
