@@ -7,7 +7,7 @@ the second toe.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -25,6 +25,8 @@ from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 
 Axes = Literal["limb", "foot"]
 _FAR_MM = 3000.0
+_ROUNDS = 3
+"""Times that the plane is laid anew under the places that are lowest over it."""
 _BEHIND, _BALL = 0.3, 0.2
 """Shares of the way from heel to ball: so far in front of the heel, and so far before and behind
 the metatarsal heads, the foot is looked at for where it stands."""
@@ -92,14 +94,14 @@ class Body:
         return self._stand(what).height_mm
 
     def _stand(self, what: str) -> "_Stand":
-        known = self.__dict__.get("_stands_on")
-        if known is None:
-            places = [
-                self.place_mm(name, what)
-                for name in ("heel", "first metatarsal head", "fifth metatarsal head", "second toe")
-            ]
-            known = self.__dict__["_stands_on"] = _stand_of(self.mesh, *places)
-        return known
+        heel, first, fifth, toe = (
+            self.place_mm(name, what)
+            for name in ("heel", "first metatarsal head", "fifth metatarsal head", "second toe")
+        )
+        stand = _plane(np.stack([heel, first, fifth]), heel, toe)
+        for _ in range(_ROUNDS):
+            stand = _lowered(self.mesh, stand, np.stack([heel, first, fifth]), toe)
+        return stand
 
     def middle_mm(self, height_mm: float, what: str) -> Vector3:
         """Middle of the largest section at a height; one that is open is closed straight.
@@ -120,7 +122,8 @@ class Body:
         return centroid_mm(max(found, key=lambda one: one.area_mm2(Z_AXIS)).points_mm)
 
     @cached_property
-    def _scene(self) -> EmbreeScene:
+    def _scene(self) -> Any:
+        """For rays; embreex has no types."""
         scene = EmbreeScene()
         TriangleMesh(scene, self.mesh.vertices_mm[self.mesh.faces].astype(np.float32))
         return scene
@@ -154,29 +157,29 @@ class _Stand:
     height_mm: float
 
 
-def _stand_of(mesh: Mesh, heel: Vector3, first: Vector3, fifth: Vector3, toe: Vector3) -> _Stand:
-    """From the plane through the landmarks to that through the lowest places near them."""
-    three = np.stack([heel, first, fifth])
-    for _ in range(3):
-        up = np.cross(three[1] - three[0], three[2] - three[0])
-        up = unit((up * np.sign(up[2]))[None])[0]
-        ahead = unit(((toe - heel) - ((toe - heel) @ up) * up)[None])[0]
-        right = np.cross(ahead, up)
-        along, across = (mesh.vertices_mm - heel) @ ahead, (mesh.vertices_mm - heel) @ right
-        balls = np.stack([first, fifth]) - heel
-        length = float((balls @ ahead).mean())
-        middle, outer = float((balls @ right).mean()), float(np.sign((balls[1] - balls[0]) @ right))
-        forefoot = np.abs(along / length - 1) < _BALL
-        near = (
-            along < _BEHIND * length,
-            forefoot & ((across - middle) * outer < 0),
-            forefoot & ((across - middle) * outer >= 0),
-        )
-        heights = mesh.vertices_mm @ up
-        three = np.stack(
-            [
-                mesh.vertices_mm[np.flatnonzero(part)[heights[part].argmin()]] if part.any() else at
-                for part, at in zip(near, three, strict=True)
-            ]
-        )
-    return _Stand(np.stack([right, ahead, up]), float((three @ up).mean()))
+def _plane(three: Float64[np.ndarray, "3 3"], heel: Vector3, toe: Vector3) -> _Stand:
+    up = np.cross(three[1] - three[0], three[2] - three[0])
+    up = unit((up * np.sign(up[2]))[None])[0]
+    ahead = unit(((toe - heel) - ((toe - heel) @ up) * up)[None])[0]
+    return _Stand(np.stack([np.cross(ahead, up), ahead, up]), float((three @ up).mean()))
+
+
+def _lowered(mesh: Mesh, stand: _Stand, marks: Float64[np.ndarray, "3 3"], toe: Vector3) -> _Stand:
+    """The plane through the lowest places near heel and both metatarsal heads, as it stands."""
+    right, ahead, up = stand.directions
+    heel, balls = marks[0], marks[1:] - marks[0]
+    along, across = (mesh.vertices_mm - heel) @ ahead, (mesh.vertices_mm - heel) @ right
+    length, middle = float((balls @ ahead).mean()), float((balls @ right).mean())
+    fifth_is = np.sign((balls[1] - balls[0]) @ right)
+    forefoot = np.abs(along / length - 1) < _BALL
+    near = (
+        along < _BEHIND * length,
+        forefoot & ((across - middle) * fifth_is < 0),
+        forefoot & ((across - middle) * fifth_is >= 0),
+    )
+    heights = mesh.vertices_mm @ up
+    lowest = [
+        mesh.vertices_mm[np.flatnonzero(part)[heights[part].argmin()]] if part.any() else mark
+        for part, mark in zip(near, marks, strict=True)
+    ]
+    return _plane(np.stack(lowest), heel, toe)

@@ -44,7 +44,7 @@ def fair_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
     """
     count = len(picked_mm)
     tree = tree_on(mesh)
-    legs = _legs(mesh, tree, picked_mm)
+    legs, ring = _legs(mesh, tree, picked_mm), picked_mm
     for step_mm in _STEPS_MM:
         parts = [_even(leg, max(_LEAST_PARTS, round(length_mm(leg) / step_mm))) for leg in legs]
         sizes = np.array([len(part) for part in parts])

@@ -61,7 +61,8 @@ def plate(
 
     Its frame: origin in the middle of its lower face, Z upwards, Y forwards.
     """
-    outline = CrossSection.square((width_mm - 2 * _CORNER_MM,) * 2, center=True).offset(
+    inner_mm = width_mm - 2 * _CORNER_MM
+    outline = CrossSection.square((inner_mm, inner_mm), center=True).offset(
         _CORNER_MM, manifold3d.JoinType.Round, 2.0, _ROUND
     )
     block = _mesh(outline.extrude(height_mm))

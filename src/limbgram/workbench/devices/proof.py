@@ -128,6 +128,6 @@ def _skins(solid: Mesh, layout: Layout, blocks: Sequence[Block]) -> _Skins:
     return _Skins(
         inner=(cosine < -_ALIKE) & near[faces].all(1),
         outer=(cosine > _ALIKE) & ~near[faces].any(1),
-        clear=clear[faces].all(1),
+        clear=np.asarray(clear[faces].all(1)),
         asked_mm=asked,
     )

@@ -218,7 +218,8 @@ def _nodes_near(
     own = np.indices((_BLOCK,) * 3).reshape(3, -1).T
     nodes = (first[:, None] + own).reshape(-1, 3)
     nodes = nodes[(nodes < counts).all(1)]
-    return np.ravel_multi_index(tuple(nodes.T), tuple(counts)).astype(np.int64)
+    strides = np.array([counts[1] * counts[2], counts[2], 1])
+    return np.asarray((nodes * strides).sum(1), np.int64)
 
 
 def _settled(field: _Field, points_mm: Points3, cell_mm: float) -> Points3:

@@ -3,11 +3,14 @@
 from limbgram.core.declared import Within
 from limbgram.workbench.devices.trims import Amount, Loop, Measure, Trim, TrimPoint, mirrored
 
-_OTHER = {f"right {name}": f"left {name}" for name in ("axilla", "trochanter", "iliac spine")} | {
-    f"left {name}": f"right {name}" for name in ("axilla", "trochanter", "iliac spine")
-}
-_OTHER |= {
-    f"{name}, right": f"{name}, left" for name in ("arm", "back", "chest", "side", "seat", "groin")
+_PAIRED = ("axilla", "trochanter", "iliac spine")
+_OTHER = {
+    **{f"right {name}": f"left {name}" for name in _PAIRED},
+    **{f"left {name}": f"right {name}" for name in _PAIRED},
+    **{
+        f"{name}, right": f"{name}, left"
+        for name in ("arm", "back", "chest", "side", "seat", "groin")
+    },
 }
 
 MEASURES = (
