@@ -56,8 +56,19 @@ def surface(field: Field, low: tuple, high: tuple, cell_mm: float, top_mm: float
     for axis in range(3):
         for end in (0, -1):
             values[tuple(end if k == axis else slice(None) for k in range(3))] = -1.0
-    whole = refine(level_surface(values, np.array(low, float), cell_mm), 1.1 * cell_mm)
+    whole = refine(level_surface(values, np.array(low, float), cell_mm), 0.8 * cell_mm)
+    whole = whole.with_vertices(settled(field, whole.vertices_mm))
     return whole if top_mm is None else keep_positive(whole, top_mm - whole.vertices_mm[:, 2]).mesh
+
+
+def settled(field: Field, places: np.ndarray) -> np.ndarray:
+    """Places on the level itself, by Newton's method."""
+    for _ in range(5):
+        steps = 1e-4 * np.eye(3)
+        slope = np.stack([(field(places + d) - field(places - d)) / 2e-4 for d in steps], axis=1)
+        steep = np.maximum((slope**2).sum(1), 0.05)
+        places = places - np.clip(field(places) / steep, -1, 1)[:, None] * slope
+    return places
 
 
 def limb_of(mesh: Mesh, places: dict[str, tuple], kind: Kind | None, side: Side) -> Limb:
