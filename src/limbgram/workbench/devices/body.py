@@ -5,6 +5,7 @@ in the plane that it stands on, under the heel and both metatarsal heads, forwar
 the second toe.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -85,6 +86,18 @@ class Body:
             raise EditError("device.no_side", what=what)
         return np.array([1.0 if self.right else -1.0, 0.0, 0.0])
 
+    def require_sides(self, names: Iterable[str], what: str) -> None:
+        """Refuse pairs of landmarks that lie the wrong way round: confused, or the other limb.
+
+        Raises:
+            EditError: names both.
+        """
+        known = {name: self.place_mm(name, what) for name in names}
+        for outer, inner in _pairs(known):
+            out = np.array([1.0, 0, 0]) if outer.startswith("right ") else self.outward(what)
+            if (known[outer] - known[inner]) @ out <= 0:
+                raise EditError("device.wrong_side", what=what, outer=outer, inner=inner)
+
     def directions(self, axes: Axes, what: str) -> Float64[np.ndarray, "3 3"]:
         """Rows: to the right, forwards and up."""
         return np.eye(3) if axes == "limb" else self._stand(what).directions
@@ -147,6 +160,19 @@ class Body:
         if steep >= 0:
             return None
         return start + seen_along * float(normal @ (a - start)) / steep
+
+
+_OPPOSITE = {"lateral ": "medial ", "right ": "left ", "fifth meta": "first meta"}
+
+
+def _pairs(names: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Of a lateral and a medial place, or a right and a left one."""
+    known = set(names)
+    for name in sorted(known):
+        for outer, inner in _OPPOSITE.items():
+            other = inner + name.removeprefix(outer)
+            if name.startswith(outer) and other in known:
+                yield name, other
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,6 @@ from limbgram.workbench.devices.trims import (
     place_point,
     values_of,
 )
-from limbgram.workbench.frame.alignment import AlignOptions, require_landmarks_agree
 from limbgram.workbench.limb import Limb, likeliest
 from limbgram.workbench.measures.geodesic import shortest_path
 from limbgram.workbench.recipe.recipe import Recipe, replay
@@ -130,7 +129,6 @@ def preview_device(limb: Limb, order: Order) -> Preview:
 
     Raises:
         EditError: see the head of this file.
-        MeasureError: a landmark lies on another side of the limb than places of its name.
     """
     device = device_named(order.device)
     made = order.made or device.usually
@@ -141,9 +139,7 @@ def preview_device(limb: Limb, order: Order) -> Preview:
     values = values_of(device.measures(made), order.values)
     positive = replay(order.recipe, limb).limb if order.recipe.entries else limb
     body = Body.of(positive, device.en)
-    if body.limb.frame is not None:
-        own = body.limb.frame
-        require_landmarks_agree(body.limb, own.limb_from_mesh, AlignOptions(side=own.side))
+    body.require_sides(device.trim.landmarks(), device.en)
     drawn = draw_trim(body, device.trim, values, order.free)
     openings = [_opening(body, slot, values) for slot in device.slots]
     covered = cover(body, drawn.edges, openings, [_gap(one, values) for one in device.slits])

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.core.errors import EditError, MeasureError
+from limbgram.core.errors import EditError
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.threemf import write_3mf
 from limbgram.workbench.anatomy.found import KIND_NAMED
@@ -153,6 +153,9 @@ def test_a_landmark_on_the_wrong_side_is_refused(bodies: dict[str, Limb]) -> Non
     foot = bodies["foot"]
     swapped = {"lateral malleolus": "medial malleolus", "medial malleolus": "lateral malleolus"}
     marks = tuple(replace(one, name=swapped.get(one.name, one.name)) for one in foot.landmarks)
-    with pytest.raises(MeasureError) as refused:
-        preview_device(replace(foot, landmarks=marks), Order(device="solid-afo"))
-    assert refused.value.finding.code == "align.landmark.elsewhere"
+    assert foot.frame is not None
+    other = replace(foot, frame=replace(foot.frame, side="left"))
+    for limb in (replace(foot, landmarks=marks), other):
+        with pytest.raises(EditError) as refused:
+            preview_device(limb, Order(device="solid-afo"))
+        assert refused.value.finding.code == "device.wrong_side"
