@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64
+from scipy.spatial import cKDTree
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3, Vector3
@@ -23,6 +24,7 @@ from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.trims import Edge
 from limbgram.workbench.edits.fineness import refine_under
 from limbgram.workbench.edits.regions import (
+    Curve,
     distances_from,
     distances_from_point,
     find_sides,
@@ -31,6 +33,8 @@ from limbgram.workbench.edits.regions import (
 
 _FINE_MM = 1.5
 """Edges of triangles along edges and openings."""
+_BESIDE_MM, _ALONG_MM = 6.0, 15.0
+"""A curve meets itself where stretches that lie so far apart along it come so near."""
 _CORNER_MM = 12.0
 """Radius of the corners where a gap meets the edges."""
 _REACH_MM = 40.0
@@ -100,7 +104,11 @@ def cover(
 
 
 def _beyond_edge(mesh: Mesh, edge: Edge) -> Float64[np.ndarray, " n"]:
-    sides = find_sides(mesh, edge.curve, edge.name)
+    try:
+        sides = find_sides(mesh, edge.curve, edge.name)
+    except EditError as error:
+        x, y, z = _nearest_itself_mm(edge.curve).tolist()
+        raise EditError("device.trim.crosses", name=edge.name, point_mm=(x, y, z)) from error
     near = np.isfinite(sides.signed_mm)
     start = np.where(near, np.abs(sides.signed_mm), np.inf)
     away = distances_from(mesh, start, np.ones(len(mesh), np.bool_), _REACH_MM)
@@ -108,6 +116,25 @@ def _beyond_edge(mesh: Mesh, edge: Edge) -> Float64[np.ndarray, " n"]:
     kept = mesh.faces[tree_on(mesh).closest(edge.keeps_mm[None]).faces[0], 0]
     inside = sides.left == sides.left[kept]
     return np.where(inside, -away, away)
+
+
+def _nearest_itself_mm(curve: Curve) -> Vector3:
+    """Where a curve comes nearest to another stretch of itself; else where it turns most."""
+    points = curve.points_mm
+    count = len(points)
+    step_mm = curve.length_mm / count
+    near = cKDTree(points).query_ball_point(points, _BESIDE_MM)
+    apart = int(np.ceil(_ALONG_MM / step_mm))
+    ways = unit(np.roll(points, -1, axis=0) - points)
+    best, at = np.inf, int(np.argmin((ways * np.roll(ways, 1, axis=0)).sum(1)))
+    for k, others in enumerate(near):
+        beside = np.array(others)
+        along = np.abs(beside - k)
+        beside = beside[np.minimum(along, count - along) > apart]
+        if len(beside):
+            away = float(np.linalg.norm(points[beside] - points[k], axis=1).min())
+            best, at = (away, k) if away < best else (best, at)
+    return points[at]
 
 
 def _one_piece(
