@@ -45,6 +45,7 @@ from .formats import (
     write_machine as write_machine,
     write_obj as write_obj,
     write_ply as write_ply,
+    write_3mf as write_3mf,
     write_stl as write_stl,
 )
 from .formats.camera import read_camera as read_camera, write_camera as write_camera
@@ -89,6 +90,15 @@ from .workbench.compare.following import (
     follow as follow,
     repeats as repeats,
 )
+from .workbench.devices.device import Device as Device, devices as devices
+from .workbench.devices.making import (
+    Made as Made,
+    Order as Order,
+    Preview as Preview,
+    make_device as make_device,
+    preview_device as preview_device,
+)
+from .workbench.devices.trims import Handle as Handle
 from .workbench.edits import EDITS as EDITS, Edit as Edit, do_edit as do_edit
 from .workbench.frame import (
     AlignOptions as AlignOptions,
