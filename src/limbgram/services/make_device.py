@@ -9,7 +9,7 @@ Nothing here is strength tested, and every file says so.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -35,6 +35,7 @@ from limbgram.workbench.devices.making import (
     Made,
     Order,
     Preview,
+    device_named,
     make_device,
     preview_device,
 )
@@ -180,8 +181,9 @@ def _ordered(read: ShapeFile, ask: MakeDeviceRequest) -> _Ordered:
     device = ask.device or (None if kept is None else kept.device)
     if device is None:
         raise OptionsError("device.none_asked")
-    same = kept is not None and kept.device == device
-    values = {**(kept.values if same and kept is not None else {}), **dict(ask.values)}
+    same = kept if kept is not None and kept.device == device else None
+    made = ask.made or (None if same is None else same.made)
+    values = {**_still_of_it(same, made), **dict(ask.values)}
     recipe = Recipe(name="") if kept is None else kept.recipe
     if ask.recipe is not None:
         recipe = read_recipe(ask.recipe)
@@ -197,12 +199,22 @@ def _ordered(read: ShapeFile, ask: MakeDeviceRequest) -> _Ordered:
     order = Order(
         device=device,
         values=values,
-        made=ask.made or (kept.made if same and kept is not None else None),
-        free=kept.free if same and kept is not None else {},
+        made=made,
+        free={} if same is None else same.free,
         recipe=recipe,
         bodies=tuple(one.body for one in bodies),
     )
     return _Ordered(order, tuple(one.known for one in bodies))
+
+
+def _still_of_it(kept: OrderFile | None, made: Fabrication | None) -> dict[str, float]:
+    """An order's values, without those of the way in which it is not to be made any longer."""
+    if kept is None:
+        return {}
+    device = device_named(kept.device)
+    others = {one.name for one in device.measures(kept.made)}
+    own = {one.name for one in device.measures(made or kept.made)}
+    return {name: value for name, value in kept.values.items() if name not in others - own}
 
 
 @dataclass(frozen=True)
@@ -246,15 +258,14 @@ def _written(
     )
     told_of_it = Told(
         title=f"{preview.device.en}, {side}" if side != "none" else preview.device.en,
-        description=" ".join(told(one) for one in made.findings),
+        description=" ".join((*(told(one) for one in made.findings), limb.doubt)).strip(),
         bed_from_mesh=bed_from(made.solid, bed),
     )
-    positive = replace(preview.positive, notes=())
     drawing = device_drawing(made, side)
     return (
         write_3mf(made.solid, named("3mf"), "mm", told=told_of_it),
         write_stl(made.solid, named("stl"), "mm"),
-        write_limb(positive, named("ply", "positive")),
+        write_limb(preview.positive, named("ply", "positive")),
         write_bytes(named("png", "drawing"), png(drawing.figure).tobytes()),
         write_bytes(named("toml"), encode_order(kept)),
     )

@@ -16,7 +16,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import unit
 from limbgram.workbench.devices.blocks import RoundCone
 from limbgram.workbench.devices.body import Body
-from limbgram.workbench.devices.fittings import Part, hole, plate
+from limbgram.workbench.devices.fittings import Part, hole, plate, pyramid
 from limbgram.workbench.devices.shell import Layout
 
 _WHAT = "adapter"
@@ -87,14 +87,16 @@ def plate_of(body: Body, layout: Layout, values: Mapping[str, float]) -> Plate:
         height_mm=values["plate_height_mm"],
         hole_mm=values["hole_mm"],
     )
+    if values["pyramid_mm"] > 0:
+        parts = (*parts, pyramid(motion, values["pyramid_mm"]))
     if values["pilot_mm"] > 0:
         deep_mm = values["plate_height_mm"] + values["build_mm"] + thickest_mm + 12.0
         drilled = hole(
             "pilot hole",
-            origin + 0.5 * deep_mm * up,
+            origin + 0.5 * (deep_mm - values["pyramid_mm"]) * up,
             up,
             diameter_mm=values["pilot_mm"],
-            depth_mm=0.5 * deep_mm + 1.0,
+            depth_mm=0.5 * (deep_mm + values["pyramid_mm"]) + 1.0,
         )
         parts = (*parts, drilled)
     alignment = Alignment(

@@ -213,6 +213,13 @@ ADAPTER = (
         de="Löcher der Platte",
     ),
     Measure(
+        name="pyramid_mm",
+        usual=0.0,
+        within=Within(0, 18),
+        en="Height of a male pyramid under the plate; 0 for none",
+        de="Höhe einer Pyramide unter der Platte; 0 für keine",
+    ),
+    Measure(
         name="pilot_mm",
         usual=0.0,
         within=Within(0, 14),

@@ -26,6 +26,7 @@ HOLES_MM = 18.0
 """Of the four holes of an adapter from its middle, along both axes: 36 x 36 mm."""
 _CORNER_MM = 6.0
 """Radius of a plate's corners."""
+_PYRAMID_END_MM, _PYRAMID_DEG = 21.0, 15.0
 _PASS_MM = 0.5
 """By so much a hole goes beyond what it is drilled through."""
 
@@ -77,17 +78,17 @@ def plate(
     )
 
 
-def pyramid(limb_from_plate: Rigid) -> Part:
-    """A male pyramid under a plate: 21 mm across at its end, 15 degrees to each side.
+def pyramid(limb_from_plate: Rigid, height_mm: float) -> Part:
+    """A male pyramid under a plate, wider at its end by 15 degrees to each side.
 
-    The usual one of modular systems by its measure; what bears is the maker's metal, not this.
+    Its form is general knowledge of the trade: hold it against the part that it has to meet.
     """
-    height_mm, end_mm = 16.0, 21.0
-    start_mm = end_mm - 2 * height_mm * float(np.tan(np.radians(15.0)))
+    start_mm = _PYRAMID_END_MM - 2 * height_mm * float(np.tan(np.radians(_PYRAMID_DEG)))
+    grown = _PYRAMID_END_MM / start_mm
     wide = CrossSection.square((start_mm, start_mm), center=True)
-    below = wide.extrude(height_mm + 2.0, 0, 0.0, (end_mm / start_mm, end_mm / start_mm))
-    hanging = below.rotate((180.0, 0.0, 0.0)).translate((0.0, 0.0, 2.0))
-    return _placed("pyramid", _mesh(hanging), limb_from_plate, "join")
+    below = wide.extrude(height_mm, 0, 0.0, (grown, grown)).rotate((180.0, 0.0, 0.0))
+    neck = wide.extrude(2 * _PASS_MM).translate((0.0, 0.0, -_PASS_MM))
+    return _placed("pyramid", _mesh(below + neck), limb_from_plate, "join")
 
 
 def hole(

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3, Vector3
-from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.mesh import Mesh, lengths, unit
 from limbgram.core.mesh.planted import tree_on
 from limbgram.core.mesh.topology import boundary_half_edges, face_components
 from limbgram.workbench.devices.body import Body
@@ -122,19 +122,14 @@ def _nearest_itself_mm(curve: Curve) -> Vector3:
     """Where a curve comes nearest to another stretch of itself; else where it turns most."""
     points = curve.points_mm
     count = len(points)
-    step_mm = curve.length_mm / count
-    near = cKDTree(points).query_ball_point(points, _BESIDE_MM)
-    apart = int(np.ceil(_ALONG_MM / step_mm))
-    ways = unit(np.roll(points, -1, axis=0) - points)
-    best, at = np.inf, int(np.argmin((ways * np.roll(ways, 1, axis=0)).sum(1)))
-    for k, others in enumerate(near):
-        beside = np.array(others)
-        along = np.abs(beside - k)
-        beside = beside[np.minimum(along, count - along) > apart]
-        if len(beside):
-            away = float(np.linalg.norm(points[beside] - points[k], axis=1).min())
-            best, at = (away, k) if away < best else (best, at)
-    return points[at]
+    pairs = KDTree(points).query_pairs(_BESIDE_MM, output_type="ndarray")
+    along = np.abs(pairs[:, 1] - pairs[:, 0])
+    apart = np.minimum(along, count - along) * curve.length_mm / count > _ALONG_MM
+    if not apart.any():
+        ways = unit(np.roll(points, -1, axis=0) - points)
+        return points[int(np.argmin((ways * np.roll(ways, 1, axis=0)).sum(1)))]
+    first, second = pairs[apart].T
+    return points[first[int(np.argmin(lengths(points[first] - points[second])))]]
 
 
 def _one_piece(

@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float64
+from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Vector3
@@ -46,6 +47,8 @@ _OFF_MM = 0.05
 """The wall has to be as thick as asked within this."""
 _ML_OFF_MM = 5.0
 """A width of the positive that differs by more from the patient's is pointed out."""
+_SAME_MM = 1e-9
+"""Booleans leave the vertices that they do not touch where they are."""
 _NO_RECIPE = Recipe(name="")
 
 
@@ -201,11 +204,11 @@ def make_device(limb: Limb, order: Order) -> Made:
         wall=wall,
         thickness_mm=_carried_over(shell.solid, wall, solid),
         alignment=alignment,
-        findings=(*preview.findings, *_said(preview, wall)),
+        findings=(*preview.findings, *_said(preview, wall, shell.pieces_left_out)),
     )
 
 
-def _said(preview: Preview, wall: Wall) -> Sequence[Finding]:
+def _said(preview: Preview, wall: Wall, crumbs: int) -> Sequence[Finding]:
     told = note(
         "device.wall",
         made=preview.made,
@@ -214,15 +217,14 @@ def _said(preview: Preview, wall: Wall) -> Sequence[Finding]:
         thickest_mm=wall.thickest_mm,
     )
     off = () if wall.off_mm <= _OFF_MM else (doubt("device.wall.off", off_mm=wall.off_mm),)
-    return (told, *off, note("device.not_tested"))
+    left = (doubt("device.crumbs", count=crumbs),) if crumbs else ()
+    return (told, *off, *left, note("device.not_tested"))
 
 
 def _carried_over(shell: Mesh, wall: Wall, solid: Mesh) -> Float64[np.ndarray, " n"]:
     """A shell's thickness at those vertices of the solid that are the shell's still."""
-    known = {place: at for at, place in enumerate(map(tuple, shell.vertices_mm.tolist()))}
-    found = [known.get(place, -1) for place in map(tuple, solid.vertices_mm.tolist())]
-    at = np.array(found)
-    return np.where(at >= 0, wall.at_vertices_mm[at], np.nan)
+    away_mm, at = KDTree(shell.vertices_mm).query(solid.vertices_mm, workers=1)
+    return np.where(away_mm < _SAME_MM, wall.at_vertices_mm[at], np.nan)
 
 
 def _opening(body: Body, slot: Slot, values: Mapping[str, float]) -> Opening:

@@ -12,7 +12,7 @@ from limbgram.core.mesh.topology import volume_mm3
 from limbgram.workbench.devices.adapter import plate_of
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import ADAPTER
-from limbgram.workbench.devices.fittings import fitted, imported, plate
+from limbgram.workbench.devices.fittings import fitted, imported, plate, pyramid
 from limbgram.workbench.devices.layout import Covered
 from limbgram.workbench.devices.proof import require_solid
 from limbgram.workbench.devices.shell import Layout
@@ -47,6 +47,18 @@ def test_the_plate_has_four_holes_36_mm_apart() -> None:
     assert cut - more == pytest.approx(
         4 * np.pi * (3.25**2 - 2.5**2) * 14.5, rel=2e-3
     )  # and 0.5 mm into the body
+
+
+def test_a_pyramid_hangs_under_the_plate_wider_at_its_end() -> None:
+    parts = [*plate(UNMOVED, width_mm=65.0, height_mm=14.0, hole_mm=6.5), pyramid(UNMOVED, 16.0)]
+    solid = fitted(body(), parts)
+    require_solid(solid)
+    below = solid.vertices_mm[solid.vertices_mm[:, 2] < -15.9]
+    assert below[:, 2].min() == pytest.approx(-16.0)
+    np.testing.assert_allclose(np.ptp(below, axis=0)[:2], 21.0, atol=1e-6)
+    neck = solid.vertices_mm[np.abs(solid.vertices_mm[:, 2]) < 1e-6]
+    inner = neck[np.abs(neck[:, :2]).max(1) < 12]
+    np.testing.assert_allclose(np.ptp(inner, axis=0)[:2], 21 - 32 * np.tan(np.radians(15)))
 
 
 def test_a_body_of_another_maker_is_joined_or_cut_out() -> None:
