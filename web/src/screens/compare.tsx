@@ -26,7 +26,7 @@ import type { RoomProps } from "./room";
 
 type Way = "auto" | "icp" | "landmarks" | "volume" | "as-is";
 const WAYS: readonly Way[] = ["auto", "icp", "landmarks", "volume", "as-is"];
-const READ = ".stl,.3mf,.ply,.obj,.glb,.aop";
+const READ = ".stl,.ply,.obj,.glb,.aop";
 
 /** A figure of both shapes, as the server tells it. */
 interface Change {

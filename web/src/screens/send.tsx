@@ -20,11 +20,11 @@ import { type Finding, told } from "../words";
 import { openWith } from "./rectify";
 import type { RoomProps } from "./room";
 
-type Kind = "aop" | "gcode" | "stl" | "3mf" | "dxf" | "ply" | "obj" | "glb";
+type Kind = "aop" | "gcode" | "stl" | "dxf" | "ply" | "obj" | "glb";
 type Side = "left" | "right";
 
 const FIRST: readonly Kind[] = ["aop", "gcode", "stl", "dxf"];
-const MORE: readonly Kind[] = ["3mf", "ply", "obj", "glb"];
+const MORE: readonly Kind[] = ["ply", "obj", "glb"];
 /** What printers and design programs take. */
 const MESHES: readonly Kind[] = ["stl", ...MORE];
 
