@@ -46,6 +46,7 @@ from .formats import (
     write_obj as write_obj,
     write_ply as write_ply,
     write_r12_dxf as write_r12_dxf,
+    write_3mf as write_3mf,
     write_stl as write_stl,
     write_vtp as write_vtp,
 )
@@ -91,6 +92,15 @@ from .workbench.compare.over_time import (
     follow as follow,
     repeats as repeats,
 )
+from .workbench.devices.device import Device as Device, devices as devices
+from .workbench.devices.making import (
+    Made as Made,
+    Order as Order,
+    Preview as Preview,
+    make_device as make_device,
+    preview_device as preview_device,
+)
+from .workbench.devices.trims import Handle as Handle
 from .workbench.edits import EDITS as EDITS, Edit as Edit, do_edit as do_edit
 from .workbench.frame import (
     AlignOptions as AlignOptions,

@@ -138,6 +138,10 @@ COMMANDS = {
         "edit:edit_app",
         "Adjust a shape by a recipe: a readable file with an ordered list of edits.",
     ),
+    "device": (
+        "device:device_command",
+        "Make an orthosis or a socket on an aligned limb: one closed solid, read back and proved.",
+    ),
     "template": (
         "template:template_app",
         "Keep a rectification as a template and apply it to other limbs.",

@@ -14,6 +14,7 @@ from .obj import write_obj
 from .ply import write_cloud_ply, write_ply
 from .reading import SUFFIXES, ShapeFile, read_limb, read_shape
 from .stl import write_stl
+from .threemf import write_3mf
 from .units import mm_per_unit_of
 from .vtp import write_vtp
 
@@ -34,6 +35,7 @@ __all__ = [
     "read_machine",
     "read_shape",
     "sure_in_limb_frame",
+    "write_3mf",
     "write_aop",
     "write_cloud_ply",
     "write_dxf",

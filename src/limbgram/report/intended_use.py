@@ -11,3 +11,8 @@ OF_SHAPES = (
     "fabrication. Not a cleared medical device."
 )
 """Of a record, which may be kept with what was made."""
+NOT_TESTED = (
+    "Not strength tested. The thickness is that of the model, not of what was made; a professional "
+    "checks fit, edges and strength before anybody wears it. It claims no correction."
+)
+"""Of a device: on every page and in the file itself."""

@@ -25,6 +25,8 @@ from limbgram.workbench.measures.tape import TapeReading
 
 Direction = tuple[float, float, float]
 Pair = tuple[str, str]
+Value = tuple[str, float]
+"""A measure by its name."""
 Height = Annotated[float, Within(-5000, 5000)]
 Span = tuple[Height | None, Height | None]
 """Two heights, mm; None for the limb's end."""
@@ -136,6 +138,15 @@ def weight_of(text: str, option: str = "") -> tuple[str, float]:  # noqa: ARG001
         raise OptionsError("options.no_weight", text=text) from None
 
 
+def value_of(text: str, option: str = "") -> Value:  # noqa: ARG001
+    """A measure's value as NAME=12.5."""
+    name, _, number = text.rpartition("=")
+    value = _number(number)
+    if not name.strip() or math.isnan(value):
+        raise OptionsError("options.no_value", text=text)
+    return name.strip(), value
+
+
 def day_of(text: str, option: str = "") -> date:  # noqa: ARG001
     """A day as 2026-03-31."""
     try:
@@ -204,4 +215,5 @@ SPAN: Final = Text(span_of, _span_text)
 READING: Final = Text(reading_of, _reading_text)
 COLOUR: Final = Text(colour_of, _colour_text)
 WEIGHT: Final = Text(weight_of, _weight_text)
+VALUE: Final = Text(value_of, _weight_text)
 DAY: Final = Text(day_of)

@@ -78,6 +78,12 @@ def area_and_centroid(points: Points3) -> tuple[float, float, float]:
     return area, float(middle[0]), float(middle[1])
 
 
+def centroid_mm(points: Points3) -> Vector3:
+    """Middle of the area inside a closed polyline at one height."""
+    _, x, y = area_and_centroid(points)
+    return np.array([x, y, points[0, 2]])
+
+
 def cut(mesh: Mesh, offsets_mm: Sequence[float], normal: Vector3 = Z_AXIS) -> tuple[Section, ...]:
     """Cut an edge-manifold mesh by planes across a unit normal, in the order of the offsets.
 

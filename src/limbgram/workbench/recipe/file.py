@@ -137,11 +137,11 @@ def encode_recipe(recipe: Recipe) -> bytes:
     Every parameter that has a value is written, defaults too: a recipe stands by itself, and does
     the same when a later version has another default.
     """
-    lines = [f'format = "{_FORMAT}"', f"version = {_VERSION}", f"name = {_text(recipe.name)}"]
+    lines = [f'format = "{_FORMAT}"', f"version = {_VERSION}", f"name = {toml_text(recipe.name)}"]
     if recipe.scan_sha256:
-        lines.append(f"scan_sha256 = {_text(recipe.scan_sha256)}")
+        lines.append(f"scan_sha256 = {toml_text(recipe.scan_sha256)}")
     for entry in recipe.entries:
-        lines += ["", "[[edit]]", f"do = {_text(name_of(type(entry.edit)))}"]
+        lines += ["", "[[edit]]", f"do = {toml_text(name_of(type(entry.edit)))}"]
         lines += [] if entry.on else ["on = false"]
         lines += [f"accept = {_written(entry.accept)}"] if entry.accept else []
         for field in fields(entry.edit):
@@ -198,13 +198,13 @@ def _written(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return _text(value)
+        return toml_text(value)
     if isinstance(value, tuple):
         return f"[{', '.join(_written(part) for part in cast(tuple[Any, ...], value))}]"
     return repr(value)
 
 
-def _text(value: str) -> str:
+def toml_text(value: str) -> str:
     """A text in quotes; control characters escaped as TOML asks."""
     plain = value.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + "".join(c if c >= " " and c != "\x7f" else f"\\u{ord(c):04x}" for c in plain) + '"'

@@ -1,0 +1,118 @@
+"""Adapter: where the plate of a modular prosthesis sits under a socket, and what joins both.
+
+Method  The line of reference leads from the middle of the socket, half way up, straight down. The
+        socket leans against it: its upper end forwards by flexion, outwards by adduction. The plate
+        lies square to the line; the foot's direction is the limb's, turned outwards by toe-out;
+        inset moves the plate medially. The order of turns does not matter: the line has both
+        slopes at once.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import unit
+from limbgram.workbench.devices.blocks import RoundCone
+from limbgram.workbench.devices.body import Body
+from limbgram.workbench.devices.fittings import Part, hole, plate, pyramid
+from limbgram.workbench.devices.shell import Layout
+
+_WHAT = "adapter"
+_REACH = 0.35
+"""Share of the socket's height up to which the end is drawn out towards the plate."""
+_SUNK_MM = 2.0
+"""The block reaches so far into the plate, so that both are one."""
+_NARROWER = 0.95
+"""Of the plate's half width: the block's radius at the plate."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alignment:
+    """How a socket stands over its plate."""
+
+    flexion_deg: float
+    adduction_deg: float
+    toe_out_deg: float
+    inset_mm: float
+    limb_from_plate: Rigid
+    """Of the plate: origin in the middle of its lower face, Z up the line of reference, Y as the
+    foot goes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plate:
+    """What makes an adapter."""
+
+    alignment: Alignment
+    block: RoundCone
+    parts: tuple[Part, ...]
+
+
+def plate_of(body: Body, layout: Layout, values: Mapping[str, float]) -> Plate:
+    """The plate under a socket.
+
+    Raises:
+        EditError: nobody said which side the limb is of.
+    """
+    out = body.outward(_WHAT)
+    up, ahead = _line_of(values, out)
+    turn = np.radians(values["toe_out_deg"])
+    sideways = unit((out - (out @ up) * up)[None])[0]
+    foot = np.cos(turn) * ahead + np.sin(turn) * (sideways - (sideways @ ahead) * ahead)
+    foot = unit(foot[None])[0]
+    covered = layout.positive.vertices_mm[layout.beyond_mm < 0]
+    thickest_mm = float(layout.thickness_mm[layout.beyond_mm < 0].max())
+    low, high = float(covered[:, 2].min()), float(covered[:, 2].max())
+    middle = body.middle_mm(low + 0.5 * (high - low), _WHAT)
+    top = float((covered @ up).min()) - thickest_mm - values["build_mm"]
+    place = middle + (top - middle @ up) * up
+    place = place - values["inset_mm"] * sideways + values["forward_mm"] * ahead
+    origin = place - values["plate_height_mm"] * up
+    motion = Rigid(np.column_stack([np.cross(foot, up), foot, up]), origin)
+    inner = body.middle_mm(low + _REACH * (high - low), _WHAT)
+    near = np.abs(covered[:, 2] - inner[2]) < 0.05 * (high - low)
+    inner_radius = float(np.linalg.norm((covered[near] - inner)[:, :2], axis=1).min())
+    block = RoundCone(
+        start_mm=place - _SUNK_MM * up,
+        end_mm=inner,
+        start_radius_mm=0.5 * _NARROWER * values["plate_mm"],
+        end_radius_mm=inner_radius,
+        floor=up,
+    )
+    parts = plate(
+        motion,
+        width_mm=values["plate_mm"],
+        height_mm=values["plate_height_mm"],
+        hole_mm=values["hole_mm"],
+    )
+    if values["pyramid_mm"] > 0:
+        parts = (*parts, pyramid(motion, values["pyramid_mm"]))
+    if values["pilot_mm"] > 0:
+        deep_mm = values["plate_height_mm"] + values["build_mm"] + thickest_mm + 12.0
+        drilled = hole(
+            "pilot hole",
+            origin + 0.5 * (deep_mm - values["pyramid_mm"]) * up,
+            up,
+            diameter_mm=values["pilot_mm"],
+            depth_mm=0.5 * (deep_mm + values["pyramid_mm"]) + 1.0,
+        )
+        parts = (*parts, drilled)
+    alignment = Alignment(
+        flexion_deg=values["flexion_deg"],
+        adduction_deg=values["adduction_deg"],
+        toe_out_deg=values["toe_out_deg"],
+        inset_mm=values["inset_mm"],
+        limb_from_plate=motion,
+    )
+    return Plate(alignment=alignment, block=block, parts=parts)
+
+
+def _line_of(values: Mapping[str, float], out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Up the line of reference, and forwards square to it, in the limb frame."""
+    back = np.tan(np.radians(values["flexion_deg"]))
+    inwards = np.tan(np.radians(values["adduction_deg"]))
+    up = unit((np.array([0.0, -back, 1.0]) - inwards * out)[None])[0]
+    forward = np.array([0.0, 1.0, 0.0])
+    return up, unit((forward - (forward @ up) * up)[None])[0]

@@ -1,0 +1,211 @@
+"""Body: an aligned limb as trims and fittings see it: places by name, directions of anatomy.
+
+All is in the limb frame. "Out" is away from the body's middle: lateral. The foot's directions lie
+in the plane that it stands on, under the heel and both metatarsal heads, forwards from the heel to
+the second toe.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from jaxtyping import Float64
+
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.sections import Z_AXIS, centroid_mm, cut
+from limbgram.workbench.edits.regions import position_mm
+from limbgram.workbench.frame.landmarks import in_limb_frame
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+
+Axes = Literal["limb", "foot"]
+_FAR_MM = 3000.0
+_ROUNDS = 3
+"""Times that the plane is laid anew under the places that are lowest over it."""
+_BEHIND, _BALL = 0.3, 0.2
+"""Shares of the way from heel to ball: so far in front of the heel, and so far before and behind
+the metatarsal heads, the foot is looked at for where it stands."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A limb in its own frame."""
+
+    limb: Limb
+
+    @classmethod
+    def of(cls, limb: Limb, what: str) -> "Body":
+        """Raises:
+        EditError: the limb is not aligned.
+        """
+        if limb.frame is None:
+            raise EditError("edit.not_aligned", what=what)
+        motion = limb.frame.limb_from_mesh
+        marks = tuple(
+            Landmark(name=mark.name, position_mm=motion.apply(mark.position_mm[None])[0])
+            for mark in limb.landmarks
+        )
+        return cls(
+            Limb(
+                mesh=in_limb_frame(limb),
+                landmarks=marks,
+                frame=LimbFrame(limb_from_mesh=Rigid.identity(), side=limb.frame.side),
+                kind=limb.kind,
+            )
+        )
+
+    @property
+    def mesh(self) -> Mesh:
+        return self.limb.mesh
+
+    @property
+    def right(self) -> bool:
+        return self.limb.frame is not None and self.limb.frame.side == "right"
+
+    def place_mm(self, name: str, what: str) -> Vector3:
+        """Where a landmark lies.
+
+        Raises:
+            EditError: the limb has none of that name.
+        """
+        return position_mm(self.limb, name, "limb", what)
+
+    def outward(self, what: str) -> Vector3:
+        """Lateral.
+
+        Raises:
+            EditError: nobody said which side the limb is of.
+        """
+        if self.limb.frame is None or self.limb.frame.side == "none":
+            raise EditError("device.no_side", what=what)
+        return np.array([1.0 if self.right else -1.0, 0.0, 0.0])
+
+    def require_sides(self, names: Iterable[str], what: str) -> None:
+        """Refuse pairs of landmarks that lie the wrong way round: confused, or the other limb.
+
+        Raises:
+            EditError: names both.
+        """
+        known = {name: self.place_mm(name, what) for name in names}
+        for outer, inner in _pairs(known):
+            out = np.array([1.0, 0, 0]) if outer.startswith("right ") else self.outward(what)
+            if (known[outer] - known[inner]) @ out <= 0:
+                raise EditError("device.wrong_side", what=what, outer=outer, inner=inner)
+
+    def directions(self, axes: Axes, what: str) -> Float64[np.ndarray, "3 3"]:
+        """Rows: to the right, forwards and up."""
+        return np.eye(3) if axes == "limb" else self._stand(what).directions
+
+    def sole_mm(self, what: str) -> float:
+        """How high the plane that the foot stands on lies along its own upward direction."""
+        return self._stand(what).height_mm
+
+    def _stand(self, what: str) -> "_Stand":
+        heel, first, fifth, toe = (
+            self.place_mm(name, what)
+            for name in ("heel", "first metatarsal head", "fifth metatarsal head", "second toe")
+        )
+        stand = _plane(np.stack([heel, first, fifth]), heel, toe)
+        for _ in range(_ROUNDS):
+            stand = _lowered(self.mesh, stand, np.stack([heel, first, fifth]), toe)
+        return stand
+
+    def middle_mm(self, height_mm: float, what: str) -> Vector3:
+        """Middle of the largest section at a height; one that is open is closed straight.
+
+        Raises:
+            EditError: there is no section at that height.
+        """
+        found = cut(self.mesh, [height_mm])
+        if not found:
+            heights = self.mesh.vertices_mm[:, 2]
+            raise EditError(
+                "device.trim.off_limb",
+                name=what,
+                point_mm=(0.0, 0.0, height_mm),
+                lowest_mm=float(heights.min()),
+                highest_mm=float(heights.max()),
+            )
+        return centroid_mm(max(found, key=lambda one: one.area_mm2(Z_AXIS)).points_mm)
+
+    @cached_property
+    def _scene(self) -> Any:
+        """For rays; embreex has no types."""
+        scene = EmbreeScene()
+        TriangleMesh(scene, self.mesh.vertices_mm[self.mesh.faces].astype(np.float32))
+        return scene
+
+    def met_mm(self, through_mm: Vector3, seen_along: Vector3) -> Vector3 | None:
+        """What is seen first along a line through a place, by who looks from far away.
+
+        None where the line misses the surface, or slips through an opening and meets it from
+        within.
+        """
+        start = through_mm - _FAR_MM * seen_along
+        met = self._scene.run(
+            start[None].astype(np.float32), np.ascontiguousarray(seen_along[None], np.float32)
+        )
+        face = int(np.asarray(met)[0])
+        if face < 0:
+            return None
+        a, b, c = self.mesh.vertices_mm[self.mesh.faces[face]]
+        normal = np.cross(b - a, c - a)
+        steep = float(normal @ seen_along)
+        if steep >= 0:
+            return None
+        return start + seen_along * float(normal @ (a - start)) / steep
+
+
+_OPPOSITE = {"lateral ": "medial ", "right ": "left ", "fifth meta": "first meta"}
+
+
+def _pairs(names: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Of a lateral and a medial place, or a right and a left one."""
+    known = set(names)
+    for name in sorted(known):
+        for outer, inner in _OPPOSITE.items():
+            other = inner + name.removeprefix(outer)
+            if name.startswith(outer) and other in known:
+                yield name, other
+
+
+@dataclass(frozen=True)
+class _Stand:
+    """The plane that a foot stands on."""
+
+    directions: Float64[np.ndarray, "3 3"]
+    height_mm: float
+
+
+def _plane(three: Float64[np.ndarray, "3 3"], heel: Vector3, toe: Vector3) -> _Stand:
+    up = np.cross(three[1] - three[0], three[2] - three[0])
+    up = unit((up * np.sign(up[2]))[None])[0]
+    ahead = unit(((toe - heel) - ((toe - heel) @ up) * up)[None])[0]
+    return _Stand(np.stack([np.cross(ahead, up), ahead, up]), float((three @ up).mean()))
+
+
+def _lowered(mesh: Mesh, stand: _Stand, marks: Float64[np.ndarray, "3 3"], toe: Vector3) -> _Stand:
+    """The plane through the lowest places near heel and both metatarsal heads, as it stands."""
+    right, ahead, up = stand.directions
+    heel, balls = marks[0], marks[1:] - marks[0]
+    along, across = (mesh.vertices_mm - heel) @ ahead, (mesh.vertices_mm - heel) @ right
+    length, middle = float((balls @ ahead).mean()), float((balls @ right).mean())
+    fifth_is = np.sign((balls[1] - balls[0]) @ right)
+    forefoot = np.abs(along / length - 1) < _BALL
+    near = (
+        along < _BEHIND * length,
+        forefoot & ((across - middle) * fifth_is < 0),
+        forefoot & ((across - middle) * fifth_is >= 0),
+    )
+    heights = mesh.vertices_mm @ up
+    lowest = [
+        mesh.vertices_mm[np.flatnonzero(part)[heights[part].argmin()]] if part.any() else mark
+        for part, mark in zip(near, marks, strict=True)
+    ]
+    return _plane(np.stack(lowest), heel, toe)

@@ -1,0 +1,108 @@
+"""Curves: a fair closed curve on a surface through points that lie far apart.
+
+A spline in space, brought to the surface, jumps where the surface turns away under it
+(`edits/regions.draw_curve`, for points that were drawn close together). Here the shortest ways
+along the mesh's edges join the points, and are made fair on the surface.
+
+Method  Points along the curve move to where it bends least, each the mean of four neighbours (the
+        discrete biharmonic equation), and back to the surface; the given points stay. Coarse steps
+        first, so that the whole curve settles; so every step is short, and none jumps.
+"""
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.mesh.closest_point import TriangleTree
+from limbgram.core.mesh.mesh import Mesh, lengths, unit
+from limbgram.core.mesh.topology import edge_lengths, find_edges
+from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.workbench.edits.regions import Curve
+from limbgram.workbench.measures.geodesic import length_mm
+
+_STEPS_MM = (16.0, 8.0, 4.0, 2.0, 1.0, 0.5)
+_ROUNDS = 60
+_SHARE = 0.5
+"""Of the way to where the curve bends least, at once: beyond 0.75 the rounds diverge."""
+_LEAST_PARTS = 2
+_NORMALS_OVER = 4
+"""Steps to either side over which the surface's normals are evened out."""
+
+
+Line = Float64[np.ndarray, "_ 3"]
+"""Each of its own number of points."""
+
+
+def fair_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
+    """The curve through places on the surface.
+
+    Raises:
+        MeasureError: no surface joins two places.
+    """
+    count = len(picked_mm)
+    tree = tree_on(mesh)
+    legs, ring = _legs(mesh, tree, picked_mm), picked_mm
+    for step_mm in _STEPS_MM:
+        parts = [_even(leg, max(_LEAST_PARTS, round(length_mm(leg) / step_mm))) for leg in legs]
+        sizes = np.array([len(part) for part in parts])
+        ring = np.concatenate(parts)
+        starts = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
+        ring = _settled(ring, starts, tree)
+        closed = np.concatenate([ring, ring[:1]])
+        ends = np.append(starts, len(ring))
+        legs = [closed[ends[k] : ends[k + 1] + 1] for k in range(count)]
+    found = tree.closest(ring)
+    normals = mesh.vertex_normals()[mesh.faces[found.faces]].mean(1)
+    return Curve(found.points_mm, _evened(normals))
+
+
+def _legs(mesh: Mesh, tree: TriangleTree, picked_mm: Points3) -> list[Line]:
+    """Ways along edges from each place to the next."""
+    near = mesh.faces[tree.closest(picked_mm).faces, 0]
+    ends = find_edges(mesh.faces).ends
+    links = csr_array(
+        (edge_lengths(mesh.vertices_mm, ends), (ends[:, 0], ends[:, 1])),
+        shape=(len(mesh), len(mesh)),
+    )
+    far_mm, before = dijkstra(links, directed=False, indices=near, return_predecessors=True)
+    legs: list[Line] = []
+    for k, start in enumerate(near):
+        ahead = (k + 1) % len(near)
+        vertex = near[ahead]
+        if not np.isfinite(far_mm[k, vertex]):
+            raise MeasureError("measure.path.apart")
+        way = [vertex]
+        while way[-1] != start:
+            way.append(before[k, way[-1]])
+        inner = mesh.vertices_mm[way[-2:0:-1]]
+        legs.append(np.concatenate([picked_mm[k : k + 1], inner, picked_mm[ahead : ahead + 1]]))
+    return legs
+
+
+def _settled(ring: Points3, held: Int64[np.ndarray, " k"], tree: TriangleTree) -> Points3:
+    free = np.ones(len(ring), np.bool_)
+    free[held] = False
+    for _ in range(_ROUNDS):
+        near = np.roll(ring, 1, axis=0) + np.roll(ring, -1, axis=0)
+        far = np.roll(ring, 2, axis=0) + np.roll(ring, -2, axis=0)
+        moved = ring + _SHARE * ((4 * near - far) / 6 - ring)
+        ring = ring.copy()
+        ring[free] = tree.closest(moved[free]).points_mm
+    return ring
+
+
+def _even(way_mm: Points3, parts: int) -> Float64[np.ndarray, "parts 3"]:
+    """Points at equal distances along an open line, without its last."""
+    walked = np.concatenate([[0.0], np.cumsum(lengths(np.diff(way_mm, axis=0)))])
+    at = np.linspace(0.0, walked[-1], parts + 1)[:-1]
+    return np.stack([np.interp(at, walked, axis) for axis in way_mm.T], axis=1)
+
+
+def _evened(normals: Points3) -> Points3:
+    total = np.zeros_like(normals)
+    for shift in range(-_NORMALS_OVER, _NORMALS_OVER + 1):
+        total += np.roll(normals, shift, axis=0)
+    return unit(total)

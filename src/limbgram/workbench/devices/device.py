@@ -1,0 +1,239 @@
+"""Device: what is worn, as data: its edges, its wall, what is fitted to it, and all its measures.
+
+A device is one file of the folder `kinds`, with `DEVICE = Device(...)`; the command line, the app's
+tables and the tests follow from it. All ranges are general knowledge of the trade where no source
+stands beside them: a clinic sets its own.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Literal
+
+from limbgram.core.request_fields import Within
+from limbgram.workbench.devices import kinds
+from limbgram.workbench.devices.trims import Amount, Measure, Trim, TrimPoint
+
+Fabrication = Literal["printed", "draped"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slot:
+    """A slot for a strap, or a vent, cut through the shell."""
+
+    name: str
+    at: TrimPoint
+    length_mm: Amount
+    width_mm: Amount
+    upright: bool = True
+    """Its length goes up the limb; else round it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pad:
+    """A place where a printed wall is thicker."""
+
+    name: str
+    at: TrimPoint
+    reach_mm: float
+    falloff_mm: float
+    add_mm: Amount
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ridge:
+    """A rib through points, on a printed wall."""
+
+    name: str
+    through: tuple[TrimPoint, ...]
+    width_mm: float
+    falloff_mm: float
+    add_mm: Amount
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seat:
+    """A flat round seat for a joint or a stop, drilled along an axis between two landmarks."""
+
+    name: str
+    at: TrimPoint
+    axis: tuple[str, str]
+    """From and to: the seat looks along it, or against it, whichever leads outwards."""
+    radius_mm: float
+    rise_mm: float
+    """Of the flat face over the outer side."""
+    hole_mm: Amount
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slit:
+    """An opening from the upper to the lower edge."""
+
+    side: Literal["anterior", "posterior"]
+    width_mm: Amount
+
+
+@dataclass(frozen=True, kw_only=True)
+class Width:
+    """A width of the positive that is held against one measured on the patient."""
+
+    measure: str
+    at: str
+    """Landmark at whose height, straight across, it is looked at."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Device:
+    """A kind of device."""
+
+    name: str
+    kind: str
+    """Of limb."""
+    order: int
+    en: str
+    de: str
+    trim: Trim
+    wall: Mapping[Fabrication, Measure]
+    """How thick it is by the ways in which it is made; the first is the usual one."""
+    slots: tuple[Slot, ...] = ()
+    pads: tuple[Pad, ...] = ()
+    ridges: tuple[Ridge, ...] = ()
+    seats: tuple[Seat, ...] = ()
+    slits: tuple[Slit, ...] = ()
+    adapter: bool = False
+    """A plate of modular prostheses under its end, with its alignment."""
+    widths: tuple[Width, ...] = ()
+    more: tuple[Measure, ...] = ()
+    """Measures beside those of the trim, the wall and the adapter."""
+
+    def measures(self, made: Fabrication) -> tuple[Measure, ...]:
+        """All, in the order of forms."""
+        fitted = ADAPTER if self.adapter else ()
+        drawn = (DRAW,) if made == "draped" else ()
+        return (*self.trim.measures, self.wall[made], *drawn, *self.more, *fitted)
+
+    @property
+    def usually(self) -> Fabrication:
+        return next(iter(self.wall))
+
+    @property
+    def words(self) -> Mapping[str, str]:
+        return {"en": self.en, "de": self.de}
+
+
+SHEET = Measure(
+    name="sheet_mm",
+    usual=4.8,
+    within=Within(2, 12),
+    en="Sheet before it is draped",
+    de="Platte vor dem Tiefziehen",
+)
+DRAW = Measure(
+    name="draw_mm",
+    usual=16.0,
+    within=Within(8, 60),
+    en="Length over which the soft sheet draws in; by 16 mm a heel loses a third",
+    de="Länge, über die die weiche Platte nachfließt; bei 16 mm verliert eine Ferse ein Drittel",
+)
+WALL = Measure(name="wall_mm", usual=3.5, within=Within(2, 8), en="Wall", de="Wandstärke")
+ORTHOSIS: Mapping[Fabrication, Measure] = {"draped": SHEET, "printed": WALL}
+SOCKET: Mapping[Fabrication, Measure] = {
+    "printed": Measure(name="wall_mm", usual=5.0, within=Within(3, 10), en="Wall", de="Wandstärke"),
+    "draped": Measure(
+        name="sheet_mm",
+        usual=12.0,
+        within=Within(6, 15),
+        en="Sheet before it is draped",
+        de="Platte vor dem Tiefziehen",
+    ),
+}
+ADAPTER = (
+    Measure(
+        name="flexion_deg",
+        usual=5.0,
+        within=Within(-5, 30),
+        en="Flexion of the socket",
+        de="Beugung des Schafts",
+    ),
+    Measure(
+        name="adduction_deg",
+        usual=5.0,
+        within=Within(-10, 20),
+        en="Adduction of the socket",
+        de="Adduktion des Schafts",
+    ),
+    Measure(
+        name="toe_out_deg",
+        usual=5.0,
+        within=Within(-10, 20),
+        en="Toe-out of the foot",
+        de="Außenrotation des Fußes",
+    ),
+    Measure(
+        name="inset_mm",
+        usual=0.0,
+        within=Within(-20, 20),
+        en="Inset of the foot, medially",
+        de="Versatz des Fußes nach medial",
+    ),
+    Measure(
+        name="forward_mm",
+        usual=0.0,
+        within=Within(-20, 40),
+        en="Adapter in front of the line through the middle of the socket",
+        de="Adapter vor der Linie durch die Schaftmitte",
+    ),
+    Measure(
+        name="build_mm",
+        usual=10.0,
+        within=Within(4, 60),
+        en="From the shell's end to the plate",
+        de="Vom Schaftende zur Platte",
+    ),
+    Measure(
+        name="plate_mm",
+        usual=65.0,
+        within=Within(55, 82),
+        en="Width of the plate; its four holes lie 36 mm apart",
+        de="Breite der Platte; ihre vier Löcher liegen 36 mm auseinander",
+    ),
+    Measure(
+        name="plate_height_mm",
+        usual=14.0,
+        within=Within(10, 23),
+        en="Height of the plate",
+        de="Höhe der Platte",
+    ),
+    Measure(
+        name="hole_mm",
+        usual=6.5,
+        within=Within(5, 8),
+        en="Holes of the plate",
+        de="Löcher der Platte",
+    ),
+    Measure(
+        name="pyramid_mm",
+        usual=0.0,
+        within=Within(0, 18),
+        en="Height of a male pyramid under the plate; 0 for none",
+        de="Höhe einer Pyramide unter der Platte; 0 für keine",
+    ),
+    Measure(
+        name="pilot_mm",
+        usual=0.0,
+        within=Within(0, 14),
+        en="Hole through the end, for a pin or a vent; 0 for none",
+        de="Bohrung durch das Ende, für Stift oder Entlüftung; 0 für keine",
+    ),
+)
+
+
+def _found() -> Iterator[Device]:
+    for file in iter_modules(kinds.__path__):
+        yield import_module(f"{kinds.__name__}.{file.name}").DEVICE
+
+
+def devices() -> Mapping[str, Device]:
+    """Every kind of device by its name, in the order of lists."""
+    return {one.name: one for one in sorted(_found(), key=lambda one: one.order)}

@@ -1,0 +1,148 @@
+"""Fittings: what a device has of exact form: plates, holes, bodies of other makers.
+
+In      a shell's solid, and parts placed in the limb frame.
+Out     one solid.
+Method  Booleans of closed meshes by manifold3d, whose results are manifolds by construction.
+Fails   EditError: a part is not closed, or does not meet the device.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import manifold3d
+import numpy as np
+from manifold3d import CrossSection, Manifold
+
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import volume_mm3
+
+_ROUND = 96
+"""Sides of what is round: a hole of 8 mm is off by 0.002 mm."""
+HOLES_MM = 18.0
+"""Of the four holes of an adapter from its middle, along both axes: 36 x 36 mm."""
+_CORNER_MM = 6.0
+"""Radius of a plate's corners."""
+_PYRAMID_END_MM, _PYRAMID_DEG = 21.0, 15.0
+_PASS_MM = 0.5
+"""By so much a hole goes beyond what it is drilled through."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A closed solid, and what is done with it."""
+
+    solid: Mesh
+    how: Literal["join", "cut"]
+    name: str
+
+
+def fitted(body: Mesh, parts: Sequence[Part]) -> Mesh:
+    """A body with its parts, done in their order.
+
+    Raises:
+        EditError: a part is open, or does not touch the body.
+    """
+    whole = _manifold(body, "device")
+    for part in parts:
+        other = _manifold(part.solid, part.name)
+        if (whole ^ other).volume() <= 0:
+            raise EditError("device.part.apart", name=part.name)
+        whole = whole + other if part.how == "join" else whole - other
+    return _mesh(whole) if parts else body
+
+
+def plate(
+    limb_from_plate: Rigid, *, width_mm: float, height_mm: float, hole_mm: float
+) -> tuple[Part, ...]:
+    """A square plate with the four holes of modular adapters.
+
+    Its frame: origin in the middle of its lower face, Z upwards, Y forwards.
+    """
+    inner_mm = width_mm - 2 * _CORNER_MM
+    outline = CrossSection.square((inner_mm, inner_mm), center=True).offset(
+        _CORNER_MM, manifold3d.JoinType.Round, 2.0, _ROUND
+    )
+    block = _mesh(outline.extrude(height_mm))
+    holes = [
+        _cylinder(hole_mm / 2, -_PASS_MM, height_mm + _PASS_MM).translate((x, y, 0.0))
+        for x in (-HOLES_MM, HOLES_MM)
+        for y in (-HOLES_MM, HOLES_MM)
+    ]
+    return (
+        _placed("plate", block, limb_from_plate, "join"),
+        *(_placed("plate hole", _mesh(hole), limb_from_plate, "cut") for hole in holes),
+    )
+
+
+def pyramid(limb_from_plate: Rigid, height_mm: float) -> Part:
+    """A male pyramid under a plate, wider at its end by 15 degrees to each side.
+
+    Its form is general knowledge of the trade: hold it against the part that it has to meet.
+    """
+    start_mm = _PYRAMID_END_MM - 2 * height_mm * float(np.tan(np.radians(_PYRAMID_DEG)))
+    grown = _PYRAMID_END_MM / start_mm
+    wide = CrossSection.square((start_mm, start_mm), center=True)
+    below = wide.extrude(height_mm, 0, 0.0, (grown, grown)).rotate((180.0, 0.0, 0.0))
+    neck = wide.extrude(2 * _PASS_MM).translate((0.0, 0.0, -_PASS_MM))
+    return _placed("pyramid", _mesh(below + neck), limb_from_plate, "join")
+
+
+def hole(
+    name: str, place_mm: Vector3, way: Vector3, *, diameter_mm: float, depth_mm: float
+) -> Part:
+    """A round hole through a place, `depth_mm` to either side along a way."""
+    drill = _mesh(_cylinder(diameter_mm / 2, -depth_mm, depth_mm))
+    return _placed(name, drill, pointing(place_mm, way), "cut")
+
+
+def imported(name: str, solid: Mesh, limb_from_part: Rigid, how: Literal["join", "cut"]) -> Part:
+    """A body of another maker, as a lock or a valve, read from its file.
+
+    Raises:
+        EditError: it is not closed.
+    """
+    _manifold(solid, name)
+    return _placed(name, solid, limb_from_part, how)
+
+
+def pointing(place_mm: Vector3, way: Vector3) -> Rigid:
+    """A frame at a place whose Z goes a way."""
+    forward = way / np.linalg.norm(way)
+    across = np.cross(np.eye(3)[int(np.argmin(np.abs(forward)))], forward)
+    across /= np.linalg.norm(across)
+    return Rigid(np.column_stack([across, np.cross(forward, across), forward]), place_mm)
+
+
+def _placed(name: str, solid: Mesh, motion: Rigid, how: Literal["join", "cut"]) -> Part:
+    placed = solid.with_vertices(motion.apply(solid.vertices_mm))
+    return Part(solid=placed, how=how, name=name)
+
+
+def _cylinder(radius_mm: float, low_mm: float, high_mm: float) -> Manifold:
+    return Manifold.cylinder(high_mm - low_mm, radius_mm, radius_mm, _ROUND).translate(
+        (0.0, 0.0, low_mm)
+    )
+
+
+def _manifold(mesh: Mesh, name: str) -> Manifold:
+    made = Manifold(
+        manifold3d.Mesh64(
+            np.ascontiguousarray(mesh.vertices_mm, np.float64),
+            np.ascontiguousarray(mesh.faces, np.uint64),
+        )
+    )
+    if made.status() != manifold3d.Error.NoError or volume_mm3(mesh) <= 0:
+        raise EditError("device.part.open", name=name)
+    return made
+
+
+def _mesh(made: Manifold) -> Mesh:
+    found = made.to_mesh64()
+    return Mesh(
+        vertices_mm=np.array(found.vert_properties[:, :3], np.float64),
+        faces=np.array(found.tri_verts, np.int64).astype(np.int32),
+    )

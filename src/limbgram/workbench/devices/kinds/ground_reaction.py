@@ -1,0 +1,14 @@
+"""Ground reaction ankle-foot orthosis."""
+
+from limbgram.workbench.devices.device import ORTHOSIS, Device
+from limbgram.workbench.devices.presets.ankle import GROUND_REACTION
+
+DEVICE = Device(
+    name="ground-reaction-afo",
+    kind="foot",
+    order=5,
+    en="Ground reaction ankle-foot orthosis",
+    de="Unterschenkelorthese mit ventraler Anlage",
+    trim=GROUND_REACTION,
+    wall=ORTHOSIS,
+)

@@ -1,0 +1,19 @@
+"""Hinged ankle-foot orthosis, calf part."""
+
+from limbgram.workbench.devices.device import ORTHOSIS, Device
+from limbgram.workbench.devices.presets.ankle import HINGED_CALF
+from limbgram.workbench.devices.presets.joints import JOINT_HOLE, joint_seats
+from limbgram.workbench.devices.presets.straps import CALF_STRAP, calf_slots
+
+DEVICE = Device(
+    name="hinged-afo-calf",
+    kind="foot",
+    order=3,
+    en="Hinged ankle-foot orthosis, calf part",
+    de="Unterschenkelorthese mit Gelenk, Wadenteil",
+    trim=HINGED_CALF,
+    wall=ORTHOSIS,
+    slots=calf_slots(88.0),
+    seats=joint_seats(("joint_gap_mm", 14.0)),
+    more=(*CALF_STRAP, JOINT_HOLE),
+)

@@ -1,0 +1,17 @@
+"""Hinged ankle-foot orthosis, foot part."""
+
+from limbgram.workbench.devices.device import ORTHOSIS, Device
+from limbgram.workbench.devices.presets.ankle import HINGED_FOOT
+from limbgram.workbench.devices.presets.joints import JOINT_HOLE, joint_seats
+
+DEVICE = Device(
+    name="hinged-afo-foot",
+    kind="foot",
+    order=4,
+    en="Hinged ankle-foot orthosis, foot part",
+    de="Unterschenkelorthese mit Gelenk, Fußteil",
+    trim=HINGED_FOOT,
+    wall=ORTHOSIS,
+    seats=joint_seats(("-joint_gap_mm", -14.0)),
+    more=(JOINT_HOLE,),
+)

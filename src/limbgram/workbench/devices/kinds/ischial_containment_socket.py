@@ -1,0 +1,20 @@
+"""Transfemoral socket, ischial containment."""
+
+from limbgram.workbench.devices.device import SOCKET, Device, Width
+from limbgram.workbench.devices.presets.brims import ISCHIAL_CONTAINMENT, SKELETAL_ML
+from limbgram.workbench.devices.presets.ends import DISTAL_PAD, PAD, STRIP, strip_behind
+
+DEVICE = Device(
+    name="ischial-containment-socket",
+    kind="transfemoral",
+    order=24,
+    en="Transfemoral socket, ischial containment",
+    de="Oberschenkelschaft, sitzbeinumfassend",
+    trim=ISCHIAL_CONTAINMENT,
+    wall=SOCKET,
+    pads=(DISTAL_PAD,),
+    ridges=(strip_behind("ischial tuberosity", -30.0),),
+    adapter=True,
+    widths=(Width(measure="skeletal_ml_mm", at="ischial tuberosity"),),
+    more=(SKELETAL_ML, PAD, STRIP),
+)

@@ -1,0 +1,17 @@
+"""Posterior leaf spring."""
+
+from limbgram.workbench.devices.device import ORTHOSIS, Device
+from limbgram.workbench.devices.presets.ankle import LEAF_SPRING
+from limbgram.workbench.devices.presets.straps import CALF_STRAP, calf_slots
+
+DEVICE = Device(
+    name="posterior-leaf-spring",
+    kind="foot",
+    order=2,
+    en="Posterior leaf spring",
+    de="Dorsale Federorthese",
+    trim=LEAF_SPRING,
+    wall=ORTHOSIS,
+    slots=calf_slots(106.0),
+    more=CALF_STRAP,
+)

@@ -1,0 +1,19 @@
+"""Transtibial socket, PTB."""
+
+from limbgram.workbench.devices.device import SOCKET, Device
+from limbgram.workbench.devices.presets.brims import PTB
+from limbgram.workbench.devices.presets.ends import DISTAL_PAD, PAD, STRIP, strip_behind
+
+DEVICE = Device(
+    name="ptb-socket",
+    kind="transtibial",
+    order=20,
+    en="Transtibial socket, PTB",
+    de="Unterschenkelschaft, PTB",
+    trim=PTB,
+    wall=SOCKET,
+    pads=(DISTAL_PAD,),
+    ridges=(strip_behind("patellar tendon", -30.0),),
+    adapter=True,
+    more=(PAD, STRIP),
+)

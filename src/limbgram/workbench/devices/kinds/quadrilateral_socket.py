@@ -1,0 +1,19 @@
+"""Transfemoral socket, quadrilateral."""
+
+from limbgram.workbench.devices.device import SOCKET, Device
+from limbgram.workbench.devices.presets.brims import QUADRILATERAL
+from limbgram.workbench.devices.presets.ends import DISTAL_PAD, PAD, STRIP, strip_behind
+
+DEVICE = Device(
+    name="quadrilateral-socket",
+    kind="transfemoral",
+    order=23,
+    en="Transfemoral socket, quadrilateral",
+    de="Oberschenkelschaft, queroval",
+    trim=QUADRILATERAL,
+    wall=SOCKET,
+    pads=(DISTAL_PAD,),
+    ridges=(strip_behind("ischial tuberosity", -30.0),),
+    adapter=True,
+    more=(PAD, STRIP),
+)

@@ -1,0 +1,17 @@
+"""Solid ankle-foot orthosis."""
+
+from limbgram.workbench.devices.device import ORTHOSIS, Device
+from limbgram.workbench.devices.presets.ankle import SOLID
+from limbgram.workbench.devices.presets.straps import CALF_STRAP, calf_slots
+
+DEVICE = Device(
+    name="solid-afo",
+    kind="foot",
+    order=1,
+    en="Solid ankle-foot orthosis",
+    de="Starre Unterschenkelorthese",
+    trim=SOLID,
+    wall=ORTHOSIS,
+    slots=calf_slots(88.0),
+    more=CALF_STRAP,
+)

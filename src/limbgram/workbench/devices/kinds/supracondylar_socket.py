@@ -1,0 +1,19 @@
+"""Transtibial socket, supracondylar."""
+
+from limbgram.workbench.devices.device import SOCKET, Device
+from limbgram.workbench.devices.presets.brims import SUPRACONDYLAR
+from limbgram.workbench.devices.presets.ends import DISTAL_PAD, PAD, STRIP, strip_behind
+
+DEVICE = Device(
+    name="supracondylar-socket",
+    kind="transtibial",
+    order=21,
+    en="Transtibial socket, supracondylar",
+    de="Unterschenkelschaft, suprakondylär",
+    trim=SUPRACONDYLAR,
+    wall=SOCKET,
+    pads=(DISTAL_PAD,),
+    ridges=(strip_behind("patellar tendon", -30.0),),
+    adapter=True,
+    more=(PAD, STRIP),
+)

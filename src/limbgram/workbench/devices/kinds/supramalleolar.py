@@ -1,0 +1,14 @@
+"""Supramalleolar orthosis."""
+
+from limbgram.workbench.devices.device import ORTHOSIS, Device
+from limbgram.workbench.devices.presets.ankle import SUPRAMALLEOLAR
+
+DEVICE = Device(
+    name="smo",
+    kind="foot",
+    order=6,
+    en="Supramalleolar orthosis",
+    de="Supramalleoläre Orthese",
+    trim=SUPRAMALLEOLAR,
+    wall=ORTHOSIS,
+)

@@ -1,0 +1,16 @@
+"""Thoracolumbosacral orthosis, opening in front."""
+
+from limbgram.workbench.devices.device import ORTHOSIS, Device, Slit
+from limbgram.workbench.devices.presets.spine import GAP, THORACOLUMBOSACRAL
+
+DEVICE = Device(
+    name="tlso-front",
+    kind="torso",
+    order=10,
+    en="Thoracolumbosacral orthosis, opening in front",
+    de="Rumpforthese, vorn offen",
+    trim=THORACOLUMBOSACRAL,
+    wall=ORTHOSIS,
+    slits=(Slit(side="anterior", width_mm="gap_mm"),),
+    more=(GAP,),
+)

@@ -1,0 +1,19 @@
+"""Transtibial socket, TSB."""
+
+from limbgram.workbench.devices.device import SOCKET, Device
+from limbgram.workbench.devices.presets.brims import TSB
+from limbgram.workbench.devices.presets.ends import DISTAL_PAD, PAD, STRIP, strip_behind
+
+DEVICE = Device(
+    name="tsb-socket",
+    kind="transtibial",
+    order=22,
+    en="Transtibial socket, TSB",
+    de="Unterschenkelschaft, Vollkontakt",
+    trim=TSB,
+    wall=SOCKET,
+    pads=(DISTAL_PAD,),
+    ridges=(strip_behind("patellar tendon", -30.0),),
+    adapter=True,
+    more=(PAD, STRIP),
+)

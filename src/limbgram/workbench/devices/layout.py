@@ -1,0 +1,208 @@
+"""Layout: what of a positive a device covers: inside its edges, beside its openings.
+
+In      a Body and the edges drawn on it; slots, round vents, and an opening from end to end.
+Out     the positive, fine along all of them, and how far each vertex lies beyond the nearest.
+Method  Distances over the surface go out from each edge to both sides (edits/regions). Round a slot
+        or a vent the surface is laid out by the distance and the direction from its middle, which
+        keeps lengths there to a share of a per cent on a limb's calf.
+Fails   EditError: edges that cross, or a hole of the scan inside the device.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.mesh.mesh import Mesh, lengths, unit
+from limbgram.core.mesh.topology import boundary_half_edges, face_components
+from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.workbench.devices.body import Body
+from limbgram.workbench.devices.trims import Edge
+from limbgram.workbench.edits.fineness import refine_under
+from limbgram.workbench.edits.regions import (
+    Curve,
+    distances_from,
+    distances_from_point,
+    find_sides,
+    fine_along,
+)
+
+_FINE_MM = 1.5
+"""Edges of triangles along edges and openings."""
+_BESIDE_MM, _ALONG_MM = 6.0, 15.0
+"""A curve meets itself where stretches that lie so far apart along it come so near."""
+_CORNER_MM = 12.0
+"""Radius of the corners where a gap meets the edges."""
+_REACH_MM = 40.0
+"""Beyond it a distance from an edge matters to nothing."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Opening:
+    """A slot for a strap, or a vent: a straight hole with round ends."""
+
+    name: str
+    middle_mm: Vector3
+    """On the surface, in the limb frame."""
+    along: Vector3
+    """The way of its length."""
+    length_mm: float
+    """From end to end; a round vent's is its width."""
+    width_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gap:
+    """An opening from the upper to the lower edge, as that of a brace."""
+
+    name: str
+    outward: Vector3
+    """Unit: the side on which it lies."""
+    across: Vector3
+    """Unit: the way of its width."""
+    width_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Covered:
+    """The positive and how far its vertices lie beyond the device's edges."""
+
+    positive: Mesh
+    beyond_mm: Float64[np.ndarray, " n"]
+
+
+def cover(
+    body: Body,
+    edges: Sequence[Edge],
+    openings: Sequence[Opening] = (),
+    gaps: Sequence[Gap] = (),
+) -> Covered:
+    """What a device covers.
+
+    Raises:
+        EditError: see the head of this file.
+    """
+    mesh = body.mesh
+    for edge in edges:
+        mesh = fine_along(mesh, edge.curve, _FINE_MM)
+    for opening in openings:
+        mesh = _fine_round(mesh, opening)
+    beyond = np.full(len(mesh), -_REACH_MM)
+    for edge in edges:
+        beyond = np.maximum(beyond, _beyond_edge(mesh, edge))
+    beyond = _one_piece(mesh, beyond, edges)
+    for gap in gaps:
+        beyond = _both(beyond, _beyond_gap(mesh, gap))
+    for opening in openings:
+        beyond = np.maximum(beyond, _within_opening(mesh, opening))
+    _require_no_hole(mesh, beyond)
+    return Covered(positive=mesh, beyond_mm=beyond)
+
+
+def _beyond_edge(mesh: Mesh, edge: Edge) -> Float64[np.ndarray, " n"]:
+    try:
+        sides = find_sides(mesh, edge.curve, edge.name)
+    except EditError as error:
+        x, y, z = _nearest_itself_mm(edge.curve).tolist()
+        raise EditError("device.trim.crosses", name=edge.name, point_mm=(x, y, z)) from error
+    near = np.isfinite(sides.signed_mm)
+    start = np.where(near, np.abs(sides.signed_mm), np.inf)
+    away = distances_from(mesh, start, np.ones(len(mesh), np.bool_), _REACH_MM)
+    away = np.minimum(away, _REACH_MM)
+    kept = mesh.faces[tree_on(mesh).closest(edge.keeps_mm[None]).faces[0], 0]
+    inside = sides.left == sides.left[kept]
+    return np.where(inside, -away, away)
+
+
+def _nearest_itself_mm(curve: Curve) -> Vector3:
+    """Where a curve comes nearest to another stretch of itself; else where it turns most."""
+    points = curve.points_mm
+    count = len(points)
+    pairs = KDTree(points).query_pairs(_BESIDE_MM, output_type="ndarray")
+    along = np.abs(pairs[:, 1] - pairs[:, 0])
+    apart = np.minimum(along, count - along) * curve.length_mm / count > _ALONG_MM
+    if not apart.any():
+        ways = unit(np.roll(points, -1, axis=0) - points)
+        return points[int(np.argmin((ways * np.roll(ways, 1, axis=0)).sum(1)))]
+    first, second = pairs[apart].T
+    return points[first[int(np.argmin(lengths(points[first] - points[second])))]]
+
+
+def _one_piece(
+    mesh: Mesh, beyond: Float64[np.ndarray, " n"], edges: Sequence[Edge]
+) -> Float64[np.ndarray, " n"]:
+    """Without other pieces of the surface that lie inside all edges, as a patch cut off by two."""
+    inside = beyond < 0
+    faces = np.flatnonzero(inside[mesh.faces].any(1))
+    pieces = face_components(mesh.faces[faces])
+    seed = tree_on(mesh).closest(edges[0].keeps_mm[None]).faces[0]
+    at = np.flatnonzero(faces == seed)
+    if not len(at):
+        raise EditError("device.nothing_left")
+    own = np.zeros(len(mesh), np.bool_)
+    own[mesh.faces[faces[pieces == pieces[at[0]]]]] = True
+    return np.where(inside & ~own, _REACH_MM, beyond)
+
+
+def _both(
+    one: Float64[np.ndarray, " n"], two: Float64[np.ndarray, " n"]
+) -> Float64[np.ndarray, " n"]:
+    """Beyond either of two edges, the corner between them rounded."""
+    corner = np.hypot(np.maximum(one + _CORNER_MM, 0.0), np.maximum(two + _CORNER_MM, 0.0))
+    return np.minimum(np.maximum(one, two), -_CORNER_MM) + corner
+
+
+def _beyond_gap(mesh: Mesh, gap: Gap) -> Float64[np.ndarray, " n"]:
+    """How deep inside a gap; it is measured straight across, on the side where it lies."""
+    off = np.abs(mesh.vertices_mm @ gap.across)
+    there = mesh.vertices_mm @ gap.outward > 0
+    return np.where(there, gap.width_mm / 2 - off, -_REACH_MM)
+
+
+def _fine_round(mesh: Mesh, opening: Opening) -> Mesh:
+    reach_mm = 0.5 * max(opening.length_mm, opening.width_mm) + 2 * _FINE_MM
+
+    def under(work: Mesh) -> Bool[np.ndarray, " f"]:
+        corners = work.vertices_mm[work.faces]
+        size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(1)
+        away = np.linalg.norm(corners.mean(1) - opening.middle_mm, axis=1)
+        return away < reach_mm + size
+
+    return refine_under(mesh, under, _FINE_MM)
+
+
+def _within_opening(mesh: Mesh, opening: Opening) -> Float64[np.ndarray, " n"]:
+    """How deep inside an opening."""
+    reach_mm = max(opening.length_mm, opening.width_mm) + _REACH_MM / 2
+    away = distances_from_point(mesh, opening.middle_mm, reach_mm)
+    near = np.isfinite(away)
+    face = tree_on(mesh).closest(opening.middle_mm[None]).faces[0]
+    normal = unit(mesh.face_normals()[face][None])[0]
+    along = opening.along - (opening.along @ normal) * normal
+    along = along / np.linalg.norm(along)
+    across = np.cross(normal, along)
+    straight = mesh.vertices_mm[near] - opening.middle_mm
+    flat: Points3 = straight - np.outer(straight @ normal, normal)
+    flat = unit(flat) * away[near][:, None]
+    half = 0.5 * (opening.length_mm - opening.width_mm)
+    off = np.hypot(np.maximum(np.abs(flat @ along) - half, 0.0), flat @ across)
+    depth = np.full(len(mesh), -_REACH_MM)
+    depth[near] = np.maximum(0.5 * opening.width_mm - off, -_REACH_MM)
+    return depth
+
+
+def _require_no_hole(mesh: Mesh, beyond: Float64[np.ndarray, " n"]) -> None:
+    """Refuse a hole of the scan in what the device covers.
+
+    Raises:
+        EditError: says where.
+    """
+    border = np.unique(boundary_half_edges(mesh.faces))
+    inside = border[beyond[border] < 0] if len(border) else border
+    if len(inside):
+        x, y, z = mesh.vertices_mm[inside].mean(0).tolist()
+        raise EditError("device.hole", point_mm=(x, y, z))

@@ -1,0 +1,324 @@
+"""Making: a device on an aligned limb, in one act.
+
+In      an aligned limb, of its kind; an Order: which device, its numbers, points set free, and the
+        recipe by which the positive is made of the limb.
+Out     a Preview (handles, edges, thickness on the positive) at once, or the Made device.
+Method  recipe -> positive -> edges -> what is covered -> thickness -> shell -> fittings -> proof.
+        The same order on the same limb gives the same bytes.
+Fails   EditError, with the place: see trims, layout, shell, fittings and proof.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.findings import Finding, doubt, note
+from limbgram.workbench.devices.adapter import Alignment, plate_of
+from limbgram.workbench.devices.blocks import Block, Boss
+from limbgram.workbench.devices.body import Body
+from limbgram.workbench.devices.device import DRAW, Device, Fabrication, Seat, Slit, Slot, devices
+from limbgram.workbench.devices.fittings import Part, fitted, hole, imported
+from limbgram.workbench.devices.layout import Covered, Gap, Opening, cover
+from limbgram.workbench.devices.proof import Wall, measure_wall, require_solid
+from limbgram.workbench.devices.shell import Layout, make_shell
+from limbgram.workbench.devices.thickness import Rib, Zone, draped, printed
+from limbgram.workbench.devices.trims import (
+    Drawn,
+    Free,
+    Handle,
+    amount_of,
+    draw_trim,
+    place_point,
+    values_of,
+)
+from limbgram.workbench.limb import Limb, likeliest
+from limbgram.workbench.measures.geodesic import shortest_path
+from limbgram.workbench.recipe.recipe import Recipe, replay
+
+_OFF_MM = 0.05
+"""The wall has to be as thick as asked within this."""
+_ML_OFF_MM = 5.0
+"""A width of the positive that differs by more from the patient's is pointed out."""
+_SAME_MM = 1e-9
+"""Booleans leave the vertices that they do not touch where they are."""
+_NO_RECIPE = Recipe(name="")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImportedBody:
+    """A body of another maker, in the frame of the plate: origin in the middle of its lower face,
+    Z upwards, Y forwards."""
+
+    name: str
+    solid: Mesh
+    cut: bool
+    """It is taken away, not joined."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """A device as somebody wants it."""
+
+    device: str
+    values: Mapping[str, float] = field(default_factory=dict[str, float])
+    """By measure; what is not given is usual."""
+    made: Fabrication | None = None
+    """None: as is usual for the device."""
+    free: Free = field(default_factory=dict[str, tuple[float, float, float]])
+    recipe: Recipe = _NO_RECIPE
+    """What makes the positive of the limb."""
+    bodies: tuple[ImportedBody, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Preview:
+    """A device on its positive, before it has a body. All in the limb frame."""
+
+    device: Device
+    made: Fabrication
+    values: Mapping[str, float]
+    positive: Limb
+    """After the recipe, in the axes of the limb that was given."""
+    body: Body
+    drawn: Drawn
+    layout: Layout
+    """The positive's surface, how far each vertex lies beyond the edges, and the thickness."""
+    thinnest_mm: float
+    thinnest_point_mm: tuple[float, float, float]
+    findings: tuple[Finding, ...]
+
+    @property
+    def handles(self) -> tuple[Handle, ...]:
+        return self.drawn.handles
+
+
+@dataclass(frozen=True, kw_only=True)
+class Made:
+    """A finished device."""
+
+    preview: Preview
+    solid: Mesh
+    """Closed, in the limb frame."""
+    wall: Wall
+    """Of its shell."""
+    thickness_mm: Float64[np.ndarray, " n"]
+    """At each vertex of the solid; NaN on edges, blocks and fittings."""
+    alignment: Alignment | None
+    findings: tuple[Finding, ...]
+
+
+def device_named(name: str) -> Device:
+    """Raises:
+    EditError: there is none of that name.
+    """
+    known = devices()
+    if name not in known:
+        raise EditError(
+            "device.unknown", name=name, known=tuple(known), meant=likeliest(name, known)
+        )
+    return known[name]
+
+
+def preview_device(limb: Limb, order: Order) -> Preview:
+    """A device's edges, handles and thickness on its positive.
+
+    Raises:
+        EditError: see the head of this file.
+    """
+    device = device_named(order.device)
+    made = order.made or device.usually
+    if made not in device.wall:
+        raise EditError("device.made.other", name=device.name, made=made)
+    if limb.kind != device.kind:
+        raise EditError("device.kind", name=device.en, kind=device.kind, limb=limb.kind)
+    values = values_of(device.measures(made), order.values)
+    positive = replay(order.recipe, limb).limb if order.recipe.entries else limb
+    body = Body.of(positive, device.en)
+    body.require_sides(device.trim.landmarks(), device.en)
+    drawn = draw_trim(body, device.trim, values, order.free)
+    openings = [_opening(body, slot, values) for slot in device.slots]
+    covered = cover(body, drawn.edges, openings, [_gap(one, values) for one in device.slits])
+    layout = Layout(
+        positive=covered.positive,
+        beyond_mm=covered.beyond_mm,
+        thickness_mm=_thickness(body, device, made, covered, values),
+    )
+    inside = np.flatnonzero(layout.beyond_mm < 0)
+    thinnest = int(inside[np.argmin(layout.thickness_mm[inside])])
+    x, y, z = layout.positive.vertices_mm[thinnest].tolist()
+    return Preview(
+        device=device,
+        made=made,
+        values=values,
+        positive=positive,
+        body=body,
+        drawn=drawn,
+        layout=layout,
+        thinnest_mm=float(layout.thickness_mm[thinnest]),
+        thinnest_point_mm=(x, y, z),
+        findings=tuple(_widths(body, device, values)),
+    )
+
+
+def make_device(limb: Limb, order: Order) -> Made:
+    """The device, one closed solid, proved.
+
+    Raises:
+        EditError: see the head of this file.
+    """
+    preview = preview_device(limb, order)
+    device, values, body = preview.device, preview.values, preview.body
+    blocks: list[Block] = []
+    parts: list[Part] = []
+    for seat in device.seats:
+        boss, drilled = _seat(body, seat, preview.layout, values)
+        blocks.append(boss)
+        parts.append(drilled)
+    alignment = None
+    if device.adapter:
+        plate = plate_of(body, preview.layout, values)
+        alignment = plate.alignment
+        blocks.append(plate.block)
+        parts += plate.parts
+    elif order.bodies:
+        raise EditError("device.part.no_plate", name=order.bodies[0].name)
+    for one in order.bodies:
+        assert alignment is not None
+        how = "cut" if one.cut else "join"
+        parts.append(imported(one.name, one.solid, alignment.limb_from_plate, how))
+    shell = make_shell(preview.layout, blocks)
+    wall = measure_wall(shell.solid, preview.layout, blocks)
+    solid = fitted(shell.solid, parts)
+    require_solid(solid)
+    return Made(
+        preview=preview,
+        solid=solid,
+        wall=wall,
+        thickness_mm=_carried_over(shell.solid, wall, solid),
+        alignment=alignment,
+        findings=(*preview.findings, *_said(preview, wall, shell.pieces_left_out)),
+    )
+
+
+def _said(preview: Preview, wall: Wall, crumbs: int) -> Sequence[Finding]:
+    told = note(
+        "device.wall",
+        made=preview.made,
+        thinnest_mm=wall.thinnest_mm,
+        point_mm=wall.thinnest_point_mm,
+        thickest_mm=wall.thickest_mm,
+    )
+    off = () if wall.off_mm <= _OFF_MM else (doubt("device.wall.off", off_mm=wall.off_mm),)
+    left = (doubt("device.crumbs", count=crumbs),) if crumbs else ()
+    return (told, *off, *left, note("device.not_tested"))
+
+
+def _carried_over(shell: Mesh, wall: Wall, solid: Mesh) -> Float64[np.ndarray, " n"]:
+    """A shell's thickness at those vertices of the solid that are the shell's still."""
+    away_mm, at = KDTree(shell.vertices_mm).query(solid.vertices_mm, workers=1)
+    return np.where(away_mm < _SAME_MM, wall.at_vertices_mm[at], np.nan)
+
+
+def _opening(body: Body, slot: Slot, values: Mapping[str, float]) -> Opening:
+    place = place_point(body, slot.name, slot.at, values)
+    up = np.array([0.0, 0.0, 1.0])
+    face = tree_on(body.mesh).closest(place[None]).faces[0]
+    normal = unit(body.mesh.face_normals()[face][None])[0]
+    along = up if slot.upright else np.cross(up, normal)
+    return Opening(
+        name=slot.name,
+        middle_mm=place,
+        along=along,
+        length_mm=amount_of(slot.length_mm, values),
+        width_mm=amount_of(slot.width_mm, values),
+    )
+
+
+def _gap(slit: Slit, values: Mapping[str, float]) -> Gap:
+    return Gap(
+        name=slit.side,
+        outward=np.array([0.0, 1.0 if slit.side == "anterior" else -1.0, 0.0]),
+        across=np.array([1.0, 0.0, 0.0]),
+        width_mm=amount_of(slit.width_mm, values),
+    )
+
+
+def _thickness(
+    body: Body, device: Device, made: Fabrication, covered: Covered, values: Mapping[str, float]
+) -> Float64[np.ndarray, " n"]:
+    base_mm = values[device.wall[made].name]
+    if made == "draped":
+        return draped(covered, base_mm, values[DRAW.name])
+    zones = [
+        Zone(
+            middle_mm=place_point(body, pad.name, pad.at, values),
+            reach_mm=pad.reach_mm,
+            falloff_mm=pad.falloff_mm,
+            add_mm=amount_of(pad.add_mm, values),
+        )
+        for pad in device.pads
+    ]
+    ribs = [
+        Rib(
+            line_mm=_line(body, [place_point(body, one.name, p, values) for p in one.through]),
+            width_mm=one.width_mm,
+            falloff_mm=one.falloff_mm,
+            add_mm=amount_of(one.add_mm, values),
+        )
+        for one in device.ridges
+    ]
+    return printed(covered, base_mm, zones, ribs)
+
+
+def _line(body: Body, places: Sequence[Vector3]) -> Float64[np.ndarray, "k 3"]:
+    """The shortest ways over the surface through places, one after the other."""
+    legs = [shortest_path(body.mesh, one, two) for one, two in pairwise(places)]
+    return np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
+
+
+def _seat(body: Body, seat: Seat, layout: Layout, values: Mapping[str, float]) -> tuple[Boss, Part]:
+    """Its boss, and the hole through it and the wall."""
+    place = place_point(body, seat.name, seat.at, values)
+    axis = body.place_mm(seat.axis[1], seat.name) - body.place_mm(seat.axis[0], seat.name)
+    found = tree_on(layout.positive).closest(place[None])
+    outward = layout.positive.face_normals()[found.faces[0]]
+    axis = unit((axis * np.sign(axis @ outward))[None])[0]
+    wall_mm = float(layout.thickness_mm[layout.positive.faces[found.faces[0]]].mean())
+    high_mm = wall_mm + seat.rise_mm
+    boss = Boss(
+        face_mm=place + high_mm * axis,
+        outward=axis,
+        radius_mm=seat.radius_mm,
+        depth_mm=2 * high_mm,
+    )
+    drilled = hole(
+        f"{seat.name}, hole",
+        place,
+        axis,
+        diameter_mm=amount_of(seat.hole_mm, values),
+        depth_mm=2 * high_mm,
+    )
+    return boss, drilled
+
+
+def _widths(body: Body, device: Device, values: Mapping[str, float]) -> Sequence[Finding]:
+    found: list[Finding] = []
+    for one in device.widths:
+        place = body.place_mm(one.at, device.en)
+        out = body.outward(device.en)
+        ends = [body.met_mm(place, look) for look in (out, -out)]
+        if ends[0] is None or ends[1] is None:
+            continue
+        own_mm = abs(float((ends[1] - ends[0]) @ out))
+        asked_mm = values[one.measure]
+        judged = doubt if abs(own_mm - asked_mm) > _ML_OFF_MM else note
+        found.append(judged("device.width", at=one.at, positive_mm=own_mm, patient_mm=asked_mm))
+    return found

@@ -1,0 +1,116 @@
+"""Trims of spinal orthoses: an upper and a lower edge; they open in front or behind."""
+
+from limbgram.core.request_fields import Within
+from limbgram.workbench.devices.trims import Amount, Loop, Measure, Trim, TrimPoint, mirrored
+
+_PAIRED = ("axilla", "trochanter", "iliac spine")
+_OTHER = {
+    **{f"right {name}": f"left {name}" for name in _PAIRED},
+    **{f"left {name}": f"right {name}" for name in _PAIRED},
+    **{
+        f"{name}, right": f"{name}, left"
+        for name in ("arm", "back", "chest", "side", "seat", "groin")
+    },
+}
+
+MEASURES = (
+    Measure(
+        name="front_top_mm",
+        usual=20.0,
+        within=Within(-20, 90),
+        en="Upper edge in front, over the xiphoid",
+        de="Oberer Rand vorn, über dem Schwertfortsatz",
+    ),
+    Measure(
+        name="below_axilla_mm",
+        usual=25.0,
+        within=Within(20, 30),
+        en="Upper edge at the sides, below the axilla",
+        de="Oberer Rand seitlich, unter der Achsel",
+    ),
+    Measure(
+        name="back_top_mm",
+        usual=20.0,
+        within=Within(0, 40),
+        en="Upper edge behind, over the sides' edge",
+        de="Oberer Rand hinten, über dem seitlichen Rand",
+    ),
+    Measure(
+        name="over_pubis_mm",
+        usual=15.0,
+        within=Within(5, 40),
+        en="Lower edge in front, over the pubic symphysis",
+        de="Unterer Rand vorn, über der Schambeinfuge",
+    ),
+    Measure(
+        name="groin_mm",
+        usual=30.0,
+        within=Within(15, 45),
+        en="Lower edge at the groin, below the iliac spine",
+        de="Unterer Rand an der Leiste, unter dem Darmbeinstachel",
+    ),
+    Measure(
+        name="over_trochanter_mm",
+        usual=15.0,
+        within=Within(0, 50),
+        en="Lower edge at the sides, over the trochanter",
+        de="Unterer Rand seitlich, über dem Rollhügel",
+    ),
+    Measure(
+        name="over_coccyx_mm",
+        usual=22.0,
+        within=Within(15, 40),
+        en="Lower edge behind, over the coccyx",
+        de="Unterer Rand hinten, über dem Steißbein",
+    ),
+)
+GAP = Measure(
+    name="gap_mm",
+    usual=30.0,
+    within=Within(10, 80),
+    en="Width of the opening",
+    de="Breite der Öffnung",
+)
+
+
+def _at(name: str, at: str, up_mm: Amount, around_deg: float) -> TrimPoint:
+    return TrimPoint(name=name, at=at, up_mm=up_mm, around_deg=around_deg)
+
+
+_TOP_RIGHT = (
+    _at("back, right", "right axilla", ("-below_axilla_mm", "back_top_mm", -4.0), 135.0),
+    _at("arm, right", "right axilla", "-below_axilla_mm", 90.0),
+    _at("chest, right", "xiphoid", ("0.9*front_top_mm", 12.0), 42.0),
+)
+_BOTTOM_RIGHT = (
+    _at("seat, right", "coccyx", ("over_coccyx_mm", 2.0), 142.0),
+    _at("side, right", "right trochanter", "over_trochanter_mm", 90.0),
+    _at("groin, right", "right iliac spine", "-groin_mm", 45.0),
+)
+_WAIST = TrimPoint(name="navel", at="navel", seen="anterior")
+THORACOLUMBOSACRAL = Trim(
+    name="thoracolumbosacral orthosis",
+    loops=(
+        Loop(
+            name="upper edge",
+            points=(
+                _at("back", "right axilla", ("-below_axilla_mm", "back_top_mm"), 180.0),
+                *_TOP_RIGHT,
+                _at("front", "xiphoid", "front_top_mm", 0.0),
+                *mirrored(_TOP_RIGHT, _OTHER),
+            ),
+            keeps=_WAIST,
+        ),
+        Loop(
+            name="lower edge",
+            points=(
+                _at("back", "coccyx", "over_coccyx_mm", 180.0),
+                *_BOTTOM_RIGHT,
+                _at("front", "pubic symphysis", "over_pubis_mm", 0.0),
+                *mirrored(_BOTTOM_RIGHT, _OTHER),
+            ),
+            keeps=_WAIST,
+        ),
+    ),
+    measures=MEASURES,
+)

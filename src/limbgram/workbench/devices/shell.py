@@ -1,0 +1,237 @@
+"""Shell: a solid of given thickness on a part of a surface, its edges rounded.
+
+In      a Layout: the positive, how far each vertex lies beyond the device's edges, how thick the
+        device is there; and blocks, which thicken it into a solid of another form.
+Out     one closed mesh. Its inner side lies on the positive, its outer side at the thickness.
+Method  With h the height above the positive and s the distance beyond the edge, both at the
+        nearest place of the positive, the solid is where hypot(max(s + r, 0), h - r) < r, r being
+        half of the thickness: a slab that ends in a half circle. What surrounds it is a level of
+        that function on a grid (core/mesh/levels), its triangles made even and its vertices moved
+        to the level itself. So it neither crosses itself nor opens, whatever the positive's creases
+        are: narrow ones are bridged on the outer side.
+Fails   EditError: nothing of the surface is inside the edges, or the grid would be too large.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.mesh.isosurface import level_surface
+from limbgram.core.mesh.mesh import Mesh, crosses, dots
+from limbgram.core.mesh.signed_distance import SignedSurface
+from limbgram.core.mesh.topology import face_components, with_faces
+from limbgram.reconstruction.surface.resampling import refine
+from limbgram.workbench.devices.blocks import Block
+
+_CELLS_ACROSS = 2.5
+"""Cells of the grid across the thinnest wall."""
+_FINEST_MM, _COARSEST_MM = 0.5, 2.0
+_MOST_NODES = 60e6
+"""Of the whole grid: 60 million take half a gigabyte."""
+_BLOCK = 6
+"""Nodes along a side of the boxes that are looked at together."""
+_EDGE = 0.85
+"""Of a cell: edges of the triangles."""
+_MOVES = 8
+"""Times that vertices are moved towards the level; each leaves a small share of the way."""
+_LEVEL_MM = 2e-3
+"""A vertex so near is on the level."""
+_SCRAP = 1e-3
+"""Pieces smaller than this share of the whole are the grid's, no part of the device."""
+_FAR_MM = 1e3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """A device on the surface of its positive, before it has a body."""
+
+    positive: Mesh
+    """Fine along the edges of the device; in the limb frame."""
+    beyond_mm: Float64[np.ndarray, " n"]
+    """Of each vertex over the surface beyond the nearest edge; negative inside the device."""
+    thickness_mm: Float64[np.ndarray, " n"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shell:
+    """A device's body."""
+
+    solid: Mesh
+    cell_mm: float
+    """Of the grid: what is smaller may be lost."""
+    pieces_left_out: int
+
+
+def make_shell(layout: Layout, blocks: Sequence[Block] = ()) -> Shell:
+    """The solid of a layout.
+
+    Raises:
+        EditError: the edges leave nothing of the surface, or the device is too large.
+    """
+    inside = layout.beyond_mm < 0
+    if not inside.any():
+        raise EditError("device.nothing_left")
+    field = _Field.of(layout, blocks)
+    thinnest_mm = float(layout.thickness_mm[inside].min())
+    cell_mm = float(np.clip(thinnest_mm / _CELLS_ACROSS, _FINEST_MM, _COARSEST_MM))
+    level = _level(field, cell_mm)
+    even = refine(level, _EDGE * cell_mm)
+    settled = even.with_vertices(_settled(field, even.vertices_mm, cell_mm))
+    pieces = face_components(settled.faces)
+    areas = np.bincount(pieces, np.linalg.norm(settled.face_normals(), axis=1))
+    large = areas > _SCRAP * areas.sum()
+    solid = settled if large.all() else with_faces(settled, settled.faces[large[pieces]])
+    return Shell(solid=solid, cell_mm=cell_mm, pieces_left_out=int((~large).sum()))
+
+
+@dataclass(frozen=True)
+class _Field:
+    """The function whose level is the device's surface; negative inside."""
+
+    surface: SignedSurface
+    layout: Layout
+    slopes: Float64[np.ndarray, "f 3"]
+    """Of `beyond_mm` over each face."""
+    blocks: Sequence[Block]
+
+    @classmethod
+    def of(cls, layout: Layout, blocks: Sequence[Block]) -> "_Field":
+        mesh = layout.positive
+        surface = SignedSurface(mesh.vertices_mm, mesh.faces)
+        return cls(surface, layout, _slopes(mesh, layout.beyond_mm), blocks)
+
+    def at(self, points_mm: Points3) -> "_Values":
+        """Values, and the ways in which they grow fastest."""
+        found = self.surface.signed(points_mm)
+        corners = self.layout.positive.faces[found.faces]
+        beyond = dots(found.shares, self.layout.beyond_mm[corners])
+        beyond[found.at_brim] = _FAR_MM
+        radius = 0.5 * dots(found.shares, self.layout.thickness_mm[corners])
+        height = found.signed_mm
+        across = np.maximum(beyond + radius, 0.0)
+        up = height - radius
+        away = np.hypot(across, up)
+        normals = np.where(
+            (np.abs(height) > 1e-6)[:, None],
+            (points_mm - found.points_mm) / np.where(height == 0, 1.0, height)[:, None],
+            found.normals,
+        )
+        ways = (across[:, None] * self.slopes[found.faces] + up[:, None] * normals) / np.maximum(
+            away, 1e-9
+        )[:, None]
+        values = away - radius
+        for block in self.blocks:
+            outside = radius - height  # within the wall it joins it, and never reaches the skin
+            own = block.distance_mm(points_mm)
+            of_block = np.maximum(own, outside)
+            nearer = of_block < values
+            if not nearer.any():
+                continue
+            grown = np.where((own > outside)[:, None], _gradient(block, points_mm), -normals)
+            values = np.where(nearer, of_block, values)
+            ways = np.where(nearer[:, None], grown, ways)
+        return _Values(values, ways)
+
+
+@dataclass(frozen=True)
+class _Values:
+    mm: Float64[np.ndarray, " n"]
+    ways: Points3
+
+
+def _gradient(block: Block, points_mm: Points3) -> Points3:
+    step = 1e-3
+    return np.stack(
+        [
+            (block.distance_mm(points_mm + move) - block.distance_mm(points_mm - move)) / (2 * step)
+            for move in step * np.eye(3)
+        ],
+        axis=1,
+    )
+
+
+def _slopes(mesh: Mesh, values: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "f 3"]:
+    """Gradient of what is linear over each face."""
+    corners = mesh.vertices_mm[mesh.faces]
+    normals = crosses(mesh.vertices_mm, mesh.faces)
+    size = np.maximum((normals * normals).sum(1), 1e-30)[:, None]
+    total = np.zeros((len(mesh.faces), 3))
+    for k in range(3):
+        across = corners[:, (k + 2) % 3] - corners[:, (k + 1) % 3]
+        total += values[mesh.faces[:, k]][:, None] * np.cross(normals, across) / size
+    return total
+
+
+def _level(field: _Field, cell_mm: float) -> Mesh:
+    """The level on a grid, looked at only near the device."""
+    mesh = field.layout.positive
+    reach_mm = float(field.layout.thickness_mm.max()) + 2 * cell_mm
+    near = field.layout.beyond_mm < reach_mm
+    near &= np.isfinite(field.layout.beyond_mm)
+    boxes = [np.stack([mesh.vertices_mm[near].min(0), mesh.vertices_mm[near].max(0)])]
+    boxes += [block.box_mm() for block in field.blocks]
+    lowest: Vector3 = np.min([box[0] for box in boxes], axis=0) - reach_mm - cell_mm
+    highest: Vector3 = np.max([box[1] for box in boxes], axis=0) + reach_mm + cell_mm
+    counts = np.ceil((highest - lowest) / (cell_mm * _BLOCK)).astype(np.int64) * _BLOCK + 1
+    if float(counts.prod()) > _MOST_NODES:
+        raise EditError("device.too_large", extent_mm=float((highest - lowest).max()))
+    values = np.full(counts, -1.0)
+    nodes = _nodes_near(field, near, lowest, cell_mm, counts, reach_mm)
+    points = lowest + cell_mm * np.stack(np.unravel_index(nodes, tuple(counts)), axis=1)
+    values.ravel()[nodes] = -field.at(points).mm
+    return level_surface(values, lowest, cell_mm)
+
+
+def _nodes_near(
+    field: _Field,
+    near: Bool[np.ndarray, " n"],
+    lowest: Vector3,
+    cell_mm: float,
+    counts: Int64[np.ndarray, "3"],
+    reach_mm: float,
+) -> Int64[np.ndarray, " k"]:
+    """Numbers of the nodes of all boxes that come near the device or a block."""
+    mesh = field.layout.positive
+    side_mm = cell_mm * _BLOCK
+    boxes = (counts - 1) // _BLOCK + 1
+    middles = lowest + side_mm * (np.indices(tuple(boxes)).reshape(3, -1).T + 0.5)
+    faces = mesh.faces[near[mesh.faces].any(1)]
+    longest_mm = float(
+        np.linalg.norm(
+            mesh.vertices_mm[faces] - mesh.vertices_mm[np.roll(faces, 1, axis=1)], axis=2
+        ).max()
+    )
+    far_mm = reach_mm + 0.5 * np.sqrt(3.0) * side_mm + longest_mm
+    away_mm = KDTree(mesh.vertices_mm[np.unique(faces)]).query(
+        middles, distance_upper_bound=far_mm, workers=1
+    )[0]
+    chosen = np.isfinite(away_mm)
+    for block in field.blocks:
+        low, high = block.box_mm()
+        chosen |= ((middles > low - side_mm) & (middles < high + side_mm)).all(1)
+    first = np.stack(np.unravel_index(np.flatnonzero(chosen), tuple(boxes)), axis=1) * _BLOCK
+    own = np.indices((_BLOCK,) * 3).reshape(3, -1).T
+    nodes = (first[:, None] + own).reshape(-1, 3)
+    nodes = nodes[(nodes < counts).all(1)]
+    strides = np.array([counts[1] * counts[2], counts[2], 1])
+    return np.asarray((nodes * strides).sum(1), np.int64)
+
+
+def _settled(field: _Field, points_mm: Points3, cell_mm: float) -> Points3:
+    """Places moved to the level, by Newton's method, each by less than a cell at once."""
+    places = points_mm.copy()
+    moving = np.arange(len(places))
+    for _ in range(_MOVES):
+        found = field.at(places[moving])
+        steep = np.maximum(dots(found.ways, found.ways), 0.25)
+        step = np.clip(found.mm / steep, -0.5 * cell_mm, 0.5 * cell_mm)
+        places[moving] -= step[:, None] * found.ways
+        moving = moving[np.abs(found.mm) > _LEVEL_MM]
+        if not len(moving):
+            break
+    return places

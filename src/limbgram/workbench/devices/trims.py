@@ -1,0 +1,452 @@
+"""Trims: the edges of a device as parametric curves on the surface.
+
+In      a Body, a Trim (data), and values for its measures.
+Out     Drawn: closed curves on the surface, and a handle for each point: what an app drags.
+Method  A point stands at landmarks, moved by what the measures say along anatomical directions, and
+        is what is seen of the surface there from one side; or at a height, looking at the limb's
+        middle from an angle. A fair curve goes through all (curves).
+Fails   EditError: a landmark that is missing, a value out of its range or not given though nobody
+        may guess it, a limb too short, a hole or the open brim where the trim runs. Each names
+        the point.
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import EditError, MeasureError
+from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.mesh.topology import boundary_half_edges
+from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.core.request_fields import Within
+from limbgram.workbench.devices.body import Axes, Body
+from limbgram.workbench.devices.curves import fair_curve
+from limbgram.workbench.edits.regions import Curve
+from limbgram.workbench.limb import Limb
+
+Seen = Literal["anterior", "posterior", "lateral", "medial", "right", "left", "plantar"]
+_FROM_BRIM_MM = 3.0
+"""A trim runs no nearer to an open edge of the scan: an edge and its roundness need a surface."""
+_FARTHEST_FREE_MM = 10.0
+_STEP_MM = 0.5
+"""By which a measure is changed to see where its handle goes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measure:
+    """One number of a device, with its range: the clinic's own, and no advice."""
+
+    name: str
+    """Its ending is its unit."""
+    usual: float | None
+    """None: depends on the patient in a way that nobody may guess; it has to be given."""
+    within: Within
+    en: str
+    de: str
+
+    @property
+    def label(self) -> Mapping[str, str]:
+        return {"en": self.en, "de": self.de}
+
+
+Term = float | str
+Amount = Term | tuple[Term, ...]
+"""Millimetres or degrees; or a measure's name, with a minus or a factor before it, "-0.5*width_mm";
+or the sum of several."""
+_TERM = re.compile(r"(-?)(?:([0-9.]+)\*)?([a-z]\w*)")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrimPoint:
+    """A point of a trim by anatomy."""
+
+    name: str
+    at: str
+    """Landmark."""
+    towards: str = ""
+    """Second landmark: the point starts between both."""
+    share: float = 0.0
+    """How far from the first to the second."""
+    up_mm: Amount = 0.0
+    ahead_mm: Amount = 0.0
+    out_mm: Amount = 0.0
+    """Lateral; on a trunk to the right."""
+    above_sole_mm: Amount | None = None
+    """Height over the sole, in place of the landmark's."""
+    axes: Axes = "limb"
+    """Whose directions these are."""
+    seen: Seen = "lateral"
+    """From where the surface is looked at."""
+    around_deg: Amount | None = None
+    """In place of that: looking at the limb's middle at that height, from the front by 0, from
+    lateral (on a trunk the right) by 90."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loop:
+    """One closed edge."""
+
+    name: str
+    points: tuple[TrimPoint, ...]
+    keeps: TrimPoint
+    """On the side that stays."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trim:
+    """All edges of a device."""
+
+    name: str
+    loops: tuple[Loop, ...]
+    measures: tuple[Measure, ...]
+
+    def landmarks(self) -> tuple[str, ...]:
+        """Each once, in the order in which points name them."""
+        named = [
+            name
+            for loop in self.loops
+            for point in (*loop.points, loop.keeps)
+            for name in (point.at, point.towards)
+            if name
+        ]
+        foot = [
+            name
+            for loop in self.loops
+            for point in (*loop.points, loop.keeps)
+            if point.axes == "foot" or point.above_sole_mm is not None
+            for name in _OF_FOOT
+        ]
+        return tuple(dict.fromkeys([*named, *foot]))
+
+
+_OF_FOOT = ("heel", "first metatarsal head", "fifth metatarsal head", "second toe")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Handle:
+    """A point of a trim on a limb: what is dragged, and what that changes."""
+
+    loop: str
+    point: str
+    point_mm: tuple[float, float, float]
+    """In the limb frame."""
+    measure: str | None
+    """None: it follows other points, or was set free."""
+    value: float | None
+    least: float | None
+    most: float | None
+    along: tuple[float, float, float] | None
+    """Where it goes, in millimetres for each unit of its measure."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Edge:
+    """A closed edge on a limb."""
+
+    name: str
+    curve: Curve
+    """In the limb frame."""
+    keeps_mm: Vector3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawn:
+    """A trim on a limb."""
+
+    edges: tuple[Edge, ...]
+    handles: tuple[Handle, ...]
+
+
+Free = Mapping[str, tuple[float, float, float]]
+"""Points that were set free of their landmarks: by "loop: point", places in the limb frame."""
+_NONE_FREE: Free = {}
+
+
+def values_of(measures: tuple[Measure, ...], given: Mapping[str, float]) -> dict[str, float]:
+    """Every measure's value: the given one, or the usual one.
+
+    Raises:
+        EditError: an unknown name, a value out of its range, or one that has to be given.
+    """
+    unknown = sorted(set(given) - {one.name for one in measures})
+    if unknown:
+        raise EditError(
+            "device.value.unknown", name=unknown[0], known=tuple(one.name for one in measures)
+        )
+    values: dict[str, float] = {}
+    for one in measures:
+        value = given.get(one.name, one.usual)
+        if value is None:
+            raise EditError("device.value.needed", name=one.name, meaning=one.en)
+        if not one.within.holds(value):
+            raise EditError(
+                "device.value.range",
+                name=one.name,
+                value=value,
+                least=one.within.least,
+                most=one.within.most,
+                meaning=one.en,
+            )
+        values[one.name] = float(value)
+    return values
+
+
+def draw_trim(
+    body: Body, trim: Trim, values: Mapping[str, float], free: Free = _NONE_FREE
+) -> Drawn:
+    """The edges of a device on a limb.
+
+    Args:
+        values: Of every measure that the points name.
+
+    Raises:
+        EditError: see the head of this file.
+    """
+    known = {f"{loop.name}: {point.name}" for loop in trim.loops for point in loop.points}
+    unknown = sorted(set(free) - known)
+    if unknown:
+        raise EditError("device.trim.no_point", name=unknown[0], known=tuple(sorted(known)))
+    edges: list[Edge] = []
+    handles: list[Handle] = []
+    for loop in trim.loops:
+        placed = [_placed(body, loop, point, values, free) for point in loop.points]
+        what = f"{trim.name}, {loop.name}"
+        edges.append(
+            Edge(
+                name=loop.name,
+                curve=_curve(body, loop, np.stack(placed), what),
+                keeps_mm=place_point(body, loop.name, loop.keeps, values),
+            )
+        )
+        handles += [
+            _handle(body, trim, loop, point, place, values, free)
+            for point, place in zip(loop.points, placed, strict=True)
+        ]
+    return Drawn(edges=tuple(edges), handles=tuple(handles))
+
+
+def mirrored(points: tuple[TrimPoint, ...], rename: Mapping[str, str]) -> tuple[TrimPoint, ...]:
+    """The same points of the other side, in reverse order, for a loop that goes all round.
+
+    Args:
+        rename: Names of landmarks and measures of one side to those of the other; applied to
+            points' names, landmarks and measures alike.
+    """
+
+    def other(name: str) -> str:
+        return rename.get(name, name)
+
+    def amount(value: Amount, sign: float = 1.0) -> Amount:
+        return tuple(_renamed(term, other, sign) for term in _terms(value))
+
+    sides: dict[Seen, Seen] = {
+        "lateral": "medial",
+        "medial": "lateral",
+        "right": "left",
+        "left": "right",
+    }
+    return tuple(
+        replace(
+            point,
+            name=other(point.name),
+            at=other(point.at),
+            towards=other(point.towards),
+            up_mm=amount(point.up_mm),
+            ahead_mm=amount(point.ahead_mm),
+            out_mm=amount(point.out_mm, -1.0),
+            above_sole_mm=None if point.above_sole_mm is None else amount(point.above_sole_mm),
+            seen=sides.get(point.seen, point.seen),
+            around_deg=None if point.around_deg is None else amount(point.around_deg, -1.0),
+        )
+        for point in reversed(points)
+    )
+
+
+def _terms(value: Amount) -> tuple[Term, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _renamed(term: Term, other: Callable[[str], str], sign: float) -> Term:
+    if not isinstance(term, str):
+        return sign * term
+    minus, factor, name = _taken_apart(term)
+    turned = (minus == "-") != (sign < 0)
+    return f"{'-' if turned else ''}{factor and f'{factor}*'}{other(name)}"
+
+
+def _taken_apart(term: str) -> tuple[str, str, str]:
+    found = _TERM.fullmatch(term)
+    assert found is not None, term
+    return found[1], found[2] or "", found[3]
+
+
+def amount_of(value: Amount, values: Mapping[str, float]) -> float:
+    """An amount in millimetres or degrees."""
+    total = 0.0
+    for term in _terms(value):
+        if isinstance(term, str):
+            minus, factor, name = _taken_apart(term)
+            total += (-1.0 if minus else 1.0) * float(factor or 1.0) * values[name]
+        else:
+            total += term
+    return total
+
+
+def _named(point: TrimPoint) -> tuple[str, ...]:
+    """The measures that move it."""
+    amounts = (
+        *(point.up_mm, point.ahead_mm, point.out_mm),
+        *(one for one in (point.above_sole_mm, point.around_deg) if one is not None),
+    )
+    return tuple(
+        _taken_apart(term)[2] for one in amounts for term in _terms(one) if isinstance(term, str)
+    )
+
+
+def _placed(
+    body: Body, loop: Loop, point: TrimPoint, values: Mapping[str, float], free: Free
+) -> Vector3:
+    what = f"{loop.name}: {point.name}"
+    if what in free:
+        place = np.array(free[what], np.float64)
+        nearest = tree_on(body.mesh).closest(place[None])
+        if not nearest.distances_mm[0] <= _FARTHEST_FREE_MM:
+            raise EditError(
+                "device.trim.free_off",
+                name=what,
+                off_mm=float(nearest.distances_mm[0]),
+                most_mm=_FARTHEST_FREE_MM,
+            )
+        return nearest.points_mm[0]
+    return place_point(body, loop.name, point, values)
+
+
+def place_point(body: Body, of: str, point: TrimPoint, values: Mapping[str, float]) -> Vector3:
+    """Where a point lies on a limb, in the limb frame.
+
+    Args:
+        of: What it is a point of, for refusals.
+
+    Raises:
+        EditError: a landmark is missing, or the surface is not there.
+    """
+    what = f"{of}: {point.name}"
+    base = body.place_mm(point.at, what)
+    if point.towards:
+        base = base + point.share * (body.place_mm(point.towards, what) - base)
+    right, ahead, up = body.directions(point.axes, what)
+    out = right if _is_trunk(body.limb) else right * body.outward(what)[0]
+    aim = (
+        base
+        + amount_of(point.up_mm, values) * up
+        + amount_of(point.ahead_mm, values) * ahead
+        + amount_of(point.out_mm, values) * out
+    )
+    if point.above_sole_mm is not None:
+        up = body.directions("foot", what)[2]
+        high = body.sole_mm(what) + amount_of(point.above_sole_mm, values)
+        aim = aim + (high - aim @ up) * up
+    if point.around_deg is not None:
+        angle = np.radians(amount_of(point.around_deg, values))
+        aim = body.middle_mm(float(aim[2]), what)
+        look = -(np.cos(angle) * ahead + np.sin(angle) * out)
+    else:
+        look = {
+            "anterior": -ahead,
+            "posterior": ahead,
+            "lateral": -out,
+            "medial": out,
+            "right": -right,
+            "left": right,
+            "plantar": up,
+        }[point.seen]
+    met = body.met_mm(aim, look)
+    if met is None:
+        heights = body.mesh.vertices_mm[:, 2]
+        raise EditError(
+            "device.trim.off_limb",
+            name=what,
+            point_mm=tuple(aim.tolist()),
+            lowest_mm=float(heights.min()),
+            highest_mm=float(heights.max()),
+        )
+    return met
+
+
+def _is_trunk(limb: Limb) -> bool:
+    return limb.kind == "torso"
+
+
+def _curve(body: Body, loop: Loop, placed: Points3, what: str) -> Curve:
+    border = np.unique(boundary_half_edges(body.mesh.faces))
+    open_edge = KDTree(body.mesh.vertices_mm[border]) if len(border) else None
+    try:
+        curve = fair_curve(body.mesh, placed)
+    except MeasureError as error:
+        raise EditError("device.trim.apart", name=what) from error
+    if open_edge is not None:
+        near = open_edge.query(curve.points_mm)[0]
+        at = int(np.argmin(near))
+        if near[at] < _FROM_BRIM_MM:
+            raise EditError(
+                "device.trim.opening",
+                name=loop.name,
+                point_mm=tuple(curve.points_mm[at].tolist()),
+                near=_nearest_name(loop, placed, curve.points_mm[at]),
+                least_mm=_FROM_BRIM_MM,
+            )
+    return curve
+
+
+def _nearest_name(loop: Loop, placed: Points3, place_mm: Vector3) -> str:
+    away = np.linalg.norm(placed - place_mm, axis=1)
+    return loop.points[int(np.argmin(away))].name
+
+
+def _handle(
+    body: Body,
+    trim: Trim,
+    loop: Loop,
+    point: TrimPoint,
+    place_mm: Vector3,
+    values: Mapping[str, float],
+    free: Free,
+) -> Handle:
+    x, y, z = place_mm.tolist()
+    own = () if f"{loop.name}: {point.name}" in free else _named(point)
+    if not own:
+        return Handle(
+            loop=loop.name,
+            point=point.name,
+            point_mm=(x, y, z),
+            measure=None,
+            value=None,
+            least=None,
+            most=None,
+            along=None,
+        )
+    measure = next(one for one in trim.measures if one.name == own[0])
+    value = values[measure.name]
+    step = _STEP_MM if value + _STEP_MM <= measure.within.most else -_STEP_MM
+    along = None
+    try:
+        there = place_point(body, loop.name, point, {**values, measure.name: value + step})
+    except EditError:
+        pass  # at the limb's end: the handle stands, and nothing says where it goes
+    else:
+        dx, dy, dz = ((there - place_mm) / step).tolist()
+        along = (dx, dy, dz)
+    return Handle(
+        loop=loop.name,
+        point=point.name,
+        point_mm=(x, y, z),
+        measure=measure.name,
+        value=value,
+        least=measure.within.least,
+        most=measure.within.most,
+        along=along,
+    )

@@ -1,0 +1,118 @@
+"""A device by one act: its files, each told, and the same from its own order."""
+
+import json
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from limbgram.cli.main import app
+from limbgram.core.errors import LimbgramError, OptionsError
+from limbgram.core.mesh.topology import volume_mm3
+from limbgram.formats.limb_file import write_limb
+from limbgram.formats.reading import ShapeFile, read_limb, read_mesh, read_shape
+from limbgram.formats.stl import write_stl
+from limbgram.services.make_device import MakeDeviceRequest, bed_from, make, preview
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "workbench" / "devices"))
+from shapes import make_foot, make_stump
+
+
+@pytest.fixture(scope="module")
+def foot(tmp_path_factory: pytest.TempPathFactory) -> ShapeFile:
+    path = write_limb(make_foot(), tmp_path_factory.mktemp("limb") / "foot.ply")
+    return read_shape(path)
+
+
+ASK = MakeDeviceRequest(device="foot-orthosis", values=(("cup_mm", 16.0),), made="printed")
+
+
+def test_all_files_are_there_and_say_that_nothing_is_tested(
+    foot: ShapeFile, tmp_path: Path
+) -> None:
+    done = make(foot, ASK, tmp_path / "out")
+    names = {path.name for path in done.written}
+    assert names == {
+        "foot-orthosis-R.3mf",
+        "foot-orthosis-R.stl",
+        "foot-orthosis-positive-R.ply",
+        "foot-orthosis-drawing-R.png",
+        "foot-orthosis-R.toml",
+    }
+    with zipfile.ZipFile(tmp_path / "out" / "foot-orthosis-R.3mf") as archive:
+        model = archive.read("3D/3dmodel.model").decode()
+    assert "Not strength tested" in model
+    assert "claims no correction" in model
+    printed = read_mesh(tmp_path / "out" / "foot-orthosis-R.3mf", 1.0)
+    assert np.abs(printed.vertices_mm.min(0)).max() < 1e-4  # on the bed's corner
+    assert volume_mm3(printed) / 1000 == pytest.approx(done.figures["volume_ml"], rel=1e-4)
+    positive = read_limb(tmp_path / "out" / "foot-orthosis-positive-R.ply")
+    assert positive.frame is not None
+    assert {one.name for one in positive.landmarks} == {one.name for one in foot.limb.landmarks}
+    json.dumps(done.figures, allow_nan=False)
+    assert done.figures["strength_tested"] is False
+
+    again = make(
+        foot,
+        MakeDeviceRequest(order=tmp_path / "out" / "foot-orthosis-R.toml"),
+        tmp_path / "again",
+    )
+    for path in done.written:
+        if path.suffix in (".3mf", ".stl", ".toml"):
+            assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes()
+    assert again.figures == done.figures
+
+
+def test_a_preview_has_handles_with_ranges(foot: ShapeFile) -> None:
+    seen = preview(foot, ASK)
+    named = [one for one in seen.handles if one.measure is not None]
+    assert len(named) > 5
+    assert all(one.least <= one.value <= one.most for one in named)  # type: ignore[operator]
+    assert seen.values["cup_mm"] == 16.0
+    assert len(seen.layout.thickness_mm) == len(seen.layout.positive)
+
+
+def test_an_order_for_another_limb_is_refused(foot: ShapeFile, tmp_path: Path) -> None:
+    order = tmp_path / "a.toml"
+    order.write_text(
+        'format = "limbgram device"\nversion = 1\ndevice = "ucbl"\nlimb_sha256 = "00"\n'
+    )
+    with pytest.raises(OptionsError) as refused:
+        preview(foot, MakeDeviceRequest(order=order))
+    assert refused.value.finding.code == "device.file.other_limb"
+    with pytest.raises(OptionsError) as refused:
+        preview(foot, MakeDeviceRequest())
+    assert refused.value.finding.code == "device.none_asked"
+
+
+def test_a_body_without_a_plate_is_refused_and_nothing_is_written(
+    foot: ShapeFile, tmp_path: Path
+) -> None:
+    lock = write_stl(make_stump().mesh, tmp_path / "lock.stl", "mm")
+    ask = MakeDeviceRequest(device="foot-orthosis", join=(lock,))
+    with pytest.raises(LimbgramError) as refused:
+        make(foot, ask, tmp_path / "out")
+    assert refused.value.finding.code == "device.part.no_plate"
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("bed", ["standing", "upside-down", "lying"])
+def test_it_lies_on_the_bed_unmirrored(bed: str) -> None:
+    mesh = make_stump().mesh
+    motion = bed_from(mesh, bed)  # type: ignore[arg-type]
+    assert np.linalg.det(motion.rotation) == pytest.approx(1.0)
+    assert np.abs(motion.apply(mesh.vertices_mm).min(0)).max() < 1e-9
+
+
+def test_the_command_lists_devices_and_their_measures() -> None:
+    told = CliRunner().invoke(app, ["device", "--list", "--device", "solid-afo"])
+    assert told.exit_code == 0
+    assert "ankle_lateral_mm" in told.stdout
+    assert "5 to 15" in told.stdout
+    every = CliRunner().invoke(app, ["device", "--list", "--json"])
+    assert len(json.loads(every.stdout)["devices"]) >= 15
+    refused = CliRunner().invoke(app, ["device"])
+    assert refused.exit_code == 2

@@ -1,0 +1,161 @@
+"""Devices: each preset becomes one closed solid as thick as asked, again to the byte, editable."""
+
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.topology import volume_mm3
+from limbgram.formats.threemf import write_3mf
+from limbgram.workbench.anatomy.found import KIND_NAMED
+from limbgram.workbench.devices.device import devices
+from limbgram.workbench.devices.making import Order, make_device, preview_device
+from limbgram.workbench.devices.proof import require_solid
+from limbgram.workbench.edits.offset import Offset
+from limbgram.workbench.limb import KINDS, Limb
+from limbgram.workbench.recipe.recipe import Entry, Recipe
+
+DEVICES = devices()
+GIVEN = {"ischial-containment-socket": {"ramus_deg": 30.0, "skeletal_ml_mm": 140.0}}
+QUICK = "foot-orthosis"
+EPICONDYLES = {"lateral femoral epicondyle", "medial femoral epicondyle"}
+"""Known by name, though no place of the transtibial limb's own list."""
+
+
+def test_every_device_is_complete() -> None:
+    assert len(DEVICES) >= 15
+    assert "head" not in {one.kind for one in DEVICES.values()}  # measured, and no more
+    for name, device in DEVICES.items():
+        assert device.name == name
+        assert device.kind in KINDS
+        assert device.en
+        assert device.de != device.en or name == "ucbl"
+        for made in device.wall:
+            measures = device.measures(made)
+            assert len({one.name for one in measures}) == len(measures)
+            for one in measures:
+                assert one.en, one.name
+                assert one.de, one.name
+                assert one.name.endswith(("_mm", "_deg"))
+                assert one.usual is None or one.within.holds(one.usual)
+
+
+def test_every_landmark_of_a_device_is_known_of_its_kind_of_limb() -> None:
+    for device in DEVICES.values():
+        known = {place.identity for place in KIND_NAMED[device.kind].places}
+        assert set(device.trim.landmarks()) <= known | EPICONDYLES
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", DEVICES)
+def test_each_device_is_one_solid_as_thick_as_asked(
+    bodies: dict[str, Limb], name: str, tmp_path: Path
+) -> None:
+    device = DEVICES[name]
+    made = make_device(bodies[device.kind], Order(device=name, values=GIVEN.get(name, {})))
+    require_solid(made.solid)
+    assert made.wall.off_mm < 0.05
+    assert made.wall.thinnest_mm > made.preview.thinnest_mm - 0.05
+    assert volume_mm3(made.solid) > 1e4
+    assert "device.not_tested" in {one.code for one in made.findings}
+    if shutil.which("prusa-slicer"):
+        path = write_3mf(made.solid, tmp_path / "device.3mf", "mm")
+        said = subprocess.run(
+            ["prusa-slicer", "--info", str(path)], capture_output=True, text=True, check=True
+        ).stdout
+        assert "manifold = yes" in said
+        assert "repair" not in said
+        assert "number_of_parts =  1" in said
+
+
+def test_the_same_order_gives_the_same_bytes_and_the_wall_as_asked(
+    bodies: dict[str, Limb],
+) -> None:
+    order = Order(device=QUICK, made="printed", values={"wall_mm": 3.0})
+    one = make_device(bodies["foot"], order)
+    two = make_device(bodies["foot"], order)
+    assert one.solid.vertices_mm.tobytes() == two.solid.vertices_mm.tobytes()
+    assert one.solid.faces.tobytes() == two.solid.faces.tobytes()
+    require_solid(one.solid)
+    known = one.thickness_mm[np.isfinite(one.thickness_mm)]
+    assert len(known) > 0.3 * len(one.solid)
+    np.testing.assert_allclose(np.median(known), 3.0, atol=0.02)
+    assert one.wall.thinnest_mm > 2.85
+
+
+def test_what_is_edited_after_changes_what_it_says(bodies: dict[str, Limb]) -> None:
+    """The recipe moves the positive, a value its edge; the rest stays."""
+    foot = bodies["foot"]
+    plain = preview_device(foot, Order(device=QUICK))
+    larger = Recipe(name="", entries=(Entry(edit=Offset(distance_mm=2.0)),))
+    grown = preview_device(foot, Order(device=QUICK, recipe=larger))
+    sizes = [np.ptp(one.layout.positive.vertices_mm, axis=0)[0] for one in (plain, grown)]
+    assert sizes[1] - sizes[0] == pytest.approx(4.0, abs=0.3)
+    deeper = preview_device(foot, Order(device=QUICK, values={"cup_mm": 20.0}))
+    heights = [
+        next(one.point_mm[2] for one in seen.handles if one.point == "heel, behind")
+        for seen in (plain, deeper)
+    ]
+    assert heights[1] - heights[0] == pytest.approx(20.0 - 14.0, abs=0.3)
+
+
+def test_a_draped_sheet_thins_over_the_heel_and_the_minimum_is_told(
+    bodies: dict[str, Limb],
+) -> None:
+    seen = preview_device(bodies["foot"], Order(device="ucbl"))
+    assert seen.made == "draped"
+    assert 0.55 * 4.8 < seen.thinnest_mm < 0.85 * 4.8
+    x, y, z = seen.thinnest_point_mm
+    assert y < -40  # at the heel
+    assert z < 30
+    assert abs(x) < 40
+
+
+def test_a_width_that_contradicts_the_patient_is_pointed_out(bodies: dict[str, Limb]) -> None:
+    def found(ml_mm: float) -> tuple[str, float]:
+        order = Order(
+            device="ischial-containment-socket",
+            values={"ramus_deg": 30.0, "skeletal_ml_mm": ml_mm},
+        )
+        (one,) = preview_device(bodies["transfemoral"], order).findings
+        assert one.code == "device.width"
+        value = one.values["positive_mm"]
+        assert isinstance(value, float)
+        return one.gravity.value, value
+
+    gravity, own = found(90.0)
+    assert gravity == "doubt"
+    assert found(own)[0] == "note"
+
+
+@pytest.mark.parametrize(
+    ("order", "code"),
+    [
+        (Order(device="solid afo"), "device.unknown"),
+        (Order(device="tlso-front"), "device.kind"),
+        (Order(device=QUICK, values={"sheet_mm": 30.0}), "device.value.range"),
+        (Order(device=QUICK, made="printed", values={"sheet_mm": 4.0}), "device.value.unknown"),
+    ],
+)
+def test_orders_that_cannot_be_meant_are_refused(
+    bodies: dict[str, Limb], order: Order, code: str
+) -> None:
+    with pytest.raises(EditError) as refused:
+        preview_device(bodies["foot"], order)
+    assert refused.value.finding.code == code
+
+
+def test_a_landmark_on_the_wrong_side_is_refused(bodies: dict[str, Limb]) -> None:
+    foot = bodies["foot"]
+    swapped = {"lateral malleolus": "medial malleolus", "medial malleolus": "lateral malleolus"}
+    marks = tuple(replace(one, name=swapped.get(one.name, one.name)) for one in foot.landmarks)
+    assert foot.frame is not None
+    other = replace(foot, frame=replace(foot.frame, side="left"))
+    for limb in (replace(foot, landmarks=marks), other):
+        with pytest.raises(EditError) as refused:
+            preview_device(limb, Order(device="solid-afo"))
+        assert refused.value.finding.code == "device.wrong_side"

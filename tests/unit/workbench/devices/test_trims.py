@@ -1,0 +1,222 @@
+"""Trims: points where anatomy says, curves on the surface, closed, whole at the ends of ranges."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from shapes import make_foot
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import with_faces
+from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.workbench.devices.body import Body
+from limbgram.workbench.devices.device import Device, devices
+from limbgram.workbench.devices.layout import Opening, cover
+from limbgram.workbench.devices.presets.ankle import SOLID
+from limbgram.workbench.devices.trims import amount_of, draw_trim, mirrored, values_of
+from limbgram.workbench.limb import Limb
+
+DEVICES = devices()
+GIVEN = {"ramus_deg": 30.0, "skeletal_ml_mm": 140.0}
+"""What nobody may guess."""
+
+
+def values_for(device: Device, at: str) -> dict[str, float]:
+    """All measures of a trim at an end of their ranges, or every other one at the other end."""
+    found: dict[str, float] = {}
+    for number, one in enumerate(device.trim.measures):
+        ends = one.within.least, one.within.most
+        usual = GIVEN.get(one.name) if one.usual is None else one.usual
+        found[one.name] = {
+            "usual": usual,
+            "least": ends[0],
+            "most": ends[1],
+            "in turn": ends[number % 2],
+            "in turn, other": ends[1 - number % 2],
+        }[at]
+    return found
+
+
+@pytest.mark.parametrize("at", ["usual", "least", "most", "in turn", "in turn, other"])
+@pytest.mark.parametrize("name", DEVICES)
+def test_edges_are_whole_at_the_corners_of_their_ranges(
+    bodies: dict[str, Limb], name: str, at: str
+) -> None:
+    device = DEVICES[name]
+    body = Body.of(bodies[device.kind], name)
+    drawn = draw_trim(body, device.trim, values_for(device, at))
+    for edge in drawn.edges:
+        closest = tree_on(body.mesh).closest(edge.curve.points_mm)
+        assert closest.distances_mm.max() < 1e-9
+        steps = np.roll(edge.curve.points_mm, -1, axis=0) - edge.curve.points_mm
+        assert np.linalg.norm(steps, axis=1).max() < 1.5  # closed, and no jump
+    covered = cover(body, drawn.edges)  # refuses a curve that crosses itself
+    assert 0.05 < (covered.beyond_mm < 0).mean() < 0.95
+
+
+def test_points_lie_where_anatomy_says(bodies: dict[str, Limb]) -> None:
+    body = Body.of(bodies["foot"], "test")
+    values = values_of(SOLID.measures, {"ankle_lateral_mm": 9.0, "below_fibula_mm": 30.0})
+    places = {one.point: np.array(one.point_mm) for one in draw_trim(body, SOLID, values).handles}
+    malleolus = body.place_mm("lateral malleolus", "")
+    ankle = places["ankle, lateral"]
+    np.testing.assert_allclose((ankle - malleolus)[1:], [9.0, 0.0], atol=1e-4)
+    assert ankle[0] > 20  # lateral, on a right foot
+    assert places["ankle, medial"][0] < -20
+    fibula = body.place_mm("fibula head", "")
+    assert places["top, behind"][2] == pytest.approx(fibula[2] - 30.0, abs=1e-4)
+    assert places["top, behind"][1] < -40
+
+
+def test_a_left_limb_has_the_same_edges_mirrored(bodies: dict[str, Limb]) -> None:
+    values = values_of(SOLID.measures, {"ankle_lateral_mm": 8.0, "wall_medial_mm": 36.0})
+    right = draw_trim(Body.of(bodies["foot"], ""), SOLID, values)
+    left = draw_trim(Body.of(make_foot("left"), ""), SOLID, values)
+    for one, other in zip(right.handles, left.handles, strict=True):
+        mirror = np.array(other.point_mm) * [-1, 1, 1]
+        np.testing.assert_allclose(mirror, one.point_mm, atol=0.05)
+
+
+def test_a_handle_goes_where_it_says(bodies: dict[str, Limb]) -> None:
+    body = Body.of(bodies["foot"], "")
+    values = values_of(SOLID.measures, {})
+    handles = {one.point: one for one in draw_trim(body, SOLID, values).handles}
+    handle = handles["ankle, lateral"]
+    assert (handle.measure, handle.least, handle.most) == ("ankle_lateral_mm", 5, 15)
+    assert handle.along is not None
+    np.testing.assert_allclose(handle.along[1:], [1.0, 0.0], atol=1e-3)
+    moved = draw_trim(body, SOLID, {**values, "ankle_lateral_mm": values["ankle_lateral_mm"] + 1})
+    there = next(one for one in moved.handles if one.point == "ankle, lateral")
+    step = np.array(there.point_mm) - handle.point_mm
+    np.testing.assert_allclose(step, handle.along, atol=0.15)
+    others = {one.point: one.point_mm for one in moved.handles if one.point != "ankle, lateral"}
+    assert all(handles[name].point_mm == place for name, place in others.items())
+
+
+def test_a_point_that_was_set_free_stays(bodies: dict[str, Limb]) -> None:
+    body = Body.of(bodies["foot"], "")
+    values = values_of(SOLID.measures, {})
+    first = {one.point: one.point_mm for one in draw_trim(body, SOLID, values).handles}
+    x, y, z = first["wall, lateral"]
+    free = {"edge: wall, lateral": (x, y + 6.0, z + 3.0)}
+    drawn = draw_trim(body, SOLID, {**values, "wall_lateral_mm": 40.0}, free)
+    handle = next(one for one in drawn.handles if one.point == "wall, lateral")
+    assert handle.measure is None
+    assert np.linalg.norm(np.subtract(handle.point_mm, free["edge: wall, lateral"])) < 3.0
+    for name, place, code in (
+        ("edge: wall", (x, y, z), "device.trim.no_point"),
+        ("edge: wall, lateral", (x + 40.0, y, z), "device.trim.free_off"),
+    ):
+        with pytest.raises(EditError) as refused:
+            draw_trim(body, SOLID, values, {name: place})
+        assert refused.value.finding.code == code
+
+
+@pytest.mark.parametrize(
+    ("given", "code"),
+    [
+        ({"ankle_lateral_mm": 15.1}, "device.value.range"),
+        ({"ankle_lateral_mm": 4.9}, "device.value.range"),
+        ({"ankle_lateral_mm": float("nan")}, "device.value.range"),
+        ({"ankel_mm": 7.0}, "device.value.unknown"),
+    ],
+)
+def test_values_beyond_their_ranges_are_refused(given: dict[str, float], code: str) -> None:
+    with pytest.raises(EditError) as refused:
+        values_of(SOLID.measures, given)
+    assert refused.value.finding.code == code
+
+
+def test_what_differs_between_patients_is_never_guessed() -> None:
+    trim = DEVICES["ischial-containment-socket"].trim
+    with pytest.raises(EditError) as refused:
+        values_of(trim.measures, {})
+    assert refused.value.finding.code == "device.value.needed"
+    assert refused.value.finding.values["name"] == "ramus_deg"
+
+
+def test_the_ramus_turns_the_medial_brim(bodies: dict[str, Limb]) -> None:
+    trim = DEVICES["ischial-containment-socket"].trim
+    body = Body.of(bodies["transfemoral"], "")
+    angles: list[float] = []
+    for ramus in (10.0, 40.0):
+        drawn = draw_trim(body, trim, values_of(trim.measures, {"ramus_deg": ramus}))
+        x, y, _ = next(one.point_mm for one in drawn.handles if one.point == "ramus")
+        angles.append(float(np.degrees(np.arctan2(-x, y))))
+    np.testing.assert_allclose(angles, [100.0, 130.0], atol=2.0)
+
+
+def refusals(bodies: dict[str, Limb]) -> Iterator[tuple[Limb, str]]:
+    foot = bodies["foot"]
+    lacking = tuple(one for one in foot.landmarks if one.name != "medial malleolus")
+    yield replace(foot, landmarks=lacking), "edit.landmark.none"
+    assert foot.frame is not None
+    yield replace(foot, frame=replace(foot.frame, side="none")), "device.no_side"
+    yield replace(foot, frame=None), "edit.not_aligned"
+    vertices = foot.frame.limb_from_mesh.apply(foot.mesh.vertices_mm)
+
+    def without(gone: np.ndarray) -> Limb:
+        kept = ~gone[foot.mesh.faces].any(1)
+        mesh: Mesh = with_faces(foot.mesh, foot.mesh.faces[kept])
+        return replace(foot, mesh=mesh)
+
+    yield without(vertices[:, 2] > 290), "device.trim.off_limb"  # too short for its upper edge
+    yield without(vertices[:, 2] > 312), "device.trim.opening"
+    ankle = np.array([42, -2, 70.0])
+    yield without(np.linalg.norm(vertices - ankle, axis=1) < 12), "device.trim.off_limb"
+    front = np.array([41, 3, 110.0])
+    yield without(np.linalg.norm(vertices - front, axis=1) < 14), "device.trim.opening"
+
+
+def test_what_cannot_be_drawn_is_refused_with_the_place(bodies: dict[str, Limb]) -> None:
+    values = values_of(SOLID.measures, {})
+    for limb, code in refusals(bodies):
+        with pytest.raises(EditError) as refused:
+            draw_trim(Body.of(limb, "test"), SOLID, values)
+        assert refused.value.finding.code == code
+        if code.startswith("device.trim"):
+            assert len(refused.value.finding.values["point_mm"]) == 3
+
+
+def test_a_hole_of_the_scan_inside_the_device_is_refused(bodies: dict[str, Limb]) -> None:
+    foot = bodies["foot"]
+    assert foot.frame is not None
+    vertices = foot.frame.limb_from_mesh.apply(foot.mesh.vertices_mm)
+    gone = np.linalg.norm(vertices - [0, -62, 200.0], axis=1) < 12
+    mesh = with_faces(foot.mesh, foot.mesh.faces[~gone[foot.mesh.faces].any(1)])
+    body = Body.of(replace(foot, mesh=mesh), "")
+    drawn = draw_trim(body, SOLID, values_of(SOLID.measures, {}))
+    with pytest.raises(EditError) as refused:
+        cover(body, drawn.edges)
+    assert refused.value.finding.code == "device.hole"
+    np.testing.assert_allclose(refused.value.finding.values["point_mm"], [0, -62, 200], atol=6)
+
+
+def test_a_slot_is_as_long_and_wide_as_asked(bodies: dict[str, Limb]) -> None:
+    body = Body.of(bodies["foot"], "")
+    drawn = draw_trim(body, SOLID, values_of(SOLID.measures, {}))
+    place = body.met_mm(np.array([0.0, -8, 230]), np.array([0.0, 1, 0]))
+    assert place is not None
+    slot = Opening(
+        name="slot", middle_mm=place, along=np.array([0.0, 0, 1]), length_mm=48.0, width_mm=6.0
+    )
+    covered = cover(body, drawn.edges, [slot])
+    hole = covered.positive.vertices_mm[covered.beyond_mm > 0]
+    hole = hole[np.linalg.norm(hole - place, axis=1) < 40]
+    assert np.ptp(hole[:, 2]) == pytest.approx(48.0, abs=1.6)
+    assert np.ptp(hole[:, 0]) == pytest.approx(6.0, abs=1.6)
+    edge = np.abs(covered.beyond_mm) < 0.02
+    near = edge & (np.linalg.norm(covered.positive.vertices_mm - place, axis=1) < 20)
+    np.testing.assert_allclose(
+        np.abs(covered.positive.vertices_mm[near, 0] - place[0]), 3.0, atol=0.1
+    )
+
+
+def test_amounts_are_sums_of_measures() -> None:
+    values = {"a_mm": 10.0, "b_mm": 4.0}
+    assert amount_of(("a_mm", "-b_mm", "0.5*b_mm", -1.0), values) == pytest.approx(7.0)
+    point = replace(SOLID.loops[0].points[5], out_mm=("-0.5*a_mm", 2.0))
+    (other,) = mirrored((point,), {"a_mm": "b_mm"})
+    assert amount_of(other.out_mm, values) == pytest.approx(0.0)  # 0.5 b - 2
