@@ -1,0 +1,59 @@
+"""Terms: what may have happened between two bodies, each as columns over the photos.
+
+A term is a course (how much of one motion each photo shows) of a kind. Its rival is the lens that
+changes along the same course: another lens for the second body alone, or for all of the photo.
+Kinds nest: rest < one step < several steps < each photo by itself.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float64, Int64
+
+from limbgram.reconstruction.hypotheses.evidence import MOVE, OWN
+
+Kind = Literal["step", "drift", "photo", "sway"]
+
+
+@dataclass(frozen=True)
+class Term:
+    """One course of one motion."""
+
+    kind: Kind
+    course: Float64[np.ndarray, " n"]
+    """How much of the motion each of the common photos shows."""
+    turns: bool = True
+    at: int = 0
+    """First photo after a step; the photo of a kind that concerns one alone."""
+
+    @property
+    def columns(self) -> Float64[np.ndarray, "m k"]:
+        """Of the motion, 6 numbers a photo."""
+        kept = np.eye(MOVE) if self.turns else np.eye(MOVE)[:, MOVE // 2 :]
+        return np.kron(self.course[:, None], kept)
+
+    @property
+    def lens_columns(self) -> Float64[np.ndarray, "m k"]:
+        """Of the lens that changes along this course, 9 numbers a photo."""
+        return np.kron(self.course[:, None], np.eye(OWN))
+
+
+def steps(photos: int, borders: tuple[int, ...] = ()) -> Iterator[Term]:
+    """A step between any two photos that follow each other, but where one is already."""
+    for at in range(1, photos):
+        if at not in borders:
+            yield Term("step", (np.arange(photos) >= at).astype(float), at=at)
+
+
+def drifts(photos: Int64[np.ndarray, " n"]) -> Iterator[Term]:
+    """Even from the first to the last, with a turn or without."""
+    even = (photos - photos.mean()) / max(float(np.ptp(photos)), 1.0)
+    yield Term("drift", even)
+    yield Term("drift", even, turns=False)
+
+
+def single_photos(photos: int) -> Iterator[Term]:
+    for at, own in enumerate(np.eye(photos)):
+        yield Term("photo", own, at=at)
