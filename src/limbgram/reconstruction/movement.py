@@ -519,7 +519,9 @@ def moved_mm(movement: Movement | None) -> float:
         return 0.0
     if math.isfinite(movement.largest):
         return movement.largest
-    return float(np.nanmax(movement.shift))  # of a case of an older version
+    # a case of an older version; a drift is counted from its middle, and so half of it either side
+    ends = movement.shift[np.isfinite(movement.shift)][[0, -1]]
+    return float(ends.sum() if movement.kind == "drift" else np.nanmax(movement.shift))
 
 
 def why_unknown(movement: Movement, unit: str) -> Finding | None:

@@ -238,6 +238,7 @@ def test_a_limb_that_bent_is_never_green(with_sigmas: Evidence) -> None:
 def test_a_drift_counts_from_end_to_end() -> None:
     drift = movement([2.0, 1.0, 0.0, 1.0, 2.5], "drift")
     assert moved_mm(drift) == 4.5
+    assert moved_mm(replace(drift, largest=4.2)) == 4.2, "between any two photos, as it was found"
     assert "by 4.5 mm in all" in told(movement_found(drift, list("abcde"), "mm"))
     assert math.isnan(moved_mm(None))
 
