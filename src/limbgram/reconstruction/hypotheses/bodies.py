@@ -32,6 +32,8 @@ FLOOR = 0.00025
 millimetres: 0.25 mm from 1 m."""
 FLOOR_MM = 0.25
 _FEWEST_PHOTOS = 10
+_MOST_PHOTOS = 60
+"""Searched: the time goes with their third power, and is 5 s for 50."""
 _BEYOND_CHANCE = 0.5
 """Chance below which something that is not known is said not to fit (`Movement.misfit`)."""
 _FIRMLY = 30
@@ -51,7 +53,8 @@ def movement_between(
     Args:
         mm: A millimetre in the first scene's unit; None where no board tells it.
     """
-    photos = tuple(sorted({*first.placed} & {*second.placed}))
+    both = tuple(sorted({*first.placed} & {*second.placed}))
+    photos = _evenly(both)
     tied = np.minimum(tied_points(first), tied_points(second))
     while True:
         if len(photos) < _FEWEST_PHOTOS:
@@ -66,8 +69,40 @@ def movement_between(
             if one.kind == "photo" and tied[one.photos[0]] < _FIRMLY
         ]
         if not loose:
-            return _told(found, evidence.middle, len(first.names))
+            return _filled(
+                _told(found, evidence.middle, len(first.names)), {*both} - {*_evenly(both)}
+            )
         photos = tuple(photo for photo in photos if photo not in loose)
+
+
+def _evenly(photos: tuple[int, ...]) -> tuple[int, ...]:
+    """At most as many as can be searched in seconds."""
+    if len(photos) <= _MOST_PHOTOS:
+        return photos
+    chosen = np.linspace(0, len(photos) - 1, _MOST_PHOTOS).round().astype(int)
+    return tuple(photos[k] for k in chosen.tolist())
+
+
+def _filled(motion: BodyMotion, photos: set[int]) -> BodyMotion:
+    """With photos that were not searched: as those before and after them where these agree, and
+    between them in a drift."""
+    movement = motion.movement
+    group, shift, turn = movement.group.copy(), movement.shift.copy(), movement.turn_deg.copy()
+    motions = motion.motions.copy()
+    told = np.flatnonzero(movement.group >= 0)
+    for photo in sorted(photos):
+        before, after = told[told < photo][-1:], told[told > photo][:1]
+        ends = np.concatenate([before, after])
+        drifts = movement.kind == "drift"
+        if len(ends) < 2 or not (drifts or group[ends[0]] == group[ends[1]]):
+            continue
+        share = (photo - ends[0]) / (ends[1] - ends[0])
+        weights = np.array([1.0 - share, share])
+        group[photo] = group[ends[0]]
+        shift[photo], turn[photo] = weights @ shift[ends], weights @ turn[ends]
+        motions[photo] = weights @ motions[ends]
+    whole = replace(movement, group=group, shift=shift, turn_deg=turn)
+    return replace(motion, movement=whole, motions=motions)
 
 
 def stood_with_first(

@@ -18,6 +18,7 @@ Method  Score tests (Rao 1948) against everything that the null has: poses, one 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
@@ -50,6 +51,7 @@ _INTERVAL = 1.96
 _MOST_ALONE = 0.2
 """Share of the photos that may lie elsewhere one by one; more of them are a sway."""
 _MOST_TERMS = 8
+_TENTH = 0.1
 _SWAY_MOST = (0.2, 0.1)
 """Of a sway: rad, and of the distance. What moves farther is no patient who shifts."""
 
@@ -144,27 +146,42 @@ def _best(evidence: Evidence) -> _Found:
     """Terms one by one, each the one that explains most, while chance does not explain it.
 
     A motion that is not explained yet looks like lenses that differ much from photo to photo. So
-    candidates are looked at with the spread that is found without them and with a usual one, and
-    the best of each kind are compared with the spread found anew beside them.
+    candidates are looked at with the spread that is found without them, with a usual one and with a
+    tenth of that, and those that chance does not explain are compared with the spread found anew
+    beside them.
     """
     found = _Found((), left_of(evidence, spread_of(evidence)), (), (), ())
     while len(found.terms) < _MOST_TERMS:
-        groups = _candidates(evidence, found.terms)
-        usual = left_of(evidence, np.minimum(found.left.spread, USUAL))
-        likely: list[tuple[Term, int]] = []
-        for left in (found.left, usual):
-            seen = left.only(left.motion).without(found.columns)
-            for group in groups:
-                falls = [_Sum.of(seen.along(one.columns)).fall for one in group]
-                best = group[int(np.argmax(falls))]
-                if all(one is not best for one, _ in likely):
-                    likely.append((best, len(group)))
-        trials = [_with(evidence, found, term, among) for term, among in likely]
+        trials = [_with(evidence, found, *one) for one in _likely(evidence, found)]
         trials = [one for one in trials if one.chances[-1] <= FALSE_ALARM]
         if not trials:
             break
         found = min(trials, key=lambda one: _criterion(evidence, one))
     return found
+
+
+class _Candidate(NamedTuple):
+    """A term, and how many of its kind were tried."""
+
+    term: Term
+    among: int
+
+
+def _likely(evidence: Evidence, found: _Found) -> list[_Candidate]:
+    """The best of each kind, by one spread of lenses or another, unless chance explains it."""
+    spreads = [np.minimum(found.left.spread, most) for most in (USUAL, _TENTH * USUAL)]
+    lefts = [found.left, *(left_of(evidence, one) for one in spreads)]
+    likely: list[_Candidate] = []
+    for left in lefts:
+        seen = left.only(left.motion).without(found.columns)
+        every = _Sum.of(seen)
+        for group in _candidates(evidence, found.terms):
+            sums = [_Sum.of(seen.along(one.columns)) for one in group]
+            best = int(np.argmax([one.fall for one in sums]))
+            known = any(one.term.same_as(group[best]) for one in likely)
+            if not known and _chance(every, sums[best], len(group)) <= FALSE_ALARM:
+                likely.append(_Candidate(group[best], len(group)))
+    return likely
 
 
 def _candidates(evidence: Evidence, terms: Sequence[Term]) -> list[list[Term]]:

@@ -28,6 +28,10 @@ class Term:
     at: int = 0
     """First photo after a step; the photo of a kind that concerns one alone."""
 
+    def same_as(self, other: "Term") -> bool:
+        """Whether it is the same kind of motion in the same photos."""
+        return (self.kind, self.turns, self.at) == (other.kind, other.turns, other.at)
+
     @property
     def columns(self) -> Float64[np.ndarray, "m k"]:
         """Of the motion, 6 numbers a photo."""

@@ -67,6 +67,24 @@ def test_a_photo_that_few_points_hold_is_left_out(take: Take) -> None:
     assert np.flatnonzero(~np.isfinite(found.shift)).tolist() == [5]
 
 
+def test_of_many_photos_some_are_searched_and_the_others_follow(
+    take: Take, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("limbgram.reconstruction.hypotheses.bodies._MOST_PHOTOS", 16)
+    far = np.linspace(0.0, 4.0, 24)
+    for sizes_mm, kind in ((np.where(far > 2.0, 2.0, 0.0), "step"), (far, "drift")):
+        found = seen(
+            take(photos=24, points=80, motions=sizes_mm[:, None] * np.append([0, 0, 0], ALONG))
+        )
+        assert found.movement.kind == kind
+        known = found.movement.group >= 0
+        assert known.sum() >= 23, "between two groups nothing is known"
+        shift = found.motions[:, 3:] @ ALONG
+        np.testing.assert_allclose(
+            (shift - shift[0])[known], (sizes_mm - sizes_mm[0])[known], atol=0.25
+        )
+
+
 def test_few_photos_tell_nothing(take: Take) -> None:
     taken = take()
     few = without_photos(taken.limb, set(range(9, N)))
