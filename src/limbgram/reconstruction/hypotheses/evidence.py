@@ -62,6 +62,8 @@ class Evidence:
     """Over lens deviations (9 a photo), then those that the second body alone sees (9), then its
     motion (6: turn, shift; world frame and unit of the first body)."""
     right: Float64[np.ndarray, " u"]
+    camera_from_world: Float64[np.ndarray, "n 3 3"]
+    """Rotation of each photo."""
     middle: Vector3
     """Of the first body, in its scene's world; motions turn about it."""
     radius: float
@@ -127,6 +129,7 @@ def evidence_of(
         photos=photos,
         normal=reduced,
         right=pulled,
+        camera_from_world=moves[:, :3, :3],
         middle=middle,
         radius=float(np.quantile(off, 2 / 3)),
         distance=float(np.median(np.linalg.norm(there, axis=1))),
@@ -328,8 +331,8 @@ class _Body:
         inflation = _inflation(
             [normal[np.ix_(firm, firm)] for normal, _ in parts], [g[firm] for _, g in parts]
         )
-        normal = sum(one for one, _ in parts) / inflation
-        right = sum(one for _, one in parts) / inflation
+        normal = np.sum([one for one, _ in parts], axis=0) / inflation
+        right = np.sum([one for _, one in parts], axis=0) / inflation
         return cls(normal[np.ix_(rows, rows)], right[rows], len(others), len(parts), inflation)
 
 

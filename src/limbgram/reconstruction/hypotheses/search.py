@@ -317,26 +317,41 @@ def _motion_size(
 
 
 def _beats_lens(evidence: Evidence, found: _Found, term: Term) -> bool:
-    """Whether it explains clearly more than a lens that changes along its course, seen by the
-    second body alone, and still more than chance where all of the photo sees such a lens."""
+    """Whether it explains clearly more than what a lens may do along the same course.
+
+    Rivals are a lens that changes so, seen by the second body alone; and a motion of the second
+    body that is the same in each photo's own frame, not in the world: whatever a lens does beyond
+    its model, it does in the photo's frame. Where all of the photo sees a lens that changes so,
+    chance must still not explain the term.
+    """
     left = found.left
-    moved = np.zeros((len(left.right), found.others(term).shape[1]))
-    moved[left.motion] = found.others(term)
-    seen = Quadratic(left.normal, left.right).without(moved)
-    lens, motion = np.zeros((len(left.right), OWN)), np.zeros((len(left.right), 0))
-    lens[left.lens] = term.lens_columns
+    others = np.zeros((len(left.right), found.others(term).shape[1]))
+    others[left.motion] = found.others(term)
+    seen = Quadratic(left.normal, left.right).without(others)
     motion = np.zeros((len(left.right), term.columns.shape[1]))
     motion[left.motion] = term.columns
-    by_lens, by_motion = _Sum.of(seen.along(lens)), _Sum.of(seen.along(motion))
     noise = max(1.0, found.rest.variance)
-    if (by_motion.fall - by_lens.fall) / noise < CLEARLY:
-        return False
+    by_motion = _Sum.of(seen.along(motion)).fall
+    for course in term.rivals:
+        lens, in_photos = np.zeros((len(left.right), OWN)), np.zeros((len(left.right), MOVE))
+        lens[left.lens] = np.kron(course[:, None], np.eye(OWN))
+        in_photos[left.motion] = _in_photos(evidence, course)
+        for rival in (lens, in_photos):
+            if (by_motion - _Sum.of(seen.along(rival)).fall) / noise < CLEARLY:
+                return False
     whole = np.zeros((len(evidence.right), OWN))
-    whole[evidence.own] = term.lens_columns
-    # nothing holds a lens deviation along the course any more
+    whole[evidence.own] = np.kron(term.course[:, None], np.eye(OWN))
     free = _with_free(evidence, whole, left.spread)
     again = free.only(free.motion).without(found.others(term))
     return _chance(_Sum.of(again), _Sum.of(again.along(term.columns)), 1) <= FALSE_ALARM
+
+
+def _in_photos(evidence: Evidence, course: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "m 6"]:
+    """Columns of a motion along a course that is the same in each photo's own frame."""
+    columns = np.zeros((len(course), MOVE, MOVE))
+    columns[:, :3, :3] = evidence.camera_from_world.transpose(0, 2, 1)
+    columns[:, 3:, 3:] = columns[:, :3, :3]
+    return (course[:, None, None] * columns).reshape(-1, MOVE)
 
 
 def _with_free(

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from limbgram.reconstruction.hypotheses.evidence import MOVE, OWN
+from limbgram.reconstruction.hypotheses.evidence import MOVE
 
 Kind = Literal["step", "drift", "photo", "sway"]
 
@@ -39,9 +39,10 @@ class Term:
         return np.kron(self.course[:, None], kept)
 
     @property
-    def lens_columns(self) -> Float64[np.ndarray, "m k"]:
-        """Of the lens that changes along this course, 9 numbers a photo."""
-        return np.kron(self.course[:, None], np.eye(OWN))
+    def rivals(self) -> tuple[Float64[np.ndarray, " n"], ...]:
+        """Courses that a lens may take. A step of all later photos is one of all earlier ones back:
+        bodies have no place but against each other, and lenses have."""
+        return (self.course, 1.0 - self.course) if self.kind == "step" else (self.course,)
 
 
 def steps(photos: int, borders: tuple[int, ...] = ()) -> Iterator[Term]:

@@ -57,7 +57,7 @@ class BodyMotion:
     the Movement refers to; nought where nothing is known. World frame and unit of the first."""
 
     @classmethod
-    def unknown(cls, photos: int, reason: Finding, chance: float = 1.0) -> "BodyMotion":
+    def unknown(cls, photos: int, reason: Finding | None, chance: float = 1.0) -> "BodyMotion":
         none = Movement.unknown(photos, reason, chance)
         return cls(movement=none, middle=np.zeros(3), motions=np.zeros((photos, _MOVE)))
 

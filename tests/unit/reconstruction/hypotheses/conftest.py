@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -152,4 +153,8 @@ def placed(
 @pytest.fixture(scope="session")
 def take() -> Callable[..., Bodies]:
     """Photographs what `Taken` describes."""
-    return lambda **options: bodies(Taken(**options))
+
+    def taken(**options: Any) -> Bodies:
+        return bodies(Taken(**options))
+
+    return taken

@@ -1,11 +1,13 @@
 """The search over hypotheses: what is told, of captures whose truth is known."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from limbgram.core.geometry.frames import Rigid
 from limbgram.reconstruction.hypotheses.evidence import Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
 from limbgram.reconstruction.hypotheses.search import explained
@@ -148,6 +150,32 @@ def test_a_wrong_calibration_is_no_movement(take: Take) -> None:
     for seed in range(3):
         found = told(take(seed=seed, focal_px=1507.5, k1=-0.06).evidence)
         assert found.verdict == "still"
+
+
+@pytest.mark.parametrize("by_exif", [False, True])
+def test_what_keeps_to_the_frame_of_photos_from_one_side_is_no_fact(
+    take: Take, by_exif: bool
+) -> None:
+    """Three neighbours see the room turned alike in their own frames: a lens does that, too."""
+    for seed in range(3):
+        taken = take(photos=24, seed=seed, by_exif=by_exif)
+        turned = Rigid.from_rotation_vector(np.array([0.0008, -0.0005, 0.001]), np.zeros(3))
+        poses = [
+            None if pose is None else (turned @ pose if k < 3 else pose)
+            for k, pose in enumerate(taken.room.camera_from_world)
+        ]
+        room = replace(taken.room, camera_from_world=tuple(poses))
+        seen = room.observations
+        xy_px = seen.xy_px.copy()
+        for k in range(3):
+            rows = seen.photo_idx == k
+            points = room.points_in_world[seen.point_idx[rows]]
+            xy_px[rows] += room.view(k).project(points) - taken.room.view(k).project(points)
+        found = told(
+            replace(taken, room=replace(room, observations=replace(seen, xy_px=xy_px))).evidence
+        )
+        assert not found.told
+        assert found.undecided
 
 
 def test_one_photo_is_named_and_never_a_fact(take: Take) -> None:
