@@ -5,15 +5,15 @@ Out     an Explained: the ranked list, and the verdict that movement, bending an
 Method  Score tests (Rao 1948) against everything that the null has: poses, one lens for each
         camera, a deviation of each photo's lens of the spread that the capture shows, and another
         lens for the second body. The best term joins, the spread is found anew, and so on while
-        chance does not explain the best. Steps and single photos are told from a drift by the sum
-        that is left and the logarithm of the number of clusters for each number.
+        chance does not explain the best. Kinds are told from each other by likelihood, less the
+        logarithm of the number of clusters for each number and that of the candidates.
         The noise is that of the adjustments as their clusters show it, or what the model in which
         every photo shows the second body elsewhere leaves unexplained, whichever is larger. What is
         left beyond chance may be a sway: motions drawn anew for each photo, against lenses that
         are drawn anew for each photo. It is no fact where no board calibrated the lens: what a real
         lens does beyond its model differs from photo to photo, too, as the bodies' places in the
         picture do, and no step or drift looks like that.
-        A term is told as a fact where it stands all rules of `explanation.Rule`.
+        A term is told as a fact where it stands all rules of `mapping.scene.Rule`.
 """
 
 from collections.abc import Sequence
@@ -68,7 +68,7 @@ def explained(evidence: Evidence, bodies: Bodies, floor: float) -> Explained:
     rest = _rest(evidence, found, bodies, floor, sway)
     every = [*parts, *([sway.explanation] if sway else []), *([rest] if rest else [])]
     ranked = tuple(sorted(every, key=lambda one: -one.score))
-    motions = found.motions
+    motions = found.motions([one.told for one in parts])
     if sway is not None and sway.explanation.told:
         motions = motions + sway.motions
     return Explained(
@@ -85,7 +85,6 @@ class _Found:
     terms: tuple[Term, ...]
     left: Left
     chances: tuple[float, ...]
-    falls: tuple[float, ...]
     candidates: tuple[int, ...]
 
     @property
@@ -99,17 +98,14 @@ class _Found:
     def rest(self) -> "_Sum":
         return _Sum.of(self.left.only(self.left.motion).without(self.columns))
 
-    @property
-    def motions(self) -> Float64[np.ndarray, "n 6"]:
-        """By photo, single photos' own left out."""
+    def motions(self, told: Sequence[bool]) -> Float64[np.ndarray, "n 6"]:
+        """By photo, of the terms that are facts."""
         columns = self.columns
         if not columns.shape[1]:
             return np.zeros((self.left.photos, MOVE))
         seen = self.left.only(self.left.motion).along(columns)
         values = pseudo_inverse(seen.normal) @ seen.right
-        kept = np.concatenate(
-            [np.full(one.columns.shape[1], one.kind != "photo") for one in self.terms]
-        )
+        kept = np.repeat(told, [one.columns.shape[1] for one in self.terms])
         return (columns[:, kept] @ values[kept]).reshape(-1, MOVE)
 
 
@@ -150,7 +146,7 @@ def _best(evidence: Evidence) -> _Found:
     tenth of that, and those that chance does not explain are compared with the spread found anew
     beside them.
     """
-    found = _Found((), left_of(evidence, spread_of(evidence)), (), (), ())
+    found = _Found((), left_of(evidence, spread_of(evidence)), (), ())
     while len(found.terms) < _MOST_TERMS:
         trials = [_with(evidence, found, *one) for one in _likely(evidence, found)]
         trials = [one for one in trials if one.chances[-1] <= FALSE_ALARM]
@@ -207,10 +203,7 @@ def _with(evidence: Evidence, found: _Found, term: Term, among: int) -> _Found:
     seen = left.only(left.motion).without(found.columns)
     one = _Sum.of(seen.along(term.columns))
     chance = _chance(_Sum.of(seen), one, among)
-    return _Found(
-        terms, left, (*found.chances, chance), (*found.falls, one.fall),
-        (*found.candidates, among),
-    )  # fmt: skip
+    return _Found(terms, left, (*found.chances, chance), (*found.candidates, among))
 
 
 def _criterion(evidence: Evidence, found: _Found) -> float:
@@ -438,18 +431,14 @@ def _swaying(evidence: Evidence, found: _Found, bodies: Bodies, floor: float) ->
 
 
 def _sway_of(evidence: Evidence, found: _Found, left: Left, floor: float) -> Likeliest:
-    seen = left.only(left.motion).without(found.columns)
-    return _sway_in(evidence, seen, floor)
+    return _sway_in(evidence, left.only(left.motion).without(found.columns), floor)
 
 
 def _sway_in(evidence: Evidence, seen: Quadratic, floor: float) -> Likeliest:
     """Of turns and of shifts, each alike in all directions."""
-    photos = len(evidence.photos)
     usual = np.array([floor / evidence.radius] * 3 + [floor] * 3)
     most = np.array([_SWAY_MOST[0]] * 3 + [_SWAY_MOST[1] * evidence.distance] * 3)
-    found = likeliest(Quadratic(seen.normal, seen.right), usual, most, alike=3)
-    assert len(seen.right) == MOVE * photos
-    return found
+    return likeliest(seen, usual, most, alike=3)
 
 
 def _sways_without_any(evidence: Evidence, found: _Found, floor: float) -> bool:
