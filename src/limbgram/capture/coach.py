@@ -452,8 +452,10 @@ def _moved_notes(metric: MetricScene) -> Iterator[Finding]:
     if movement is not None and movement.moved and movement.alone:
         how = movement_found(movement, scene.names, _unit_of(metric))
         yield doubt("coach.moved_alone", how=how)
-    elif movement is not None and movement.beside:
+    elif movement is not None and (movement.beside or movement.misfit):
         yield movement_found(movement, scene.names, _unit_of(metric))
+    if scene.bending is not None and scene.bending.misfit:
+        yield bending_found(scene.bending, scene.names, _unit_of(metric))
 
 
 def _turning_notes(still: Still) -> tuple[Finding, ...]:

@@ -6,8 +6,8 @@ Out     a BodyMotion: whether and how the surroundings moved, seen from the limb
 Method  The region of the limb, as the scene shows it, parts the keypoints of every photo into those
         on the limb and those beside it. From the matches of each kind, also those that the scene
         had no use for, the photos are placed anew, lenses held: once by the limb, once by the
-        surroundings. `mapping.movement` compares the two. So it does the two halves of the limb's
-        length: a limb that bends is no rigid body.
+        surroundings. The search over hypotheses (`hypotheses`) compares the two. So it does the two
+        halves of the limb's length: a limb that bends is no rigid body.
         Where limb and surroundings moved against each other, photos placed by the board's corners
         alone tell whether the board kept still with the limb. Then only other things were moved:
         the photos stay where all that kept still has them, if the corners agree better there.
@@ -19,7 +19,7 @@ Limits  What moves by more than some hundredths of the picture's width, a turnta
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -34,15 +34,10 @@ from limbgram.findings import Finding, Value, doubt, note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.mapping.movement import (
-    BodyMotion,
-    MovementOptions,
-    joined_photos,
-    movement_between,
-    stood_with_first,
-)
+from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
+from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
-from limbgram.reconstruction.mapping.scene import Movement, Observations, Scene
+from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.mapping.tracks import with_tracks
 from limbgram.reconstruction.mapping.verdicts import agreed_by
@@ -51,6 +46,7 @@ from limbgram.reconstruction.photos.photo import PhotoSet, first_of
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 
+_BOARD_CORNERS = 4
 _BOARD_PHOTOS = 4
 """Photos of one group whose board sets the scale alone."""
 
@@ -67,15 +63,6 @@ class LookOptions:
     """Most matches of a pair, of limb or surroundings."""
     half_matches: int = 150
     """The same of half a limb."""
-    between: MovementOptions = field(default_factory=MovementOptions)
-    """Of the limb against its surroundings."""
-    halves: MovementOptions = field(
-        default_factory=lambda: MovementOptions(
-            false_alarm=1e-8, drift_alarm=1e-8, least_shift=0.0007
-        )
-    )
-    """Of its halves. Half a limb with sparse paint holds a photo weakly: a good capture of such a
-    one seemed to bend by 0.0005 of the distance, with a chance of 1e-6."""
 
 
 DEFAULTS = LookOptions()
@@ -132,14 +119,20 @@ def find_movement(
     scene: Scene,
     sides: Sides,
     cameras: Cameras,
+    detections: BoardDetections | None = None,
     options: LookOptions = DEFAULTS,
 ) -> BodyMotion:
-    """Whether limb and surroundings kept still against each other, and in which photos not."""
+    """Whether limb and surroundings kept still against each other, and in which photos not.
+
+    Args:
+        detections: Of a board, which tells what a millimetre is.
+    """
     if sides.unknown:
         return BodyMotion.unknown(len(scene.names), sides.unknown)
     limb = _Body("limb", sides.among(matches.pairs, _ON_LIMB))
     room = _Body("room", sides.among(matches.pairs, (_ROOM,)))
-    return _between(limb, room, features, scene, cameras, photos, options, options.between)
+    mm = millimetre(detections, scene)
+    return _between("limb and room", limb, room, features, scene, cameras, photos, options, mm)
 
 
 def find_bending(
@@ -149,6 +142,7 @@ def find_bending(
     scene: Scene,
     sides: Sides,
     cameras: Cameras,
+    detections: BoardDetections | None = None,
     options: LookOptions = DEFAULTS,
 ) -> BodyMotion:
     """Whether the two halves of the limb's length kept still against each other."""
@@ -157,7 +151,24 @@ def find_bending(
     one = _Body("half", sides.among(matches.pairs, _HALVES[:1]))
     other = _Body("other half", sides.among(matches.pairs, _HALVES[1:]))
     fewer = replace(options, pair_matches=options.half_matches)
-    return _between(one, other, features, scene, cameras, photos, fewer, options.halves)
+    mm = millimetre(detections, scene)
+    return _between("halves", one, other, features, scene, cameras, photos, fewer, mm)
+
+
+def millimetre(detections: BoardDetections | None, scene: Scene) -> float | None:
+    """About how long a millimetre of the board is in the scene; None where it is not seen."""
+    if detections is None:
+        return None
+    index = {scene.names[k]: k for k in scene.placed}
+    seen = [photo for photo in detections.photos if photo.name in index]
+    if len(seen) < 2:
+        return None
+    views = [scene.view(index[photo.name]) for photo in seen]
+    places = _located(seen, views, len(detections.corners_mm))
+    known = np.asarray(np.isfinite(places).all(axis=1))
+    if known.sum() < _BOARD_CORNERS:
+        return None
+    return float(fit_similarity(detections.corners_mm[known], places[known]).scale)
 
 
 def held_against_board(
@@ -186,7 +197,7 @@ def held_against_board(
     if by_limb is None or by_board is None:
         return found.movement
     limb_scene, board_scene = _in_frame_of(scene, by_limb), _in_frame_of(scene, by_board)
-    if not stood_with_first(limb_scene, board_scene, found, options.between):
+    if not stood_with_first(limb_scene, board_scene, found, cameras.calibrations):
         return found.movement
     known = found.movement.group >= 0
     nothing = np.where(known, 0.0, np.nan)
@@ -343,6 +354,7 @@ class _Body:
 
 
 def _between(
+    bodies: Bodies,
     first: _Body,
     second: _Body,
     features: Features,
@@ -350,17 +362,18 @@ def _between(
     cameras: Cameras,
     photos: PhotoSet,
     options: LookOptions,
-    counts: MovementOptions,
+    mm: float | None,
 ) -> BodyMotion:
     """Place the photos by each of both bodies alone, and compare."""
     try:
-        return _compared(first, second, features, scene, cameras, photos, options, counts)
+        return _compared(bodies, first, second, features, scene, cameras, photos, options, mm)
     except np.linalg.LinAlgError:  # equations without a solution: a photo loses all its points
         unheld = note("movement.unknown.unheld", first=first.where, second=second.where)
         return BodyMotion.unknown(len(scene.names), unheld)
 
 
 def _compared(
+    bodies: Bodies,
     first: _Body,
     second: _Body,
     features: Features,
@@ -368,7 +381,7 @@ def _compared(
     cameras: Cameras,
     photos: PhotoSet,
     options: LookOptions,
-    counts: MovementOptions,
+    mm: float | None,
 ) -> BodyMotion:
     alone: list[Scene] = []
     for body in (first, second):
@@ -378,8 +391,7 @@ def _compared(
             few = note("movement.unknown.few_points", where=body.where)
             return BodyMotion.unknown(len(scene.names), few)
         alone.append(_in_frame_of(scene, placed))
-    board = all(one.source == "board" for one in cameras.calibrations)
-    return movement_between(alone[0], alone[1], counts, lenses_known=board)
+    return movement_between(alone[0], alone[1], cameras.calibrations, bodies, mm)
 
 
 def _halved(region: Region) -> tuple[Region, Region]:
@@ -505,16 +517,32 @@ def moved_mm(movement: Movement | None) -> float:
         return math.nan
     if not movement.moved:
         return 0.0
-    largest = float(np.nanmax(movement.shift))
-    # a drift is counted from its middle, and so half of it on either side
+    if math.isfinite(movement.largest):
+        return movement.largest
+    # a case of an older version; a drift is counted from its middle, and so half of it either side
     ends = movement.shift[np.isfinite(movement.shift)][[0, -1]]
-    return float(ends.sum()) if movement.kind == "drift" else largest
+    return float(ends.sum() if movement.kind == "drift" else np.nanmax(movement.shift))
+
+
+def why_unknown(movement: Movement, unit: str) -> Finding | None:
+    """Why it is not known; of what was seen and not decided, what it may be, and what decides."""
+    if not movement.undecided:
+        return movement.reason
+    most = movement.undecided[0]
+    return note(
+        "movement.unknown.undecided",
+        kind=most.kind,
+        halves=most.bodies == "halves",
+        far=most.high,
+        unit=unit,
+        rule=most.failed[0],
+    )
 
 
 def movement_found(movement: Movement, names: Sequence[str], unit: str) -> Finding:
     """Whether the limb kept still."""
     if movement.kind == "unknown":
-        return note("movement.unknown", reason=movement.reason)
+        return note("movement.unknown", reason=why_unknown(movement, unit))
     if movement.kind == "still":
         return note("movement.beside") if movement.beside else note("movement.still")
     far, turn_deg = moved_mm(movement), float(np.nanmax(movement.turn_deg))
@@ -547,7 +575,7 @@ def bending_found(
         lens: Why the lens may be another than was found, which looks the same (`lens_doubt`).
     """
     if bending.kind == "unknown":
-        return note("movement.shape.unknown", reason=bending.reason)
+        return note("movement.shape.unknown", reason=why_unknown(bending, unit))
     if not bending.moved:
         return note("movement.shape.kept")
     values: dict[str, Value] = {

@@ -471,10 +471,11 @@ def by_the_limb(
 
     def looked(one: Placing) -> tuple[BodyMotion, Sides]:
         sides = run(tell_sides, photos, features, one.scene)
-        return run(find_movement, photos, features, matches, one.scene, sides, cameras, look), sides
+        seen = run(find_movement, photos, features, matches, one.scene, sides, cameras, found, look)
+        return seen, sides
 
     def told(one: Placing, movement: Movement, sides: Sides) -> Placing:
-        bent = run(find_bending, photos, features, matches, one.scene, sides, cameras, look)
+        bent = run(find_bending, photos, features, matches, one.scene, sides, cameras, found, look)
         return replace(one, scene=replace(one.scene, movement=movement, bending=bent.movement))
 
     seen, sides = looked(placing)

@@ -97,7 +97,7 @@ def asked_for(adjusted: Adjusted, priors: Sequence[Calibration]) -> Asked | None
         return None
     bodies = explained_by_two_bodies(adjusted, priors, _OBSERVATIONS)
     true = [one for one in scores if one.fall - A_NUMBER * one.freedom > bodies]
-    observations = 2 * len(adjusted.scene.observations.xy_px)
+    observations = 2 * min(len(adjusted.scene.observations.xy_px), _OBSERVATIONS)
     return min(true, key=lambda one: one.freedom * np.log(observations) - one.fall, default=None)
 
 

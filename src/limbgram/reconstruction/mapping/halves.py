@@ -5,12 +5,14 @@ Out     by how much the sum of squares would fall if some of the points moved ag
         between photos, as two bodies do, less what chance would explain with as many numbers: the
         most of all cuts and of all courses.
 Method  One Gauss-Newton step with poses and lens of their own for both parts, less the same for
-        all points together: six numbers a photo. A body that stepped once, or drifts evenly, has
-        six in all: one motion of the one part, in all photos after the step or by each photo's
-        place among them; where it stepped counts as three numbers more (Ninomiya 2015).
+        all points together: six numbers a photo, and its lens. A body that stepped once, or
+        drifts evenly, has six in all: one motion of the one part, in all photos after the step or
+        by each photo's place among them; where it stepped counts as three numbers more (Ninomiya
+        2015).
         The points are cut across each of their three axes and both diagonals of the longest two,
         and into those near the middle and those round them, as a limb and its surroundings lie:
-        each through their middle and through both quarters, since few bodies are half of a scene.
+        each through their middle and through both quarters, since few bodies are half of a scene;
+        the best of so many cuts pays for their number.
         A lens bends all of its photo alike. Cloth that creeps, a sheet that slides below an object
         or a limb that sways move some of the points, and ask for own lenses too. Each is taken less
         two a number (Akaike 1974): where the lens explains more, it is the lens.
@@ -53,11 +55,11 @@ def explained_by_two_bodies(
     steps = np.arange(photos)[:, None] >= np.arange(1, photos)
     courses = np.column_stack([steps, np.linspace(0.0, 1.0, photos)])
     numbers = np.full(1 + courses.shape[1], POSE_SIZE)
-    numbers[0] = POSE_SIZE * photos
+    numbers[0] = POSE_SIZE * photos + sum(int((one.sigmas > 0.0).sum()) for one in priors)
     numbers[1:photos] += _WHERE
     cuts = _cuts(base.points_in_world)
     falls = falls_apart(base, priors, adjusted.sigma_px, observations, cuts, courses)
-    return float((falls - A_NUMBER * numbers).max())
+    return float((falls - A_NUMBER * numbers).max() - 2.0 * np.log(len(cuts)))
 
 
 def _cuts(points: Points3) -> list[Bool[np.ndarray, " n"]]:

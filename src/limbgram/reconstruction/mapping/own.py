@@ -26,7 +26,7 @@ from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.mapping.scene import Deviation, OwnLenses, Scene
 
 DEVIATIONS: tuple[Deviation, ...] = ("principal point", "focal length", "rolling shutter")
-_WIDE = {"principal point": 0.01, "focal length": 0.02, "rolling shutter": 0.01}
+WIDE = {"principal point": 0.01, "focal length": 0.02, "rolling shutter": 0.01}
 """Standard deviation of the numbers before the capture tells it: of the picture's width, of the
 focal length, and of pixels a row. More than that is no fault of a single photo."""
 _LEAST_SPREAD = 1e-4
@@ -95,7 +95,7 @@ def with_room_for(scene: Scene, deviation: Deviation, chance: float = 1.0) -> Sc
     own = OwnLenses(
         deviations=(*before.deviations, deviation),
         values=np.hstack([before.values, np.zeros((photos, more))]),
-        spread=np.concatenate([before.spread, np.full(more, _WIDE[deviation])]),
+        spread=np.concatenate([before.spread, np.full(more, WIDE[deviation])]),
         shifts=before.shifts,
         chances=(*before.chances, chance),
     )
@@ -117,7 +117,7 @@ def beyond_cameras(scene: Scene) -> tuple[Deviation, ...]:
     for kind in own.deviations:
         numbers = slice(first, first + numbers_of(kind))
         first = numbers.stop
-        if (own.spread[numbers] > _WIDE[kind]).any():
+        if (own.spread[numbers] > WIDE[kind]).any():
             beyond.append(kind)
     return tuple(beyond)
 

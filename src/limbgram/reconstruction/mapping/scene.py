@@ -65,6 +65,62 @@ class Ring:
     """Whether every gap, the last to first included, is narrow and bridged."""
 
 
+Rule = Literal["chance", "lens", "size", "one photo", "lenses of photos"]
+"""What a term has to stand before it is told as a fact: chance alone; a lens that changes along
+the same course; whether its effect is beyond what matters; leaving out any one photo; lenses that
+differ four times as much from photo to photo."""
+Bodies = Literal["limb and room", "halves", "limb and board"]
+"""Which two are held against each other."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Explanation:
+    """One term, with what speaks for it."""
+
+    bodies: Bodies
+    kind: Literal["step", "drift", "photo", "sway", "rest"]
+    """photo: one alone lies elsewhere; sway: each does; rest: what no term explains."""
+    photos: tuple[int, ...]
+    """That show the second body elsewhere than most."""
+    numbers: int
+    score: float
+    """Twice the logarithm of likelihood that it gains, less what its numbers and the candidates of
+    its kind cost; beyond nought it explains more than it costs."""
+    chance: float
+    """That photos without it look as much like it, all candidates of its kind counted."""
+    effect: float
+    """Largest motion of a point of the first body, in the scene's unit."""
+    low: float
+    high: float
+    """Its interval of 95 %."""
+    variance_before: float
+    variance_after: float
+    """Of what is left, over that of the adjustments."""
+    failed: tuple[Rule, ...] = ()
+    floor: float = 0.0
+    """Effect from which it matters, as `effect`."""
+
+    @property
+    def open_(self) -> bool:
+        """Whether it is not told as a fact, and would matter."""
+        return bool(self.failed) and self.high >= self.floor
+
+    @property
+    def told(self) -> bool:
+        """As a fact."""
+        return not self.failed
+
+    def scaled(self, factor: float) -> "Explanation":
+        """The same in another unit."""
+        return replace(
+            self,
+            effect=factor * self.effect,
+            low=factor * self.low,
+            high=factor * self.high,
+            floor=factor * self.floor,
+        )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Movement:
     """How one body moved against another while the photos were taken; by photo."""
@@ -86,6 +142,11 @@ class Movement:
     """Whether the photos were placed by the points of what they aim at alone."""
     beside: bool = False
     """Whether other things round it moved, while it and the scale board kept still."""
+    largest: float = float("nan")
+    """Largest shift between any two photos, in scene units; NaN where it is not known."""
+    explanations: tuple[Explanation, ...] = ()
+    """What may have happened, the most likely first; empty where photos without movement look
+    alike."""
 
     @classmethod
     def unknown(cls, photos: int, reason: Finding | None = None, chance: float = 1.0) -> "Movement":
@@ -101,11 +162,21 @@ class Movement:
 
     def scaled(self, factor: float) -> "Movement":
         """The same in another unit."""
-        return replace(self, shift=factor * self.shift)
+        return replace(
+            self,
+            shift=factor * self.shift,
+            largest=factor * self.largest,
+            explanations=tuple(one.scaled(factor) for one in self.explanations),
+        )
 
     @property
     def moved(self) -> bool:
         return self.kind in ("step", "drift", "restless")
+
+    @property
+    def undecided(self) -> tuple[Explanation, ...]:
+        """What may have happened, would matter, and is not told as a fact."""
+        return tuple(one for one in self.explanations if one.open_)
 
     @property
     def misfit(self) -> bool:

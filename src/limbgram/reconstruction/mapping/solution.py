@@ -30,7 +30,7 @@ from limbgram.reconstruction.mapping.unfolded import Held, Pictures
 _ITERATIONS = 40
 _ROUGH_GAIN = 1e-3
 _FINE_GAIN = 1e-5
-_CAUCHY_SIGMAS = 2.5
+CAUCHY_SIGMAS = 2.5
 _GAUGE_FREEDOM = 7
 _ALMOST_NONE = 1e-8
 """Damping that keeps equations solvable whose world frame is free."""
@@ -79,7 +79,7 @@ def adjust(
     A `body` of known shape takes part with the corners that photos show of it. What photos have
     for themselves in their lenses (`Scene.own`) is held, or with `solve_own` solved for.
     """
-    prior = _Prior.of(priors, hold_board_lenses)
+    prior = LensPrior.of(priors, hold_board_lenses)
     bundle = Bundle.of(scene)
     if scene.own is not None:
         cameras = [given.camera for given in priors]
@@ -101,7 +101,7 @@ def adjust(
     return Adjusted(bundle.scene(scene), sigma_px, covariance, of_lenses)
 
 
-def _respread(bundle: Bundle, body: Body | None, prior: "_Prior", sigma_px: float) -> Bundle:
+def _respread(bundle: Bundle, body: Body | None, prior: "LensPrior", sigma_px: float) -> Bundle:
     """The bundle with the spread of its photos' own numbers as the capture shows it."""
     ties = bundle.ties
     if ties is None or not ties.solved:
@@ -122,7 +122,7 @@ def predicted_falls(
     Args:
         observations: At most about so many are asked.
     """
-    prior, cameras = _Prior.of(priors, hold_board_lenses=False), [one.camera for one in priors]
+    prior, cameras = LensPrior.of(priors, hold_board_lenses=False), [one.camera for one in priors]
     bundle = Bundle.of(scenes[0])
     bundle = bundle.with_points_thinned(-(-len(bundle.xy_px) // observations))
     ties = [Ties.of(scene, cameras, solve=True) for scene in scenes]
@@ -159,7 +159,7 @@ def falls_apart(
         halves: By point of the scene, whether it is of that part.
         courses: How much of the motion each placed photo shows.
     """
-    prior, cameras = _Prior.of(priors, hold_board_lenses=False), [one.camera for one in priors]
+    prior, cameras = LensPrior.of(priors, hold_board_lenses=False), [one.camera for one in priors]
     bundle = Bundle.of(scene)
     every = -(-len(bundle.xy_px) // observations)
     bundle = replace(bundle.with_points_thinned(every), ties=Ties.of(scene, cameras, solve=True))
@@ -182,7 +182,7 @@ def falls_apart(
 
 
 @dataclass(frozen=True)
-class _Prior:
+class LensPrior:
     """Lens parameters as calibrated, their information, and which of them may move.
 
     Where photos have numbers of their own these follow, drawn to nought by their spread.
@@ -194,7 +194,7 @@ class _Prior:
     pictures: Pictures
 
     @classmethod
-    def of(cls, priors: Sequence[Calibration], hold_board_lenses: bool) -> "_Prior":
+    def of(cls, priors: Sequence[Calibration], hold_board_lenses: bool) -> "LensPrior":
         size = LENS_SIZE * len(priors)
         information, free = np.zeros((size, size)), np.zeros(size, bool)
         if not hold_board_lenses:
@@ -247,21 +247,21 @@ class _Prior:
         return np.concatenate([self.free, np.ones(bundle.ties.values.size, bool)])
 
 
-def _cost(bundle: Bundle, body: Body | None, prior: _Prior, sigma_px: float) -> float:
+def _cost(bundle: Bundle, body: Body | None, prior: LensPrior, sigma_px: float) -> float:
     measured = robust_cost(
         bundle.views,
         bundle.photo_idx,
         bundle.bounds,
         bundle.xy_px,
         bundle.points,
-        _CAUCHY_SIGMAS * sigma_px,
+        CAUCHY_SIGMAS * sigma_px,
     )
     of_body = 0.0 if body is None else body.cost(bundle, _SHARED_ERROR)
     return measured / (_SHARED_ERROR * sigma_px) ** 2 + prior.cost(bundle) + of_body
 
 
 def _descend(
-    bundle: Bundle, body: Body | None, prior: _Prior, sigma_px: float, smallest_gain: float
+    bundle: Bundle, body: Body | None, prior: LensPrior, sigma_px: float, smallest_gain: float
 ) -> _State:
     """Least squares until a step gains less than `smallest_gain` of the cost."""
 
@@ -316,7 +316,7 @@ class _Measured:
             bundle.bounds,
             bundle.xy_px,
             bundle.points,
-            _CAUCHY_SIGMAS * sigma_px,
+            CAUCHY_SIGMAS * sigma_px,
             damping,
             normal,
             right,
@@ -351,7 +351,7 @@ class _Equations:
 
     @classmethod
     def at(
-        cls, bundle: Bundle, body: Body | None, prior: _Prior, sigma_px: float, damping: float
+        cls, bundle: Bundle, body: Body | None, prior: LensPrior, sigma_px: float, damping: float
     ) -> "_Equations":
         measured = _Measured.at(bundle, sigma_px, damping)
         return cls.of(measured, bundle, body, prior, sigma_px, damping)
@@ -362,7 +362,7 @@ class _Equations:
         measured: "_Measured",
         bundle: Bundle,
         body: Body | None,
-        prior: _Prior,
+        prior: LensPrior,
         sigma_px: float,
         damping: float,
     ) -> "_Equations":
@@ -409,7 +409,7 @@ class _Equations:
             bundle.bounds,
             bundle.xy_px,
             bundle.points,
-            _CAUCHY_SIGMAS * self.sigma_px,
+            CAUCHY_SIGMAS * self.sigma_px,
             self.damping,
             step,
             points,

@@ -11,6 +11,7 @@ from limbgram.core.geometry.arrays import GreyImage
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS
 from limbgram.findings import told
+from limbgram.reconstruction.mapping.scene import Explanation, Scene
 from limbgram.reconstruction.movement import (
     bending_found,
     lens_doubt,
@@ -28,6 +29,7 @@ from limbgram.reconstruction.scale.taped_girths import TapePlane, TapeWitness
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import (
     BoardSeen,
+    ExplanationFigures,
     ImageFigures,
     KnownLength,
     LeftOut,
@@ -61,6 +63,13 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
         shift=moved_mm(movement),
         turn_deg=float(np.nanmax(movement.turn_deg)) if known else math.nan,
         misfit=movement.misfit,
+        unexplained=_unexplained(scene),
+        explanations=tuple(
+            _explanation(one, scene.names)
+            for seen in (movement, scene.bending)
+            if seen is not None
+            for one in seen.explanations
+        ),
         chance=movement.chance if known or movement.misfit else math.nan,
         bending_sentence=""
         if scene.bending is None
@@ -71,6 +80,31 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
         ),
         bending_misfit=scene.bending is not None and scene.bending.misfit,
         bending=moved_mm(scene.bending),
+    )
+
+
+def _unexplained(scene: Scene) -> bool:
+    """Surroundings do not matter where the limb's points alone place the photos."""
+    movement, bending = scene.movement, scene.bending
+    by_room = movement is not None and bool(movement.undecided) and not movement.alone
+    return by_room or (bending is not None and bool(bending.undecided))
+
+
+def _explanation(one: Explanation, names: tuple[str, ...]) -> ExplanationFigures:
+    return ExplanationFigures(
+        bodies=one.bodies,
+        kind=one.kind,
+        photos=tuple(names[k] for k in one.photos),
+        told=one.told,
+        matters=one.high >= one.floor,
+        failed=one.failed,
+        score=one.score,
+        chance=one.chance,
+        effect=one.effect,
+        low=one.low,
+        high=one.high,
+        variance_before=one.variance_before,
+        variance_after=one.variance_after,
     )
 
 

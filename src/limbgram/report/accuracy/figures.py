@@ -839,6 +839,34 @@ class ExpectedError:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ExplanationFigures:
+    """One of the things that may have happened between two bodies while the photos were taken."""
+
+    bodies: str
+    """limb and room, halves, or limb and board."""
+    kind: str
+    """step, drift, photo (one alone), sway, or rest: what no term explains."""
+    photos: tuple[str, ...]
+    """Those that show the second body elsewhere than most do."""
+    told: bool
+    """Whether it is told as a fact."""
+    matters: bool
+    """Whether its effect may be as large as shows on the surface."""
+    failed: tuple[str, ...]
+    """What it did not stand: chance, lens, size, one photo, lenses of photos."""
+    score: float
+    """Twice the logarithm of likelihood that it gains, less what its numbers cost."""
+    chance: float
+    effect: float
+    """Largest motion of a point of the limb, in the case's unit, and its interval of 95 %."""
+    low: float
+    high: float
+    variance_before: float
+    """Of what both bodies leave, over that of the adjustments; without the term and with it."""
+    variance_after: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class MovementFigures:
     """How the limb moved against its surroundings between the photos."""
 
@@ -852,6 +880,10 @@ class MovementFigures:
     misfit: bool
     """Whether limb and surroundings fit worse than chance explains, and only the cause is not
     known: the limb moved, or the lens is another than was found."""
+    unexplained: bool
+    """Whether something that would show on the surface is not decided: no error is stated."""
+    explanations: tuple[ExplanationFigures, ...]
+    """Of limb and surroundings, then of the limb's halves, each the most likely first."""
     shift: float = field(
         metadata=meaning(
             "Movement of the limb",

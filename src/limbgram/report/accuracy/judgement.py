@@ -26,6 +26,7 @@ from limbgram.report.accuracy.figures import (
     Figures,
     LengthFigures,
     LensFigures,
+    MovementFigures,
     NetworkFigures,
     SurfaceFigures,
     TapedLength,
@@ -151,14 +152,29 @@ VOLUME = _Limit("volume", "Volume: error", "%", 0.5, 1.1)
 
 
 def expectation(
-    surface: SurfaceFigures, lengths: LengthFigures, network: NetworkFigures
+    surface: SurfaceFigures,
+    lengths: LengthFigures,
+    network: NetworkFigures,
+    movement: MovementFigures | None,
 ) -> ExpectedError:
     """The error to expect on the surface, mm, and what it is made of.
+
+    None is stated (NaN) where something that would show on the surface is not decided: sigmas hold
+    for photos that are explained.
 
     With vertex sigmas: from those; each source's part is its own RMS over the same area, so the
     parts add up in squares to the whole. Without: four times the formal sigma of the scene's
     points, and the scale at the far end.
     """
+    found = _expected_of(surface, lengths, network)
+    if movement is None or not movement.unexplained:
+        return found
+    return replace(found, rms_mm=math.nan, p95_mm=math.nan)
+
+
+def _expected_of(
+    surface: SurfaceFigures, lengths: LengthFigures, network: NetworkFigures
+) -> ExpectedError:
     sigma = surface.sigma
     if sigma is not None:
         return ExpectedError(
@@ -550,9 +566,11 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
     if movement is None:
         return
     if movement.misfit:
-        yield MOVED.judge("verdict.misfit.moved", math.nan)
+        said = as_is(movement.sentence)
+        yield MOVED.judge("verdict.misfit.moved", math.nan, movement=said)
     if movement.bending_misfit:
-        yield BENT.judge("verdict.misfit.bent", math.nan)
+        said = as_is(movement.bending_sentence)
+        yield BENT.judge("verdict.misfit.bent", math.nan, bending=said)
     if math.isfinite(movement.shift):
         said = as_is(movement.sentence)
         if movement.shift > 0.0 and movement.alone:
@@ -575,6 +593,11 @@ def _expected(figures: Figures) -> tuple[Criterion, ...]:
     if figures.lengths.unit != "mm":
         return ()
     p95, rms = expected.p95_mm, expected.rms_mm
+    if figures.movement is not None and figures.movement.unexplained:
+        return (
+            SURFACE_P95.judge("verdict.surface.withdrawn", math.nan),
+            SURFACE_RMS.judge("verdict.surface.withdrawn", math.nan),
+        )
     return (
         SURFACE_P95.judge("verdict.surface.expected", p95, p95_mm=p95, limit_mm=SURFACE_P95.green),
         SURFACE_RMS.judge(

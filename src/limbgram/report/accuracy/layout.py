@@ -82,10 +82,82 @@ def accuracy_report(assessment: Assessment, pictures: Sequence[Picture]) -> Repo
             _network(assessment),
             Section(title="Cameras", blocks=tuple(_cameras(assessment)), sheet=2),
             _photos(assessment),
+            *_explanations(assessment),
             *setup_section(assessment.setups, sheet=2),
             _glossary(assessment),
         ),
     )
+
+
+def _explanations(assessment: Assessment) -> Iterator[Section]:
+    """What may have happened between the photos; nothing where nothing may."""
+    movement, unit = assessment.figures.movement, assessment.unit
+    if movement is None or not movement.explanations:
+        return
+    rows = tuple(
+        (
+            _BODIES[one.bodies],
+            _KINDS[one.kind],
+            _some(one.photos, len(assessment.figures.images.by_photo)),
+            f"{_length(one.effect, unit)} ({one.low:.2f} to {one.high:.2f})",
+            f"{one.score:.0f}",
+            f"{one.variance_before:.1f}",
+            f"{one.variance_after:.1f}",
+            "fact"
+            if one.told
+            else "undecided: " + ", ".join(_FAILED[rule] for rule in one.failed)
+            if one.matters
+            else "too small to matter",
+        )
+        for one in movement.explanations
+    )
+    yield Section(
+        title="What explains the photos",
+        blocks=(
+            Table(
+                heads=("bodies", "what", "photos", "#effect (95 %)", "#score", "#variance before",
+                       "#after", "standing"),
+                rows=rows,
+            ),
+            Text(
+                words="Each line is held against lenses that differ from photo to photo as much as "
+                "this capture shows. The effect is the largest motion of a point of the limb. The "
+                "score is twice the logarithm of likelihood that the line gains, less what its "
+                "numbers cost. Variance is that of what both bodies leave, over that of the "
+                "measurements; 1 is chance. While a line that matters is undecided, no error of "
+                "the surface is stated."
+            ),
+        ),
+        sheet=2,
+    )  # fmt: skip
+
+
+_BODIES = {
+    "limb and room": "limb and surroundings",
+    "halves": "halves of the limb",
+    "limb and board": "limb and board",
+}
+_KINDS = {
+    "step": "step between photos",
+    "drift": "slow movement",
+    "photo": "one photo alone",
+    "sway": "elsewhere in every photo",
+    "rest": "not explained",
+}
+_FAILED = {
+    "chance": "no cause is found",
+    "lens": "a changing lens explains it as well",
+    "size": "may be too small to matter",
+    "one photo": "one photo alone speaks for it",
+    "lenses of photos": "lenses that differ more explain it as well",
+}
+
+
+def _some(names: Sequence[str], all_photos: int) -> str:
+    """Names of photos; not those of all."""
+    if len(names) >= all_photos:
+        return "all"
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
 
 
 def _cards(assessment: Assessment) -> tuple[Card, ...]:

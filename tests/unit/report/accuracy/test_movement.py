@@ -2,13 +2,13 @@
 
 import math
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from limbgram.findings import note, told
 from limbgram.reconstruction.mapping.own import with_room_for
-from limbgram.reconstruction.mapping.scene import Movement
+from limbgram.reconstruction.mapping.scene import Explanation, Movement
 from limbgram.reconstruction.movement import moved_mm, movement_found, movement_remark
 from limbgram.report.accuracy.assessment import Assessment, assess
 from limbgram.report.accuracy.capture import movement_figures
@@ -59,11 +59,79 @@ def test_what_does_not_fit_for_a_cause_that_is_not_known_is_a_doubt(with_sigmas:
     still = movement([0.0] * count, "still")
     moved = assessed(with_sigmas, misfit, still)
     assert (moved.light, light_of(moved, "movement")) == ("amber", "amber")
-    assert "the limb moved, or the lens, which no board calibrated" in told(moved.headline)
+    assert "Whether the limb kept still is not known" in told(moved.headline)
     bent = assessed(with_sigmas, still, misfit)
     assert (bent.light, light_of(bent, "bending")) == ("amber", "amber")
-    assert "the limb bent, or the lens, which no board calibrated" in told(bent.headline)
+    assert "Whether the limb kept its shape is not known" in told(bent.headline)
     assert bent.tree["movement"]["bending_misfit"] is True
+
+
+def explanation(**changes: Any) -> Explanation:
+    one = Explanation(
+        bodies="halves",
+        kind="sway",
+        photos=(0, 1),
+        numbers=2,
+        score=40.0,
+        chance=1e-9,
+        effect=0.6,
+        low=0.3,
+        high=0.9,
+        variance_before=3.0,
+        variance_after=1.1,
+        failed=("lens",),
+        floor=0.25,
+    )
+    return replace(one, **changes)
+
+
+def left_open(photos: int, *explanations: Explanation) -> Movement:
+    return replace(Movement.unknown(photos, None, 1e-9), explanations=explanations)
+
+
+def test_no_error_is_stated_where_something_that_matters_is_not_explained(
+    with_sigmas: Evidence,
+) -> None:
+    count = len(with_sigmas.metric.scene.names)
+    still = movement([0.0] * count, "still")
+    found = assessed(with_sigmas, still, left_open(count, explanation()))
+    assert math.isnan(found.figures.expected.p95_mm)
+    assert found.light == "amber"
+    assert light_of(found, "surface_p95") == "amber"
+    assert found.tree["expected"]["p95_mm"] is None
+    small = replace(still, explanations=(explanation(high=0.2),))
+    assert assessed(with_sigmas, still, small).light == "green"
+    assert math.isfinite(assessed(with_sigmas, still, small).figures.expected.p95_mm)
+
+
+def test_surroundings_do_not_matter_to_photos_that_the_limb_alone_places(
+    with_sigmas: Evidence,
+) -> None:
+    count = len(with_sigmas.metric.scene.names)
+    still = movement([0.0] * count, "still")
+    open_ = explanation(bodies="limb and room")
+    stepped = replace(movement(shifts(with_sigmas, 2.0)), explanations=(open_,), largest=2.0)
+    assert math.isnan(assessed(with_sigmas, stepped, still).figures.expected.p95_mm)
+    alone = assessed(with_sigmas, replace(stepped, alone=True), still)
+    assert math.isfinite(alone.figures.expected.p95_mm)
+
+
+def test_the_list_of_explanations_stands_on_the_page_and_in_the_tree(
+    with_sigmas: Evidence,
+) -> None:
+    names = with_sigmas.metric.scene.names
+    still = movement([0.0] * len(names), "still")
+    found = assessed(with_sigmas, still, left_open(len(names), explanation()))
+    listed = found.tree["movement"]["explanations"]
+    assert [(one["bodies"], one["kind"], one["told"]) for one in listed] == [
+        ("halves", "sway", False)
+    ]
+    assert listed[0]["photos"] == list(names[:2])
+    page = html_of(accuracy_report(found, ()))
+    assert "What explains the photos" in page
+    assert "undecided: a changing lens explains it as well" in page
+    nothing = html_of(accuracy_report(assessed(with_sigmas, still, still), ()))
+    assert "What explains the photos" not in nothing
 
 
 def test_the_table_says_where_nobody_looked_for_movement(with_sigmas: Evidence) -> None:
@@ -170,6 +238,7 @@ def test_a_limb_that_bent_is_never_green(with_sigmas: Evidence) -> None:
 def test_a_drift_counts_from_end_to_end() -> None:
     drift = movement([2.0, 1.0, 0.0, 1.0, 2.5], "drift")
     assert moved_mm(drift) == 4.5
+    assert moved_mm(replace(drift, largest=4.2)) == 4.2, "between any two photos, as it was found"
     assert "by 4.5 mm in all" in told(movement_found(drift, list("abcde"), "mm"))
     assert math.isnan(moved_mm(None))
 

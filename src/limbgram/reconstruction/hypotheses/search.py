@@ -1,0 +1,482 @@
+"""The search: which terms explain what two bodies show, and which of them are told as facts.
+
+In      an Evidence, and the size from which a motion matters.
+Out     an Explained: the ranked list, and the verdict that movement, bending and words come from.
+Method  Score tests (Rao 1948) against everything that the null has: poses, one lens for each
+        camera, a deviation of each photo's lens of the spread that the capture shows, and another
+        lens for the second body. The best term joins, the spread is found anew, and so on while
+        chance does not explain the best. Kinds are told from each other by likelihood, less the
+        logarithm of the number of clusters for each number and that of the candidates.
+        The noise is that of the adjustments as their clusters show it, or what the model in which
+        every photo shows the second body elsewhere leaves unexplained, whichever is larger. What is
+        left beyond chance may be a sway: motions drawn anew for each photo, against lenses that
+        are drawn anew for each photo. It is no fact where no board calibrated the lens: what a real
+        lens does beyond its model differs from photo to photo, too, as the bodies' places in the
+        picture do, and no step or drift looks like that.
+        A term is told as a fact where it stands all rules of `mapping.scene.Rule`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float64
+from scipy import stats
+
+from limbgram.reconstruction.hypotheses.evidence import MOVE, OWN, Evidence
+from limbgram.reconstruction.hypotheses.explanation import Explained
+from limbgram.reconstruction.hypotheses.spread import (
+    MOST,
+    USUAL,
+    Left,
+    Likeliest,
+    Quadratic,
+    left_of,
+    likeliest,
+    pseudo_inverse,
+    spread_of,
+    unlikeliness,
+)
+from limbgram.reconstruction.hypotheses.terms import Term, drifts, single_photos, steps
+from limbgram.reconstruction.mapping.scene import Bodies, Explanation, Rule
+
+FALSE_ALARM = 1e-5
+"""Chance that two bodies that kept still show a term, by each kind with all its candidates."""
+CLEARLY = 10.0
+"""Difference of twice logarithms of likelihood that is very strong (Kass and Raftery 1995)."""
+MANY_TIMES = 2.0
+"""Spread of single lenses with which a term must still stand: four times the variance."""
+_INTERVAL = 1.96
+_MOST_ALONE = 0.2
+"""Share of the photos that may lie elsewhere one by one; more of them are a sway."""
+_MOST_TERMS = 8
+_TENTH = 0.1
+_SWAY_MOST = (0.2, 0.1)
+"""Of a sway: rad, and of the distance. What moves farther is no patient who shifts."""
+
+
+def explained(evidence: Evidence, bodies: Bodies, floor: float) -> Explained:
+    """What happened between two bodies.
+
+    Args:
+        floor: Motion of a point of the first body from which it matters, in the scene's unit.
+    """
+    found = _best(evidence)
+    parts = [_described(evidence, found, term, bodies, floor) for term in found.terms]
+    sway = _swaying(evidence, found, bodies, floor)
+    rest = _rest(evidence, found, bodies, floor, sway)
+    every = [*parts, *([sway.explanation] if sway else []), *([rest] if rest else [])]
+    ranked = tuple(sorted(every, key=lambda one: -one.score))
+    motions = found.motions([one.told for one in parts])
+    if sway is not None and sway.explanation.told:
+        motions = motions + sway.motions
+    return Explained(
+        explanations=ranked,
+        photos=evidence.photos,
+        motions=motions,
+    )
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Terms that chance does not explain, and what is left."""
+
+    terms: tuple[Term, ...]
+    left: Left
+    chances: tuple[float, ...]
+    candidates: tuple[int, ...]
+
+    @property
+    def columns(self) -> Float64[np.ndarray, "m k"]:
+        return _columns(self.terms, self.left.photos)
+
+    def others(self, term: Term) -> Float64[np.ndarray, "m k"]:
+        return _columns([one for one in self.terms if one is not term], self.left.photos)
+
+    @property
+    def rest(self) -> "_Sum":
+        return _Sum.of(self.left.only(self.left.motion).without(self.columns))
+
+    def motions(self, told: Sequence[bool]) -> Float64[np.ndarray, "n 6"]:
+        """By photo, of the terms that are facts."""
+        columns = self.columns
+        if not columns.shape[1]:
+            return np.zeros((self.left.photos, MOVE))
+        seen = self.left.only(self.left.motion).along(columns)
+        values = pseudo_inverse(seen.normal) @ seen.right
+        kept = np.repeat(told, [one.columns.shape[1] for one in self.terms])
+        return (columns[:, kept] @ values[kept]).reshape(-1, MOVE)
+
+
+def _columns(terms: Sequence[Term], photos: int) -> Float64[np.ndarray, "m k"]:
+    return np.hstack([np.zeros((MOVE * photos, 0)), *(one.columns for one in terms)])
+
+
+@dataclass(frozen=True)
+class _Sum:
+    """How far the sum of squares falls where all directions are free, and their number."""
+
+    fall: float
+    freedom: int
+
+    @classmethod
+    def of(cls, seen: Quadratic) -> "_Sum":
+        size = np.sqrt(np.maximum(np.diag(seen.normal), 1e-300))
+        values, vectors = np.linalg.eigh(seen.normal / np.outer(size, size))
+        known = values > 1e-7 * max(values[-1], 1e-300)
+        pulls = vectors[:, known].T @ (seen.right / size)
+        return cls(float((pulls**2 / values[known]).sum()), int(known.sum()))
+
+    @property
+    def variance(self) -> float:
+        """Over that of the adjustments."""
+        return self.fall / max(self.freedom, 1)
+
+    @property
+    def chance(self) -> float:
+        return float(stats.chi2.sf(self.fall, max(self.freedom, 1)))
+
+
+def _best(evidence: Evidence) -> _Found:
+    """Terms one by one, each the one that explains most, while chance does not explain it.
+
+    A motion that is not explained yet looks like lenses that differ much from photo to photo. So
+    candidates are looked at with the spread that is found without them, with a usual one and with a
+    tenth of that, and those that chance does not explain are compared with the spread found anew
+    beside them.
+    """
+    found = _Found((), left_of(evidence, spread_of(evidence)), (), ())
+    while len(found.terms) < _MOST_TERMS:
+        trials = [_with(evidence, found, *one) for one in _likely(evidence, found)]
+        trials = [one for one in trials if one.chances[-1] <= FALSE_ALARM]
+        if not trials:
+            break
+        found = min(trials, key=lambda one: _criterion(evidence, one))
+    return found
+
+
+class _Candidate(NamedTuple):
+    """A term, and how many of its kind were tried."""
+
+    term: Term
+    among: int
+
+
+def _likely(evidence: Evidence, found: _Found) -> list[_Candidate]:
+    """The best of each kind, by one spread of lenses or another, unless chance explains it."""
+    spreads = [np.minimum(found.left.spread, most) for most in (USUAL, _TENTH * USUAL)]
+    lefts = [found.left, *(left_of(evidence, one) for one in spreads)]
+    likely: list[_Candidate] = []
+    for left in lefts:
+        seen = left.only(left.motion).without(found.columns)
+        every = _Sum.of(seen)
+        for group in _candidates(evidence, found.terms):
+            sums = [_Sum.of(seen.along(one.columns)) for one in group]
+            best = int(np.argmax([one.fall for one in sums]))
+            known = any(one.term.same_as(group[best]) for one in likely)
+            if not known and _chance(every, sums[best], len(group)) <= FALSE_ALARM:
+                likely.append(_Candidate(group[best], len(group)))
+    return likely
+
+
+def _candidates(evidence: Evidence, terms: Sequence[Term]) -> list[list[Term]]:
+    """What may join these, by kind: a body steps or drifts; a few photos lie by themselves."""
+    count = len(evidence.photos)
+    groups: list[list[Term]] = []
+    if all(one.kind != "drift" for one in terms):
+        borders = tuple(one.at for one in terms if one.kind == "step")
+        groups.append(list(steps(count, borders)))
+    if all(one.kind == "photo" for one in terms):
+        groups.append(list(drifts(np.array(evidence.photos, float))))
+    used = {one.at for one in terms if one.kind == "photo"}
+    if len(used) < _MOST_ALONE * count:
+        groups.append([one for one in single_photos(count) if one.at not in used])
+    return groups
+
+
+def _with(evidence: Evidence, found: _Found, term: Term, among: int) -> _Found:
+    """With one term more, and the spread found anew."""
+    terms = (*found.terms, term)
+    columns = _columns(terms, len(evidence.photos))
+    left = left_of(evidence, spread_of(evidence, columns))
+    seen = left.only(left.motion).without(found.columns)
+    one = _Sum.of(seen.along(term.columns))
+    chance = _chance(_Sum.of(seen), one, among)
+    return _Found(terms, left, (*found.chances, chance), (*found.candidates, among))
+
+
+def _criterion(evidence: Evidence, found: _Found) -> float:
+    """Minus twice the logarithm of likelihood, with what the numbers and candidates cost."""
+    own = evidence.own
+    seen = Quadratic(evidence.normal[own, own], evidence.right[own])
+    columns = found.columns
+    moved = _Sum.of(found.left.only(found.left.motion).along(columns))
+    cost = columns.shape[1] * np.log(evidence.facts) + 2.0 * np.log(found.candidates).sum()
+    return float(unlikeliness(seen, found.left.spread) - moved.fall + cost)
+
+
+def _chance(every: _Sum, one: _Sum, tried: int) -> float:
+    """That noise alone lets the best of what was tried fall so far."""
+    if one.freedom < 1:
+        return 1.0
+    after = every.freedom - one.freedom
+    noise = max(1.0, (every.fall - one.fall) / after) if after > 0 else 1.0
+    ratio = one.fall / one.freedom / noise
+    return min(1.0, tried * float(stats.f.sf(ratio, one.freedom, max(after, 1))))
+
+
+def _described(
+    evidence: Evidence, found: _Found, term: Term, bodies: Bodies, floor: float
+) -> Explanation:
+    """One term of those that were found, held against the rules."""
+    number = next(k for k, one in enumerate(found.terms) if one is term)
+    others = found.others(term)
+    seen = found.left.only(found.left.motion).without(others)
+    every, one = _Sum.of(seen), _Sum.of(seen.along(term.columns))
+    noise = max(1.0, found.rest.variance)
+    effect = _effect(evidence, seen, term, noise)
+    failed: list[Rule] = []
+    if not _beats_lens(evidence, found, term):
+        failed.append("lens")
+    if effect.low < floor:
+        failed.append("size")
+    if not _stands_without_any(found, term):
+        failed.append("one photo")
+    wide = left_of(evidence, np.minimum(MANY_TIMES * found.left.spread, MOST))
+    again = wide.only(wide.motion).without(others)
+    if _chance(_Sum.of(again), _Sum.of(again.along(term.columns)), 1) > FALSE_ALARM:
+        failed.append("lenses of photos")
+    cost = one.freedom * np.log(evidence.facts) + 2.0 * np.log(found.candidates[number])
+    return Explanation(
+        bodies=bodies,
+        kind=term.kind,
+        photos=_elsewhere(evidence, term),
+        numbers=one.freedom,
+        score=float(one.fall / noise - cost),
+        chance=found.chances[number],
+        effect=effect.size,
+        low=effect.low,
+        high=effect.high,
+        variance_before=every.variance,
+        variance_after=found.rest.variance,
+        failed=tuple(failed),
+        floor=floor,
+    )
+
+
+def _elsewhere(evidence: Evidence, term: Term) -> tuple[int, ...]:
+    """Photos of the smaller side of a step; all of a drift; the single one."""
+    match term.kind:
+        case "step":
+            after = term.course > 0
+            fewer = after if after.sum() * 2 <= len(after) else ~after
+            return tuple(np.array(evidence.photos)[fewer].tolist())
+        case "photo":
+            return (evidence.photos[term.at],)
+        case _:
+            return evidence.photos
+
+
+@dataclass(frozen=True)
+class _Effect:
+    size: float
+    low: float
+    high: float
+
+
+def _effect(evidence: Evidence, seen: Quadratic, term: Term, noise: float) -> _Effect:
+    """Largest motion of a point at the first body's radius, with its interval of 95 %."""
+    along = seen.along(term.columns)
+    covariance = noise * pseudo_inverse(along.normal)
+    values = pseudo_inverse(along.normal) @ along.right * float(np.ptp(term.course) or 1.0)
+    covariance = covariance * float(np.ptp(term.course) or 1.0) ** 2
+    size = len(values)
+    to_move = np.eye(MOVE)[:, MOVE - size :]
+    return _motion_size(to_move @ values, to_move @ covariance @ to_move.T, evidence.radius)
+
+
+def _motion_size(
+    motion: Float64[np.ndarray, "6"], covariance: Float64[np.ndarray, "6 6"], radius: float
+) -> _Effect:
+    weight = np.array([radius] * 3 + [1.0] * 3)
+    moved = weight * motion
+    spread = covariance * np.outer(weight, weight)
+    size = float(np.linalg.norm(moved))
+    along = moved / max(size, 1e-300)
+    sigma = float(np.sqrt(max(along @ spread @ along, 0.0)))
+    most = float(np.sqrt(max(np.linalg.eigvalsh(spread)[-1], 0.0)))
+    return _Effect(size, max(size - _INTERVAL * sigma, 0.0), size + _INTERVAL * most)
+
+
+def _beats_lens(evidence: Evidence, found: _Found, term: Term) -> bool:
+    """Whether it explains clearly more than what a lens may do along the same course.
+
+    Rivals are a lens that changes so, seen by the second body alone; and a motion of the second
+    body that is the same in each photo's own frame, not in the world: whatever a lens does beyond
+    its model, it does in the photo's frame. Where all of the photo sees a lens that changes so,
+    chance must still not explain the term.
+    """
+    left = found.left
+    others = np.zeros((len(left.right), found.others(term).shape[1]))
+    others[left.motion] = found.others(term)
+    seen = Quadratic(left.normal, left.right).without(others)
+    motion = np.zeros((len(left.right), term.columns.shape[1]))
+    motion[left.motion] = term.columns
+    noise = max(1.0, found.rest.variance)
+    by_motion = _Sum.of(seen.along(motion)).fall
+    for course in term.rivals:
+        lens, in_photos = np.zeros((len(left.right), OWN)), np.zeros((len(left.right), MOVE))
+        lens[left.lens] = np.kron(course[:, None], np.eye(OWN))
+        in_photos[left.motion] = _in_photos(evidence, course)
+        for rival in (lens, in_photos):
+            if (by_motion - _Sum.of(seen.along(rival)).fall) / noise < CLEARLY:
+                return False
+    whole = np.zeros((len(evidence.right), OWN))
+    whole[evidence.own] = np.kron(term.course[:, None], np.eye(OWN))
+    free = _with_free(evidence, whole, left.spread)
+    again = free.only(free.motion).without(found.others(term))
+    return _chance(_Sum.of(again), _Sum.of(again.along(term.columns)), 1) <= FALSE_ALARM
+
+
+def _in_photos(evidence: Evidence, course: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "m 6"]:
+    """Columns of a motion along a course that is the same in each photo's own frame."""
+    columns = np.zeros((len(course), MOVE, MOVE))
+    columns[:, :3, :3] = evidence.camera_from_world.transpose(0, 2, 1)
+    columns[:, 3:, 3:] = columns[:, :3, :3]
+    return (course[:, None, None] * columns).reshape(-1, MOVE)
+
+
+def _with_free(
+    evidence: Evidence, columns: Float64[np.ndarray, "u k"], spread: Float64[np.ndarray, "9"]
+) -> Left:
+    """What is left where these directions of the evidence are free."""
+    free = Quadratic(evidence.normal, evidence.right).without(columns)
+    lessened = replace(evidence, normal=free.normal, right=free.right)
+    return left_of(lessened, spread)
+
+
+def _stands_without_any(found: _Found, term: Term) -> bool:
+    """Whether chance does not explain it either where any one photo is left out."""
+    seen = found.left.only(found.left.motion).without(found.others(term))
+    every = _Sum.of(seen)
+    for photo in range(found.left.photos):
+        own = np.zeros((MOVE * found.left.photos, MOVE))
+        own[MOVE * photo : MOVE * (photo + 1)] = np.eye(MOVE)
+        without = seen.without(own)
+        one = _Sum.of(without.along(term.columns))
+        own_fall = _Sum.of(seen.along(own)).fall
+        rest = _Sum(every.fall - own_fall, every.freedom - MOVE)
+        if _chance(rest, one, 1) > FALSE_ALARM:
+            return False
+    return True
+
+
+@dataclass(frozen=True)
+class _Sway:
+    explanation: Explanation
+    motions: Float64[np.ndarray, "n 6"]
+
+
+def _swaying(evidence: Evidence, found: _Found, bodies: Bodies, floor: float) -> _Sway | None:
+    """Motions drawn anew for each photo, where they explain what chance does not."""
+    by_motion = _sway_of(evidence, found, found.left, floor)
+    chance = float(stats.chi2.sf(by_motion.gain, 2))
+    rest = found.rest
+    if max(chance, rest.chance) > FALSE_ALARM:
+        return None
+    lens = found.left.lens
+    moved = np.zeros((len(found.left.right), found.columns.shape[1]))
+    moved[found.left.motion] = found.columns
+    free = Quadratic(found.left.normal, found.left.right).without(moved)
+    by_lens = likeliest(Quadratic(free.normal[lens, lens], free.right[lens]), USUAL, MOST)
+    wide = left_of(evidence, np.minimum(MANY_TIMES * found.left.spread, MOST))
+    again = _sway_of(evidence, found, wide, floor)
+    seen = found.left.only(found.left.motion).without(found.columns)
+    drawn = np.tile(np.repeat(by_motion.spread, MOVE // 2), found.left.photos)
+    covariance = np.linalg.inv(seen.normal + np.diag(1.0 / drawn**2))
+    motions = (covariance @ seen.right).reshape(-1, MOVE)
+    sizes = [
+        _motion_size(one, covariance[rows, rows], evidence.radius)
+        for one, rows in zip(
+            motions, (slice(MOVE * k, MOVE * (k + 1)) for k in range(len(motions))), strict=True
+        )
+    ]
+    largest = max(sizes, key=lambda one: one.low)
+    failed: list[Rule] = []
+    if not evidence.calibrated or by_motion.gain - by_lens.gain < CLEARLY:
+        failed.append("lens")
+    if largest.low < floor:
+        failed.append("size")
+    if not _sways_without_any(evidence, found, floor):
+        failed.append("one photo")
+    if stats.chi2.sf(again.gain, 2) > FALSE_ALARM:
+        failed.append("lenses of photos")
+    told = Explanation(
+        bodies=bodies,
+        kind="sway",
+        photos=evidence.photos,
+        numbers=2,
+        score=float(by_motion.gain - 2 * np.log(evidence.facts)),
+        chance=chance,
+        effect=largest.size,
+        low=largest.low,
+        high=largest.high,
+        variance_before=rest.variance,
+        variance_after=1.0,
+        failed=tuple(failed),
+        floor=floor,
+    )
+    return _Sway(told, motions)
+
+
+def _sway_of(evidence: Evidence, found: _Found, left: Left, floor: float) -> Likeliest:
+    return _sway_in(evidence, left.only(left.motion).without(found.columns), floor)
+
+
+def _sway_in(evidence: Evidence, seen: Quadratic, floor: float) -> Likeliest:
+    """Of turns and of shifts, each alike in all directions."""
+    usual = np.array([floor / evidence.radius] * 3 + [floor] * 3)
+    most = np.array([_SWAY_MOST[0]] * 3 + [_SWAY_MOST[1] * evidence.distance] * 3)
+    return likeliest(seen, usual, most, alike=3)
+
+
+def _sways_without_any(evidence: Evidence, found: _Found, floor: float) -> bool:
+    seen = found.left.only(found.left.motion).without(found.columns)
+    falls: list[float] = []
+    parts = [slice(MOVE * k, MOVE * (k + 1)) for k in range(found.left.photos)]
+    for part in parts:
+        own = np.zeros((len(seen.right), MOVE))
+        own[part] = np.eye(MOVE)
+        falls.append(_Sum.of(seen.along(own)).fall)
+    worst = np.zeros((len(seen.right), MOVE))
+    worst[parts[int(np.argmax(falls))]] = np.eye(MOVE)
+    without = _sway_in(evidence, seen.without(worst), floor)
+    return bool(stats.chi2.sf(without.gain, 2) <= FALSE_ALARM)
+
+
+def _rest(
+    evidence: Evidence, found: _Found, bodies: Bodies, floor: float, sway: _Sway | None
+) -> Explanation | None:
+    """What no term explains, where chance does not either."""
+    rest = found.rest
+    if rest.chance > FALSE_ALARM or sway is not None:
+        return None
+    by_motion = _sway_of(evidence, found, found.left, floor)
+    turn, shift = by_motion.spread
+    size = float(np.hypot(evidence.radius * turn, shift))
+    return Explanation(
+        bodies=bodies,
+        kind="rest",
+        photos=evidence.photos,
+        numbers=rest.freedom,
+        score=float(rest.fall - rest.freedom * np.log(evidence.facts)),
+        chance=rest.chance,
+        effect=size,
+        low=0.0,
+        high=_INTERVAL * size,
+        variance_before=rest.variance,
+        variance_after=1.0,
+        failed=("chance",),
+        floor=floor,
+    )

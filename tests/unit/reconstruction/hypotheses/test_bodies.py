@@ -1,0 +1,121 @@
+"""Movement of two bodies as the pipeline takes it up: groups, sizes, and who moved."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from limbgram.findings import note
+from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
+from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
+from limbgram.reconstruction.mapping.ring import without_photos
+from limbgram.reconstruction.mapping.scene import Observations
+
+Take = Callable[..., Any]
+N = 14
+ALONG = np.array([0.6, 0.64, 0.48])
+
+
+def steps(*sizes_mm: float) -> np.ndarray:
+    """As many photos of each."""
+    each = np.array_split(np.arange(N), len(sizes_mm))
+    motions = np.zeros((N, 6))
+    for size_mm, rows in zip(sizes_mm, each, strict=True):
+        motions[rows, 3:] = size_mm * ALONG
+    return motions
+
+
+def seen(taken: Any) -> BodyMotion:
+    return movement_between(taken.limb, taken.room, [taken.calibration], "limb and room", 1.0)
+
+
+def test_a_body_that_kept_still(take: Take) -> None:
+    found = seen(take()).movement
+    assert (found.kind, found.largest, found.explanations) == ("still", 0.0, ())
+    assert found.group.tolist() == [0] * N
+
+
+def test_the_largest_shift_is_between_any_two_photos(take: Take) -> None:
+    """Not from the largest group: steps of 3 mm to either side part photos by 6 mm."""
+    found = seen(take(motions=steps(-3.0, 0.0, 0.0, 3.0))).movement
+    assert found.kind == "step"
+    assert found.group[[0, 6, -1]].tolist() == [0, 1, 2]
+    assert found.largest == pytest.approx(6.0, abs=0.2)
+    assert np.nanmax(found.shift) == pytest.approx(3.0, abs=0.2)
+    assert found.scaled(2.0).largest == pytest.approx(12.0, abs=0.4)
+
+
+def test_what_is_not_decided_is_unknown_and_does_not_fit(take: Take) -> None:
+    motions = np.zeros((N, 6))
+    motions[5, 3:] = [2.0, 1.0, 0.0]
+    found = seen(take(motions=motions)).movement
+    assert (found.kind, found.moved, found.misfit) == ("unknown", False, True)
+    assert found.undecided[0].photos == (5,)
+
+
+def test_a_photo_that_few_points_hold_is_left_out(take: Take) -> None:
+    motions = np.zeros((N, 6))
+    motions[5, 3:] = [2.0, 1.0, 0.0]
+    taken = take(motions=motions)
+    room = taken.room.observations
+    kept = (room.photo_idx != 5) | (np.cumsum(room.photo_idx == 5) <= 25)
+    loose = replace(taken, room=replace(taken.room, observations=room.some(kept)))
+    found = seen(loose).movement
+    assert found.kind == "still"
+    assert np.flatnonzero(~np.isfinite(found.shift)).tolist() == [5]
+
+
+def test_of_many_photos_some_are_searched_and_the_others_follow(
+    take: Take, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("limbgram.reconstruction.hypotheses.bodies._MOST_PHOTOS", 16)
+    far = np.linspace(0.0, 4.0, 24)
+    for sizes_mm, kind in ((np.where(far > 2.0, 2.0, 0.0), "step"), (far, "drift")):
+        found = seen(
+            take(photos=24, points=80, motions=sizes_mm[:, None] * np.append([0, 0, 0], ALONG))
+        )
+        assert found.movement.kind == kind
+        known = found.movement.group >= 0
+        assert known.sum() >= 23, "between two groups nothing is known"
+        shift = found.motions[:, 3:] @ ALONG
+        np.testing.assert_allclose(
+            (shift - shift[0])[known], (sizes_mm - sizes_mm[0])[known], atol=0.25
+        )
+
+
+def test_few_photos_tell_nothing(take: Take) -> None:
+    taken = take()
+    few = without_photos(taken.limb, set(range(9, N)))
+    found = movement_between(few, taken.room, [taken.calibration], "limb and room").movement
+    assert found.reason == note("movement.unknown.few_shown", photos=9)
+    assert not found.misfit
+
+
+@pytest.mark.parametrize("beside", [True, False])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_third_body_tells_which_of_two_moved(take: Take, beside: bool, seed: int) -> None:
+    """Boxes moved while limb and board kept still, or the limb moved against both."""
+    motions = np.zeros((N, 6))
+    motions[:, 3:] = np.random.default_rng(seed).normal(0.0, 3.0, (N, 3))
+    first = take(seed=seed, motions=motions)
+    room = seen(first)
+    assert room.movement.moved
+    board = take(seed=50 + seed, points=80, motions=None if beside else motions).room
+    assert stood_with_first(first.limb, board, room, [first.calibration]) is beside
+
+
+def test_a_motion_turns_about_the_middle(take: Take) -> None:
+    motions = steps(0.0, 2.0)
+    motions[7:, :3] = 0.01 * ALONG
+    found = seen(take(motions=motions))
+    moved = found.moved(9).apply(found.middle[None])[0] - found.middle
+    np.testing.assert_allclose(moved, found.motions[9, 3:], atol=1e-9)
+
+
+def test_photos_hang_together_only_by_shared_points(take: Take) -> None:
+    photo = np.repeat(np.arange(6, dtype=np.int32), 20)
+    point = np.concatenate([np.arange(20)] * 4 + [np.arange(50, 70)] * 2).astype(np.int32)
+    scene = replace(take().limb, observations=Observations(photo, point, np.zeros((120, 2))))
+    assert joined_photos(scene) == (0, 1, 2, 3)
