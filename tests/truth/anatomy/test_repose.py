@@ -80,6 +80,22 @@ def test_the_sheet_reads_the_turn(
     assert turned > 0.7 * by_deg
 
 
+@pytest.mark.parametrize(("joint", "axis"), [("side bend", 0), ("extension", 1)])
+def test_a_trunk_bends_and_comes_back(trunk_of: MakeLimb, joint: str, axis: int) -> None:
+    limb = trunk_of()
+    there = do_edit(limb, Repose(joint=joint, by_deg=6.0, band_mm=80.0))
+    shift = there.landmark("seventh cervical vertebra").position_mm
+    shift = shift - limb.landmark("seventh cervical vertebra").position_mm
+    height = limb.landmark("seventh cervical vertebra").position_mm[2]
+    height -= limb.landmark("third lumbar vertebra").position_mm[2]
+    sign = 1 if axis == 0 else -1  # to the right; backwards
+    assert sign * shift[axis] == pytest.approx(height * np.sin(np.radians(6.0)), rel=0.1)
+    pelvis = there.landmark("sacrum").position_mm - limb.landmark("sacrum").position_mm
+    assert np.linalg.norm(pelvis) < 0.5
+    back = do_edit(there, Repose(joint=joint, by_deg=-6.0, band_mm=80.0))
+    assert np.abs(back.mesh.vertices_mm - limb.mesh.vertices_mm).max() < 0.01
+
+
 def test_more_than_is_stated_has_to_be_meant(foot_of: MakeLimb) -> None:
     limb = foot_of()
     with pytest.raises(EditError) as refused:

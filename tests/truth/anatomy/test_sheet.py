@@ -14,8 +14,15 @@ from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.sheet import MeasuringSheet, SheetOptions, measuring_sheet
 
 MakeLimb = Callable[..., Limb]
-ANGLES = ("ankle_deg", "dorsiflexion_deg", "hindfoot_deg", "forefoot_deg", "toe_out_deg")
-ANGLES += ("forefoot_adduction_deg", "shank_to_vertical_deg")
+ANGLES = (
+    "ankle_deg",
+    "dorsiflexion_deg",
+    "shank_to_vertical_deg",
+    "hindfoot_deg",
+    "forefoot_deg",
+    "forefoot_adduction_deg",
+    "toe_out_deg",
+)
 
 CALCANEUS = ("achilles insertion", "medial calcaneus", "lateral calcaneus")
 

@@ -373,9 +373,7 @@ def _extreme(subject: Subject, item: Extreme) -> tuple[Figure, float | None]:
     low, high = sorted(float(first.rotation[2] @ end) for end in ends)
     heights = np.linspace(low, high, max(int((high - low) / _EXTREME_STEP_MM), 8) + 1).tolist()
     levels = levels_at(turned.mesh, heights, _through(first, ends))
-    girths = np.array(
-        [np.nan if isinstance(one, Refused) else tape_mm(one).value for one in levels]
-    )
+    girths = np.array([_girth_mm(one) for one in levels])
     sign = 1.0 if item.which == "largest" else -1.0
     if np.isnan(girths).all():
         raise MeasureError("measure.sheet.no_girth", names=item.between[0].of)
