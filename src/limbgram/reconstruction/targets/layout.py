@@ -180,12 +180,16 @@ def _side(read: MarkersRead, given: Board) -> _Side | None:
     squares = _squares(read.numbers, given.columns, _has_marker_first(given)) + 0.5
     if len(squares) < _FEWEST_FOR_RATIO:
         return None
-    plane, kept = cv2.findHomography(
+    found = cv2.findHomography(
         _middles(read.corners_px), squares, cv2.RANSAC, _NEAR_SQUARES / 2, maxIters=_SAMPLES
     )
-    if plane is None or kept.sum() < _FEWEST_FOR_RATIO:
+    plane = np.asarray(found[0])
+    if plane.shape != (3, 3):
         return None
-    corners_px = read.corners_px[kept.ravel() > 0]
+    kept = np.asarray(found[1]).ravel() > 0
+    if kept.sum() < _FEWEST_FOR_RATIO:
+        return None
+    corners_px = read.corners_px[kept]
     there = cv2.perspectiveTransform(corners_px.reshape(1, -1, 2), plane)[0].reshape(-1, 4, 2)
     pixels, sides = (float(np.median(_sides(one))) for one in (corners_px, there))
     return _Side(sides * (1.0 + _SHORT_PX / pixels), pixels + _SHORT_PX)
