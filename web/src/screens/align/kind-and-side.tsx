@@ -46,4 +46,3 @@ export function KindAndSide({ room, onDone }: RoomProps & { onDone: () => void }
     </div>
   );
 }
-
