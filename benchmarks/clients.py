@@ -377,8 +377,8 @@ def as_markdown(found: dict[str, Any]) -> str:
         f"- {made_on(found['machine'])}",
         f"- truth: {' x '.join(f'{one:g}' for one in SIZE_MM)} mm, closed, colour "
         f"{' '.join(map(str, COLOUR))} (as linear light 147 78 33), sigma {SIGMA_MM[0]} to "
-        f"{SIGMA_MM[1]} mm. DXF: sections every 40 mm, of which the lowest and the highest are "
-        "its curves' ends. GLB is in metres with +Y up.",
+        f"{SIGMA_MM[1]} mm. GLB is in metres with +Y up. FreeCAD and LibreCAD know no "
+        "MESH: they show the curves, sections every 40 mm from -80 to 80.",
         "",
         f"| program | file | {' | '.join(columns)} |",
         "|---|---|" + "---|" * len(columns),

@@ -26,7 +26,7 @@ from limbgram.core.run import Run
 from limbgram.findings import Finding
 from limbgram.formats.sidecar import progress_of
 from limbgram.report.summary import Verdict as Summary
-from limbgram.workbench.limb import Kind, Side
+from limbgram.workbench.limb import KindName, Side
 
 router = APIRouter(tags=["cases"])
 
@@ -73,7 +73,7 @@ class Case(BaseModel):
     """A case in the list."""
 
     id: str
-    kind: Kind | None = None
+    kind: KindName | None = None
     side: Side | None = None
     note: str = ""
     made: str = Field(description="Date and time, UTC.")
@@ -108,7 +108,7 @@ class Cases(BaseModel):
 class NewCase(BaseModel):
     """What is known of a new case; all of it may be said later."""
 
-    kind: Kind | None = None
+    kind: KindName | None = None
     side: Side | None = None
     note: str = Field(
         default="", max_length=200, description="A few words; never a patient's name."
@@ -118,7 +118,7 @@ class NewCase(BaseModel):
 class CaseChange(BaseModel):
     """What is to be said otherwise of a case; what is left out stays."""
 
-    kind: Kind | None = None
+    kind: KindName | None = None
     side: Side | None = None
     note: str | None = Field(default=None, max_length=200)
     archived: bool | None = None

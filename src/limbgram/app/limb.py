@@ -16,10 +16,11 @@ from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.services.align import AlignRequest, align
-from limbgram.workbench.frame.landmarks import NAMES, Facing, with_landmarks
+from limbgram.workbench.anatomy.kind import Facing
+from limbgram.workbench.frame.landmarks import NAMES, with_landmarks
 from limbgram.workbench.frame.painted_marks import MarkOptions, find_marks
 from limbgram.workbench.frame.suggested_landmarks import guess_places
-from limbgram.workbench.limb import Kind, Landmark, Limb, Side
+from limbgram.workbench.limb import KindName, Landmark, Limb, Side
 
 router = APIRouter(tags=["limb"])
 
@@ -46,7 +47,7 @@ class LimbReply(BaseModel):
     faces: int
     aligned: bool
     side: Side | None = None
-    kind: Kind | None = None
+    kind: KindName | None = None
     places: list[Place]
     rotation: list[Coordinates] | None = Field(
         default=None, description="Rows of the rotation from the mesh's frame to the limb's."
@@ -105,9 +106,12 @@ class Align(AlignRequest):
 
 
 @router.get("/templates/names/{kind}")
-def list_names(kind: Kind) -> list[TemplateName]:
+def list_names(kind: KindName) -> list[TemplateName]:
     """The places that are known of a kind of limb, in the order in which they are asked for."""
-    return [TemplateName(name=one.name, facing=one.facing, level=one.level) for one in NAMES[kind]]
+    return [
+        TemplateName(name=one.identity, facing=one.facing, level=one.level or 0)
+        for one in NAMES[kind]
+    ]
 
 
 @router.get("/cases/{case_id}/limb")

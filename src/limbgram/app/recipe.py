@@ -17,7 +17,7 @@ from limbgram.app.state import AppState, AppStateHere, WorkspaceHere
 from limbgram.app.surface import tag_of
 from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError
-from limbgram.core.mesh.topology import boundary_half_edges
+from limbgram.core.mesh.topology import is_watertight
 from limbgram.core.request_fields import declared, purpose_of
 from limbgram.core.typed import tree_of
 from limbgram.findings import LANGUAGES, note
@@ -456,7 +456,7 @@ def _ledgered(app_state: AppState, workspace: Workspace) -> Ledgered:
 
 
 def _told(reply: RecipeReply, done: Replayed) -> Ledgered:
-    solid = not len(boundary_half_edges(done.limb.mesh.faces))
+    solid = is_watertight(done.limb.mesh.faces)
     return Ledgered(recipe=reply, ledger=_ledger(done.ledger), solid=solid)
 
 

@@ -24,7 +24,7 @@ from limbgram.services.measure import MeasureRequest
 from limbgram.services.parse_capture import Box, box_of, names_board_file
 from limbgram.services.reconstruct import ReconstructRequest
 from limbgram.services.report import ReportRequest
-from limbgram.workbench.limb import Kind, Side
+from limbgram.workbench.limb import KindName, Side
 
 BATCH_FILE = "batch.toml"
 CAPTURE_FILE = "capture.toml"
@@ -73,7 +73,7 @@ class Settings:
     reconstruct: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Fields of `ReconstructRequest` that are said; they stand in the file itself."""
     side: Side | None = None
-    kind: Kind | None = None
+    kind: KindName | None = None
     align: Align | None = None
     measure: MeasureRequest | None = None
     recipe: RecipeUse | None = None

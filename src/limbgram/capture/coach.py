@@ -76,6 +76,7 @@ from limbgram.reconstruction.matching.matching import (
 from limbgram.reconstruction.matching.static_background import Still, find_still
 from limbgram.reconstruction.movement import bending_found, lens_doubt, movement_found
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
+from limbgram.reconstruction.photos.lenses import lens_notes
 from limbgram.reconstruction.photos.masks import load_mask, mask_notes
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import (
@@ -326,6 +327,8 @@ class Coach:
             )
         except (CalibrationError, MatchingError, PlacementError) as refusal:
             return _refused(photos, refusal.finding, options)
+        if placed.lenses is not None:
+            small, cameras = placed.lenses.photos, placed.lenses.cameras
         poses = placed.poses
         placing = Placing(features, placed.matches, placed.pairs, placed.scene, still, poses)
         if placed.scene.ring is not None and placed.scene.ring.closed:
@@ -357,7 +360,7 @@ class Coach:
         answer = _answer(seen, findings, board_photos, options)
         turned = _turned_over_notes(poses, small)
         moved = _moved_notes(metric)
-        notes = (*moved, *answer.notes, *_turning_notes(still), *turned)
+        notes = (*moved, *answer.notes, *_turning_notes(still), *turned, *lens_notes(small))
         return replace(answer, notes=notes, kept_still=_kept_still(metric.scene))
 
     def _features(self, small: PhotoSet, run: Run) -> Features:

@@ -37,6 +37,7 @@ from limbgram.core.mesh.tree_cache import signed_on
 from limbgram.core.typed import Mismatch, Strictness, value_of
 from limbgram.formats.reading import read_limb
 from limbgram.reconstruction.calibration.cameras import Cameras
+from limbgram.reconstruction.lens_groups import ByLens
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, digest_of
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.taped_girths import TapeWitnesses
@@ -68,11 +69,19 @@ def kept_evidence(case: CaseFolder) -> Evidence:
     # where object and surroundings moved apart, the board counts only where it kept its place
     boards = ("still_board", "board_of_object", "find_board")
     board = next((one for one in boards if one in keys), "find_board")
+    metric = _read(case, keys, "to_millimetres", MetricScene)
+    photos, cameras = (
+        _read(case, keys, "read_photos", PhotoSet),
+        _read(case, keys, "cameras_for", Cameras),
+    )
+    if len(metric.scene.cameras) != len(cameras.calibrations):  # the photos told of two lenses
+        lenses = _read(case, keys, "by_lens", ByLens)
+        photos, cameras = lenses.photos, lenses.cameras
     return Evidence(
-        photos=replace(_read(case, keys, "read_photos", PhotoSet), set_aside=record.set_aside),
-        cameras=_read(case, keys, "cameras_for", Cameras),
+        photos=replace(photos, set_aside=record.set_aside),
+        cameras=cameras,
         detections=_read(case, keys, board, BoardDetections) if board in keys else None,
-        metric=_read(case, keys, "to_millimetres", MetricScene),
+        metric=metric,
         mesh=_read(case, keys, "measure", Mesh),
         tapes=TapeWitnesses() if tapes is None else _read(case, keys, "hold_tapes", TapeWitnesses),
         setups=cited_setups(case, _day_of(record)),

@@ -65,6 +65,7 @@ _USUAL_S: dict[str, float] = {
     "verify": 0.022,
     "place_roughly": 0.029,
     "follow_points": 0.056,
+    "limb_groups": 0.004,
     "to_millimetres": 0.010,
     "find_region": 0.003,
     "estimate_depth": 0.115,

@@ -26,7 +26,7 @@ from limbgram.cases.case_record import read_kept, write_json
 from limbgram.cases.folder import CaseFolder, locked
 from limbgram.core.errors import CaseError, MissingError, OptionsError, disk_finding, printable
 from limbgram.core.typed import tree_of
-from limbgram.workbench.limb import Kind, Side
+from limbgram.workbench.limb import KindName, Side
 
 ID_PATTERN = "^[2-9A-HJKMNP-Z]{3}-[2-9A-HJKMNP-Z]{3}$"
 """Of a case. Without letters and digits that are taken for each other: 0 O, 1 I L."""
@@ -58,7 +58,7 @@ class Label:
 
     made: str
     """Date and time, UTC."""
-    kind: Kind | None = None
+    kind: KindName | None = None
     side: Side | None = None
     note: str = ""
     """A few words to find it by; never a patient's name."""
@@ -213,7 +213,7 @@ class Shelf:
         return ShelvedCase(case_id, CaseFolder(folder))
 
     def new_case(
-        self, kind: Kind | None, side: Side | None, note: str = "", *, sample: bool = False
+        self, kind: KindName | None, side: Side | None, note: str = "", *, sample: bool = False
     ) -> ShelvedCase:
         """A case without photos, under an id that no other has."""
         for _ in range(_TRIES):

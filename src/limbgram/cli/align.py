@@ -17,10 +17,11 @@ from limbgram.formats.limb_file import write_limb_file
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import limb_file_beside
 from limbgram.services.align import AlignRequest, Axes, align
+from limbgram.workbench.anatomy.kind import Place
+from limbgram.workbench.anatomy.names import LANGUAGES, NAMES_IN
 from limbgram.workbench.bodies import outside_of
-from limbgram.workbench.frame.landmark_names import LANGUAGES, NAMES_IN
-from limbgram.workbench.frame.landmarks import NAMES, LandmarkName, frame_of, with_landmarks
-from limbgram.workbench.limb import Kind, Limb, Side
+from limbgram.workbench.frame.landmarks import NAMES, frame_of, with_landmarks
+from limbgram.workbench.limb import KindName, Limb, Side
 
 
 @answered
@@ -36,7 +37,7 @@ def align_command(
         Side | None, typer.Option(help="Side of the patient: never guessed. none for a torso.")
     ] = None,
     kind: Annotated[
-        Kind | None,
+        KindName | None,
         typer.Option(help="What the names of the landmarks mean; kept with the shape."),
     ] = None,
     names: Annotated[
@@ -98,16 +99,16 @@ def _kept(limb: Limb, shape: Path, read: ShapeFile) -> Reply:
     return Reply(tuple(lines), content)
 
 
-def _names(kind: Kind | None) -> Reply:
+def _names(kind: KindName | None) -> Reply:
     chosen = {name: rows for name, rows in NAMES.items() if kind is None or name == kind}
     lines = [line for name, rows in chosen.items() for line in (f"{name}:", *map(_line, rows))]
     content = {
         name: [
             {
-                "name": row.name,
+                "name": row.identity,
                 "facing": row.facing,
                 "level": row.level,
-                "names": {language: NAMES_IN[language][row.name] for language in LANGUAGES},
+                "names": {language: NAMES_IN[language][row.identity] for language in LANGUAGES},
             }
             for row in rows
         ]
@@ -116,7 +117,7 @@ def _names(kind: Kind | None) -> Reply:
     return Reply(tuple(lines), content)
 
 
-def _line(row: LandmarkName) -> str:
+def _line(row: Place) -> str:
     """A place, the side on which it lies, and its name in the other languages."""
-    others = ", ".join(NAMES_IN[language][row.name][0] for language in LANGUAGES[1:])
-    return f"  {row.name:<32}{row.facing:<11}{others}"
+    others = ", ".join(NAMES_IN[language][row.identity][0] for language in LANGUAGES[1:])
+    return f"  {row.identity:<32}{row.facing:<11}{others}"

@@ -22,9 +22,9 @@ _DEEPEST, _MOST_ITEMS, _LONGEST_TEXT, _FEW_NUMBERS = 2, 3, 60, 4
 _STYLE = "text-align:right;white-space:nowrap"
 
 
-def brief(product: object) -> str:
+def brief(self: object) -> str:
     """A short text of a product: `__repr__ = brief` in its class."""
-    return _told(product, 0)
+    return _told(self, 0)
 
 
 def _told(value: Any, depth: int) -> str:

@@ -9,8 +9,9 @@ get release 12 (dxf_r12.py).
 """
 
 from collections.abc import Sequence
+from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from limbgram.workbench.limb import Landmark
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
-    from ezdxf.layouts import Modelspace
+    from ezdxf.layouts.layout import Modelspace
 
 _INSUNITS: Final[dict[Unit, int]] = {"mm": 4, "unitless": 0}
 _METRIC = 1
@@ -61,11 +62,12 @@ def _layer(kind: str, unit: Unit) -> str:
 
 
 def _encoded(mesh: Mesh, unit: Unit, curves: Curves, landmarks: Sequence[Landmark]) -> bytes:
-    import ezdxf  # half a second, for drawings alone
+    from ezdxf import options  # pyright: ignore[reportPrivateImportUsage] as its manual has it
+    from ezdxf.filemanagement import new  # half a second, for drawings alone
 
     # The same input gives the same bytes: no date, and no number drawn at random.
-    ezdxf.options.write_fixed_meta_data_for_testing = True
-    drawing = ezdxf.new("R2010")
+    options.write_fixed_meta_data_for_testing = True
+    drawing = new("R2010")
     drawing.units = _INSUNITS[unit]
     drawing.header["$MEASUREMENT"] = _METRIC
     drawing.header["$PDMODE"], drawing.header["$PDSIZE"] = _POINT_AS_CROSS, _POINT_MM
@@ -106,8 +108,6 @@ def _draw_landmarks(space: "Modelspace", unit: Unit, landmarks: Sequence[Landmar
 
 
 def _as_bytes(drawing: "Drawing") -> bytes:
-    from io import StringIO
-
     text = StringIO()
     drawing.write(text)
     return text.getvalue().encode(drawing.output_encoding, "dxfreplace")
@@ -121,11 +121,11 @@ def _check(
     curves: Curves,
     landmarks: Sequence[Landmark],
 ) -> None:
-    import ezdxf
+    from ezdxf.filemanagement import readfile
 
-    drawing = ezdxf.readfile(written)
+    drawing = readfile(written)
     require(drawing.units == _INSUNITS[unit], other(name, "unit"))
-    space = drawing.modelspace()
+    space: Any = drawing.modelspace()  # what a query finds is of the kind that it names
     surfaces = space.query("MESH")
     require(len(surfaces) == 1, other_count(name, "surfaces", len(surfaces), 1))
     places = np.array(list(surfaces[0].vertices), np.float64).reshape(-1, 3)

@@ -17,7 +17,7 @@ from limbgram.findings import note
 from limbgram.formats.units import LIKELY_MM
 from limbgram.workbench.bodies import left_out, without_loose
 from limbgram.workbench.frame.alignment import AlignOptions, require_landmarks_agree
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame, Side
+from limbgram.workbench.limb import Limb, LimbFrame, Side
 
 
 def admit(limb: Limb, side: Side | None) -> Limb:
@@ -115,7 +115,7 @@ def in_limb_frame(limb: Limb) -> Limb:
         limb,
         mesh=limb.mesh.with_vertices(motion.apply(limb.mesh.vertices_mm)),
         landmarks=tuple(
-            Landmark(name=mark.name, position_mm=motion.apply(mark.position_mm[None])[0])
+            replace(mark, position_mm=motion.apply(mark.position_mm[None])[0])
             for mark in limb.landmarks
         ),
         frame=LimbFrame(limb_from_mesh=Rigid.identity(), side=limb.frame.side),

@@ -19,7 +19,7 @@ from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import ContentError, json_of, read_content
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.typed import Strictness, value_of
-from limbgram.workbench.limb import Kind, Landmark, Limb, LimbFrame, Origin, Side
+from limbgram.workbench.limb import KindName, Landmark, Limb, LimbFrame, Origin, Placed, Side
 
 LIMB_FILE_ENDING = ".limb.json"
 _FORMAT, _VERSION = "limbgram limb", 1
@@ -29,6 +29,7 @@ _LONGEST_NAME = 80
 _LONGEST_DOUBT = 400
 _MOST_ORIGINS = 100
 _THICKEST_SOCK_MM = 100
+_LARGEST_PLACING_MM = 100
 _ROUNDING = 1e-6
 _AS_WRITTEN = Strictness(pass_over_unknown=True, below=1e9)
 """Later versions may write more. No shape that is read reaches farther, in millimetres."""
@@ -46,6 +47,8 @@ class _Motion:
 class _Mark:
     name: str
     position_mm: _Triple
+    placed: Placed = "click"
+    sigma_mm: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +84,7 @@ class _LimbFile(_Head):
     limb_from_mesh: _Motion | None
     sock_mm: float
     landmarks: tuple[_Mark, ...]
-    kind: Kind | None = None
+    kind: KindName | None = None
     doubt: str = ""
     made_from: tuple[_Origin, ...] = ()
 
@@ -102,7 +105,7 @@ class LimbRecord:
     landmarks: tuple[Landmark, ...]
     frame: LimbFrame | None
     sock_mm: float
-    kind: Kind | None
+    kind: KindName | None
     """None also in files older than this entry."""
     made_from: tuple[Origin, ...]
     """The nearest first; none in files older than this entry."""
@@ -174,7 +177,13 @@ def encode_record(limb: Limb, mesh_name: str, mesh_hash: str, mm_per_unit: float
         "sock_mm": limb.sock_mm,
         "doubt": limb.doubt,
         "landmarks": [
-            {"name": mark.name, "position_mm": mark.position_mm.tolist()} for mark in limb.landmarks
+            {
+                "name": mark.name,
+                "position_mm": mark.position_mm.tolist(),
+                "placed": mark.placed,
+                "sigma_mm": mark.sigma_mm,
+            }
+            for mark in limb.landmarks
         ],
         "made_from": [
             {
@@ -259,7 +268,14 @@ def _unit(mm_per_unit: float) -> float:
 def _landmark(mark: _Mark) -> Landmark:
     if not 0 < len(mark.name) <= _LONGEST_NAME or not mark.name.isprintable():
         raise ContentError("file.limb.landmark_name")
-    return Landmark(name=mark.name, position_mm=np.array(mark.position_mm))
+    if mark.sigma_mm is not None and not 0 <= mark.sigma_mm < _LARGEST_PLACING_MM:
+        raise ContentError("file.limb.length", field="sigma_mm")
+    return Landmark(
+        name=mark.name,
+        position_mm=np.array(mark.position_mm),
+        placed=mark.placed,
+        sigma_mm=mark.sigma_mm,
+    )
 
 
 def _frame(file: _LimbFile) -> LimbFrame | None:

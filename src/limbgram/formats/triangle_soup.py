@@ -19,12 +19,10 @@ from limbgram.core.files import ContentError
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import (
-    corner_fans,
     find_edges,
     half_edges,
     is_edge_manifold,
-    is_vertex_manifold,
-    taking_vertices,
+    sheets_apart,
     volume_mm3,
     with_faces,
 )
@@ -117,11 +115,11 @@ def sound_mesh(mesh: Mesh, name: str) -> Sound:
         raise ShapeFileError("file.no_area", name=name)
     wound = _wound_alike(faces)
     turned = int((wound != faces).any(1).sum())
-    whole = _sheets_apart(replace(mesh, faces=wound))
+    whole = sheets_apart(replace(mesh, faces=wound))
     kept = whole.faces
     if not is_edge_manifold(kept):
         kept = make_manifold(kept)
-        whole = _sheets_apart(with_faces(whole, kept))
+        whole = sheets_apart(with_faces(whole, kept))
     else:
         whole = with_faces(whole, kept)
     if volume_mm3(whole) < 0:
@@ -191,13 +189,3 @@ def _neighbours(faces: Faces) -> _Neighbours:
     one, two = order[first], order[first + 1]
     tails = half_edges(faces)[:, 0]
     return _Neighbours(np.column_stack([one, two]) // 3, tails[one] == tails[two])
-
-
-def _sheets_apart(mesh: Mesh) -> Mesh:
-    """Double the vertices at which several sheets meet."""
-    if is_vertex_manifold(mesh.faces):
-        return mesh
-    fans = corner_fans(mesh.faces)
-    first = np.unique(fans, return_index=True)[1]
-    vertex_of_fan = mesh.faces.ravel()[first].astype(np.int64)
-    return replace(taking_vertices(mesh, vertex_of_fan), faces=fans)

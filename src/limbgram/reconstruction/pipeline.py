@@ -36,6 +36,8 @@ from limbgram.reconstruction.joining import (
     leaves_open,
     shared_marks,
 )
+from limbgram.reconstruction.lens_groups import ByLens
+from limbgram.reconstruction.limb_groups import limb_groups
 from limbgram.reconstruction.mapping.following import FollowingOptions, follow_points
 from limbgram.reconstruction.mapping.movement import BodyMotion
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
@@ -230,6 +232,8 @@ def _reconstructed(
     found = None if board is None else run(find_board, photos, board, options.targets)
     dictionary = capture.plates[0].dictionary if capture.plates else KIT_DICTIONARY
     placing = place_photos(photos, cameras, options, run, found, dictionary)
+    if placing.lenses is not None:
+        photos, cameras = placing.lenses.photos, placing.lenses.cameras
     if found is not None and (placing.still.groups or placing.poses.sides):
         found = run(board_of_object, found, placing.still, placing.poses)
     placing, found = by_the_limb(photos, cameras, placing, found, options, run)
@@ -318,6 +322,8 @@ class Placing:
     """Whether points of reduced photos were followed at full size."""
     coded: Coded | None = None
     """Which keypoints are points of coded marks, where these joined the photos."""
+    lenses: ByLens | None = None
+    """Photos and cameras where the photos themselves told that two lenses took them."""
 
 
 def place_photos(
@@ -342,6 +348,8 @@ def place_photos(
         return marked
     if placing.poses.sides or not leaves_open(placing.scene):
         return placing
+    if placing.lenses is not None:
+        photos, cameras = placing.lenses.photos, placing.lenses.cameras
     marked = _by_marks(photos, cameras, options, run, dictionary, placing)
     if marked is None or not joins_better(marked.scene, placing.scene):
         return placing
@@ -374,9 +382,11 @@ def _by_marks(
     except (MatchingError, PlacementError):
         return None
     scene = joined.scene
+    lenses = None
     if before is not None:
-        scene = replace(scene, full_size=before.scene.full_size)
-    return Placing(joined.features, joined.matches, joined.pairs, scene, still, coded=joined.coded)
+        scene, lenses = replace(scene, full_size=before.scene.full_size), before.lenses
+    by_marks = Placing(joined.features, joined.matches, joined.pairs, scene, still)
+    return replace(by_marks, coded=joined.coded, lenses=lenses)
 
 
 def _by_paint(
@@ -401,7 +411,9 @@ def _by_paint(
     else:
         reduced = _by_reduced(photos, cameras, options, run)
     if isinstance(reduced, Placing):
-        if not may_be_turned_over(reduced.scene, found):
+        features, matches, scene = reduced.features, reduced.matches, reduced.scene
+        twice = run(limb_groups, photos, features, matches, scene, cameras).photos
+        if not (twice or may_be_turned_over(scene, found)):
             return reduced
         reduced = note("placing.reduced.turned_over")
     placing = _by_full_size(photos, cameras, options, run, found)
@@ -534,7 +546,8 @@ def _by_full_size(
     placed = place_object(
         photos, features, matches, pairs, cameras, found, run, mapping, twoview, options.poses
     )
-    return Placing(features, placed.matches, placed.pairs, placed.scene, still, placed.poses)
+    placing = Placing(features, placed.matches, placed.pairs, placed.scene, still, placed.poses)
+    return replace(placing, lenses=placed.lenses)
 
 
 def _lacking(scene: Scene) -> Finding | None:

@@ -13,7 +13,8 @@ Method  Board, floor and room belong to one pose each, and the object to both. W
         them, no point near the aim is seen by photos of both sides; then the object's regions must
         also be different bodies there, for two rounds at heights that share no points show it so.
         If the photos could not be placed in one scene, the weakest links between a photo and the
-        next are tried.
+        next are tried. Photos in any order that stand beside each other and share nothing of the
+        object (`limb_groups`) are two sides, or two objects if nothing on it joins them.
 Fails   never: a capture that does not fall into two sides has none.
 Limits  Without a board, only a capture whose photos could not be placed in one scene is looked at.
 """
@@ -41,12 +42,14 @@ from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.lens_groups import ByLens, by_lens, lens_is_told
+from limbgram.reconstruction.limb_groups import LimbGroups, limb_groups
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.verdicts import by_found_lenses, found_lenses
 from limbgram.reconstruction.matching.matching import Matches
 from limbgram.reconstruction.matching.static_background import Still
-from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.photo import PhotoSet, first_of
 from limbgram.reconstruction.scale.background_board import without_background_board
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
@@ -57,6 +60,7 @@ from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
 
 _FEWEST_PHOTOS = 4
 """Photos of one side, at least."""
+_SIDES = 2
 _FEWEST_CORNERS = 6
 _LEAST_ACROSS = 0.3
 """Spread of the corners across, of that along: a row behind which the board is hidden has none."""
@@ -131,12 +135,9 @@ class Poses:
     clearance: float = DEFAULTS.clearance
 
     def names(self, photos: PhotoSet) -> tuple[Finding, ...]:
-        """First and last photo of each side."""
+        """First and last photo of each side, or the photos where they do not follow each other."""
         of = photos.names
-        return tuple(
-            note("placing.side", first=of[one.photos[0]], last=of[one.photos[-1]])
-            for one in self.sides
-        )
+        return tuple(_named([of[photo] for photo in one.photos], one) for one in self.sides)
 
     def on_object(self, features: Features) -> tuple[Bool[np.ndarray, " n"], ...]:
         """Which keypoints of each photo lie on the object; of photos without a place, none."""
@@ -174,6 +175,13 @@ class Poses:
         return replace(detections, photos=photos)
 
 
+def _named(names: Sequence[str], side: Side) -> Finding:
+    """The photos of a side, in words."""
+    if side.photos[-1] - side.photos[0] == len(side.photos) - 1:
+        return note("placing.side", first=names[0], last=names[-1])
+    return note("placing.side.photos", **first_of(names))
+
+
 @dataclass(frozen=True)
 class Placed:
     """Photos that have places, by the object alone where it was turned over between them."""
@@ -182,6 +190,8 @@ class Placed:
     pairs: Pairs
     scene: Scene
     poses: Poses
+    lenses: ByLens | None = None
+    """Where the photos themselves told that two lenses took them."""
 
 
 def place_object(
@@ -196,10 +206,54 @@ def place_object(
     twoview: TwoViewOptions,
     options: PosesOptions = DEFAULTS,
 ) -> Placed:
+    """Place photos, with two lenses where they tell so and one does not place them all.
+
+    Raises:
+        PlacementError: see `_placed`.
+    """
+    rest = (detections, run, mapping, twoview, options)
+
+    def with_two(lenses: ByLens) -> Placed:
+        placed = _placed(lenses.photos, features, matches, pairs, lenses.cameras, *rest)
+        return replace(placed, lenses=lenses)
+
+    told = lens_is_told(photos, cameras)
+    try:
+        placed = _placed(photos, features, matches, pairs, cameras, *rest)
+    except PlacementError:
+        lenses = None if told else run(by_lens, photos, features, pairs, cameras, mapping)
+        if lenses is None:
+            raise
+        return with_two(lenses)
+    if told or len(placed.scene.placed) == len(placed.scene.names):
+        return placed
+    lenses = run(by_lens, photos, features, pairs, cameras, mapping)
+    if lenses is None:
+        return placed
+    try:
+        again = with_two(lenses)
+    except PlacementError:
+        return placed
+    return again if len(again.scene.placed) > len(placed.scene.placed) else placed
+
+
+def _placed(
+    photos: PhotoSet,
+    features: Features,
+    matches: Matches,
+    pairs: Pairs,
+    cameras: Cameras,
+    detections: BoardDetections | None,
+    run: Run,
+    mapping: MappingOptions,
+    twoview: TwoViewOptions,
+    options: PosesOptions,
+) -> Placed:
     """Place photos, and where the object was turned over between them join the sides by it alone.
 
     Raises:
-        PlacementError: too few photos hang together, or the object does not join its two sides.
+        PlacementError: too few photos hang together, the object does not join its two sides, or the
+            photos show two limbs.
     """
     try:
         scene = run(place, photos, features, pairs, cameras, mapping)
@@ -212,12 +266,70 @@ def place_object(
         if may_be_turned_over(scene, detections):
             poses = run(find_poses, photos, features, pairs, cameras, detections, scene, options)
         if not poses.sides:
-            return Placed(matches, pairs, scene, poses)
+            groups = run(limb_groups, photos, features, matches, scene, cameras)
+            if not groups.photos:
+                return Placed(matches, pairs, scene, poses)
+            given = (photos, features, pairs, cameras, detections, groups, options)
+            try:
+                poses = run(poses_of_groups, *given)
+                return _joined_by_object(
+                    photos, features, matches, cameras, poses, run, mapping, twoview
+                )
+            except PlacementError as apart:
+                raise _two_limbs(groups, photos) from apart
+    return _joined_by_object(photos, features, matches, cameras, poses, run, mapping, twoview)
+
+
+def _joined_by_object(
+    photos: PhotoSet,
+    features: Features,
+    matches: Matches,
+    cameras: Cameras,
+    poses: Poses,
+    run: Run,
+    mapping: MappingOptions,
+    twoview: TwoViewOptions,
+) -> Placed:
+    """The photos of both sides placed by what lies on the object.
+
+    Raises:
+        PlacementError: it does not join them firmly.
+    """
     matches = poses.matches_on_object(features, matches)
     pairs = run(verify, photos, matches, cameras, twoview)
     scene = run(place, photos, features, pairs, cameras, mapping)
     refuse_apart(poses, scene)
     return Placed(matches, pairs, scene, poses)
+
+
+def _two_limbs(groups: LimbGroups, photos: PhotoSet) -> PlacementError:
+    """That photos which board or room join show two limbs, or one in two poses."""
+    one, other = (tuple(photos.names[k] for k in group) for group in groups.photos[:2])
+    return PlacementError("placing.two_limbs", groups=len(groups.photos), one=one, other=other)
+
+
+def poses_of_groups(
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    cameras: Cameras,
+    detections: BoardDetections | None,
+    groups: LimbGroups,
+    options: PosesOptions = DEFAULTS,
+) -> Poses:
+    """Groups of photos that share nothing of the limb, as the sides of one that was turned.
+
+    Raises:
+        PlacementError: they are not two, or one of them makes no scene of its own.
+    """
+    sides = [
+        _side(group, photos, features, pairs, cameras, detections, options)
+        for group in groups.photos
+    ]
+    known = tuple(side for side in sides if side is not None)
+    if len(known) != len(groups.photos) or len(known) != _SIDES:
+        raise PlacementError("placing.unheld")
+    return Poses(sides=known, clearance=options.clearance)
 
 
 def find_poses(

@@ -21,6 +21,7 @@ from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.calibration.cameras import LensSource
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.movement import movement_remark
+from limbgram.reconstruction.photos.lenses import lens_notes
 from limbgram.reconstruction.photos.masks import mask_notes
 from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import remarks
@@ -254,7 +255,7 @@ def summarise(
             observations=len(scene.observations.xy_px),
             rms_px=float(np.sqrt(np.nanmean(residuals**2))),
             notes=(
-                *map(told, (*mask_notes(done.photos), *done.still.notes)),
+                *map(told, (*mask_notes(done.photos), *lens_notes(done.photos), *done.still.notes)),
                 *_poses_notes(done),
                 *_placing_notes(scene),
             ),

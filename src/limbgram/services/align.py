@@ -15,7 +15,7 @@ from limbgram.core.request_fields import Flag, Within
 from limbgram.services.parse_text import AXIS, DIRECTION, PAIR, Direction, Pair
 from limbgram.workbench.frame.alignment import AlignOptions
 from limbgram.workbench.frame.alignment import align as with_frame
-from limbgram.workbench.limb import Kind, Limb, LimbFrame, Side
+from limbgram.workbench.limb import KindName, Limb, LimbFrame, Side
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,11 +41,11 @@ class AlignRequest(Axes):
 
     side: Side
     """Side of the patient: never guessed. none for a torso."""
-    kind: Kind | None = None
+    kind: KindName | None = None
     """What the names of the landmarks mean; kept with the shape."""
 
     @classmethod
-    def of(cls, axes: Axes, side: Side, kind: Kind | None) -> "AlignRequest":
+    def of(cls, axes: Axes, side: Side, kind: KindName | None) -> "AlignRequest":
         stated = {one.name: getattr(axes, one.name) for one in fields(Axes)}
         return cls(side=side, kind=kind, **stated)
 

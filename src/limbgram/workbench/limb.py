@@ -8,33 +8,47 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
-from limbgram.core.geometry.arrays import Vector3
+import numpy as np
+
+from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding
+from limbgram.workbench.anatomy.centreline import Centreline, straight
+from limbgram.workbench.anatomy.directions import AnatomicalAxis, Anatomy
+from limbgram.workbench.anatomy.found import KIND_NAMED, KINDS, KindName
+from limbgram.workbench.anatomy.kind import Kind
+from limbgram.workbench.anatomy.landmark import Landmark, Placed
+from limbgram.workbench.anatomy.names import identity_of, named
+
+__all__ = [
+    "KINDS",
+    "KIND_NAMED",
+    "RED",
+    "Kind",
+    "KindName",
+    "Landmark",
+    "Limb",
+    "LimbFrame",
+    "Origin",
+    "Placed",
+    "Side",
+    "doubt_of_name",
+    "likeliest",
+    "marked_red",
+    "names_apart",
+]
 
 Side = Literal["left", "right", "none"]
-Kind = Literal["transtibial", "transfemoral", "foot", "torso"]
-"""Of limb: it tells what the names of landmarks mean."""
-KINDS: tuple[Kind, ...] = get_args(Kind)
 _MARK = "-RED"
 RED = (
     "this surface comes from a capture whose verdict is RED: much of the limb is missing, or its "
     "size or shape may be wrong by a ply of sock or more; report.html of the case says why. Make "
     "nothing from it unchecked"
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Landmark:
-    """A named point on the surface."""
-
-    name: str
-    position_mm: Vector3
-    """In the mesh's frame."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,8 +85,8 @@ class Limb:
     landmarks: tuple[Landmark, ...] = ()
     frame: LimbFrame | None = None
     """None until aligned."""
-    kind: Kind | None = None
-    """None until somebody said it."""
+    kind: KindName | None = None
+    """None until somebody said it; it tells what the names of landmarks mean."""
     sock_mm: float = 0.0
     """Thickness of the sock that has been taken off the surface already."""
     name: str = ""
@@ -89,6 +103,59 @@ class Limb:
 
     def with_mesh(self, mesh: Mesh) -> "Limb":
         return replace(self, mesh=mesh)
+
+    def landmark(self, identity: str) -> Landmark:
+        """The landmark that marks a place, whatever somebody called it.
+
+        Raises:
+            MeasureError: it was not placed.
+        """
+        found = named(identity, self.landmarks)
+        if found is None:
+            raise MeasureError("anatomy.missing", names=(identity,), wanted_for=None)
+        return found
+
+    def axis(self, name: str) -> AnatomicalAxis:
+        """An axis of its kind, such as "ankle", in the mesh's frame.
+
+        Raises:
+            MeasureError: the kind has none of that name, or a landmark that spans it is missing.
+        """
+        return self.anatomy.axis(name)
+
+    @property
+    def anatomy(self) -> Anatomy:
+        """What its landmarks span, in the mesh's frame.
+
+        Raises:
+            MeasureError: nobody said what kind of limb it is.
+        """
+        if self.kind is None:
+            raise MeasureError("anatomy.no_kind", kinds=KINDS)
+        kind = KIND_NAMED[self.kind]
+        side = "none" if self.frame is None else self.frame.side
+        motion = None if self.frame is None else self.frame.limb_from_mesh
+        return Anatomy(
+            kind=kind,
+            places={identity_of(one.name): one.position_mm for one in self.landmarks},
+            left=None if kind.sided and side == "none" else side == "left",
+            frame=None if motion is None else motion.rotation,
+            origin_mm=np.zeros(3) if motion is None else motion.inverse.translation,
+        )
+
+    def centreline(self) -> Centreline:
+        """The curve that sections and charts go by, from proximal to distal, in the mesh's frame.
+
+        Raises:
+            MeasureError: a landmark that it goes by is missing, or the limb is not aligned.
+        """
+        anatomy = self.anatomy
+        if anatomy.kind.centreline is not None:
+            return anatomy.centreline()
+        axis = anatomy.axis("long axis")
+        along = axis.along_mm(self.mesh.vertices_mm)
+        ends = (axis.point_mm + axis.direction * end for end in (along.max(), along.min()))
+        return straight(*ends)
 
 
 def names_apart(names: Sequence[str]) -> tuple[str, ...]:

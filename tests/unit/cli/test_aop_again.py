@@ -143,7 +143,8 @@ def test_files_of_the_trade_are_kept(tmp_path: Path, data_folder: Path, name: st
     own.write_bytes((data_folder / "shapes" / "ampscan" / name).read_bytes())
     side = read_aop(own.read_bytes(), name).frame.side
     side = "right" if side == "none" else side
-    aligned = answered("align", own, "--side", side)
+    front = ("--anterior=+y",) if name.startswith("stl_file") else ()  # ampscan leaves it open
+    aligned = answered("align", own, "--side", side, *front)
     assert aligned["limb_from_mesh"]["translation_mm"] == [0, 0, 0]
     once, twice = tmp_path / "once.aop", tmp_path / "twice.aop"
     answered("export", own, "--to", "aop", "--side", side, "-o", once)

@@ -136,7 +136,7 @@ def test_aop_and_its_mirror_check(scan: Path) -> None:
 
 def test_default_names_of_all_kinds_stand_side_by_side(scan: Path) -> None:
     """Limb files and mirror checks too: none takes another's place."""
-    kinds = ("stl", "obj", "glb", "vtp", "ply", "dxf", "aop", "gcode")
+    kinds = ("stl", "obj", "glb", "ply", "vtp", "dxf", "aop", "gcode")
     carved = ("aop", "gcode")
     contents = [
         exported(scan, "--to", kind, *(("--side", "left") if kind in carved else ()))

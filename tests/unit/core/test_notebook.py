@@ -1,6 +1,8 @@
 """What products show of themselves in a notebook, and as other libraries take them."""
 
 import sys
+from dataclasses import replace
+from datetime import date
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from limbgram.core.errors import MissingError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief, html_of, library
 from limbgram.core.spreadsheet import Table
+from limbgram.workbench.compare import compare
+from limbgram.workbench.compare.over_time import Visit, follow
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, Measures, measure_limb
@@ -20,8 +24,10 @@ UP, FORWARDS = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 
 @pytest.fixture(scope="module")
 def mesh() -> Mesh:
+    """A tube, closed below and open above; its errors are alike everywhere."""
     tube = trimesh.creation.cylinder(radius=RADIUS_MM, height=200, sections=720)
-    tube = tube.slice_plane([0, 0, 99], [0, 0, -1])
+    tube.update_faces(tube.face_normals[:, 2] < 0.5)
+    tube.remove_unreferenced_vertices()
     count = len(tube.vertices)
     return Mesh(
         vertices_mm=np.asarray(tube.vertices, np.float64),
@@ -97,3 +103,20 @@ def test_a_library_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch, mes
     with pytest.raises(MissingError, match="pip install pyvista"):
         mesh.to_pyvista()
     assert library("math").pi == np.pi
+
+
+def test_a_comparison_and_a_series_as_tables(mesh: Mesh, measures: Measures) -> None:
+    pytest.importorskip("pandas", reason="pandas is not installed")
+    wider = mesh.with_vertices(mesh.vertices_mm * (1.02, 1.02, 1.0))
+    limbs = [measures.limb, replace(measures.limb, mesh=wider)]
+    frame = compare(*limbs).to_frame()
+    whole = frame.dropna(subset=["change_tape_mm"])
+    np.testing.assert_allclose(whole.change_tape_mm, 0.02 * whole.first_tape_mm, rtol=1e-3)
+    np.testing.assert_allclose(whole.sigma_tape_mm, np.sqrt(2) * 2 * np.pi * SIGMA_MM, rtol=0.05)
+    days = (date(2026, 3, 2), date(2026, 3, 16), date(2026, 3, 30))
+    series = follow([Visit(limb=limbs[k], day=day) for k, day in zip((0, 1, 1), days)])
+    visits = series.to_frame()
+    assert list(visits.day) == [day.isoformat() for day in days]
+    assert visits.volume_ml[1] / visits.volume_ml[0] == pytest.approx(1.02**2, rel=1e-3)
+    assert series._repr_html_().count("<tr>") == 4
+    assert len(repr(series)) < 1000

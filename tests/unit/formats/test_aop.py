@@ -14,7 +14,7 @@ from limbgram.core.mesh.topology import is_edge_manifold, volume_mm3
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import doubt, note
 from limbgram.formats.aop.grammar import parse_aop
-from limbgram.formats.aop.reading import read_aop
+from limbgram.formats.aop.reading import read_aop, read_aop_soup
 from limbgram.formats.aop.writing import write_aop
 from limbgram.formats.export_checks import in_limb_frame
 from limbgram.formats.reading import read_limb, read_shape
@@ -239,7 +239,16 @@ def test_real_files(data_folder: Path, name: str) -> None:
     assert (limb.frame is None) == name.startswith("stl_file")
     codes = [one.code for one in limb.notes]
     assert ("aop.front_left_open" in codes) == (limb.frame is None)
-    assert ("aop.front_taken" in codes) == (limb.frame is not None)
+    assert "aop.front_taken" not in codes  # its landmarks tell the front
+
+
+def test_a_front_that_no_writer_and_no_landmark_tells_is_noted() -> None:
+    nobody = read_aop_soup(tiny(marks=("0",)), "tiny.aop").notes
+    assert nobody == (note("aop.front_taken"),)
+    ours = read_aop_soup(tiny(marks=("0",), comments=("UNIT: MM",)), "tiny.aop").notes
+    assert ours == ()
+    crest = ("1", "tibial crest", "1", "50", "0", "10")
+    assert read_aop_soup(tiny(marks=crest), "tiny.aop").notes == ()
 
 
 @pytest.mark.parametrize("name", ["stl_file", "stl_file_2"])

@@ -112,7 +112,9 @@ def test_colours_of_programs_that_write_a_displays_are_read_as_they_stand(
     mesh: Mesh, tmp_path: Path
 ) -> None:
     """trimesh, which wrote our own files before."""
-    (tmp_path / "a.glb").write_bytes(mesh.to_trimesh().export(file_type="glb"))
+    # In metres; without sigma, whose NaN trimesh writes into the description.
+    other = replace(mesh, vertices_mm=mesh.vertices_mm / 1000, sigma_mm=None).to_trimesh()
+    (tmp_path / "a.glb").write_bytes(other.export(file_type="glb"))
     np.testing.assert_array_equal(read_limb(tmp_path / "a.glb").mesh.colours, mesh.colours)
 
 
@@ -146,7 +148,7 @@ def test_a_glb_whose_numbers_are_text_is_read(mesh: Mesh, tmp_path: Path) -> Non
 
 def test_landmarks_stand_in_the_file_itself(mesh: Mesh, tmp_path: Path) -> None:
     for kind in ("glb", "obj"):
-        path = write_limb(Limb(mesh=mesh, landmarks=MARKS), tmp_path / kind / f"a.{kind}")
+        path = write_limb(Limb(mesh=mesh, landmarks=MARKS), tmp_path / f"a.{kind}")
         (path.with_suffix(".limb.json")).unlink()
         read = read_limb(path)
         assert len(read.mesh) == len(mesh)

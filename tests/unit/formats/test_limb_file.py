@@ -180,7 +180,7 @@ def test_it_knows_the_unit_of_the_mesh(tmp_path: Path, limb: Limb) -> None:
         ("format", "other"),
         ("version", 2),
         ("side", "upper"),
-        ("kind", "arm"),
+        ("kind", "tail"),
         ("sock_mm", -1),
         ("sock_mm", "thin"),
         ("landmarks", [{"name": "", "position_mm": [0, 0, 0]}]),

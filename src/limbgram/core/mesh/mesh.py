@@ -126,7 +126,8 @@ class Mesh:
         """The same triangles for trimesh, with colours; sigma and filled marks as attributes."""
         from trimesh import Trimesh  # a fifth of a second, for notebooks alone
 
-        known = {"sigma_mm": self.sigma_mm, "filled": self.filled}
+        filled = None if self.filled is None else self.filled.astype(np.uint8)  # it writes no bool
+        known = {"sigma_mm": self.sigma_mm, "filled": filled}
         return Trimesh(
             self.vertices_mm,
             self.faces,

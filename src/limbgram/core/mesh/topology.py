@@ -286,6 +286,16 @@ def is_vertex_manifold(faces: Faces) -> bool:
     return bool(corner_fans(faces).max(initial=-1) + 1 == np.count_nonzero(_used(faces)))
 
 
+def sheets_apart(mesh: Mesh) -> Mesh:
+    """Double the vertices at which several sheets meet."""
+    if is_vertex_manifold(mesh.faces):
+        return mesh
+    fans = corner_fans(mesh.faces)
+    first = np.unique(fans, return_index=True)[1]
+    vertex_of_fan = mesh.faces.ravel()[first].astype(np.int64)
+    return replace(taking_vertices(mesh, vertex_of_fan), faces=fans)
+
+
 def with_faces(mesh: Mesh, faces: Faces) -> Mesh:
     """The mesh with other faces on its vertices; vertices without a face are dropped."""
     used = _used(faces)
@@ -314,6 +324,31 @@ def volume_mm3(mesh: Mesh) -> float:
     around = mesh.vertices_mm - centre
     whole = float(np.einsum("ij,ij->", _first_corners(around, faces), crosses(around, faces))) / 6
     return whole + _cones_mm3(around, border) if len(border) else whole
+
+
+@dataclass(frozen=True, kw_only=True)
+class Enclosed:
+    """What a surface holds, and whether it holds it."""
+
+    watertight: bool
+    """Every edge has two faces that agree on what is outside: a solid."""
+    open_edges: int
+    volume_mm3: float
+    """Each opening counts as closed by a cone from its own vertices' mean."""
+
+
+def enclosed_by(mesh: Mesh) -> Enclosed:
+    """What a surface encloses."""
+    return Enclosed(
+        watertight=is_watertight(mesh.faces),
+        open_edges=len(boundary_half_edges(mesh.faces)),
+        volume_mm3=volume_mm3(mesh),
+    )
+
+
+def is_watertight(faces: Faces) -> bool:
+    """Every edge has two faces that agree on what is outside; no faces at all enclose nothing."""
+    return bool(len(faces)) and not len(boundary_half_edges(faces)) and is_edge_manifold(faces)
 
 
 def faces_inwards(mesh: Mesh) -> bool:

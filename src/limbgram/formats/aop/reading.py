@@ -20,6 +20,8 @@ from limbgram.formats.aop.profiles import (
 from limbgram.formats.format import Format
 from limbgram.formats.triangle_soup import Soup
 from limbgram.workbench.carving.radius_map import Grid, RadiusMap
+from limbgram.workbench.frame.alignment import outward
+from limbgram.workbench.frame.landmarks import known_anywhere
 from limbgram.workbench.limb import Landmark, LimbFrame, names_apart
 
 _ON_SURFACE_MM = 3.0
@@ -94,7 +96,10 @@ def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopRe
 def read_aop_soup(content: bytes, name: str) -> Soup:
     """The surface with the landmarks, axes and side of the file."""
     found = read_aop(content, name)
-    unnamed = () if found.writer_known else (note("aop.front_taken"),)
+    sure = found.writer_known or any(
+        outward(known_anywhere(mark.name, None), found.frame.side) for mark in found.landmarks
+    )
+    unnamed = () if sure else (note("aop.front_taken"),)
     return Soup(
         mesh=found.radius_map.surface(),
         stated_unit="mm",

@@ -22,10 +22,10 @@ from limbgram.formats.aop.axis import fitted_axis
 from limbgram.formats.aop.cost import AopReport, cost_of
 from limbgram.formats.aop.profiles import Profile, landmarks_to_file
 from limbgram.formats.aop.reading import PLACE_COMMENT, AopReading, read_aop
+from limbgram.workbench.anatomy.names import without_accents
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.carving.mapping import MapOptions, Mapped, map_radii, map_radii_on
 from limbgram.workbench.carving.radius_map import Grid
-from limbgram.workbench.frame.landmark_names import without_accents
 from limbgram.workbench.limb import Limb, LimbFrame, names_apart
 
 LineEnd = Literal["lf", "cr", "crlf"]

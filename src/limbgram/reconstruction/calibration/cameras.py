@@ -9,6 +9,8 @@ Method  a calibration fits photos of its own size, or of a smaller copy of it, b
         model, that of this very size before a reduced one. Photos that a program turned by a
         quarter take it turned: to which side nobody can tell, so the principal point stands in
         the middle, with a sigma that holds either place, and the photos settle it.
+        Photos that were cut out of others of the same camera have that one's lens, its middle and
+        its focal length in pixels left open.
         Without any, the focal length comes from EXIF: 35-mm equivalent, else focal length over
         the model's sensor width. EXIF is nominal (focused near, 50 mm is 51.5), and has sigmas to
         match. Where it tells nothing, a usual angle is guessed, with a wide sigma.
@@ -26,6 +28,7 @@ from jaxtyping import Float64
 from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.lens import Camera
 from limbgram.findings import Finding, fault
+from limbgram.reconstruction.photos.lenses import cut_from
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet, first_of
 
 LensSource = Literal["board", "exif", "guess"]
@@ -165,14 +168,22 @@ def cameras_for(
     photos: PhotoSet, given: Sequence[Calibration], options: CameraOptions = DEFAULTS
 ) -> Cameras:
     """A calibration for each camera group, given or from EXIF."""
-    if not given:
-        return Cameras(tuple(from_exif(group, options) for group in photos.cameras))
-    return Cameras(
-        tuple(
-            _fitting(group, [p.name for p in photos.photos if p.camera_idx == idx], given, options)
-            for idx, group in enumerate(photos.cameras)
-        )
-    )
+    cut = cut_from(photos)
+
+    def whole(idx: int) -> Calibration:
+        group = photos.cameras[idx]
+        if not given:
+            return from_exif(group, options)
+        names = [photo.name for photo in photos.photos if photo.camera_idx == idx]
+        return _fitting(group, names, given, options)
+
+    def lens(idx: int) -> Calibration:
+        group = photos.cameras[idx]
+        if idx not in cut or any(_misfit(group, one, options) is None for one in given):
+            return whole(idx)
+        return _cut_out(whole(cut[idx]), group, options)
+
+    return Cameras(tuple(map(lens, range(len(photos.cameras)))))
 
 
 def from_exif(group: CameraGroup, options: CameraOptions = DEFAULTS) -> Calibration:
@@ -358,6 +369,25 @@ def _strangeness(group: CameraGroup, calibration: Calibration) -> tuple[bool, ..
         != (calibration.camera.width_px, calibration.camera.height_px),
         _is_turned(group, calibration.camera),
     )
+
+
+def _cut_out(whole: Calibration, group: CameraGroup, options: CameraOptions) -> Calibration:
+    """The lens of pictures that were cut out of those of a calibration, and perhaps reduced.
+
+    Where they were cut nobody knows: the principal point is as likely anywhere that leaves room.
+    """
+    if _is_turned(group, whole.camera):
+        whole = _turned(whole)
+    camera, covariance = whole.camera, whole.covariance.copy()
+    spare_px = np.array(
+        [camera.width_px - group.width_px, camera.height_px - group.height_px], np.float64
+    )
+    covariance[[2, 3], [2, 3]] += spare_px**2 / 12.0
+    covariance[:2, :2] += (options.sigma_from_nothing * camera.fx) ** 2
+    packed = camera.packed.copy()
+    packed[[2, 3]] -= 0.5 * spare_px
+    cut = replace(camera, width_px=group.width_px, height_px=group.height_px)
+    return replace(whole, camera=cut.with_parameters(packed), covariance=covariance, source="guess")
 
 
 def _is_turned(group: CameraGroup, camera: Camera) -> bool:

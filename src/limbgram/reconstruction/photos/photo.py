@@ -104,6 +104,8 @@ class CameraGroup:
     width_px: int
     height_px: int
     exif: Exif
+    longer: float | None = None
+    """Focal length over that of the other photos, where these tell two lenses and files do not."""
 
 
 _LISTED_AT_MOST = 6

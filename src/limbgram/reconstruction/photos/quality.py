@@ -27,7 +27,8 @@ from limbgram.core.errors import printable
 from limbgram.core.geometry.arrays import GreyImage, Mask
 from limbgram.findings import Finding, Value, doubt, fault, note
 from limbgram.reconstruction.photos.heif import HEIF_BRANDS, HEIF_SUFFIXES
-from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
+from limbgram.reconstruction.photos.lenses import same_lens
+from limbgram.reconstruction.photos.photo import CameraGroup, Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
 
 Picture = TypeVar("Picture", bound=np.ndarray)
@@ -140,7 +141,8 @@ def _of_other_lenses(photos: PhotoSet) -> Iterator[Remark]:
     usual_m = float(np.median(near)) if near else float("nan")
     for photo in photos.photos:
         idx, exif = photo.camera_idx, photo.exif
-        if idx != most and counts[idx] <= _MAX_STRANGE_SHARE * len(photos.photos):
+        few = idx != most and counts[idx] <= _MAX_STRANGE_SHARE * len(photos.photos)
+        if few and not _only_resized(photos.cameras[idx], photos.cameras[most]):
             yield Remark(photo.name, _strange(photos, idx, most, int(counts[most])))
         elif exif.focal_mm is not None and exif.subject_m is not None:
             # A thin lens: the principal distance is f D / (D - f).
@@ -155,6 +157,12 @@ def _of_other_lenses(photos: PhotoSet) -> Iterator[Remark]:
                     longer=longer > 0,
                 )
                 yield Remark(photo.name, refocused)
+
+
+def _only_resized(one: CameraGroup, other: CameraGroup) -> bool:
+    """Whether a camera's pictures were made smaller or cut, which `photos.lenses` tells of."""
+    sizes = [{group.width_px, group.height_px} for group in (one, other)]
+    return same_lens(one, other) and sizes[0] != sizes[1]
 
 
 def _extension(focal_m: float, distance_m: float) -> float:

@@ -19,6 +19,7 @@ Method  OpenCV's detectors give ids and rough places; a model of each crossing i
         mirrored.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -41,6 +42,7 @@ from limbgram.reconstruction.targets.layout import (
     MarkersRead,
     agreeing_with,
     layout_of,
+    other_ratio,
     read_markers,
 )
 
@@ -237,6 +239,8 @@ class TargetOptions:
 
 
 DEFAULTS = TargetOptions()
+_ASKED_FOR_RATIO = 6
+"""Photos that show the board largest tell how much of a square a marker fills."""
 _FEW_PHOTOS = 3
 """With fewer photos of the board neither a camera nor a scale can be told."""
 SEARCH_BYTES = 7.0
@@ -249,16 +253,26 @@ def find_board(
     """Find the corners of one board in every photo that shows it.
 
     A board of the given size that was printed in the other pattern of OpenCV is read in that one.
+    One whose markers fill another part of their squares is another board: then one of both sizes
+    was given wrongly, and with the squares' the scale.
     """
     found = _detected(photos, board, options)
     firm = sum(len(one.ids) > CORNERS_BY_CHANCE for one in found.photos)
-    if board.kind == "checkerboard" or firm >= _FEW_PHOTOS:
+    if board.kind == "checkerboard":
         return found
-    shown, swapped = _layouts(photos, board)
+    if firm >= _FEW_PHOTOS:
+        largest = sorted(found.photos, key=lambda one: -one.step_px)[:_ASKED_FOR_RATIO]
+        read = in_parallel(
+            lambda one: read_markers(load_luma(photos.photos[one.photo_idx]), board),
+            largest,
+            each_mb=in_flight_mb(photos.photos, SEARCH_BYTES),
+        )
+        return _of_this_ratio(found, read, board)
+    shown, swapped, read = _layouts(photos, board)
     if swapped.markers > shown.markers:
         return _not_this(found, fault("board.mirrored", photos=swapped.photos))
     if shown.is_of(board) or shown.photos <= firm:
-        return found
+        return _of_this_ratio(found, read, board)
     other_pattern = replace(board, legacy=shown.marker_first)
     if shown.is_of(other_pattern):
         return _detected(photos, other_pattern, options)
@@ -271,6 +285,24 @@ def find_board(
         given_rows=board.rows,
     )
     return _not_this(found, other_layout)
+
+
+def _of_this_ratio(
+    found: BoardDetections, read: Sequence[MarkersRead], board: Board
+) -> BoardDetections:
+    """The corners, unless the markers fill their squares otherwise than was given."""
+    ratio = other_ratio(read, board)
+    if ratio is None:
+        return found
+    cause = fault(
+        "board.other_ratio",
+        ratio=ratio,
+        given_ratio=board.marker_mm / board.square_mm,
+        square_mm=board.square_mm,
+        marker_mm=board.marker_mm,
+        fitting_mm=ratio * board.square_mm,
+    )
+    return _not_this(found, cause)
 
 
 def _not_this(found: BoardDetections, cause: Finding) -> BoardDetections:
@@ -301,6 +333,8 @@ class _Layouts(NamedTuple):
 
     shown: Layout
     swapped: Layout
+    read: list[MarkersRead]
+    """As they are."""
 
 
 def _layouts(photos: PhotoSet, board: Board) -> _Layouts:
@@ -310,9 +344,8 @@ def _layouts(photos: PhotoSet, board: Board) -> _Layouts:
         return read_markers(luma, board), read_markers(swapped, board)
 
     read = in_parallel(work, photos.photos, each_mb=in_flight_mb(photos.photos, SEARCH_BYTES))
-    return _Layouts(
-        layout_of([one for one, _ in read], board), layout_of([one for _, one in read], board)
-    )
+    shown, swapped = [one for one, _ in read], [one for _, one in read]
+    return _Layouts(layout_of(shown, board), layout_of(swapped, board), shown)
 
 
 def find_in_photo(

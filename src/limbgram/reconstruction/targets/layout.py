@@ -3,7 +3,8 @@
 A marker is read without knowing the board, and its number says which white square it lies in, once
 the number of columns is known and whether a marker comes first (the pattern of OpenCV before 4.6).
 Every such layout is tried: the markers of a photo that one homography takes to their squares agree
-with it.
+with it. How much of its square a marker fills is measured too: where the middles of the markers lie
+does not depend on it, so that these map the photo to the board, and sides follow.
 """
 
 from collections.abc import Sequence
@@ -143,3 +144,67 @@ def _fits(
     there = cv2.perspectiveTransform(seen[None], plane)[0]
     near = np.linalg.norm(there - places, axis=1) < _NEAR_SQUARES
     return np.logical_and.reduce(near.reshape(-1, 4), axis=1)
+
+
+_FEWEST_FOR_RATIO = 6
+"""Markers of a photo that map it to the board,"""
+_FEWEST_SAYING = 3
+"""and photos that must agree."""
+_WITHIN_SHARE, _WITHIN_PX = 0.03, 1.0
+"""How far a side may seem from its length: contours run inside what is black, blur and glare eat
+into it. Rendered markers of 14 to 63 px come out 1.1 to 1.6 px short."""
+_SHORT_PX = 1.3
+
+
+def other_ratio(read: Sequence[MarkersRead], given: Board) -> float | None:
+    """Side of a marker over that of its square, where photos show another one than was given."""
+    known = [one for one in (_side(one, given) for one in read) if one is not None]
+    if len(known) < _FEWEST_SAYING:
+        return None
+    ratio = float(np.median([one.squares for one in known]))
+    side_px = float(np.median([one.pixels for one in known]))
+    stated = given.marker_mm / given.square_mm
+    allowed = (_WITHIN_SHARE + _WITHIN_PX / side_px) * max(ratio, stated)
+    return ratio if abs(ratio - stated) > allowed else None
+
+
+class _Side(NamedTuple):
+    """Of a typical marker in a photo."""
+
+    squares: float
+    pixels: float
+
+
+def _side(read: MarkersRead, given: Board) -> _Side | None:
+    """None where too few markers lie as on the board."""
+    squares = _squares(read.numbers, given.columns, _has_marker_first(given)) + 0.5
+    if len(squares) < _FEWEST_FOR_RATIO:
+        return None
+    plane, kept = cv2.findHomography(
+        _middles(read.corners_px), squares, cv2.RANSAC, _NEAR_SQUARES / 2, maxIters=_SAMPLES
+    )
+    if plane is None or kept.sum() < _FEWEST_FOR_RATIO:
+        return None
+    corners_px = read.corners_px[kept.ravel() > 0]
+    there = cv2.perspectiveTransform(corners_px.reshape(1, -1, 2), plane)[0].reshape(-1, 4, 2)
+    pixels, sides = (float(np.median(_sides(one))) for one in (corners_px, there))
+    return _Side(sides * (1.0 + _SHORT_PX / pixels), pixels + _SHORT_PX)
+
+
+def _middles(corners: Float64[np.ndarray, "m 4 2"]) -> Float64[np.ndarray, "m 2"]:
+    """Where the diagonals meet: the middle of a square in any perspective."""
+    first, second, third, fourth = corners.transpose(1, 0, 2)
+    along, across, between = third - first, fourth - second, second - first
+    share = _cross(between, across) / _cross(along, across)
+    return first + share[:, None] * along
+
+
+def _cross(
+    one: Float64[np.ndarray, "m 2"], other: Float64[np.ndarray, "m 2"]
+) -> Float64[np.ndarray, " m"]:
+    return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+
+
+def _sides(corners: Float64[np.ndarray, "m 4 2"]) -> Float64[np.ndarray, "m 4"]:
+    """Lengths of the four sides of each."""
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)

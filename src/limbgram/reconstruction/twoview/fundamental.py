@@ -91,7 +91,10 @@ def estimate_fundamental(
     none = RobustFundamental(None, np.zeros(len(xy_first), bool))
     if len(xy_first) < FEWEST_MATCHES:
         return none
-    found, _ = cv2.findFundamentalMat(xy_first, xy_second, ransac(threshold_px, seed))
+    try:
+        found, _ = cv2.findFundamentalMat(xy_first, xy_second, ransac(threshold_px, seed))
+    except cv2.error:  # it asserts that some sample gave a model
+        return none
     fundamental = np.asarray(found, float)
     if fundamental.shape != (3, 3) or not np.isfinite(fundamental).all():
         return none

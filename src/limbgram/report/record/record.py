@@ -50,14 +50,17 @@ from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
 from limbgram.workbench.compare.messages import comparison_tree
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
+from limbgram.workbench.edits.closing import enclosure
 from limbgram.workbench.frame.landmarks import frame_of, in_limb_frame
-from limbgram.workbench.limb import Landmark
+from limbgram.workbench.limb import KIND_NAMED, Landmark, Limb
+from limbgram.workbench.measures.form import sheet_tree
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
     Measures,
     measure_inside,
     measure_limb,
 )
+from limbgram.workbench.measures.sheet import measuring_sheet
 from limbgram.workbench.measures.table import tree as measures_tree
 
 _LIBRARIES = ("limbgram", "numpy", "scipy", "numba", "trimesh")
@@ -122,7 +125,7 @@ def record_of(
     compared = None if other is None else _compare(nameless_shape, other, done, options)
     mesh = in_limb_frame(nameless_shape.limb)
     marks = tuple(
-        Landmark(name=mark.name, position_mm=place)
+        replace(mark, position_mm=place)
         for mark, place in zip(
             nameless_shape.limb.landmarks,
             _places(nameless_shape.limb.landmarks, frame.limb_from_mesh.apply),
@@ -138,8 +141,9 @@ def record_of(
         side=frame.side,
         size_mm=tuple(np.ptp(mesh.vertices_mm, axis=0).tolist()),
         triangles=len(mesh.faces),
-        notes=tuple(map(told, nameless_shape.limb.notes)),
+        notes=(*map(told, nameless_shape.limb.notes), told(enclosure(mesh))),
         measures=measures_tree(measures),
+        sheet=_sheet(measures.limb),
         inside=None if inside is None else measures_tree(inside),
         landmarks=tuple(
             Mark(name=mark.name, in_limb_mm=tuple(mark.position_mm.tolist())) for mark in marks
@@ -186,6 +190,13 @@ def _pictures(
     if measures.wall is not None:
         drawings.append(("wall", "How thick the wall is", wall_map(mesh, measures.wall)))
     return tuple(_picture(*drawing) for drawing in drawings)
+
+
+def _sheet(limb: Limb) -> dict[str, Any] | None:
+    """The measuring sheet of a limb whose kind has one, and whose side is known."""
+    if limb.kind is None or not KIND_NAMED[limb.kind].sheet or limb.anatomy.left is None:
+        return None
+    return sheet_tree(measuring_sheet(limb))
 
 
 def _places(marks: tuple[Landmark, ...], to_limb: Callable[[Points3], Points3]) -> Points3:

@@ -18,8 +18,8 @@ from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding
 from limbgram.report.verdict_light import Light
+from limbgram.workbench.anatomy.names import known_identity
 from limbgram.workbench.edits.from_template import FromTemplate
-from limbgram.workbench.frame.landmark_names import known_identity
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.ledger import Ledger
 from limbgram.workbench.recipe.recipe import Recipe, replay_as_it_is

@@ -8,6 +8,7 @@ Fails   MeasureError: the shapes cannot be laid on each other, or share no level
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
@@ -16,7 +17,8 @@ from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.notebook import brief
+from limbgram.core.notebook import brief, data_frame, html_of
+from limbgram.core.spreadsheet import Table
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.compare.deviation import Deviation, deviation
 from limbgram.workbench.compare.frames import (
@@ -102,6 +104,40 @@ class Comparison:
     """What a reader must know to trust the figures."""
 
     __repr__ = brief
+
+    def to_frame(self) -> Any:
+        """A pandas.DataFrame with a row for each height: every figure of both, and its change.
+
+        Raises:
+            MissingError: pandas is not installed.
+        """
+        return data_frame(self._table())
+
+    def _repr_html_(self) -> str:
+        """The same table, for notebooks."""
+        return html_of(self._table(), "second less first; sigma is one standard deviation")
+
+    def _table(self) -> Table:
+        names = tuple(dict.fromkeys(name for one in self.levels.levels for name in one.measures))
+        ends = ("first", "second", "change", "sigma")
+        changes = (
+            (one.height_mm, [one.measures.get(name) for name in names])
+            for one in self.levels.levels
+        )
+        return Table(
+            title="levels",
+            columns=("height_mm", *(f"{end}_{name}" for name in names for end in ends)),
+            rows=tuple(
+                (height, *(cell for change in listed for cell in _cells(change)))
+                for height, listed in changes
+            ),
+        )
+
+
+def _cells(change: Change | None) -> tuple[float | None, ...]:
+    if change is None:
+        return (None,) * 4
+    return change.first.value, change.second.value, change.difference, change.sigma
 
 
 def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Comparison:

@@ -28,9 +28,9 @@ from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.interval import widening
 from limbgram.findings import Finding, doubt, note
+from limbgram.workbench.anatomy.names import paired
 from limbgram.workbench.compare.counterparts import Counterparts, Ground, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
-from limbgram.workbench.frame.landmark_names import paired
 from limbgram.workbench.limb import Limb, LimbFrame
 
 _TUKEY = 4.685

@@ -17,15 +17,16 @@ Fails   OptionsError: fewer than two days. MeasureError: scans that cannot be co
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.interval import COVER, widening
-from limbgram.core.notebook import brief
-from limbgram.findings import Finding, note
+from limbgram.core.notebook import brief, data_frame, html_of
+from limbgram.core.spreadsheet import Table
+from limbgram.findings import Finding, note, told
 from limbgram.workbench.compare.comparison import CompareOptions, at_odds, lay
 from limbgram.workbench.compare.frames import (
     Axes,
@@ -175,6 +176,32 @@ class Series:
     """mm per week, by level; None where too few visits have the level."""
 
     __repr__ = brief
+
+    def to_frame(self) -> Any:
+        """A pandas.DataFrame with a row for each visit: volume, and girths at all heights.
+
+        Raises:
+            MissingError: pandas is not installed.
+        """
+        return data_frame(self._table())
+
+    def _repr_html_(self) -> str:
+        """The same table, for notebooks."""
+        return html_of(self._table(), told(self.finding))
+
+    def _table(self) -> Table:
+        girths = tuple(f"tape_at_{height:g}_mm" for height in self.stack.heights_mm)
+        volumes = np.column_stack([self.stack.volumes_mm3, self.volume_sigmas_mm3]) / 1000
+        return Table(
+            title="visits",
+            columns=("day", "name", "volume_ml", "sigma_volume_ml", *girths),
+            rows=tuple(
+                (day.isoformat(), name, *row.tolist())
+                for day, name, row in zip(
+                    self.days, self.names, np.hstack([volumes, self.stack.tapes_mm]), strict=True
+                )
+            ),
+        )
 
     @property
     def change_mm3(self) -> float:

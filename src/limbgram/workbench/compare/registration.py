@@ -24,6 +24,7 @@ from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.interval import widening
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, doubt, note
+from limbgram.workbench.anatomy.names import alike, paired
 from limbgram.workbench.compare.counterparts import Ground
 from limbgram.workbench.compare.frames import brim_height_mm
 from limbgram.workbench.compare.icp import (
@@ -38,7 +39,6 @@ from limbgram.workbench.compare.icp import (
     tried_starts,
     width_mm,
 )
-from limbgram.workbench.frame.landmark_names import alike, paired
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import DISTAL_END, Sigmas, Volumes
 

@@ -138,7 +138,7 @@ def _edge_mm(edit: Area) -> float:
 
 def _depth_within(mesh: Mesh, curve: Curve, what: str) -> Float64[np.ndarray, " n"]:
     """Distance of each vertex from the curve, over the surface; 0 outside it."""
-    sides = find_sides(mesh, curve, what)
+    sides = find_sides(mesh, (curve,), what)
     within = inside(mesh, sides)
     start = np.where(within, np.abs(sides.signed_mm), np.inf)
     depth = distances_from(mesh, start, within, np.inf)

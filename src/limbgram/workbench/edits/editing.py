@@ -14,6 +14,7 @@ from limbgram.core.request_fields import declared
 from limbgram.findings import LANGUAGES, doubt
 from limbgram.findings.tell import add_terms
 from limbgram.workbench import edits
+from limbgram.workbench.edits.closing import kept_closed
 from limbgram.workbench.edits.cutting import ON_IT_MM
 from limbgram.workbench.edits.edit import LONGEST_MM, Edit, name_of, place_of, words_in
 from limbgram.workbench.edits.guard import require_sound
@@ -82,11 +83,22 @@ def require_sense(edit: Edit) -> None:
 def do_edit(limb: Limb, edit: Edit) -> Limb:
     """The limb after an edit; a landmark whose part of the surface is cut off goes with it.
 
+    A solid stays one: what an edit opens of it is closed along the cut.
+
     Raises:
-        EditError: the edit makes no sense on this limb, or would spoil its surface.
+        EditError: the edit makes no sense on this limb, or would spoil its surface, or open a
+            solid that cannot be closed again.
     """
     require_sense(edit)
+    if edit.about.kinds and limb.kind not in edit.about.kinds:
+        raise EditError(
+            "edit.kind",
+            what=edit.title,
+            kind=None if limb.kind is None else limb.kind,
+            kinds=edit.about.kinds,
+        )
     after = edit.apply(limb)
+    after = after.with_mesh(kept_closed(edit.title, limb.mesh, after.mesh))
     if edit.about.guarded:
         require_sound(edit.title, limb.mesh, after.mesh)
     return _landmarks_on_it(limb, after, moved=edit.about.effect.moves_skin)

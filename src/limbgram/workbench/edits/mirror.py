@@ -8,7 +8,7 @@ import numpy as np
 from limbgram.core.errors import EditError
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import moved_by, require_frame
-from limbgram.workbench.limb import Landmark, Limb
+from limbgram.workbench.limb import Limb
 
 
 @edit(
@@ -68,7 +68,7 @@ class Mirror(Edit):
             faces=np.ascontiguousarray(limb.mesh.faces[:, ::-1]),
         )
         marks = tuple(
-            Landmark(name=mark.name, position_mm=reflected(mark.position_mm[None])[0])
+            replace(mark, position_mm=reflected(mark.position_mm[None])[0])
             for mark in limb.landmarks
         )
         framed = replace(frame, side=self.confirmed_side)

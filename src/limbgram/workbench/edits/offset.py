@@ -22,6 +22,7 @@ from limbgram.core.mesh.mesh import Mesh, dots, lengths, summed
 from limbgram.core.mesh.topology import with_any
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound
+from limbgram.workbench.edits.level_edges import Plane, kept_level
 from limbgram.workbench.edits.regions import averaging, displaced
 from limbgram.workbench.limb import Limb
 
@@ -101,6 +102,8 @@ class Offsetting:
     """A surface to be offset, with what all its offsets share: an edit tries several."""
 
     mesh: Mesh
+    planes: tuple[Plane, ...] = ()
+    """In which open edges stay."""
 
     @cached_property
     def units(self) -> Points3:
@@ -128,6 +131,7 @@ class Offsetting:
             raise EditError("edit.offset.no_number")
         mesh = self.mesh
         moves = self._eased(distances_mm[:, None] * self.units, ease)
+        moves = kept_level(mesh, self.planes, moves)
         turned = _turning(mesh.face_normals(), mesh, moves) <= 0
         if turned.any():
             moves = _scraps_along(mesh, moves)

@@ -39,7 +39,7 @@ class PlaneCut(Edit):
     keep: Part = "distal"
     """Which part stays."""
     capped: bool = False
-    """Whether the cut is closed by a flat surface."""
+    """Whether the cut is closed by a flat surface; that of a solid always is."""
 
     words = spoken(
         en=Words(
@@ -74,7 +74,8 @@ class PlaneCut(Edit):
                 "right_deg": "Neigung: wie viel die Ebene nach links steigt (ihre Senkrechte neigt "
                 "sich nach rechts des Patienten). Längs des Gliedmaßes schneidet die Randlinie.",
                 "keep": "Welcher Teil bleibt.",
-                "capped": "Ob der Schnitt mit einer ebenen Fläche geschlossen wird.",
+                "capped": "Ob der Schnitt mit einer ebenen Fläche geschlossen wird; der eines "
+                "Körpers wird es immer.",
             },
             choices={"distal": "der distale Teil", "proximal": "der proximale Teil"},
         ),

@@ -30,9 +30,9 @@ from limbgram.core.mesh.sections import area_and_centroid, cut
 from limbgram.core.mesh.topology import boundary_half_edges, edge_lengths, find_edges
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.reconstruction.surface.holes import fill_holes
+from limbgram.workbench.anatomy.names import named
 from limbgram.workbench.edits.fineness import refine_under
-from limbgram.workbench.frame.landmark_names import named
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame, likeliest
+from limbgram.workbench.limb import Limb, LimbFrame, likeliest
 
 Place = str | tuple[float, float, float]
 """The name of a landmark, or x, y, z in millimetres."""
@@ -182,7 +182,7 @@ def displaced(limb: Limb, vertices_mm: Points3) -> Limb:
     near = closest.distances_mm <= _FARTHEST_MM
     shifts = (shares[:, :, None] * moves).sum(1) * near[:, None]
     marks = tuple(
-        Landmark(name=mark.name, position_mm=mark.position_mm + shift)
+        replace(mark, position_mm=mark.position_mm + shift)
         for mark, shift in zip(limb.landmarks, shifts, strict=True)
     )
     return replace(limb, mesh=new, landmarks=marks)
@@ -257,17 +257,20 @@ def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
     return Curve(closest.points_mm, _smoothed(normals))
 
 
-def find_sides(mesh: Mesh, curve: Curve, what: str) -> Sides:
-    """Tell the two sides of a curve apart.
+def find_sides(mesh: Mesh, curves: Sequence[Curve], what: str) -> Sides:
+    """Tell the two sides of a curve apart; of a wall, which is cut through, those of two curves.
 
     Raises:
-        EditError: the curve crosses itself or comes too near to itself.
+        EditError: a curve crosses itself or comes too near to itself, or there is a way round it.
     """
     tree = tree_on(mesh)
-    band = _faces_along(mesh, tree.closest(_densified(curve)).faces)
-    vertices = np.unique(mesh.faces[band])
     signed = np.full(len(mesh), np.inf)
-    signed[vertices] = _signed_mm(mesh.vertices_mm[vertices], curve)
+    for curve in curves:
+        band = _faces_along(mesh, tree.closest(_densified(curve)).faces)
+        vertices = np.unique(mesh.faces[band])
+        found = _signed_mm(mesh.vertices_mm[vertices], curve)
+        nearer = np.abs(found) < np.abs(signed[vertices])
+        signed[vertices[nearer]] = found[nearer]
     sign = np.where(np.isfinite(signed), np.where(signed > 0, 1, -1), 0)
     ends = find_edges(mesh.faces).ends
     across = sign[ends[:, 0]] * sign[ends[:, 1]] < 0

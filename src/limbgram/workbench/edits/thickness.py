@@ -14,7 +14,10 @@ from typing import Literal
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
-from jaxtyping import Float64, Int64
+from jaxtyping import Bool, Float64, Int64
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.interval import weighted_quantile
@@ -37,8 +40,9 @@ _PLACES = np.array(
 """Corner shares of the places: the middle, which comes first, and near corners and sides."""
 _TRIED = 3000
 """Faces by which a wall is told from a limb."""
-_PATCH_MM2 = 1.0
-"""Area that has to be as thin: triangles in an edge that are smaller are no wall."""
+_PATCH_MM2, _PATCH_MM = 1.0, 2.0
+"""Area that has to be as thin: triangles in an edge that are smaller are no wall; and how far apart
+faces of one patch of it lie at most."""
 _THICKEST_MM, _THICKEST_SHARE = 20.0, 0.25
 """A shape whose sides lie nearer, in the middle of its area, is a wall: no socket or orthosis is
 thicker, and every limb is, against this share of its second largest size."""
@@ -141,13 +145,12 @@ def thin_lip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
     """
     cast = _Cast.of(solid)
     least, places = cast.everywhere(_LEANING, rim=rim)
-    thin = least < least_mm
-    if not cast.areas_mm2[thin].sum() >= _PATCH_MM2:
+    thin = np.flatnonzero(least < least_mm)
+    thin = thin[_in_patches(places[thin], cast.areas_mm2[thin])]
+    if not len(thin):
         return None
-    thinnest = int(least.argmin())
-    return Lip(
-        thickness_mm=float(least[thinnest]), place_mm=places[thinnest], faces=np.flatnonzero(thin)
-    )
+    thinnest = int(thin[least[thin].argmin()])
+    return Lip(thickness_mm=float(least[thinnest]), place_mm=places[thinnest], faces=thin)
 
 
 @dataclass(frozen=True)
@@ -197,6 +200,19 @@ class _Cast:
         drop = np.einsum("fd,fd->f", self.corners[met, 0] - points, self.normals[met])
         counts = (met >= 0) & (facing < opposed) & ((looked >= rim) | (met >= rim))
         return np.where(counts, np.maximum(drop, 0.0), np.inf)
+
+
+def _in_patches(places_mm: Points3, areas_mm2: Float64[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
+    """Which faces lie together with others over as much area as counts.
+
+    Corners of the triangles of an edge are thin everywhere; over a whole brim they add up.
+    """
+    if not len(places_mm):
+        return np.zeros(0, np.bool_)
+    near = KDTree(places_mm).query_pairs(_PATCH_MM, output_type="ndarray")
+    links = coo_array((np.ones(len(near)), near.T), shape=(len(places_mm),) * 2)
+    patch = np.asarray(connected_components(links, directed=False)[1])
+    return np.asarray(np.bincount(patch, areas_mm2)[patch] >= _PATCH_MM2)
 
 
 def _is_clear(mesh: Mesh, tried: Int64[np.ndarray, " k"], reach_mm: float) -> bool:

@@ -1,26 +1,44 @@
-"""Trimline: the limb cut along a curve drawn on its surface."""
+"""Trimline: the limb cut along a curve drawn on its surface; a wall is cut straight through."""
+
+from dataclasses import replace
 
 import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Bool, Float64
+from scipy.ndimage import gaussian_filter1d
 
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.topology import is_watertight, with_faces
 from limbgram.workbench.edits.cutting import Part, keep_positive
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import (
+    Curve,
     FrameName,
     Place,
     draw_curve,
     find_sides,
     fine_along,
+    middles_mm,
     on_surface,
     points_in_limb_frame,
     position_mm,
     require_ring,
 )
+from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.limb import Limb
 
 _EDGE_MM = 1.5
 """Edges along a trimline before it is cut."""
+_CALM = 1.0
+"""Thicknesses of a wall over which the ways through it are evened out along a trimline: on a rough
+scan they would cross."""
+_INSET_MM = 1e-3
+"""How far below its face a way through a wall starts, so that it misses the face."""
+_MOST_ACROSS = 3.0
+"""Thicknesses of a wall that a way through it is long at most; beyond, it is no wall there."""
 
 
 @edit(
@@ -79,9 +97,11 @@ class Trimline(Edit):
         picked = np.stack(
             [position_mm(limb, place, self.positions_in, what) for place in self.through]
         )
-        curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
-        fine = fine_along(limb.mesh, curve, _EDGE_MM)
-        sides = find_sides(fine, curve, what)
+        curves = _curves(limb, picked, what)
+        fine = limb.mesh
+        for curve in curves:
+            fine = fine_along(fine, curve, _EDGE_MM)
+        sides = find_sides(fine, curves, what)
         heights = points_in_limb_frame(limb.with_mesh(fine), what)[:, 2]
         left_is_kept = _is_kept(fine, sides.left, heights, self.keep)
         apart = np.where(
@@ -89,6 +109,55 @@ class Trimline(Edit):
         )
         cut = keep_positive(fine, apart if left_is_kept else -apart)
         return limb.with_mesh(cut.mesh)
+
+
+def _curves(limb: Limb, picked_mm: Points3, what: str) -> tuple[Curve, ...]:
+    """The curve through the points; of a wall also where a cut straight through it comes out.
+
+    Of a wall the curve is drawn on the outside, on whichever side of it its points lie.
+    """
+    mesh = limb.mesh
+    wall = wall_of(mesh) if is_watertight(mesh.faces) else None
+    if wall is None:
+        return (draw_curve(mesh, on_surface(limb, picked_mm, what), what),)
+    outside = with_faces(mesh, mesh.faces[_looks_out(limb, what)])
+    on_it = on_surface(limb.with_mesh(outside), picked_mm, what)
+    curve = draw_curve(outside, on_it, what)
+    step_mm = curve.length_mm / len(curve.points_mm)
+    normals = gaussian_filter1d(curve.normals, _CALM * wall.median_mm / step_mm, 0, mode="wrap")
+    across = replace(curve, normals=unit(normals))
+    return across, replace(across, points_mm=_other_side_mm(mesh, across, wall.median_mm, what))
+
+
+def _looks_out(limb: Limb, what: str) -> Bool[np.ndarray, " f"]:
+    """Faces of a wall that look away from the middle of the limb."""
+    points = points_in_limb_frame(limb, what)
+    corners = points[limb.mesh.faces]
+    places = corners.mean(1)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(((places - middles_mm(limb, places, what)) * normals).sum(1) > 0)
+
+
+def _other_side_mm(mesh: Mesh, curve: Curve, usual_mm: float, what: str) -> Points3:
+    """Where straight ways in from a curve come out of a wall.
+
+    Raises:
+        EditError: it is no wall there.
+    """
+    scene = EmbreeScene()
+    TriangleMesh(scene, mesh.vertices_mm[mesh.faces].astype(np.float32))
+    starts = curve.points_mm - _INSET_MM * curve.normals
+    ways = -curve.normals
+    met = np.asarray(scene.run(starts.astype(np.float32), ways.astype(np.float32)))
+    corners = mesh.vertices_mm[mesh.faces[met]]
+    normals = unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    leaving = (ways * normals).sum(1)
+    reach_mm = ((corners[:, 0] - starts) * normals).sum(1) / np.where(leaving > 0, leaving, np.nan)
+    lost = ~((met >= 0) & (reach_mm < _MOST_ACROSS * usual_mm))
+    if lost.any():
+        point_mm = tuple(curve.points_mm[int(lost.argmax())].tolist())
+        raise EditError("edit.trimline.no_wall", what=what, point_mm=point_mm)
+    return starts + reach_mm[:, None] * ways
 
 
 def _is_kept(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -14,6 +15,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh, lengths, unit
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
+    boundary_loops,
     edge_lengths,
     face_components,
     find_edges,
@@ -25,6 +27,7 @@ from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
 from limbgram.workbench.edits.hollow import Hollowing, hollowed
+from limbgram.workbench.edits.level_edges import Plane, farthest_off_mm, planes_of
 from limbgram.workbench.edits.offset import Offsetting, require_not_turned
 from limbgram.workbench.edits.regions import (
     averaging,
@@ -56,6 +59,8 @@ strength: sockets are made, and were studied, from 2 mm on."""
 _STUDIED_MM = 2.0
 """The thinnest socket of P. Lenka, A. Choudhury, J Biomed Sci Eng 4, 2011, 762-768, who found 3 mm
 of laminate best."""
+_LEVEL_MM = 0.05
+"""A brim that leaves the plane in which it was cut by less is told as level."""
 _ROUNDING = 1 - 1e-6
 """A wall that is as thick as its least is not refused for a rounding."""
 
@@ -177,26 +182,54 @@ class _Tried:
 
 def _made(mesh: Mesh, edit: Wall) -> _Tried:
     """The wall, by the way that keeps its thickness best."""
+    planes = planes_of(mesh)
+    moved_and_thinned = partial(_moved, planes=planes, thinnings=_THINNINGS)
     if edit.side == "outward":
-        return _with_trimmed_edge(mesh, edit, _moved_and_thinned)
-    moved = _moved(mesh, edit, 0)
+        return _with_trimmed_edge(mesh, edit, moved_and_thinned)
+    moved = _moved(mesh, edit, planes, 0)
     if moved.refusal is None and moved.thinnest_mm >= (1 - _SHORT) * edit.thickness_mm:
         return moved
-    hollowed_out = _with_trimmed_edge(mesh, edit, _hollowed_out)
+    hollowed_out = _with_trimmed_edge(mesh, edit, _hollowed_out, _whole_edges)
     if hollowed_out.refusal is None:
         return hollowed_out
-    thinned = _with_trimmed_edge(mesh, edit, _moved_and_thinned)
+    thinned = _with_trimmed_edge(mesh, edit, moved_and_thinned)
     return thinned if thinned.refusal is None else hollowed_out
 
 
-def _with_trimmed_edge(mesh: Mesh, edit: Wall, attempt: Callable[[Mesh, Wall], _Tried]) -> _Tried:
-    """The wall of as much of a surface as a ragged open edge allows."""
+def _as_it_is(_: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
+    return spoilt
+
+
+def _whole_edges(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
+    """With all of each ragged open edge that is spoilt somewhere.
+
+    What closes an opening rests on its whole edge, so a tooth that is gone makes the next one
+    felt. An edge that was cut level stays, but for the place itself.
+    """
+    whole = spoilt.copy()
+    for loop in boundary_loops(mesh.faces):
+        if spoilt[loop].any() and Plane.of_loop(mesh, loop.astype(np.int64)) is None:
+            whole[loop] = True
+    return whole
+
+
+def _with_trimmed_edge(
+    mesh: Mesh,
+    edit: Wall,
+    attempt: Callable[[Mesh, Wall], _Tried],
+    spread: Callable[[Mesh, Bool[np.ndarray, " n"]], Bool[np.ndarray, " n"]] = _as_it_is,
+) -> _Tried:
+    """The wall of as much of a surface as a ragged open edge allows.
+
+    Args:
+        spread: From what is spoilt to where the edge is trimmed.
+    """
     whole_mm2 = mesh.area_mm2()
     tried = attempt(mesh, edit)
     for number in range(_TRIMMINGS):
         if tried.refusal is None:
             break
-        trimmed = _trimmed(mesh, tried.spoilt, rows=_ROW + number * _DEEPER)
+        trimmed = _trimmed(mesh, spread(mesh, tried.spoilt), rows=_ROW + number * _DEEPER)
         if trimmed is None or trimmed.area_mm2() < (1 - _MOST_TRIMMED) * whole_mm2:
             return tried
         mesh = trimmed
@@ -208,19 +241,15 @@ def _with_trimmed_edge(mesh: Mesh, edit: Wall, attempt: Callable[[Mesh, Wall], _
     return replace(tried, notes=(left_out, *tried.notes))
 
 
-def _moved_and_thinned(mesh: Mesh, edit: Wall) -> _Tried:
-    return _moved(mesh, edit, _THINNINGS)
-
-
-def _moved(mesh: Mesh, edit: Wall, thinnings: int) -> _Tried:
+def _moved(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...], thinnings: int) -> _Tried:
     """The wall whose second skin is the first one moved: evened out where it would cut through
-    itself, then thinner there."""
+    itself, then thinner there. A brim that was cut level stays level."""
     border = boundary_half_edges(mesh.faces)
     sign = 1.0 if edit.side == "outward" else -1.0
     distance_mm = sign * edit.thickness_mm
     least = min(1.0, _ROOM * edit.least_mm / edit.thickness_mm)
     ease, share = np.zeros(len(mesh), np.bool_), np.ones(len(mesh))
-    offsetting = Offsetting(mesh)
+    offsetting = Offsetting(mesh, planes)
     found = offsetting.by_places(distance_mm * share, None)
     wall = _between(mesh, found.mesh, border, sign)
     spoilt = spoilt_vertices(mesh, wall.solid)
@@ -256,7 +285,10 @@ def _moved(mesh: Mesh, edit: Wall, thinnings: int) -> _Tried:
             require_sound(edit.title, mesh, wall.solid)
         except EditError as error:
             return replace(tried, spoilt=at | tried.spoilt, refusal=error)
-    return tried
+    off_mm = farthest_off_mm(mesh, planes, found.mesh.vertices_mm)
+    if off_mm < _LEVEL_MM:
+        return tried
+    return replace(tried, notes=(*tried.notes, note("edit.wall.aslant", off_mm=off_mm)))
 
 
 def _hollowed_out(mesh: Mesh, edit: Wall) -> _Tried:

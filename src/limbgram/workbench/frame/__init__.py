@@ -4,7 +4,6 @@ from limbgram.core.mesh.axis import Axis, AxisOptions, axis_along, fit_axis
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.frame.landmarks import (
     NAMES,
-    LandmarkName,
     PickOptions,
     frame_of,
     in_limb_frame,
@@ -13,7 +12,7 @@ from limbgram.workbench.frame.landmarks import (
     with_vertices_in_limb,
 )
 from limbgram.workbench.frame.painted_marks import Mark, MarkOptions, find_marks
-from limbgram.workbench.limb import KINDS, Kind
+from limbgram.workbench.limb import KINDS, KindName
 
 __all__ = [
     "KINDS",
@@ -21,8 +20,7 @@ __all__ = [
     "AlignOptions",
     "Axis",
     "AxisOptions",
-    "Kind",
-    "LandmarkName",
+    "KindName",
     "Mark",
     "MarkOptions",
     "PickOptions",

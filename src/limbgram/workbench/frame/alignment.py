@@ -25,16 +25,15 @@ from limbgram.core.mesh.axis import Axis, AxisOptions, axis_along, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops
 from limbgram.findings import Finding, doubt, note
+from limbgram.workbench.anatomy.kind import Facing, Place
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.frame.landmarks import (
-    Facing,
-    LandmarkName,
     known_anywhere,
     known_name,
     landmark,
     likely_meant,
 )
-from limbgram.workbench.limb import Kind, Limb, LimbFrame, Side
+from limbgram.workbench.limb import KIND_NAMED, KindName, Limb, LimbFrame, Side
 
 _OUTWARD: dict[Facing, complex] = {"anterior": 1j, "posterior": -1j, "right": 1, "left": -1}
 """In the limb frame, x + i y; medial and lateral follow from the side."""
@@ -52,11 +51,15 @@ _BRIM_WIDTH = 0.5
 _MOST_CONTRADICTION_DEG = 60.0
 """Landmarks further than this from the side on which their names lie are contradicted, and so
 is a file by another front."""
+_MOST_CONTRADICTION_BENT_DEG = 100.0
+"""The same where the limb bends: a navicular lies as far in front of the shank as beside it."""
 _MOST_OFF_AXIS_DEG = 45.0
 """A fitted axis further than this from what is stated to be proximal is not the limb's."""
 _MOST_FLEXION_DEG = 120.0
 _NEAR_AXIS_MM = 15.0
 """Landmarks nearer to the axis than this lie on no side of it."""
+_ROUNDING = 1e-9
+"""A stated front so near to the file's own is that one, to the last bit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +67,7 @@ class AlignOptions:
     """What the clinician states. Directions are in the mesh's frame."""
 
     side: Side
-    kind: Kind | None = None
+    kind: KindName | None = None
     """Which names tell what; None for the kind that the limb is known to be, if it is."""
     axis: Vector3 | None = None
     """Long axis, pointing proximally, in place of the fit; the brim does not overrule it."""
@@ -103,6 +106,7 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
     found.require_one_limb()
     whole = replace(limb, kind=options.kind or limb.kind)
     limb = whole.with_mesh(found.mesh)
+    options = _by_landmarks(limb, options)
     axis = _axis(limb, options)
     up, notes = proximal_of(limb, axis, options)
     frame = _frame(limb, axis, _turned_about(up, limb, axis, options), options)
@@ -120,6 +124,25 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
     )
 
 
+def _by_landmarks(limb: Limb, options: AlignOptions) -> AlignOptions:
+    """What the landmarks state of a kind without a long axis, as a foot or a head, where they do.
+
+    What the clinician or the shape's own file states goes before it.
+    """
+    kind = None if limb.kind is None else KIND_NAMED[limb.kind]
+    stated = options.axis is not None or options.declared is not None or options.fit_anew
+    if kind is None or kind.upright is None or stated:
+        return options
+    try:
+        up, forward = limb.axis(kind.upright.up), limb.axis(kind.upright.forward)
+    except MeasureError:  # a landmark lacks: the axis has to be stated, which says so
+        return options
+    if options.proximal is not None and options.proximal @ up.direction < 0:
+        raise MeasureError("align.proximal.against_landmarks")
+    anterior = forward.direction if options.anterior is None else options.anterior
+    return replace(options, axis=up.direction, anterior=anterior)
+
+
 def proximal_of(
     limb: Limb, axis: Axis, options: AlignOptions
 ) -> tuple[Vector3, tuple[Finding, ...]]:
@@ -131,7 +154,7 @@ def proximal_of(
     said, rise, brim = (
         _along(stated, axis),
         _rise_of_landmarks(limb, axis),
-        _brim_side(limb, axis),
+        _brim_side(limb, axis) if limb.kind is None or KIND_NAMED[limb.kind].long else 0.0,
     )
     told = said or _along(of_file, axis)
     if said * _along(of_file, axis) < 0:
@@ -202,13 +225,15 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
         MeasureError: a landmark lies far from the side on which places of its name lie, whether
             or not anybody says what kind of limb it is.
     """
+    long = limb.kind is None or KIND_NAMED[limb.kind].long
+    most_deg = _MOST_CONTRADICTION_DEG if long else _MOST_CONTRADICTION_BENT_DEG
     for mark in limb.landmarks:
         expected = outward(known_anywhere(mark.name, limb.kind), options.side)
         x, y, _ = frame.apply(mark.position_mm[None])[0]
         if not expected or abs(complex(x, y)) < _NEAR_AXIS_MM:
             continue
         off_deg = _between_deg(complex(x, y), expected)
-        if off_deg > _MOST_CONTRADICTION_DEG:
+        if off_deg > most_deg:
             raise MeasureError(
                 "align.landmark.elsewhere", name=mark.name, off_deg=off_deg, side=options.side
             )
@@ -231,7 +256,7 @@ def odd_names(limb: Limb) -> tuple[Finding, ...]:
     )
 
 
-def outward(known: LandmarkName | None, side: Side) -> complex:
+def outward(known: Place | None, side: Side) -> complex:
     """Direction in the limb frame in which a landmark should lie from the axis; 0 if untold."""
     if known is None:
         return 0
@@ -275,7 +300,11 @@ def _turned_about(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) ->
         forward = start @ options.anterior
         if np.hypot(forward[0], forward[1]) < 0.1 * np.linalg.norm(options.anterior):
             raise OptionsError("align.front.along_axis")
-        return _about_z(np.pi / 2 - np.arctan2(forward[1], forward[0])) @ start
+        turned = _about_z(np.pi / 2 - np.arctan2(forward[1], forward[0])) @ start
+        if options.kept is not None:
+            own = options.kept.limb_from_mesh.rotation
+            return own if np.abs(turned - own).max() < _ROUNDING else turned
+        return turned
     turn = _turn_by_landmarks(start, limb, axis, options)
     if abs(turn) < 1e-6 and options.declared is not None:
         if not options.declared.front_told:
@@ -336,7 +365,7 @@ def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
 def _require_long_way(limb: Limb, axis: Axis, told: Vector3 | None) -> None:
     """Refuse a fit that runs across what is proximal, as one from heel to toe does."""
     if told is None:
-        if limb.kind == "foot":
+        if limb.kind is not None and not KIND_NAMED[limb.kind].long:
             raise MeasureError("align.axis.foot")
         return
     off_deg = np.degrees(np.arccos(min(abs(_along(told, axis)), 1.0)))

@@ -1,14 +1,13 @@
 """Landmarks: the places by the kind of limb, where they tell the limb to face, and picking them.
 
-What a name means, in any language, `landmark_names` tells. A name that no template knows is kept as
-it is; it does not turn the limb. A limb's mesh is put in its limb frame, and back, here too.
+What a name means, in any language, `kinds/names` tells. A name that no kind knows is kept as it is;
+it does not turn the limb. A limb's mesh is put in its limb frame, and back, here too.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from types import MappingProxyType
-from typing import Literal
 
 import numpy as np
 
@@ -16,83 +15,19 @@ from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import tree_on
-from limbgram.workbench.frame.landmark_names import known_identity, named, names_of, words_of
-from limbgram.workbench.limb import KINDS, Kind, Landmark, Limb, LimbFrame, likeliest
+from limbgram.workbench.anatomy.found import KIND_NAMED
+from limbgram.workbench.anatomy.kind import Place
+from limbgram.workbench.anatomy.names import known_identity, named, names_of, words_of
+from limbgram.workbench.limb import KINDS, KindName, Landmark, Limb, LimbFrame, likeliest
 
-Facing = Literal["anterior", "posterior", "medial", "lateral", "right", "left", "none"]
-"""Side of the limb on which a landmark lies; medial and lateral need the limb's side."""
 _ALIKE = 0.8
 """Names that share so much of their letters are one, with a slip of the pen (difflib's ratio)."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class LandmarkName:
-    """A place that clinicians know by name."""
-
-    name: str
-    """Its identity."""
-    facing: Facing
-    level: int
-    """Order along the limb: one of higher level lies more proximal. Equal ones tell nothing."""
-
-
-def _names(*rows: tuple[str, Facing, int]) -> tuple[LandmarkName, ...]:
-    return tuple(
-        LandmarkName(name=name, facing=facing, level=level) for name, facing, level in rows
-    )
-
-
-NAMES: Mapping[Kind, tuple[LandmarkName, ...]] = MappingProxyType(
-    {
-        "transtibial": _names(
-            ("mid patella", "anterior", 5),
-            ("patellar tendon", "anterior", 4),
-            ("medial tibial condyle", "medial", 4),
-            ("popliteal crease", "posterior", 4),
-            ("tibial tubercle", "anterior", 3),
-            ("fibula head", "lateral", 3),
-            ("tibial crest", "anterior", 2),
-            ("fibula end", "lateral", 1),
-            ("tibia end", "anterior", 1),
-            ("distal end", "none", 0),
-        ),
-        "transfemoral": _names(
-            ("anterior superior iliac spine", "anterior", 5),
-            ("greater trochanter", "lateral", 4),
-            ("ischial tuberosity", "posterior", 3),
-            ("adductor longus tendon", "medial", 3),
-            ("perineum", "medial", 3),
-            ("femur end", "none", 1),
-            ("distal end", "none", 0),
-        ),
-        "foot": _names(
-            ("tibial tubercle", "anterior", 5),
-            ("fibula head", "lateral", 5),
-            ("tibial crest", "anterior", 4),
-            ("medial malleolus", "medial", 3),
-            ("lateral malleolus", "lateral", 3),
-            ("navicular", "medial", 2),
-            ("heel", "posterior", 1),
-            ("first metatarsal head", "anterior", 1),
-            ("fifth metatarsal head", "anterior", 1),
-            ("second toe", "anterior", 1),
-        ),
-        "torso": _names(
-            ("seventh cervical vertebra", "posterior", 6),
-            ("sternal notch", "anterior", 6),
-            ("right axilla", "right", 5),
-            ("left axilla", "left", 5),
-            ("xiphoid", "anterior", 4),
-            ("navel", "anterior", 3),
-            ("right iliac spine", "anterior", 2),
-            ("left iliac spine", "anterior", 2),
-            ("sacrum", "posterior", 2),
-            ("right trochanter", "right", 1),
-            ("left trochanter", "left", 1),
-            ("pubic symphysis", "anterior", 1),
-        ),
-    }
+NAMES: Mapping[KindName, tuple[Place, ...]] = MappingProxyType(
+    {name: kind.asked for name, kind in KIND_NAMED.items()}
 )
+"""The places that are asked for of each kind of limb."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,19 +82,19 @@ def with_landmarks(limb: Limb, picked: Sequence[Landmark], options: PickOptions 
             )
     kept = tuple(mark for mark in limb.landmarks if mark.name not in names)
     snapped = tuple(
-        Landmark(name=name, position_mm=place.copy())
-        for name, place in zip(names, closest.points_mm)
+        replace(mark, name=name, position_mm=place.copy())
+        for name, mark, place in zip(names, picked, closest.points_mm)
     )
     return replace(limb, landmarks=kept + snapped)
 
 
-def known_name(name: str, kind: Kind) -> LandmarkName | None:
-    """What the template of a kind of limb knows of a name, in any language."""
-    return next((row for row in NAMES[kind] if row.name == known_identity(name)), None)
+def known_name(name: str, kind: KindName) -> Place | None:
+    """What the kind of limb knows of a name, in any language."""
+    return next((row for row in NAMES[kind] if row.identity == known_identity(name)), None)
 
 
-def known_anywhere(name: str, kind: Kind | None) -> LandmarkName | None:
-    """What the template of the kind knows of a name, or else any template.
+def known_anywhere(name: str, kind: KindName | None) -> Place | None:
+    """What the kind knows of a name, or else any kind.
 
     A place of one name lies on the same side of every kind of limb, at another level.
     """
@@ -168,12 +103,12 @@ def known_anywhere(name: str, kind: Kind | None) -> LandmarkName | None:
     return next((row for row in found if row is not None), None)
 
 
-def likely_meant(name: str, kind: Kind | None) -> str | None:
+def likely_meant(name: str, kind: KindName | None) -> str | None:
     """The known place for whose name, in any language, a name is a slip of the pen."""
     if known_anywhere(name, kind) is not None:
         return None
     kinds = KINDS if kind is None else (kind,)
-    names = names_of(row.name for one in kinds for row in NAMES[one])
+    names = names_of(row.identity for one in kinds for row in NAMES[one])
     near = get_close_matches(" ".join(words_of(name)), names, n=1, cutoff=_ALIKE)
     return names[near[0]] if near else None
 

@@ -16,10 +16,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.axis import fit_axis
 from limbgram.workbench.frame.alignment import AlignOptions, proximal_of
-from limbgram.workbench.limb import Kind, Limb
-
-_ROUND_ENDED: tuple[Kind, ...] = ("transtibial", "transfemoral")
-"""Residual limbs, whose distal end is a dome. A foot and a torso have none."""
+from limbgram.workbench.limb import KIND_NAMED, Limb
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +31,7 @@ class GuessedPlace:
 def guess_places(limb: Limb) -> tuple[GuessedPlace, ...]:
     """What the shape tells of its landmarks, without those that it has."""
     known = {mark.name for mark in limb.landmarks}
-    if limb.kind not in _ROUND_ENDED or "distal end" in known:
+    if limb.kind is None or not KIND_NAMED[limb.kind].round_ended or "distal end" in known:
         return ()
     up = _proximal(limb)
     if up is None:

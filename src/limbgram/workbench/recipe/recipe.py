@@ -22,6 +22,7 @@ from limbgram.core.notebook import brief
 from limbgram.core.run import track
 from limbgram.findings import Finding
 from limbgram.workbench.bodies import outside_of
+from limbgram.workbench.edits.closing import enclosure
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import do_edit, require_sense
 from limbgram.workbench.edits.load import Load
@@ -208,7 +209,7 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         volume=volume_change(limb, after),
         extreme=extreme_of(limb, after, moved),
         displacement=moved,
-        told=after.notes[len(limb.notes) :],
+        told=(*after.notes[len(limb.notes) :], enclosure(after.mesh)),
         concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
     )
     return _Reached(

@@ -14,8 +14,8 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3
+from limbgram.workbench.anatomy.names import by_identity, named
 from limbgram.workbench.compare.radial import spoke_radii
-from limbgram.workbench.frame.landmark_names import by_identity, named
 from limbgram.workbench.limb import Limb, Side, likeliest
 
 DOME = 0.4

@@ -24,6 +24,7 @@ from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
+from limbgram.workbench.anatomy.names import by_identity
 from limbgram.workbench.compare.comparison import lay
 from limbgram.workbench.compare.counterparts import Ground, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
@@ -34,7 +35,6 @@ from limbgram.workbench.compare.frames import (
     outside_by_name,
 )
 from limbgram.workbench.compare.registration import Alignment, RegistrationOptions
-from limbgram.workbench.frame.landmark_names import by_identity
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.templates.charts import LimbChart, marks_on, plain_chart, pulled_chart
 from limbgram.workbench.templates.fields import Field, fit_field, node_heights

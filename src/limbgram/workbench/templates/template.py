@@ -10,9 +10,9 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
+from limbgram.workbench.anatomy.names import by_identity, identity_of
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.pressing import DEEPEST_MM, Pressure, at_places
-from limbgram.workbench.frame.landmark_names import by_identity, identity_of
 from limbgram.workbench.limb import Landmark, Limb, Side
 from limbgram.workbench.templates.charts import ChartPlace, plain_chart, pulled_chart
 from limbgram.workbench.templates.fields import Field, read_field

@@ -80,6 +80,32 @@ def test_another_size_is_refused_with_both(size: tuple[int, int], told: str) -> 
         cameras_for(photo_set(size), [calibrated()])
 
 
+@pytest.mark.parametrize(("left", "top", "scale"), [(0, 0, 1.0), (700, 500, 1.0), (300, 90, 0.8)])
+def test_photos_that_were_cut_hold_the_true_lens_wherever_they_were_cut(
+    left: int, top: int, scale: float
+) -> None:
+    """Beside whole ones they are no other camera; by themselves they are not known to be cut."""
+    size = round(4000 * scale), round(2600 * scale)
+    photos = photo_set((4752, 3168), size)
+    whole, cut = cameras_for(photos, [calibrated()]).calibrations
+    assert whole.camera == calibrated().camera
+    true = calibrated().camera
+    centre = np.array([true.cx - left, true.cy - top]) * scale
+    off = np.array([cut.camera.fx, cut.camera.cx, cut.camera.cy]) - [true.fx * scale, *centre]
+    assert (np.abs(off) < 2.0 * cut.sigmas[[0, 2, 3]]).all()
+    assert cut.sigmas[2] < 0.25 * 4752
+    assert (cut.camera.k1, cut.source) == (0.1, "guess")
+    assert (cut.camera.width_px, cut.camera.height_px) == size
+    with pytest.raises(CalibrationError):
+        cameras_for(photo_set(size), [calibrated()])
+
+
+def test_photos_that_were_cut_without_a_calibration_have_the_focal_length_of_whole_ones() -> None:
+    whole, cut = cameras_for(photo_set((4752, 3168), (2400, 2100)), []).calibrations
+    assert cut.camera.fx == pytest.approx(whole.camera.fx)
+    assert cut.sigmas[2] > (4752 - 2400) / 4
+
+
 def test_another_camera_or_zoom_is_refused() -> None:
     other = replace(CANON, model="Canon EOS 600D")
     with pytest.raises(CalibrationError, match=r"500D.*600D"):

@@ -14,6 +14,7 @@ from limbgram.core.run import Run
 from limbgram.findings import note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, from_exif
 from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.limb_groups import LimbGroups
 from limbgram.reconstruction.mapping.ring import ring_of, without_photos
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import Matches
@@ -80,7 +81,7 @@ def photos(width_px: int = 1500) -> PhotoSet:
 
 
 NO_MARKS = MarkDetections(dictionary=KIT_DICTIONARY, photos=())
-FULL_SIZE = ["detect", "find_still", "match", "verify", "place"]
+FULL_SIZE = ["detect", "find_still", "match", "verify", "place", "limb_groups"]
 REDUCED = ["detect", "find_still", "match", "verify", "place_roughly"]
 
 
@@ -93,6 +94,7 @@ def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
         "place": ring,
         "place_roughly": ring,
         "follow_points": ring,
+        "limb_groups": LimbGroups(),
     }
     run = Told({**products, **told})
     lens = Camera(width_px=1500, height_px=1000, fx=2000.0, fy=2000.0, cx=750.0, cy=500.0)
@@ -102,19 +104,20 @@ def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
 
 def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -> None:
     placing, called = placed(ring)
-    assert called == [*REDUCED, "follow_points"]
+    assert called == [*REDUCED, "follow_points", "limb_groups"]
     assert placing.scene.full_size is None
 
 
 def test_photos_hardly_larger_than_reduced_ones_stay_as_they_are(ring: Scene) -> None:
-    run = Told({"place": ring, "find_still": Still()})
+    run = Told({"place": ring, "find_still": Still(), "limb_groups": LimbGroups()})
     placing = place_photos(photos(width_px=1150), Cameras(()), PipelineOptions(), run)
     assert run.called == FULL_SIZE
     assert placing.scene.full_size is None
 
 
 def test_a_lens_that_no_board_calibrated_asks_for_the_full_size(ring: Scene) -> None:
-    run = Told({"detect": showing(2000), "find_still": Still(), "place": ring})
+    told = {"detect": showing(2000), "find_still": Still(), "limb_groups": LimbGroups()}
+    run = Told({**told, "place": ring})
     cameras = Cameras((from_exif(CameraGroup(label="", width_px=400, height_px=300, exif=Exif())),))
     placing = place_photos(photos(), cameras, PipelineOptions(), run)
     assert run.called == FULL_SIZE

@@ -186,3 +186,28 @@ def test_markers_that_are_misread_in_a_mirror_do_not_hide_it(
         assert told(found.cause).startswith("The photos are mirrored: 3 of them")
         assert found.photos == ()
         assert [one.name for one in found.set_aside] == ["0.png", "1.png", "2.png"]
+
+
+@pytest.mark.parametrize("given_mm", [5.0, 6.2, 8.8])
+def test_markers_that_fill_another_part_of_their_squares_are_of_another_board(
+    paint: Callable[..., np.ndarray], tmp_path: Path, given_mm: float
+) -> None:
+    printed = board("7x5")
+    photos = photos_of(tmp_path, painted(paint, printed))
+    found = find_board(photos, replace(printed, marker_mm=given_mm))
+    assert not found.photos
+    assert found.cause is not None
+    assert found.cause.code == "board.other_ratio"
+    true = printed.marker_mm / printed.square_mm
+    assert found.cause.values["ratio"] == pytest.approx(true, abs=0.03)
+    assert found.cause.values["fitting_mm"] == pytest.approx(printed.marker_mm, abs=0.3)
+
+
+@pytest.mark.parametrize("off", [-0.02, 0.0, 0.02])
+def test_a_ratio_that_a_ruler_may_miss_by_is_taken(
+    paint: Callable[..., np.ndarray], tmp_path: Path, off: float
+) -> None:
+    printed = board("7x5")
+    photos = photos_of(tmp_path, painted(paint, printed))
+    given = replace(printed, marker_mm=printed.marker_mm * (1.0 + off))
+    assert len(find_board(photos, given).photos) == len(photos.photos)

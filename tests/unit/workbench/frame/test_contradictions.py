@@ -49,7 +49,7 @@ def test_a_name_lies_on_one_side_in_every_template() -> None:
     for kind in KINDS:
         for row in NAMES[kind]:
             for other in KINDS:
-                found = known_anywhere(row.name, other)
+                found = known_anywhere(row.identity, other)
                 assert found is not None
                 assert found.facing == row.facing
 

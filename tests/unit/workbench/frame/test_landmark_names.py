@@ -8,11 +8,7 @@ import pytest
 from limbgram.core.errors import OptionsError
 from limbgram.findings import told
 from limbgram.findings.tell import terms
-from limbgram.workbench.compare.registration import by_landmarks
-from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.edits.relieve import Relieve
-from limbgram.workbench.frame.alignment import AlignOptions, align
-from limbgram.workbench.frame.landmark_names import (
+from limbgram.workbench.anatomy.names import (
     LANGUAGES,
     NAMES_IN,
     identity_of,
@@ -20,6 +16,10 @@ from limbgram.workbench.frame.landmark_names import (
     named,
     without_accents,
 )
+from limbgram.workbench.compare.registration import by_landmarks
+from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.relieve import Relieve
+from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.frame.landmarks import NAMES, likely_meant
 from limbgram.workbench.frame.sensitive import SENSITIVE, sensitive_place
 from limbgram.workbench.limb import KINDS, Landmark, Limb
@@ -27,7 +27,7 @@ from limbgram.workbench.limb import KINDS, Landmark, Limb
 SENSITIVE_ONES = {
     one for kind in KINDS for place in SENSITIVE[kind] for one in (place.name, *place.also)
 }
-TEMPLATES = {row.name for kind in KINDS for row in NAMES[kind]}
+TEMPLATES = {row.identity for kind in KINDS for row in NAMES[kind]}
 GERMAN = {one: names[0] for one, names in NAMES_IN["de"].items()}
 
 

@@ -1,0 +1,96 @@
+"""Lens groups: photos of two lenses that one camera name, or none, stands for.
+
+In      photos without EXIF's word for the focal length, their features and verified pairs.
+Out     ByLens: the same photos with a camera group for each lens, and its calibration; None where
+        one lens took them, or that cannot be told.
+Method  Every photo is placed with a focal length of its own, drawn to a usual one by the wide prior
+        that photos without EXIF have. The points that photos share hold it to about 1 %, and a
+        phone's lenses differ by a factor of 1.5 to 5: the largest gap between the focal lengths
+        parts the photos, if it is wide and both sides are close together.
+Fails   never.
+Limits  Two lenses; fewer than three photos of one are no group. It costs another placing, so it is
+        asked only where one lens does not place all photos.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from limbgram.core.errors import PlacementError
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.mapping.ring import MappingOptions, place_roughly
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.twoview.pairs import Pairs
+
+_FEWEST_PHOTOS = 3
+_LEAST_TIMES = 1.3
+"""Focal lengths of two lenses differ by so much at least; the steps of phones are 1.5 to 5."""
+_CLEAR = 4.0
+"""The gap is so many times as wide as either side at least, in logarithms."""
+_FIRM = 0.05
+"""Relative sigma of a focal length that photos told so: about 1 % in all of theirs, doubled, and
+what the pictures of one lens differ by."""
+
+
+@dataclass(frozen=True)
+class ByLens:
+    """Photos with a camera group for each of their lenses."""
+
+    photos: PhotoSet
+    cameras: Cameras
+
+
+def lens_is_told(photos: PhotoSet, cameras: Cameras) -> bool:
+    """Whether a file says what took the photos, or they have lenses of their own already."""
+    return len(photos.cameras) != 1 or cameras.calibrations[0].source != "guess"
+
+
+def by_lens(
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    cameras: Cameras,
+    mapping: MappingOptions,
+) -> ByLens | None:
+    """The photos by the lenses that they themselves tell of."""
+    (group,), (guess,) = photos.cameras, cameras.calibrations
+    count = len(photos.photos)
+    apart = replace(
+        photos,
+        photos=tuple(replace(one, camera_idx=k) for k, one in enumerate(photos.photos)),
+        cameras=(group,) * count,
+    )
+    alone = replace(mapping, photo_lenses="never")
+    try:
+        scene = place_roughly(apart, features, pairs, Cameras((guess,) * count), alone)
+    except PlacementError:
+        return None
+    placed = np.array(scene.placed)
+    focal_px = np.array([scene.cameras[photo].fx for photo in placed])
+    order = np.argsort(focal_px)
+    logs = np.log(focal_px[order])
+    cuts = range(_FEWEST_PHOTOS, len(logs) - _FEWEST_PHOTOS + 1)
+    if not cuts:
+        return None
+    cut = max(cuts, key=lambda k: float(logs[k] - logs[k - 1]))
+    gap = float(logs[cut] - logs[cut - 1])
+    spread = max(float(np.ptp(logs[:cut])), float(np.ptp(logs[cut:])))
+    if gap < np.log(_LEAST_TIMES) or gap < _CLEAR * spread:
+        return None
+    middles = [float(np.exp(np.median(part))) for part in (logs[:cut], logs[cut:])]
+    long = {int(placed[k]) for k in order[cut:]}
+    if len(long) * 2 > len(placed):  # most photos are those of the camera's first lens
+        middles, long = middles[::-1], {*range(count)} - long
+    told = tuple(replace(one, camera_idx=int(k in long)) for k, one in enumerate(photos.photos))
+    groups = (group, replace(group, longer=middles[1] / middles[0]))
+    lenses = tuple(_with_focal(guess, middle) for middle in middles)
+    return ByLens(replace(photos, photos=told, cameras=groups), Cameras(lenses))
+
+
+def _with_focal(guess: Calibration, focal_px: float) -> Calibration:
+    """The guessed lens with this focal length, known as far as photos told it."""
+    covariance = guess.covariance.copy()
+    covariance[:2, :2] *= (_FIRM * focal_px) ** 2 / covariance[0, 0]
+    camera = replace(guess.camera, fx=focal_px, fy=focal_px)
+    return replace(guess, camera=camera, covariance=covariance)

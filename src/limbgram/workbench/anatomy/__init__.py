@@ -1,0 +1,1 @@
+"""Anatomy: what landmarks are, what they span, and which kinds of limb there are."""

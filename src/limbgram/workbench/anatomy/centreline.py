@@ -1,0 +1,121 @@
+"""Centreline: the curve that sections, girths, widths and charts go by.
+
+In      for a bent limb, middles of landmarks from proximal to distal; else a straight axis.
+Out     Centreline: points at even steps along it, with the unit direction at each, proximal first.
+Method  Corners are rounded by arcs, so that the planes across the curve turn evenly, about a line
+        that lies in front of the instep: they do not cross in the limb as they would at a corner.
+        The ends go on straight.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.geometry.arrays import Points3, Vector3
+
+_STEP_MM = 1.0
+_STRAIGHT_RAD = 1e-3
+
+
+@dataclass(frozen=True)
+class OnCentreline:
+    """A place on the curve."""
+
+    point_mm: Vector3
+    direction: Vector3
+    """Along the curve, towards its distal end."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Centreline:
+    """A smooth curve from the proximal end to the distal one."""
+
+    points_mm: Points3
+    """In the mesh's frame, close together."""
+    directions: Points3
+    lengths_mm: Float64[np.ndarray, " k"]
+    """From the proximal end of the curve to each point."""
+
+    @property
+    def length_mm(self) -> float:
+        return float(self.lengths_mm[-1])
+
+    def at(self, along_mm: float) -> OnCentreline:
+        """The place so far from the proximal end; beyond the ends the curve goes on straight."""
+        held = float(np.clip(along_mm, 0.0, self.length_mm))
+        point, direction = (
+            np.array([np.interp(held, self.lengths_mm, column) for column in given.T])
+            for given in (self.points_mm, self.directions)
+        )
+        direction /= np.linalg.norm(direction)
+        return OnCentreline(point + (along_mm - held) * direction, direction)
+
+    def nearest_mm(self, points_mm: Points3) -> Float64[np.ndarray, " n"]:
+        """How far along the curve the plane across it lies that holds each point.
+
+        Of several such planes the one nearest to the curve counts.
+        """
+        from_first = (points_mm - self.points_mm[0]) @ self.directions[0]
+        from_last = (points_mm - self.points_mm[-1]) @ self.directions[-1]
+        squares = (
+            (points_mm**2).sum(1)[:, None]
+            - 2 * points_mm @ self.points_mm.T
+            + (self.points_mm**2).sum(1)
+        )
+        nearest = squares.argmin(1)
+        ahead = ((points_mm - self.points_mm[nearest]) * self.directions[nearest]).sum(1)
+        found = self.lengths_mm[nearest] + ahead
+        found = np.where((nearest == 0) & (from_first < 0), from_first, found)
+        last = len(self.points_mm) - 1
+        return np.where((nearest == last) & (from_last > 0), self.length_mm + from_last, found)
+
+
+def straight(start_mm: Vector3, end_mm: Vector3) -> Centreline:
+    """The line from a proximal place to a distal one."""
+    return _of(np.stack([start_mm, end_mm]))
+
+
+def rounded(nodes_mm: Points3, share: float) -> Centreline:
+    """Through the first and last node, and past the corners between by arcs.
+
+    Args:
+        nodes_mm: From proximal to distal; three or more.
+        share: Of the shorter way from a corner to the next node, or to the middle between two
+            corners, that the arc takes up.
+    """
+    steps = np.diff(nodes_mm, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    free = np.concatenate([lengths[:1], lengths[1:-1] / 2, lengths[-1:]])
+    units = steps / lengths[:, None]
+    way = [nodes_mm[:1]]
+    for corner in range(1, len(nodes_mm) - 1):
+        before, after = units[corner - 1], units[corner]
+        reach_mm = share * float(min(free[corner - 1], free[corner]))
+        way.append(_arc(nodes_mm[corner], before, after, reach_mm))
+    way.append(nodes_mm[-1:])
+    return _of(np.concatenate(way))
+
+
+def _arc(corner: Vector3, before: Vector3, after: Vector3, reach_mm: float) -> Points3:
+    """The arc that touches both legs of a corner at a distance from it."""
+    turn_rad = float(np.arccos(np.clip(before @ after, -1.0, 1.0)))
+    if turn_rad < _STRAIGHT_RAD:
+        return corner[None]
+    radius_mm = reach_mm / np.tan(turn_rad / 2)
+    inwards = after - before * (after @ before)
+    inwards /= np.linalg.norm(inwards)
+    start = corner - reach_mm * before
+    count = max(int(np.ceil(radius_mm * turn_rad / _STEP_MM)), 8) + 1
+    angles = np.linspace(0, turn_rad, count)[:, None]
+    return start + radius_mm * (np.sin(angles) * before + (1 - np.cos(angles)) * inwards)
+
+
+def _of(corners_mm: Points3) -> Centreline:
+    """The curve with points at even steps."""
+    knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners_mm, axis=0), axis=1))])
+    at = np.linspace(0, knots[-1], max(int(knots[-1] / _STEP_MM), 2) + 1)
+    points = np.column_stack([np.interp(at, knots, column) for column in corners_mm.T])
+    directions = np.gradient(points, at, axis=0)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return Centreline(points_mm=points, directions=directions, lengths_mm=at)

@@ -1,0 +1,297 @@
+"""A kind of limb as data: landmarks, sensitive places, axes, centreline, measuring sheet.
+
+A kind is one file of the folder `kinds` that holds a `KIND`:
+
+    KIND = Kind(
+        name="foot",
+        order=3,
+        words={"en": "Foot and ankle", "de": "Fuß und Sprunggelenk"},
+        sided=True,
+        places=(HEEL, ...),
+        ...
+    )
+
+`found.py` finds it there. Command line, files, the app's forms and its API offer it, and everything
+that a limb of this kind is asked for follows from its fields. Places of the body that several kinds
+have are written once, in the kind that has most of them, and taken from there: `HEEL`,
+`TIBIAL_TUBERCLE.at(5)`.
+
+Directions are told by places and by each other, so they exist in any frame of the mesh:
+
+    Line("shank", start=Mid(("medial malleolus", "lateral malleolus")), end=Mid(...))
+    Plane("plantar", through=(...), towards=Mid(...))
+    Cross("lateral", "foot", "plantar")
+
+All are mirrored with the limb: what is lateral on a right one is lateral on a left one. So is the
+sense of an angle, and dorsiflexion, varus and toe-out have one sign on both. Every kind also has
+"long axis", "anterior" and "right", the limb frame's own.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+Facing = Literal["anterior", "posterior", "medial", "lateral", "right", "left", "none"]
+"""Side of the limb on which a landmark lies; medial and lateral need the limb's side."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place of the body that clinicians know by name."""
+
+    identity: str
+    """Its first name in English, as in every file."""
+    en: tuple[str, ...] = ()
+    """Other names in English."""
+    de: tuple[str, ...] = ()
+    """Names in German, the first of which is shown."""
+    facing: Facing = "none"
+    level: int | None = None
+    """Order along the limb: one of higher level lies more proximal; equal ones tell nothing. None
+    where the name is understood, and not asked for."""
+
+    def at(self, level: int | None) -> "Place":
+        """The same place in a kind where it lies at another level."""
+        return replace(self, level=level)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensitivePlace:
+    """A place on which nothing should press unless somebody means it."""
+
+    name: str
+    why: str
+    reach_mm: float
+    """How far from the landmark, straight, the place is taken to go."""
+    also: tuple[str, ...] = ()
+    """Identities of other landmarks that lie on it; its own is its name."""
+
+
+@dataclass(frozen=True)
+class Mid:
+    """The middle of landmarks."""
+
+    of: tuple[str, ...]
+    otherwise: tuple[str, ...] = ()
+    """In place of these, where one of them was not placed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """From one place to another; its direction points to the end."""
+
+    name: str
+    start: Mid
+    end: Mid
+    within: str | None = None
+    """The plane in which it is taken to lie: a foot's axis, in the plantar plane."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plane:
+    """Through three places; its direction is its normal."""
+
+    name: str
+    through: tuple[Mid, Mid, Mid]
+    towards: Mid
+    """On the side of the plane to which the normal points."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cross:
+    """Square to two others, by the right hand on a right limb: across forward and up is lateral."""
+
+    name: str
+    first: str
+    second: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Square:
+    """What is left of a direction square to another one, such as forward, square to upwards."""
+
+    name: str
+    of: str
+    to: str
+
+
+Direction = Line | Plane | Cross | Square
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bent:
+    """A centreline that bends: through middles of landmarks, its corners rounded."""
+
+    nodes: tuple[Mid, ...]
+    """From proximal to distal."""
+    rounded: float = 0.85
+    """How much of the shorter way from a corner to the next node or to the middle between two
+    corners the arc takes up."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Upright:
+    """The limb frame by landmarks alone: where no long axis can be fitted to the surface."""
+
+    up: str
+    """The direction that becomes +Z."""
+    forward: str
+    """The direction that comes to lie nearest to +Y."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Item:
+    """One figure of a measuring sheet."""
+
+    name: str
+    """In files; its ending is its unit: _mm, _deg, _ml, _per_cent."""
+    en: str
+    de: str
+    note: str = ""
+    """The formula or the definition, where several are in use."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Angle(Item):
+    """From one direction to another about a third, as on a right limb, by the right hand."""
+
+    of: str
+    to: str
+    about: str
+    zero_deg: float = 0.0
+    """What is taken off, so that nought is the neutral position."""
+    pitch: tuple[Mid, Mid] | None = None
+    """From heel to ball: what a shoe's heel is higher than its sole inclines this line."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Distance(Item):
+    """Between two places: straight, or what it comes to along a direction."""
+
+    start: Mid
+    end: Mid
+    along: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extent(Item):
+    """How far the surface reaches along a direction, of what lies below a place."""
+
+    along: str
+    up: str
+    below: Mid
+
+
+@dataclass(frozen=True, kw_only=True)
+class Share(Item):
+    """One distance of the sheet over another, in per cent."""
+
+    part: str
+    whole: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section(Item):
+    """Of the section that a plane makes with the limb."""
+
+    at: Mid
+    """On the plane, and inside the outline that counts."""
+    normal: str
+    """Direction across which it is cut; "centreline" is that of the curve beside the place."""
+    holds: str = ""
+    """A direction that lies in the plane: the normal is made square to it."""
+    what: Literal["girth", "width", "turn"] = "girth"
+    """As a tape reads it; the calliper along a direction; how far the longest width is turned from
+    that direction, about the normal."""
+    along: str = ""
+    """The direction of a width."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extreme(Item):
+    """The largest or smallest girth across a direction between two places, or where it lies."""
+
+    normal: str
+    between: tuple[Mid, Mid]
+    which: Literal["largest", "smallest"]
+    height_from: Mid | None = None
+    """The height of that girth from here, along the direction, in place of the girth."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cranial(Item):
+    """Of a head above its base plane; the formulas stand in `measures/cranial.py`."""
+
+    what: str
+
+
+AnyItem = Angle | Distance | Extent | Share | Section | Extreme | Cranial
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint:
+    """What can be turned: the part distal of a joint, about its anatomical axis.
+
+    The places that tell axis and plane lie on the axis, or well within a part that turns or stays
+    whole: so they tell the same joint after the turn.
+    """
+
+    name: str
+    en: str
+    de: str
+    axis: str
+    """Direction about which it turns, by the right hand on a right limb."""
+    centre: Mid
+    """A point on the axis."""
+    upper: Mid
+    """Well within what stays."""
+    lower: Mid
+    """Well within what turns."""
+    halved: bool = True
+    """The plane that parts the limb halves the way from the upper part to the lower one; else it is
+    square to the way to the upper part."""
+    twist: bool = False
+    """The plane is square to the axis."""
+    parted: Mid | None = None
+    """A point on the plane that parts the limb, where it is not `centre`."""
+    below: Mid | None = None
+    """What lies proximal of here stays, towards `knee`, though it lies beyond the plane: a shank
+    that leans over the forefoot."""
+    knee: Mid | None = None
+    rigid: tuple[str, ...] = ()
+    """Landmarks whose surroundings stay."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """All that is known of a kind of limb."""
+
+    name: str
+    """In files and on the command line."""
+    order: int
+    """In lists."""
+    words: Mapping[str, str]
+    """What people call it, by language."""
+    sided: bool
+    """Whether it is a left or a right one."""
+    places: tuple[Place, ...]
+    """Those with a level are asked for, in this order."""
+    sensitive: tuple[SensitivePlace, ...] = ()
+    round_ended: bool = False
+    """Whether its distal end is a dome: the place farthest along the long axis."""
+    long: bool = True
+    """Whether an axis fitted to the surface is its long axis."""
+    upright: Upright | None = None
+    """Its frame by landmarks, where these are placed."""
+    directions: tuple[Direction, ...] = ()
+    centreline: Bent | None = None
+    """None: the straight long axis."""
+    sheet: tuple[AnyItem, ...] = ()
+    joints: tuple[Joint, ...] = ()
+    presets: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Build-ups by the identity of a landmark, mm: general trade knowledge, to be edited."""
+
+    @property
+    def asked(self) -> tuple[Place, ...]:
+        """The places that somebody is asked to mark."""
+        return tuple(one for one in self.places if one.level is not None)

@@ -1,0 +1,107 @@
+"""Closing: what was a solid before an edit is a solid after it.
+
+In      a shape that an edit left open, and that was closed before it.
+Out     the same, closed along what the edit opened; every vertex that it had stands where it stood.
+Method  Openings that lie in one plane are capped together, so that a wall that was cut level has a
+        flat rim. Two openings that run against each other, as those of a wall's skins do, are
+        joined by a strip across the wall. What is left is spanned, as over a drum.
+Fails   EditError: an outline crosses itself, or the shape stays open.
+"""
+
+import numpy as np
+from jaxtyping import Int64
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.topology import (
+    boundary_half_edges,
+    boundary_loops,
+    enclosed_by,
+    is_edge_manifold,
+    is_watertight,
+    sheets_apart,
+    with_faces,
+)
+from limbgram.findings import Finding, note
+from limbgram.reconstruction.surface.holes import loop_area
+from limbgram.workbench.edits.cutting import cap
+from limbgram.workbench.edits.level_edges import Plane
+from limbgram.workbench.edits.regions import with_added
+from limbgram.workbench.edits.spanning import spanned
+from limbgram.workbench.edits.strip import strip
+
+
+def enclosure(mesh: Mesh) -> Finding:
+    """Whether a shape is watertight, and its volume."""
+    found = enclosed_by(mesh)
+    return note(
+        "edit.enclosed",
+        watertight=found.watertight,
+        open_edges=found.open_edges,
+        volume_ml=found.volume_mm3 / 1000,
+    )
+
+
+def kept_closed(what: str, before: Mesh, after: Mesh) -> Mesh:
+    """The shape after an edit, closed where it was closed before.
+
+    Raises:
+        EditError: it was closed, is open, and cannot be closed.
+    """
+    if is_watertight(after.faces) or not is_watertight(before.faces):
+        return after
+    if not len(after.faces) or not is_edge_manifold(after.faces):
+        raise EditError("edit.branches", what=what)
+    closed = _with_strips(_capped(sheets_apart(after), what))
+    if len(boundary_half_edges(closed.faces)):
+        closed = spanned(closed)
+        closed = with_faces(closed, closed.faces)
+    left = boundary_half_edges(closed.faces)
+    if len(left):
+        point_mm = tuple(closed.vertices_mm[left[0, 0]].tolist())
+        raise EditError("edit.opened", what=what, open_edges=len(left), point_mm=point_mm)
+    return closed
+
+
+def _capped(mesh: Mesh, what: str) -> Mesh:
+    """Without the openings that lie in planes, those in one plane together; the longest first."""
+    while True:
+        loops = [loop.astype(np.int64) for loop in boundary_loops(mesh.faces)]
+        plane = next((one for one in (Plane.of_loop(mesh, loop) for loop in loops) if one), None)
+        if plane is None:
+            return mesh
+        on_it = np.zeros(len(mesh), np.bool_)
+        for loop in loops:
+            on_it[loop] = plane.holds(mesh.vertices_mm[loop]).all()
+        capped = cap(mesh, on_it, what)
+        if len(boundary_half_edges(capped.faces)) == len(boundary_half_edges(mesh.faces)):
+            return mesh
+        mesh = capped
+
+
+def _with_strips(mesh: Mesh) -> Mesh:
+    """With a strip between any two openings that run against each other and are nearest."""
+    loops = [loop.astype(np.int64) for loop in boundary_loops(mesh.faces)]
+    if len(loops) < 2:
+        return mesh
+    ways = unit(np.stack([loop_area(mesh.vertices_mm[loop]) for loop in loops]))
+    against = ways @ ways.T < 0
+    apart = np.array([[_apart_mm(mesh, one, two) for two in loops] for one in loops])
+    apart = np.where(against, apart, np.inf)
+    nearest = apart.argmin(1)
+    strips: list[np.ndarray] = []
+    for one, two in enumerate(nearest.tolist()):
+        if one < two and nearest[two] == one and np.isfinite(apart[one, two]):
+            back = loops[two][::-1]
+            numbers = np.concatenate([loops[one], back])
+            strips.append(numbers[strip(mesh.vertices_mm[loops[one]], mesh.vertices_mm[back])])
+    if not strips:
+        return mesh
+    none = np.empty(0, np.int64)
+    return with_added(mesh, np.empty((0, 3)), none, np.concatenate(strips).astype(np.int32))
+
+
+def _apart_mm(mesh: Mesh, one: Int64[np.ndarray, " k"], two: Int64[np.ndarray, " l"]) -> float:
+    """How far the first loop lies from the second one on average."""
+    return float(KDTree(mesh.vertices_mm[two]).query(mesh.vertices_mm[one])[0].mean())

@@ -1,0 +1,57 @@
+"""Strip: triangles between two loops that run alike, such as the outlines of a wall's two skins."""
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from numba import njit
+from scipy.spatial import KDTree
+
+from limbgram.core.geometry.arrays import Points3
+
+
+def strip(ones: Points3, twos: Float64[np.ndarray, "m 3"]) -> Int64[np.ndarray, "k 3"]:
+    """Triangles between two loops that run alike, of the least sum of the squared ways across.
+
+    Numbered on from the first loop to the second (Fuchs, Kedem, Uselton 1977).
+    """
+    away, nearest = KDTree(twos).query(ones)
+    first = int(np.argmin(away))
+    one = np.roll(np.arange(len(ones)), -first)
+    two = np.roll(np.arange(len(twos)), -int(np.asarray(nearest)[first]))
+    one, two = np.append(one, one[0]), np.append(two, two[0])
+    steps = _way(ones[one], twos[two])
+    i = np.concatenate([[0], np.cumsum(steps == 0)])
+    j = np.concatenate([[0], np.cumsum(steps == 1)])
+    a, b, offset = one[i], two[j], len(ones)
+    on_one = np.column_stack([a[1:], a[:-1], b[:-1] + offset])
+    on_two = np.column_stack([b[:-1] + offset, b[1:] + offset, a[:-1]])
+    return np.where((steps == 0)[:, None], on_one, on_two)
+
+
+@njit(cache=True, nogil=True)
+def _way(ones: np.ndarray, twos: np.ndarray):
+    """Steps from the first pair of places to the last: 0 along the ones, 1 along the twos."""
+    n, m = len(ones), len(twos)
+    cost = np.empty(m)
+    came = np.empty((n, m), np.int8)
+    for i in range(n):
+        for j in range(m):
+            least = 0.0
+            came[i, j] = 0
+            if i > 0:
+                least = cost[j]
+            if j > 0 and (i == 0 or cost[j - 1] < least):
+                least = cost[j - 1]
+                came[i, j] = 1
+            across = 0.0
+            for axis in range(3):
+                across += (ones[i, axis] - twos[j, axis]) ** 2
+            cost[j] = least + across
+    steps = np.empty(n + m - 2, np.int8)
+    i, j = n - 1, m - 1
+    for k in range(n + m - 3, -1, -1):
+        steps[k] = came[i, j]
+        if came[i, j] == 0:
+            i -= 1
+        else:
+            j -= 1
+    return steps

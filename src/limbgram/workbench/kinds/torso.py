@@ -1,0 +1,571 @@
+"""Trunk: a torso for a spinal orthosis.
+
+Sensitive places: EPUAP, NPIAP, PPPIA, Prevention and Treatment of Pressure Ulcers/Injuries (2019):
+bony prominences; axillae for the vessels and nerves that run through them.
+
+Directions: the trunk's axis from sacrum to seventh cervical vertebra, and to the patient's right
+along the iliac spines, square to it. Lengths of the sheet count along the trunk's axis from the
+waist.
+"""
+
+from limbgram.workbench.anatomy.kind import (
+    Angle,
+    Cross,
+    Distance,
+    Kind,
+    Line,
+    Mid,
+    Place,
+    Section,
+    SensitivePlace,
+    Square,
+)
+from limbgram.workbench.kinds.transfemoral import GLUTEAL_FOLD, ILIAC_CREST
+
+SEVENTH_CERVICAL_VERTEBRA = Place(
+    "seventh cervical vertebra",
+    en=("c7", "vertebra prominens"),
+    de=("siebter Halswirbel", "7. Halswirbel", "HWK 7", "Prominens"),
+    facing="posterior",
+    level=6,
+)
+STERNAL_NOTCH = Place(
+    "sternal notch",
+    en=("suprasternal notch", "jugular notch"),
+    de=("Drosselgrube", "Jugulum", "Incisura jugularis"),
+    facing="anterior",
+    level=6,
+)
+AXILLA = Place("axilla", en=("armpit",), de=("Achsel", "Achselhöhle"))
+RIGHT_AXILLA = Place(
+    "right axilla",
+    en=("right armpit",),
+    de=("rechte Achsel", "Achsel rechts", "rechte Achselhöhle"),
+    facing="right",
+    level=5,
+)
+LEFT_AXILLA = Place(
+    "left axilla",
+    en=("left armpit",),
+    de=("linke Achsel", "Achsel links", "linke Achselhöhle"),
+    facing="left",
+    level=5,
+)
+XIPHOID = Place(
+    "xiphoid",
+    en=("xiphoid process",),
+    de=("Schwertfortsatz", "Processus xiphoideus"),
+    facing="anterior",
+    level=4,
+)
+NAVEL = Place(
+    "navel",
+    en=("umbilicus", "belly button"),
+    de=("Nabel", "Bauchnabel"),
+    facing="anterior",
+    level=3,
+)
+RIGHT_ILIAC_SPINE = Place(
+    "right iliac spine",
+    en=("right asis",),
+    de=("rechter Darmbeinstachel", "Darmbeinstachel rechts", "SIAS rechts"),
+    facing="anterior",
+    level=2,
+)
+LEFT_ILIAC_SPINE = Place(
+    "left iliac spine",
+    en=("left asis",),
+    de=("linker Darmbeinstachel", "Darmbeinstachel links", "SIAS links"),
+    facing="anterior",
+    level=2,
+)
+SACRUM = Place("sacrum", de=("Kreuzbein",), facing="posterior", level=2)
+RIGHT_TROCHANTER = Place(
+    "right trochanter",
+    en=("right greater trochanter",),
+    de=("rechter Rollhügel", "Rollhügel rechts", "Trochanter rechts"),
+    facing="right",
+    level=1,
+)
+LEFT_TROCHANTER = Place(
+    "left trochanter",
+    en=("left greater trochanter",),
+    de=("linker Rollhügel", "Rollhügel links", "Trochanter links"),
+    facing="left",
+    level=1,
+)
+PUBIC_SYMPHYSIS = Place(
+    "pubic symphysis",
+    en=("symphysis",),
+    de=("Schambeinfuge", "Symphyse"),
+    facing="anterior",
+    level=1,
+)
+FIRST_THORACIC_VERTEBRA = Place(
+    "first thoracic vertebra",
+    en=("t1",),
+    de=("erster Brustwirbel", "1. Brustwirbel", "BWK 1"),
+    facing="posterior",
+)
+SEVENTH_THORACIC_VERTEBRA = Place(
+    "seventh thoracic vertebra",
+    en=("t7",),
+    de=("siebter Brustwirbel", "7. Brustwirbel", "BWK 7"),
+    facing="posterior",
+)
+TWELFTH_THORACIC_VERTEBRA = Place(
+    "twelfth thoracic vertebra",
+    en=("t12",),
+    de=("zwölfter Brustwirbel", "12. Brustwirbel", "BWK 12"),
+    facing="posterior",
+    level=4,
+)
+THIRD_LUMBAR_VERTEBRA = Place(
+    "third lumbar vertebra",
+    en=("l3",),
+    de=("dritter Lendenwirbel", "3. Lendenwirbel", "LWK 3"),
+    facing="posterior",
+    level=3,
+)
+RIGHT_SCAPULAR_SPINE = Place(
+    "right scapular spine",
+    en=("right spine of the scapula",),
+    de=("rechte Schulterblattgräte", "Schulterblattgräte rechts"),
+    facing="posterior",
+)
+LEFT_SCAPULAR_SPINE = Place(
+    "left scapular spine",
+    en=("left spine of the scapula",),
+    de=("linke Schulterblattgräte", "Schulterblattgräte links"),
+    facing="posterior",
+)
+RIGHT_INFERIOR_ANGLE = Place(
+    "right inferior angle",
+    en=("right inferior angle of the scapula",),
+    de=("rechter unterer Schulterblattwinkel", "unterer Schulterblattwinkel rechts"),
+    facing="posterior",
+)
+LEFT_INFERIOR_ANGLE = Place(
+    "left inferior angle",
+    en=("left inferior angle of the scapula",),
+    de=("linker unterer Schulterblattwinkel", "unterer Schulterblattwinkel links"),
+    facing="posterior",
+)
+RIGHT_NIPPLE = Place(
+    "right nipple", de=("rechte Brustwarze", "Brustwarze rechts"), facing="anterior"
+)
+LEFT_NIPPLE = Place("left nipple", de=("linke Brustwarze", "Brustwarze links"), facing="anterior")
+RIGHT_WAIST = Place(
+    "right waist",
+    en=("waist right",),
+    de=("rechte Taille", "Taille rechts"),
+    facing="right",
+    level=3,
+)
+LEFT_WAIST = Place(
+    "left waist", en=("waist left",), de=("linke Taille", "Taille links"), facing="left", level=3
+)
+RIGHT_ILIAC_CREST = Place(
+    "right iliac crest", de=("rechter Beckenkamm", "Beckenkamm rechts"), facing="right"
+)
+LEFT_ILIAC_CREST = Place(
+    "left iliac crest", de=("linker Beckenkamm", "Beckenkamm links"), facing="left"
+)
+RIGHT_TENTH_RIB = Place(
+    "right tenth rib",
+    en=("right rib 10",),
+    de=("rechte zehnte Rippe", "zehnte Rippe rechts", "10. Rippe rechts"),
+    facing="right",
+)
+LEFT_TENTH_RIB = Place(
+    "left tenth rib",
+    en=("left rib 10",),
+    de=("linke zehnte Rippe", "zehnte Rippe links", "10. Rippe links"),
+    facing="left",
+)
+COCCYX = Place("coccyx", en=("tailbone",), de=("Steißbein",), facing="posterior", level=1)
+
+_AXILLAE = Mid(("right axilla", "left axilla"))
+_WAIST = Mid(("right waist", "left waist"), otherwise=("navel",))
+_ASIS = Mid(("right iliac spine", "left iliac spine"))
+_TROCHANTERS = Mid(("right trochanter", "left trochanter"))
+_SACRUM, _C7 = Mid(("sacrum",)), Mid(("seventh cervical vertebra",))
+
+KIND = Kind(
+    name="torso",
+    order=4,
+    words={"en": "Trunk", "de": "Rumpf"},
+    sided=False,
+    places=(
+        SEVENTH_CERVICAL_VERTEBRA,
+        STERNAL_NOTCH,
+        RIGHT_AXILLA,
+        LEFT_AXILLA,
+        XIPHOID,
+        TWELFTH_THORACIC_VERTEBRA,
+        RIGHT_WAIST,
+        LEFT_WAIST,
+        NAVEL,
+        THIRD_LUMBAR_VERTEBRA,
+        RIGHT_ILIAC_SPINE,
+        LEFT_ILIAC_SPINE,
+        SACRUM,
+        RIGHT_TROCHANTER,
+        LEFT_TROCHANTER,
+        PUBIC_SYMPHYSIS,
+        COCCYX,
+        AXILLA,
+        FIRST_THORACIC_VERTEBRA,
+        SEVENTH_THORACIC_VERTEBRA,
+        RIGHT_SCAPULAR_SPINE,
+        LEFT_SCAPULAR_SPINE,
+        RIGHT_INFERIOR_ANGLE,
+        LEFT_INFERIOR_ANGLE,
+        RIGHT_NIPPLE,
+        LEFT_NIPPLE,
+        RIGHT_ILIAC_CREST,
+        LEFT_ILIAC_CREST,
+        RIGHT_TENTH_RIB,
+        LEFT_TENTH_RIB,
+        ILIAC_CREST,
+        GLUTEAL_FOLD,
+    ),
+    sensitive=(
+        SensitivePlace(name="seventh cervical vertebra", why="bone under the skin", reach_mm=10.0),
+        SensitivePlace(name="sternal notch", why="windpipe and bone under the skin", reach_mm=10.0),
+        SensitivePlace(
+            name="right axilla",
+            why="vessels and nerves of the arm",
+            reach_mm=15.0,
+            also=("axilla",),
+        ),
+        SensitivePlace(name="left axilla", why="vessels and nerves of the arm", reach_mm=15.0),
+        SensitivePlace(name="xiphoid", why="thin bone under the skin", reach_mm=10.0),
+        SensitivePlace(
+            name="right iliac spine",
+            why="bone under the skin",
+            reach_mm=12.0,
+            also=("iliac crest", "right iliac crest"),
+        ),
+        SensitivePlace(
+            name="left iliac spine",
+            why="bone under the skin",
+            reach_mm=12.0,
+            also=("left iliac crest",),
+        ),
+        SensitivePlace(name="sacrum", why="bone under the skin", reach_mm=12.0, also=("coccyx",)),
+        SensitivePlace(name="right trochanter", why="bone under the skin", reach_mm=15.0),
+        SensitivePlace(name="left trochanter", why="bone under the skin", reach_mm=15.0),
+        SensitivePlace(name="pubic symphysis", why="bone under the skin", reach_mm=12.0),
+    ),
+    directions=(
+        Line(name="trunk", start=_SACRUM, end=_C7),
+        Line(
+            name="iliac spines", start=Mid(("left iliac spine",)), end=Mid(("right iliac spine",))
+        ),
+        Square(name="to the right", of="iliac spines", to="trunk"),
+        Line(name="axillae", start=Mid(("left axilla",)), end=Mid(("right axilla",))),
+        Cross(name="forward", first="trunk", second="to the right"),
+        Line(name="lower back", start=_SACRUM, end=Mid(("third lumbar vertebra",))),
+        Line(
+            name="upper back",
+            start=Mid(("third lumbar vertebra",)),
+            end=Mid(("twelfth thoracic vertebra",)),
+        ),
+    ),
+    sheet=(
+        Angle(
+            name="shoulder_to_pelvis_rotation_deg",
+            en="Rotation of the axillae against the iliac spines, right side forward positive",
+            de="Drehung der Achseln gegen die Darmbeinstacheln, rechts nach vorn positiv",
+            of="iliac spines",
+            to="axillae",
+            about="trunk",
+        ),
+        Angle(
+            name="lordosis_deg",
+            en="Lordosis of the back's surface, T12 to L3 to sacrum",
+            de="Lordose der Rückenfläche, BWK 12 über LWK 3 zum Kreuzbein",
+            of="lower back",
+            to="upper back",
+            about="to the right",
+        ),
+        Distance(
+            name="plumb_right_mm",
+            en="C7 beside the sacrum, to the right",
+            de="HWK 7 neben dem Kreuzbein, nach rechts",
+            start=_SACRUM,
+            end=_C7,
+            along="right",
+            note="square to the limb frame; to the plumb line, if it was aligned as it stood",
+        ),
+        Distance(
+            name="plumb_forward_mm",
+            en="C7 in front of the sacrum",
+            de="HWK 7 vor dem Kreuzbein",
+            start=_SACRUM,
+            end=_C7,
+            along="anterior",
+            note="as plumb_right_mm",
+        ),
+        Section(
+            name="axilla_girth_mm",
+            en="Girth: axilla",
+            de="Umfang: Achselhöhe",
+            at=_AXILLAE,
+            normal="trunk",
+        ),
+        Section(
+            name="axilla_ml_mm",
+            en="Width side to side: axilla",
+            de="Breite seitlich: Achselhöhe",
+            at=_AXILLAE,
+            normal="trunk",
+            what="width",
+            along="to the right",
+        ),
+        Section(
+            name="axilla_ap_mm",
+            en="Depth front to back: axilla",
+            de="Tiefe von vorn nach hinten: Achselhöhe",
+            at=_AXILLAE,
+            normal="trunk",
+            what="width",
+            along="forward",
+        ),
+        Section(
+            name="axilla_rotation_deg",
+            en="Rotation of the section against the iliac spines: axilla",
+            de="Drehung des Querschnitts zu den Darmbeinstacheln: Achselhöhe",
+            at=_AXILLAE,
+            normal="trunk",
+            what="turn",
+            along="to the right",
+            note="the section's longest principal axis; right side forward is positive",
+        ),
+        Section(
+            name="xiphoid_girth_mm",
+            en="Girth: xiphoid",
+            de="Umfang: Schwertfortsatz",
+            at=Mid(("xiphoid",)),
+            normal="trunk",
+        ),
+        Section(
+            name="xiphoid_ml_mm",
+            en="Width side to side: xiphoid",
+            de="Breite seitlich: Schwertfortsatz",
+            at=Mid(("xiphoid",)),
+            normal="trunk",
+            what="width",
+            along="to the right",
+        ),
+        Section(
+            name="xiphoid_ap_mm",
+            en="Depth front to back: xiphoid",
+            de="Tiefe von vorn nach hinten: Schwertfortsatz",
+            at=Mid(("xiphoid",)),
+            normal="trunk",
+            what="width",
+            along="forward",
+        ),
+        Section(
+            name="xiphoid_rotation_deg",
+            en="Rotation of the section against the iliac spines: xiphoid",
+            de="Drehung des Querschnitts zu den Darmbeinstacheln: Schwertfortsatz",
+            at=Mid(("xiphoid",)),
+            normal="trunk",
+            what="turn",
+            along="to the right",
+            note="the section's longest principal axis; right side forward is positive",
+        ),
+        Section(
+            name="waist_girth_mm", en="Girth: waist", de="Umfang: Taille", at=_WAIST, normal="trunk"
+        ),
+        Section(
+            name="waist_ml_mm",
+            en="Width side to side: waist",
+            de="Breite seitlich: Taille",
+            at=_WAIST,
+            normal="trunk",
+            what="width",
+            along="to the right",
+        ),
+        Section(
+            name="waist_ap_mm",
+            en="Depth front to back: waist",
+            de="Tiefe von vorn nach hinten: Taille",
+            at=_WAIST,
+            normal="trunk",
+            what="width",
+            along="forward",
+        ),
+        Section(
+            name="waist_rotation_deg",
+            en="Rotation of the section against the iliac spines: waist",
+            de="Drehung des Querschnitts zu den Darmbeinstacheln: Taille",
+            at=_WAIST,
+            normal="trunk",
+            what="turn",
+            along="to the right",
+            note="the section's longest principal axis; right side forward is positive",
+        ),
+        Section(
+            name="asis_girth_mm",
+            en="Girth: iliac spines",
+            de="Umfang: Darmbeinstacheln",
+            at=_ASIS,
+            normal="trunk",
+        ),
+        Section(
+            name="asis_ml_mm",
+            en="Width side to side: iliac spines",
+            de="Breite seitlich: Darmbeinstacheln",
+            at=_ASIS,
+            normal="trunk",
+            what="width",
+            along="to the right",
+        ),
+        Section(
+            name="asis_ap_mm",
+            en="Depth front to back: iliac spines",
+            de="Tiefe von vorn nach hinten: Darmbeinstacheln",
+            at=_ASIS,
+            normal="trunk",
+            what="width",
+            along="forward",
+        ),
+        Section(
+            name="asis_rotation_deg",
+            en="Rotation of the section against the iliac spines: iliac spines",
+            de="Drehung des Querschnitts zu den Darmbeinstacheln: Darmbeinstacheln",
+            at=_ASIS,
+            normal="trunk",
+            what="turn",
+            along="to the right",
+            note="the section's longest principal axis; right side forward is positive",
+        ),
+        Section(
+            name="trochanter_girth_mm",
+            en="Girth: trochanters",
+            de="Umfang: Rollhügel",
+            at=_TROCHANTERS,
+            normal="trunk",
+        ),
+        Section(
+            name="trochanter_ml_mm",
+            en="Width side to side: trochanters",
+            de="Breite seitlich: Rollhügel",
+            at=_TROCHANTERS,
+            normal="trunk",
+            what="width",
+            along="to the right",
+        ),
+        Section(
+            name="trochanter_ap_mm",
+            en="Depth front to back: trochanters",
+            de="Tiefe von vorn nach hinten: Rollhügel",
+            at=_TROCHANTERS,
+            normal="trunk",
+            what="width",
+            along="forward",
+        ),
+        Section(
+            name="trochanter_rotation_deg",
+            en="Rotation of the section against the iliac spines: trochanters",
+            de="Drehung des Querschnitts zu den Darmbeinstacheln: Rollhügel",
+            at=_TROCHANTERS,
+            normal="trunk",
+            what="turn",
+            along="to the right",
+            note="the section's longest principal axis; right side forward is positive",
+        ),
+        Distance(
+            name="waist_to_sternal_notch_mm",
+            en="Waist up to the sternal notch",
+            de="Taille bis Drosselgrube",
+            start=_WAIST,
+            end=Mid(("sternal notch",)),
+            along="trunk",
+        ),
+        Distance(
+            name="waist_to_nipple_mm",
+            en="Waist up to the nipple line",
+            de="Taille bis Brustwarzenlinie",
+            start=_WAIST,
+            end=Mid(("right nipple", "left nipple")),
+            along="trunk",
+        ),
+        Distance(
+            name="waist_to_xiphoid_mm",
+            en="Waist up to the xiphoid",
+            de="Taille bis Schwertfortsatz",
+            start=_WAIST,
+            end=Mid(("xiphoid",)),
+            along="trunk",
+        ),
+        Distance(
+            name="waist_to_scapular_spine_mm",
+            en="Waist up to the scapular spine",
+            de="Taille bis Schulterblattgräte",
+            start=_WAIST,
+            end=Mid(("right scapular spine", "left scapular spine")),
+            along="trunk",
+        ),
+        Distance(
+            name="waist_to_inferior_angle_mm",
+            en="Waist up to the inferior angle of the scapula",
+            de="Taille bis zum unteren Schulterblattwinkel",
+            start=_WAIST,
+            end=Mid(("right inferior angle", "left inferior angle")),
+            along="trunk",
+        ),
+        Distance(
+            name="waist_to_axilla_mm",
+            en="Waist up to the axilla",
+            de="Taille bis Achsel",
+            start=_WAIST,
+            end=_AXILLAE,
+            along="trunk",
+        ),
+        Distance(
+            name="waist_to_asis_mm",
+            en="Waist down to the iliac spines",
+            de="Taille bis Darmbeinstacheln",
+            start=_ASIS,
+            end=_WAIST,
+            along="trunk",
+        ),
+        Distance(
+            name="waist_to_pubis_mm",
+            en="Waist down to the pubis",
+            de="Taille bis Schambeinfuge",
+            start=Mid(("pubic symphysis",)),
+            end=_WAIST,
+            along="trunk",
+        ),
+        Distance(
+            name="waist_to_trochanter_mm",
+            en="Waist down to the trochanters",
+            de="Taille bis Rollhügel",
+            start=_TROCHANTERS,
+            end=_WAIST,
+            along="trunk",
+        ),
+        Distance(
+            name="waist_to_coccyx_mm",
+            en="Waist down to the coccyx",
+            de="Taille bis Steißbein",
+            start=Mid(("coccyx",)),
+            end=_WAIST,
+            along="trunk",
+        ),
+        Distance(
+            name="waist_to_gluteal_fold_mm",
+            en="Waist down to the gluteal fold",
+            de="Taille bis Gesäßfalte",
+            start=Mid(("gluteal fold",)),
+            end=_WAIST,
+            along="trunk",
+        ),
+    ),
+)

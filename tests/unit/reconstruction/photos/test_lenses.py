@@ -1,0 +1,76 @@
+"""Lenses: pictures that were cut are told from smaller copies, and by whom they were taken."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from limbgram.reconstruction.photos.lenses import cut_from, lens_notes
+from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
+from limbgram.reconstruction.photos.quality import remarks
+from limbgram.reconstruction.photos.reading import grouped
+
+WIDE = Exif(make="Phone", model="One", lens="4.25 mm", focal_mm=4.25, focal_35mm=26.0)
+
+
+def photos_of(*shown: tuple[int, int, Exif]) -> PhotoSet:
+    return grouped(
+        [
+            Photo(
+                name=f"{k}.jpg", path=Path(f"{k}.jpg"), width_px=width, height_px=height, exif=exif,
+                sha256=f"{k}", camera_idx=0,
+            )
+            for k, (width, height, exif) in enumerate(shown)
+        ],
+        (),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("exif", [WIDE, Exif()])
+@pytest.mark.parametrize("size", [(3000, 3000), (4000, 2250), (2250, 4000), (2800, 2050)])
+def test_a_picture_of_another_ratio_was_cut(exif: Exif, size: tuple[int, int]) -> None:
+    photos = photos_of((4000, 3000, exif), (4000, 3000, exif), (*size, exif))
+    assert cut_from(photos) == {1: 0}
+    (said,) = lens_notes(photos)
+    assert (said.code, said.values["count"], said.values["names"]) == (
+        "lens.cut_out", 1, ("2.jpg",),
+    )  # fmt: skip
+    assert not remarks(photos)
+
+
+@pytest.mark.parametrize("size", [(2000, 1500), (1600, 1200), (1333, 1000), (1200, 1600)])
+def test_a_smaller_copy_has_the_same_lens(size: tuple[int, int]) -> None:
+    photos = photos_of((4000, 3000, WIDE), (4000, 3000, WIDE), (*size, WIDE))
+    assert cut_from(photos) == {}
+    assert not lens_notes(photos)
+    assert not remarks(photos)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        replace(WIDE, focal_mm=9.0, focal_35mm=77.0),
+        replace(WIDE, lens="9 mm"),
+        replace(WIDE, model="Two"),
+        replace(WIDE, digital_zoom=2.0),
+    ],
+)
+def test_another_lens_is_no_cut(other: Exif) -> None:
+    assert cut_from(photos_of((4000, 3000, WIDE), (3000, 3000, other))) == {}
+
+
+def test_of_a_picture_that_is_larger_one_way_nothing_was_cut() -> None:
+    assert cut_from(photos_of((4000, 3000, WIDE), (4600, 2600, WIDE))) == {}
+
+
+def test_what_photos_told_of_two_lenses_is_said() -> None:
+    photos = photos_of((4000, 3000, Exif()), (4000, 3000, Exif()), (4000, 3000, Exif()))
+    (group,) = photos.cameras
+    by_lens = replace(
+        photos,
+        photos=tuple(replace(one, camera_idx=k // 2) for k, one in enumerate(photos.photos)),
+        cameras=(group, replace(group, longer=2.03)),
+    )
+    (said,) = lens_notes(by_lens)
+    assert (said.code, said.values["names"]) == ("lens.told_by_photos", ("2.jpg",))
+    assert said.values["longer"] == pytest.approx(2.03)
