@@ -9,10 +9,25 @@ test("an edit begins as a load of two millimetres", () => {
 });
 
 test("the server is told a landmark by its name, a place by its position, a region by its line", () => {
-  expect(bodyOf(begun({ ...AT, at: "fibula head" }))).toEqual({ kind: "load", parameters: { depth_mm: 2, falloff_mm: 14, at: "fibula head", flat_mm: 0 }, accept: [] });
-  expect(bodyOf(begun({ ...AT, at: [4, 5, 6], flat_mm: 3 })).parameters).toEqual({ depth_mm: 2, falloff_mm: 14, at: [4, 5, 6], flat_mm: 3, positions_in: "mesh" });
+  expect(bodyOf(begun({ ...AT, at: "fibula head" }))).toEqual({
+    kind: "load",
+    parameters: { depth_mm: 2, falloff_mm: 14, at: "fibula head", flat_mm: 0 },
+    accept: [],
+  });
+  expect(bodyOf(begun({ ...AT, at: [4, 5, 6], flat_mm: 3 })).parameters).toEqual({
+    depth_mm: 2,
+    falloff_mm: 14,
+    at: [4, 5, 6],
+    flat_mm: 3,
+    positions_in: "mesh",
+  });
   expect(bodyOf(begun(AT)).parameters).toMatchObject({ at: [1, 2, 3] });
-  const within = [[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 0]] as const;
+  const within = [
+    [0, 0, 0],
+    [9, 0, 0],
+    [9, 9, 0],
+    [0, 9, 0],
+  ] as const;
   expect(bodyOf(begun({ ...AT, within })).parameters).toEqual({ depth_mm: 2, falloff_mm: 14, within: within.map((p) => [...p]), positions_in: "mesh" });
 });
 

@@ -12,7 +12,10 @@ const taken = (name: string) => ({ method: "delete", init: { params: { path: { n
 test("places that are on their way stand where they were put last, and go when they are taken away", () => {
   const kept = [at("a", 1), at("b", 2)];
   const places = withPending(kept, [put("c", 3), put("a", 7), taken("b"), put("c", 4)]);
-  expect(places.map((one) => [one.name, one.position_mm[0]])).toEqual([["a", 7], ["c", 4]]);
+  expect(places.map((one) => [one.name, one.position_mm[0]])).toEqual([
+    ["a", 7],
+    ["c", 4],
+  ]);
   expect(withPending(kept, [])).toBe(kept);
 });
 
@@ -35,7 +38,11 @@ test("a guess is offered until its name is set, or something nearer than 3 mm", 
     { by: "sticker", name: "", sticker: 4, position_mm: [50, 0, 0] },
     { by: "sticker", name: "", sticker: 5, position_mm: [70, 0, 0] },
   ] as const;
-  const found = offeredOf(guesses.map((one) => ({ ...one, position_mm: [...one.position_mm] })), [at("a", 300), at("c", 72)], (sticker) => (sticker === 4 ? "d" : ""));
+  const found = offeredOf(
+    guesses.map((one) => ({ ...one, position_mm: [...one.position_mm] })),
+    [at("a", 300), at("c", 72)],
+    (sticker) => (sticker === 4 ? "d" : ""),
+  );
   expect(found).toEqual([
     { name: "b", sticker: null, by: "shape", at: [100, 0, 0] },
     { name: "d", sticker: 4, by: "sticker", at: [50, 0, 0] },

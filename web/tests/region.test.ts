@@ -16,8 +16,19 @@ test("a line is sent with few points, evenly left out, and beginning where it be
 });
 
 test("points on their neighbour are left out, also where the line closes", () => {
-  const line: Vec3[] = [[0, 0, 0], [0.5, 0, 0], [3, 0, 0], [3, 3, 0], [3, 3.9, 0], [0.4, 0.4, 0]];
-  expect(apart(line)).toEqual([[0, 0, 0], [3, 0, 0], [3, 3, 0]]);
+  const line: Vec3[] = [
+    [0, 0, 0],
+    [0.5, 0, 0],
+    [3, 0, 0],
+    [3, 3, 0],
+    [3, 3.9, 0],
+    [0.4, 0.4, 0],
+  ];
+  expect(apart(line)).toEqual([
+    [0, 0, 0],
+    [3, 0, 0],
+    [3, 3, 0],
+  ]);
 });
 
 test("the middle of a circle is its centre, as far from the line as its radius", () => {
@@ -29,7 +40,14 @@ test("the middle of a circle is its centre, as far from the line as its radius",
 });
 
 test("the middle lies inside the line, also where the centre does not", () => {
-  const hook: Vec3[] = [[-0.5, -0.5, 0], [30.5, -0.5, 0], [30.5, 4.5, 0], [4.5, 4.5, 0], [4.5, 30.5, 0], [-0.5, 30.5, 0]];
+  const hook: Vec3[] = [
+    [-0.5, -0.5, 0],
+    [30.5, -0.5, 0],
+    [30.5, 4.5, 0],
+    [4.5, 4.5, 0],
+    [4.5, 30.5, 0],
+    [-0.5, 30.5, 0],
+  ];
   const middle = middleOf(hook, sheet(41));
   const [x, y] = middle?.anchor ?? [Infinity, Infinity];
   expect(Math.min(x, y)).toBeLessThan(4.5);
@@ -37,16 +55,18 @@ test("the middle lies inside the line, also where the centre does not", () => {
 });
 
 test("without a vertex inside, or with three points, a line has no middle", () => {
-  expect(middleOf(circle(12, 0.4).map(([x, y]): Vec3 => [x + 0.5, y + 0.5, 0]), sheet(41))).toBeNull();
+  expect(
+    middleOf(
+      circle(12, 0.4).map(([x, y]): Vec3 => [x + 0.5, y + 0.5, 0]),
+      sheet(41),
+    ),
+  ).toBeNull();
   expect(middleOf(circle(3, 15), sheet(41))).toBeNull();
 });
 
 test("the outline of a straight stroke goes along both its sides, half a size away", () => {
   const stroke = Array.from({ length: 5 }, (_, i) => ({ x: 10 * i, y: 50 }));
-  expect(outlineOf(stroke, 6)).toEqual([
-    ...[0, 10, 20, 30, 40].map((x) => [x, 56]),
-    ...[40, 30, 20, 10, 0].map((x) => [x, 44]),
-  ]);
+  expect(outlineOf(stroke, 6)).toEqual([...[0, 10, 20, 30, 40].map((x) => [x, 56]), ...[40, 30, 20, 10, 0].map((x) => [x, 44])]);
 });
 
 test("the outline of a stroke in an arc lies on the arcs inside and outside of it", () => {

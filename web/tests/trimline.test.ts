@@ -8,8 +8,16 @@ const LIFTED = new Vector3(100, 20, -30);
 
 /** A cylinder whose axis is the shown frame's z; the mesh's frame is turned about x, and moved. */
 const cylinder: Round = {
-  toShown: (p) => p.clone().sub(LIFTED).applyAxisAngle(new Vector3(1, 0, 0), -Math.PI / 3),
-  toMesh: (p) => p.clone().applyAxisAngle(new Vector3(1, 0, 0), Math.PI / 3).add(LIFTED),
+  toShown: (p) =>
+    p
+      .clone()
+      .sub(LIFTED)
+      .applyAxisAngle(new Vector3(1, 0, 0), -Math.PI / 3),
+  toMesh: (p) =>
+    p
+      .clone()
+      .applyAxisAngle(new Vector3(1, 0, 0), Math.PI / 3)
+      .add(LIFTED),
   nearest(p) {
     const shown = cylinder.toShown(p);
     const r = Math.hypot(shown.x, shown.y);
@@ -17,7 +25,8 @@ const cylinder: Round = {
   },
 };
 
-const at = (turn_deg: number, z_mm: number) => cylinder.toMesh(new Vector3(RADIUS_MM * Math.cos((turn_deg * Math.PI) / 180), RADIUS_MM * Math.sin((turn_deg * Math.PI) / 180), z_mm));
+const at = (turn_deg: number, z_mm: number) =>
+  cylinder.toMesh(new Vector3(RADIUS_MM * Math.cos((turn_deg * Math.PI) / 180), RADIUS_MM * Math.sin((turn_deg * Math.PI) / 180), z_mm));
 const shownOf = (line: readonly Vector3[]) => line.map((p) => cylinder.toShown(p));
 
 test("the line between two points lies on the surface, and turns and rises evenly", () => {

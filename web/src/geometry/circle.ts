@@ -13,6 +13,10 @@ export function circleOn(centre: Vector3, normal: Vector3, radius_mm: number): V
   const across = normal.clone().cross(along);
   return Array.from({ length: POINTS }, (_, i) => {
     const angle = (2 * Math.PI * i) / POINTS;
-    return centre.clone().addScaledVector(along, radius_mm * Math.cos(angle)).addScaledVector(across, radius_mm * Math.sin(angle)).addScaledVector(normal, LIFTED_MM);
+    return centre
+      .clone()
+      .addScaledVector(along, radius_mm * Math.cos(angle))
+      .addScaledVector(across, radius_mm * Math.sin(angle))
+      .addScaledVector(normal, LIFTED_MM);
   });
 }

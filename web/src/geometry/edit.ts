@@ -105,7 +105,7 @@ export interface Ground {
 }
 
 /** Where the vertices of an edit come to lie, three numbers each in their order, and the differences of all vertices then. */
-export function displaced(ground: Ground, { vertices, shares }: Shares, outward_mm: number): { readonly positions: Float32Array; readonly differences_mm: Float32Array } {
+export function displaced(ground: Ground, { vertices, shares }: Shares, outward_mm: number): Omit<Ground, "normals"> {
   const positions = new Float32Array(3 * vertices.length);
   const differences_mm = ground.differences_mm.slice();
   for (let i = 0; i < vertices.length; i++) {

@@ -36,13 +36,28 @@ export function AxesForm({ subject, axes }: { subject: Subject; axes: Axes }) {
           onChange={(value) => (flipped.value = value === "down")}
         />
       </div>
-      {aligned ? <ByHandForm axes={axes} /> : <NumberField label={t("align.flexion")} unit="°" step={1} decimals={1} min={-120} max={120} value={flexion_deg.value} onChange={(value) => (flexion_deg.value = value)} />}
+      {aligned ? (
+        <ByHandForm axes={axes} />
+      ) : (
+        <NumberField
+          label={t("align.flexion")}
+          unit="°"
+          step={1}
+          decimals={1}
+          min={-120}
+          max={120}
+          value={flexion_deg.value}
+          onChange={(value) => (flexion_deg.value = value)}
+        />
+      )}
       {aligned && limb && (
         <p class="small faint" style={{ marginTop: "8px" }}>
           {t("align.size", ...limb.reply.size_mm.map((v) => v.toFixed(1)))}
         </p>
       )}
-      {limb?.reply.notes.map((one) => <Notice key={said(one)} tone="amber" title={said(one)} />)}
+      {limb?.reply.notes.map((one) => (
+        <Notice key={said(one)} tone="amber" title={said(one)} />
+      ))}
     </section>
   );
 }
@@ -55,9 +70,36 @@ function ByHandForm({ axes: { byHand } }: { axes: Axes }) {
       <h3>{t("align.by.hand")}</h3>
       <p class="small faint">{t("align.by.hand.how")}</p>
       <div class="row3">
-        <NumberField label={t("align.turn")} unit="°" step={0.5} decimals={1} min={-180} max={180} value={now.turn_deg} onChange={(turn_deg) => turn({ turn_deg })} />
-        <NumberField label={t("align.flex")} unit="°" step={0.5} decimals={1} min={-60} max={60} value={now.flex_deg} onChange={(flex_deg) => turn({ flex_deg })} />
-        <NumberField label={t("align.lean")} unit="°" step={0.5} decimals={1} min={-60} max={60} value={now.lean_deg} onChange={(lean_deg) => turn({ lean_deg })} />
+        <NumberField
+          label={t("align.turn")}
+          unit="°"
+          step={0.5}
+          decimals={1}
+          min={-180}
+          max={180}
+          value={now.turn_deg}
+          onChange={(turn_deg) => turn({ turn_deg })}
+        />
+        <NumberField
+          label={t("align.flex")}
+          unit="°"
+          step={0.5}
+          decimals={1}
+          min={-60}
+          max={60}
+          value={now.flex_deg}
+          onChange={(flex_deg) => turn({ flex_deg })}
+        />
+        <NumberField
+          label={t("align.lean")}
+          unit="°"
+          step={0.5}
+          decimals={1}
+          min={-60}
+          max={60}
+          value={now.lean_deg}
+          onChange={(lean_deg) => turn({ lean_deg })}
+        />
       </div>
     </>
   );

@@ -54,7 +54,14 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
     void subject.act.run(async () => {
       if (sideLacks) return;
       const up = limb && (!aligned || flipped.value) ? scale(limb.frame.rotation[2], flipped.value ? -1 : 1) : null;
-      const body: Schemas["Align"] = { side: side ?? "none", kind, axis: "fit", proximal: up && [...up], anterior: front.value && [...front.value], flexion_deg: flexion_deg.value };
+      const body: Schemas["Align"] = {
+        side: side ?? "none",
+        kind,
+        axis: "fit",
+        proximal: up && [...up],
+        anterior: front.value && [...front.value],
+        flexion_deg: flexion_deg.value,
+      };
       await state(body, () => {
         subject.saved.value = t("align.done");
         flipped.value = false;
@@ -72,7 +79,11 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
     });
   const drag = (by: ByHand, done: boolean) => {
     const begun = (from.current ??= byHand.value);
-    byHand.value = { turn_deg: tenth(begun.turn_deg + by.turn_deg), flex_deg: tenth(begun.flex_deg + by.flex_deg), lean_deg: tenth(begun.lean_deg + by.lean_deg) };
+    byHand.value = {
+      turn_deg: tenth(begun.turn_deg + by.turn_deg),
+      flex_deg: tenth(begun.flex_deg + by.flex_deg),
+      lean_deg: tenth(begun.lean_deg + by.lean_deg),
+    };
     if (done) from.current = null;
   };
   return { flexion_deg, flipped, front, byHand, lacks, set, keepByHand, drag };

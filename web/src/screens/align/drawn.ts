@@ -13,10 +13,23 @@ export function marksOf({ places, offered, marks, chosen, held }: Placing): Mark
   const now = held.value;
   const drawn: Mark[] = places
     .filter((one) => one.name !== now?.name)
-    .map((one) => ({ name: one.name, label: term(one.name), point: new Vector3(...vec3(one.position_mm)), state: chosen.value === one.name ? "chosen" : "set" }));
+    .map((one) => ({
+      name: one.name,
+      label: term(one.name),
+      point: new Vector3(...vec3(one.position_mm)),
+      state: chosen.value === one.name ? "chosen" : "set",
+    }));
   if (now) drawn.push({ name: now.name, label: term(now.name), point: now.point, state: "chosen" });
   const guesses = offered.filter((one) => one.name !== now?.name);
-  guesses.forEach((one, i) => drawn.push({ name: `guess ${i}`, label: `${one.name ? term(one.name) : t("align.sticker", one.sticker ?? 0)}?`, point: new Vector3(...one.at), state: "guess" }));
-  if (places.length === 0 && !now) marks.slice(0, MOST_MARKS).forEach((one, i) => drawn.push({ name: `?${i}`, label: "?", point: new Vector3(...vec3(one.position_mm)), state: "guess" }));
+  guesses.forEach((one, i) =>
+    drawn.push({
+      name: `guess ${i}`,
+      label: `${one.name ? term(one.name) : t("align.sticker", one.sticker ?? 0)}?`,
+      point: new Vector3(...one.at),
+      state: "guess",
+    }),
+  );
+  if (places.length === 0 && !now)
+    marks.slice(0, MOST_MARKS).forEach((one, i) => drawn.push({ name: `?${i}`, label: "?", point: new Vector3(...vec3(one.position_mm)), state: "guess" }));
   return drawn;
 }

@@ -45,4 +45,3 @@ export function KindAndSide({ room, onDone }: RoomProps & { onDone: () => void }
     </div>
   );
 }
-

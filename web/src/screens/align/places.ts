@@ -43,6 +43,11 @@ export function nextAfter(name: string, order: readonly string[], places: readon
 /** The guesses that are not set yet, each with the name that it would have. */
 export function offeredOf(guesses: readonly Schemas["Guess"][], places: readonly Place[], nameOfSticker: (sticker: number) => string): Offered[] {
   return guesses
-    .map((one): Offered => ({ name: one.name || (one.sticker !== null && one.sticker !== undefined ? nameOfSticker(one.sticker) : ""), sticker: one.sticker ?? null, by: one.by, at: vec3(one.position_mm) }))
+    .map((one): Offered => ({
+      name: one.name || (one.sticker !== null && one.sticker !== undefined ? nameOfSticker(one.sticker) : ""),
+      sticker: one.sticker ?? null,
+      by: one.by,
+      at: vec3(one.position_mm),
+    }))
     .filter((one) => !places.some((p) => p.name === one.name || distance(vec3(p.position_mm), one.at) < SAME_MM));
 }

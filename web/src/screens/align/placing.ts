@@ -44,8 +44,14 @@ export function usePlacing(subject: Subject): Placing {
   const held = useSignal<{ name: string; point: Vector3 } | null>(null);
   const left = useSignal<ReadonlySet<string>>(new Set());
   const names = useAsked(async () => (kind ? await taken(api.GET("/api/v1/templates/names/{kind}", { params: { path: { kind } } })) : []), [kind]);
-  const marks = useAsked(async () => (limb && !limb.reply.aligned && limb.reply.places.length === 0 ? await taken(api.GET("/api/v1/cases/{case_id}/limb/marks", path)) : []), [limb?.reply.sha256]);
-  const guesses = useAsked(async () => (limb ? await taken(api.GET("/api/v1/cases/{case_id}/limb/guesses", path)) : null), [limb?.reply.sha256, kind, limb?.reply.aligned]);
+  const marks = useAsked(
+    async () => (limb && !limb.reply.aligned && limb.reply.places.length === 0 ? await taken(api.GET("/api/v1/cases/{case_id}/limb/marks", path)) : []),
+    [limb?.reply.sha256],
+  );
+  const guesses = useAsked(
+    async () => (limb ? await taken(api.GET("/api/v1/cases/{case_id}/limb/guesses", path)) : null),
+    [limb?.reply.sha256, kind, limb?.reply.aligned],
+  );
 
   const places = withPending(limb?.reply.places ?? [], pendingAt(room.id, PLACE));
   const known = names.value.value ?? [];
@@ -62,7 +68,13 @@ export function usePlacing(subject: Subject): Placing {
     void act.run(async () => {
       chosen.value = name;
       const [x, y, z] = xyz(point);
-      const kept = perform(room.id, "put", PLACE, { params: { path: { case_id: room.id, name } }, body: { position_mm: [x, y, z] } }, { done: take, again: asked.again });
+      const kept = perform(
+        room.id,
+        "put",
+        PLACE,
+        { params: { path: { case_id: room.id, name } }, body: { position_mm: [x, y, z] } },
+        { done: take, again: asked.again },
+      );
       if (held.value?.name === name) held.value = null; // what is on its way to the server is shown by itself
       await kept;
       const sticker = offered.find((one) => one.sticker !== null && distance(one.at, [x, y, z]) < SAME_MM)?.sticker;

@@ -37,7 +37,10 @@ export function AlignScreen({ room }: RoomProps) {
   const { limb, viewer, aligned, asked } = subject;
   const armed = placing.armed.value;
   const byHand = axes.byHand.value;
-  const shown = useMemo<Shown | null>(() => limb && { surface: limb.fetched.data, frame: turned(limb.frame, byHand), aligned: limb.reply.aligned }, [limb, byHand]);
+  const shown = useMemo<Shown | null>(
+    () => limb && { surface: limb.fetched.data, frame: turned(limb.frame, byHand), aligned: limb.reply.aligned },
+    [limb, byHand],
+  );
 
   return (
     <div class="work">

@@ -27,8 +27,34 @@ export function Banner({ said, info, photos, off, onCompute, onResult }: Props) 
   /** Computed, and nothing new here. */
   const rests = done && !answer && !running;
   const tone = rests ? "green" : goes ? "green" : answer && !running ? "amber" : said?.state === "refused" ? "amber" : "";
-  const lead = busy ? t("capture.computing") : rests ? t("capture.done") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? coachWords(answer).lead : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t(sample ? "capture.sample" : "capture.begin");
-  const why = busy ? "" : rests ? t("capture.done.why") : said?.state === "refused" && !running ? (said.finding ? told(said.finding) : "") : answer && !running ? coachWords(answer).why : running ? t("capture.checking.why") : t(sample && !photos ? "capture.sample.why" : "capture.begin.why");
+  const lead = busy
+    ? t("capture.computing")
+    : rests
+      ? t("capture.done")
+      : goes
+        ? t("capture.go")
+        : said?.state === "refused" && !running
+          ? t("capture.cannot.check")
+          : answer && !running
+            ? coachWords(answer).lead
+            : running
+              ? t("capture.checking", said?.photos ?? 0)
+              : photos
+                ? t("capture.collect")
+                : t(sample ? "capture.sample" : "capture.begin");
+  const why = busy
+    ? ""
+    : rests
+      ? t("capture.done.why")
+      : said?.state === "refused" && !running
+        ? said.finding
+          ? told(said.finding)
+          : ""
+        : answer && !running
+          ? coachWords(answer).why
+          : running
+            ? t("capture.checking.why")
+            : t(sample && !photos ? "capture.sample.why" : "capture.begin.why");
   return (
     <div class="say" role="status">
       <span class={`mark ${tone}`}>

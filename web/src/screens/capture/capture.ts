@@ -54,7 +54,13 @@ export function useCapture(room: Room): Capture {
   const askCheck = () =>
     void act.run(async () => {
       const { cameras: ids } = choicesOf(room.id);
-      await perform(room.id, "post", "/api/v1/cases/{case_id}/check", { ...path, body: { cameras: [...ids], board: boardOf(room.id) } }, { done: check.put, again: check.again, lane: `${room.id} check` });
+      await perform(
+        room.id,
+        "post",
+        "/api/v1/cases/{case_id}/check",
+        { ...path, body: { cameras: [...ids], board: boardOf(room.id) } },
+        { done: check.put, again: check.again, lane: `${room.id} check` },
+      );
     });
   const checkSoon = () => {
     clearTimeout(wait.current);
@@ -86,7 +92,15 @@ export function useCapture(room: Room): Capture {
     void act.run(async () => {
       keepChoices(room.id, { ruler_mm: rulerOf(choices) });
       const { cameras: ids, poisson, unscaled } = choices;
-      const body: Schemas["JobOptions"] = { cameras: [...ids], board: boardOf(room.id), surface: poisson ? "poisson" : "ball-pivoting", unscaled, distances: [], tapes: tapesOf(choices), triangles: 500_000 };
+      const body: Schemas["JobOptions"] = {
+        cameras: [...ids],
+        board: boardOf(room.id),
+        surface: poisson ? "poisson" : "ball-pivoting",
+        unscaled,
+        distances: [],
+        tapes: tapesOf(choices),
+        triangles: 500_000,
+      };
       await perform(room.id, "post", "/api/v1/cases/{case_id}/job", { ...path, body }, { id: run.idOf(body) });
       run.over();
       go(href.step(room.id, "result"));

@@ -57,10 +57,18 @@ function checksOf(answer: NonNullable<Check["answer"]>): Checked[] {
   const sharp = photos.filter((one) => one.counts).length;
   const lit = photos.every((one) => (one.burnt ?? 0) < BURNT);
   const checks: Checked[] = [
-    { ok: placed && missing.length === 0, text: !placed ? t("find.ring.none") : missing.length === 0 ? t("find.ring") : t("find.ring.gap", answer.largest_gap_deg ? Math.round(answer.largest_gap_deg) : "?") },
+    {
+      ok: placed && missing.length === 0,
+      text: !placed
+        ? t("find.ring.none")
+        : missing.length === 0
+          ? t("find.ring")
+          : t("find.ring.gap", answer.largest_gap_deg ? Math.round(answer.largest_gap_deg) : "?"),
+    },
     { ok: sharp === photos.length, text: t("find.sharp", sharp, photos.length) },
   ];
-  if (board_photos !== null && board_photos !== undefined) checks.push({ ok: !answer.findings.some((one) => one.code === "coach.board_unseen"), text: t("find.board", board_photos) });
+  if (board_photos !== null && board_photos !== undefined)
+    checks.push({ ok: !answer.findings.some((one) => one.code === "coach.board_unseen"), text: t("find.board", board_photos) });
   if (kept_still !== null && kept_still !== undefined) checks.push({ ok: kept_still, text: t(kept_still ? "find.still" : "find.moved") });
   return [...checks, { ok: lit, text: lit ? t("find.light") : t("find.light.bad") }];
 }

@@ -24,7 +24,11 @@ export function HowToStand({ answer }: { answer: NonNullable<Schemas["Check"]["a
           </g>
         </svg>
         <div>
-          <h2>{letters.length > 1 ? t("capture.photos.letters", letters.slice(0, -1).join(", "), letters[letters.length - 1]) : t("capture.photo.letter", letters[0] ?? "")}</h2>
+          <h2>
+            {letters.length > 1
+              ? t("capture.photos.letters", letters.slice(0, -1).join(", "), letters[letters.length - 1])
+              : t("capture.photo.letter", letters[0] ?? "")}
+          </h2>
           {answer.missing.slice(0, 3).map((one) => (
             <p class="soft" key={told(one.asked)}>
               {standWords(

@@ -23,8 +23,19 @@ export function PhotoTile({ room, photo, said, number, on, onClick }: PhotoProps
   const bad = photo.state === "unusable" || (said !== undefined && !said.counts);
   const remark = photo.state === "unusable" ? t("capture.unusable") : remarkWords(said?.remarks[0]);
   return (
-    <button type="button" class={`ph ${bad ? "bad" : ""} ${on ? "on" : ""}`} title={[photo.name, remark].filter(Boolean).join(": ")} onClick={onClick} aria-pressed={on} aria-label={`${number}: ${photo.name} ${remark}`}>
-      {film || photo.state === "unusable" ? <Icon name="camera" /> : <img src={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />}
+    <button
+      type="button"
+      class={`ph ${bad ? "bad" : ""} ${on ? "on" : ""}`}
+      title={[photo.name, remark].filter(Boolean).join(": ")}
+      onClick={onClick}
+      aria-pressed={on}
+      aria-label={`${number}: ${photo.name} ${remark}`}
+    >
+      {film || photo.state === "unusable" ? (
+        <Icon name="camera" />
+      ) : (
+        <img src={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />
+      )}
       <span>{bad && remark ? `${number} ${remark.split(/[,;:.]/)[0].slice(0, 18)}` : number}</span>
     </button>
   );
@@ -60,7 +71,14 @@ export function PhotoNote({ room, photo, said, onGone }: PhotoProps & { onGone: 
     <div class="card photo-note">
       <b>{photo.name}</b>
       <p class="soft small-note">
-        {[photo.width_px ? `${photo.width_px} × ${photo.height_px}` : "", bytes(photo.bytes), photo.removed.length ? t("capture.removed", photo.removed.join(", ")) : "", photo.kept.length ? t("capture.kept.one", photo.kept.join(", ")) : ""].filter(Boolean).join(". ")}
+        {[
+          photo.width_px ? `${photo.width_px} × ${photo.height_px}` : "",
+          bytes(photo.bytes),
+          photo.removed.length ? t("capture.removed", photo.removed.join(", ")) : "",
+          photo.kept.length ? t("capture.kept.one", photo.kept.join(", ")) : "",
+        ]
+          .filter(Boolean)
+          .join(". ")}
       </p>
       {(said?.remarks.length || photo.problem) && <p class="small-note">{[photo.problem, ...(said?.remarks ?? []).map(told)].filter(Boolean).join(". ")}</p>}
       <Refusal refused={act.refused.value} />

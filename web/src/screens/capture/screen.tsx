@@ -31,12 +31,26 @@ const ACCEPTED = "image/*,video/*,.zip,.heic,.heif,.dng,.cr2,.cr3,.nef,.arw,.raf
 export function CaptureScreen({ room }: RoomProps) {
   const capture = useCapture(room);
   const { here, coming, choices, check, goes, act } = capture;
-  const few = here.length < LEAST_PHOTOS ? t("capture.few", here.length) : coming.length ? t("capture.coming", coming.length) : tapeLacks(choices) ? t("options.tape.lacks") : null;
+  const few =
+    here.length < LEAST_PHOTOS
+      ? t("capture.few", here.length)
+      : coming.length
+        ? t("capture.coming", coming.length)
+        : tapeLacks(choices)
+          ? t("options.tape.lacks")
+          : null;
   const busy = isBusy(room.info);
   const seeResult = () => go(href.step(room.id, "result"));
   return (
     <main class="capture" id="content" tabIndex={-1}>
-      <Banner said={check.value.value} info={room.info} photos={here.length} off={few ?? (goes || busy ? null : t("capture.not.go")) ?? (act.busy.value ? t("loading") : null)} onResult={seeResult} onCompute={busy ? seeResult : capture.compute} />
+      <Banner
+        said={check.value.value}
+        info={room.info}
+        photos={here.length}
+        off={few ?? (goes || busy ? null : t("capture.not.go")) ?? (act.busy.value ? t("loading") : null)}
+        onResult={seeResult}
+        onCompute={busy ? seeResult : capture.compute}
+      />
       <div class="cols">
         <Photos capture={capture} />
         <Coach capture={capture} few={few} busy={busy} />
@@ -68,25 +82,41 @@ function Photos({ capture }: { capture: Capture }) {
     capture.arrived();
   };
   return (
-    <section class={`photos ${over.value ? "over" : ""}`} aria-label={t("capture.photos")} onDragOver={dragOver} onDragLeave={() => (over.value = false)} onDrop={drop}>
+    <section
+      class={`photos ${over.value ? "over" : ""}`}
+      aria-label={t("capture.photos")}
+      onDragOver={dragOver}
+      onDragLeave={() => (over.value = false)}
+      onDrop={drop}
+    >
       <Intake capture={capture} phone={phone} />
       {phone.value && <FromPhone room={room} onClose={() => (phone.value = false)} />}
       <Refusal refused={photos.refused.value ?? act.refused.value ?? check.refused.value} />
       <Count capture={capture} />
       <div class="grid">
         {here.map((one, i) => (
-          <PhotoTile key={one.name} room={room} photo={one} number={i + 1} said={saidOf(one.name)} on={photo === one} onClick={() => (chosen.value = photo === one ? null : one.name)} />
+          <PhotoTile
+            key={one.name}
+            room={room}
+            photo={one}
+            number={i + 1}
+            said={saidOf(one.name)}
+            on={photo === one}
+            onClick={() => (chosen.value = photo === one ? null : one.name)}
+          />
         ))}
         {coming.map((one) => (
           <UploadTile key={one.name} one={one} />
         ))}
-        {!goes && answer && additions(answer).map((one) => (
-          <div key={one.letter} class="ph ask">
-            {t("capture.add", one.letter)}
-            <br />
-            {one.words}
-          </div>
-        ))}
+        {!goes &&
+          answer &&
+          additions(answer).map((one) => (
+            <div key={one.letter} class="ph ask">
+              {t("capture.add", one.letter)}
+              <br />
+              {one.words}
+            </div>
+          ))}
       </div>
       <Notices capture={capture} />
       {photo && <PhotoNote room={room} photo={photo} said={saidOf(photo.name)} onGone={gone} />}
@@ -106,7 +136,17 @@ function Intake({ capture, phone }: { capture: Capture; phone: Signal<boolean> }
     <div class="in">
       <Icon name="folder" />
       <span class="grow">{t("capture.drop")}</span>
-      <input ref={input} class="unseen" type="file" multiple accept={ACCEPTED} tabIndex={-1} aria-label={t("capture.choose")} id="photo-files" onChange={(event) => take(event.currentTarget)} />
+      <input
+        ref={input}
+        class="unseen"
+        type="file"
+        multiple
+        accept={ACCEPTED}
+        tabIndex={-1}
+        aria-label={t("capture.choose")}
+        id="photo-files"
+        onChange={(event) => take(event.currentTarget)}
+      />
       <Button onClick={() => input.current?.click()}>{t("capture.choose")}</Button>
       <Button icon="qr" pressed={phone.value} onClick={() => (phone.value = !phone.value)}>
         {t("capture.phone")}
@@ -126,7 +166,13 @@ function Count({ capture }: { capture: Capture }) {
   return (
     <div class="count">
       <h2 aria-live="polite">{coming.length ? t("capture.of", here.length, here.length + coming.length) : t("capture.here", here.length)}</h2>
-      <span class="small faint">{held === null ? "" : coming.length ? t("capture.bytes.of", bytes(held), bytes(held + more)) : t(keptOf(capture) ? "capture.bytes.kept" : "capture.bytes", bytes(held))}</span>
+      <span class="small faint">
+        {held === null
+          ? ""
+          : coming.length
+            ? t("capture.bytes.of", bytes(held), bytes(held + more))
+            : t(keptOf(capture) ? "capture.bytes.kept" : "capture.bytes", bytes(held))}
+      </span>
     </div>
   );
 }

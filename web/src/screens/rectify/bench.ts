@@ -54,7 +54,8 @@ export function useBench(room: Room): Bench {
 }
 
 /** What is drawn and not kept: leaving the page would lose it. */
-export const unkept = ({ edit, trimline }: Bench): "edit" | "trimline" | null => (edit.draft.value ? "edit" : trimline.points.value.length > 0 ? "trimline" : null);
+export const unkept = ({ edit, trimline }: Bench): "edit" | "trimline" | null =>
+  edit.draft.value ? "edit" : trimline.points.value.length > 0 ? "trimline" : null;
 
 /** Keep the edit that is drawn. */
 export function keepDrawn({ edit, recipe }: Bench): void {

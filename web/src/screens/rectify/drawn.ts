@@ -32,7 +32,12 @@ function brushRings({ over, drawing, size, soft }: Bench["hand"]): Vector3[][] {
 
 export function marksOf({ limb, edit }: Bench): Mark[] {
   const chosen = edit.draft.value?.at;
-  return (limb?.reply.places ?? []).map((one) => ({ name: one.name, label: term(one.name), point: new Vector3(...vec3(one.position_mm)), state: chosen === one.name ? "chosen" : "set" }));
+  return (limb?.reply.places ?? []).map((one) => ({
+    name: one.name,
+    label: term(one.name),
+    point: new Vector3(...vec3(one.position_mm)),
+    state: chosen === one.name ? "chosen" : "set",
+  }));
 }
 
 /** The handle by which the depth of the open edit is dragged. */

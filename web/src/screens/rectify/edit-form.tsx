@@ -27,14 +27,42 @@ export function EditForm({ bench, draft, girth }: { bench: Bench; draft: Draft; 
         />
       </div>
       <div class="row2">
-        <NumberField label={t(draft.kind === "load" ? "depth.in" : "depth.out")} unit="mm" step={0.1} decimals={2} min={0.1} max={60} value={draft.depth_mm} onChange={(depth_mm) => change({ depth_mm })} />
-        <NumberField label={t("soft.edge")} unit="mm" step={1} decimals={1} min={1} max={200} value={draft.falloff_mm} onChange={(falloff_mm) => change({ falloff_mm })} />
-        {!draft.within.length && <NumberField label={t("flat")} unit="mm" step={1} decimals={1} min={0} max={100} value={draft.flat_mm} onChange={(flat_mm) => change({ flat_mm })} />}
+        <NumberField
+          label={t(draft.kind === "load" ? "depth.in" : "depth.out")}
+          unit="mm"
+          step={0.1}
+          decimals={2}
+          min={0.1}
+          max={60}
+          value={draft.depth_mm}
+          onChange={(depth_mm) => change({ depth_mm })}
+        />
+        <NumberField
+          label={t("soft.edge")}
+          unit="mm"
+          step={1}
+          decimals={1}
+          min={1}
+          max={200}
+          value={draft.falloff_mm}
+          onChange={(falloff_mm) => change({ falloff_mm })}
+        />
+        {!draft.within.length && (
+          <NumberField label={t("flat")} unit="mm" step={1} decimals={1} min={0} max={100} value={draft.flat_mm} onChange={(flat_mm) => change({ flat_mm })} />
+        )}
       </div>
       <Effect girth={girth} volume_ml={volumeOf(bench)} waits={trial.waits.value} />
-      {trial.tried.value?.line?.concerns.map((one) => <Notice key={said(one.finding)} tone="amber" title={said(one.finding)} />)}
+      {trial.tried.value?.line?.concerns.map((one) => (
+        <Notice key={said(one.finding)} tone="amber" title={said(one.finding)} />
+      ))}
       <Asked bench={bench} draft={draft} />
-      {edit.asksDepth.value && <Notice tone="amber" title={t("deep", draft.depth_mm.toFixed(1))} action={<Button onClick={() => (edit.asksDepth.value = false)}>{t("is.meant")}</Button>} />}
+      {edit.asksDepth.value && (
+        <Notice
+          tone="amber"
+          title={t("deep", draft.depth_mm.toFixed(1))}
+          action={<Button onClick={() => (edit.asksDepth.value = false)}>{t("is.meant")}</Button>}
+        />
+      )}
       <div class="acts">
         <Button go class="grow" off={keeping.now.value ? t("loading") : trial.refused.value ? t("refused.first") : null} onClick={() => keepDrawn(bench)}>
           {t("keep.edit")}
@@ -84,7 +112,8 @@ export function DepthCard({ draft, girth }: { draft: Draft; girth: Girth | null 
       {girth && (
         <>
           <br />
-          <span class="soft">{t("girth.at", girth.height_mm.toFixed(0))}</span> <b>{girth.now_mm.toFixed(1)}</b> <span class={toneOf(girth.change_mm)}>({signed(girth.change_mm)})</span>
+          <span class="soft">{t("girth.at", girth.height_mm.toFixed(0))}</span> <b>{girth.now_mm.toFixed(1)}</b>{" "}
+          <span class={toneOf(girth.change_mm)}>({signed(girth.change_mm)})</span>
         </>
       )}
     </div>

@@ -17,7 +17,10 @@ export function useGirth({ limb, base, level, edit, trial, viewer }: Bench): Gir
   const { data } = base;
   const height_mm = level.value;
   const heights = useMemo(() => (limb && data ? heightsOf(data.positions, limb.frame) : null), [limb, data]);
-  const before_mm = useMemo(() => (limb && data && heights && height_mm !== null ? cut(data.positions, data.indices, heights, height_mm, limb.frame).tape_mm : NaN), [limb, data, heights, height_mm]);
+  const before_mm = useMemo(
+    () => (limb && data && heights && height_mm !== null ? cut(data.positions, data.indices, heights, height_mm, limb.frame).tape_mm : NaN),
+    [limb, data, heights, height_mm],
+  );
   return useMemo(() => {
     if (!limb || height_mm === null || !data) return null;
     const drawn = viewer.current?.surface;

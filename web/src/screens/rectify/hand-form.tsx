@@ -16,8 +16,28 @@ export function HandForm({ bench }: { bench: Bench }) {
     <section class="small-note by-drawing">
       <p class="soft">{t(`rectify.how.${tool.value}` as TextKey)}</p>
       <div class="row2">
-        <NumberField label={t(brush ? "brush.size" : "soft.edge")} unit="mm" step={1} decimals={0} min={SIZE_MM[0]} max={SIZE_MM[1]} value={size.value} onChange={(value) => (size.value = value)} />
-        {brush && <NumberField label={t("soft.edge")} unit="mm" step={1} decimals={0} min={SOFT_MM[0]} max={SOFT_MM[1]} value={soft.value} onChange={(value) => (soft.value = value)} />}
+        <NumberField
+          label={t(brush ? "brush.size" : "soft.edge")}
+          unit="mm"
+          step={1}
+          decimals={0}
+          min={SIZE_MM[0]}
+          max={SIZE_MM[1]}
+          value={size.value}
+          onChange={(value) => (size.value = value)}
+        />
+        {brush && (
+          <NumberField
+            label={t("soft.edge")}
+            unit="mm"
+            step={1}
+            decimals={0}
+            min={SOFT_MM[0]}
+            max={SOFT_MM[1]}
+            value={soft.value}
+            onChange={(value) => (soft.value = value)}
+          />
+        )}
         {tool.value === "place" && <AtLandmark bench={bench} />}
       </div>
     </section>
@@ -60,7 +80,12 @@ export function TrimlineForm({ bench: { trimline, keeping, edit, recipe } }: { b
       <h2>{t("tool.trimline")}</h2>
       <p class="soft small-note">{t("trimline.points", count)}</p>
       <div class="acts">
-        <Button go class="grow" off={keeping.now.value ? t("loading") : count < LEAST_TRIM && t("trimline.few")} onClick={() => void recipe.add(trimline.body())}>
+        <Button
+          go
+          class="grow"
+          off={keeping.now.value ? t("loading") : count < LEAST_TRIM && t("trimline.few")}
+          onClick={() => void recipe.add(trimline.body())}
+        >
           {t("trimline.cut")}
         </Button>
         <Button onClick={edit.drop}>{t("drop.edit")}</Button>

@@ -151,6 +151,8 @@ function useShares(draft: Draft | null, data: SurfaceData | null): Shares | null
   return useMemo(() => {
     if (!draft || !data || !near) return null;
     const { within, seed, anchor, flat_mm, falloff_mm } = draft;
-    return within.length ? sharesInRegion(data.positions, near, within, seed, falloff_mm) : sharesAtPlace(data.positions, near, seed, anchor, flat_mm, falloff_mm);
+    return within.length
+      ? sharesInRegion(data.positions, near, within, seed, falloff_mm)
+      : sharesAtPlace(data.positions, near, seed, anchor, flat_mm, falloff_mm);
   }, [draft?.within, draft?.anchor, draft?.falloff_mm, draft?.flat_mm, draft?.seed, data, near]);
 }

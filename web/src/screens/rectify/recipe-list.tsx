@@ -100,7 +100,9 @@ function Row({ one, count, line, chosen, onChoose, onChange, onRemove }: RowProp
         <em>{words.where}</em>
       </button>
       <span class="num">{words.amount}</span>
-      <span class={`num ${change_ml === null ? "" : toneOf(change_ml)}`}>{!one.on ? t("off").toLowerCase() : change_ml !== null ? signed(change_ml) : one.was === null ? "…" : ""}</span>
+      <span class={`num ${change_ml === null ? "" : toneOf(change_ml)}`}>
+        {!one.on ? t("off").toLowerCase() : change_ml !== null ? signed(change_ml) : one.was === null ? "…" : ""}
+      </span>
       {line && line.told.length > 0 && !chosen && <p class="ed-more small soft">{line.told.map(said).join(" ")}</p>}
       {chosen && <More one={one} line={line} onChange={onChange} onRemove={onRemove} />}
     </li>

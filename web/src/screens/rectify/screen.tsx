@@ -30,8 +30,8 @@ import { useKeys } from "./keys";
 import { changed } from "./ledger";
 import { LedgerTable } from "./ledger-table";
 import { RecipeList } from "./recipe-list";
+import { useTool } from "./tool";
 import { ToolBar } from "./tool-bar";
-import { useTool } from "./tools/tools";
 
 export function RectifyScreen({ room }: RoomProps) {
   const bench = useBench(room);
@@ -141,7 +141,9 @@ function Recipe({ bench }: { bench: Bench }) {
       {book && <RecipeList book={book} listed={ledger.listed} recipe={recipe} />}
       {book && <Against bench={bench} edits={book.recipe.edits} />}
       {book?.refusal && <Refusal refused={new Refused("", said(book.refusal), 422, book.refusal as Finding)} />}
-      {book?.ledger && book.ledger.lines.length > 0 && <LedgerTable ledger={book.ledger} line={trial.tried.value?.line ?? null} level={level.value} onLevel={(height_mm) => (level.value = height_mm)} />}
+      {book?.ledger && book.ledger.lines.length > 0 && (
+        <LedgerTable ledger={book.ledger} line={trial.tried.value?.line ?? null} level={level.value} onLevel={(height_mm) => (level.value = height_mm)} />
+      )}
     </>
   );
 }
@@ -151,7 +153,13 @@ function Next({ bench }: { bench: Bench }) {
   const lacks = open && t(open === "edit" ? "rectify.open" : "trimline.open");
   return (
     <div class="next">
-      <Button go={!open && !["template", "levels", "other"].includes(bench.hand.tool.value)} big off={lacks} trailing={open ? undefined : "next"} onClick={() => go(href.step(bench.room.id, "send"))}>
+      <Button
+        go={!open && !["template", "levels", "other"].includes(bench.hand.tool.value)}
+        big
+        off={lacks}
+        trailing={open ? undefined : "next"}
+        onClick={() => go(href.step(bench.room.id, "send"))}
+      >
         {lacks ?? t("rectify.next")}
       </Button>
     </div>

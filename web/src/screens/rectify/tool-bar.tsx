@@ -23,7 +23,13 @@ export function ToolBar({ bench: { hand, edit } }: { bench: Bench }) {
   return (
     <div class="tools" role="toolbar" aria-label={t("rectify.tools")}>
       {TOOLS.map(({ name, icon }) => (
-        <button key={name} type="button" class={`tool ${hand.tool.value === name ? "on" : ""}`} aria-pressed={hand.tool.value === name} onClick={() => take(name)}>
+        <button
+          key={name}
+          type="button"
+          class={`tool ${hand.tool.value === name ? "on" : ""}`}
+          aria-pressed={hand.tool.value === name}
+          onClick={() => take(name)}
+        >
           <Icon name={icon} />
           {t(`tool.${name}` as TextKey)}
         </button>

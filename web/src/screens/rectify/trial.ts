@@ -51,7 +51,11 @@ export function useTrial(caseId: string, base: Base, viewer: RefObject<Viewer | 
     waits.value = true;
     refused.value = null;
     try {
-      const { bytes } = await bytesOf(`/cases/${caseId}/recipe/preview`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+      const { bytes } = await bytesOf(`/cases/${caseId}/recipe/preview`, {
+        method: "POST",
+        headers: { "Content-Type": "application/json" },
+        body: JSON.stringify(body),
+      });
       if (mine === turn.current && base.data) take(bytes, base.data);
     } catch (error) {
       if (!(error instanceof Refused)) throw error;

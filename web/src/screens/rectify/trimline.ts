@@ -45,7 +45,8 @@ export function useTrimline(viewer: RefObject<Viewer | null>, limb: Limb | null)
     return closed.value ? [...line, points.value[0]] : line;
   }, [points.value, closed.value, limb]);
 
-  const knotAt = (event: PointerEvent) => nearestPixel(points.value.map(onPage), [event.clientX, event.clientY], event.pointerType === "touch" ? 2 * CLOSE_PX : CLOSE_PX);
+  const knotAt = (event: PointerEvent) =>
+    nearestPixel(points.value.map(onPage), [event.clientX, event.clientY], event.pointerType === "touch" ? 2 * CLOSE_PX : CLOSE_PX);
 
   /** The point after which the line goes through a place on the page. */
   const joinAt = (pressed: Pixel): number | null => {

@@ -43,13 +43,23 @@ function ownRows({ fetched, frame }: Limb): GirthRow[] {
   const rows: GirthRow[] = [];
   for (let height_mm = EVERY_MM; height_mm < top - END_MM; height_mm += EVERY_MM) {
     const { tape_mm, area_mm2 } = cut(positions, indices, heights, height_mm, frame);
-    rows.push({ height_mm, girth: Number.isFinite(tape_mm) ? tape_mm : null, within: null, area_cm2: Number.isFinite(area_mm2) ? area_mm2 / 100 : null, below_ml: null, kept: false });
+    rows.push({
+      height_mm,
+      girth: Number.isFinite(tape_mm) ? tape_mm : null,
+      within: null,
+      area_cm2: Number.isFinite(area_mm2) ? area_mm2 / 100 : null,
+      below_ml: null,
+      kept: false,
+    });
   }
   return rows;
 }
 
 export function GirthTable({ rows, level, onLevel }: { rows: readonly GirthRow[]; level: number | null; onLevel: (height_mm: number) => void }) {
-  const nearest = level === null ? null : rows.reduce<GirthRow | null>((best, one) => (!best || Math.abs(one.height_mm - level) < Math.abs(best.height_mm - level) ? one : best), null);
+  const nearest =
+    level === null
+      ? null
+      : rows.reduce<GirthRow | null>((best, one) => (!best || Math.abs(one.height_mm - level) < Math.abs(best.height_mm - level) ? one : best), null);
   const figure = (value: number | null, decimals: number) => (value === null ? "–" : value.toFixed(decimals));
   return (
     <table class={rows.some((one) => !one.kept) ? "preview" : ""}>
@@ -66,7 +76,14 @@ export function GirthTable({ rows, level, onLevel }: { rows: readonly GirthRow[]
         {rows.map((one) => {
           const on = nearest === one && level !== null && Math.abs(one.height_mm - level) < 10;
           return (
-            <tr key={one.height_mm} class={`pick ${on ? "on" : ""}`} tabIndex={0} aria-current={on || undefined} onClick={() => onLevel(one.height_mm)} onFocus={() => onLevel(one.height_mm)}>
+            <tr
+              key={one.height_mm}
+              class={`pick ${on ? "on" : ""}`}
+              tabIndex={0}
+              aria-current={on || undefined}
+              onClick={() => onLevel(one.height_mm)}
+              onFocus={() => onLevel(one.height_mm)}
+            >
               <td class="num">{one.height_mm.toFixed(0)}</td>
               <td class="num">{figure(one.girth, 1)}</td>
               <td class="num soft">{figure(one.within, 1)}</td>

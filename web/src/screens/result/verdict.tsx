@@ -43,12 +43,14 @@ export function SizeLines({ tapes, verdict }: { tapes: Schemas["Kit"]["tapes"]; 
     ) : null;
   return (
     <div class="chk said" role="group" aria-label={t("size.tape")}>
-      {tapes.filter((one) => unsaid([one.finding], said).length).map((one) => (
-        <div key={told(one.finding)}>
-          <Icon name={one.light === "green" ? "ok" : "warn"} tone={one.light === "green" ? "g" : "a"} />
-          {told(one.finding)}
-        </div>
-      ))}
+      {tapes
+        .filter((one) => unsaid([one.finding], said).length)
+        .map((one) => (
+          <div key={told(one.finding)}>
+            <Icon name={one.light === "green" ? "ok" : "warn"} tone={one.light === "green" ? "g" : "a"} />
+            {told(one.finding)}
+          </div>
+        ))}
     </div>
   );
 }

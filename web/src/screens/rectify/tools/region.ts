@@ -16,7 +16,11 @@ const MOST_EDGE = 0.8;
 export function regionTool(now: () => Bench): Tool {
   const close = (round: readonly Touch[]) => {
     const { size } = now().hand;
-    openRegion(now(), round.map((one) => one.hit), (reach_mm) => Math.max(LEAST_EDGE_MM, Math.min(size.value, reach_mm * MOST_EDGE)));
+    openRegion(
+      now(),
+      round.map((one) => one.hit),
+      (reach_mm) => Math.max(LEAST_EDGE_MM, Math.min(size.value, reach_mm * MOST_EDGE)),
+    );
   };
   const pressed = (touch: Touch) => {
     const { corners, drawing } = now().hand;

@@ -1,12 +1,12 @@
 /** The tool in the hand, as the canvas takes it. */
 import { useEffect, useMemo, useRef } from "preact/hooks";
 
-import type { Tool } from "../../../viewer/viewer";
-import type { Bench } from "../bench";
-import { brushTool } from "./brush";
-import { placeTool } from "./place";
-import { regionTool } from "./region";
-import { trimlineTool } from "./trimline";
+import type { Tool } from "../../viewer/viewer";
+import type { Bench } from "./bench";
+import { brushTool } from "./tools/brush";
+import { placeTool } from "./tools/place";
+import { regionTool } from "./tools/region";
+import { trimlineTool } from "./tools/trimline";
 
 /** The tool of the hand; null where edits are not drawn on the limb. It is made once a kind; what it works on is of the latest render. */
 export function useTool(bench: Bench): Tool | null {
