@@ -143,7 +143,9 @@ def test_no_name_of_file_or_landmark_is_in_the_record() -> None:
     for name in ("Anna", "Berta", "scar"):
         assert name not in text
     assert [mark["name"] for mark in record.tree["landmarks"]] == ["tibial crest", "own landmark 1"]
-    assert record.tree["notes"] == ["shape aaaaaaaa has a seam"]
+    seam, holds = record.tree["notes"]
+    assert seam == "shape aaaaaaaa has a seam"
+    assert holds.startswith("watertight: ")
     assert record.tree["comparison"]["first"] == "shape bbbbbbbb"
     assert record.tree["comparison"]["volume"]["ml"]["difference"] == pytest.approx(0, abs=1e-6)
     assert badge(record.content) == "RIGHT · mm"
