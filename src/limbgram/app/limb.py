@@ -20,7 +20,7 @@ from limbgram.workbench.anatomy.kind import Facing
 from limbgram.workbench.frame.guesses import guess_places
 from limbgram.workbench.frame.landmarks import NAMES, with_landmarks
 from limbgram.workbench.frame.marks import MarkOptions, find_marks
-from limbgram.workbench.limb import KIND_NAMED, KindName, Landmark, Limb, Side
+from limbgram.workbench.limb import KIND_NAMED, KindName, Landmark, Limb, Placed, Side
 
 router = APIRouter(tags=["limb"])
 
@@ -64,6 +64,7 @@ class PlaceMark(BaseModel):
     """Where a place was picked."""
 
     position_mm: Coordinates = Field(description="In the mesh's frame, near the surface.")
+    placed: Placed = Field(default="click", description="How: it tells how well, for angles.")
 
 
 class TemplateName(BaseModel):
@@ -150,7 +151,7 @@ def read_limb(clinic: ClinicHere, bench: BenchHere) -> LimbReply:
 @router.put("/cases/{case_id}/limb/places/{name}")
 def put_place(clinic: ClinicHere, bench: BenchHere, name: NameHere, given: PlaceMark) -> LimbReply:
     """Place a landmark, or move it; it goes to the nearest place on the surface."""
-    picked = Landmark(name=name, position_mm=_vector(given.position_mm))
+    picked = Landmark(name=name, position_mm=_vector(given.position_mm), placed=given.placed)
     with clinic.desk.changing(bench):
         shape = clinic.desk.shape(bench)
         bench.save_limb(with_landmarks(shape.limb, [picked]), shape.file)

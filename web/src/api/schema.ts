@@ -3676,6 +3676,13 @@ export interface components {
                 number,
                 number
             ];
+            /**
+             * Placed
+             * @description How: it tells how well, for angles.
+             * @default click
+             * @enum {string}
+             */
+            placed: "click" | "painted" | "proposed";
         };
         /**
          * Point

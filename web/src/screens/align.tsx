@@ -85,7 +85,7 @@ export function AlignScreen({ room }: RoomProps) {
   const put = (name: string, point: Vector3) =>
     act.run(async () => {
       chosen.value = name;
-      const kept = perform(room.id, "put", PLACE, { params: { path: { case_id: room.id, name } }, body: { position_mm: [point.x, point.y, point.z] } }, { done: take, again: asked.again });
+      const kept = perform(room.id, "put", PLACE, { params: { path: { case_id: room.id, name } }, body: { placed: "click", position_mm: [point.x, point.y, point.z] } }, { done: take, again: asked.again });
       if (held.value?.name === name) held.value = null; // what is on its way to the server is shown by itself
       await kept;
       const sticker = offered.find((one) => one.sticker !== null && distance(one.at, [point.x, point.y, point.z]) < SAME_MM)?.sticker;
