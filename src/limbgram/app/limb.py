@@ -20,7 +20,7 @@ from limbgram.workbench.anatomy.kind import Facing
 from limbgram.workbench.frame.landmarks import NAMES, with_landmarks
 from limbgram.workbench.frame.painted_marks import MarkOptions, find_marks
 from limbgram.workbench.frame.suggested_landmarks import guess_places
-from limbgram.workbench.limb import KIND_NAMED, KindName, Landmark, Limb, Side
+from limbgram.workbench.limb import KIND_NAMED, KindName, Landmark, Limb, Placed, Side
 
 router = APIRouter(tags=["limb"])
 
@@ -64,6 +64,7 @@ class PlaceMark(BaseModel):
     """Where a place was picked."""
 
     position_mm: Coordinates = Field(description="In the mesh's frame, near the surface.")
+    placed: Placed = Field(default="click", description="How: it tells how well, for angles.")
 
 
 class TemplateName(BaseModel):
@@ -152,7 +153,7 @@ def put_place(
     app_state: AppStateHere, workspace: WorkspaceHere, name: NameHere, given: PlaceMark
 ) -> LimbReply:
     """Place a landmark, or move it; it goes to the nearest place on the surface."""
-    picked = Landmark(name=name, position_mm=_vector(given.position_mm))
+    picked = Landmark(name=name, position_mm=_vector(given.position_mm), placed=given.placed)
     with app_state.shape_cache.changing(workspace):
         shape = app_state.shape_cache.shape(workspace)
         workspace.save_limb(with_landmarks(shape.limb, [picked]), shape.file)

@@ -22,7 +22,7 @@ from limbgram.workbench.anatomy.directions import AnatomicalAxis, Anatomy
 from limbgram.workbench.anatomy.found import KIND_NAMED, KINDS, KindName
 from limbgram.workbench.anatomy.kind import Kind
 from limbgram.workbench.anatomy.landmark import Landmark, Placed
-from limbgram.workbench.anatomy.names import identity_of, named
+from limbgram.workbench.anatomy.names import by_identity, named
 
 __all__ = [
     "KINDS",
@@ -137,7 +137,7 @@ class Limb:
         motion = None if self.frame is None else self.frame.limb_from_mesh
         return Anatomy(
             kind=kind,
-            places={identity_of(one.name): one.position_mm for one in self.landmarks},
+            places={name: one.position_mm for name, one in by_identity(self.landmarks).items()},
             left=None if kind.sided and side == "none" else side == "left",
             frame=None if motion is None else motion.rotation,
             origin_mm=np.zeros(3) if motion is None else motion.inverse.translation,

@@ -8,8 +8,10 @@ import pytest
 import trimesh
 from scipy.spatial import KDTree
 
+from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.sheet import MeasuringSheet, SheetOptions, measuring_sheet
 
@@ -176,6 +178,23 @@ def test_a_missing_landmark_is_named_in_its_row(foot_of: MakeLimb) -> None:
     assert reason.values["names"] == ("navicular",)
     assert rows["navicular_height_per_cent"].figure is None
     assert rows["ankle_deg"].figure is not None
+
+
+def test_a_foot_of_the_other_side_is_refused_by_a_landmark_that_tells_it(
+    foot_of: MakeLimb,
+) -> None:
+    limb = replace(foot_of(), frame=None)
+    frame = align(limb, AlignOptions(side="right")).frame
+    assert frame is not None
+    up = frame.limb_from_mesh.rotation[2]
+    np.testing.assert_allclose(up, limb.axis("shank").direction, atol=1e-9)
+    with pytest.raises(MeasureError) as refused:
+        align(limb, AlignOptions(side="left"))
+    assert refused.value.finding.code == "align.landmark.elsewhere"
+    assert refused.value.finding.values["name"] in ("medial malleolus", "lateral malleolus")
+    with pytest.raises(MeasureError) as unsaid:
+        measuring_sheet(limb)
+    assert unsaid.value.finding.code == "anatomy.no_side"
 
 
 def test_a_turned_chest_is_told_in_degrees(trunk_of: MakeLimb) -> None:

@@ -18,7 +18,7 @@ from limbgram.core.mesh.mesh import unit
 from limbgram.core.mesh.uncertainty import propagate
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.landmark import Placing
-from limbgram.workbench.anatomy.names import identity_of
+from limbgram.workbench.anatomy.names import by_identity
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.lengths import on_triangles, vertex_gradient
@@ -83,7 +83,7 @@ class Subject:
             anatomy=anatomy,
             sigmas=sigmas,
             normals=normals,
-            placing_mm={identity_of(one.name): placing.of(one) for one in limb.landmarks},
+            placing_mm={name: placing.of(one) for name, one in by_identity(limb.landmarks).items()},
         )
 
     def figure(self, sensed: Sensed) -> tuple[Figure, float | None]:
