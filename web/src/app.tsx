@@ -8,6 +8,7 @@ import { listen } from "./api/events";
 import { type CaseHead, Shell, type StepState } from "./design/shell";
 import { Button, Notice } from "./design/parts";
 import { Refusal } from "./design/refusal";
+import { kindName } from "./limb-kinds";
 import { CameraScreen } from "./screens/cameras";
 import { CaptureScreen } from "./screens/capture";
 import { CasesScreen } from "./screens/cases";
@@ -196,7 +197,7 @@ function headOf(id: string, one: Schemas["Case"] | null): CaseHead {
       note: step.state === "check" ? t("step.check") : lineOf(step, one),
       warn: step.state === "check",
     };
-  return { id, kind: one ? (one.sample ? t("kind.sample") : t(`kind.${one.kind ?? "none"}`)) : "", side: one?.side, steps };
+  return { id, kind: one ? (one.sample ? t("kind.sample") : kindName(one.kind)) : "", side: one?.side, steps };
 }
 
 /** What a step has brought. */

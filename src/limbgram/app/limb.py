@@ -20,7 +20,7 @@ from limbgram.workbench.anatomy.kind import Facing
 from limbgram.workbench.frame.guesses import guess_places
 from limbgram.workbench.frame.landmarks import NAMES, with_landmarks
 from limbgram.workbench.frame.marks import MarkOptions, find_marks
-from limbgram.workbench.limb import KindName, Landmark, Limb, Side
+from limbgram.workbench.limb import KIND_NAMED, KindName, Landmark, Limb, Placed, Side
 
 router = APIRouter(tags=["limb"])
 
@@ -64,6 +64,7 @@ class PlaceMark(BaseModel):
     """Where a place was picked."""
 
     position_mm: Coordinates = Field(description="In the mesh's frame, near the surface.")
+    placed: Placed = Field(default="click", description="How: it tells how well, for angles.")
 
 
 class TemplateName(BaseModel):
@@ -72,6 +73,17 @@ class TemplateName(BaseModel):
     name: str
     facing: Facing
     level: int
+
+
+class LimbKind(BaseModel):
+    """A kind of limb."""
+
+    kind: KindName
+    words: dict[str, str] = Field(description="What people call it, by language.")
+    sided: bool = Field(description="Whether it is a left or a right one.")
+    long: bool = Field(description="Whether its long axis can be fitted to the surface.")
+    sheet: bool = Field(description="Whether it has a measuring sheet.")
+    joints: list[str] = Field(description="That `repose` turns.")
 
 
 class Mark(BaseModel):
@@ -105,6 +117,22 @@ class Align(AlignRequest):
     __pydantic_config__ = SAYS_ITSELF
 
 
+@router.get("/limb-kinds")
+def list_limb_kinds() -> list[LimbKind]:
+    """The kinds of limb, in the order of lists."""
+    return [
+        LimbKind(
+            kind=one.name,
+            words=dict(one.words),
+            sided=one.sided,
+            long=one.long,
+            sheet=bool(one.sheet),
+            joints=[joint.name for joint in one.joints],
+        )
+        for one in KIND_NAMED.values()
+    ]
+
+
 @router.get("/templates/names/{kind}")
 def list_names(kind: KindName) -> list[TemplateName]:
     """The places that are known of a kind of limb, in the order in which they are asked for."""
@@ -123,7 +151,7 @@ def read_limb(clinic: ClinicHere, bench: BenchHere) -> LimbReply:
 @router.put("/cases/{case_id}/limb/places/{name}")
 def put_place(clinic: ClinicHere, bench: BenchHere, name: NameHere, given: PlaceMark) -> LimbReply:
     """Place a landmark, or move it; it goes to the nearest place on the surface."""
-    picked = Landmark(name=name, position_mm=_vector(given.position_mm))
+    picked = Landmark(name=name, position_mm=_vector(given.position_mm), placed=given.placed)
     with clinic.desk.changing(bench):
         shape = clinic.desk.shape(bench)
         bench.save_limb(with_landmarks(shape.limb, [picked]), shape.file)

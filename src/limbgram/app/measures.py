@@ -20,6 +20,7 @@ from limbgram.services.measure import measure as measured
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import Measures, Row, check_alone
+from limbgram.workbench.measures.sheet import SheetRow
 from limbgram.workbench.measures.table import csv_text
 from limbgram.workbench.measures.tape import TapeCheck, TapeReading
 
@@ -115,6 +116,17 @@ class AskMeasures(MeasureRequest):
     """Hold the readings that are kept against the scan, whatever is measured."""
 
 
+class SheetLine(BaseModel):
+    """A figure of the measuring sheet of the kind of limb."""
+
+    name: str
+    words: dict[str, str] = Field(description="What people call it, by language.")
+    unit: str
+    value: Value | None
+    formula: str = ""
+    reason: FindingReply | None = Field(default=None, description="Why there is none.")
+
+
 class MeasuresReply(BaseModel):
     """The table."""
 
@@ -127,13 +139,15 @@ class MeasuresReply(BaseModel):
     lengths: list[Length]
     tape: list[TapeReply]
     notes: list[FindingReply]
+    sheet: list[SheetLine] = Field(default=[], description="Where it was asked for.")
 
 
 @router.post("/cases/{case_id}/measures")
 def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> MeasuresReply:
     """Measure an aligned shape by level."""
     limb, _ = limb_of(clinic, bench, given.of)
-    found = measured(limb, given).measures
+    done = measured(limb, given)
+    found = done.measures
     return MeasuresReply(
         counted_from=found.counted_from,
         reference_height_mm=found.reference_mm,
@@ -164,6 +178,18 @@ def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Measure
             *(_tape(clinic, bench) if given.with_tape else ()),
         ],
         notes=[FindingReply.of(one) for one in _notes(limb, found)],
+        sheet=[] if done.form is None else [_sheet_line(one) for one in done.form.rows],
+    )
+
+
+def _sheet_line(row: SheetRow) -> SheetLine:
+    return SheetLine(
+        name=row.name,
+        words=dict(row.words),
+        unit=row.unit,
+        value=None if row.figure is None else _value(row.figure),
+        formula=row.formula,
+        reason=None if row.reason is None else FindingReply.of(row.reason),
     )
 
 

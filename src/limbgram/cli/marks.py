@@ -183,7 +183,10 @@ def _sticker_landmarks(limb: Limb, case: Path, names: dict[int, str]) -> tuple[L
         raise OptionsError(
             "landmark.stickers.unplaced", missing=missing, seen=tuple(places) or None
         )
-    return tuple(Landmark(name=name, position_mm=places[number]) for number, name in names.items())
+    return tuple(
+        Landmark(name=name, position_mm=places[number], placed="painted")
+        for number, name in names.items()
+    )
 
 
 def _rgb(colour: UInt8[np.ndarray, "3"]) -> tuple[int, ...]:

@@ -15,9 +15,11 @@ from limbgram.core.interval import Interval, explained, plus_minus
 from limbgram.findings import told
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
 from limbgram.workbench.bodies import left_out
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import KIND_NAMED, Limb
+from limbgram.workbench.measures.form import sheet_tree
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import Measures, Row
+from limbgram.workbench.measures.sheet import MeasuringSheet
 from limbgram.workbench.measures.table import in_ml, tree
 from limbgram.workbench.measures.tape import TapeCheck, TapeFit
 
@@ -41,6 +43,7 @@ def measure_command(
     A height that has no answer stands in the table with the reason. Run `limbgram align` first.
     """
     require_output(files.csv, ".csv", "table")
+    require_output(files.sheet_csv, ".csv", "measuring sheet")
     require_output(files.picture, ".png", "picture")
     require_output(files.walls, ".png", "map")
     require_apart(files.fit, shape)
@@ -50,11 +53,13 @@ def measure_command(
         (
             *explained(_lines(limb, sheet.measures)),
             *_fit_lines(sheet.fitted),
+            *([] if sheet.form is None else _form_lines(sheet.form)),
             *(f"Written: {path}" for path in sheet.written),
         ),
         {
             **tree(sheet.measures),
             "fit": _fit_tree(sheet.fitted),
+            "sheet": None if sheet.form is None else sheet_tree(sheet.form),
             "written": [str(path) for path in sheet.written],
         },
     )
@@ -91,6 +96,16 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
         ),
         *(_tape_line(check, measures.reference_mm) for check in measures.tape),
     ]
+
+
+def _form_lines(form: MeasuringSheet) -> Iterator[str]:
+    """The measuring sheet, a figure a line."""
+    yield f"Measuring sheet: {KIND_NAMED[form.kind].words['en']}, {form.side}."
+    for row in form.rows:
+        value = told(row.reason) if row.reason is not None else ""
+        if row.figure is not None:
+            value = f"{_text(row.figure, 1)} {row.unit}"
+        yield f"  {row.words['en']}: {value}" + (f"   ({row.formula})" if row.formula else "")
 
 
 def _skin_lines(measures: Measures) -> Iterator[str]:

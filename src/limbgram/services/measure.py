@@ -13,24 +13,29 @@ from typing import Annotated
 
 import numpy as np
 
-from limbgram.core.declared import AtMost, Flag, Within
+from limbgram.core.declared import AtMost, Flag, Panel, Within
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import Rigid
 from limbgram.formats.limb_file import write_limb
 from limbgram.services.texts import PAIR, READING, SPAN, Height, Pair, Span
+from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.thickness import Thickness
 from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.measures.form import sheet_csv
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
     Measures,
     measure_inside,
     measure_limb,
 )
+from limbgram.workbench.measures.sheet import MeasuringSheet, SheetOptions, measuring_sheet
 from limbgram.workbench.measures.table import csv_text
 from limbgram.workbench.measures.tape import TapeFit, TapeReading, fit_to_tape
+
+_SHEET = Panel("Measuring sheet")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +64,31 @@ class MeasureRequest:
     """Measure what a wall holds, such as the inside of a socket."""
     unaligned: bool = False
     """Measure across the file's z, from its lowest point."""
+    sheet: Annotated[bool, _SHEET] = False
+    """Fill in the measuring sheet of the kind of limb, beside the levels."""
+    shoe_heel_mm: Annotated[float, Within(0, 150), Flag("shoe-heel"), _SHEET] = 0.0
+    """Height of the shoe's heel, mm: it inclines the shank."""
+    shoe_sole_mm: Annotated[float, Within(0, 150), Flag("shoe-sole"), _SHEET] = 0.0
+    """Height of its sole under the ball, mm."""
+    click_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
+    """How well landmarks were placed that were clicked: one standard deviation in each direction
+    along the surface, mm; without it 2, which is assumed."""
+    painted_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
+    """The same of landmarks at painted marks; without it 1."""
+    proposed_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
+    """The same of landmarks that were proposed and confirmed; without it 3."""
+
+    def of_sheet(self) -> SheetOptions:
+        """What the measuring sheet hangs on."""
+        return SheetOptions(
+            shoe_heel_mm=self.shoe_heel_mm,
+            shoe_sole_mm=self.shoe_sole_mm,
+            placing=Placing(
+                click_mm=USUAL.click_mm if self.click_mm is None else self.click_mm,
+                painted_mm=USUAL.painted_mm if self.painted_mm is None else self.painted_mm,
+                proposed_mm=USUAL.proposed_mm if self.proposed_mm is None else self.proposed_mm,
+            ),
+        )
 
     def options(self) -> LimbMeasureOptions:
         """As the workbench takes them."""
@@ -85,6 +115,8 @@ class MeasureFiles:
     """Write the shape made to agree with the tape readings."""
     csv: Path | None = None
     """Write the table as CSV."""
+    sheet_csv: Path | None = None
+    """Write the measuring sheet as CSV."""
     picture: Path | None = None
     """Write a picture of it (PNG)."""
     walls: Path | None = None
@@ -102,6 +134,8 @@ class Sheet:
     fitted: TapeFit | None
     """The shape made to agree with the tape, where that was asked for."""
     written: tuple[Path, ...]
+    form: MeasuringSheet | None = None
+    """The measuring sheet of its kind, where that was asked for."""
 
 
 def measure(limb: Limb, ask: MeasureRequest, files: MeasureFiles = NO_FILES) -> Sheet:
@@ -126,11 +160,12 @@ def measure(limb: Limb, ask: MeasureRequest, files: MeasureFiles = NO_FILES) -> 
         if files.fit is None
         else fit_to_tape(measures.limb, ask.tapes, measures.reference_mm, measures.through_mm)
     )
-    return Sheet(
-        measures=measures,
-        fitted=fitted,
-        written=tuple(_written(limb, measures, fitted, files)),
-    )
+    wanted = ask.sheet or files.sheet_csv is not None
+    form = measuring_sheet(measures.limb, ask.of_sheet()) if wanted else None
+    written = list(_written(limb, measures, fitted, files))
+    if form is not None and files.sheet_csv is not None:
+        written.append(write_bytes(files.sheet_csv, sheet_csv(form).encode()))
+    return Sheet(measures=measures, fitted=fitted, written=tuple(written), form=form)
 
 
 def _standing(limb: Limb) -> Limb:

@@ -187,7 +187,7 @@ def _landmark(text: str, marks: Sequence[Vector3]) -> Landmark:
         number = int(place[1:]) if _COUNTED.fullmatch(place[1:]) else 0
         if not 1 <= number <= len(marks):
             raise OptionsError("options.no_such_mark", text=text, seen=len(marks))
-        return Landmark(name=name, position_mm=marks[number - 1])
+        return Landmark(name=name, position_mm=marks[number - 1], placed="painted")
     numbers = _numbers(place, 3)
     if not name or numbers is None:
         raise OptionsError("options.no_landmark", text=text)

@@ -16,12 +16,12 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding
-from limbgram.workbench.anatomy.centreline import Centreline, rounded, straight
+from limbgram.workbench.anatomy.centreline import Centreline, straight
 from limbgram.workbench.anatomy.directions import AnatomicalAxis, Anatomy
 from limbgram.workbench.anatomy.found import KIND_NAMED, KINDS, KindName
 from limbgram.workbench.anatomy.kind import Kind
 from limbgram.workbench.anatomy.landmark import Landmark, Placed
-from limbgram.workbench.anatomy.names import identity_of, named
+from limbgram.workbench.anatomy.names import by_identity, named
 
 __all__ = [
     "KINDS",
@@ -131,7 +131,7 @@ class Limb:
         motion = None if self.frame is None else self.frame.limb_from_mesh
         return Anatomy(
             kind=kind,
-            places={identity_of(one.name): one.position_mm for one in self.landmarks},
+            places={name: one.position_mm for name, one in by_identity(self.landmarks).items()},
             left=None if kind.sided and side == "none" else side == "left",
             frame=None if motion is None else motion.rotation,
             origin_mm=np.zeros(3) if motion is None else motion.inverse.translation,
@@ -145,9 +145,7 @@ class Limb:
         """
         anatomy = self.anatomy
         if anatomy.kind.centreline is not None:
-            bent = anatomy.kind.centreline
-            nodes = [anatomy.at(mid, "centreline") for mid in bent.nodes]
-            return rounded(np.stack(nodes), bent.rounded)
+            return anatomy.centreline()
         axis = anatomy.axis("long axis")
         along = axis.along_mm(self.mesh.vertices_mm)
         ends = (axis.point_mm + axis.direction * end for end in (along.max(), along.min()))

@@ -664,6 +664,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/limb-kinds": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Limb Kinds
+         * @description The kinds of limb, in the order of lists.
+         */
+        get: operations["list_limb_kinds"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/templates/names/{kind}": {
         parameters: {
             query?: never;
@@ -1822,7 +1842,7 @@ export interface components {
              * Kind
              * @description What the names of the landmarks mean; kept with the shape.
              */
-            kind?: ("transtibial" | "transfemoral" | "foot" | "torso") | null;
+            kind?: ("transtibial" | "transfemoral" | "foot" | "torso" | "head" | "arm" | "cast" | "socket") | null;
         };
         /**
          * AskCheck
@@ -1915,6 +1935,39 @@ export interface components {
              * @default false
              */
             unaligned: boolean;
+            /**
+             * Sheet
+             * @description Fill in the measuring sheet of the kind of limb, beside the levels.
+             * @default false
+             */
+            sheet: boolean;
+            /**
+             * Shoe Heel Mm
+             * @description Height of the shoe's heel, mm: it inclines the shank.
+             * @default 0
+             */
+            shoe_heel_mm: number;
+            /**
+             * Shoe Sole Mm
+             * @description Height of its sole under the ball, mm.
+             * @default 0
+             */
+            shoe_sole_mm: number;
+            /**
+             * Click Mm
+             * @description How well landmarks were placed that were clicked: one standard deviation in each direction along the surface, mm; without it 2, which is assumed.
+             */
+            click_mm?: number | null;
+            /**
+             * Painted Mm
+             * @description The same of landmarks at painted marks; without it 1.
+             */
+            painted_mm?: number | null;
+            /**
+             * Proposed Mm
+             * @description The same of landmarks that were proposed and confirmed; without it 3.
+             */
+            proposed_mm?: number | null;
             /**
              * Of
              * @description Which shape of the case.
@@ -2116,7 +2169,7 @@ export interface components {
             /** Id */
             id: string;
             /** Kind */
-            kind?: ("transtibial" | "transfemoral" | "foot" | "torso") | null;
+            kind?: ("transtibial" | "transfemoral" | "foot" | "torso" | "head" | "arm" | "cast" | "socket") | null;
             /** Side */
             side?: ("left" | "right" | "none") | null;
             /**
@@ -2194,7 +2247,7 @@ export interface components {
          */
         CaseChange: {
             /** Kind */
-            kind?: ("transtibial" | "transfemoral" | "foot" | "torso") | null;
+            kind?: ("transtibial" | "transfemoral" | "foot" | "torso" | "head" | "arm" | "cast" | "socket") | null;
             /** Side */
             side?: ("left" | "right" | "none") | null;
             /** Note */
@@ -3125,6 +3178,44 @@ export interface components {
             reasons: components["schemas"]["FindingReply"][];
         };
         /**
+         * LimbKind
+         * @description A kind of limb.
+         */
+        LimbKind: {
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "transtibial" | "transfemoral" | "foot" | "torso" | "head" | "arm" | "cast" | "socket";
+            /**
+             * Words
+             * @description What people call it, by language.
+             */
+            words: {
+                [key: string]: string;
+            };
+            /**
+             * Sided
+             * @description Whether it is a left or a right one.
+             */
+            sided: boolean;
+            /**
+             * Long
+             * @description Whether its long axis can be fitted to the surface.
+             */
+            long: boolean;
+            /**
+             * Sheet
+             * @description Whether it has a measuring sheet.
+             */
+            sheet: boolean;
+            /**
+             * Joints
+             * @description That `repose` turns.
+             */
+            joints: string[];
+        };
+        /**
          * LimbReply
          * @description What is known of the shape that is worked on.
          */
@@ -3145,7 +3236,7 @@ export interface components {
             /** Side */
             side?: ("left" | "right" | "none") | null;
             /** Kind */
-            kind?: ("transtibial" | "transfemoral" | "foot" | "torso") | null;
+            kind?: ("transtibial" | "transfemoral" | "foot" | "torso" | "head" | "arm" | "cast" | "socket") | null;
             /** Places */
             places: components["schemas"]["Place"][];
             /**
@@ -3270,6 +3361,12 @@ export interface components {
             tape: components["schemas"]["TapeReply"][];
             /** Notes */
             notes: components["schemas"]["FindingReply"][];
+            /**
+             * Sheet
+             * @description Where it was asked for.
+             * @default []
+             */
+            sheet: components["schemas"]["SheetLine"][];
         };
         /**
          * MissingReply
@@ -3323,7 +3420,7 @@ export interface components {
          */
         NewCase: {
             /** Kind */
-            kind?: ("transtibial" | "transfemoral" | "foot" | "torso") | null;
+            kind?: ("transtibial" | "transfemoral" | "foot" | "torso" | "head" | "arm" | "cast" | "socket") | null;
             /** Side */
             side?: ("left" | "right" | "none") | null;
             /**
@@ -3579,6 +3676,13 @@ export interface components {
                 number,
                 number
             ];
+            /**
+             * Placed
+             * @description How: it tells how well, for angles.
+             * @default click
+             * @enum {string}
+             */
+            placed: "click" | "painted" | "proposed";
         };
         /**
          * Point
@@ -3900,6 +4004,31 @@ export interface components {
             name: string;
             /** Bytes */
             bytes: number;
+        };
+        /**
+         * SheetLine
+         * @description A figure of the measuring sheet of the kind of limb.
+         */
+        SheetLine: {
+            /** Name */
+            name: string;
+            /**
+             * Words
+             * @description What people call it, by language.
+             */
+            words: {
+                [key: string]: string;
+            };
+            /** Unit */
+            unit: string;
+            value: components["schemas"]["Value"] | null;
+            /**
+             * Formula
+             * @default
+             */
+            formula: string;
+            /** @description Why there is none. */
+            reason?: components["schemas"]["FindingReply"] | null;
         };
         /**
          * StageProgress
@@ -7115,12 +7244,77 @@ export interface operations {
             };
         };
     };
+    list_limb_kinds: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LimbKind"][];
+                };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
     list_names: {
         parameters: {
             query?: never;
             header?: never;
             path: {
-                kind: "transtibial" | "transfemoral" | "foot" | "torso";
+                kind: "transtibial" | "transfemoral" | "foot" | "torso" | "head" | "arm" | "cast" | "socket";
             };
             cookie?: never;
         };

@@ -17,6 +17,7 @@ import { type Vec3, distance, vec3 } from "../geometry/vectors";
 import { type Act, perform, pendingAt } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
+import { kindName, limbKinds, sided } from "../limb-kinds";
 import { expert } from "../state/settings";
 import { nameOfSticker, rememberSticker } from "../state/stickers";
 import { t, tOr } from "../texts";
@@ -37,7 +38,6 @@ const GRAB_TOUCH_PX = 30;
 const SAME_MM = 3;
 /** A hand this near to a guess lands on it. */
 const CATCH_MM = 4;
-const KINDS = ["transtibial", "transfemoral", "foot", "torso"] as const;
 
 export function AlignScreen({ room }: RoomProps) {
   const { limb, asked } = useLimb(room, "scan");
@@ -85,7 +85,7 @@ export function AlignScreen({ room }: RoomProps) {
   const put = (name: string, point: Vector3) =>
     act.run(async () => {
       chosen.value = name;
-      const kept = perform(room.id, "put", PLACE, { params: { path: { case_id: room.id, name } }, body: { position_mm: [point.x, point.y, point.z] } }, { done: take, again: asked.again });
+      const kept = perform(room.id, "put", PLACE, { params: { path: { case_id: room.id, name } }, body: { placed: "click", position_mm: [point.x, point.y, point.z] } }, { done: take, again: asked.again });
       if (held.value?.name === name) held.value = null; // what is on its way to the server is shown by itself
       await kept;
       const sticker = offered.find((one) => one.sticker !== null && distance(one.at, [point.x, point.y, point.z]) < SAME_MM)?.sticker;
@@ -165,7 +165,7 @@ export function AlignScreen({ room }: RoomProps) {
 
   const setAxes = () =>
     act.run(async () => {
-      if (!side || side === "none" ? kind !== "torso" : false) return;
+      if (!side || side === "none" ? sided(kind) : false) return;
       const body: Schemas["Align"] = {
         side: side ?? "none",
         kind,
@@ -245,7 +245,7 @@ export function AlignScreen({ room }: RoomProps) {
     ...offered.filter((one) => one.name !== held.value?.name).map((one, i): Mark => ({ name: `guess ${i}`, label: `${one.name ? term(one.name) : t("align.sticker", one.sticker ?? 0)}?`, point: new Vector3(...one.at), state: "guess" })),
     ...(places.length === 0 && !held.value ? (marks.value.value ?? []).slice(0, 12).map((one, i): Mark => ({ name: `?${i}`, label: "?", point: new Vector3(...vec3(one.position_mm)), state: "guess" })) : []),
   ];
-  const lacks = !kind ? t("align.kind.first") : (!side || side === "none") && kind !== "torso" ? t("align.side.first") : facing === 0 && !frontHere.value ? t("align.places.first") : null;
+  const lacks = !kind ? t("align.kind.first") : (!side || side === "none") && sided(kind) ? t("align.side.first") : facing === 0 && !frontHere.value ? t("align.places.first") : null;
 
   return (
     <div class="work">
@@ -505,15 +505,15 @@ function KindAndSide({ room, onDone }: RoomProps & { onDone: () => void }) {
         <>
           <h3>{t("cases.which.kind")}</h3>
           <div class="choices">
-            {KINDS.map((one) => (
-              <Button key={one} onClick={() => void change({ kind: one })}>
-                {t(`kind.${one}`)}
+            {limbKinds.value.map((one) => (
+              <Button key={one.kind} onClick={() => void change({ kind: one.kind })}>
+                {kindName(one.kind)}
               </Button>
             ))}
           </div>
         </>
       )}
-      {!room.info.side && room.info.kind !== "torso" && (
+      {!room.info.side && sided(room.info.kind) && (
         <>
           <h3>{t("cases.which.side")}</h3>
           <div class="choices">

@@ -7,6 +7,7 @@ import { listen } from "../api/events";
 import { Icon } from "../design/icons";
 import { Button, Chip, Confirm, Empty, Notice, SideBadge } from "../design/parts";
 import { Refusal, parted } from "../design/refusal";
+import { kindName, limbKinds } from "../limb-kinds";
 import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
@@ -283,7 +284,7 @@ function Row({ one, onChange }: { one: Case; onChange: () => void }) {
             {one.id}
           </a>
           <br />
-          <span class="faint small">{one.sample ? t("kind.sample") : [t(`kind.${one.kind ?? "none"}`), one.note].filter(Boolean).join(" · ")}</span>
+          <span class="faint small">{one.sample ? t("kind.sample") : [kindName(one.kind), one.note].filter(Boolean).join(" · ")}</span>
         </td>
         <td>
           <SideBadge side={one.side} />
@@ -396,8 +397,6 @@ function Rename({ one, onKeep, onClose }: { one: Case; onKeep: (body: Schemas["C
   );
 }
 
-const KINDS = ["transtibial", "transfemoral", "foot", "torso"] as const;
-
 function CaseFields({
   note,
   side,
@@ -423,10 +422,10 @@ function CaseFields({
       <fieldset>
         <legend>{t("cases.which.kind")}</legend>
         <div class="choices">
-          {KINDS.map((one) => (
-            <label key={one} class={`choice ${kind.value === one ? "on" : ""}`}>
-              <input type="radio" name="kind" checked={kind.value === one} onChange={() => (kind.value = one)} />
-              {t(`kind.${one}`)}
+          {limbKinds.value.map((one) => (
+            <label key={one.kind} class={`choice ${kind.value === one.kind ? "on" : ""}`}>
+              <input type="radio" name="kind" checked={kind.value === one.kind} onChange={() => (kind.value = one.kind)} />
+              {kindName(one.kind)}
             </label>
           ))}
         </div>

@@ -13,6 +13,7 @@ import { Button, Chip, Notice, NumberField, Segments } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { signed, widthFor } from "../geometry/scales";
 import { IDENTITY } from "../geometry/vectors";
+import { kindName } from "../limb-kinds";
 import { perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
@@ -144,7 +145,7 @@ export function CompareScreen({ room }: RoomProps) {
                     ))}
                   {(others.value.value ?? []).map((other) => (
                     <option key={other.id} value={`case ${other.id}`}>
-                      {[other.id, t(`kind.${other.kind ?? "none"}`), other.side === "left" || other.side === "right" ? t(`side.${other.side}`) : ""].filter(Boolean).join(", ")}
+                      {[other.id, kindName(other.kind), other.side === "left" || other.side === "right" ? t(`side.${other.side}`) : ""].filter(Boolean).join(", ")}
                     </option>
                   ))}
                   {(files.value.value ?? []).map((file) => (

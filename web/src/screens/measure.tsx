@@ -40,7 +40,7 @@ export function MeasureScreen({ room }: RoomProps) {
   const sock = useSignal(0);
   const act = useAct();
   const aligned = limb?.reply.aligned ?? false;
-  const body = (): Schemas["AskMeasures"] => ({ of: of.value, spacing_mm: spacing.value, sock_mm: sock.value || null, volumes: [], lengths: pairs(limb?.reply), tapes: [], inside: false, unaligned: false, with_tape: true });
+  const body = (): Schemas["AskMeasures"] => ({ of: of.value, spacing_mm: spacing.value, sock_mm: sock.value || null, volumes: [], lengths: pairs(limb?.reply), tapes: [], inside: false, unaligned: false, sheet: false, shoe_heel_mm: 0, shoe_sole_mm: 0, with_tape: true });
   const measures = useAsked(
     async () => (aligned ? await taken(api.POST("/api/v1/cases/{case_id}/measures", { ...path, body: { ...body(), lengths: body().lengths.map(([a, b]) => [a, b]) } })) : null),
     [room.id, aligned, room.news.work, of.value, spacing.value, sock.value],

@@ -57,7 +57,7 @@ function Finished({ room }: RoomProps) {
   const path = { params: { path: { case_id: room.id } } };
   const aligned = limb?.reply.aligned ?? false;
   const measures = useAsked(
-    async () => (aligned ? await taken(api.POST("/api/v1/cases/{case_id}/measures", { ...path, body: { of: "scan", spacing_mm: 20, volumes: [], lengths: [], tapes: [], inside: false, unaligned: false, with_tape: false } })) : null),
+    async () => (aligned ? await taken(api.POST("/api/v1/cases/{case_id}/measures", { ...path, body: { of: "scan", spacing_mm: 20, volumes: [], lengths: [], tapes: [], inside: false, unaligned: false, sheet: false, shoe_heel_mm: 0, shoe_sole_mm: 0, with_tape: false } })) : null),
     [room.id, aligned, limb?.reply.sha256],
   );
   const kit = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/kit", path)), [room.id, room.info.state]);

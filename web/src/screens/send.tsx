@@ -11,6 +11,7 @@ import { Icon } from "../design/icons";
 import { Button, Chip, Notice, NumberField } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { signed } from "../geometry/scales";
+import { sided } from "../limb-kinds";
 import { perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
@@ -51,7 +52,7 @@ export function SendScreen({ room }: RoomProps) {
   const known = room.info.side;
   const red = room.info.verdict?.light === "red";
   const other = side.value !== null && (known === "left" || known === "right") && known !== side.value;
-  const torso = room.info.kind === "torso";
+  const torso = !sided(room.info.kind);
 
   const write = (next: { kind?: Kind; side?: Side | null } = {}) => {
     const chosen = { kind: next.kind ?? kind.value, side: next.side === undefined ? side.value : next.side };

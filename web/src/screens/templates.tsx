@@ -10,6 +10,7 @@ import { ROOT, Refused, type Schemas, api, bytesOf, note, refusedBy, taken } fro
 import { Button, Chip, Confirm, NumberField } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { signed } from "../geometry/scales";
+import { kindName } from "../limb-kinds";
 import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { expert } from "../state/settings";
@@ -231,7 +232,7 @@ function Learning({ room, onLearned }: { room: Room; onLearned: (reply: Schemas[
                 ticked.value = next;
               }}
             />
-            {one.id} {t(`kind.${one.kind ?? "none"}`)} {one.side === "left" || one.side === "right" ? t(`side.${one.side}`) : ""}
+            {one.id} {kindName(one.kind)} {one.side === "left" || one.side === "right" ? t(`side.${one.side}`) : ""}
           </label>
         ))}
       </fieldset>

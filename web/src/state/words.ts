@@ -1,8 +1,9 @@
-/** Fetches the words of findings, once for each language, and the kinds of edits, as soon as the server answers. */
+/** Fetches the words of findings, once for each language, the kinds of edits and of limbs, as soon as the server answers. */
 import { effect } from "@preact/signals";
 
 import { api, link, taken } from "../api/client";
 import { kinds } from "../edits";
+import { limbKinds } from "../limb-kinds";
 import { language } from "../texts";
 import { words } from "../words";
 
@@ -24,6 +25,15 @@ export function watchWords(): void {
         kinds.value = got;
       },
       () => undefined, // names of the recipe stand till it answers
+    );
+  });
+  effect(() => {
+    if (link.value !== "open" || limbKinds.peek().length) return;
+    taken(api.GET("/api/v1/limb-kinds", {})).then(
+      (got) => {
+        limbKinds.value = got;
+      },
+      () => undefined, // the kinds' own names stand till it answers
     );
   });
 }

@@ -111,6 +111,8 @@ class Content:
     triangles: int
     notes: tuple[str, ...]
     measures: Json
+    sheet: Json | None
+    """The measuring sheet of the kind of limb; None where no kind was said, or it has none."""
     inside: Json | None
     """The measures of what a wall holds; None without a wall."""
     landmarks: tuple[Mark, ...]

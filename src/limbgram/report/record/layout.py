@@ -40,6 +40,7 @@ COMPARISON_NOTE = "This shape is the second one: differences are this shape less
 MEASURE_HEADS = (
     "#height mm", "#tape mm", "#contour mm", "#ML mm", "#AP mm", "#area cm²", "#volume below mL",
 )  # fmt: skip
+SHEET_HEADS = ("measure", "#value", "#±", "unit")
 LANDMARK_HEADS = ("#no.", "landmark", "#right mm", "#anterior mm", "#proximal mm")
 CHANGE_HEADS = ("#height mm", "#tape mm", "#change", "#%", "#ML change", "#AP change",
                 "#mL since the last level", "#change")  # fmt: skip
@@ -64,6 +65,7 @@ def record_report(content: Content, pictures: Sequence[Picture]) -> Report:
             _findings(content),
             _shape(content, pictures[0]),
             _measures(content),
+            *_sheet(content),
             _to_sign(content),
             *_tape(content),
             *_comparison(content),
@@ -128,6 +130,27 @@ def _measures(content: Content) -> Section:
             Table(heads=MEASURE_HEADS, rows=tuple(inside_rows(content)), page_only=True),
         ]
     return Section(title="Measures by level", blocks=tuple(blocks), sheet=1)
+
+
+def _sheet(content: Content) -> Iterator[Section]:
+    """The form of the kind of limb; what was not marked is not listed."""
+    rows = [] if content.sheet is None else content.sheet["rows"]
+    filled = tuple(
+        (
+            row["words"]["en"] + (f" ({row['formula']})" if row["formula"] else ""),
+            f"{row['value']:.1f}",
+            plus_minus(row["sigma"] and Interval.of_sigma(row["sigma"]), 1),
+            row["unit"],
+        )
+        for row in rows
+        if row["value"] is not None
+    )
+    if filled:
+        yield Section(
+            title="Measuring sheet",
+            blocks=(Table(heads=SHEET_HEADS, rows=filled, shorten="cut"),),
+            sheet=1,
+        )
 
 
 def _to_sign(content: Content) -> Section:

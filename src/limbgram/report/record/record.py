@@ -51,13 +51,15 @@ from limbgram.workbench.compare.comparison import CompareOptions, Comparison, co
 from limbgram.workbench.compare.messages import comparison_tree
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
 from limbgram.workbench.frame.landmarks import frame_of, in_limb_frame
-from limbgram.workbench.limb import Landmark
+from limbgram.workbench.limb import KIND_NAMED, Landmark, Limb
+from limbgram.workbench.measures.form import sheet_tree
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
     Measures,
     measure_inside,
     measure_limb,
 )
+from limbgram.workbench.measures.sheet import measuring_sheet
 from limbgram.workbench.measures.table import tree as measures_tree
 
 _LIBRARIES = ("limbgram", "numpy", "scipy", "numba", "trimesh")
@@ -140,6 +142,7 @@ def record_of(
         triangles=len(mesh.faces),
         notes=tuple(map(told, nameless_shape.limb.notes)),
         measures=measures_tree(measures),
+        sheet=_sheet(measures.limb),
         inside=None if inside is None else measures_tree(inside),
         landmarks=tuple(
             Mark(name=mark.name, in_limb_mm=tuple(mark.position_mm.tolist())) for mark in marks
@@ -186,6 +189,13 @@ def _pictures(
     if measures.wall is not None:
         drawings.append(("wall", "How thick the wall is", wall_map(mesh, measures.wall)))
     return tuple(_picture(*drawing) for drawing in drawings)
+
+
+def _sheet(limb: Limb) -> dict[str, Any] | None:
+    """The measuring sheet of a limb whose kind has one, and whose side is known."""
+    if limb.kind is None or not KIND_NAMED[limb.kind].sheet or limb.anatomy.left is None:
+        return None
+    return sheet_tree(measuring_sheet(limb))
 
 
 def _places(marks: tuple[Landmark, ...], to_limb: Callable[[Points3], Points3]) -> Points3:

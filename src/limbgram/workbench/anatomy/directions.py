@@ -13,6 +13,7 @@ import numpy as np
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
+from limbgram.workbench.anatomy.centreline import Centreline, rounded
 from limbgram.workbench.anatomy.kind import Cross, Direction, Kind, Line, Mid, Plane, Square
 
 _LEAST_SINE = 0.05
@@ -85,6 +86,18 @@ class Anatomy:
                 "anatomy.no_axis", name=name, kind=self.kind.name, names=tuple(known) or None
             )
         return self._spanned(known[name])
+
+    def centreline(self) -> Centreline:
+        """The curve that a bent limb's sections go by.
+
+        Raises:
+            MeasureError: a landmark that it goes by is missing, or the kind has a straight axis.
+        """
+        bent = self.kind.centreline
+        if bent is None:
+            raise MeasureError("anatomy.straight", kind=self.kind.name)
+        nodes = [self.at(mid, "centreline") for mid in bent.nodes]
+        return rounded(np.stack(nodes), bent.rounded)
 
     def sense(self) -> float:
         """What an angle about a direction that is mirrored with the limb is multiplied by.

@@ -139,15 +139,12 @@ class Upright:
     """The direction that comes to lie nearest to +Y."""
 
 
-Unit = Literal["mm", "deg", "per cent", "mL", "1"]
-
-
 @dataclass(frozen=True, kw_only=True)
 class Item:
     """One figure of a measuring sheet."""
 
     name: str
-    """In files; it ends with the unit."""
+    """In files; its ending is its unit: _mm, _deg, _ml, _per_cent."""
     en: str
     de: str
     note: str = ""
@@ -177,6 +174,15 @@ class Distance(Item):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Extent(Item):
+    """How far the surface reaches along a direction, of what lies below a place."""
+
+    along: str
+    up: str
+    below: Mid
+
+
+@dataclass(frozen=True, kw_only=True)
 class Share(Item):
     """One distance of the sheet over another, in per cent."""
 
@@ -190,8 +196,10 @@ class Section(Item):
 
     at: Mid
     """On the plane, and inside the outline that counts."""
-    normal: str | tuple[str, str]
-    """Direction across which it is cut; of two, square to both: the plane holds both."""
+    normal: str
+    """Direction across which it is cut; "centreline" is that of the curve beside the place."""
+    holds: str = ""
+    """A direction that lies in the plane: the normal is made square to it."""
     what: Literal["girth", "width", "turn"] = "girth"
     """As a tape reads it; the calliper along a direction; how far the longest width is turned from
     that direction, about the normal."""
@@ -217,27 +225,41 @@ class Cranial(Item):
     what: str
 
 
-AnyItem = Angle | Distance | Share | Section | Extreme | Cranial
+AnyItem = Angle | Distance | Extent | Share | Section | Extreme | Cranial
 
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """What can be turned: the part distal of a joint, about its anatomical axis."""
+    """What can be turned: the part distal of a joint, about its anatomical axis.
+
+    The places that tell axis and plane lie on the axis, or well within a part that turns or stays
+    whole: so they tell the same joint after the turn.
+    """
 
     name: str
     en: str
     de: str
     axis: str
-    """Direction about which it turns; by the right hand on a right limb, positive is what `en` and
-    `de` say."""
+    """Direction about which it turns, by the right hand on a right limb."""
     centre: Mid
     """A point on the axis."""
     upper: Mid
+    """Well within what stays."""
     lower: Mid
-    """Well proximal and well distal of the joint: the plane through the axis that parts them lies
-    square between the ways there."""
+    """Well within what turns."""
+    halved: bool = True
+    """The plane that parts the limb halves the way from the upper part to the lower one; else it is
+    square to the way to the upper part."""
+    twist: bool = False
+    """The plane is square to the axis."""
+    parted: Mid | None = None
+    """A point on the plane that parts the limb, where it is not `centre`."""
+    below: Mid | None = None
+    """What lies proximal of here stays, towards `knee`, though it lies beyond the plane: a shank
+    that leans over the forefoot."""
+    knee: Mid | None = None
     rigid: tuple[str, ...] = ()
-    """Landmarks whose surroundings turn whole or stay whole."""
+    """Landmarks whose surroundings stay."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,8 +1,6 @@
 """Landmark: a named point on the surface, and how well it was placed."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Literal
 
 from limbgram.core.geometry.arrays import Vector3
@@ -10,12 +8,6 @@ from limbgram.core.geometry.arrays import Vector3
 Placed = Literal["click", "painted", "proposed"]
 """By a click on the surface; at a mark that was painted on the limb; proposed by the program from
 the shape, and confirmed."""
-PLACING_MM: Mapping[Placed, float] = MappingProxyType(
-    {"click": 2.0, "painted": 1.0, "proposed": 3.0}
-)
-"""Standard deviation in each direction along the surface, by the way of placing, where nobody says
-another. Assumed, without a source: they do not hold what a finger errs in feeling for the bone. Who
-knows better states `Landmark.sigma_mm`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,9 +20,32 @@ class Landmark:
     placed: Placed = "click"
     sigma_mm: float | None = None
     """How well it was placed: one standard deviation in each direction along the surface; None for
-    what is usual of the way of placing."""
+    what `Placing` says of the way."""
 
-    @property
-    def placing_mm(self) -> float:
-        """How well it was placed, as stated or as is usual."""
-        return PLACING_MM[self.placed] if self.sigma_mm is None else self.sigma_mm
+
+@dataclass(frozen=True, kw_only=True)
+class Placing:
+    """How well landmarks are placed: one standard deviation in each direction along the surface.
+
+    Assumed, without a source, and to be edited: they do not hold what a finger errs in feeling for
+    the bone. A landmark that states its own sigma keeps it.
+    """
+
+    click_mm: float = 2.0
+    """By a click on the surface."""
+    painted_mm: float = 1.0
+    """At a painted mark."""
+    proposed_mm: float = 3.0
+    """Proposed by the program and confirmed."""
+
+    def of(self, mark: Landmark) -> float:
+        """Of one landmark."""
+        usual: dict[Placed, float] = {
+            "click": self.click_mm,
+            "painted": self.painted_mm,
+            "proposed": self.proposed_mm,
+        }
+        return usual[mark.placed] if mark.sigma_mm is None else mark.sigma_mm
+
+
+USUAL = Placing()

@@ -38,12 +38,15 @@ LONGEST_MM = 2000.0
 AboveZeroMm = Annotated[float, Within(0, LONGEST_MM, above=True)]
 FromZeroMm = Annotated[float, Within(0, LONGEST_MM)]
 
-Group = Literal["scan", "areas", "levels", "surface", "ends", "cuts", "solids", "learned"]
+Group = Literal[
+    "scan", "areas", "orthosis", "levels", "surface", "ends", "cuts", "solids", "learned"
+]
 """In the order in which help and forms list them."""
 GROUP_NAMES: Mapping[str, Mapping[Group, str]] = {
     "en": {
         "scan": "The scan",
         "areas": "Areas",
+        "orthosis": "Orthoses",
         "levels": "By levels",
         "surface": "The whole surface",
         "ends": "Brim and distal end",
@@ -54,6 +57,7 @@ GROUP_NAMES: Mapping[str, Mapping[Group, str]] = {
     "de": {
         "scan": "Der Scan",
         "areas": "Bereiche",
+        "orthosis": "Orthesen",
         "levels": "Nach Höhe",
         "surface": "Die ganze Fläche",
         "ends": "Rand und distales Ende",
@@ -111,6 +115,8 @@ class About:
     guarded: bool
     """`do_edit` refuses a surface that it folds, tears or pushes through itself. False where it
     looks itself, against the triangles that it made finer first, or turns the whole surface."""
+    kinds: tuple[str, ...]
+    """The kinds of limb that it is for; empty where it is for all."""
     example: Mapping[str, Any]
     """Parameters with which it does something to a limb, as a recipe has them: tests try these."""
 
@@ -153,6 +159,7 @@ def edit(
     everyday: bool = False,
     rarely: tuple[str, ...] = (),
     guarded: bool = True,
+    kinds: tuple[str, ...] = (),
     example: Mapping[str, Any],
 ) -> Callable[[Kind], Kind]:
     """Make a class a kind of edit: a frozen dataclass that knows what `About` says."""
@@ -166,6 +173,7 @@ def edit(
             everyday=everyday,
             rarely=rarely,
             guarded=guarded,
+            kinds=kinds,
             example=example,
         )
         kind.title = kind.words[LANGUAGES[0]].title

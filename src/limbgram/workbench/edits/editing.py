@@ -86,6 +86,13 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
         EditError: the edit makes no sense on this limb, or would spoil its surface.
     """
     require_sense(edit)
+    if edit.about.kinds and limb.kind not in edit.about.kinds:
+        raise EditError(
+            "edit.kind",
+            what=edit.title,
+            kind=None if limb.kind is None else limb.kind,
+            kinds=edit.about.kinds,
+        )
     after = edit.apply(limb)
     if edit.about.guarded:
         require_sound(edit.title, limb.mesh, after.mesh)

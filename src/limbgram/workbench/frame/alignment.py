@@ -51,6 +51,8 @@ _BRIM_WIDTH = 0.5
 _MOST_CONTRADICTION_DEG = 60.0
 """Landmarks further than this from the side on which their names lie are contradicted, and so
 is a file by another front."""
+_MOST_CONTRADICTION_BENT_DEG = 100.0
+"""The same where the limb bends: a navicular lies as far in front of the shank as beside it."""
 _MOST_OFF_AXIS_DEG = 45.0
 """A fitted axis further than this from what is stated to be proximal is not the limb's."""
 _MOST_FLEXION_DEG = 120.0
@@ -102,6 +104,7 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
     found.require_one_limb()
     whole = replace(limb, kind=options.kind or limb.kind)
     limb = whole.with_mesh(found.mesh)
+    options = _by_landmarks(limb, options)
     axis = _axis(limb, options)
     up, notes = proximal_of(limb, axis, options)
     frame = _frame(limb, axis, _turned_about(up, limb, axis, options), options)
@@ -119,6 +122,25 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
     )
 
 
+def _by_landmarks(limb: Limb, options: AlignOptions) -> AlignOptions:
+    """What the landmarks state of a kind without a long axis, as a foot or a head, where they do.
+
+    What the clinician or the shape's own file states goes before it.
+    """
+    kind = None if limb.kind is None else KIND_NAMED[limb.kind]
+    stated = options.axis is not None or options.declared is not None or options.fit_anew
+    if kind is None or kind.upright is None or stated:
+        return options
+    try:
+        up, forward = limb.axis(kind.upright.up), limb.axis(kind.upright.forward)
+    except MeasureError:  # a landmark lacks: the axis has to be stated, which says so
+        return options
+    if options.proximal is not None and options.proximal @ up.direction < 0:
+        raise MeasureError("align.proximal.against_landmarks")
+    anterior = forward.direction if options.anterior is None else options.anterior
+    return replace(options, axis=up.direction, anterior=anterior)
+
+
 def proximal_of(
     limb: Limb, axis: Axis, options: AlignOptions
 ) -> tuple[Vector3, tuple[Finding, ...]]:
@@ -130,7 +152,7 @@ def proximal_of(
     said, rise, brim = (
         _along(stated, axis),
         _rise_of_landmarks(limb, axis),
-        _brim_side(limb, axis),
+        _brim_side(limb, axis) if limb.kind is None or KIND_NAMED[limb.kind].long else 0.0,
     )
     told = said or _along(of_file, axis)
     if said * _along(of_file, axis) < 0:
@@ -201,13 +223,15 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
         MeasureError: a landmark lies far from the side on which places of its name lie, whether
             or not anybody says what kind of limb it is.
     """
+    long = limb.kind is None or KIND_NAMED[limb.kind].long
+    most_deg = _MOST_CONTRADICTION_DEG if long else _MOST_CONTRADICTION_BENT_DEG
     for mark in limb.landmarks:
         expected = outward(known_anywhere(mark.name, limb.kind), options.side)
         x, y, _ = frame.apply(mark.position_mm[None])[0]
         if not expected or abs(complex(x, y)) < _NEAR_AXIS_MM:
             continue
         off_deg = _between_deg(complex(x, y), expected)
-        if off_deg > _MOST_CONTRADICTION_DEG:
+        if off_deg > most_deg:
             raise MeasureError(
                 "align.landmark.elsewhere", name=mark.name, off_deg=off_deg, side=options.side
             )

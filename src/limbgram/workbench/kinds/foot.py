@@ -5,7 +5,8 @@ guidelines: malleoli, navicular and the fifth metatarsal's base are built up.
 
 Directions and signs. The ankle axis runs through the tips of the malleoli, the shank from their
 middle to that of fibula head and medial tibial condyle (or the tubercle); the plantar plane lies
-under heel and both metatarsal heads, the foot's axis in it from heel to second toe. The hindfoot's
+under heel and both metatarsal heads (through the heel and the heads themselves, where nobody marked
+the places under them), the foot's axis in it from heel to second toe. The hindfoot's
 varus and valgus are those of the heel's bisection, from the middle of both sides of the calcaneus
 to the insertion of the Achilles tendon. Build-ups are general trade knowledge, without a source.
 """
@@ -15,7 +16,9 @@ from limbgram.workbench.anatomy.kind import (
     Bent,
     Cross,
     Distance,
+    Extent,
     Extreme,
+    Joint,
     Kind,
     Line,
     Mid,
@@ -106,6 +109,26 @@ SECOND_TOE = Place(
     facing="anterior",
     level=1,
 )
+PLANTAR_HEEL = Place(
+    "plantar heel",
+    en=("heel plantar", "under the heel"),
+    de=("Fersensohle", "Ferse plantar"),
+    level=0,
+)
+PLANTAR_FIRST_METATARSAL_HEAD = Place(
+    "plantar first metatarsal head",
+    en=("mt1 head plantar",),
+    de=("Großzehenballen plantar", "MTK 1 plantar"),
+    facing="anterior",
+    level=0,
+)
+PLANTAR_FIFTH_METATARSAL_HEAD = Place(
+    "plantar fifth metatarsal head",
+    en=("mt5 head plantar",),
+    de=("Kleinzehenballen plantar", "MTK 5 plantar"),
+    facing="anterior",
+    level=0,
+)
 MEDIAL_CALCANEUS = Place(
     "medial calcaneus",
     en=("medial heel", "medial side of the heel"),
@@ -159,6 +182,11 @@ _BALL = Mid(("first metatarsal head", "fifth metatarsal head"))
 _HEEL, _TOE = Mid(("heel",)), Mid(("second toe",))
 _MT1, _MT5 = Mid(("first metatarsal head",)), Mid(("fifth metatarsal head",))
 _KNEE = Mid(("fibula head", "medial tibial condyle"), otherwise=("tibial tubercle",))
+_SOLE = (
+    Mid(("plantar heel",), otherwise=("heel",)),
+    Mid(("plantar first metatarsal head",), otherwise=("first metatarsal head",)),
+    Mid(("plantar fifth metatarsal head",), otherwise=("fifth metatarsal head",)),
+)
 _CALCANEUS = Mid(("medial calcaneus", "lateral calcaneus"))
 _MIDFOOT = Mid(("navicular", "fifth metatarsal base"))
 
@@ -184,6 +212,9 @@ KIND = Kind(
         LATERAL_CALCANEUS,
         FIRST_METATARSAL_HEAD,
         FIFTH_METATARSAL_HEAD,
+        PLANTAR_HEEL,
+        PLANTAR_FIRST_METATARSAL_HEAD,
+        PLANTAR_FIFTH_METATARSAL_HEAD,
         FIFTH_METATARSAL_BASE.at(1),
         FIRST_TOE,
         SECOND_TOE,
@@ -211,11 +242,13 @@ KIND = Kind(
     directions=(
         Line(name="ankle", start=Mid(("medial malleolus",)), end=Mid(("lateral malleolus",))),
         Line(name="shank", start=_MALLEOLI, end=_KNEE),
-        Plane(name="plantar", through=(_HEEL, _MT1, _MT5), towards=_MALLEOLI),
+        Plane(name="plantar", through=_SOLE, towards=_MALLEOLI),
         Line(name="foot", start=_HEEL, end=_TOE, within="plantar"),
         Line(name="ball", start=_MT1, end=_MT5),
         Cross(name="lateral", first="foot", second="plantar"),
         Line(name="heel to instep", start=_HEEL, end=Mid(("instep",))),
+        Cross(name="across heel and instep", first="heel to instep", second="lateral"),
+        Line(name="heel to toe", start=_HEEL, end=_TOE),
         Line(name="calcaneus", start=_CALCANEUS, end=Mid(("achilles insertion",))),
         Line(name="hindfoot", start=_HEEL, end=_MIDFOOT, within="plantar"),
         Line(name="forefoot", start=_MIDFOOT, end=_BALL, within="plantar"),
@@ -284,10 +317,18 @@ KIND = Kind(
             about="plantar",
             zero_deg=-90.0,
         ),
-        Distance(
+        Extent(
             name="foot_length_mm",
-            en="Foot length, heel to second toe along the foot",
-            de="Fußlänge, Ferse bis zweite Zehe, entlang des Fußes",
+            en="Foot length, rearmost to foremost along the foot",
+            de="Fußlänge, hinterster bis vorderster Punkt entlang des Fußes",
+            along="foot",
+            up="plantar",
+            below=_MALLEOLI,
+        ),
+        Distance(
+            name="heel_to_second_toe_mm",
+            en="Heel to second toe along the foot",
+            de="Ferse bis zweite Zehe, entlang des Fußes",
             start=_HEEL,
             end=_TOE,
             along="foot",
@@ -314,21 +355,22 @@ KIND = Kind(
             en="Ball girth",
             de="Ballenumfang",
             at=_BALL,
-            normal=("ball", "plantar"),
+            normal="centreline",
+            holds="ball",
         ),
         Section(
             name="instep_girth_mm",
-            en="Instep girth, at the navicular across the foot",
-            de="Ristumfang, am Kahnbein quer zum Fuß",
+            en="Instep girth, at the navicular across the centreline",
+            de="Ristumfang, am Kahnbein quer zur Mittellinie",
             at=Mid(("navicular",)),
-            normal="foot",
+            normal="centreline",
         ),
         Section(
             name="short_heel_girth_mm",
             en="Short heel girth, heel to instep",
             de="Fersenumfang, Ferse zum Rist",
             at=Mid(("heel", "instep")),
-            normal=("heel to instep", "lateral"),
+            normal="across heel and instep",
         ),
         Distance(
             name="heel_width_mm",
@@ -342,7 +384,7 @@ KIND = Kind(
             name="navicular_height_mm",
             en="Height of the navicular",
             de="Höhe des Kahnbeins",
-            start=_HEEL,
+            start=_SOLE[0],
             end=Mid(("navicular",)),
             along="plantar",
         ),
@@ -365,7 +407,7 @@ KIND = Kind(
             name="medial_malleolus_height_mm",
             en="Height of the medial malleolus",
             de="Höhe des Innenknöchels",
-            start=_HEEL,
+            start=_SOLE[0],
             end=Mid(("medial malleolus",)),
             along="plantar",
         ),
@@ -373,7 +415,7 @@ KIND = Kind(
             name="lateral_malleolus_height_mm",
             en="Height of the lateral malleolus",
             de="Höhe des Außenknöchels",
-            start=_HEEL,
+            start=_SOLE[0],
             end=Mid(("lateral malleolus",)),
             along="plantar",
         ),
@@ -422,9 +464,57 @@ KIND = Kind(
             name="fibula_head_height_mm",
             en="Height of the head of the fibula",
             de="Höhe des Wadenbeinköpfchens",
-            start=_HEEL,
+            start=_SOLE[0],
             end=Mid(("fibula head",)),
             along="plantar",
+        ),
+    ),
+    joints=(
+        Joint(
+            name="ankle",
+            en="Ankle, dorsiflexion positive",
+            de="Sprunggelenk, Dorsalextension positiv",
+            axis="ankle",
+            centre=_MALLEOLI,
+            upper=_KNEE,
+            lower=_BALL,
+            rigid=("medial malleolus", "lateral malleolus"),
+        ),
+        Joint(
+            name="hindfoot",
+            en="Hindfoot, varus positive",
+            de="Rückfuß, Varus positiv",
+            axis="heel to toe",
+            centre=Mid(("heel",)),
+            parted=Mid(("medial malleolus", "lateral malleolus", "heel")),
+            upper=_KNEE,
+            lower=_BALL,
+            halved=False,
+            rigid=("medial malleolus", "lateral malleolus"),
+        ),
+        Joint(
+            name="forefoot",
+            en="Forefoot, varus positive",
+            de="Vorfuß, Varus positiv",
+            axis="heel to toe",
+            centre=_HEEL,
+            parted=_MIDFOOT,
+            upper=_HEEL,
+            lower=_TOE,
+            twist=True,
+            below=_MALLEOLI,
+            knee=_KNEE,
+        ),
+        Joint(
+            name="toes",
+            en="Toes, up positive",
+            de="Zehen, nach oben positiv",
+            axis="ball",
+            centre=_BALL,
+            upper=_HEEL,
+            lower=_TOE,
+            below=_MALLEOLI,
+            knee=_KNEE,
         ),
     ),
     presets={

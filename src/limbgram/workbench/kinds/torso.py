@@ -12,6 +12,7 @@ from limbgram.workbench.anatomy.kind import (
     Angle,
     Cross,
     Distance,
+    Joint,
     Kind,
     Line,
     Mid,
@@ -189,6 +190,7 @@ _AXILLAE = Mid(("right axilla", "left axilla"))
 _WAIST = Mid(("right waist", "left waist"), otherwise=("navel",))
 _ASIS = Mid(("right iliac spine", "left iliac spine"))
 _TROCHANTERS = Mid(("right trochanter", "left trochanter"))
+_L3 = Mid(("third lumbar vertebra",))
 _SACRUM, _C7 = Mid(("sacrum",)), Mid(("seventh cervical vertebra",))
 
 KIND = Kind(
@@ -264,6 +266,7 @@ KIND = Kind(
             name="iliac spines", start=Mid(("left iliac spine",)), end=Mid(("right iliac spine",))
         ),
         Square(name="to the right", of="iliac spines", to="trunk"),
+        Line(name="pelvis forward", start=_SACRUM, end=_ASIS),
         Line(name="axillae", start=Mid(("left axilla",)), end=Mid(("right axilla",))),
         Cross(name="forward", first="trunk", second="to the right"),
         Line(name="lower back", start=_SACRUM, end=Mid(("third lumbar vertebra",))),
@@ -566,6 +569,26 @@ KIND = Kind(
             start=Mid(("gluteal fold",)),
             end=_WAIST,
             along="trunk",
+        ),
+    ),
+    joints=(
+        Joint(
+            name="side bend",
+            en="Side bend at L3, to the right positive",
+            de="Seitneigung bei LWK 3, nach rechts positiv",
+            axis="pelvis forward",
+            centre=_L3,
+            upper=_SACRUM,
+            lower=_C7,
+        ),
+        Joint(
+            name="extension",
+            en="Extension at L3, backwards positive",
+            de="Extension bei LWK 3, nach hinten positiv",
+            axis="iliac spines",
+            centre=_L3,
+            upper=_SACRUM,
+            lower=_C7,
         ),
     ),
 )

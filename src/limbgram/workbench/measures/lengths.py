@@ -71,7 +71,7 @@ def over_surface(sigmas: Sigmas, path_mm: Points3) -> Figure:
         return figure
     middles = (path_mm[1:] + path_mm[:-1]) / 2
     along = np.linalg.norm(np.diff(path_mm, axis=0), axis=1)
-    ids, shares = _on_triangles(sigmas.mesh, middles)
+    ids, shares = on_triangles(sigmas.mesh, middles)
     more, sigma = along @ np.einsum("pk,pkc->pc", shares, lost.astype(np.float64)[ids])
     return Figure(figure.value + float(more), math.hypot(figure.sigma, float(sigma)))
 
@@ -96,12 +96,12 @@ def vertex_gradient(
     sigmas: Sigmas, places_mm: Points3, slopes: Points3
 ) -> Float64[np.ndarray, " vertices"]:
     """Change for a millimetre of each vertex along its normal; places ride on their triangles."""
-    ids, shares = _on_triangles(sigmas.mesh, places_mm)
+    ids, shares = on_triangles(sigmas.mesh, places_mm)
     changes = shares * np.einsum("pkd,pd->pk", sigmas.normals[ids], slopes)
     return np.bincount(ids.ravel(), changes.ravel(), len(sigmas.mesh))
 
 
-def _on_triangles(
+def on_triangles(
     mesh: Mesh, places_mm: Points3
 ) -> tuple[Int32[np.ndarray, "p 3"], Float64[np.ndarray, "p 3"]]:
     """Corners of the triangle on which each place lies, and its barycentric coordinates there."""

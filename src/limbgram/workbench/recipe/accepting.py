@@ -1,9 +1,9 @@
 """Accepting: what of an edit is done only if somebody says that it is meant.
 
-A load on a sensitive place, and a depth beyond DEEPEST_MM, need a word that stands with the edit in
-the recipe: `accept = ["load on fibula head"]`, `accept = ["depth to 12 mm"]`. A load's place may
-be named, or be found near a landmark when the edit is done. What presses as a whole (per cent,
-liners, plies, offsets, templates) is stated in the ledger, and needs no word.
+A load or a pad on a sensitive place, and a depth beyond DEEPEST_MM, need a word that stands with
+the edit in the recipe: `accept = ["load on fibula head"]`, `accept = ["depth to 12 mm"]`. A load's
+place may be named, or be found near a landmark when the edit is done. What presses as a whole (per
+cent, liners, plies, offsets, templates) is stated in the ledger, and needs no word.
 """
 
 import math
@@ -15,8 +15,10 @@ from limbgram.core.errors import OptionsError
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.edits.edit import Edit
 from limbgram.workbench.edits.load import Load
+from limbgram.workbench.edits.pad import Pad
 from limbgram.workbench.edits.pressing import DEEPEST_MM, AtPlaces
 from limbgram.workbench.edits.relieve import Relieve
+from limbgram.workbench.edits.room import Room
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.limb import KindName
 
@@ -50,9 +52,9 @@ def concerns_of(
     edit: Edit, words: Sequence[str], kind: KindName | None = None
 ) -> Iterator[Concern]:
     """What the edit's own parameters say needs a word, before there is a limb."""
-    if not isinstance(edit, Load | Relieve):
+    if not isinstance(edit, Load | Pad | Relieve | Room):
         return
-    if isinstance(edit, Load) and isinstance(edit.at, str):
+    if isinstance(edit, Load | Pad) and isinstance(edit.at, str):
         place = sensitive_place(edit.at, kind)
         if place is not None:
             found = doubt("recipe.load_on", place=place.name, why=place.why)
@@ -67,7 +69,7 @@ def concerns_on_limb(
 
     reach_mm: how far inward and outward of the scan the edit leaves what it moved.
     """
-    if isinstance(edit, Load):
+    if isinstance(edit, Load | Pad):
         for one in found.pressures:
             pressing = doubt("recipe.presses", depth_mm=one.depth_mm, place=one.place, why=one.why)
             yield _concern(pressing, f"load on {one.place}", words)
@@ -77,7 +79,7 @@ def concerns_on_limb(
             for one in found.pressures
         )
         yield Concern(finding=note("recipe.presses_on", each=each), word="", accepted=True)
-    if isinstance(edit, Load | Relieve):
+    if isinstance(edit, Load | Pad | Relieve | Room):
         yield from _depths(edit, reach_mm, words)
 
 
@@ -102,11 +104,11 @@ def typed(words: Iterable[str]) -> str:
 
 
 def _depths(
-    edit: Load | Relieve, reach_mm: tuple[float, float], words: Sequence[str]
+    edit: Load | Pad | Relieve | Room, reach_mm: tuple[float, float], words: Sequence[str]
 ) -> Iterator[Concern]:
     """The depth that was asked for, or what all edits together come to there, if unusual."""
     together, where = (
-        (reach_mm[0], "inside") if isinstance(edit, Load) else (reach_mm[1], "outside")
+        (reach_mm[0], "inside") if isinstance(edit, Load | Pad) else (reach_mm[1], "outside")
     )
     depth = round(max(together, edit.depth_mm), 1)
     if depth <= DEEPEST_MM:

@@ -1,0 +1,102 @@
+"""Oval: an area of a width and a height round a place, moved straight in or out, as a pad is set.
+
+A pad presses: the positive is carved in. A room gives way: it is built up. Both move along one
+direction, that of the surface at the place, so that a pad keeps its flat face.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from jaxtyping import Bool
+
+from limbgram.core.declared import Within
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.edits.areas import fading
+from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Words, spoken
+from limbgram.workbench.edits.fineness import refine_under
+from limbgram.workbench.edits.guard import require_sound
+from limbgram.workbench.edits.regions import (
+    Place,
+    axes_in_mesh,
+    displaced,
+    distances_from_point,
+    on_surface,
+    position_mm,
+)
+from limbgram.workbench.limb import Limb
+
+_FINENESS = 8.0
+_FINEST_MM = 1.0
+_NORMAL_SHARE = 0.5
+"""Of the oval's smaller half, round the place, tells the direction."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Oval(Edit):
+    """What pads and rooms have in common."""
+
+    at: Place
+    """The middle: a landmark's name or x, y, z in the limb frame."""
+    depth_mm: AboveZeroMm
+    """How far the surface moves in the middle."""
+    width_mm: AboveZeroMm
+    """Round the limb."""
+    height_mm: AboveZeroMm
+    """Along the limb."""
+    edge: Annotated[float, Within(0.05, 1)] = 0.5
+    """Share of the way from the rim to the middle over which it fades."""
+
+    words = spoken(
+        en=Words(labels={"at": "Middle", "edge": "Fading"}),
+        de=Words(
+            labels={
+                "at": "Mitte",
+                "depth_mm": "Tiefe",
+                "width_mm": "Breite",
+                "height_mm": "Höhe",
+                "edge": "Auslauf",
+            },
+            help={
+                "at": "Die Mitte: Name einer Landmarke oder x, y, z in den Achsen des Gliedmaßes.",
+                "depth_mm": "Wie weit sich die Fläche in der Mitte bewegt.",
+                "width_mm": "Um das Gliedmaß herum.",
+                "height_mm": "Entlang des Gliedmaßes.",
+                "edge": "Anteil des Wegs vom Rand zur Mitte, über den sie ausläuft.",
+            },
+        ),
+    )
+
+
+def set_in(limb: Limb, oval: Oval, sign: float) -> Limb:
+    """The limb with the oval moved outwards by sign 1, inwards by -1.
+
+    Raises:
+        EditError: no such place, or the surface would fold or cut through itself.
+    """
+    what = oval.title
+    middle = on_surface(limb, position_mm(limb, oval.at, "limb", what)[None], what)[0]
+    half = np.array([oval.width_mm, oval.height_mm]) / 2
+    reach = float(half.max()) * 1.5
+
+    def close(mesh: Mesh) -> Bool[np.ndarray, " f"]:
+        corners = mesh.vertices_mm[mesh.faces]
+        return np.linalg.norm(corners - middle, axis=2).min(1) < reach
+
+    edge_mm = max(oval.edge * float(half.min()) / _FINENESS, _FINEST_MM)
+    limb = limb.with_mesh(refine_under(limb.mesh, close, edge_mm))
+    mesh = limb.mesh
+    distance = distances_from_point(mesh, middle, 2 * reach)
+    near = distance < max(_NORMAL_SHARE * float(half.min()), 2 * edge_mm)
+    outward = (mesh.vertex_normals() * (mesh.vertex_areas_mm2() * near)[:, None]).sum(0)
+    outward /= np.linalg.norm(outward)
+    up = axes_in_mesh(limb, what)[2]
+    up = up - outward * (up @ outward)
+    up /= np.linalg.norm(up)
+    off = mesh.vertices_mm - middle
+    across = np.hypot(off @ np.cross(up, outward) / half[0], off @ up / half[1])
+    share = fading((across - 1 + oval.edge) / oval.edge) * np.isfinite(distance)
+    step = sign * oval.depth_mm * share[:, None] * outward
+    changed = displaced(limb, mesh.vertices_mm + step)
+    require_sound(what, mesh, changed.mesh)
+    return changed

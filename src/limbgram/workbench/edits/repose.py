@@ -1,0 +1,262 @@
+"""Repose: a joint turned about its anatomical axis, as plaster is wedged.
+
+In      a limb of a kind that has joints, with the landmarks of the joint.
+Out     the limb with all that lies distal of the joint turned, landmarks too.
+Method  Every vertex turns about the axis by its share of the angle, so that a band on both sides of
+        the plane that parts the limb takes up the arc; places are not blended, which would thin it.
+        Of a hinge the plane halves the way from the upper part to the lower one and turns along by
+        half the angle. A vertex's share is that of its place half way between before and after.
+        So the same turn back finds the same shares, and brings the shape back exactly.
+Fails   EditError: the joint is not of this kind, a landmark is missing, the turn or the strain is
+        beyond what is stated and nobody accepted it, or beyond what is done at all.
+"""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Final, Literal
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.declared import Within
+from limbgram.core.errors import EditError, MeasureError
+from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.mesh.topology import find_edges
+from limbgram.findings import note
+from limbgram.workbench.anatomy.directions import Anatomy
+from limbgram.workbench.anatomy.found import KIND_NAMED
+from limbgram.workbench.anatomy.kind import Joint
+from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
+from limbgram.workbench.edits.regions import displaced
+from limbgram.workbench.limb import Limb
+
+MOST_STRAIN, MOST_STRAIN_ACCEPTED = 0.25, 0.6
+"""Of an edge's length: what is done unasked, and at all."""
+MOST_DEG, MOST_DEG_ACCEPTED = 20.0, 45.0
+_RIGID_MM, _SOFT_MM = 10.0, 15.0
+"""Round a landmark that stays, within which nothing turns, and over which the turn sets in."""
+_CEILING = (0.04, 0.15)
+"""Heights over the ceiling at which the turn is whole, and nothing; shares of the foot's length."""
+_ROUNDS = 60
+_CONVERGED_RAD = 1e-13
+JOINTS: Final[dict[str, Joint]] = {
+    joint.name: joint for kind in KIND_NAMED.values() for joint in kind.joints
+}
+if TYPE_CHECKING:
+    JointName = str
+else:
+    JointName = Literal[tuple(JOINTS)]
+
+
+@edit(
+    group="orthosis",
+    order=1,
+    effect=Effect(reports_displacement=False, start="follows"),
+    everyday=True,
+    kinds=tuple(name for name, kind in KIND_NAMED.items() if kind.joints),
+    example={"joint": "ankle", "by_deg": 5.0},
+)
+class Repose(Edit):
+    """Turn what lies distal of a joint about its anatomical axis, as plaster is wedged."""
+
+    joint: JointName = "ankle"
+    """The joint, by the landmarks of its axis."""
+    by_deg: Annotated[float, Within(-MOST_DEG_ACCEPTED, MOST_DEG_ACCEPTED)]
+    """Positive: dorsiflexion, varus, toes up; of a trunk, to the right and backwards."""
+    band_mm: Annotated[float, Within(5, 150)] = 25.0
+    """Half width of the band that takes up the arc."""
+    beyond: bool = False
+    """Somebody means a turn of more than 20 degrees, or a strain of more than 25 per cent."""
+
+    words = spoken(
+        en=Words(
+            name="Turn a joint",
+            title="The turn of a joint",
+            labels={"joint": "Joint", "by_deg": "Angle", "band_mm": "Band", "beyond": "Meant"},
+            choices={one.name: one.en for one in JOINTS.values()},
+        ),
+        de=Words(
+            name="Gelenk stellen",
+            title="Das Stellen eines Gelenks",
+            does="Alles distal eines Gelenks um dessen anatomische Achse drehen, wie man Gips "
+            "keilt.",
+            labels={
+                "joint": "Gelenk",
+                "by_deg": "Winkel",
+                "band_mm": "Streifen",
+                "beyond": "Gewollt",
+            },
+            help={
+                "joint": "Das Gelenk, nach den Landmarken seiner Achse.",
+                "by_deg": "Positiv: Dorsalextension, Varus, Zehen hoch; am Rumpf nach rechts und "
+                "nach hinten.",
+                "band_mm": "Halbe Breite des Streifens, der den Bogen aufnimmt.",
+                "beyond": "Mehr als 20 Grad oder mehr als 25 Prozent Dehnung sind gewollt.",
+            },
+            choices={one.name: one.de for one in JOINTS.values()},
+        ),
+    )
+
+    def apply(self, limb: Limb) -> Limb:
+        """Turn the distal part, and tell how far the surface was strained.
+
+        Raises:
+            EditError: a landmark is missing, or more than is stated and accepted.
+        """
+        try:
+            anatomy = limb.anatomy
+            turn = Turn.of(anatomy, self.joint, self.by_deg * anatomy.sense(), self.band_mm)
+        except MeasureError as error:
+            raise EditError(
+                "edit.repose.not_told", what=self.title, reason=error.finding
+            ) from error
+        points = turn.applied(limb.mesh.vertices_mm)
+        strain = largest_strain(limb.mesh.faces, limb.mesh.vertices_mm, points)
+        if strain > MOST_STRAIN_ACCEPTED:
+            raise EditError(
+                "edit.repose.torn", what=self.title, strain=strain, most=MOST_STRAIN_ACCEPTED
+            )
+        if not self.beyond and (strain > MOST_STRAIN or abs(self.by_deg) > MOST_DEG):
+            raise EditError(
+                "edit.repose.beyond",
+                what=self.title,
+                by_deg=self.by_deg,
+                strain=strain,
+                most_deg=MOST_DEG,
+                most=MOST_STRAIN,
+            )
+        told = note("edit.repose.done", joint=self.joint, by_deg=self.by_deg, strain=strain)
+        after = displaced(limb, points)
+        return replace(after, notes=(*after.notes, told))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Turn:
+    """A turn about an axis, the share of which depends on the side of a plane through it."""
+
+    centre_mm: Vector3
+    axis: Vector3
+    normal: Vector3
+    """Of the plane that parts the limb, to the distal side; before the turn."""
+    parted_mm: Vector3
+    """A point on that plane."""
+    ceiling_mm: Vector3
+    upward: Vector3
+    """What lies proximal of the ceiling stays; upward is nought where there is none."""
+    size_mm: float
+    """From the heel to the toes: over shares of it the turn dies away under the ceiling."""
+    follows: float
+    """How much of the turn the plane goes along with: half of it for a hinge, nothing for a
+    twist."""
+    angle_rad: float
+    band_mm: float
+    rigid_mm: tuple[Vector3, ...]
+
+    @classmethod
+    def of(cls, anatomy: Anatomy, name: str, by_deg: float, band_mm: float) -> "Turn":
+        """The turn of a joint of the kind.
+
+        Raises:
+            MeasureError: the kind has no such joint, or a landmark of it was not placed.
+        """
+        joint = next((one for one in anatomy.kind.joints if one.name == name), None)
+        if joint is None:
+            names = tuple(one.name for one in anatomy.kind.joints)
+            raise MeasureError(
+                "anatomy.no_joint", name=name, kind=anatomy.kind.name, names=names or None
+            )
+        axis, centre = anatomy.axis(joint.axis).direction, anatomy.at(joint.centre, joint.name)
+        upper = _unit(anatomy.at(joint.upper, joint.name) - centre)
+        lower = _unit(anatomy.at(joint.lower, joint.name) - centre)
+        if joint.twist:
+            normal = axis if lower @ axis > upper @ axis else -axis
+        elif joint.halved:
+            normal = _unit(_unit(_square(lower, axis)) - _unit(_square(upper, axis)))
+        else:
+            normal = -_unit(_square(upper, axis))
+        return cls(
+            centre_mm=centre,
+            axis=axis,
+            normal=normal,
+            parted_mm=centre if joint.parted is None else anatomy.at(joint.parted, joint.name),
+            ceiling_mm=centre if joint.below is None else anatomy.at(joint.below, joint.name),
+            upward=_upward(anatomy, joint),
+            size_mm=float(
+                np.linalg.norm(anatomy.at(joint.lower, name) - anatomy.at(joint.upper, name))
+            ),
+            follows=0.5 if joint.halved and not joint.twist else 0.0,
+            angle_rad=float(np.radians(by_deg)),
+            band_mm=band_mm,
+            rigid_mm=tuple(anatomy.places[one] for one in joint.rigid if one in anatomy.places),
+        )
+
+    def applied(self, points_mm: Points3) -> Points3:
+        """Points after the turn."""
+        return self._turned(points_mm, self.shares(points_mm) * self.angle_rad)
+
+    def shares(self, points_mm: Points3) -> Float64[np.ndarray, " n"]:
+        """The share of the angle by which each point turns: 0 proximal, 1 distal.
+
+        Found by going half way again and again; a band that is wide for its arc converges fast.
+        """
+        share = self._shares_at(points_mm)
+        for _ in range(_ROUNDS):
+            # Half way between before and after, seen from the plane, which goes along.
+            half = (share - self.follows) * self.angle_rad / 2
+            found = self._shares_at(self._turned(points_mm, half))
+            change = float(np.abs(found - share).max(initial=0.0))
+            share = found
+            if change * abs(self.angle_rad) < _CONVERGED_RAD:
+                break
+        return share
+
+    def _shares_at(self, places_mm: Points3) -> Float64[np.ndarray, " n"]:
+        beyond = (places_mm - self.parted_mm) @ self.normal / self.band_mm
+        found = _risen((beyond + 1) / 2)
+        if self.upward.any():
+            high = (places_mm - self.ceiling_mm) @ self.upward / self.size_mm
+            found = found * _risen((_CEILING[1] - high) / (_CEILING[1] - _CEILING[0]))
+        for rigid in self.rigid_mm:
+            away_mm = np.linalg.norm(places_mm - rigid, axis=1)
+            found = found * _risen((away_mm - _RIGID_MM) / _SOFT_MM)
+        return found
+
+    def _turned(self, points_mm: Points3, angles_rad: Float64[np.ndarray, " n"]) -> Points3:
+        """Points turned about the axis, each by its own angle (Rodrigues)."""
+        off = points_mm - self.centre_mm
+        along = np.outer(off @ self.axis, self.axis)
+        across = off - along
+        sideways = np.cross(self.axis, across)
+        cosine, sine = np.cos(angles_rad)[:, None], np.sin(angles_rad)[:, None]
+        return self.centre_mm + along + cosine * across + sine * sideways
+
+
+def largest_strain(faces: np.ndarray, before_mm: Points3, after_mm: Points3) -> float:
+    """The largest change of an edge's length, as a share of it."""
+    ends = find_edges(faces).ends
+    lengths = [
+        np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
+        for points in (before_mm, after_mm)
+    ]
+    change = np.abs(lengths[1] - lengths[0]) / np.maximum(lengths[0], 1e-9)
+    return float(change.max(initial=0.0))
+
+
+def _risen(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """From 0 at 0 to 1 at 1, level at both ends."""
+    x = np.clip(share, 0, 1)
+    return x * x * (3 - 2 * x)
+
+
+def _upward(anatomy: Anatomy, joint: Joint) -> Vector3:
+    """Towards the part above the ceiling."""
+    if joint.below is None or joint.knee is None:
+        return np.zeros(3)
+    return _unit(anatomy.at(joint.knee, joint.name) - anatomy.at(joint.below, joint.name))
+
+
+def _square(vector: Vector3, axis: Vector3) -> Vector3:
+    return vector - axis * (vector @ axis)
+
+
+def _unit(vector: Vector3) -> Vector3:
+    return vector / max(float(np.linalg.norm(vector)), 1e-12)

@@ -1,0 +1,101 @@
+"""Sole: a foot's vertices in the frame of its plantar plane, for edits of the plantar side.
+
+x to the lateral side on both feet, y forwards along the foot from the heel, z up from the plantar
+plane. Lengths of the foot's own stand beside it, so that an edit is told by shares of the foot.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from limbgram.core.errors import EditError, MeasureError
+from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
+from limbgram.workbench.anatomy.kind import Mid
+from limbgram.workbench.edits.fineness import refine_where
+from limbgram.workbench.edits.regions import displaced
+from limbgram.workbench.limb import Limb
+
+_FLAT = 0.25
+"""Normals that lean less than this from level belong to no sole."""
+
+
+_LOW, _FINE, _FINEST_MM = 0.4, 0.015, 1.0
+"""Up to this height edges are made so short; shares of heel to ball."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sole:
+    """A foot as its sole lies, fine enough to be shaped there."""
+
+    limb: Limb
+    rotation: Matrix3
+    origin_mm: Vector3
+    points_mm: Points3
+    """Of the mesh: lateral, forward, up."""
+    normals: Points3
+    length_mm: float
+    """From the heel to the ball."""
+    medial_mm: float
+    """x of the first metatarsal head; negative."""
+    lateral_mm: float
+    """x of the fifth."""
+    arch: Vector3
+    """Of the navicular, in this frame."""
+
+    @classmethod
+    def of(cls, limb: Limb, what: str) -> "Sole":
+        """The frame of a foot.
+
+        Raises:
+            EditError: a landmark that it goes by is missing, or the side is not said.
+        """
+        try:
+            anatomy = limb.anatomy
+            up, forward = anatomy.axis("plantar"), anatomy.axis("foot").direction
+            rotation = np.stack([anatomy.axis("lateral").direction, forward, up.direction])
+            heel = anatomy.at(Mid(("heel",)), what)
+            origin = heel - up.direction * ((heel - up.point_mm) @ up.direction)
+            marks = [
+                rotation @ (anatomy.at(Mid((name,)), what) - origin)
+                for name in ("first metatarsal head", "fifth metatarsal head", "navicular")
+            ]
+        except MeasureError as error:
+            raise EditError("edit.repose.not_told", what=what, reason=error.finding) from error
+        length_mm = float((marks[0][1] + marks[1][1]) / 2)
+        high = (limb.mesh.vertices_mm - origin) @ rotation[2]
+        low = np.asarray((high < _LOW * length_mm)[limb.mesh.faces].any(1))
+        limb = limb.with_mesh(refine_where(limb.mesh, low, max(_FINE * length_mm, _FINEST_MM)))
+        return cls(
+            limb=limb,
+            rotation=rotation,
+            origin_mm=origin,
+            points_mm=(limb.mesh.vertices_mm - origin) @ rotation.T,
+            normals=limb.mesh.vertex_normals() @ rotation.T,
+            length_mm=length_mm,
+            medial_mm=float(marks[0][0]),
+            lateral_mm=float(marks[1][0]),
+            arch=marks[2],
+        )
+
+    @property
+    def plantar(self) -> Bool[np.ndarray, " n"]:
+        """Vertices that look down, below the navicular."""
+        low = self.points_mm[:, 2] < max(float(self.arch[2]), 0.0)
+        return low & (self.normals[:, 2] < -_FLAT)
+
+    def moved(self, steps_mm: Points3) -> Limb:
+        """The limb with its vertices moved by steps in this frame."""
+        return displaced(self.limb, self.limb.mesh.vertices_mm + steps_mm @ self.rotation)
+
+
+def bump(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """1 at 0, nothing from -1 down and from 1 up, level there."""
+    x = np.clip(np.abs(share), 0, 1)
+    return (1 - x * x) ** 2
+
+
+def ramp(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """From 0 at 0 to 1 at 1, level at both ends."""
+    x = np.clip(share, 0, 1)
+    return x * x * (3 - 2 * x)

@@ -1,0 +1,240 @@
+"""Cranial: the figures of a head above its base plane, by landmarks and without a severity.
+
+In      a head with sellion, both tragia and, above that plane, a whole surface.
+Out     Sensed figures by name: width, length, girth and radii at the measuring level, diagonals,
+        asymmetry and its indices, volumes of the four quadrants, ratios.
+Method  Frame: x to the right, y forwards along the midline, z up from the base plane, from the
+        middle of the tragia. Ten equal levels reach from the base plane to the highest place;
+        figures are taken at the third. Radii start half way between front and back of the midline
+        there. The diagonals lie at 30 degrees to the midline. Volumes are exact: the surface is
+        clipped by the three planes of the frame, and cone by cone from their corner it fills the
+        quadrant.
+Fails   MeasureError: a landmark is missing, or the surface is open above the base plane.
+"""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
+from limbgram.core.mesh.topology import boundary_half_edges
+from limbgram.workbench.anatomy.directions import Anatomy
+from limbgram.workbench.anatomy.kind import Mid
+from limbgram.workbench.measures.levels import (
+    Level,
+    Sigmas,
+    Sloped,
+    ap_mm,
+    ap_through_mm,
+    level_at,
+    ml_mm,
+    tape_mm,
+)
+from limbgram.workbench.measures.sensed import STEP_MM, Sensed, Subject
+
+LEVELS, MEASURING_LEVEL = 10, 3
+DIAGONAL_DEG = 30.0
+_SPOKES_DEG = range(15, 180, 15)
+_MM3_PER_ML = 1000.0
+_QUADRANTS = {
+    "right front": (1, 1),
+    "left front": (-1, 1),
+    "right back": (1, -1),
+    "left back": (-1, -1),
+}
+Triangles = Float64[np.ndarray, "_ 3 3"]
+
+
+def cranial_figures(subject: Subject) -> Mapping[str, Sensed]:
+    """All figures of a head, by the names that the kind's items give them.
+
+    Raises:
+        MeasureError: a landmark is missing, or the surface is open above the base plane.
+    """
+    here = _values(subject.sigmas, *_frame(subject.anatomy))
+    names = tuple(here)
+    found: dict[str, dict[str, Vector3]] = {name: {} for name in names}
+    for place in ("sellion", "right tragion", "left tragion"):
+        rows = [
+            (_numbers(subject, place, step) - _numbers(subject, place, -step)) / (2 * STEP_MM)
+            for step in np.eye(3) * STEP_MM
+        ]
+        for name, slope in zip(names, np.stack(rows).T, strict=True):
+            found[name][place] = slope
+    return {
+        name: Sensed(value=value, by_vertex=gradient, by_place=found[name])
+        for name, (value, gradient) in here.items()
+    }
+
+
+def _numbers(subject: Subject, place: str, step: Vector3) -> Float64[np.ndarray, " k"]:
+    """All values, with one landmark elsewhere."""
+    values = _values(subject.sigmas, *_frame(subject.moved(place, step)))
+    return np.array([value for value, _ in values.values()])
+
+
+def _frame(anatomy: Anatomy) -> tuple[Matrix3, Vector3]:
+    """Rows right, forward and up; and the middle of the tragia."""
+    up = anatomy.axis("base").direction
+    forward = anatomy.axis("midline").direction
+    origin = anatomy.at(Mid(("right tragion", "left tragion")), "base")
+    return np.stack([np.cross(forward, up), forward, up]), origin
+
+
+_Valued = tuple[float, Float64[np.ndarray, " n"]]
+"""A value, and its change for a millimetre of each vertex along its normal."""
+
+
+def _values(sigmas: Sigmas, rotation: Matrix3, origin: Vector3) -> dict[str, _Valued]:
+    mesh = sigmas.mesh.with_vertices((sigmas.mesh.vertices_mm - origin) @ rotation.T)
+    turned = Sigmas(mesh, sigmas.normals @ rotation.T)
+    _require_whole(turned)
+    top_mm = float(mesh.vertices_mm[:, 2].max())
+    level = level_at(mesh, top_mm * MEASURING_LEVEL / LEVELS)
+    sloped = _of_level(level)
+    values = {name: (one.value, turned.gradient(level, one)) for name, one in sloped.items()}
+    volumes = {name: _quadrant(turned, *signs) for name, signs in _QUADRANTS.items()}
+    values |= {f"volume {name}": one for name, one in volumes.items()}
+    for half in ("front", "back"):
+        values[f"symmetry {half}"] = _smaller_per_larger(
+            volumes[f"right {half}"], volumes[f"left {half}"]
+        )
+    values["symmetry"] = _smaller_per_larger(
+        _sum(volumes["right front"], volumes["right back"]),
+        _sum(volumes["left front"], volumes["left back"]),
+    )
+    return values
+
+
+def _of_level(level: Level) -> dict[str, Sloped]:
+    middle = _middle(level)
+    width, length = ml_mm(level), ap_mm(level)
+    left = _diagonal(level, middle, 90 + DIAGONAL_DEG)
+    right = _diagonal(level, middle, 90 - DIAGONAL_DEG)
+    longer, shorter = (left, right) if left.value > right.value else (right, left)
+    asymmetry = _mixed((longer, 1.0), (shorter, -1.0))
+    return {
+        "width": width,
+        "length": length,
+        "girth": tape_mm(level),
+        "ratio": _per_cent(width, length),
+        "diagonal left": left,
+        "diagonal right": right,
+        "asymmetry": asymmetry,
+        "index shorter": _per_cent(asymmetry, shorter),
+        "index longer": _per_cent(asymmetry, longer),
+        "radial": _radial(level, middle),
+    }
+
+
+def _middle(level: Level) -> Float64[np.ndarray, "2"]:
+    """Half way between front and back on the midline."""
+    if ap_through_mm(level) is None:
+        raise MeasureError("measure.sheet.off_midline")
+    ahead, behind = (_spoke(level, np.zeros(2), angle).value for angle in (90.0, 270.0))
+    return np.array([0.0, (ahead - behind) / 2])
+
+
+def _diagonal(level: Level, middle: Float64[np.ndarray, "2"], angle_deg: float) -> Sloped:
+    return _mixed(
+        (_spoke(level, middle, angle_deg), 1.0), (_spoke(level, middle, angle_deg + 180), 1.0)
+    )
+
+
+def _radial(level: Level, middle: Float64[np.ndarray, "2"]) -> Sloped:
+    parts: list[tuple[Sloped, float]] = []
+    for turn_deg in _SPOKES_DEG:
+        left, right = (_spoke(level, middle, 90 + sign * turn_deg) for sign in (1, -1))
+        sign = 1.0 if left.value > right.value else -1.0
+        parts += [(left, sign), (right, -sign)]
+    return _mixed(*parts)
+
+
+def _spoke(level: Level, middle: Float64[np.ndarray, "2"], angle_deg: float) -> Sloped:
+    """Distance from the middle to the outline at an angle from the right, counter-clockwise."""
+    angle = math.radians(angle_deg)
+    way, side = (
+        np.array([math.cos(angle), math.sin(angle)]),
+        np.array([-math.sin(angle), math.cos(angle)]),
+    )
+    points, after = level.points_mm - middle, level.after
+    across = points @ side
+    astride = np.flatnonzero(level.outer & ((across > 0) != (across[after] > 0)))
+    share = across[astride] / (across[astride] - across[after[astride]])
+    reach = (1 - share) * (points[astride] @ way) + share * (points[after[astride]] @ way)
+    if not len(reach) or reach.max() <= 0:
+        raise MeasureError("measure.sheet.off_midline")
+    k = int(reach.argmax())
+    first, second = astride[k], after[astride[k]]
+    edge = points[second] - points[first]
+    normal = np.array([edge[1], -edge[0]])
+    slopes = np.zeros_like(points)
+    slopes[first] = (1 - share[k]) * normal / (normal @ way)
+    slopes[second] += share[k] * normal / (normal @ way)
+    return Sloped(float(reach[k]), slopes)
+
+
+def _mixed(*parts: tuple[Sloped, float]) -> Sloped:
+    value = sum(one.value * times for one, times in parts)
+    return Sloped(float(value), np.sum([one.slopes * times for one, times in parts], axis=0))
+
+
+def _per_cent(part: Sloped, whole: Sloped) -> Sloped:
+    value = 100 * part.value / whole.value
+    slopes = (100 * part.slopes - value * whole.slopes) / whole.value
+    return Sloped(value, slopes)
+
+
+def _sum(one: _Valued, other: _Valued) -> _Valued:
+    return one[0] + other[0], one[1] + other[1]
+
+
+def _smaller_per_larger(one: _Valued, other: _Valued) -> _Valued:
+    small, large = (one, other) if one[0] < other[0] else (other, one)
+    value = 100 * small[0] / large[0]
+    return value, (100 * small[1] - value * large[1]) / large[0]
+
+
+def _quadrant(turned: Sigmas, right: int, front: int) -> _Valued:
+    """Volume of a quadrant above the base plane, mL."""
+    mesh = turned.mesh
+    pieces = mesh.vertices_mm[mesh.faces]
+    for axis, sign in ((2, 1), (0, right), (1, front)):
+        pieces = clipped(pieces, axis, sign)
+    volume = np.einsum("fi,fi->f", pieces[:, 0], np.cross(pieces[:, 1], pieces[:, 2])).sum() / 6
+    inside: Bool[np.ndarray, " n"] = (
+        (mesh.vertices_mm[:, 2] > 0)
+        & (right * mesh.vertices_mm[:, 0] > 0)
+        & (front * mesh.vertices_mm[:, 1] > 0)
+    )
+    return float(volume) / _MM3_PER_ML, mesh.vertex_areas_mm2() * inside / _MM3_PER_ML
+
+
+def clipped(pieces: Triangles, axis: int, sign: int) -> Triangles:
+    """What of triangles lies on one side of a plane through the origin across an axis."""
+    heights = sign * pieces[:, :, axis]
+    above = heights > 0
+    count = above.sum(1)
+    kept = [pieces[count == 3]]
+    for lone_above in (True, False):
+        rows = np.flatnonzero(count == (1 if lone_above else 2))
+        lone = (above[rows] == lone_above).argmax(1)
+        order = (lone[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(pieces[rows], order[:, :, None], axis=1).transpose(1, 0, 2)
+        p, q, r = np.take_along_axis(heights[rows], order, axis=1).T
+        at_b = a + (p / (p - q))[:, None] * (b - a)
+        at_c = a + (p / (p - r))[:, None] * (c - a)
+        if lone_above:
+            kept.append(np.stack([a, at_b, at_c], axis=1))
+        else:
+            kept += [np.stack([at_b, b, c], axis=1), np.stack([at_b, c, at_c], axis=1)]
+    return np.concatenate(kept)
+
+
+def _require_whole(turned: Sigmas) -> None:
+    edges: Points3 = turned.mesh.vertices_mm[boundary_half_edges(turned.mesh.faces)].reshape(-1, 3)
+    if len(edges) and edges[:, 2].max() > 0:
+        raise MeasureError("measure.sheet.open_above", height_mm=float(edges[:, 2].max()))

@@ -1,0 +1,161 @@
+"""Sensed: figures that hang on a limb's surface and on where its landmarks were placed.
+
+A landmark errs along the surface by its placing error in each direction, and with the surface along
+its normal. Both parts are propagated to first order: the surface's through the gradient over its
+vertices, with the covariances that the mesh carries; the placing's by differences.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.geometry.arrays import Matrix3, Vector3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import unit
+from limbgram.core.mesh.uncertainty import propagate
+from limbgram.workbench.anatomy.directions import Anatomy
+from limbgram.workbench.anatomy.landmark import Placing
+from limbgram.workbench.anatomy.names import by_identity
+from limbgram.workbench.bodies import outer_bodies
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.lengths import on_triangles, vertex_gradient
+from limbgram.workbench.measures.levels import Figure, Level, Sigmas, level_at
+
+STEP_MM = 0.5
+"""By which places are moved to tell slopes: beyond a facet's roughness, within a limb's bends."""
+TILT_RAD = 0.01
+Slopes = Mapping[str, Float64[np.ndarray, "3 k"]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensed:
+    """A figure's value, and how it changes with the surface and with the landmarks."""
+
+    value: float
+    by_vertex: Float64[np.ndarray, " n"] | None = None
+    """For a millimetre of each vertex along its normal, the landmarks staying."""
+    by_place: Mapping[str, Vector3] = field(default_factory=dict[str, Vector3])
+    """For a millimetre of each landmark in each direction."""
+    lost: tuple[float, float] = (0.0, 0.0)
+    """What fine relief the surface lost adds to it, and its sigma."""
+
+
+class _Used(dict[str, Vector3]):
+    """Places that remember which of them were asked for: no others have a slope."""
+
+    def __init__(self, places: Mapping[str, Vector3]) -> None:
+        super().__init__(places)
+        self.names: dict[str, None] = {}
+
+    def __getitem__(self, name: str) -> Vector3:
+        self.names[name] = None
+        return super().__getitem__(name)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject:
+    """A limb that is being measured."""
+
+    anatomy: Anatomy
+    sigmas: Sigmas
+    """Of its outer surface, in the mesh's frame."""
+    normals: Mapping[str, Vector3]
+    """Of the surface at each landmark."""
+    placing_mm: Mapping[str, float]
+
+    @classmethod
+    def of(cls, limb: Limb, placing: Placing) -> "Subject":
+        found = outer_bodies(limb.mesh)
+        found.require_one_limb()
+        anatomy = limb.anatomy
+        names = tuple(anatomy.places)
+        normals: dict[str, Vector3] = {}
+        sigmas = Sigmas.of(found.mesh)
+        if names:
+            places = np.stack([anatomy.places[name] for name in names])
+            ids, shares = on_triangles(found.mesh, places)
+            across = unit(np.einsum("pk,pkd->pd", shares, sigmas.normals[ids]))
+            normals = dict(zip(names, across, strict=True))
+        return cls(
+            anatomy=anatomy,
+            sigmas=sigmas,
+            normals=normals,
+            placing_mm={name: placing.of(one) for name, one in by_identity(limb.landmarks).items()},
+        )
+
+    def figure(self, sensed: Sensed) -> tuple[Figure, float | None]:
+        """The figure with its sigma, and the placing's part of that."""
+        placing = math.sqrt(sum(self._placing(name, g) for name, g in sensed.by_place.items()))
+        value = sensed.value + sensed.lost[0]
+        if self.sigmas.mesh.sigma_mm is None:
+            return Figure(value, None), placing
+        gradient = np.zeros(len(self.sigmas.mesh))
+        if sensed.by_vertex is not None:
+            gradient += sensed.by_vertex
+        if sensed.by_place:
+            places = np.stack([self.anatomy.places[name] for name in sensed.by_place])
+            gradient += vertex_gradient(self.sigmas, places, np.stack([*sensed.by_place.values()]))
+        surface = propagate(self.sigmas.mesh, gradient) or 0.0
+        return Figure(value, math.hypot(surface, placing, sensed.lost[1])), placing
+
+    def _placing(self, name: str, gradient: Vector3) -> float:
+        """Variance that one landmark's placing adds: it slides along the surface."""
+        normal = self.normals[name]
+        along = gradient - normal * (gradient @ normal)
+        return float(along @ along) * self.placing_mm[name] ** 2
+
+    def moved(self, name: str, step: Vector3) -> Anatomy:
+        """What its landmarks span, with one of them elsewhere."""
+        places = dict(self.anatomy.places)
+        places[name] = places[name] + step
+        return replace(self.anatomy, places=places)
+
+    def slopes(self, what: Callable[[Anatomy], Float64[np.ndarray, " k"]]) -> Slopes:
+        """Change of what hangs on landmarks alone, by each landmark: rows by direction."""
+        used = _Used(self.anatomy.places)
+        first = what(replace(self.anatomy, places=used))
+        found: dict[str, Float64[np.ndarray, "3 k"]] = {}
+        for name in used.names:
+            rows = [
+                (what(self.moved(name, step)) - what(self.moved(name, -step))) / (2 * STEP_MM)
+                for step in np.eye(3) * STEP_MM
+            ]
+            if np.any(rows):
+                found[name] = np.stack(rows).reshape(3, len(first))
+        return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cut:
+    """A plane and the way in it in which widths count, as a frame: rows x, y and normal."""
+
+    rotation: Matrix3
+    through_mm: Vector3
+    """In that frame: x and y inside the outline that counts, and the plane's height."""
+
+    def level(self, sigmas: Sigmas) -> Level:
+        x, y, height = self.through_mm.tolist()
+        turned = sigmas.mesh.with_vertices(sigmas.mesh.vertices_mm @ self.rotation.T)
+        return level_at(turned, height, (x, y))
+
+    def turned(self, sigmas: Sigmas) -> Sigmas:
+        """The surface in that frame."""
+        mesh = sigmas.mesh.with_vertices(sigmas.mesh.vertices_mm @ self.rotation.T)
+        return Sigmas(mesh, sigmas.normals @ self.rotation.T)
+
+    def nudged(self, offset_mm: float, tilt_rad: float, roll_rad: float, turn_rad: float) -> "Cut":
+        """Another plane near this one: moved along its normal, tilted about its x and its y, and
+
+        turned about the normal; all about the place inside the outline."""
+        turn = Rigid.from_rotation_vector(np.array([tilt_rad, roll_rad, turn_rad]), np.zeros(3))
+        rotation = turn.rotation @ self.rotation
+        place = self.rotation.T @ self.through_mm
+        moved = rotation @ place
+        return Cut(rotation=rotation, through_mm=moved + np.array([0.0, 0.0, offset_mm]))
+
+
+WAYS = (STEP_MM, TILT_RAD, TILT_RAD, TILT_RAD)
+"""Steps of `Cut.nudged`."""

@@ -1,0 +1,417 @@
+"""Sheet: the figures that a trade's form asks of a kind of limb, each with its sigma.
+
+In      a Limb whose kind and side are known, with landmarks.
+Out     MeasuringSheet: a row for every item of the kind, with its figure or why it has none.
+Method  An item hangs on the surface and on where landmarks were placed. A landmark errs along the
+        surface by its placing error in each direction, and with the surface along its normal. All
+        is propagated to first order: the surface's part through the gradient over its vertices,
+        with the covariances that the mesh carries; the placing's part by differences. A section is
+        cut anew for a plane moved and tilted in each of its ways, so that it costs the same however
+        many landmarks tell the plane.
+Fails   MeasureError: nobody said the kind, or the side of what has one. What lacks a landmark, or
+        cannot be cut, stands in its row with the reason.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.mesh.uncertainty import propagate
+from limbgram.findings import Finding, note
+from limbgram.workbench.anatomy.directions import Anatomy
+from limbgram.workbench.anatomy.kind import (
+    Angle,
+    AnyItem,
+    Cranial,
+    Distance,
+    Extent,
+    Extreme,
+    Section,
+    Share,
+)
+from limbgram.workbench.anatomy.landmark import USUAL, Placing
+from limbgram.workbench.limb import Limb, Side
+from limbgram.workbench.measures.cranial import cranial_figures
+from limbgram.workbench.measures.levels import (
+    Figure,
+    Level,
+    Refused,
+    Sloped,
+    area_mm2,
+    level_at,
+    levels_at,
+    ml_mm,
+    tape_mm,
+)
+from limbgram.workbench.measures.sensed import WAYS, Cut, Sensed, Subject
+
+_EXTREME_STEP_MM = 2.0
+CENTRELINE = "centreline"
+"""The normal of an item that is cut across the limb's centreline."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SheetOptions:
+    """What a sheet hangs on besides the limb."""
+
+    shoe_heel_mm: float = 0.0
+    """Height of the shoe's heel."""
+    shoe_sole_mm: float = 0.0
+    """Height of its sole under the ball."""
+    placing: Placing = USUAL
+    """How well landmarks are placed where they do not say it themselves."""
+    only: tuple[str, ...] = ()
+    """Figures by name; empty for the whole form."""
+
+
+DEFAULTS = SheetOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class SheetRow:
+    """One figure of the form."""
+
+    name: str
+    """In files; it ends with its unit."""
+    words: Mapping[str, str]
+    """What people call it, by language."""
+    formula: str
+    figure: Figure | None
+    placing_sigma: float | None
+    """What of its sigma comes of how landmarks were placed."""
+    reason: Finding | None
+    """Why it has no answer."""
+
+    @property
+    def unit(self) -> str:
+        return unit_of(self.name)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuringSheet:
+    """The form of a kind of limb, filled in."""
+
+    kind: str
+    side: Side
+    shape: str
+    rows: tuple[SheetRow, ...]
+
+    def __getitem__(self, name: str) -> Figure:
+        """A row's figure.
+
+        Raises:
+            MeasureError: it has none, for the reason that its row has.
+        """
+        return _figure_of(next(row for row in self.rows if row.name == name))
+
+
+_UNITS = {"_mm": "mm", "_deg": "deg", "_ml": "mL", "_per_cent": "%"}
+
+
+def unit_of(name: str) -> str:
+    """By the ending of its name."""
+    return next((unit for ending, unit in _UNITS.items() if name.endswith(ending)), "")
+
+
+def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSheet:
+    """Fill in the form of a limb's kind.
+
+    Raises:
+        MeasureError: nobody said the kind, or the side of a limb that has one.
+    """
+    anatomy = limb.anatomy
+    anatomy.sense()
+    subject = Subject.of(limb, options.placing)
+    found: dict[str, SheetRow] = {}
+    heads: dict[str, Sensed] = {}
+    wanted = set(options.only)
+    for item in anatomy.kind.sheet:
+        if wanted and item.name not in wanted:
+            continue
+        found[item.name] = _row(_Filling(subject, options, found, heads), item)
+    return MeasuringSheet(
+        kind=anatomy.kind.name,
+        side="none" if limb.frame is None else limb.frame.side,
+        shape=limb.name,
+        rows=tuple(found.values()),
+    )
+
+
+@dataclass(frozen=True)
+class _Filling:
+    """A form that is being filled in."""
+
+    subject: Subject
+    options: SheetOptions
+    rows: Mapping[str, SheetRow]
+    """Those before."""
+    heads: dict[str, Sensed]
+    """Of a head, all at once when the first is asked for."""
+
+
+def _row(filling: _Filling, item: AnyItem) -> SheetRow:
+    figure, placing, reason = None, None, None
+    try:
+        figure, placing = _measured(filling, item)
+    except MeasureError as error:
+        reason = error.finding
+    return SheetRow(
+        name=item.name,
+        words={"en": item.en, "de": item.de},
+        formula=item.note,
+        figure=figure,
+        placing_sigma=placing,
+        reason=reason,
+    )
+
+
+def _measured(filling: _Filling, item: AnyItem) -> tuple[Figure, float | None]:
+    subject = filling.subject
+    match item:
+        case Angle():
+            pitch_mm = filling.options.shoe_heel_mm - filling.options.shoe_sole_mm
+            return subject.figure(
+                _by_landmarks(subject, lambda one: _angle_deg(one, item, pitch_mm))
+            )
+        case Distance():
+            return subject.figure(_by_landmarks(subject, lambda one: _distance_mm(one, item)))
+        case Share():
+            return _share(filling.rows[item.part], filling.rows[item.whole])
+        case Extent():
+            return subject.figure(_extent(subject, item))
+        case Section():
+            return subject.figure(_section(subject, item))
+        case Extreme():
+            return _extreme(subject, item)
+        case Cranial():
+            if not filling.heads:
+                filling.heads.update(cranial_figures(subject))
+            return subject.figure(filling.heads[item.what])
+
+
+def _by_landmarks(subject: Subject, what: Callable[[Anatomy], float]) -> Sensed:
+    """What hangs on the landmarks alone."""
+    value = what(subject.anatomy)
+    slopes = subject.slopes(lambda one: np.array([what(one)]))
+    return Sensed(value=value, by_place={name: rows[:, 0] for name, rows in slopes.items()})
+
+
+def _angle_deg(anatomy: Anatomy, item: Angle, pitch_mm: float) -> float:
+    start, end, about = (anatomy.axis(one).direction for one in (item.of, item.to, item.about))
+    turned = anatomy.angle_deg(start, end, about) - item.zero_deg
+    if item.pitch is not None:
+        heel, ball = (anatomy.at(one, item.name) for one in item.pitch)
+        turned += float(np.degrees(np.arctan2(pitch_mm, np.linalg.norm(ball - heel))))
+    return (turned + 180.0) % 360.0 - 180.0
+
+
+def _distance_mm(anatomy: Anatomy, item: Distance) -> float:
+    way = anatomy.at(item.end, item.name) - anatomy.at(item.start, item.name)
+    if item.along is None:
+        return float(np.linalg.norm(way))
+    return float(way @ anatomy.axis(item.along).direction)
+
+
+def _share(part: SheetRow, whole: SheetRow) -> tuple[Figure, float | None]:
+    """One over the other; their errors count as independent, which widens the interval."""
+    above, below = _figure_of(part), _figure_of(whole)
+    value = 100 * above.value / below.value
+    if above.sigma is None or below.sigma is None:
+        return Figure(value, None), None
+    spread = math.hypot(100 * above.sigma, value * below.sigma) / abs(below.value)
+    return Figure(value, spread), None
+
+
+def _figure_of(row: SheetRow) -> Figure:
+    if row.figure is None:
+        raise MeasureError.of(row.reason or note("measure.sheet.none"))
+    return row.figure
+
+
+def _extent(subject: Subject, item: Extent) -> Sensed:
+    """How far the surface reaches along a direction, of what lies below a place."""
+    points = subject.sigmas.mesh.vertices_mm
+
+    def ends(anatomy: Anatomy) -> tuple[int, int, Vector3]:
+        along, up = anatomy.axis(item.along).direction, anatomy.axis(item.up).direction
+        heights = points @ up
+        below = heights <= anatomy.at(item.below, item.name) @ up
+        if not below.any():
+            raise MeasureError("measure.sheet.nothing_below", names=item.below.of)
+        reach = np.where(below, points @ along, np.nan)
+        return int(np.nanargmin(reach)), int(np.nanargmax(reach)), along
+
+    low, high, along = ends(subject.anatomy)
+    way = points[high] - points[low]
+    gradient = np.zeros(len(points))
+    gradient[high] += subject.sigmas.normals[high] @ along
+    gradient[low] -= subject.sigmas.normals[low] @ along
+    slopes = subject.slopes(lambda one: one.axis(item.along).direction)
+    return Sensed(
+        value=float(way @ along),
+        by_vertex=gradient,
+        by_place={name: rows @ way for name, rows in slopes.items()},
+    )
+
+
+def cut_of(anatomy: Anatomy, item: Section) -> Cut:
+    """The plane of an item.
+
+    Raises:
+        MeasureError: a landmark that tells it was not placed.
+    """
+    at = anatomy.at(item.at, item.name)
+    if item.normal == CENTRELINE:
+        curve = anatomy.centreline()
+        normal = curve.at(float(curve.nearest_mm(at[None])[0])).direction
+    else:
+        normal = anatomy.axis(item.normal).direction
+    if item.holds:
+        held = anatomy.axis(item.holds).direction
+        normal = normal - held * (normal @ held)
+        normal /= np.linalg.norm(normal)
+    x_axis = anatomy.axis(item.along).direction if item.along else _any_across(normal)
+    x_axis = x_axis - normal * (x_axis @ normal)
+    x_axis /= np.linalg.norm(x_axis)
+    rotation = np.stack([x_axis, np.cross(normal, x_axis), normal])
+    return Cut(rotation=rotation, through_mm=rotation @ at)
+
+
+def _section(subject: Subject, item: Section) -> Sensed:
+    first = cut_of(subject.anatomy, item)
+    measure = {"girth": tape_mm, "width": ml_mm, "turn": turn_deg}[item.what]
+    turned = first.turned(subject.sigmas)
+    x, y, height = first.through_mm.tolist()
+    level = level_at(turned.mesh, height, (x, y))
+    sloped = measure(level)
+    steps = np.diag(WAYS)
+    by_way = np.array(
+        [
+            (
+                measure(first.nudged(*step).level(subject.sigmas)).value
+                - measure(first.nudged(*-step).level(subject.sigmas)).value
+            )
+            / (2 * step.sum())
+            for step in steps
+        ]
+    )
+    slopes = subject.slopes(lambda one: _ways(first, cut_of(one, item)))
+    figure, gradient = turned.figure(level, sloped), turned.gradient(level, sloped)
+    surface = propagate(turned.mesh, gradient) or 0.0
+    relief = math.sqrt(max((figure.sigma or 0.0) ** 2 - surface**2, 0.0))
+    return Sensed(
+        value=sloped.value,
+        by_vertex=gradient,
+        by_place={name: rows @ by_way for name, rows in slopes.items()},
+        lost=(figure.value - sloped.value, relief),
+    )
+
+
+def _ways(first: Cut, other: Cut) -> Float64[np.ndarray, "4"]:
+    """How another plane is nudged against the first one: the steps that lead there."""
+    place = first.rotation.T @ first.through_mm
+    offset = (other.rotation.T @ other.through_mm - place) @ other.rotation[2]
+    turn = other.rotation @ first.rotation.T
+    return np.array(
+        [
+            offset,
+            (turn[2, 1] - turn[1, 2]) / 2,
+            (turn[0, 2] - turn[2, 0]) / 2,
+            (turn[1, 0] - turn[0, 1]) / 2,
+        ]
+    )
+
+
+def turn_deg(level: Level) -> Sloped:
+    """How far a section's longest principal axis is turned from x, -90 to 90."""
+    weights = area_mm2(level).slopes
+    points, after = level.points_mm, level.after
+    middle, (xx, xy, yy) = _moments(points, points[after])
+    x, y = (points - middle).T
+    across, along = xx - yy, 2 * xy
+    size = max(across**2 + along**2, 1e-300)
+    turned = 0.5 * np.arctan2(along, across)
+    slope = 0.5 * (across * 2 * x * y - along * (x**2 - y**2)) / size
+    return Sloped(float(np.degrees(turned)), np.degrees(slope[:, None] * weights))
+
+
+def _moments(
+    points: Float64[np.ndarray, "k 2"], after: Float64[np.ndarray, "k 2"]
+) -> tuple[Float64[np.ndarray, "2"], tuple[float, float, float]]:
+    """Middle of a section's area, and its second moments round that: xx, xy, yy.
+
+    By the theorem of Green over the outline's pieces; the rims of hollows take away.
+    """
+    shift = points.mean(0)
+    (x, y), (u, v) = (points - shift).T, (after - shift).T
+    across = x * v - u * y
+    area = across.sum() / 2
+    middle = np.array([(across * (x + u)).sum(), (across * (y + v)).sum()]) / (6 * area)
+    xx = (across * (x * x + x * u + u * u)).sum() / 12 - area * middle[0] ** 2
+    yy = (across * (y * y + y * v + v * v)).sum() / 12 - area * middle[1] ** 2
+    xy = (across * (x * v + 2 * x * y + 2 * u * v + u * y)).sum() / 24
+    return middle + shift, (float(xx), float(xy - area * middle[0] * middle[1]), float(yy))
+
+
+def _extreme(subject: Subject, item: Extreme) -> tuple[Figure, float | None]:
+    """The largest or smallest girth between two places.
+
+    There a girth does not change with its height, so that only the surface's errors and those of
+    the direction count. The height is told as far as the girth differs by more than its sigma.
+    """
+    anatomy = subject.anatomy
+    ends = [anatomy.at(mid, item.name) for mid in item.between]
+    first = cut_of(
+        anatomy, Section(name=item.name, en="", de="", at=item.between[0], normal=item.normal)
+    )
+    turned = first.turned(subject.sigmas)
+    low, high = sorted(float(first.rotation[2] @ end) for end in ends)
+    heights = np.linspace(low, high, max(int((high - low) / _EXTREME_STEP_MM), 8) + 1).tolist()
+    levels = levels_at(turned.mesh, heights, _through(first, ends))
+    girths = np.array([_girth_mm(one) for one in levels])
+    sign = 1.0 if item.which == "largest" else -1.0
+    if np.isnan(girths).all():
+        raise MeasureError("measure.sheet.no_girth", names=item.between[0].of)
+    at = int(np.nanargmax(sign * girths))
+    if at in (0, len(girths) - 1) or np.isnan(girths[at - 1 : at + 2]).any():
+        raise MeasureError("measure.sheet.no_extreme", girth_mm=float(girths[at]))
+    level = levels[at]
+    assert isinstance(level, Level)
+    figure = turned.figure(level, tape_mm(level))
+    bend = abs(float(girths[at - 1] - 2 * girths[at] + girths[at + 1])) / _step(heights) ** 2
+    if item.height_from is None:
+        return figure, None
+    shift = _vertex(girths[at - 1 : at + 2]) * _step(heights)
+    start = float(first.rotation[2] @ anatomy.at(item.height_from, item.name))
+    if figure.sigma is None:
+        return Figure(heights[at] + shift - start, None), None
+    spread = math.sqrt(2 * figure.sigma / max(bend, 1e-9))
+    return Figure(heights[at] + shift - start, spread), None
+
+
+def _girth_mm(level: Level | Refused) -> float:
+    return np.nan if isinstance(level, Refused) else tape_mm(level).value
+
+
+def _through(first: Cut, ends: list[Vector3]) -> tuple[float, float]:
+    x, y, _ = np.mean([first.rotation @ end for end in ends], axis=0).tolist()
+    return x, y
+
+
+def _step(heights: list[float]) -> float:
+    return heights[1] - heights[0]
+
+
+def _vertex(three: Float64[np.ndarray, "3"]) -> float:
+    """Where the parabola through three even steps has its top, in steps from the middle one."""
+    bend = three[0] - 2 * three[1] + three[2]
+    return 0.0 if bend == 0 else float(np.clip((three[0] - three[2]) / (2 * bend), -1, 1))
+
+
+def _any_across(normal: Vector3) -> Vector3:
+    return np.eye(3)[int(np.abs(normal).argmin())]

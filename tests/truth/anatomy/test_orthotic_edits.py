@@ -1,0 +1,165 @@
+"""Edits of orthotists, against what each says it does: which way, how far, where."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.topology import volume_mm3
+from limbgram.workbench.edits.arch_fill import ArchFill
+from limbgram.workbench.edits.build_ups import BuildUps
+from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.expansion import Expansion
+from limbgram.workbench.edits.heel_skive import HeelSkive
+from limbgram.workbench.edits.pad import Pad
+from limbgram.workbench.edits.plantar_board import PlantarBoard
+from limbgram.workbench.edits.roll import Roll
+from limbgram.workbench.edits.room import Room
+from limbgram.workbench.edits.sole import Sole
+from limbgram.workbench.edits.spine import Spine
+from limbgram.workbench.limb import Limb
+
+MakeLimb = Callable[..., Limb]
+SIDES = [False, True]
+
+
+def steps(limb: Limb, after: Limb) -> np.ndarray:
+    """How each vertex moved, in the frame of the sole: lateral, forward, up."""
+    sole = Sole.of(limb, "the test")
+    assert len(after.mesh) == len(limb.mesh)
+    return (after.mesh.vertices_mm - limb.mesh.vertices_mm) @ sole.rotation.T
+
+
+@pytest.mark.parametrize("left", SIDES)
+def test_a_board_makes_heel_and_ball_flat(foot_of: MakeLimb, left: bool) -> None:
+    sole = Sole.of(foot_of(left=left), "the test")
+    limb = sole.limb
+    after = do_edit(limb, PlantarBoard(depth_mm=3.0, blend_mm=2.0))
+    moved = steps(limb, after)
+    high = sole.points_mm[:, 2]
+    pressed = sole.plantar & (high < 3.0)
+    assert pressed.sum() > 50
+    np.testing.assert_allclose(high[pressed] + moved[pressed, 2], 3.0, atol=1e-9)
+    assert np.abs(moved[high > 5.0]).max() < 1e-9
+    assert volume_mm3(after.mesh) < volume_mm3(limb.mesh)
+
+
+@pytest.mark.parametrize("left", SIDES)
+def test_an_arch_fill_adds_under_the_medial_arch(foot_of: MakeLimb, left: bool) -> None:
+    sole = Sole.of(foot_of(left=left), "the test")
+    limb = sole.limb
+    after = do_edit(limb, ArchFill(depth_mm=3.2))
+    moved = steps(limb, after)
+    assert moved[:, 2].min() == pytest.approx(-3.2, abs=0.6)
+    assert moved[:, 2].max() <= 1e-12
+    deepest = sole.points_mm[int(moved[:, 2].argmin())]
+    assert deepest[0] < 0  # medial
+    assert 0.25 < deepest[1] / sole.length_mm < 0.75
+    sunk = moved[:, 2] < 0
+    assert (sole.points_mm[sunk, 2] + moved[sunk, 2]).min() > -1e-9
+    assert volume_mm3(after.mesh) > volume_mm3(limb.mesh)
+
+
+@pytest.mark.parametrize("on", ["medial", "lateral"])
+@pytest.mark.parametrize("left", SIDES)
+def test_a_skive_takes_a_slanting_flat_off_one_side(foot_of: MakeLimb, left: bool, on: str) -> None:
+    sole = Sole.of(foot_of(left=left), "the test")
+    limb = sole.limb
+    after = do_edit(limb, HeelSkive(depth_mm=4.0, border=on))  # type: ignore[arg-type]
+    moved = steps(limb, after)
+    assert moved[:, 2].max() == pytest.approx(4.0, abs=0.3)
+    assert moved[:, 2].min() >= 0
+    deepest = sole.points_mm[int(moved[:, 2].argmax())]
+    assert (deepest[0] < 0) == (on == "medial")
+    assert deepest[1] < 0.35 * sole.length_mm
+    # On the flat, heights rise with the tilt towards that side.
+    flat = (moved[:, 2] > 0) & (sole.points_mm[:, 1] < 0.15 * sole.length_mm)
+    where = (sole.points_mm + moved)[flat]
+    outwards = where[:, 0] * (-1 if on == "medial" else 1)
+    slope = np.polyfit(outwards, where[:, 2], 1)[0]
+    assert np.degrees(np.arctan(slope)) == pytest.approx(15.0, abs=0.5)
+    assert volume_mm3(after.mesh) < volume_mm3(limb.mesh)
+
+
+@pytest.mark.parametrize("left", SIDES)
+def test_an_expansion_widens_the_lateral_border_and_the_heel(foot_of: MakeLimb, left: bool) -> None:
+    sole = Sole.of(foot_of(left=left), "the test")
+    limb = sole.limb
+    moved = steps(limb, do_edit(limb, Expansion(lateral_mm=4.0, heel_mm=3.0, height_mm=60.0)))
+    assert 3.5 < moved[sole.points_mm[:, 1] > 0.4 * sole.length_mm, 0].max() <= 4.0 + 1e-9
+    back = sole.points_mm[:, 1] < 0.1 * sole.length_mm
+    assert -3.0 <= moved[back, 1].min() < -1.5
+    middle = (sole.points_mm[:, 1] > 0.5 * sole.length_mm) & (sole.points_mm[:, 0] < 0)
+    assert np.abs(moved[middle, 0]).max() < 0.5
+    assert np.abs(moved[sole.points_mm[:, 2] > 60.0]).max() == 0
+
+
+def test_the_preset_is_built_up_over_each_marked_bone(foot_of: MakeLimb) -> None:
+    limb = foot_of()
+    after = do_edit(limb, BuildUps(times=0.5, falloff_mm=12.0, flat_mm=3.0, without=("heel",)))
+    for name, height_mm in (("medial malleolus", 5.0), ("navicular", 4.0), ("tibial crest", 2.5)):
+        before, behind = limb.landmark(name).position_mm, after.landmark(name).position_mm
+        assert np.linalg.norm(behind - before) == pytest.approx(height_mm / 2, abs=0.35)
+    heel = after.landmark("heel").position_mm - limb.landmark("heel").position_mm
+    assert np.linalg.norm(heel) < 1e-9
+    assert volume_mm3(after.mesh) > volume_mm3(limb.mesh)
+    assert after.notes[-1].code == "edit.build_ups.done"
+    bare = Limb(mesh=limb.mesh, frame=limb.frame, kind="foot")
+    with pytest.raises(EditError) as refused:
+        do_edit(bare, BuildUps())
+    assert refused.value.finding.code == "edit.build_ups.none"
+
+
+@pytest.mark.parametrize(("kind", "sign"), [(Pad, -1), (Room, 1)])
+def test_a_pad_presses_and_a_room_gives_way(
+    trunk_of: MakeLimb, kind: type[Pad] | type[Room], sign: int
+) -> None:
+    limb = trunk_of()
+    edit = kind(at="right waist", depth_mm=12.0, width_mm=70.0, height_mm=100.0)
+    after = do_edit(limb, edit)
+    shift = after.landmark("right waist").position_mm - limb.landmark("right waist").position_mm
+    assert np.linalg.norm(shift) == pytest.approx(12.0, abs=0.2)
+    assert sign * shift[0] > 10  # the right waist looks to the right
+    assert sign * (volume_mm3(after.mesh) - volume_mm3(limb.mesh)) > 20_000
+    others = ("left waist", "xiphoid", "sacrum")
+    for name in others:
+        off = after.landmark(name).position_mm - limb.landmark(name).position_mm
+        assert np.linalg.norm(off) < 1e-9
+
+
+def test_a_roll_is_deepest_at_the_sides(trunk_of: MakeLimb) -> None:
+    limb = trunk_of()
+    after = do_edit(limb, Roll(depth_mm=15.0, above="right waist", band_mm=40.0, front=0.2))
+    waist = after.landmark("right waist").position_mm - limb.landmark("right waist").position_mm
+    navel = after.landmark("navel").position_mm - limb.landmark("navel").position_mm
+    assert waist[0] == pytest.approx(-15.0, abs=0.6)
+    assert -4.0 < navel[1] < -1.0
+    chest = after.landmark("xiphoid").position_mm - limb.landmark("xiphoid").position_mm
+    assert np.linalg.norm(chest) == 0
+
+
+def test_levels_are_shifted_and_turned_and_come_back(trunk_of: MakeLimb) -> None:
+    limb = trunk_of()
+    sacrum = limb.landmark("sacrum").position_mm[2]
+    spine = limb.landmark("xiphoid").position_mm[2] - sacrum
+    levels = (0.0, spine, spine + 150.0)
+    there = Spine(
+        heights_mm=levels, right_mm=(0, 20.0, 5.0), turn_deg=(0, 10.0, 10.0), above="sacrum"
+    )
+    after = do_edit(limb, there)
+    z = limb.mesh.vertices_mm[:, 2] - sacrum
+    assert np.abs((after.mesh.vertices_mm - limb.mesh.vertices_mm)[z < 0]).max() < 1e-9
+    at = limb.landmark("xiphoid").position_mm
+    half = np.radians(5.0)
+    turn = np.array([[np.cos(half), -np.sin(half)], [np.sin(half), np.cos(half)]])
+    asked = turn @ (turn @ at[:2] + [20.0, 0.0])
+    np.testing.assert_allclose(after.landmark("xiphoid").position_mm[:2], asked, atol=0.05)
+    back = Spine(
+        heights_mm=levels, right_mm=(0, -20.0, -5.0), turn_deg=(0, -10.0, -10.0), above="sacrum"
+    )
+    home = do_edit(after, back)
+    assert np.abs(home.mesh.vertices_mm - limb.mesh.vertices_mm).max() < 1e-9
+    with pytest.raises(EditError) as refused:
+        do_edit(limb, Spine(heights_mm=(0.0, 20.0), right_mm=(0, 50.0), above="sacrum"))
+    assert refused.value.finding.code == "edit.spine.strain"

@@ -1,0 +1,132 @@
+"""Turned joints, against angles that are known and against the way back."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.topology import volume_mm3
+from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.repose import Repose, Turn
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
+
+MakeLimb = Callable[..., Limb]
+JOINTS = [("ankle", 10.0), ("ankle", -10.0), ("hindfoot", 6.0), ("forefoot", 8.0), ("toes", 12.0)]
+ADULT_MM = 25.0
+
+
+@pytest.mark.parametrize("left", [False, True])
+@pytest.mark.parametrize(("about", "by_deg"), JOINTS)
+def test_the_way_back_restores_the_scan(
+    foot_of: MakeLimb, about: str, by_deg: float, left: bool
+) -> None:
+    limb = foot_of(left=left)
+    there = do_edit(limb, Repose(joint=about, by_deg=by_deg, beyond=True))
+    back = do_edit(there, Repose(joint=about, by_deg=-by_deg, beyond=True))
+    moved = np.linalg.norm(there.mesh.vertices_mm - limb.mesh.vertices_mm, axis=1)
+    assert moved.max() > 3.0
+    off = np.linalg.norm(back.mesh.vertices_mm - limb.mesh.vertices_mm, axis=1)
+    assert off.max() < 0.01
+    for one, other in zip(limb.landmarks, back.landmarks, strict=True):
+        assert np.linalg.norm(one.position_mm - other.position_mm) < 0.01
+
+
+@pytest.mark.parametrize("left", [False, True])
+def test_the_foot_is_turned_as_a_whole_about_the_ankle(foot_of: MakeLimb, left: bool) -> None:
+    """Away from the band, all is where an exact turn about the malleoli has it."""
+    limb = foot_of(left=left)
+    turn = Turn.of(limb.anatomy, "ankle", 10.0 * (-1 if left else 1), ADULT_MM)
+    shares = turn.shares(limb.mesh.vertices_mm)
+    after = do_edit(limb, Repose(joint="ankle", by_deg=10.0, beyond=True))
+    axis = limb.axis("ankle")
+    angle = np.radians(10.0) * (-1 if left else 1)
+    off = limb.mesh.vertices_mm - axis.point_mm
+    along = np.outer(off @ axis.direction, axis.direction)
+    exact = (
+        axis.point_mm
+        + along
+        + np.cos(angle) * (off - along)
+        + np.sin(angle) * np.cross(axis.direction, off)
+    )
+    apart = np.linalg.norm(after.mesh.vertices_mm - exact, axis=1)
+    distal, proximal = shares >= 1 - 1e-12, shares <= 1e-12
+    assert distal.sum() > 300
+    assert proximal.sum() > 150
+    assert apart[distal].max() < 1e-9
+    still = after.mesh.vertices_mm[proximal] - limb.mesh.vertices_mm[proximal]
+    assert np.abs(still).max() < 1e-9
+    front = limb.landmark("second toe").position_mm, after.landmark("second toe").position_mm
+    assert front[1][2] > front[0][2] + 20  # dorsiflexion lifts the toes, on both sides
+
+
+@pytest.mark.parametrize("left", [False, True])
+@pytest.mark.parametrize(
+    ("about", "by_deg", "figure"),
+    [("ankle", 8.0, "dorsiflexion_deg"), ("hindfoot", 5.0, "hindfoot_deg")],
+)
+def test_the_sheet_reads_the_turn(
+    foot_of: MakeLimb, about: str, by_deg: float, figure: str, left: bool
+) -> None:
+    limb = foot_of(left=left)
+    asked = SheetOptions(only=(figure,))
+    before = measuring_sheet(limb, asked)[figure].value
+    after = do_edit(limb, Repose(joint=about, by_deg=by_deg, band_mm=8.0, beyond=True))
+    turned = measuring_sheet(after, asked)[figure].value - before
+    # The sheet's angle is seen along the foot, the turn is about the joint's own slanting axis.
+    assert turned == pytest.approx(by_deg, abs=1.5)
+    assert turned > 0.7 * by_deg
+
+
+@pytest.mark.parametrize(("joint", "axis"), [("side bend", 0), ("extension", 1)])
+def test_a_trunk_bends_and_comes_back(trunk_of: MakeLimb, joint: str, axis: int) -> None:
+    limb = trunk_of()
+    there = do_edit(limb, Repose(joint=joint, by_deg=6.0, band_mm=80.0))
+    shift = there.landmark("seventh cervical vertebra").position_mm
+    shift = shift - limb.landmark("seventh cervical vertebra").position_mm
+    height = limb.landmark("seventh cervical vertebra").position_mm[2]
+    height -= limb.landmark("third lumbar vertebra").position_mm[2]
+    sign = 1 if axis == 0 else -1  # to the right; backwards
+    assert sign * shift[axis] == pytest.approx(height * np.sin(np.radians(6.0)), rel=0.1)
+    pelvis = there.landmark("sacrum").position_mm - limb.landmark("sacrum").position_mm
+    assert np.linalg.norm(pelvis) < 0.5
+    back = do_edit(there, Repose(joint=joint, by_deg=-6.0, band_mm=80.0))
+    assert np.abs(back.mesh.vertices_mm - limb.mesh.vertices_mm).max() < 0.01
+
+
+def test_more_than_is_stated_has_to_be_meant(foot_of: MakeLimb) -> None:
+    limb = foot_of()
+    with pytest.raises(EditError) as refused:
+        do_edit(limb, Repose(joint="ankle", by_deg=21.0, band_mm=60.0))
+    assert refused.value.finding.code == "edit.repose.beyond"
+    with pytest.raises(EditError) as refused:
+        do_edit(limb, Repose(joint="ankle", by_deg=18.0, band_mm=8.0))
+    assert refused.value.finding.values["strain"] > 0.25  # type: ignore[operator]
+    with pytest.raises(EditError) as refused:
+        do_edit(limb, Repose(joint="ankle", by_deg=44.0, band_mm=5.0, beyond=True))
+    assert refused.value.finding.code in ("edit.repose.torn", "edit.unsound")
+
+
+def test_what_was_done_is_told(foot_of: MakeLimb) -> None:
+    limb = foot_of()
+    after = do_edit(limb, Repose(joint="ankle", by_deg=5.0))
+    told = after.notes[-1]
+    assert told.code == "edit.repose.done"
+    assert told.values["by_deg"] == 5.0
+    assert 0.02 < float(told.values["strain"]) < 0.25  # type: ignore[arg-type]
+    volumes = [volume_mm3(one.mesh) for one in (limb, after)]
+    assert abs(volumes[1] / volumes[0] - 1) < 0.02
+
+
+def test_a_missing_landmark_and_another_kind_are_named(foot_of: MakeLimb) -> None:
+    limb = foot_of()
+    marks = tuple(one for one in limb.landmarks if one.name != "lateral malleolus")
+    with pytest.raises(EditError) as refused:
+        do_edit(replace(limb, landmarks=marks), Repose(joint="ankle", by_deg=5.0))
+    reason = refused.value.finding.values["reason"]
+    assert reason.values["names"] == ("lateral malleolus",)  # type: ignore[union-attr]
+    with pytest.raises(EditError) as refused:
+        do_edit(replace(limb, kind="transtibial"), Repose(joint="ankle", by_deg=5.0))
+    assert refused.value.finding.code == "edit.kind"

@@ -1,0 +1,296 @@
+"""Sheets on bodies whose landmarks are exact, and on shapes with closed forms."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.frame.alignment import AlignOptions, align
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.measures.sheet import MeasuringSheet, SheetOptions, measuring_sheet
+
+MakeLimb = Callable[..., Limb]
+ANGLES = (
+    "ankle_deg",
+    "dorsiflexion_deg",
+    "shank_to_vertical_deg",
+    "hindfoot_deg",
+    "forefoot_deg",
+    "forefoot_adduction_deg",
+    "toe_out_deg",
+)
+
+CALCANEUS = ("achilles insertion", "medial calcaneus", "lateral calcaneus")
+
+
+def only(limb: Limb, *names: str, options: SheetOptions | None = None) -> MeasuringSheet:
+    return measuring_sheet(limb, replace(options or SheetOptions(), only=names))
+
+
+def turned(
+    limb: Limb, names: tuple[str, ...], axis: np.ndarray, deg: float, at: np.ndarray
+) -> Limb:
+    """The limb with some landmarks turned about an axis."""
+    motion = Rigid.from_rotation_vector(np.radians(deg) * axis, np.zeros(3))
+    marks = tuple(
+        replace(one, position_mm=motion.apply((one.position_mm - at)[None])[0] + at)
+        if one.name in names
+        else one
+        for one in limb.landmarks
+    )
+    return replace(limb, landmarks=marks)
+
+
+@pytest.mark.parametrize("left", [False, True])
+@pytest.mark.parametrize(
+    ("names", "about", "figure", "right_sign"),
+    [
+        (("fibula head", "medial tibial condyle"), "lateral", "dorsiflexion_deg", -1),
+        (("fibula head", "medial tibial condyle"), "lateral", "ankle_deg", 1),
+        (
+            ("achilles insertion", "medial calcaneus", "lateral calcaneus"),
+            "foot",
+            "hindfoot_deg",
+            1,
+        ),
+        (("first metatarsal head", "fifth metatarsal head"), "foot", "forefoot_deg", 1),
+        (("lateral malleolus",), "plantar", "toe_out_deg", 1),
+    ],
+)
+def test_an_angle_follows_the_joint_with_one_sign_on_both_sides(
+    foot_of: MakeLimb,
+    left: bool,
+    names: tuple[str, ...],
+    about: str,
+    figure: str,
+    right_sign: int,
+) -> None:
+    limb = foot_of(left=left)
+    axis = limb.axis(about).direction
+    at = limb.axis("shank").point_mm if about == "lateral" else limb.axis("ankle").point_mm
+    # What lies distal of the shank stays where the turned landmarks tell it not.
+    before = only(limb, figure)[figure].value
+    sense = right_sign * (-1 if left else 1)
+    after = only(turned(limb, names, axis, 7.0 * sense, at), figure)[figure].value
+    assert after - before == pytest.approx(7.0, abs=1e-6)
+
+
+def test_a_left_foot_has_the_figures_of_its_mirror_image(foot_of: MakeLimb) -> None:
+    names = (*ANGLES, "foot_length_mm", "ball_girth_mm", "navicular_height_mm", "heel_width_mm")
+    right = only(foot_of(sigma_mm=0.2), *names)
+    left = only(foot_of(left=True, sigma_mm=0.2), *names)
+    for name in names:
+        assert left[name].value == pytest.approx(right[name].value, abs=1e-4)
+        assert left[name].sigma == pytest.approx(right[name].sigma, rel=2e-3)
+
+
+def test_a_heeled_shoe_inclines_the_shank(foot_of: MakeLimb) -> None:
+    limb = foot_of()
+    flat = only(limb, "shank_to_vertical_deg")["shank_to_vertical_deg"].value
+    shoe = SheetOptions(shoe_heel_mm=25.0, shoe_sole_mm=10.0)
+    raised = only(limb, "shank_to_vertical_deg", options=shoe)["shank_to_vertical_deg"].value
+    heel = limb.landmark("heel").position_mm
+    ball = (
+        limb.landmark("first metatarsal head").position_mm
+        + limb.landmark("fifth metatarsal head").position_mm
+    ) / 2
+    asked = np.degrees(np.arctan(15.0 / np.linalg.norm(ball - heel)))
+    assert raised - flat == pytest.approx(asked, abs=1e-9)
+
+
+def placed_anew(limb: Limb, sigma_mm: float, random: np.random.Generator) -> Limb:
+    """Landmarks as a clinician places them: off along the surface by a known error."""
+    places = np.stack([one.position_mm for one in limb.landmarks])
+    nearest = KDTree(limb.mesh.vertices_mm).query(places)[1]
+    normals = limb.mesh.vertex_normals()[nearest]
+    step = random.normal(0, sigma_mm, places.shape)
+    step -= normals * (step * normals).sum(1)[:, None]
+    return replace(
+        limb,
+        landmarks=tuple(
+            replace(one, position_mm=at.copy(), sigma_mm=sigma_mm)
+            for one, at in zip(limb.landmarks, places + step, strict=True)
+        ),
+    )
+
+
+def test_angles_lie_within_their_intervals_as_often_as_these_say(foot_of: MakeLimb) -> None:
+    """Four bodies, 40 seeds, seven angles: 1120 intervals of landmarks placed by hand."""
+    held: list[bool] = []
+    for body in ("adult_female", "adult_male", "child", "baby"):
+        limb = foot_of(body)
+        stature = float(np.ptp(limb.mesh.vertices_mm[:, 2]))
+        truth = only(limb, *ANGLES)
+        for seed in range(40):
+            random = np.random.default_rng(seed)
+            given = only(placed_anew(limb, 0.002 * stature, random), *ANGLES)
+            for row in given.rows:
+                assert row.figure is not None
+                assert row.placing_sigma is not None
+                off = row.figure.value - truth[row.name].value
+                held.append(abs(off) <= 1.96 * row.placing_sigma)
+    assert len(held) == 1120
+    assert 0.93 <= np.mean(held) <= 0.97
+
+
+def test_a_girth_errs_with_its_landmarks_as_its_sigma_says(foot_of: MakeLimb) -> None:
+    limb = foot_of("adult_male")
+    random = np.random.default_rng(5)
+    name = "instep_girth_mm"
+    told = only(placed_anew(limb, 1e-6, random), name).rows[0]
+    truth = only(limb, name)[name].value
+    assert told.figure is not None
+    assert told.figure.value == pytest.approx(truth, abs=1e-3)
+    marks = tuple(replace(one, sigma_mm=1.0) for one in limb.landmarks)
+    row = only(replace(limb, landmarks=marks), name).rows[0]
+    offs = [only(placed_anew(limb, 1.0, random), name)[name].value - truth for _ in range(60)]
+    assert row.placing_sigma is not None
+    assert 0.75 < np.std(offs) / row.placing_sigma < 1.33  # 60 draws know it to 9 %
+
+
+def test_a_surface_that_grew_shifts_girths_by_what_their_gradient_says(foot_of: MakeLimb) -> None:
+    limb = foot_of(sigma_mm=0.2)
+    shared = np.full((len(limb.mesh), 1), 0.2, np.float32)
+    limb = limb.with_mesh(replace(limb.mesh, shared_mm=shared))
+    marks = tuple(replace(one, sigma_mm=0.0) for one in limb.landmarks)
+    limb = replace(limb, landmarks=marks)
+    name = "calf_girth_mm"
+    figure = only(limb, name)[name]
+    grown = limb.mesh.with_vertices(limb.mesh.vertices_mm + 0.2 * limb.mesh.vertex_normals())
+    more = only(limb.with_mesh(grown), name)[name].value - figure.value
+    assert more == pytest.approx(figure.sigma, rel=0.05)
+    assert more == pytest.approx(2 * np.pi * 0.2, rel=0.05)
+
+
+def test_a_missing_landmark_is_named_in_its_row(foot_of: MakeLimb) -> None:
+    limb = foot_of()
+    left = tuple(one for one in limb.landmarks if one.name != "navicular")
+    rows = {row.name: row for row in measuring_sheet(replace(limb, landmarks=left)).rows}
+    reason = rows["navicular_height_mm"].reason
+    assert reason is not None
+    assert reason.code == "anatomy.missing"
+    assert reason.values["names"] == ("navicular",)
+    assert rows["navicular_height_per_cent"].figure is None
+    assert rows["ankle_deg"].figure is not None
+
+
+def test_a_foot_of_the_other_side_is_refused_by_a_landmark_that_tells_it(
+    foot_of: MakeLimb,
+) -> None:
+    limb = replace(foot_of(), frame=None)
+    frame = align(limb, AlignOptions(side="right")).frame
+    assert frame is not None
+    up = frame.limb_from_mesh.rotation[2]
+    np.testing.assert_allclose(up, limb.axis("shank").direction, atol=1e-9)
+    with pytest.raises(MeasureError) as refused:
+        align(limb, AlignOptions(side="left"))
+    assert refused.value.finding.code == "align.landmark.elsewhere"
+    assert refused.value.finding.values["name"] in ("medial malleolus", "lateral malleolus")
+    with pytest.raises(MeasureError) as unsaid:
+        measuring_sheet(limb)
+    assert unsaid.value.finding.code == "anatomy.no_side"
+
+
+def test_a_turned_chest_is_told_in_degrees(trunk_of: MakeLimb) -> None:
+    limb = trunk_of()
+    names = ("xiphoid_rotation_deg", "waist_rotation_deg", "xiphoid_girth_mm")
+    before = only(limb, *names)
+    axis = limb.axis("trunk")
+    waist = (limb.landmark("right waist").position_mm - axis.point_mm) @ axis.direction
+    motion = Rigid.from_rotation_vector(np.radians(8.0) * axis.direction, np.zeros(3))
+
+    def twisted(points: np.ndarray) -> np.ndarray:
+        high = (points - axis.point_mm) @ axis.direction > waist + 60
+        return np.where(high[:, None], motion.apply(points - axis.point_mm) + axis.point_mm, points)
+
+    mesh = limb.mesh.with_vertices(twisted(limb.mesh.vertices_mm))
+    marks = tuple(
+        replace(one, position_mm=twisted(one.position_mm[None])[0]) for one in limb.landmarks
+    )
+    after = only(replace(limb, mesh=mesh, landmarks=marks), *names)
+    turn = after["xiphoid_rotation_deg"].value - before["xiphoid_rotation_deg"].value
+    assert turn == pytest.approx(8.0, abs=1e-6)
+    assert after["xiphoid_girth_mm"].value == pytest.approx(
+        before["xiphoid_girth_mm"].value, abs=1e-6
+    )
+    assert after["waist_rotation_deg"].value == pytest.approx(
+        before["waist_rotation_deg"].value, abs=1e-6
+    )
+
+
+HALF = np.array([70.0, 90.0, 80.0])
+"""Of an ellipsoid: right, front, up."""
+
+
+def ellipsoid(skew_deg: float) -> Limb:
+    """A head whose closed forms are known, turned about the vertical in its own base plane."""
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=1.0)
+    turn = Rigid.from_rotation_vector(np.radians([0.0, 0.0, skew_deg]), np.zeros(3))
+    vertices = turn.apply(np.asarray(ball.vertices) * HALF)
+    mesh = Mesh(vertices_mm=vertices, faces=np.asarray(ball.faces, np.int32))
+    places = {
+        "sellion": (0, 90, 0),
+        "right tragion": (70, 0, 0),
+        "left tragion": (-70, 0, 0),
+        "glabella": (0, 85, 20),
+    }
+    return Limb(
+        mesh=mesh,
+        landmarks=tuple(
+            Landmark(name=name, position_mm=np.array(at, float)) for name, at in places.items()
+        ),
+        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="none"),
+        kind="head",
+    )
+
+
+@pytest.mark.parametrize("skew_deg", [0.0, 12.0, -12.0])
+def test_a_heads_figures_have_closed_forms(skew_deg: float) -> None:
+    sheet = measuring_sheet(ellipsoid(skew_deg))
+    shrink = np.sqrt(1 - 0.3**2)
+    a, b = HALF[:2] * shrink
+    turn = np.radians(skew_deg)
+
+    def reach(axis_deg: float) -> float:
+        angle = np.radians(axis_deg) - turn
+        return 2 / np.hypot(np.cos(angle) / a, np.sin(angle) / b)
+
+    left, right = reach(120), reach(60)
+    assert sheet["diagonal_left_front_mm"].value == pytest.approx(left, abs=0.1)
+    assert sheet["diagonal_right_front_mm"].value == pytest.approx(right, abs=0.1)
+    assert sheet["cva_mm"].value == pytest.approx(abs(left - right), abs=0.1)
+    small, large = sorted((left, right))
+    shorter, longer = sheet["cvai_shorter_per_cent"], sheet["cvai_longer_per_cent"]
+    assert shorter.value == pytest.approx(100 * (large - small) / small, abs=0.1)
+    assert longer.value == pytest.approx(100 * (large - small) / large, abs=0.1)
+    width = 2 * np.hypot(a * np.cos(turn), b * np.sin(turn))
+    length = 2 * np.hypot(a * np.sin(turn), b * np.cos(turn))
+    assert sheet["width_mm"].value == pytest.approx(width, abs=0.1)
+    assert sheet["cranial_ratio_per_cent"].value == pytest.approx(100 * width / length, abs=0.1)
+    whole = 2 / 3 * np.pi * HALF.prod() / 1000
+    quarters = [
+        sheet[f"volume_{side}_{half}_ml"].value
+        for side in ("right", "left")
+        for half in ("front", "back")
+    ]
+    assert sum(quarters) == pytest.approx(whole, rel=2e-3)
+    # Two radii of an ellipse, made a circle, hold the share of the angle between them.
+    edges = [np.array([np.cos(at - turn) / a, np.sin(at - turn) / b]) for at in (np.pi / 2, np.pi)]
+    between = np.arccos(edges[0] @ edges[1] / np.linalg.norm(edges[0]) / np.linalg.norm(edges[1]))
+    share = between / (2 * np.pi)
+    assert sheet["volume_left_front_ml"].value == pytest.approx(whole * share, rel=5e-3)
+    assert sheet["symmetry_per_cent"].value == pytest.approx(100.0, abs=0.1)
+
+
+def test_a_head_without_a_tragion_says_so() -> None:
+    limb = ellipsoid(0.0)
+    left = tuple(one for one in limb.landmarks if one.name != "left tragion")
+    row = measuring_sheet(replace(limb, landmarks=left)).rows[0]
+    assert row.reason is not None
+    assert "left tragion" in row.reason.values["names"]  # type: ignore[operator]

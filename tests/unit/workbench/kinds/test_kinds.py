@@ -1,0 +1,170 @@
+"""Kinds of limb: that the data of each hangs together, and what follows from it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings.tell import terms
+from limbgram.workbench.anatomy.centreline import rounded, straight
+from limbgram.workbench.anatomy.directions import Anatomy
+from limbgram.workbench.anatomy.found import KIND_NAMED, KINDS
+from limbgram.workbench.anatomy.kind import Kind, Mid
+from limbgram.workbench.anatomy.landmark import Landmark, Placing
+from limbgram.workbench.frame.alignment import AlignOptions, align
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.sheet import unit_of
+
+EACH = list(KIND_NAMED.values())
+
+
+def mids(value: object) -> Iterator[Mid]:
+    """All middles of landmarks anywhere in a kind's data."""
+    if isinstance(value, Mid):
+        yield value
+    elif isinstance(value, tuple):
+        for one in value:
+            yield from mids(one)
+    elif hasattr(value, "__dataclass_fields__"):
+        for name in value.__dataclass_fields__:  # type: ignore[attr-defined]
+            yield from mids(getattr(value, name))
+
+
+def anatomy_of(kind: Kind, *, left: bool = False) -> Anatomy:
+    """With a place for every landmark, at random."""
+    random = np.random.default_rng(3)
+    return Anatomy(
+        kind=kind,
+        places={one.identity: random.normal(0, 100, 3) for one in kind.places},
+        left=left,
+        frame=np.eye(3),
+        origin_mm=np.zeros(3),
+    )
+
+
+def test_the_names_that_files_have_are_kept() -> None:
+    assert {"transtibial", "transfemoral", "foot", "torso"} <= set(KINDS)
+    assert KINDS[:4] == ("transtibial", "transfemoral", "foot", "torso")
+
+
+@pytest.mark.parametrize("kind", EACH, ids=lambda kind: kind.name)
+def test_a_kinds_data_hang_together(kind: Kind) -> None:
+    known = {one.identity for one in kind.places}
+    for mid in mids((kind.directions, kind.sheet, kind.joints, kind.centreline)):
+        assert set(mid.of) | set(mid.otherwise) <= known
+    assert set(kind.presets) <= known
+    names = [one.name for one in kind.sheet]
+    assert len(set(names)) == len(names)
+    assert all(unit_of(name) for name in names)
+    assert set(kind.words) == {"en", "de"}
+    assert all(one.de for one in kind.places)
+    whys = {one.why for one in kind.sensitive}
+    assert whys <= set(terms("de"))
+
+
+@pytest.mark.parametrize("kind", EACH, ids=lambda kind: kind.name)
+def test_every_direction_that_is_named_is_there_and_mirrored_with_the_limb(kind: Kind) -> None:
+    right = anatomy_of(kind)
+    flip = np.array([-1.0, 1.0, 1.0])
+    left = Anatomy(
+        kind=kind,
+        places={name: at * flip for name, at in right.places.items()},
+        left=True,
+        frame=np.eye(3),
+        origin_mm=np.zeros(3),
+    )
+    asked = {one.name for one in kind.directions}
+    for item in kind.sheet:
+        for field in ("of", "to", "about", "along", "up", "normal", "holds"):
+            name = getattr(item, field, None)
+            if isinstance(name, str) and name and name != "centreline":
+                asked.add(name)
+    asked |= {joint.axis for joint in kind.joints}
+    for name in asked - {"right", "anterior", "long axis"}:
+        direction = right.axis(name).direction
+        assert np.linalg.norm(direction) == pytest.approx(1.0)
+        np.testing.assert_allclose(left.axis(name).direction, direction * flip, atol=1e-12)
+
+
+def test_what_is_missing_is_named() -> None:
+    foot = anatomy_of(KIND_NAMED["foot"])
+    places = {name: at for name, at in foot.places.items() if name != "lateral malleolus"}
+    lacking = Anatomy(kind=foot.kind, places=places, left=False, frame=None, origin_mm=np.zeros(3))
+    with pytest.raises(MeasureError) as refused:
+        lacking.axis("ankle")
+    assert refused.value.finding.values["names"] == ("lateral malleolus",)
+    with pytest.raises(MeasureError) as refused:
+        lacking.axis("elbow")
+    assert refused.value.finding.code == "anatomy.no_axis"
+    with pytest.raises(MeasureError) as refused:
+        lacking.axis("long axis")
+    assert refused.value.finding.code == "align.not_aligned"
+    # The tubercle stands in for the head of the fibula.
+    del places["fibula head"]
+    at = lacking.at(Mid(("fibula head",), otherwise=("tibial tubercle",)))
+    np.testing.assert_array_equal(at, places["tibial tubercle"])
+
+
+def test_a_rounded_corner_is_an_arc_that_touches_both_legs() -> None:
+    nodes = np.array([[0.0, 0, 300], [0, 0, 0], [0, 120, 0]])
+    curve = rounded(nodes, 0.5)
+    radius = 60.0
+    assert curve.length_mm == pytest.approx(300 + 120 - 2 * radius + np.pi / 2 * radius, abs=0.1)
+    middle = curve.at(240.0 + np.pi / 4 * radius)
+    centre = np.array([0.0, radius, radius])
+    assert np.linalg.norm(middle.point_mm - centre) == pytest.approx(radius, abs=0.1)
+    np.testing.assert_allclose(middle.direction, np.array([0, 1, -1]) / np.sqrt(2), atol=0.02)
+    on_shank, on_foot = np.array([[15.0, -20, 200]]), np.array([[-10.0, 100, 25]])
+    assert curve.nearest_mm(on_shank)[0] == pytest.approx(100.0, abs=0.1)
+    assert curve.nearest_mm(on_foot)[0] == pytest.approx(curve.length_mm - 20.0, abs=0.1)
+    beyond = straight(np.zeros(3), np.array([0, 0, -50.0])).nearest_mm(np.array([[3.0, 0, 10]]))
+    assert beyond[0] == pytest.approx(-10.0)
+
+
+def test_a_placing_error_is_the_landmarks_own_or_that_of_its_way() -> None:
+    ways = Placing(click_mm=1.5)
+    at = np.zeros(3)
+    assert ways.of(Landmark(name="a", position_mm=at)) == 1.5
+    assert ways.of(Landmark(name="a", position_mm=at, placed="painted")) == ways.painted_mm
+    assert ways.of(Landmark(name="a", position_mm=at, sigma_mm=0.4)) == 0.4
+
+
+HEAD = {
+    "sellion": (0, 90, 10),
+    "right tragion": (70, 0, 0),
+    "left tragion": (-70, 0, 0),
+    "glabella": (0, 88, 35),
+}
+
+
+def test_a_head_gets_its_axes_by_its_landmarks_however_it_lies() -> None:
+    corners = np.array([[x, y, z] for x in (-70, 70) for y in (-90, 90) for z in (-60, 110)], float)
+    faces = np.array(
+        [
+            *([0, 1, 3], [0, 3, 2], [4, 7, 5], [4, 6, 7], [0, 5, 1], [0, 4, 5]),
+            *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+        ],
+        np.int32,
+    )
+    lay = Rigid.from_rotation_vector(np.array([0.4, -1.1, 0.7]), np.array([5.0, 6, 7]))
+    limb = Limb(
+        mesh=Mesh(vertices_mm=lay.apply(corners), faces=faces),
+        landmarks=tuple(
+            Landmark(name=name, position_mm=lay.apply(np.array([at], float))[0])
+            for name, at in HEAD.items()
+        ),
+        kind="head",
+    )
+    frame = align(limb, AlignOptions(side="none")).frame
+    assert frame is not None
+    found = {
+        one.name: frame.limb_from_mesh.apply(one.position_mm[None])[0] for one in limb.landmarks
+    }
+    base = [found[name][2] for name in ("sellion", "right tragion", "left tragion")]
+    assert np.ptp(base) < 1e-9
+    assert found["right tragion"][0] - found["left tragion"][0] == pytest.approx(140.0)
+    assert found["sellion"][1] > found["right tragion"][1] + 80
+    assert found["glabella"][2] > base[0] + 10
