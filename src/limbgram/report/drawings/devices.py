@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from limbgram.findings import told
 from limbgram.report.drawings.drawing import INK, PALE_INK, Drawing, axes_at
-from limbgram.report.drawings.maps import least_map
+from limbgram.report.drawings.maps import range_map
 from limbgram.report.intended_use import NOT_TESTED
 from limbgram.workbench.devices.making import Made
 from limbgram.workbench.limb import Side
@@ -24,7 +24,7 @@ def device_drawing(made: Made, side: Side) -> Drawing:
         f"({one.within.least:g} to {one.within.most:g})"
         for one in measures
     ]
-    figure = least_map(made.solid, made.thickness_mm, "thickness of the wall, mm")
+    figure = range_map(made.solid, made.thickness_mm, "thickness of the wall, mm")
     title = device.en if side == "none" else f"{device.en}, {side}"
     _with_lines(figure, title, lines, [told(one) for one in made.findings])
     return Drawing(figure, f"{title}. {NOT_TESTED}")

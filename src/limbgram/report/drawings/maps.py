@@ -14,6 +14,7 @@ from limbgram.report.drawings.sides import sides_figure
 _UNKNOWN = np.array([205.0, 205.0, 205.0])
 """Colour of vertices that have no figure."""
 _SHOWN_QUANTILE = 0.98
+_LEAST_RANGE_MM = 0.5
 _BAR_IN = 0.7
 """Room of the bar of colours below the views."""
 
@@ -36,6 +37,17 @@ def least_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str) -> Figu
     low, middle = (float(known.min()), float(np.median(known))) if len(known) else (0.0, 1.0)
     ends = Normalize(low, max(middle, low + 0.1))
     return _map(mesh, values, ends, "YlOrRd_r", label, in_mm=True)
+
+
+def range_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str) -> Figure:
+    """Figures in millimetres from the least, dark, to the largest, light; half a millimetre apart
+    at least, so that what is one thickness looks like one."""
+    known = values[np.isfinite(values)]
+    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    middle, half = (low + high) / 2, max((high - low) / 2, _LEAST_RANGE_MM / 2)
+    return _map(
+        mesh, values, Normalize(middle - half, middle + half), "YlOrRd_r", label, in_mm=True
+    )
 
 
 def _reach(sizes: Float64[np.ndarray, " n"]) -> float:

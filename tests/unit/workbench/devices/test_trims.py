@@ -39,7 +39,16 @@ def values_for(device: Device, at: str) -> dict[str, float]:
     return found
 
 
-@pytest.mark.parametrize("at", ["usual", "least", "most", "in turn", "in turn, other"])
+@pytest.mark.parametrize(
+    "at",
+    [
+        "usual",
+        "least",
+        "most",
+        pytest.param("in turn", marks=pytest.mark.slow),
+        pytest.param("in turn, other", marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize("name", DEVICES)
 def test_edges_are_whole_at_the_corners_of_their_ranges(
     bodies: dict[str, Limb], name: str, at: str

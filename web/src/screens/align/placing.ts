@@ -72,7 +72,7 @@ export function usePlacing(subject: Subject): Placing {
         room.id,
         "put",
         PLACE,
-        { params: { path: { case_id: room.id, name } }, body: { position_mm: [x, y, z] } },
+        { params: { path: { case_id: room.id, name } }, body: { placed: "click", position_mm: [x, y, z] } },
         { done: take, again: asked.again },
       );
       if (held.value?.name === name) held.value = null; // what is on its way to the server is shown by itself
