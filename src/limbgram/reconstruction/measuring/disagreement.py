@@ -96,7 +96,9 @@ class Pool:
         counted = self.counted & chosen
         return self._counting(self.step, counted) if counted.any() else self
 
-    def mean(self, values: Float64[np.ndarray, " n"], rings: int = 3) -> Float64[np.ndarray, " n"]:
+    def mean(
+        self, values: Float64[np.ndarray, "n ..."], rings: int = 3
+    ) -> Float64[np.ndarray, "n ..."]:
         for _ in range(rings):
             values = self.step @ values
         return values

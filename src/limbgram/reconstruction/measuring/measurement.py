@@ -25,6 +25,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, with_any, with_faces
 from limbgram.core.run import track
 from limbgram.reconstruction.measuring.edge_overshoot import without_overshoot
+from limbgram.reconstruction.measuring.grain import grained
 from limbgram.reconstruction.measuring.imagery import Crop, Imagery, load_crops, prepare
 from limbgram.reconstruction.measuring.measurement_pass import (
     JointEquations,
@@ -40,7 +41,7 @@ from limbgram.reconstruction.measuring.measurement_pass import (
     signal_share,
 )
 from limbgram.reconstruction.measuring.uncertainty import with_sigma
-from limbgram.reconstruction.measuring.usual_plate import softened
+from limbgram.reconstruction.measuring.usual_plate import ByUsualPlate, by_usual_plate, softened
 from limbgram.reconstruction.measuring.visibility import best_views, incidences
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
@@ -165,15 +166,14 @@ def _jointly(
     views: Sequence[View],
     seen_by: Int32[np.ndarray, "n c"],
     options: MeasureOptions,
-) -> tuple[Mesh, tuple[SeenSurface, JointEquations] | None]:
+) -> tuple[Mesh, tuple[SeenSurface, JointEquations, ByUsualPlate] | None]:
     """The mesh moved by all vertices at once, and what moved it last."""
-    found: tuple[SeenSurface, JointEquations] | None = None
+    found: tuple[SeenSurface, JointEquations, ByUsualPlate] | None = None
     light: Float32[np.ndarray, "n c 4"] | None = None
     moves_mm, signal = np.zeros(len(mesh)), np.ones(len(mesh))
     matching = options.matching
     early = replace(matching, robust_sigmas=matching.early_robust_sigmas)
     for number in track(range(options.joint_rounds)):
-        found = None  # two rounds' equations never lie side by side
         seen = look(mesh, imagery, views, seen_by)
         if light is None:
             light = light_at(mesh, imagery, seen, np.arange(len(mesh)))
@@ -183,11 +183,12 @@ def _jointly(
         last = number + 1 == options.joint_rounds
         robust = matching if last else early
         equations = joint_equations(mesh, imagery, seen, light, signal, robust)
-        moved = _moved(mesh, match_jointly(mesh, seen, equations), seen, matching)
-        if last and (softer := softened(moved, seen, equations)) is not equations:
-            equations = softer
-            moved = _moved(mesh, match_jointly(mesh, seen, equations), seen, matching)
-        found = seen, equations
+        moved = _moved(mesh, match_jointly(mesh, equations), seen, matching)
+        if last:
+            usual = by_usual_plate(moved, seen, equations)
+            equations = grained(seen, softened(seen, equations, usual), usual)
+            moved = _moved(mesh, match_jointly(mesh, equations), seen, matching)
+            found = seen, equations, usual
         moves_mm = np.einsum("ni,ni->n", moved.vertices_mm - mesh.vertices_mm, seen.axes[:, 2])
         mesh = moved
     return mesh, found

@@ -276,6 +276,10 @@ class JointEquations:
     """Of the plate that measures."""
     stiffness_share: float = 1.0
     """What that has of the usual plate's stiffness."""
+    plate: ThinPlate
+    """The plate that measures: as the surface has it, or leaning with the grain of its relief."""
+    across: Float64[np.ndarray, " n"]
+    """Its Laplacian across the grain over the usual one; 1 where relief runs all ways."""
     signal: Float64[np.ndarray, " n"]
     """How much of what holds each vertex is texture and not noise (`signal_share`)."""
     held: sp.csr_matrix
@@ -290,13 +294,11 @@ class JointEquations:
         return self.length_mm * self.stiffness_share**0.25
 
 
-def match_jointly(
-    mesh: Mesh, seen: SeenSurface, equations: JointEquations
-) -> Float64[np.ndarray, " n"]:
+def match_jointly(mesh: Mesh, equations: JointEquations) -> Float64[np.ndarray, " n"]:
     """Moves of all vertices at once."""
     return smoothed_moves(
         mesh,
-        seen.thin_plate,
+        equations.plate,
         equations.weights,
         equations.soft,
         equations.right,
@@ -372,6 +374,8 @@ def joint_equations(
         photos=(light[..., GAIN] > 0).sum(1),
         length_mm=length_mm,
         stiffness=stiffness_of(seen.thin_plate, density, length_mm),
+        plate=seen.thin_plate,
+        across=np.ones(len(mesh)),
         signal=signal,
         held=sp.csr_matrix(textured + sp.diags(_STILL_BELIEVED * believed)),
         unheld=sp.csr_matrix(soft - textured + sp.diags(believed)),

@@ -15,7 +15,7 @@ Method  Noise: what single photos pull the surface by, each solved through the t
         falls like the wave number's fifth to seventh power the lost part has about a constant
         multiple of its energy. Elsewhere it is as much more as relief can stand off the plate
         unseen: drawn from the plate's energy less what is held, which is kriging's variance.
-        Both are pooled over neighbours.
+        Both are pooled over neighbours. Of folds it is alike all along them (`creases`).
         Lines: relief of slope s makes a line longer by s^2 / 4 of itself, whatever its direction;
         what is lost follows from the slope of (1 - H) x, what noise adds from the slope of the
         photos' disagreement.
@@ -41,7 +41,7 @@ from limbgram.core.geometry.smoothed_length import PLATE_MM
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import edge_lengths, find_edges
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.measuring.creases import lost_creases_mm, products_of_slopes
+from limbgram.reconstruction.measuring.creases import lost_creases_mm
 from limbgram.reconstruction.measuring.disagreement import (
     DETAIL_RINGS,
     NOISE_RINGS,
@@ -54,6 +54,7 @@ from limbgram.reconstruction.measuring.disagreement import (
     times_unseen,
     usual_square,
 )
+from limbgram.reconstruction.measuring.grain import pooled_products, products_of_slopes
 from limbgram.reconstruction.measuring.measurement_pass import JointEquations, SeenSurface
 from limbgram.reconstruction.measuring.thin_plate import (
     ThinPlate,
@@ -63,7 +64,7 @@ from limbgram.reconstruction.measuring.thin_plate import (
     solve_all,
     stiffness_of,
 )
-from limbgram.reconstruction.measuring.usual_plate import ByUsualPlate, by_usual_plate
+from limbgram.reconstruction.measuring.usual_plate import ByUsualPlate
 from limbgram.reconstruction.scale.metric import MetricScene
 
 _LOST_PER_SEEN = 12.0
@@ -147,25 +148,32 @@ class LocalErrors:
     """As `Mesh.lost_length` has it."""
     left: Float64[np.ndarray, " n"]
     """What the rounds leave of an error of the given surface, 0 to 1."""
-    creases_mm: Float64[np.ndarray, " n"]
-    """What creases lost, alike all along them: of the variance, as much as it holds."""
+    creases_mm: Float64[np.ndarray, "n 2"]
+    """What creases lost, alike all along them, a part of the variance: two sources of error, a
+    quarter of a wave apart."""
 
 
-def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> LocalErrors:
-    """Variances along the normal of what the photos measured."""
+def local_errors(
+    mesh: Mesh, seen: SeenSurface, equations: JointEquations, usual: ByUsualPlate
+) -> LocalErrors:
+    """Variances along the normal of what the photos measured.
+
+    Args:
+        equations: With the plate that measured the mesh.
+        usual: What the usual plate made of the same equations.
+    """
     thin_plate = seen.thin_plate
-    bending = bending_of(thin_plate, equations.stiffness)
-    plate = sp.csr_matrix(bending @ thin_plate.laplacian)
+    bending = bending_of(equations.plate, equations.stiffness)
+    plate = sp.csr_matrix(bending @ equations.plate.laplacian)
     system = sp.csr_matrix(equations.held + plate)
     pool = Pool.of(thin_plate, equations.photos)
     painted = pool.among(equations.signal > PAINTED)
-    free = _free(thin_plate, equations, system, pool)
+    free = _free(thin_plate, equations, pool)
     loud = free * _loudness(mesh, equations, pool)
 
     left = _left(plate, equations)
-    usual = by_usual_plate(mesh, seen, equations)
     share, probes = equations.stiffness_share, usual.probes
-    if share < 1:
+    if share < 1 or equations.plate is not thin_plate:
         probes = solve_all(system, pulls_of(mesh, seen, equations))
     squares = [probe**2 for probe in probes]
     noise = _noise(squares, equations, pool, loud, NOISE_RINGS)
@@ -202,8 +210,17 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
             wrinkled,
         ),
         left=left,
-        creases_mm=lost_creases_mm(mesh, seen, equations, usual),
+        creases_mm=_within(lost_creases_mm(mesh, seen, equations, usual), variance, pool),
     )
+
+
+def _within(
+    sources_mm: Float64[np.ndarray, "n k"], variance: Float64[np.ndarray, " n"], pool: Pool
+) -> Float64[np.ndarray, "n k"]:
+    """Sources of error, less high where the whole variance near by does not hold them all."""
+    theirs = pool.energy((sources_mm**2).sum(axis=1), DETAIL_RINGS)
+    over = np.maximum(theirs / pool.energy(variance, DETAIL_RINGS), 1.0)
+    return sources_mm / np.sqrt(over)[:, None]
 
 
 def all_filled(
@@ -239,7 +256,7 @@ def _bridging(mesh: Mesh) -> Bool[np.ndarray, " n"]:
 
 
 def _free(
-    thin_plate: ThinPlate, equations: JointEquations, system: sp.csr_matrix, pool: Pool
+    thin_plate: ThinPlate, equations: JointEquations, pool: Pool
 ) -> Float64[np.ndarray, " n"]:
     """How far relief can stand off the plate unseen, squared, over the usual vertex's.
 
@@ -247,6 +264,9 @@ def _free(
     is what kriging says: small in paint, larger in gaps, and more so the wider they are.
     """
     random = np.random.default_rng(SEED)
+    # of relief that runs all ways: how wide a gap is has nothing to do with the grain round it
+    plate = bending_of(thin_plate, equations.stiffness) @ thin_plate.laplacian
+    system = sp.csr_matrix(equations.held + plate)
     root = np.sqrt(equations.stiffness)
     forces = [
         thin_plate.laplacian.T @ (root * random.standard_normal(len(root))) for _ in range(_DRAWS)
@@ -397,7 +417,8 @@ def _lost_length(
 def _one_way(mesh: Mesh, lift: Float64[np.ndarray, " n"], pool: Pool) -> Float64[np.ndarray, " n"]:
     """Share of the squared slope that lies one way more than across it: 0 of waves of all
     directions, 1 of folds side by side. Noise, which lies all ways, takes away from it."""
-    ways = np.linalg.eigvalsh(products_of_slopes(mesh, lift, pool, WIDE_RINGS))
+    products = products_of_slopes(mesh, lift)
+    ways = np.linalg.eigvalsh(pooled_products(mesh, products, pool, WIDE_RINGS))
     whole = np.maximum(ways.sum(1), np.finfo(float).tiny)
     return np.clip((2 * ways[:, 2] - ways.sum(1)) / whole, 0.0, 1.0)
 
@@ -593,6 +614,7 @@ def with_sigma(
     mesh: Mesh,
     seen: SeenSurface,
     equations: JointEquations,
+    usual: ByUsualPlate,
     metric: MetricScene,
     guessed: Bool[np.ndarray, " n"],
 ) -> Mesh:
@@ -602,21 +624,20 @@ def with_sigma(
         guessed: Vertices that no depth map had. Patches that look alike by chance are found on bare
             skin too, so such a vertex counts as filled unless texture holds it.
     """
-    local = local_errors(mesh, seen, equations)
+    local = local_errors(mesh, seen, equations, usual)
     filled = all_filled(mesh, equations, guessed, local.left)
     measured = ~filled & (equations.photos > 1)
     shared = shared_errors(mesh, seen.axes, seen.seen_by, measured, metric)
     offset_mm = OFFSET_PX * seen.pixel_mm
     modes_mm = np.column_stack([shared.modes_mm, offset_mm, local.creases_mm])
-    cameras = modes_mm.shape[1] - 3
-    variance = np.maximum(local.variance_mm2, local.creases_mm**2) + shared.rest_mm2
-    variance += (modes_mm[:, :-1] ** 2).sum(1)
+    cameras, creases = shared.modes_mm.shape[1] - 1, local.creases_mm.shape[1]
+    variance = local.variance_mm2 + shared.rest_mm2 + (modes_mm[:, :-creases] ** 2).sum(1)
     return replace(
         mesh,
         filled=filled,
         sigma_mm=np.where(filled, np.nan, np.sqrt(variance)).astype(np.float32),
         shared_mm=modes_mm.astype(np.float32),
-        shared_sources=(SCALE, *cameras * (CAMERAS,), OFFSET, CREASES),
+        shared_sources=(SCALE, *cameras * (CAMERAS,), OFFSET, *creases * (CREASES,)),
         correlation_mm=local.reach_mm,
         lost_length=local.lost_length.astype(np.float32),
     )

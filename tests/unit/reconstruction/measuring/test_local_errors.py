@@ -8,7 +8,12 @@ import scipy.sparse as sp
 
 from limbgram.core.geometry.smoothed_length import smoothed_length
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.reconstruction.measuring.measurement_pass import JointEquations, SeenSurface
+from limbgram.reconstruction.measuring.grain import grained
+from limbgram.reconstruction.measuring.measurement_pass import (
+    JointEquations,
+    SeenSurface,
+    match_jointly,
+)
 from limbgram.reconstruction.measuring.thin_plate import (
     bending_of,
     quadrics,
@@ -17,7 +22,7 @@ from limbgram.reconstruction.measuring.thin_plate import (
     tangent_axes,
     thin_plate_of,
 )
-from limbgram.reconstruction.measuring.uncertainty import all_filled, local_errors
+from limbgram.reconstruction.measuring.uncertainty import LocalErrors, all_filled, local_errors
 from limbgram.reconstruction.measuring.usual_plate import by_usual_plate, softened
 
 SIDE, EDGE_MM, PHOTOS = 60, 1.2, 5
@@ -96,6 +101,8 @@ def solved(
         length_mm=LENGTH_MM,
         stiffness=stiffness,
         stiffness_share=share,
+        plate=thin_plate,
+        across=np.ones(len(mesh)),
         signal=np.where(_from_middle(mesh) < bare_mm, 0.1, 1.0),
         held=sp.csr_matrix(data + 1.4 * sp.eye(len(mesh))),  # belief in the given surface
         unheld=sp.csr_matrix((len(mesh), len(mesh))),
@@ -113,7 +120,7 @@ def test_noise_is_told_by_how_photos_disagree(common: float, low: float, high: f
     ratios: list[float] = []
     for seed in range(4):
         found = solved(common, seed)
-        sigma = np.sqrt(local_errors(found.mesh, found.seen, found.equations).variance_mm2)
+        sigma = np.sqrt(_local(found.mesh, found.seen, found.equations).variance_mm2)
         inside = _inside()
         ratios.append(float(np.sqrt(np.mean((found.errors_mm / sigma)[inside] ** 2))))
     assert low < np.mean(ratios) < high
@@ -139,7 +146,7 @@ def test_noise_is_the_sum_of_the_photos_squares_whatever_their_numbers(
         pull=pull.astype(np.float32),
         photos=np.full(len(mesh), len(numbers)),
     )
-    variance = local_errors(mesh, replace(found.seen, seen_by=seen_by), equations).variance_mm2
+    variance = _local(mesh, replace(found.seen, seen_by=seen_by), equations).variance_mm2
 
     plate = bending_of(found.seen.thin_plate, equations.stiffness) @ found.seen.thin_plate.laplacian
     system, photo = sp.csr_matrix(equations.held + plate), seen_by[mesh.faces[:, 0]]
@@ -156,7 +163,7 @@ def test_noise_is_the_sum_of_the_photos_squares_whatever_their_numbers(
 
 def test_detail_that_the_thin_plate_takes_is_told() -> None:
     found = solved(0.1, 7, wave_mm=0.3)
-    sigma = np.sqrt(local_errors(found.mesh, found.seen, found.equations).variance_mm2)
+    sigma = np.sqrt(_local(found.mesh, found.seen, found.equations).variance_mm2)
     inside = _inside()
     smooth = solved(0.1, 7)
     error, error_smooth = found.errors_mm[inside].std(), smooth.errors_mm[inside].std()
@@ -177,7 +184,7 @@ def test_a_line_gets_back_what_lost_relief_took_and_gives_what_noise_added(
         found = solved(0.1, seed, wave_mm, shortest_mm)
         lift, inside = found.mesh.vertices_mm[:, 2], _inside()
         truly.append(_longer(lift - found.errors_mm) - _longer(lift))
-        lost = local_errors(found.mesh, found.seen, found.equations).lost_length
+        lost = _local(found.mesh, found.seen, found.equations).lost_length
         told.append(lost[inside].mean(0))
     expected, sigma = np.mean(told, axis=0)
     assert abs(expected - np.mean(truly)) < 1.96 * sigma
@@ -198,7 +205,7 @@ def test_folds_that_all_run_one_way_make_a_line_less_sure(turn_rad: float, times
         found = solved(0.1, seed, 0.3, turn_rad=turn_rad)
         lift, inside = found.mesh.vertices_mm[:, 2], _inside()
         truly.append(_longer(lift - found.errors_mm) - _longer(lift))
-        lost = local_errors(found.mesh, found.seen, found.equations).lost_length
+        lost = _local(found.mesh, found.seen, found.equations).lost_length
         told.append(lost[inside].mean(0))
     expected, sigma = np.mean(told, axis=0)
     assert times - 0.7 < np.mean(truly) / expected < times + 0.7
@@ -214,7 +221,7 @@ def test_relief_that_stays_high_at_short_waves_is_told_to_be_lost(
     ratios: list[float] = []
     for seed in range(2):
         found = solved(0.1, seed, 0.3, shortest_mm, growth=growth)
-        variance = local_errors(found.mesh, found.seen, found.equations).variance_mm2
+        variance = _local(found.mesh, found.seen, found.equations).variance_mm2
         inside = _inside()
         ratios.append(float(np.sqrt(np.mean(found.errors_mm[inside] ** 2 / variance[inside]))))
     assert 0.8 < np.mean(ratios) < 1.35
@@ -233,7 +240,7 @@ def test_a_line_gets_back_what_wrinkles_lost(
         found = solved(0.1, seed, 0.3, shortest_mm, growth=growth)
         lift, inside = found.mesh.vertices_mm[:, 2], _inside()
         truly.append(_longer(lift - found.errors_mm) - _longer(lift))
-        lost = local_errors(found.mesh, found.seen, found.equations).lost_length
+        lost = _local(found.mesh, found.seen, found.equations).lost_length
         told.append(lost[inside].mean(0))
     expected, sigma = np.mean(told, axis=0)
     assert abs(expected - np.mean(truly)) < 1.96 * sigma
@@ -242,7 +249,8 @@ def test_a_line_gets_back_what_wrinkles_lost(
 
 def test_a_plate_too_stiff_for_its_relief_is_softened_and_errs_less() -> None:
     stiff = solved(0.1, 3, wave_mm=0.3)
-    share = softened(stiff.mesh, stiff.seen, stiff.equations).stiffness_share
+    usual = by_usual_plate(stiff.mesh, stiff.seen, stiff.equations)
+    share = softened(stiff.seen, stiff.equations, usual).stiffness_share
     soft, inside = solved(0.1, 3, wave_mm=0.3, share=share), _inside()
     assert share < 0.8
     assert soft.errors_mm[inside].std() < 0.95 * stiff.errors_mm[inside].std()
@@ -250,7 +258,8 @@ def test_a_plate_too_stiff_for_its_relief_is_softened_and_errs_less() -> None:
 
 def test_a_plate_over_noise_alone_stays_as_stiff() -> None:
     found = solved(0.1, 3)
-    assert softened(found.mesh, found.seen, found.equations) is found.equations
+    usual = by_usual_plate(found.mesh, found.seen, found.equations)
+    assert softened(found.seen, found.equations, usual) is found.equations
 
 
 @pytest.mark.parametrize("share", [0.6, 0.4])
@@ -261,34 +270,87 @@ def test_what_a_softer_plate_loses_is_told(
     ratios: list[float] = []
     for seed in range(2):
         found = solved(0.1, seed, wave_mm, shortest_mm, share=share)
-        variance = local_errors(found.mesh, found.seen, found.equations).variance_mm2
+        stiff = solved(0.1, seed, wave_mm, shortest_mm)
+        usual = by_usual_plate(stiff.mesh, stiff.seen, stiff.equations)
+        variance = local_errors(found.mesh, found.seen, found.equations, usual).variance_mm2
         inside = _inside()
         ratios.append(float(np.sqrt(np.mean(found.errors_mm[inside] ** 2 / variance[inside]))))
     assert 0.75 < np.mean(ratios) < 1.25
 
 
-def test_the_usual_plate_takes_the_same_off_what_a_softer_one_measured() -> None:
-    found, inside = [solved(0.1, 5, 0.3, share=share) for share in (1.0, 0.4)], _inside()
-    usual, softer = (by_usual_plate(one.mesh, one.seen, one.equations) for one in found)
-    for taken in ("taken", "again"):
-        before, after = getattr(usual, taken)[inside], getattr(softer, taken)[inside]
-        assert np.std(after - before) < 0.1 * np.std(before)
+@pytest.mark.parametrize("turn_rad", [0.0, 0.7])
+def test_a_plate_follows_folds_that_run_one_way(turn_rad: float) -> None:
+    """Whichever way they run on the mesh. It errs less over them, and holds as much noise back."""
+    usual, leaning = zip(*(_followed(0.3, seed, turn_rad) for seed in range(3)), strict=True)
+    assert np.mean(leaning) < 0.9 * np.mean(usual)
 
 
-def test_what_is_lost_along_a_valley_is_told_with_its_sign() -> None:
-    """The valley of a fold is filled all along it: its sum is wrong by all of that."""
-    found = solved(0.1, 4, crease_mm=0.8)
-    lost_mm = local_errors(found.mesh, found.seen, found.equations).creases_mm
-    valley = _inside() & (_folds(found.mesh) < 0.3) & (_beside_middle_mm(found.mesh) < 7.0)
-    error, told = found.errors_mm[valley].mean(), lost_mm[valley].mean()
-    assert error > 0.05
-    assert 0.4 < -told / error < 2.5
+@pytest.mark.parametrize("wave_mm", [0.0, 0.3])
+def test_a_plate_without_grain_to_follow_errs_as_before(wave_mm: float) -> None:
+    """Over noise alone, and over relief that runs all ways."""
+    usual, leaning = zip(*(_followed(wave_mm, seed, None) for seed in range(3)), strict=True)
+    assert 0.9 < np.mean(leaning) / np.mean(usual) < 1.03
+
+
+def _followed(wave_mm: float, seed: int, turn_rad: float | None) -> tuple[float, float]:
+    """RMS error of the usual plate and of one that follows the grain, mm."""
+    found, inside = solved(0.1, seed, wave_mm, turn_rad=turn_rad), _inside()
+    _, mesh = _leaning(found)
+    errors_mm = found.errors_mm + (mesh.vertices_mm - found.mesh.vertices_mm)[:, 2]
+    return float(found.errors_mm[inside].std()), float(errors_mm[inside].std())
+
+
+def _leaning(found: Solved) -> tuple[JointEquations, Mesh]:
+    """The equations with a plate that follows the grain, and what it measures."""
+    usual = by_usual_plate(found.mesh, found.seen, found.equations)
+    equations = grained(found.seen, found.equations, usual)
+    moves_mm = match_jointly(found.mesh, equations)
+    lifted = found.mesh.vertices_mm + moves_mm[:, None] * found.seen.axes[:, 2]
+    return equations, found.mesh.with_vertices(lifted)
+
+
+def test_what_levels_along_folds_lose_is_told_on_valleys_and_beside_them() -> None:
+    """All along a fold the plate errs alike: its sum is wrong by all of that.
+
+    Errors that are alike over 1.8 mm would sum up, over 50 mm, to a quarter of a vertex's sigma.
+    """
+    errors: list[np.ndarray] = []
+    told: list[np.ndarray] = []
+    for seed in (4, 5, 6):
+        found = solved(0.1, seed, crease_mm=0.8)
+        local, beside = _local(found.mesh, found.seen, found.equations), _inside()
+        beside &= _beside_middle_mm(found.mesh) < 7.0
+        line = np.round(found.mesh.vertices_mm[:, 0] / (EDGE_MM / 2)).astype(int)
+        of_line = np.eye(line.max() + 1)[:, line[beside]]
+        of_line = of_line[of_line.sum(1) > 10]
+        of_line /= of_line.sum(1, keepdims=True)
+        errors.append(of_line @ found.errors_mm[beside])
+        told.append(np.linalg.norm(of_line @ local.creases_mm[beside], axis=1))
+        assert (local.creases_mm[beside] ** 2).sum(1).mean() < 1.5 * local.variance_mm2.max()
+    error, sigma = np.concatenate(errors), np.concatenate(told)
+    assert np.sqrt(np.mean(error**2)) > 0.03
+    assert 0.6 < np.sqrt(np.mean(error**2) / np.mean(sigma**2)) < 1.6
+    # as on a flank, where one source alone tells next to nothing
+    assert np.mean(np.abs(error) < 1.96 * sigma) > 0.95
+
+
+def test_relief_that_runs_all_ways_has_next_to_no_creases() -> None:
+    """By chance a place has more than the median; what it says of a line is little all the same."""
+    found, inside = solved(0.1, 4, wave_mm=0.3), _inside()
+    local = _local(found.mesh, found.seen, found.equations)
+    line_mm = np.linalg.norm(local.creases_mm[inside].mean(0))
+    assert line_mm < 0.1 * np.sqrt(local.variance_mm2[inside].mean())
 
 
 def test_where_no_paint_shows_it_no_crease_is_told() -> None:
     found = solved(0.1, 4, crease_mm=0.8)
     bare = replace(found.equations, signal=np.full(len(found.mesh), 0.1))
-    assert not local_errors(found.mesh, found.seen, bare).creases_mm.any()
+    assert not _local(found.mesh, found.seen, bare).creases_mm.any()
+
+
+def _local(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> LocalErrors:
+    """Errors of what the usual plate measured."""
+    return local_errors(mesh, seen, equations, by_usual_plate(mesh, seen, equations))
 
 
 def _longer(lift: np.ndarray) -> float:
@@ -310,8 +372,8 @@ def test_where_no_photos_agree_the_given_surface_keeps_its_error() -> None:
     added_px: list[float] = []
     for radius_mm in (1.5, 12.0):
         found = solved(0.1, 1, bare_mm=radius_mm)
-        usual = local_errors(found.mesh, found.seen, found.equations).variance_mm2
-        variance = local_errors(found.mesh, found.seen, _believing(found)).variance_mm2
+        usual = _local(found.mesh, found.seen, found.equations).variance_mm2
+        variance = _local(found.mesh, found.seen, _believing(found)).variance_mm2
         added = np.sqrt(np.maximum(variance - usual, 0.0)) / PIXEL_MM
         added_px.append(float(np.median(added[away_mm < 1.5])))
         painted = _inside() & (away_mm > radius_mm + 12 * EDGE_MM)
@@ -324,7 +386,7 @@ def test_a_guess_over_bare_skin_stays_one_and_a_guess_in_paint_was_measured() ->
     """What was measured from the start is no guess, wherever it lies."""
     found = solved(0.1, 1, bare_mm=12.0)
     away_mm = _from_middle(_sheet())
-    local = local_errors(found.mesh, found.seen, _believing(found))
+    local = _local(found.mesh, found.seen, _believing(found))
     everywhere = np.ones(len(found.mesh), np.bool_)
     guesses = all_filled(found.mesh, found.equations, everywhere, local.left)
     assert guesses[away_mm < 8].all()
@@ -364,7 +426,7 @@ def test_a_surface_that_photos_hardly_see_has_finite_sigmas() -> None:
     pull[_from_middle(found.mesh)[found.mesh.faces].mean(1) > 15.0] = 0.0
     seldom = replace(found.equations, pull=pull)
     with np.errstate(all="raise", under="ignore"):
-        variance = local_errors(found.mesh, found.seen, seldom).variance_mm2
+        variance = _local(found.mesh, found.seen, seldom).variance_mm2
     assert np.isfinite(variance).all()
     assert (variance > 0).all()
 
@@ -376,9 +438,9 @@ def test_noise_pushes_an_unheld_place_no_further_than_the_given_surface_lets_it(
     loud[(away_mm[found.mesh.faces] < 9).all(1)] = 40.0  # of one sign in all photos
     loud[:, ::2] *= -1
     equations = replace(_believing(found), pull=loud)
-    sigma = np.sqrt(local_errors(found.mesh, found.seen, equations).variance_mm2)
+    sigma = np.sqrt(_local(found.mesh, found.seen, equations).variance_mm2)
     free = replace(found.equations, pull=loud)
-    unbounded = np.sqrt(local_errors(found.mesh, found.seen, free).variance_mm2)
+    unbounded = np.sqrt(_local(found.mesh, found.seen, free).variance_mm2)
     middle = away_mm < 4
     assert np.median(unbounded[middle]) > 1.5 * PIXEL_MM
     assert np.median(sigma[middle]) < 0.7 * PIXEL_MM
@@ -386,11 +448,11 @@ def test_noise_pushes_an_unheld_place_no_further_than_the_given_surface_lets_it(
 
 def test_a_vertex_that_one_photo_sees_is_a_little_less_sure() -> None:
     found = solved(0.1, 1)
-    usual = local_errors(found.mesh, found.seen, found.equations).variance_mm2
+    usual = _local(found.mesh, found.seen, found.equations).variance_mm2
     photos = found.equations.photos.copy()
     photos[500] = 1
     alone = replace(found.equations, photos=photos)
-    variance = local_errors(found.mesh, found.seen, alone).variance_mm2
+    variance = _local(found.mesh, found.seen, alone).variance_mm2
     added_px = np.sqrt(variance[500] - usual[500]) / PIXEL_MM
     assert 0.1 < added_px < 0.25
 
@@ -400,7 +462,7 @@ def test_sigma_is_even_where_the_data_are() -> None:
     apart: list[float] = []
     for seed in (1, 3):
         found = solved(0.1, seed)
-        variance = local_errors(found.mesh, found.seen, found.equations).variance_mm2
+        variance = _local(found.mesh, found.seen, found.equations).variance_mm2
         rows = np.log(variance).reshape(SIDE, SIDE)[7:-7, 7:-7] / 2
         apart.append(float(np.std(rows[:, 5:] - rows[:, :-5])))
     assert 0.02 < np.mean(apart) < 0.135
@@ -432,7 +494,7 @@ def test_sigma_grows_over_a_bare_patch_the_more_the_wider_it_is() -> None:
         for seed in range(4):
             found = solved(0.1, seed, wave_mm=0.3, shortest_mm=2.0, bare_mm=radius_mm)
             squares.append(found.errors_mm**2)
-            local = local_errors(found.mesh, found.seen, found.equations)
+            local = _local(found.mesh, found.seen, found.equations)
             variances.append(local.variance_mm2)
         rest = np.sqrt(np.mean(np.array(variances)[:, round_it]))
         errors.append(float(np.sqrt(np.mean(np.array(squares)[:, middle]))))
@@ -447,12 +509,12 @@ def test_sigma_grows_over_a_bare_patch_the_more_the_wider_it_is() -> None:
 def test_noise_taken_for_texture_makes_a_vertex_less_sure() -> None:
     """The photos pull as much as anywhere, and a tenth of it is what truly holds."""
     found = solved(0.1, 2)
-    usual = local_errors(found.mesh, found.seen, found.equations).variance_mm2
+    usual = _local(found.mesh, found.seen, found.equations).variance_mm2
     noisy = _from_middle(_sheet()) < 10
     root = sp.diags(np.where(noisy, np.sqrt(0.1), 1.0))
     held = sp.csr_matrix(root @ found.equations.held @ root)
     told = replace(found.equations, held=held, signal=np.where(noisy, 0.1, 1.0))
-    sigma = np.sqrt(local_errors(found.mesh, found.seen, told).variance_mm2 / usual)
+    sigma = np.sqrt(_local(found.mesh, found.seen, told).variance_mm2 / usual)
     away_mm = _from_middle(_sheet())
     assert np.median(sigma[away_mm < 6]) > 1.5
     assert 0.9 < np.median(sigma[_inside() & (away_mm > 20)]) < 1.1
@@ -460,10 +522,10 @@ def test_noise_taken_for_texture_makes_a_vertex_less_sure() -> None:
 
 def test_what_goes_wild_in_one_place_makes_the_rest_no_less_sure() -> None:
     found = solved(0.1, 1)
-    usual = np.sqrt(local_errors(found.mesh, found.seen, found.equations).variance_mm2)
+    usual = np.sqrt(_local(found.mesh, found.seen, found.equations).variance_mm2)
     wild = (found.mesh.faces == 30 * SIDE + 30).any(1)
     found.equations.pull[wild] *= 1000
-    sigma = np.sqrt(local_errors(found.mesh, found.seen, found.equations).variance_mm2)
+    sigma = np.sqrt(_local(found.mesh, found.seen, found.equations).variance_mm2)
     apart_mm = np.linalg.norm(
         found.mesh.vertices_mm - found.mesh.vertices_mm[30 * SIDE + 30], axis=1
     )
