@@ -323,6 +323,12 @@ every_mm = 10
 # through = "patella"            # of several limbs, the one to measure
 # inside = true                 # what a socket holds
 # sock_mm = 1.5
+# sheet = true                  # the measuring sheet of the kind of limb, in the JSON
+# shoe_heel_mm = 20             # of the shoe: it inclines the shank
+# shoe_sole_mm = 8
+# click_mm = 1.5                # how well landmarks were placed: clicked, painted, proposed
+# painted_mm = 0.8
+# proposed_mm = 4
 
 # [recipe]                       # edits; what follows is then done to the edited shape
 # file = "recipe.toml"

@@ -19,7 +19,7 @@ def undistort_command(
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder to write; must not be there.")],
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
 ) -> Reply:
-    """Write the photos without distortion, and a COLMAP model of pinhole cameras of them.
+    """Write a case's photos without distortion, with a COLMAP model of pinhole cameras.
 
     images/ and sparse/ as OpenMVS and others take them, in millimetres.
     """

@@ -60,7 +60,7 @@ def test_a_figure_gets_its_plus_minus_here_alone() -> None:
     written = re.compile(r"(±|\+/-|\+-) ?\{")
     sources = Path(limbgram.__file__).parent.rglob("*.py")
     found = {path.name for path in sources if written.search(path.read_text("utf-8"))}
-    assert found == {"interval.py", "tell.py", "texts.py"}
+    assert found == {"interval.py", "tell.py", "parse_text.py"}
 
 
 def test_a_weighted_quantile_is_that_of_values_repeated_so_often() -> None:
