@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,12 +26,13 @@ import numpy as np
 import trimesh
 
 from captures import machine
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.spreadsheet import Table, csv_of, xlsx_of
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile
-from limbgram.services.export import Drawing, export
-from limbgram.workbench.limb import Landmark, Limb
+from limbgram.services.export import Drawing, Gcode, export
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from tables import made_on
 
 RADIUS_MM, HALF_HEIGHT_MM = 80.0, 120.0
@@ -41,6 +42,11 @@ COLOUR = (200, 150, 100)
 SIGMA_MM = (0.05, 0.25)
 """From the lower end to the upper."""
 TABLE = Table(title="levels", columns=("height_mm", "tape_mm"), rows=((65.213, 354.25),))
+CARVED = Gcode(
+    preset="fast", dialect="linuxcnc", tool_reach_mm=300.0, blank_diameter_mm=200.0,
+    blank_length_mm=320.0, to_mm=100.0,
+)  # fmt: skip
+OTHERS = ("cad.dxf", "r12.dxf", "carve.ngc", "table.xlsx", "comma.csv")
 _SECONDS = 300
 _EMPTY_PDF = 2000
 _GERMAN = "de_DE.UTF-8"
@@ -103,15 +109,20 @@ def written(folder: Path) -> list[Path]:
     marks = (Landmark(name="fibula head", position_mm=np.array([RADIUS_MM, 0.0, 0.0])),)
     limb = Limb(mesh=mesh, landmarks=marks)
     shape = ShapeFile(limb=limb, sha256="", mm_per_unit=1.0)
-    meshes = [write_limb(limb, folder / f"limb.{kind}") for kind in ("stl", "ply", "obj", "glb")]
+    meshes = [
+        write_limb(limb, folder / f"limb.{kind}") for kind in ("stl", "3mf", "ply", "obj", "glb")
+    ]
     from limbgram.formats.vtp import write_vtp
 
     meshes.append(write_vtp(mesh, folder / "limb.vtp", "mm"))
     export(shape, Drawing(spacing_mm=40.0), folder / "cad.dxf")
+    standing = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
+    aligned = replace(shape, limb=replace(limb, frame=standing))
+    export(aligned, CARVED, folder / "carve.ngc", "right")
     export(shape, Drawing(spacing_mm=40.0, r12=True), folder / "r12.dxf")
     (folder / "table.xlsx").write_bytes(xlsx_of([TABLE]))
     (folder / "comma.csv").write_text(csv_of(TABLE, "comma"), "utf-8")
-    return [*meshes, *(folder / one for one in ("cad.dxf", "r12.dxf", "table.xlsx", "comma.csv"))]
+    return [*meshes, *(folder / one for one in OTHERS)]
 
 
 def _by_python(library: str, script: str) -> "Look":
@@ -237,6 +248,31 @@ def _freecad(program: str, file: Path, _: list[str]) -> Seen:
     return _told(program, file, subprocess.CompletedProcess([], 0, told[1], ""))
 
 
+def _blender(program: str, file: Path, _: list[str]) -> Seen:
+    script = file.with_name("look.blender.py")
+    script.write_text(_BLENDER)
+    ended = _run([_need("blender"), "-b", "--python", str(script), "--", str(file)])
+    told = re.search(r"SEEN(\{.*\})", ended.stdout)
+    if told is None:
+        why = (ended.stderr.strip().splitlines() or ["no answer"])[-1]
+        return Seen(program=program, file=file.name, opens=False, note=why[:100])
+    return _told(program, file, subprocess.CompletedProcess([], 0, told[1], ""))
+
+
+def _linuxcnc(program: str, file: Path, _: list[str]) -> Seen:
+    """Interpreted to the end, without a machine."""
+    folder = file.with_name("linuxcnc")
+    folder.mkdir()
+    (folder / "parameters.var").touch()
+    (folder / "look.ini").write_text(f"[RS274NGC]\nPARAMETER_FILE={folder}/parameters.var\n")
+    ended = _run([_need("rs274"), "-g", "-i", str(folder / "look.ini"), str(file)])
+    moves = ended.stdout.count("STRAIGHT_FEED")
+    whole = ended.returncode == 0 and "PROGRAM_END()" in ended.stdout
+    why = (ended.stderr.strip().splitlines() or ["no answer"])[-1]
+    note = f"{moves} moves, to the end" if whole else why[:100]
+    return Seen(program=program, file=file.name, opens=whole and moves > 0, note=note)
+
+
 def _librecad(program: str, file: Path, _: list[str]) -> Seen:
     """Drawn to fit a page; an empty one has some 1,300 bytes."""
     out = file.with_suffix(".pdf")
@@ -264,6 +300,32 @@ def _libreoffice(program: str, file: Path, _: list[str]) -> Seen:
     return Seen(program=program, file=file.name, opens=same, units=str(head[0]), note=note)
 
 
+_BLENDER = """
+import json, sys
+import bmesh, bpy
+path, seen = sys.argv[-1], {}
+bpy.ops.wm.read_factory_settings(use_empty=True)
+if path.endswith("glb"):
+    bpy.ops.import_scene.gltf(filepath=path)
+elif path.endswith("obj"):
+    bpy.ops.wm.obj_import(filepath=path)
+else:
+    bpy.ops.import_mesh.stl(filepath=path)
+(limb,) = [one for one in bpy.data.objects if one.type == "MESH"]
+seen["size"] = list(limb.dimensions)
+faces = bmesh.new()
+faces.from_mesh(limb.data)
+seen["closed"] = all(edge.is_manifold for edge in faces.edges)
+layers = limb.data.color_attributes
+seen["colours"] = "none"
+if layers:
+    linear = layers[0].data[0].color[:3]
+    seen["colours"] = "linear " + " ".join(f"{255 * one:.0f}" for one in linear)
+marks = [one.name for one in bpy.data.objects if one.type == "EMPTY"]
+if marks:
+    seen["note"] = f"landmarks: {', '.join(marks)}"
+print("SEEN" + json.dumps(seen), flush=True)
+"""
 _TRIMESH = """
 import trimesh
 mesh = trimesh.load(path, process=path.endswith("stl"))
@@ -350,7 +412,7 @@ seen["units"] = head[0]
 """
 Look = Callable[[str, Path, list[str]], Seen]
 PROGRAMS: tuple[tuple[str, tuple[str, ...], Look], ...] = (
-    ("PrusaSlicer", (".stl", ".obj"), _prusa_slicer),
+    ("PrusaSlicer", (".stl", ".obj", ".3mf"), _prusa_slicer),
     ("CloudCompare", (".ply", ".stl", ".obj"), _cloudcompare),
     ("MeshLab (pymeshlab)", (".ply", ".stl", ".obj", ".glb"), _by_python("pymeshlab", _PYMESHLAB)),
     ("Open3D", (".ply", ".stl", ".obj", ".glb"), _by_python("open3d", _OPEN3D)),
@@ -363,7 +425,8 @@ PROGRAMS: tuple[tuple[str, tuple[str, ...], Look], ...] = (
     ("LibreOffice, German", (".xlsx", ".csv"), _libreoffice),
     ("pandas", (".xlsx", ".csv"), _by_python("pandas", _PANDAS)),
     ("openpyxl", (".xlsx",), _by_python("openpyxl", _OPENPYXL)),
-    ("Blender", (".glb",), lambda *_: Seen(program="", file=_need("blender"), opens=False)),
+    ("Blender", (".stl", ".obj", ".glb"), _blender),
+    ("LinuxCNC's interpreter", (".ngc",), _linuxcnc),
 )
 """With the ends of the names of the files that each is for."""
 
