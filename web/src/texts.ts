@@ -934,6 +934,8 @@ const TEXTS = {
   "file.gcode.for": ["own four-axis carver", "eigene Vierachsfräse"],
   "file.stl": ["STL", "STL"],
   "file.stl.for": ["printer, other programs", "Drucker, andere Programme"],
+  "file.3mf": ["3MF", "3MF"],
+  "file.3mf.for": ["printer, with its unit", "Drucker, mit Einheit"],
   "file.dxf": ["DXF", "DXF"],
   "file.dxf.for": ["surface, sections, landmarks", "Oberfläche, Schnitte, Landmarken"],
   "file.ply": ["PLY", "PLY"],
