@@ -71,7 +71,13 @@ def done(
     monkeypatch.setattr(pipeline, "depth_share", lambda *_: 1.0)
     monkeypatch.setattr(pipeline, "refuse_beyond", lambda *_: None)
     nothing = SimpleNamespace(
-        features=None, matches=None, pairs=None, scene=None, still=Still(), poses=Poses()
+        features=None,
+        matches=None,
+        pairs=None,
+        scene=None,
+        still=Still(),
+        poses=Poses(),
+        lenses=None,
     )
     monkeypatch.setattr(pipeline, "place_photos", lambda *_: nothing)
     monkeypatch.setattr(pipeline, "by_the_limb", lambda *_: (nothing, None))
