@@ -347,7 +347,7 @@ def _figure(
         "width_in": across_in,
         "height_in": height_in,
         "caption": figure.caption,
-        "alt": image.title,
+        "alt": image.title or figure.caption or "Picture",  # PDF/UA demands one
     }
 
 
