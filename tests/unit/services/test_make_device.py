@@ -1,12 +1,12 @@
 """A device by one act: its files, each told, and the same from its own order."""
 
 import json
-import sys
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.unit.workbench.devices.shapes import make_foot, make_stump
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
@@ -16,9 +16,6 @@ from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile, read_limb, read_mesh, read_shape
 from limbgram.formats.stl import write_stl
 from limbgram.services.make_device import MakeDeviceRequest, bed_from, make, preview
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "workbench" / "devices"))
-from shapes import make_foot, make_stump
 
 
 @pytest.fixture(scope="module")

@@ -1,14 +1,9 @@
 """The bodies of `shapes`, made once."""
 
-import sys
-from pathlib import Path
-
 import pytest
+from tests.unit.workbench.devices.shapes import make_foot, make_stump, make_thigh, make_trunk
 
 from limbgram.workbench.limb import Limb
-
-sys.path.insert(0, str(Path(__file__).parent))
-from shapes import make_foot, make_stump, make_thigh, make_trunk
 
 
 @pytest.fixture(scope="session")

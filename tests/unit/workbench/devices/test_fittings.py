@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from shapes import make_stump
+from tests.unit.workbench.devices.shapes import make_stump
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.frames import Rigid

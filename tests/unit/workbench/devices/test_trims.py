@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from shapes import make_foot
+from tests.unit.workbench.devices.shapes import make_foot
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh

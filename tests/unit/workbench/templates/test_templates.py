@@ -227,7 +227,8 @@ def test_what_a_template_says_reaches_the_ledger(bench, own) -> None:
     done = replay(Recipe(name="x", entries=(Entry(edit=edit),)), limb)
     assert done.limb.notes == (OF_FILE, *said)
     (line,) = done.ledger.lines
-    assert line.told == done.limb.notes[1:]
+    assert line.told[:-1] == done.limb.notes[1:]
+    assert line.told[-1].code == "edit.enclosed"
     assert any("lacks fibula head" in text for text in lines_of(done.ledger))
 
 
