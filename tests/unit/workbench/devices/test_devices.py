@@ -22,6 +22,9 @@ from limbgram.workbench.recipe.recipe import Entry, Recipe
 DEVICES = devices()
 GIVEN = {"ischial-containment-socket": {"ramus_deg": 30.0, "skeletal_ml_mm": 140.0}}
 QUICK = "foot-orthosis"
+OF_EACH_MAKE = ("posterior-leaf-spring", "hinged-afo-calf", "ucbl", "tlso-back", "tsb-socket")
+"""A draped shell, one with a joint, a cup, a trunk, a socket on its plate: a device takes up to half
+a minute. Edges of all devices are drawn at the corners of their ranges in test_trims."""
 EPICONDYLES = {"lateral femoral epicondyle", "medial femoral epicondyle"}
 """Known by name, though no place of the transtibial limb's own list."""
 
@@ -51,8 +54,8 @@ def test_every_landmark_of_a_device_is_known_of_its_kind_of_limb() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", DEVICES)
-def test_each_device_is_one_solid_as_thick_as_asked(
+@pytest.mark.parametrize("name", OF_EACH_MAKE)
+def test_a_device_of_each_make_is_one_solid_as_thick_as_asked(
     bodies: dict[str, Limb], name: str, tmp_path: Path
 ) -> None:
     device = DEVICES[name]
