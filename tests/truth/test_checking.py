@@ -49,6 +49,12 @@ def checked(capture: Capture, photos: list[Path]) -> CaptureCheck:
     return check_sources(photos, [lens_of(capture)], parse_board(DEFAULT_BOARD), Run())
 
 
+@pytest.fixture(scope="module")
+def whole(capture: Capture) -> CaptureCheck:
+    """What is told of all photos."""
+    return checked(capture, list(capture.photos))
+
+
 def true_azimuths_deg(capture: Capture) -> np.ndarray:
     middle = capture.truth.limb.mesh.vertices_mm.mean(0)
     away = np.array([view.centre_in_world for view in capture.truth.views]) - middle
@@ -56,8 +62,8 @@ def true_azimuths_deg(capture: Capture) -> np.ndarray:
     return (around - around[0]) % 360
 
 
-def test_a_good_capture_is_told_to_go(capture: Capture) -> None:
-    found = checked(capture, list(capture.photos))
+def test_a_good_capture_is_told_to_go(capture: Capture, whole: CaptureCheck) -> None:
+    found = whole
     assert found.go, found.headline
     assert told(found.headline).startswith(f"GO: {PHOTOS} of {PHOTOS} photos placed")
     assert found.board_photos is not None
@@ -154,9 +160,8 @@ def test_without_the_board_it_is_said(capture: Capture) -> None:
 
 
 def test_a_capture_that_grows_is_told_the_same_and_known_photos_cost_nothing(
-    capture: Capture, tmp_path: Path
+    capture: Capture, whole: CaptureCheck, tmp_path: Path
 ) -> None:
-    whole = checked(capture, list(capture.photos))
     with CaptureWatch([lens_of(capture)], parse_board(DEFAULT_BOARD)) as watch:
         shutil.copy(capture.photos[0], tmp_path)
         with pytest.raises(PhotoError, match="can be read so far: 1;"):
@@ -194,13 +199,14 @@ def test_the_command_watches_until_go(capture: Capture, tmp_path: Path) -> None:
     assert (tmp_path / "ring.png").stat().st_size > 10_000
 
 
-def test_masks_hide_the_room_from_the_check(capture: Capture, tmp_path: Path) -> None:
+def test_masks_hide_the_room_from_the_check(
+    capture: Capture, whole: CaptureCheck, tmp_path: Path
+) -> None:
     limb = capture.truth.limb.mesh.vertices_mm
     for view, photo in zip(capture.truth.views, capture.photos, strict=True):
         hull = cv2.convexHull(np.round(view.project(limb)).astype(np.int32))
         mask = np.zeros((view.camera.height_px, view.camera.width_px), np.uint8)
         Image.fromarray(cv2.fillConvexPoly(mask, hull, 255)).save(tmp_path / f"{photo.stem}.png")
-    whole = checked(capture, list(capture.photos))
     found = check_sources(
         list(capture.photos), [lens_of(capture)], parse_board(DEFAULT_BOARD), Run(),
         masks=tmp_path,

@@ -22,8 +22,8 @@ from limbgram.workbench.recipe.recipe import Entry, Recipe
 DEVICES = devices()
 GIVEN = {"ischial-containment-socket": {"ramus_deg": 30.0, "skeletal_ml_mm": 140.0}}
 QUICK = "foot-orthosis"
-OF_EACH_MAKE = ("posterior-leaf-spring", "hinged-afo-calf", "ucbl", "tlso-back", "tsb-socket")
-"""A draped shell, one with a joint, a cup, a trunk, a socket on its plate: each takes up to half a
+OF_EACH_MAKE = ("hinged-afo-calf", "ucbl", "tlso-front", "tsb-socket")
+"""A shell with a joint, a cup, a trunk, a socket on its plate: each takes up to half a
 minute. Edges of all devices are drawn at the corners of their ranges in test_trims."""
 EPICONDYLES = {"lateral femoral epicondyle", "medial femoral epicondyle"}
 """Known by name, though no place of the transtibial limb's own list."""
