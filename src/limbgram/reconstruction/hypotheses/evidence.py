@@ -30,10 +30,9 @@ from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.bundle import Bundle
-from limbgram.reconstruction.mapping.normals import reduce_equations
 from limbgram.reconstruction.mapping.own import DEVIATIONS, Ties, basis_of, numbers_of
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.solution import CAUCHY_SIGMAS, LensPrior
+from limbgram.reconstruction.mapping.solution import LensPrior, reduced_equations
 
 OWN = sum(numbers_of(kind) for kind in DEVIATIONS) + 2
 """Numbers of a photo's lens deviation: those of `mapping.own`, and k1 and k2, which change with
@@ -343,22 +342,7 @@ def _equations(
     sigma_px: float,
 ) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]:
     """Of poses, lenses and deviations, points eliminated, in units of sigma."""
-    size = (POSE_SIZE + OWN) * len(bundle.views) + LENS_SIZE * len(basis)
-    normal, right, diagonal = np.empty((size, size)), np.empty(size), np.empty(size)
-    reduce_equations(
-        bundle.views,
-        lens_idx,
-        np.ascontiguousarray(basis),
-        bundle.photo_idx,
-        bundle.bounds,
-        bundle.xy_px,
-        bundle.points,
-        CAUCHY_SIGMAS * sigma_px,
-        _ALMOST_NONE,
-        normal,
-        right,
-        diagonal,
-    )
+    normal, right, _ = reduced_equations(bundle, lens_idx, basis, sigma_px, _ALMOST_NONE)
     return normal / sigma_px**2, right / sigma_px**2
 
 

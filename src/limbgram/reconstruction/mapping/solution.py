@@ -305,29 +305,42 @@ class _Measured:
         damping: float,
     ) -> "_Measured":
         """With the lenses of these cameras, and numbers that move those of single photos."""
-        own = basis.shape[2] * len(bundle.views)
-        size = POSE_SIZE * len(bundle.views) + LENS_SIZE * len(basis) + own
-        normal, right, diagonal = np.empty((size, size)), np.empty(size), np.empty(size)
-        reduce_equations(
-            bundle.views,
-            lens_idx,
-            np.ascontiguousarray(basis),
-            bundle.photo_idx,
-            bundle.bounds,
-            bundle.xy_px,
-            bundle.points,
-            CAUCHY_SIGMAS * sigma_px,
-            damping,
-            normal,
-            right,
-            diagonal,
-        )
+        normal, right, diagonal = reduced_equations(bundle, lens_idx, basis, sigma_px, damping)
         variance = (_SHARED_ERROR * sigma_px) ** 2
         return cls(normal / variance, right / variance, diagonal / variance)
 
     def only(self, kept: Int64[np.ndarray, " k"]) -> "_Measured":
         """As if the other unknowns were held."""
         return _Measured(self.normal[np.ix_(kept, kept)], self.right[kept], self.diagonal[kept])
+
+
+def reduced_equations(
+    bundle: Bundle,
+    lens_idx: Int64[np.ndarray, " p"],
+    basis: Float64[np.ndarray, "c 10 q"],
+    sigma_px: float,
+    damping: float,
+) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"], Float64[np.ndarray, " u"]]:
+    """Normal matrix, right side and diagonal of poses, lenses and single photos' numbers in pixels
+    squared, points eliminated."""
+    own = basis.shape[2] * len(bundle.views)
+    size = POSE_SIZE * len(bundle.views) + LENS_SIZE * len(basis) + own
+    normal, right, diagonal = np.empty((size, size)), np.empty(size), np.empty(size)
+    reduce_equations(
+        bundle.views,
+        lens_idx,
+        np.ascontiguousarray(basis),
+        bundle.photo_idx,
+        bundle.bounds,
+        bundle.xy_px,
+        bundle.points,
+        CAUCHY_SIGMAS * sigma_px,
+        damping,
+        normal,
+        right,
+        diagonal,
+    )
+    return normal, right, diagonal
 
 
 @dataclass(frozen=True)
