@@ -18,7 +18,7 @@ from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.notebook import brief
 from limbgram.core.request_fields import AtMost, Flag, Panel, Within
-from limbgram.core.spreadsheet import Decimal, xlsx_of
+from limbgram.core.spreadsheet import Decimal, csv_of, xlsx_of
 from limbgram.formats.limb_file import write_limb
 from limbgram.services.parse_text import PAIR, READING, SPAN, Height, Pair, Span
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
@@ -26,7 +26,7 @@ from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.thickness import Thickness
 from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Limb, LimbFrame
-from limbgram.workbench.measures.form import sheet_csv
+from limbgram.workbench.measures.form import sheet_table
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
     Measures,
@@ -173,7 +173,9 @@ def measure(limb: Limb, ask: MeasureRequest, files: MeasureFiles = NO_FILES) -> 
     form = measuring_sheet(measures.limb, ask.of_sheet()) if wanted else None
     written = list(_written(limb, measures, fitted, files))
     if form is not None and files.sheet_csv is not None:
-        written.append(write_bytes(files.sheet_csv, sheet_csv(form).encode()))
+        written.append(
+            write_bytes(files.sheet_csv, csv_of(sheet_table(form), files.decimal).encode())
+        )
     return Sheet(measures=measures, fitted=fitted, written=tuple(written), form=form)
 
 

@@ -1,12 +1,11 @@
-"""Form: a measuring sheet as CSV for spreadsheets and as a tree for JSON.
+"""Form: a measuring sheet as a table for spreadsheets and as a tree for JSON.
 
 Every sigma is one standard deviation; units stand in their own column.
 """
 
-import csv
-import io
 from typing import Any
 
+from limbgram.core.spreadsheet import Cell, Table
 from limbgram.findings import as_json, told
 from limbgram.workbench.measures.sheet import MeasuringSheet, SheetRow
 
@@ -14,26 +13,24 @@ COLUMNS = ("name", "measure", "value", "unit", "sigma", "sigma_of_placing", "for
 _DIGITS = 6
 
 
-def sheet_csv(sheet: MeasuringSheet, language: str = "en") -> str:
+def sheet_table(sheet: MeasuringSheet, language: str = "en") -> Table:
     """A row for every figure of the form; those without an answer have the reason."""
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(COLUMNS)
+    rows: list[tuple[Cell, ...]] = []
     for row in sheet.rows:
         figure = row.figure
-        lines.writerow(
-            [
+        rows.append(
+            (
                 row.name,
                 row.words[language],
-                "" if figure is None else _number(figure.value),
+                None if figure is None else _rounded(figure.value),
                 row.unit,
-                "" if figure is None or figure.sigma is None else _number(figure.sigma),
-                "" if row.placing_sigma is None else _number(row.placing_sigma),
+                None if figure is None or figure.sigma is None else _rounded(figure.sigma),
+                None if row.placing_sigma is None else _rounded(row.placing_sigma),
                 row.formula,
-                "" if row.reason is None else told(row.reason, language),
-            ]
+                None if row.reason is None else told(row.reason, language),
+            )
         )
-    return text.getvalue()
+    return Table(title="measuring sheet", columns=COLUMNS, rows=tuple(rows))
 
 
 def sheet_tree(sheet: MeasuringSheet) -> dict[str, Any]:
@@ -59,5 +56,5 @@ def _row(row: SheetRow) -> dict[str, Any]:
     }
 
 
-def _number(value: float) -> str:
-    return f"{value:.{_DIGITS}g}"
+def _rounded(value: float) -> float:
+    return float(f"{value:.{_DIGITS}g}")
