@@ -11,12 +11,12 @@ Each capture is made small (0.35 MP) from its seed, goes through `limbgram check
 blames limb, board, camera or a photo (`BLAMES`), which photos were set aside, what else was said,
 how often the surroundings were refused, and the CPU seconds. What a capture truly has (the
 stabiliser of a phone that has one) is no false accusation. Rows that OUT holds already are not done
-again; `--table` writes OUT.md beside it. The generator makes three kinds of limb and a gauge
-cylinder; it has no feet and no boxes. `real` are the sets of photographs of rigid things, whole and
-as people pass photos on: all that blames anything there is false. To bound the cost they are 900 px
-long, and what is done to sizes, EXIF and files is done to every second photo. `clinic` has folders
-as they come: sizes, cuts and lenses mixed, bursts, films, stools, which are sound, and two limbs in
-one folder, which are refused.
+again; `--table` writes OUT.md beside it. The things photographed are three kinds of limb, a gauge
+cylinder, and feet, trunks and boxes (`shapes`). `real` are sets of photographs of rigid things,
+whole and as people pass photos on: all that blames anything there is false. To bound the cost they
+are 900 px long, and what is done to sizes, EXIF and files is done to every second photo. `clinic`
+has folders as they come: sizes, cuts and lenses mixed, bursts, films, stools, which are sound, and
+two limbs in one folder, which are refused.
 """
 
 import argparse
@@ -31,12 +31,13 @@ from pathlib import Path
 from typing import Any, Literal, ParamSpec, TypeVar
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageDraw
 
 from captures import machine
 from limbgram.cases.capture_check import check_sources
 from limbgram.core.errors import LimbgramError
-from limbgram.core.geometry.lens import PARAMETERS, Camera
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import PARAMETERS, Camera, View
 from limbgram.core.run import Run
 from limbgram.findings import Finding
 from limbgram.reconstruction.calibration.cameras import Calibration
@@ -56,10 +57,12 @@ from limbgram.synthetic import (
     Paint,
     TurnedOver,
     Turning,
+    distance_for,
     make_capture,
     with_faults,
 )
 from limbgram.synthetic.props.gauges import GaugeCylinder
+from shapes import SHAPES, shape_of
 from tables import made_on, table
 
 DOORS = ("check", "reconstruct")
@@ -92,6 +95,7 @@ _SIGMAS = {
     "fx": 0.2, "fy": 0.2, "cx": 0.5, "cy": 0.5, "k1": 1e-3, "k2": 3e-3, "p1": 1e-4, "p2": 1e-4,
 }  # fmt: skip
 """Of a calibration: it is as far off the truth as these say."""
+SUBJECTS = (*(one.value for one in LimbKind), "cylinder", *SHAPES)
 _COUNTS = (8, 10, 12, 14, 16, 20, 30, 60)
 _SHARES = (0.15, 0.2, 0.25, 0.15, 0.1, 0.09, 0.05, 0.01)
 _LONG_SIDE_PX = 900
@@ -196,7 +200,7 @@ def sound_case(seed: int) -> Case:
     base = _PHONE if phone else _SMALL
     walk = str(rng.choice(["round", "half heights", "turntable"], p=[0.5, 0.3, 0.2]))
     photos = int(rng.choice(_COUNTS, p=_SHARES))
-    subject = str(rng.choice(["transtibial", "transfemoral", "bulbous", "cylinder"]))
+    subject = str(rng.choice(SUBJECTS))
     faults: list[Fault] = []
     if phone and rng.random() < 0.6:
         faults = [Fault.STABILISER, Fault.BREATHING, Fault.ROLLING, Fault.BLUR]
@@ -204,12 +208,15 @@ def sound_case(seed: int) -> Case:
     elif not phone and rng.random() < 0.4:
         faults = [Fault.BREATHING, Fault.BLUR, Fault.LIGHT]
     gauge = GaugeCylinder() if subject == "cylinder" else None
+    scan = shape_of(subject, rng) if subject in SHAPES else None
     options = replace(
         base,
         seed=seed,
         photos=max(photos, 12) if walk == "half heights" else photos,
-        kind=LimbKind.TRANSTIBIAL if gauge else LimbKind(subject),
+        kind=LimbKind.TRANSTIBIAL if gauge or scan else LimbKind(subject),
         gauge=gauge,
+        scan=scan,
+        distance_mm=base.distance_mm if scan is None else distance_for(scan, base.distance_mm),
         coverage=float(rng.choice([0.12, 0.3, 0.55])),
         rings=2 if walk == "half heights" else 1,
         turning=Turning() if walk == "turntable" else None,
@@ -242,7 +249,9 @@ def real_cases(folder: Path) -> Iterator[Case]:
             "every second photo": replace(second, change=_resized(1.0)),
             "halved in size": replace(second, change=_resized(0.5)),
             "every other one halved in size": replace(second, change=_every_other_halved),
-            "every other one cropped": replace(second, change=_every_other_cropped),
+            "every other one cropped": replace(
+                second, change=_every_other_cropped, true=(*true, "lens.cut_out")
+            ),
             "EXIF dropped": replace(second, change=_without_exif),
             "by a messenger": replace(second, change=_by_messenger),
             "first half": replace(whole, photos=photos[:half], change=_resized(1.0)),
@@ -271,11 +280,22 @@ def clinic_cases(seed: int) -> Iterator[Case]:
     bare = {"lens": None}
     rows: dict[str, Case] = {
         "every other one smaller": _clinic(base, change=_every_other_smaller),
-        "every other one cut": _clinic(base, change=_every_other_cropped),
-        "every other one cut, no camera file": _clinic(base, change=_every_other_cropped, **bare),
+        "every other one cut": _clinic(base, "lens.cut_out", change=_every_other_cropped),
+        "every other one cut, no camera file": _clinic(
+            base, "lens.cut_out", change=_every_other_cropped, **bare
+        ),
+        "every other one cut, same shape": _clinic(base, "lens.cut_out", change=_every_other_cut),
+        "every other one cut, same shape, no camera file": _clinic(
+            base, "lens.cut_out", change=_every_other_cut, **bare
+        ),
+        "board half hidden": _clinic(base, change=_board_half_hidden),
         "wide and tele": _clinic(base, beside=long, change=_every_other_long, **bare),
         "wide and tele, no EXIF": _clinic(
-            base, beside=long, change=_every_other_long_without_exif, **bare
+            base,
+            "lens.told_by_photos",
+            beside=long,
+            change=_every_other_long_without_exif,
+            **bare,
         ),
         "no EXIF": _clinic(base, change=_without_exif, **bare),
         "by a messenger": _clinic(base, change=_by_messenger, **bare),
@@ -578,6 +598,41 @@ def _every_other_cropped(folder: Path) -> None:
 
     for number, file in enumerate(_files(folder)):
         _stored(file, cut if number % 2 else lambda picture: picture)
+
+
+def _every_other_cut(folder: Path) -> None:
+    """Off its middle, with the sides' ratio of the whole."""
+
+    def cut(picture: Image.Image) -> Image.Image:
+        width, height = picture.size
+        left, top = width // 20, height // 8
+        return picture.crop((left, top, left + 4 * width // 5, top + 4 * height // 5))
+
+    for file in _files(folder)[1::2]:
+        _stored(file, cut)
+
+
+def _board_half_hidden(folder: Path) -> None:
+    """A sheet lies over the half of the board that is farther from the limb in all photos."""
+    truth = folder.parent / "truth"
+    told = json.loads((truth / "cameras.json").read_text())
+    board = json.loads((truth / "board.json").read_text())["scene_board"]
+    lens = told["intrinsics"] | told["distortion"]
+    size = {"width_px": lens.pop("width"), "height_px": lens.pop("height")}
+    camera = Camera(**size, **lens)
+    wide, high = (board["square_mm"] * board[f"squares_{side}"] for side in "xy")
+    sheet = np.array([(0.45 * wide, -9, 0), (wide + 9, -9, 0), (wide + 9, high + 9, 0)])
+    corners = np.concatenate([sheet, [(0.45 * wide, high + 9.0, 0.0)]])
+    in_world = corners @ np.array(board["R"]).T + np.array(board["t"])
+    for photo in told["images"]:
+        view = View(photo["name"], camera, Rigid(np.array(photo["R"]), np.array(photo["t"])))
+        file = folder / photo["name"]
+        with Image.open(file) as picture:
+            exif, before = picture.getexif(), picture.convert("RGB")
+        after = before.copy()
+        ImageDraw.Draw(after).polygon([(x, y) for x, y in view.project(in_world)], (150, 60, 40))
+        with Image.open(truth / "masks" / f"{file.stem}.png") as limb:
+            Image.composite(before, after, limb.convert("L")).save(file, quality=93, exif=exif)
 
 
 def _every_other_smaller(folder: Path) -> None:
