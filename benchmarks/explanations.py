@@ -30,8 +30,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, ParamSpec, TypeVar
 
+import cv2
 import numpy as np
 from PIL import Image, ImageDraw
+from scipy.spatial.transform import Rotation
 
 from captures import machine
 from limbgram.cases.capture_check import check_sources
@@ -453,10 +455,7 @@ def _given(case: Case, folder: Path) -> tuple[Path, tuple[Calibration, ...]]:
 
 def _calibration(source: Path, focal: float) -> Calibration:
     """The true lens as a calibration knows it, its focal length multiplied by `focal`."""
-    told = json.loads((source / "truth" / "cameras.json").read_text())
-    lens = told["intrinsics"] | told["distortion"]
-    size = {"width_px": lens.pop("width"), "height_px": lens.pop("height")}
-    camera = Camera(**size, **lens)
+    camera = _camera_of(json.loads((source / "truth" / "cameras.json").read_text()))
     sigmas = np.array([_SIGMAS.get(name, 0.0) for name in PARAMETERS])
     off = np.random.default_rng(int(1000 * camera.fx)).normal(0.0, 1.0, len(sigmas)) * sigmas
     off[1] = off[0]  # pixels are square
@@ -465,6 +464,13 @@ def _calibration(source: Path, focal: float) -> Calibration:
     return Calibration(
         camera=camera.with_parameters(packed), covariance=np.diag(sigmas**2), source="board"
     )
+
+
+def _camera_of(told: dict[str, Any]) -> Camera:
+    """The lens in the truth of a capture."""
+    lens = told["intrinsics"] | told["distortion"]
+    size = {"width_px": lens.pop("width"), "height_px": lens.pop("height")}
+    return Camera(**size, **lens)
 
 
 def _checked(images: Path, given: Sequence[Calibration], board: Board | None) -> _Said:
@@ -617,9 +623,7 @@ def _board_half_hidden(folder: Path) -> None:
     truth = folder.parent / "truth"
     told = json.loads((truth / "cameras.json").read_text())
     board = json.loads((truth / "board.json").read_text())["scene_board"]
-    lens = told["intrinsics"] | told["distortion"]
-    size = {"width_px": lens.pop("width"), "height_px": lens.pop("height")}
-    camera = Camera(**size, **lens)
+    camera = _camera_of(told)
     wide, high = (board["square_mm"] * board[f"squares_{side}"] for side in "xy")
     sheet = np.array([(0.45 * wide, -9, 0), (wide + 9, -9, 0), (wide + 9, high + 9, 0)])
     corners = np.concatenate([sheet, [(0.45 * wide, high + 9.0, 0.0)]])
@@ -654,14 +658,21 @@ def _every_other_long_without_exif(folder: Path) -> None:
 
 
 def _burst(folder: Path) -> None:
-    """Every third photo three times, a little noise and a pixel apart."""
+    """Every third photo three times: the hand turned by 0.2 degrees, and the noise is another."""
+    camera = _camera_of(json.loads((folder.parent / "truth" / "cameras.json").read_text()))
     for number, file in enumerate(_files(folder)[::3]):
         for again in (1, 2):
             with Image.open(file) as photo:
-                exif, pixels = photo.getexif(), np.asarray(photo.convert("RGB")).astype(float)
-            noise = np.random.default_rng((number, again)).normal(0.0, 2.0, pixels.shape)
-            moved = np.roll(pixels, again, axis=1) + noise
-            picture = Image.fromarray(np.clip(moved, 0, 255).astype(np.uint8))
+                exif, pixels = photo.getexif(), np.asarray(photo.convert("RGB"))
+            rng = np.random.default_rng((number, again))
+            turn = Rotation.from_rotvec(rng.normal(0.0, np.radians(0.2), 3)).as_matrix()
+            moved = camera.matrix @ turn @ np.linalg.inv(camera.matrix)
+            turned = cv2.warpPerspective(
+                pixels, moved, pixels.shape[1::-1], flags=cv2.INTER_LANCZOS4,
+                borderMode=cv2.BORDER_REFLECT,
+            )  # fmt: skip
+            noisy = turned + rng.normal(0.0, 2.0, pixels.shape)
+            picture = Image.fromarray(np.clip(noisy, 0, 255).astype(np.uint8))
             picture.save(file.with_stem(f"{file.stem}_{again}"), quality=93, exif=exif)
 
 

@@ -214,7 +214,7 @@ def _panels(panels: tuple[Panel, ...], camera_from_world: Rigid) -> Panels:
         first += len(texels[-1])
     return Panels(
         rows=rows,
-        bounds=np.array([_bounds(row) for row in rows]),
+        bounds=_bounds(rows),
         kinds=np.array(kinds, np.int64),
         texels=np.concatenate(texels),
         cells=board.board.cells(),
@@ -227,28 +227,28 @@ def _panels(panels: tuple[Panel, ...], camera_from_world: Rigid) -> Panels:
 def _placed(panels: Panels, known: tuple[Panel, ...], camera_from_world: Rigid) -> Panels:
     """The same panels for another pose."""
     rows = _rows(known, camera_from_world)
-    return panels._replace(rows=rows, bounds=np.array([_bounds(row) for row in rows]))
+    return panels._replace(rows=rows, bounds=_bounds(rows))
 
 
 def _rows(panels: tuple[Panel, ...], camera_from_world: Rigid) -> Float64[np.ndarray, "panels 18"]:
     """Where the panels are in the camera's frame, as `Panels.rows` has it."""
-    return np.array([_row(panel, camera_from_world) for panel in panels])
+    if not panels:
+        return np.zeros((0, 18))
+    turn = camera_from_world.rotation.T
+    right = np.array([panel.right for panel in panels]) @ turn
+    down = np.array([panel.down for panel in panels]) @ turn
+    origin = camera_from_world.apply(np.array([panel.origin for panel in panels]))
+    sizes = np.array([panel.size_mm for panel in panels])
+    prints = np.array([panel.print_from_panel for panel in panels])
+    return np.concatenate([origin, right, down, np.cross(down, right), sizes, prints], axis=1)
 
 
-def _row(panel: Panel, camera_from_world: Rigid) -> Float64[np.ndarray, "18"]:
-    turn = camera_from_world.rotation
-    right, down = turn @ panel.right, turn @ panel.down
-    origin = camera_from_world.apply(panel.origin)
-    place = [origin, right, down, np.cross(down, right), panel.size_mm]
-    return np.concatenate([*place, panel.print_from_panel])
-
-
-def _bounds(row: Float64[np.ndarray, "18"]) -> Float64[np.ndarray, "4"]:
-    """Where a panel can appear on the ideal plane; everywhere if it reaches behind the camera."""
-    corners = row[:3] + np.array(
-        [i * row[12] * row[3:6] + j * row[13] * row[6:9] for i in (0, 1) for j in (0, 1)]
-    )
-    if corners[:, 2].min() <= 1.0:
-        return np.array([-np.inf, -np.inf, np.inf, np.inf])
-    flat = corners[:, :2] / corners[:, 2:]
-    return np.concatenate([flat.min(0), flat.max(0)]) + np.array([-1e-9, -1e-9, 1e-9, 1e-9])
+def _bounds(rows: Float64[np.ndarray, "n 18"]) -> Float64[np.ndarray, "n 4"]:
+    """Where panels can appear on the ideal plane; everywhere if they reach behind the camera."""
+    across, along = rows[:, 12:13] * rows[:, 3:6], rows[:, 13:14] * rows[:, 6:9]
+    corners = rows[:, None, :3] + np.stack([0 * across, along, across, across + along], axis=1)
+    behind = corners[..., 2].min(axis=1, initial=np.inf) <= 1.0
+    flat = corners[..., :2] / np.where(behind[:, None], 1.0, corners[..., 2])[..., None]
+    low, high = flat.min(axis=1) - 1e-9, flat.max(axis=1) + 1e-9
+    everywhere = np.array([-np.inf, -np.inf, np.inf, np.inf])
+    return np.where(behind[:, None], everywhere, np.concatenate([low, high], axis=1))
