@@ -27,11 +27,16 @@ from limbgram.reconstruction.photos.masks import (
     no_mask_fits,
     require_masks_folder,
 )
-from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside, left_out
+from limbgram.reconstruction.photos.photo import (
+    CameraGroup,
+    Photo,
+    PhotoSet,
+    SetAside,
+    left_out,
+)
 from limbgram.reconstruction.photos.reading import (
     PhotoOptions,
     candidates_in,
-    grouped,
     look_at_all,
     masked_by,
     natural_order,
@@ -183,8 +188,12 @@ class CaptureWatch:
             folder = Path(tempfile.mkdtemp(dir=self._scratch.name))
             copies = run(reduce_photos, replace(photos, photos=fresh), folder)
             self._copies |= dict(zip(map(_pixels_of, fresh), copies.photos))
-        small = [replace(self._copies[_pixels_of(one)], name=one.name) for one in photos.photos]
-        return self._coach.check(photos, grouped(small, ()), run)
+        small = tuple(
+            replace(self._copies[_pixels_of(one)], name=one.name, camera_idx=one.camera_idx)
+            for one in photos.photos
+        )
+        reduced = replace(photos, photos=small, cameras=_small_cameras(photos))
+        return self._coach.check(photos, reduced, run)
 
     def _read_again(self, sources: Sequence[Path], run: Run) -> PhotoSet:
         """As `read_photos`, but only files that are new or were written again are decoded."""
@@ -226,18 +235,11 @@ def stamp_of(file: Path) -> _Stamp:
 
 def reduce_photos(photos: PhotoSet, folder: Path) -> PhotoSet:
     """Small copies, in shades of grey, with the pixel centres kept, and of their masks."""
-    factors = [
-        min(1.0, (_SMALL_MEGAPIXELS * 1e6 / (one.width_px * one.height_px)) ** 0.5)
-        for one in photos.cameras
-    ]
-
-    def side(pixels: int, factor: float) -> int:
-        return max(1, round(pixels * factor))
+    cameras = _small_cameras(photos)
 
     def reduce_one(number: int) -> Photo:
         photo = photos.photos[number]
-        factor = factors[photo.camera_idx]
-        width, height = side(photo.width_px, factor), side(photo.height_px, factor)
+        width, height = cameras[photo.camera_idx].width_px, cameras[photo.camera_idx].height_px
         place = folder / f"{number:05d}.png"
         luma = cv2.resize(load_luma(photo), (width, height), interpolation=cv2.INTER_AREA)
         written = cv2.imencode(".png", np.asarray(luma), (cv2.IMWRITE_PNG_COMPRESSION, 1))[1]
@@ -255,11 +257,19 @@ def reduce_photos(photos: PhotoSet, folder: Path) -> PhotoSet:
 
     each_mb = in_flight_mb(photos.photos, 2.0)
     reduced = in_parallel(reduce_one, range(len(photos.photos)), each_mb=each_mb)
-    cameras = tuple(
-        replace(one, width_px=side(one.width_px, f), height_px=side(one.height_px, f))
-        for one, f in zip(photos.cameras, factors)
-    )
     return replace(photos, photos=tuple(reduced), cameras=cameras)
+
+
+def _small_cameras(photos: PhotoSet) -> tuple[CameraGroup, ...]:
+    """The camera groups of small copies: groups that come out alike stay apart."""
+
+    def small(group: CameraGroup) -> CameraGroup:
+        size_px = group.width_px, group.height_px
+        factor = min(1.0, (_SMALL_MEGAPIXELS * 1e6 / (size_px[0] * size_px[1])) ** 0.5)
+        width_px, height_px = (max(1, round(side * factor)) for side in size_px)
+        return replace(group, width_px=width_px, height_px=height_px, file_px=size_px)
+
+    return tuple(map(small, photos.cameras))
 
 
 def _reduced_mask(photo: Photo, place: Path, size: tuple[int, int]) -> Path | None:

@@ -74,8 +74,9 @@ def kept_evidence(case: CaseFolder) -> Evidence:
         _read(case, keys, "read_photos", PhotoSet),
         _read(case, keys, "cameras_for", Cameras),
     )
-    if len(metric.scene.cameras) != len(cameras.calibrations):  # the photos told of two lenses
-        lenses = _read(case, keys, "by_lens", ByLens)
+    two = len(metric.scene.cameras) != len(cameras.calibrations)  # the photos told of two lenses
+    if two or "by_cut" in keys:
+        lenses = _read(case, keys, "by_lens" if two else "by_cut", ByLens)
         photos, cameras = lenses.photos, lenses.cameras
     return Evidence(
         photos=replace(photos, set_aside=record.set_aside),

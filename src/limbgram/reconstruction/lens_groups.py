@@ -1,15 +1,22 @@
-"""Lens groups: photos of two lenses that one camera name, or none, stands for.
+"""Lens groups: what photos themselves tell of the lenses that took them.
 
-In      photos without EXIF's word for the focal length, their features and verified pairs.
+In      photos, their features and verified pairs, and the lenses as files tell them.
 Out     ByLens: the same photos with a camera group for each lens, and its calibration; None where
-        one lens took them, or that cannot be told.
-Method  Every photo is placed with a focal length of its own, drawn to a usual one by the wide prior
-        that photos without EXIF have. The points that photos share hold it to about 1 %, and a
-        phone's lenses differ by a factor of 1.5 to 5: the largest gap between the focal lengths
-        parts the photos, if it is wide and both sides are close together.
+        the photos tell nothing else, or that cannot be told.
+Method  Two lenses that one name, or none, stands for: every photo is placed with a focal length of
+        its own, drawn to a usual one by the wide prior that photos without EXIF have. The points
+        that photos share hold it to about 1 %, and a phone's lenses differ by a factor of 1.5 to 5:
+        the largest gap between the focal lengths parts the photos, if it is wide and both sides are
+        close together.
+        Pictures cut out of larger ones with the ratio of their sides look like smaller copies: the
+        photos are placed with a lens for each size that is held as little as that of a picture
+        which was cut. Copies keep the focal length of the larger ones, reduced as their sides were;
+        pictures that were cut have a longer one.
 Fails   never.
-Limits  Two lenses; fewer than three photos of one are no group. It costs another placing, so it is
-        asked only where one lens does not place all photos.
+Limits  Two lenses; fewer than three photos of one are no group. It costs another placing, so two
+        lenses are looked for only where one does not place all photos, and cut pictures only where
+        sizes are mixed. Less than 4 % cut off is not told from a copy, and then moves the middle of
+        the lens by 2 % at most.
 """
 
 from dataclasses import dataclass, replace
@@ -17,9 +24,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from limbgram.core.errors import PlacementError
-from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cut_lens
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.ring import MappingOptions, place_roughly
+from limbgram.reconstruction.photos.lenses import copies_of
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs
 
@@ -31,6 +39,9 @@ _CLEAR = 4.0
 _FIRM = 0.05
 """Relative sigma of a focal length that photos told so: about 1 % in all of theirs, doubled, and
 what the pictures of one lens differ by."""
+_CUT = 1.04
+"""Focal length of cut pictures over that of copies, at least: mixed sizes of one lens keep within
+1 % of each other."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +97,40 @@ def by_lens(
     groups = (group, replace(group, longer=middles[1] / middles[0]))
     lenses = tuple(_with_focal(guess, middle) for middle in middles)
     return ByLens(replace(photos, photos=told, cameras=groups), Cameras(lenses))
+
+
+def by_cut(
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    cameras: Cameras,
+    mapping: MappingOptions,
+) -> ByLens:
+    """The photos with those sizes told as cut out whose pictures are no copies of larger ones."""
+    as_told = ByLens(photos, cameras)
+    copies = copies_of(photos)
+    free = {k: cut_lens(cameras.calibrations[k]) for k in copies}
+    loose = Cameras(tuple(free.get(k, one) for k, one in enumerate(cameras.calibrations)))
+    alone = replace(mapping, photo_lenses="never")
+    try:
+        scene = place_roughly(photos, features, pairs, loose, alone)
+    except PlacementError:
+        return as_told
+
+    def longer(group: int) -> float:
+        """Than files tell; 1 where no photo of this size was placed."""
+        told = cameras.calibrations[group].camera.fx
+        placed = [k for k in scene.placed if photos.photos[k].camera_idx == group]
+        return scene.cameras[scene.camera_idx[placed[0]]].fx / told if placed else 1.0
+
+    cut = [k for k, whole in copies.items() if longer(k) > _CUT * longer(whole)]
+    if not cut:
+        return as_told
+    groups = tuple(replace(one, cut_out=k in cut) for k, one in enumerate(photos.cameras))
+    lenses = tuple(
+        loose.calibrations[k] if k in cut else one for k, one in enumerate(cameras.calibrations)
+    )
+    return ByLens(replace(photos, cameras=groups), Cameras(lenses))
 
 
 def _with_focal(guess: Calibration, focal_px: float) -> Calibration:

@@ -63,6 +63,7 @@ from limbgram.reconstruction.movement import (
     tell_sides,
     without_what_moved_beside,
 )
+from limbgram.reconstruction.photos.lenses import copies_of
 from limbgram.reconstruction.photos.photo import PhotoSet, naming_left_out
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 from limbgram.reconstruction.poses import (
@@ -323,7 +324,7 @@ class Placing:
     coded: Coded | None = None
     """Which keypoints are points of coded marks, where these joined the photos."""
     lenses: ByLens | None = None
-    """Photos and cameras where the photos themselves told that two lenses took them."""
+    """Photos and cameras where the photos themselves told of other lenses than their files."""
 
 
 def place_photos(
@@ -406,7 +407,8 @@ def _by_paint(
     largest = max((one.width_px * one.height_px for one in photos.photos), default=0)
     if largest < _WORTH_REDUCING * 1e6 * options.reduced.max_megapixels:
         return _by_full_size(photos, cameras, options, run, found)
-    if any(calibration.source != "board" for calibration in cameras.calibrations):
+    known = all(calibration.source == "board" for calibration in cameras.calibrations)
+    if not known or copies_of(photos):  # what looks like a smaller copy may be cut
         reduced = note("placing.reduced.lens")
     else:
         reduced = _by_reduced(photos, cameras, options, run)

@@ -42,13 +42,14 @@ from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.lens_groups import ByLens, by_lens, lens_is_told
+from limbgram.reconstruction.lens_groups import ByLens, by_cut, by_lens, lens_is_told
 from limbgram.reconstruction.limb_groups import LimbGroups, limb_groups
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.verdicts import by_found_lenses, found_lenses
 from limbgram.reconstruction.matching.matching import Matches
 from limbgram.reconstruction.matching.static_background import Still
+from limbgram.reconstruction.photos.lenses import copies_of
 from limbgram.reconstruction.photos.photo import PhotoSet, first_of
 from limbgram.reconstruction.scale.background_board import without_background_board
 from limbgram.reconstruction.scale.metric import MetricScene
@@ -191,7 +192,7 @@ class Placed:
     scene: Scene
     poses: Poses
     lenses: ByLens | None = None
-    """Where the photos themselves told that two lenses took them."""
+    """Where the photos themselves told of other lenses than their files."""
 
 
 def place_object(
@@ -206,32 +207,34 @@ def place_object(
     twoview: TwoViewOptions,
     options: PosesOptions = DEFAULTS,
 ) -> Placed:
-    """Place photos, with two lenses where they tell so and one does not place them all.
+    """Place photos, with other lenses than files tell where the photos themselves tell so.
 
     Raises:
         PlacementError: see `_placed`.
     """
     rest = (detections, run, mapping, twoview, options)
 
-    def with_two(lenses: ByLens) -> Placed:
+    def with_lenses(lenses: ByLens) -> Placed:
         placed = _placed(lenses.photos, features, matches, pairs, lenses.cameras, *rest)
         return replace(placed, lenses=lenses)
 
     told = lens_is_told(photos, cameras)
+    if copies_of(photos):
+        return with_lenses(run(by_cut, photos, features, pairs, cameras, mapping))
     try:
         placed = _placed(photos, features, matches, pairs, cameras, *rest)
     except PlacementError:
         lenses = None if told else run(by_lens, photos, features, pairs, cameras, mapping)
         if lenses is None:
             raise
-        return with_two(lenses)
+        return with_lenses(lenses)
     if told or len(placed.scene.placed) == len(placed.scene.names):
         return placed
     lenses = run(by_lens, photos, features, pairs, cameras, mapping)
     if lenses is None:
         return placed
     try:
-        again = with_two(lenses)
+        again = with_lenses(lenses)
     except PlacementError:
         return placed
     return again if len(again.scene.placed) > len(placed.scene.placed) else placed

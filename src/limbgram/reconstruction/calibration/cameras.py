@@ -111,7 +111,8 @@ class Cameras:
 
     def reduced(self, groups: Sequence[CameraGroup]) -> "Cameras":
         """The same for smaller copies of the photos."""
-        return Cameras(tuple(_resized(one, group) for one, group in zip(self.calibrations, groups)))
+        pairs = zip(self.calibrations, groups, strict=True)
+        return Cameras(tuple(_resized(one, group) for one, group in pairs))
 
 
 def label_of(exif: Exif) -> str:
@@ -148,6 +149,9 @@ _FAR_SIGMAS = 4.0
 """Sigmas of EXIF's focal length beyond which a calibration is that of another camera: 20 to 28 %,
 and where EXIF says nothing more than any lens is long."""
 
+_CUT_ASIDE = 0.15
+"""Of its sides, how far the lens's middle lies from that of a picture which was cut (sigma): of one
+that is half as wide as the whole and was cut anywhere it is 0.14 to 0.29."""
 _SENSORS_MM: tuple[tuple[str, float], ...] = (
     (r"canon eos[ -]?(5ds?|6d|1ds|1d ?x|r|rp|r[13568])\b", 36.0),
     (r"canon eos[ -]?1d\b", 28.1),
@@ -378,16 +382,32 @@ def _cut_out(whole: Calibration, group: CameraGroup, options: CameraOptions) -> 
     """
     if _is_turned(group, whole.camera):
         whole = _turned(whole)
-    camera, covariance = whole.camera, whole.covariance.copy()
+    camera = whole.camera
     spare_px = np.array(
         [camera.width_px - group.width_px, camera.height_px - group.height_px], np.float64
     )
-    covariance[[2, 3], [2, 3]] += spare_px**2 / 12.0
-    covariance[:2, :2] += (options.sigma_from_nothing * camera.fx) ** 2
     packed = camera.packed.copy()
     packed[[2, 3]] -= 0.5 * spare_px
     cut = replace(camera, width_px=group.width_px, height_px=group.height_px)
-    return replace(whole, camera=cut.with_parameters(packed), covariance=covariance, source="guess")
+    return _loosened(
+        replace(whole, camera=cut.with_parameters(packed)), spare_px / np.sqrt(12.0), options
+    )
+
+
+def cut_lens(copy: Calibration, options: CameraOptions = DEFAULTS) -> Calibration:
+    """The lens of pictures of this size if they were cut and not, as this one has it, reduced."""
+    size_px = np.array([copy.camera.width_px, copy.camera.height_px], np.float64)
+    return _loosened(copy, _CUT_ASIDE * size_px, options)
+
+
+def _loosened(
+    lens: Calibration, middle_px: Float64[np.ndarray, "2"], options: CameraOptions
+) -> Calibration:
+    """A lens whose middle may lie so far away, and whose focal length is as good as unknown."""
+    covariance = lens.covariance.copy()
+    covariance[[2, 3], [2, 3]] += middle_px**2
+    covariance[:2, :2] += (options.sigma_from_nothing * lens.camera.fx) ** 2
+    return replace(lens, covariance=covariance, source="guess")
 
 
 def _is_turned(group: CameraGroup, camera: Camera) -> bool:

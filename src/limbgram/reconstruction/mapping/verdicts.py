@@ -103,6 +103,8 @@ def _agree(
 
 
 _FEW_KEYPOINTS = 200
+_NEARLY_ALL = 0.8
+"""Of its matches with points of the scene: where these agree, there are only too few of them."""
 _CONTRADICTION_DEG = 15.0
 
 
@@ -226,6 +228,8 @@ def _why(
     if all(pair.kind == "rotation" for pair in own):
         return fault("placing.photo.same_spot")
     agreeing, matched = _agreement(photo, scene, places_px, own)
+    if agreeing >= _NEARLY_ALL * matched:
+        return fault("placing.photo.few_agree", points=agreeing)
     return fault(
         "placing.photo.disagrees",
         agreeing=agreeing,

@@ -1,8 +1,9 @@
 """Lenses: which photos are cut out of larger ones, and what is said of photos of several lenses.
 
-Photos of one camera whose sides keep their ratio are smaller copies: the same lens, other pixels.
-Those of another ratio were cut: where the lens's middle lies in them nobody knows, nor whether they
-were reduced as well. Photos whose files tell no camera are taken to be of one.
+Photos of one camera whose sides keep their ratio are taken to be smaller copies, the same lens with
+other pixels, unless what they show tells that they were cut (`lens_groups`). Those of another ratio
+were cut: where the lens's middle lies in them nobody knows, nor whether they were reduced as well.
+Photos whose files tell no camera are taken to be of one.
 """
 
 from collections.abc import Iterator
@@ -16,16 +17,40 @@ _ROUNDED_PX = 1.0
 
 def cut_from(photos: PhotoSet) -> dict[int, int]:
     """Camera groups that are cut out of others, and of which."""
-    found: dict[int, int] = {}
-    for number, group in enumerate(photos.cameras):
-        larger = [
+    larger = _larger(photos)
+    copies = _copies(photos, larger)
+    cut = {k: of for k, of in larger.items() if k not in copies or photos.cameras[k].cut_out}
+    return {k: _largest(photos, of) for k, of in cut.items()}
+
+
+def copies_of(photos: PhotoSet) -> dict[int, int]:
+    """Camera groups that are smaller copies of others by their size, and of which."""
+    return _copies(photos, _larger(photos))
+
+
+def _larger(photos: PhotoSet) -> dict[int, list[int]]:
+    """By camera group, those of the same lens whose pictures have room for its own."""
+    found = {
+        number: [
             other
             for other, one in enumerate(photos.cameras)
             if same_lens(group, one) and _holds(one, group)
         ]
-        if larger and not any(_is_copy(group, photos.cameras[other]) for other in larger):
-            found[number] = max(larger, key=lambda other: _pixels(photos.cameras[other]))
-    return found
+        for number, group in enumerate(photos.cameras)
+    }
+    return {number: larger for number, larger in found.items() if larger}
+
+
+def _copies(photos: PhotoSet, larger: dict[int, list[int]]) -> dict[int, int]:
+    alike = {
+        number: [other for other in of if _is_copy(photos.cameras[number], photos.cameras[other])]
+        for number, of in larger.items()
+    }
+    return {number: _largest(photos, of) for number, of in alike.items() if of}
+
+
+def _largest(photos: PhotoSet, groups: list[int]) -> int:
+    return max(groups, key=lambda one: _pixels(photos.cameras[one]))
 
 
 def same_lens(one: CameraGroup, other: CameraGroup) -> bool:
@@ -51,11 +76,17 @@ def _is_copy(part: CameraGroup, whole: CameraGroup) -> bool:
 
 
 def _sides(group: CameraGroup) -> tuple[int, int]:
-    return max(group.width_px, group.height_px), min(group.width_px, group.height_px)
+    width, height = _file_px(group)
+    return max(width, height), min(width, height)
 
 
 def _pixels(group: CameraGroup) -> int:
-    return group.width_px * group.height_px
+    width, height = _file_px(group)
+    return width * height
+
+
+def _file_px(group: CameraGroup) -> tuple[int, int]:
+    return group.file_px or (group.width_px, group.height_px)
 
 
 def lens_notes(photos: PhotoSet) -> tuple[Finding, ...]:
@@ -67,13 +98,14 @@ def _cut_notes(photos: PhotoSet) -> Iterator[Finding]:
     for number, whole in cut_from(photos).items():
         group, of = photos.cameras[number], photos.cameras[whole]
         names = _names(photos, number)
+        (width_px, height_px), (of_width_px, of_height_px) = _file_px(group), _file_px(of)
         yield note(
             "lens.cut_out",
             count=len(names),
-            width_px=group.width_px,
-            height_px=group.height_px,
-            of_width_px=of.width_px,
-            of_height_px=of.height_px,
+            width_px=width_px,
+            height_px=height_px,
+            of_width_px=of_width_px,
+            of_height_px=of_height_px,
             **first_of(names),
         )
 

@@ -106,6 +106,10 @@ class CameraGroup:
     exif: Exif
     longer: float | None = None
     """Focal length over that of the other photos, where these tell two lenses and files do not."""
+    cut_out: bool = False
+    """Whether what they show tells that they were cut out of larger ones, though no size does."""
+    file_px: tuple[int, int] | None = None
+    """Width and height of the photos that these are small copies of; None of photos themselves."""
 
 
 _LISTED_AT_MOST = 6
