@@ -85,7 +85,8 @@ BLAMES: dict[str, tuple[str, ...]] = {
     "camera": ("lens.", "own."),
     "photo": (
         "placing.photo.misses", "placing.photo.contradicted", "placing.photo.plain",
-        "placing.photo.disagrees", "placing.photo.same_spot", "photo.blurred", "photo.mirrored", "photo.other_lens", "photo.refocused",
+        "placing.photo.disagrees", "placing.photo.same_spot", "photo.blurred",
+        "photo.mirrored", "photo.other_lens", "photo.refocused",
         "photo.most", "pairs.turned",
     ),
 }  # fmt: skip
