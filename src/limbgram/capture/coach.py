@@ -63,7 +63,7 @@ from limbgram.reconstruction.features.detection import (
     detect,
 )
 from limbgram.reconstruction.mapping.ring import MappingOptions
-from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.scene import Movement, Scene
 from limbgram.reconstruction.mapping.zoom import zoomed_photos
 from limbgram.reconstruction.matching.matching import (
     Candidate,
@@ -356,11 +356,11 @@ class Coach:
             limb, found = metric.scene.points_in_world, False
         looked_at = run(look_at_limb, photos, small, features, metric, limb, self._seen)
         seen = _Seen(photos, small, metric, limb, looked_at, found)
-        findings += _moved_findings(metric, cameras)
+        motion = motion_told(metric, limb)
+        findings += motion.findings(cameras)
         answer = _answer(seen, findings, board_photos, options)
-        turned = _turned_over_notes(poses, small)
-        moved = _moved_notes(metric)
-        notes = (*moved, *answer.notes, *_turning_notes(still), *turned, *lens_notes(small))
+        turned = (*_turning_notes(still), *_turned_over_notes(poses, small))
+        notes = (*motion.notes(), *answer.notes, *turned, *lens_notes(small))
         return replace(answer, notes=notes, kept_still=_kept_still(metric.scene))
 
     def _features(self, small: PhotoSet, run: Run) -> Features:
@@ -430,32 +430,53 @@ def _kept_still(scene: Scene) -> bool | None:
     return True
 
 
-def _moved_findings(metric: MetricScene, cameras: Cameras) -> Iterator[Finding]:
-    """That the limb bent, or moved where its own points do not place the photos."""
-    scene, unit = metric.scene, _unit_of(metric)
-    movement, bending = scene.movement, scene.bending
-    if movement is not None and movement.moved and not movement.alone:
-        yield fault("coach.moved", how=movement_found(movement, scene.names, unit))
-    if bending is not None and bending.moved:
-        lens = lens_doubt(scene, cameras)
-        yield fault("coach.bent", how=bending_found(bending, scene.names, unit, lens))
+@dataclass(frozen=True)
+class MotionTold:
+    """How the limb moved and bent, in a unit that means something to people."""
+
+    scene: Scene
+    unit: str
+
+    def findings(self, cameras: Cameras) -> Iterator[Finding]:
+        """That the limb bent, or moved where its own points do not place the photos."""
+        scene, unit = self.scene, self.unit
+        movement, bending = scene.movement, scene.bending
+        if movement is not None and movement.moved and not movement.alone:
+            yield fault("coach.moved", how=movement_found(movement, scene.names, unit))
+        if bending is not None and bending.moved:
+            lens = lens_doubt(scene, cameras)
+            yield fault("coach.bent", how=bending_found(bending, scene.names, unit, lens))
+
+    def notes(self) -> Iterator[Finding]:
+        """That it moved as one piece, or what lies round it did: the surface will do without."""
+        scene, unit = self.scene, self.unit
+        movement = scene.movement
+        if movement is not None and movement.moved and movement.alone:
+            yield doubt("coach.moved_alone", how=movement_found(movement, scene.names, unit))
+        elif movement is not None and (movement.beside or movement.misfit):
+            yield movement_found(movement, scene.names, unit)
+        if scene.bending is not None and scene.bending.misfit:
+            yield bending_found(scene.bending, scene.names, unit)
 
 
-def _unit_of(metric: MetricScene) -> str:
-    return "mm" if metric.scale.unit == "mm" else "scene units"
+def motion_told(metric: MetricScene, limb: Points3) -> MotionTold:
+    """In mm, or as shares of the limb's length where nothing gives a size.
 
-
-def _moved_notes(metric: MetricScene) -> Iterator[Finding]:
-    """That the limb moved as one piece, or what lies round it did: the surface will do without."""
+    Args:
+        limb: Points of what the cameras aim at.
+    """
     scene = metric.scene
-    movement = scene.movement
-    if movement is not None and movement.moved and movement.alone:
-        how = movement_found(movement, scene.names, _unit_of(metric))
-        yield doubt("coach.moved_alone", how=how)
-    elif movement is not None and (movement.beside or movement.misfit):
-        yield movement_found(movement, scene.names, _unit_of(metric))
-    if scene.bending is not None and scene.bending.misfit:
-        yield bending_found(scene.bending, scene.names, _unit_of(metric))
+    if metric.scale.unit == "mm":
+        return MotionTold(scene, "mm")
+    middle = limb - limb.mean(axis=0)
+    axis = np.linalg.svd(middle, full_matrices=False)[2][0]
+    in_length = 100.0 / float(np.ptp(middle @ axis))
+
+    def shares(movement: Movement | None) -> Movement | None:
+        return None if movement is None else movement.scaled(in_length)
+
+    told = replace(scene, movement=shares(scene.movement), bending=shares(scene.bending))
+    return MotionTold(told, "% of the limb's length")
 
 
 def _turning_notes(still: Still) -> tuple[Finding, ...]:

@@ -7,13 +7,21 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from limbgram.capture.coach import CheckedPhoto, limb_shown, look_at_limb, missing_round
+from limbgram.capture.coach import (
+    CheckedPhoto,
+    limb_shown,
+    look_at_limb,
+    missing_round,
+    motion_told,
+)
 from limbgram.core.errors import RegionError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
+from limbgram.findings import Finding
+from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.region import find_region
 from limbgram.reconstruction.features.detection import detect
-from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.mapping.scene import Movement, Observations, Scene
 from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
@@ -63,6 +71,42 @@ def test_a_side_that_is_missing_in_both_rings_is_asked_for() -> None:
     for seed in SEEDS:
         left = [one for one in walk(24, 2, seed) if not 100 < one.azimuth_deg < 180]
         assert sum(one.count for one in missing_round(left)) >= 2
+
+
+@pytest.mark.parametrize(("unit", "far"), [("mm", 4.0), ("% of the limb's length", 2.0)])
+def test_without_a_size_a_movement_is_a_share_of_the_limb(unit: str, far: float) -> None:
+    moved = Movement(
+        kind="step",
+        group=np.array([0, 0, 1]),
+        shift=np.array([0.0, 0.0, 4.0]),
+        turn_deg=np.array([0.0, 0.0, 1.5]),
+        largest=4.0,
+    )
+    scene = Scene(
+        names=("a", "b", "c"),
+        cameras=(),
+        camera_idx=(0, 0, 0),
+        camera_from_world=(None, None, None),
+        points_in_world=np.zeros((0, 3)),
+        observations=Observations(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros((0, 2))),
+        verdicts=(),
+        bending=moved,
+    )
+    in_mm = unit == "mm"
+    scale = Scale(
+        unit="mm" if in_mm else "unitless",
+        source="board" if in_mm else "none",
+        relative_sigma=0.001,
+    )
+    across = np.random.default_rng(2).uniform(-20.0, 20.0, (400, 2))
+    limb = np.column_stack([across, np.linspace(0.0, 200.0, 400)])
+    told = motion_told(MetricScene(scene=scene, scale=scale), limb)
+    (said,) = told.findings(Cameras(()))
+    how = said.values["how"]
+    assert isinstance(how, Finding)
+    assert how.values["unit"] == unit
+    assert how.values["far"] == pytest.approx(far, rel=0.02)
+    assert how.values["turn_deg"] == 1.5
 
 
 @pytest.mark.parametrize("floor_sigma", [0.001, 0.003])

@@ -1,50 +1,67 @@
 """Lens groups: photos of two lenses whose files tell none are parted by what they show."""
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from limbgram.reconstruction.calibration.cameras import Cameras, from_exif
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.calibration.cameras import (
+    Calibration,
+    Cameras,
+    cameras_for,
+    from_exif,
+)
 from limbgram.reconstruction.features.detection import Features, Keypoints
-from limbgram.reconstruction.lens_groups import ByLens, by_lens, lens_is_told
+from limbgram.reconstruction.lens_groups import ByLens, by_cut, by_lens, lens_is_told
 from limbgram.reconstruction.mapping.ring import MappingOptions
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
+from limbgram.reconstruction.photos.lenses import cut_from
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.twoview.verification import verify
 from limbgram.synthetic import PHONE, SMALL, stage_truth, surface_points
+from limbgram.synthetic.truth import ideal_camera
 
-PHOTOS, POINTS, NOISE_PX = 14, 900, 0.1
+PHOTOS, POINTS, NOISE_PX = 14, 500, 0.1
 LONGER = 2.0
+OPTIONS = replace(SMALL, photos=PHOTOS, lens=PHONE, width_px=800, height_px=600, distance_mm=500.0)
+LENS = ideal_camera(OPTIONS)
+WHOLE = CameraGroup(label="", width_px=800, height_px=600, exif=Exif())
+SMALLER = replace(WHOLE, width_px=640, height_px=480)
 
 
-def parted(long: set[int]) -> ByLens | None:
-    """What is told of photos round a limb, those in `long` by a lens twice as long."""
-    truth = stage_truth(
-        replace(SMALL, photos=PHOTOS, lens=PHONE, width_px=800, height_px=600, distance_mm=500.0)
-    )
+@dataclass(frozen=True)
+class Taken:
+    """Photos round a limb, and what pairs of them share."""
+
+    photos: PhotoSet
+    features: Features
+    matches: Matches
+
+
+def taken(cameras: Sequence[Camera], sizes: Sequence[CameraGroup]) -> Taken:
+    """Photos by these cameras, those of one size in one group."""
+    truth = stage_truth(OPTIONS)
     limb, random = surface_points(truth, POINTS), np.random.default_rng(3)
-    none = Exif()
-    group = CameraGroup(label="", width_px=800, height_px=600, exif=none)
+    of_size = {(one.width_px, one.height_px): k for k, one in enumerate(sizes)}
     photos = PhotoSet(
         tuple(
             Photo(
-                name=view.name, path=Path(view.name), width_px=800, height_px=600, exif=none,
-                sha256=view.name, camera_idx=0,
+                name=view.name, path=Path(view.name), width_px=lens.width_px,
+                height_px=lens.height_px, exif=Exif(), sha256=view.name,
+                camera_idx=of_size[lens.width_px, lens.height_px],
             )
-            for view in truth.views
+            for view, lens in zip(truth.views, cameras, strict=True)
         ),
-        (group,),
+        tuple(sizes),
     )  # fmt: skip
     places, shown = list[np.ndarray](), limb.seen.copy()
-    for k, view in enumerate(truth.views):
-        camera = view.camera
-        if k in long:
-            camera = replace(camera, fx=LONGER * camera.fx, fy=LONGER * camera.fy)
-        taken = replace(view, camera=camera)
-        places.append(taken.project(limb.points_in_world))
-        shown[:, k] &= taken.shows(limb.points_in_world)
+    for k, (view, camera) in enumerate(zip(truth.views, cameras, strict=True)):
+        own = replace(view, camera=camera)
+        places.append(own.project(limb.points_in_world))
+        shown[:, k] &= own.shows(limb.points_in_world)
         places[k] = np.nan_to_num(places[k]) + random.normal(0.0, NOISE_PX, (POINTS, 2))
     features = Features(
         tuple(
@@ -72,11 +89,18 @@ def parted(long: set[int]) -> ByLens | None:
                         correlation=np.ones(len(both), np.float32),
                     )
                 )
-    cameras = Cameras((from_exif(group),))
-    found_matches = Matches(pairs=tuple(pairs), pairs_tried=len(pairs), descriptor_matches=0)
-    assert not lens_is_told(photos, cameras)
-    verified = verify(photos, found_matches, cameras)
-    return by_lens(photos, features, verified, cameras, MappingOptions())
+    matches = Matches(pairs=tuple(pairs), pairs_tried=len(pairs), descriptor_matches=0)
+    return Taken(photos, features, matches)
+
+
+def parted(long: set[int]) -> ByLens | None:
+    """What is told of photos round a limb, those in `long` by a lens twice as long."""
+    lens = LENS.with_parameters(LENS.packed * ([LONGER, LONGER] + 8 * [1.0]))
+    one = taken([lens if k in long else LENS for k in range(PHOTOS)], [WHOLE])
+    cameras = Cameras((from_exif(WHOLE),))
+    assert not lens_is_told(one.photos, cameras)
+    verified = verify(one.photos, one.matches, cameras)
+    return by_lens(one.photos, one.features, verified, cameras, MappingOptions())
 
 
 @pytest.mark.parametrize("long", [{1, 4, 7, 10, 13}, {0, 1, 2, 3, 4, 6, 7, 8, 10, 11, 12}])
@@ -95,3 +119,34 @@ def test_two_lenses_are_told_by_the_photos(long: set[int]) -> None:
 
 def test_one_lens_stays_one() -> None:
     assert parted(set()) is None
+
+
+def small(left_px: float, top_px: float, reduced: float) -> Camera:
+    """The lens of every third photo: cut at these pixels, or reduced."""
+    packed = LENS.packed.copy()
+    packed[:4] *= reduced
+    packed[2:4] -= left_px, top_px
+    size = replace(LENS, width_px=SMALLER.width_px, height_px=SMALLER.height_px)
+    return size.with_parameters(packed)
+
+
+@pytest.mark.parametrize(
+    ("known", "lens", "cut"),
+    [
+        (True, small(0, 0, 0.8), False),
+        (False, small(0, 0, 0.8), False),
+        (True, small(10, 20, 0.9), True),
+        (False, small(30, 70, 1.0), True),
+    ],
+    ids=["copy", "copy of an unknown lens", "cut and reduced", "cut of an unknown lens"],
+)
+def test_a_picture_cut_in_its_own_shape_is_no_copy(known: bool, lens: Camera, cut: bool) -> None:
+    one = taken([lens if k % 3 == 1 else LENS for k in range(PHOTOS)], [WHOLE, SMALLER])
+    given = [Calibration(camera=LENS, covariance=1e-6 * np.eye(10), source="board")] * known
+    cameras = cameras_for(one.photos, given)
+    verified = verify(one.photos, one.matches, cameras)
+    found = by_cut(one.photos, one.features, verified, cameras, MappingOptions())
+    assert [group.cut_out for group in found.photos.cameras] == [False, cut]
+    assert cut_from(found.photos) == ({1: 0} if cut else {})
+    assert (found.cameras.calibrations[1].source == "guess") is (cut or not known)
+    assert found.cameras.calibrations[0] == cameras.calibrations[0]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from limbgram.reconstruction.photos.lenses import cut_from, lens_notes
+from limbgram.reconstruction.photos.lenses import copies_of, cut_from, lens_notes
 from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
 from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.photos.reading import grouped
@@ -44,6 +44,30 @@ def test_a_smaller_copy_has_the_same_lens(size: tuple[int, int]) -> None:
     assert cut_from(photos) == {}
     assert not lens_notes(photos)
     assert not remarks(photos)
+
+
+def test_a_smaller_picture_that_photos_tell_was_cut_is_no_copy() -> None:
+    photos = photos_of((4000, 3000, WIDE), (2000, 1500, WIDE))
+    assert copies_of(photos) == {1: 0}
+    whole, part = photos.cameras
+    told = replace(photos, cameras=(whole, replace(part, cut_out=True)))
+    assert cut_from(told) == {1: 0}
+    (said,) = lens_notes(told)
+    assert (said.code, said.values["width_px"]) == ("lens.cut_out", 2000)
+
+
+def test_sizes_count_as_the_files_have_them() -> None:
+    """Small copies of all photos come out nearly alike."""
+    photos = photos_of((4000, 3000, WIDE), (2900, 2900, WIDE), (2000, 1500, WIDE))
+    files = tuple((one.width_px, one.height_px) for one in photos.cameras)
+    alike = tuple(
+        replace(one, width_px=1200, height_px=1200, file_px=file_px)
+        for one, file_px in zip(photos.cameras, files, strict=True)
+    )
+    small = replace(photos, cameras=alike)
+    assert (cut_from(small), copies_of(small)) == ({1: 0}, {2: 0})
+    (said,) = lens_notes(small)
+    assert (said.values["width_px"], said.values["of_width_px"]) == (2900, 4000)
 
 
 @pytest.mark.parametrize(
