@@ -4,7 +4,7 @@
     python benchmarks/explanations.py -o OUT.json --family real --photos LIMBGRAM_DATA/photos
     python benchmarks/explanations.py -o OUT.json --family faults --count 1 [--rows "limb steps"]
     python benchmarks/explanations.py -o OUT.json --family clinic --count 1
-    python benchmarks/explanations.py -o OUT.json --table
+    python benchmarks/explanations.py -o OUT.json --join PART.json ... --table
 
 Each capture is made small (0.35 MP) from its seed, goes through `limbgram check` and through
 `reconstruct` up to the first dense stage, and is thrown away. A row says, for each of the two, what
@@ -171,10 +171,17 @@ def main() -> None:
     parser.add_argument("--doors", nargs="*", choices=DOORS, default=list(DOORS))
     parser.add_argument("--minutes", type=float, default=1e9, help="stop after so long")
     parser.add_argument("--keep", type=Path, help="keep the captures here")
+    parser.add_argument("--join", type=Path, nargs="*", default=[], help="take in these results")
     parser.add_argument("--table", action="store_true", help="write the table alone")
     chosen = parser.parse_args()
     known: dict[str, Any] = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
     result: dict[str, Any] = {"captures": {}} | known
+    for part in chosen.join:
+        other: dict[str, Any] = json.loads(part.read_text())
+        captures = result["captures"] | other["captures"]
+        result = result | other | {"captures": captures}
+    if chosen.join:
+        chosen.out.write_text(json.dumps(result, indent=1) + "\n")
     end = time.monotonic() + 60 * chosen.minutes
     cases = [] if chosen.table else _cases(chosen.family, chosen.first, chosen.count, chosen.photos)
     for case in cases:
@@ -363,10 +370,14 @@ def _zoomed(photos: slice, by: float) -> Callable[[Path], None]:
 
 
 _SWAPPED = Board.charuco("5x7", 30.0, 22.0, "4X4_50")
+AGAINST_BOARD = ("coach.moved", "board.moved", "board.photo")
+"""The board's corners move against the limb, whichever of the two moved: that is what these say."""
 FAULTS: dict[str, dict[str, Case]] = {
-    "limb steps": _moves(MovementKind.STEP, "movement.step", "movement.restless", "coach.moved"),
-    "limb drifts": _moves(MovementKind.DRIFT, "movement.drift", "movement.restless", "coach.moved"),
-    "limb sways": _moves(MovementKind.SWAY, "movement.restless", "coach.moved"),
+    "limb steps": _moves(MovementKind.STEP, "movement.step", "movement.restless", *AGAINST_BOARD),
+    "limb drifts": _moves(
+        MovementKind.DRIFT, "movement.drift", "movement.restless", *AGAINST_BOARD
+    ),
+    "limb sways": _moves(MovementKind.SWAY, "movement.restless", *AGAINST_BOARD),
     "limb bends": _moves(MovementKind.BEND, "movement.shape.bent", "coach.bent"),
     "board pushed": _moves(MovementKind.PUSHED_BOARD, "board."),
     "stabiliser": _camera_fault(Fault.STABILISER),
@@ -701,8 +712,7 @@ _TWO = ("two casts beside one board",)
 def outcome(one: dict[str, Any], door: str) -> str:
     """How a door did: of sound captures false or right, of faults what it told."""
     found = one[door]
-    fault = one["family"] == "faults" or one["row"] in _TWO
-    if not fault:
+    if not _is_fault(one):
         if found["accused"]:
             return "accused"
         if any(code.startswith(ASKS) for code in found["said"]):
@@ -715,6 +725,10 @@ def outcome(one: dict[str, Any], door: str) -> str:
     ):
         return "undecided"
     return "another cause" if found["accused"] else "refused" if found["refused"] else "silent"
+
+
+def _is_fault(one: dict[str, Any]) -> bool:
+    return one["family"] == "faults" or one["row"] in _TWO
 
 
 def page(result: dict[str, Any]) -> str:
@@ -731,17 +745,26 @@ def page(result: dict[str, Any]) -> str:
         counts = [_counted(outcome(one, door) for one in own if door in one) for door in DOORS]
         rows.append((family, row, strength, str(len(own)), *counts, f"{cpu:.0f}"))
     parts.append(table(heads, rows))
-    false = [
-        f"- {name} ({one['row']}; {one['strength']}), {door}: {', '.join(one[door]['accused'])}"
-        for name, one in captures.items()
-        for door in DOORS
-        if one["family"] != "faults" and door in one and one[door]["accused"]
-    ]
-    sound = sum(
-        one["family"] != "faults" for one in captures.values() for door in DOORS if door in one
-    )
-    parts.append(f"False accusations: {len(false)} answers of {sound}.")
-    return "\n\n".join([*parts, "\n".join(false)]).rstrip() + "\n"
+    answers = [(name, one, door) for name, one in captures.items() for door in DOORS if door in one]
+    sound = [one for one in answers if not _is_fault(one[1])]
+    for title, asked, listed in (
+        ("Sound captures: false accusations", sound, ("accused",)),
+        ("Sound captures: refused, or photos set aside", sound, ("refused", "set aside")),
+        ("Faults: another cause named", [one for one in answers if one not in sound],
+         ("another cause",)),
+    ):  # fmt: skip
+        found = [one for one in asked if outcome(one[1], one[2]) in listed]
+        parts.append(f"{title}: {len(found)} answers of {len(asked)}.")
+        parts.append("\n".join(_line(*one) for one in found))
+    return "\n\n".join(filter(None, parts)).rstrip() + "\n"
+
+
+def _line(name: str, one: dict[str, Any], door: str) -> str:
+    found = one[door]
+    strength = f"; {one['strength']}" if one["family"] == "sound" else ""
+    codes = found["accused"] or list(filter(None, [found["refused"]]))
+    aside = f"; {len(found['aside'])} photos set aside" if found["aside"] else ""
+    return f"- {name} ({one['row']}{strength}), {door}: {', '.join(codes)}{aside}"
 
 
 def _group(one: dict[str, Any]) -> tuple[str, str, str]:
