@@ -20,6 +20,7 @@ Limits  Two lenses; fewer than three photos of one are no group. It costs anothe
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from limbgram.core.errors import PlacementError
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cut_lens
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.ring import MappingOptions, place_roughly
+from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.lenses import copies_of
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs
@@ -41,7 +43,9 @@ _FIRM = 0.05
 what the pictures of one lens differ by."""
 _CUT = 1.04
 """Focal length of cut pictures over that of copies, at least: mixed sizes of one lens keep within
-1 % of each other."""
+1 % of each other;"""
+_SIGMAS = 5.0
+"""and so many of its sigmas: one photo of a size tells little of its lens."""
 
 
 @dataclass(frozen=True)
@@ -117,13 +121,17 @@ def by_cut(
     except PlacementError:
         return as_told
 
-    def longer(group: int) -> float:
-        """Than files tell; 1 where no photo of this size was placed."""
-        told = cameras.calibrations[group].camera.fx
-        placed = [k for k in scene.placed if photos.photos[k].camera_idx == group]
-        return scene.cameras[scene.camera_idx[placed[0]]].fx / told if placed else 1.0
+    log_focal = {k: _log_focal(scene, photos, k) for k in {*copies, *copies.values()}}
 
-    cut = [k for k, whole in copies.items() if longer(k) > _CUT * longer(whole)]
+    def is_cut(part: int, whole: int) -> bool:
+        ours, theirs = log_focal[part], log_focal[whole]
+        if ours is None or theirs is None:
+            return False
+        first, second = (cameras.calibrations[k].camera.fx for k in (part, whole))
+        longer = ours.value - theirs.value - np.log(first / second)
+        return longer > max(np.log(_CUT), _SIGMAS * np.hypot(ours.sigma, theirs.sigma))
+
+    cut = [part for part, whole in copies.items() if is_cut(part, whole)]
     if not cut:
         return as_told
     groups = tuple(replace(one, cut_out=k in cut) for k, one in enumerate(photos.cameras))
@@ -131,6 +139,24 @@ def by_cut(
         loose.calibrations[k] if k in cut else one for k, one in enumerate(cameras.calibrations)
     )
     return ByLens(replace(photos, cameras=groups), Cameras(lenses))
+
+
+class _LogFocal(NamedTuple):
+    """Logarithm of a focal length in pixels."""
+
+    value: float
+    sigma: float
+
+
+def _log_focal(scene: Scene, photos: PhotoSet, group: int) -> _LogFocal | None:
+    """Of the photos of one size, as they were placed; None where none of them was."""
+    placed = [k for k in scene.placed if photos.photos[k].camera_idx == group]
+    if not placed or scene.lens_covariance is None:
+        return None
+    lens = scene.camera_idx[placed[0]]
+    focal_px = scene.cameras[lens].fx
+    sigma_px = float(np.sqrt(scene.lens_covariance[lens, 0, 0]))
+    return _LogFocal(float(np.log(focal_px)), sigma_px / focal_px)
 
 
 def _with_focal(guess: Calibration, focal_px: float) -> Calibration:
