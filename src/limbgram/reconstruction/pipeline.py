@@ -407,9 +407,10 @@ def _by_paint(
     largest = max((one.width_px * one.height_px for one in photos.photos), default=0)
     if largest < _WORTH_REDUCING * 1e6 * options.reduced.max_megapixels:
         return _by_full_size(photos, cameras, options, run, found)
-    known = all(calibration.source == "board" for calibration in cameras.calibrations)
-    if not known or copies_of(photos):  # what looks like a smaller copy may be cut
+    if any(calibration.source != "board" for calibration in cameras.calibrations):
         reduced = note("placing.reduced.lens")
+    elif copies_of(photos):
+        reduced = note("placing.reduced.sizes")
     else:
         reduced = _by_reduced(photos, cameras, options, run)
     if isinstance(reduced, Placing):
