@@ -26,7 +26,6 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points2
-from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.run import in_parallel
 from limbgram.findings import Finding, fault
 from limbgram.reconstruction.calibration.cameras import Cameras
@@ -141,24 +140,55 @@ def contradicted(scene: Scene, pairs: Pairs) -> Bool[np.ndarray, " p"]:
     """Photos whose pose contradicts the pairs that hold most of their matches.
 
     A plane allows two poses, of which a pair keeps one: where that agrees it speaks for the photo,
-    where it does not it says nothing. A general pair that sees little but a plane turns wrongly.
+    where it does not it says nothing. A general pair that sees little but a plane turns wrongly,
+    and one of chance matches turns anyhow: a pair that disagrees counts if another one turns the
+    photo the same way, or if it alone has more matches than all that agree.
     """
-    agreeing, all_matches = np.zeros(len(scene.names)), np.zeros(len(scene.names))
+    return np.array(
+        [_is_contradicted(_turns_of(photo, scene, pairs)) for photo in range(len(scene.names))]
+    )
+
+
+class _Turns(NamedTuple):
+    """What the pairs of a photo say of its orientation."""
+
+    from_placed: Float64[np.ndarray, "n 3 3"]
+    """Turn from where the photo was placed to where the pair would have it."""
+    planar: Bool[np.ndarray, " n"]
+    matches: Int64[np.ndarray, " n"]
+
+
+def _turns_of(photo: int, scene: Scene, pairs: Pairs) -> _Turns:
+    turns, planar, matches = [np.zeros((0, 3, 3))], list[bool](), list[int]()
     for pair in pairs.verified:
-        first, second = pair.matches.first, pair.matches.second
-        placed = scene.camera_from_world[first], scene.camera_from_world[second]
-        if pair.kind == "rotation" or pair.second_from_first is None:
+        ends = pair.matches.first, pair.matches.second
+        placed = [scene.camera_from_world[k] for k in ends]
+        turn = pair.second_from_first
+        if photo not in ends or pair.kind == "rotation" or turn is None:
             continue
         if placed[0] is None or placed[1] is None:
             continue
-        turn = placed[1].rotation @ placed[0].rotation.T
-        agrees = angle_between_deg(turn, pair.second_from_first.rotation) < _CONTRADICTION_DEG
-        if pair.kind == "planar" and not agrees:
-            continue
-        for photo in (first, second):
-            all_matches[photo] += len(pair.matches)
-            agreeing[photo] += len(pair.matches) * agrees
-    return agreeing < 0.5 * all_matches
+        second = turn.rotation @ placed[0].rotation @ placed[1].rotation.T
+        first = turn.rotation.T @ placed[1].rotation @ placed[0].rotation.T
+        turns.append((first if photo == ends[0] else second)[None])
+        planar.append(pair.kind == "planar")
+        matches.append(len(pair.matches))
+    return _Turns(np.concatenate(turns), np.array(planar, bool), np.array(matches, np.int64))
+
+
+def _is_contradicted(turns: _Turns) -> bool:
+    agrees = _angles_deg(turns.from_placed) < _CONTRADICTION_DEG
+    agreeing = turns.matches[agrees].sum()
+    against = turns.from_placed[~agrees & ~turns.planar]
+    matches = turns.matches[~agrees & ~turns.planar]
+    apart_deg = _angles_deg(against[:, None] @ against.transpose(0, 2, 1)[None])
+    backed = (apart_deg < _CONTRADICTION_DEG).sum(axis=1) > 1  # by one beside itself
+    return bool(agreeing < matches[backed | (matches > agreeing)].sum())
+
+
+def _angles_deg(turns: Float64[np.ndarray, "*n 3 3"]) -> Float64[np.ndarray, "*n"]:
+    cosines = 0.5 * (np.trace(turns, axis1=-2, axis2=-1) - 1.0)
+    return np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
 
 
 def photo_points(scene: Scene) -> Float64[np.ndarray, "p 2"]:

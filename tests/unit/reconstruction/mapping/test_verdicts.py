@@ -132,6 +132,24 @@ def test_a_photo_contradicts_where_most_of_its_matches_say_so(
     assert not contradicted(scene, Pairs((*verified, seen), ())).any()
 
 
+@pytest.mark.parametrize(("apart_deg", "wrong"), [(10.0, True), (60.0, False)])
+def test_pairs_that_contradict_each_other_contradict_no_photo(
+    make_scene: MakeScene, make_pair: MakePair, apart_deg: float, wrong: bool
+) -> None:
+    """Photo 3 has 30 matches that agree, and twice 25 that turn it by 90 degrees, or otherwise."""
+    scene = make_scene(photos=4)
+    against = np.zeros((25, 2))
+    verified = (
+        make_pair(2, 3, np.zeros((30, 2)), relative(scene, 2, 3)),
+        make_pair(0, 3, against, relative(scene, 0, 3, 90.0)),
+        make_pair(1, 3, against, relative(scene, 1, 3, 90.0 + apart_deg)),
+        make_pair(0, 2, np.zeros((40, 2)), relative(scene, 0, 2)),
+        make_pair(1, 2, np.zeros((40, 2)), relative(scene, 1, 2)),
+        make_pair(0, 1, np.zeros((40, 2)), relative(scene, 0, 1)),
+    )
+    assert contradicted(scene, Pairs(verified, ())).tolist() == [False, False, False, wrong]
+
+
 LENS = Camera(width_px=900, height_px=700, fx=700.0, fy=700.0, cx=449.5, cy=349.5, k1=0.05)
 
 
