@@ -91,6 +91,8 @@ BLAMES: dict[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 """Codes, or how they begin, by what they blame. `own.` stands for lenses of single photos."""
+UNDECIDED = ("movement.unknown", "movement.shape.unknown", "board.stretched_or_lens")
+"""Codes that name a second cause beside the first, and what would decide."""
 ASKS = (
     "placing.too_few", "placing.no_start", "placing.photo.other_group", "placing.photo.alone",
     "placing.photo.few_agree", "placing.photo.loose",
@@ -547,7 +549,7 @@ def _timed(answer: Callable[[], _Said], case: Case) -> dict[str, Any]:
     except Exception as fault:  # a capture that crashes is a result, and the others go on
         said = _Said((), (), f"crashed: {type(fault).__name__}: {fault}")
     codes = sorted({code for one in said.findings for code in _codes(one)})
-    blaming = [code for code in codes if _blamed(code)]
+    blaming = [code for code in codes if _blamed(code) and code not in UNDECIDED]
     return {
         "go": said.go,
         "told": [code for code in codes if code.startswith(case.true)] if case.true else [],
@@ -720,9 +722,7 @@ def outcome(one: dict[str, Any], door: str) -> str:
         return "refused" if found["refused"] else "set aside" if found["aside"] else "right"
     if found["told"]:
         return "told"
-    if any(
-        code.startswith(("movement.unknown", "movement.shape.unknown")) for code in found["said"]
-    ):
+    if any(code.startswith(UNDECIDED) for code in found["said"]):
         return "undecided"
     return "another cause" if found["accused"] else "refused" if found["refused"] else "silent"
 

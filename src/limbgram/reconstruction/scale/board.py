@@ -41,7 +41,12 @@ from limbgram.reconstruction.mapping.body import Body
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.photos.photo import SetAside
-from limbgram.reconstruction.scale.ruler import Ruler, RulerLength, jackknife_sigma
+from limbgram.reconstruction.scale.ruler import (
+    Ruler,
+    RulerLength,
+    jackknife_sigma,
+    stretch_by_cameras,
+)
 from limbgram.reconstruction.targets.board import BoardDetections
 
 _LEAST_OBSERVATIONS = 3
@@ -320,8 +325,24 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
         ),
         check_error=fit_similarity(board_mm[~control], points[~control]).scale / scale - 1,
         stretch=_stretch(board_mm, points),
-        stretch_sigma=jackknife_sigma(np.array([_stretch(board_mm, one) for one in replicates])),
+        stretch_sigma=float(
+            np.hypot(
+                jackknife_sigma(np.array([_stretch(board_mm, one) for one in replicates])),
+                _stretch_sigma_by_cameras(scene, detections, pose, located.ids[flat]),
+            )
+        ),
     )
+
+
+def _stretch_sigma_by_cameras(
+    scene: Scene, detections: BoardDetections, pose: Similarity, ids: Int32[np.ndarray, " n"]
+) -> float:
+    """What lens and poses, which all photos share, leave open of the ratio of the board's sides."""
+    if scene.camera_covariance is None:
+        return 0.0
+    corners = pose.apply(detections.corners_mm)
+    by_cameras = stretch_by_cameras(scene, detections, corners, ids)
+    return float(np.sqrt(by_cameras @ scene.camera_covariance @ by_cameras))
 
 
 def _control_half(ids: np.ndarray, detections: BoardDetections) -> Bool[np.ndarray, " n"]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64, Int32, Int64
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, differentiate_all
@@ -67,6 +67,24 @@ def scale_by_cameras(
     located = seen >= _LEAST_OBSERVATIONS
     arms = corners_in_world[located] - corners_in_world[located].mean(0)
     return -np.einsum("ni,niu->u", arms, moves[located]) / float((arms**2).sum())
+
+
+def stretch_by_cameras(
+    scene: Scene,
+    detections: BoardDetections,
+    corners_in_world: Points3,
+    ids: Int32[np.ndarray, " n"],
+) -> Float64[np.ndarray, " u"]:
+    """Change of the ratio of a board's sides, as these corners tell it, for one unit of each."""
+    moves, _ = _moves_by_cameras(scene, detections, corners_in_world)
+    plane = detections.corners_mm[ids, :2] - detections.corners_mm[ids, :2].mean(0)
+    along = np.linalg.pinv(plane)
+    points = corners_in_world[ids]
+    axes = along @ (points - points.mean(0))
+    size = np.linalg.norm(axes, axis=1)
+    pulls = np.einsum("an,niu->aiu", along, moves[ids])
+    growth = np.einsum("ai,aiu->au", axes / size[:, None] ** 2, pulls)
+    return (size[0] / size[1]) * (growth[0] - growth[1])
 
 
 def _moves_by_cameras(

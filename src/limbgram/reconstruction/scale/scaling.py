@@ -49,15 +49,20 @@ _MOVED_PX = 0.3
 """Corners of boards that kept still miss each other by 0.05 to 0.15 px (one standard deviation)."""
 
 
-def check_scene_board(scene_board: SceneBoard, max_disagreement: float, scene: Scene) -> None:
-    """Refuse a board that is seen too poorly, is stretched, or whose halves disagree."""
+def check_scene_board(
+    scene_board: SceneBoard, max_disagreement: float, scene: Scene, lens_known: bool
+) -> None:
+    """Refuse a board that is seen too poorly, is stretched, or whose halves disagree.
+
+    A lens that no board calibrated may stretch the scene, and the board with it.
+    """
     sigma = scene_board.ruler.relative_sigma
     if not sigma <= max_disagreement:
         raise ScaleError("board.unsure", sigma=float(sigma), allowed=max_disagreement)
     if abs(scene_board.stretch) > max(max_disagreement, _SURE_SIGMAS * scene_board.stretch_sigma):
         longer, shorter = ("x", "y") if scene_board.stretch > 0 else ("y", "x")
         raise ScaleError(
-            "board.stretched",
+            "board.stretched" if lens_known else "board.stretched_or_lens",
             stretch=abs(float(scene_board.stretch)),
             longer=longer,
             shorter=shorter,
@@ -70,6 +75,11 @@ def check_scene_board(scene_board: SceneBoard, max_disagreement: float, scene: S
             error=float(scene_board.check_error),
             allowed=max_disagreement,
         )
+
+
+def _calibrated(cameras: Cameras | None) -> bool:
+    """Whether a board calibrated every lens; said of none where the cameras are not told."""
+    return cameras is None or all(one.source == "board" for one in cameras.calibrations)
 
 
 def _moved(scene_board: SceneBoard, scene: Scene) -> Finding | None:
@@ -197,7 +207,7 @@ def _scaled(
             set_aside=(*pushed, *scale.set_aside),
         )
     if scene_board is not None:
-        check_scene_board(scene_board, _MAX_DISAGREEMENT, scene)
+        check_scene_board(scene_board, _MAX_DISAGREEMENT, scene, _calibrated(cameras))
     check_lengths(scale, _MAX_DISAGREEMENT)
     mm_per_unit = 1 / rulers[0].units_per_mm
     if scene_board is not None:

@@ -7,8 +7,11 @@ import pytest
 
 from limbgram.core.errors import ScaleError
 from limbgram.core.geometry.frames import fit_similarity
+from limbgram.core.geometry.lens import POSE_SIZE
 from limbgram.reconstruction.mapping.scene import Movement, Scene
-from limbgram.reconstruction.scale.scaling import to_millimetres
+from limbgram.reconstruction.scale.board import find_scene_board
+from limbgram.reconstruction.scale.ruler import stretch_by_cameras
+from limbgram.reconstruction.scale.scaling import check_scene_board, to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections
 
 
@@ -95,6 +98,37 @@ def test_a_print_stretched_one_way_is_refused_with_its_number(capture) -> None:
         to_millimetres(capture.scene, capture.detections(stretch_x=1.006))
     metric = to_millimetres(capture.scene, capture.detections(stretch_x=1.002))
     assert 5e-4 < abs(scale_error(metric.scene, capture)) < 2e-3
+
+
+@pytest.mark.parametrize(
+    ("known", "said"), [(True, "board.stretched"), (False, "board.stretched_or_lens")]
+)
+def test_a_stretch_is_not_blamed_on_the_print_alone_where_the_lens_is_not_known(
+    capture, known: bool, said: str
+) -> None:
+    board = find_scene_board(capture.scene, capture.detections(stretch_x=1.006))
+    with pytest.raises(ScaleError) as refusal:
+        check_scene_board(board, 0.003, capture.scene, known)
+    assert refusal.value.finding.code == said
+
+
+@pytest.mark.parametrize("number", [0, 2, 5])
+def test_how_a_lens_stretches_the_board(capture, number: int) -> None:
+    """Against the same corners located with another focal length, middle or distortion."""
+    scene, detections = capture.scene, capture.detections()
+    board = find_scene_board(scene, detections)
+    corners = board.scene_from_board.apply(detections.corners_mm)
+    every = np.arange(len(corners), dtype=np.int32)
+    by_cameras = stretch_by_cameras(scene, detections, corners, every)
+    (lens,) = scene.cameras
+    step = (0.5, 0.0, 0.5, 0.0, 0.0, 1e-4)[number]
+    packed = lens.packed.copy()
+    packed[number] += step
+    other = replace(scene, cameras=(lens.with_parameters(packed),))
+    found = find_scene_board(other, detections).stretch - board.stretch
+    expected = by_cameras[POSE_SIZE * len(scene.placed) + number] * step
+    assert abs(expected) > 1e-9
+    assert found == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.parametrize("stretch_x", [1.002, 0.998])
