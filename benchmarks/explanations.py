@@ -169,6 +169,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1, help="first seed")
     parser.add_argument("--count", type=int, default=1, help="seeds")
     parser.add_argument("--rows", nargs="*", help="these rows alone")
+    parser.add_argument("--strengths", nargs="*", help="these strengths, or ways, alone")
     parser.add_argument("--photos", type=Path, help="folder of sets of photographs")
     parser.add_argument("--doors", nargs="*", choices=DOORS, default=list(DOORS))
     parser.add_argument("--minutes", type=float, default=1e9, help="stop after so long")
@@ -187,7 +188,9 @@ def main() -> None:
     end = time.monotonic() + 60 * chosen.minutes
     cases = [] if chosen.table else _cases(chosen.family, chosen.first, chosen.count, chosen.photos)
     for case in cases:
-        wanted = not chosen.rows or case.row in chosen.rows
+        wanted = (not chosen.rows or case.row in chosen.rows) and (
+            not chosen.strengths or case.strength in chosen.strengths
+        )
         if case.name in result["captures"] or not wanted or time.monotonic() > end:
             continue
         result |= {"machine": machine()}

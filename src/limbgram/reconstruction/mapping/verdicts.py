@@ -258,7 +258,7 @@ def _why(
     if all(pair.kind == "rotation" for pair in own):
         return fault("placing.photo.same_spot")
     agreeing, matched = _agreement(photo, scene, places_px, own)
-    if agreeing >= _NEARLY_ALL * matched:
+    if not measured and agreeing >= _NEARLY_ALL * matched:
         return fault("placing.photo.few_agree", points=agreeing)
     return fault(
         "placing.photo.disagrees",
