@@ -144,43 +144,36 @@ def contradicted(scene: Scene, pairs: Pairs) -> Bool[np.ndarray, " p"]:
     and one of chance matches turns anyhow: a pair that disagrees counts if another one turns the
     photo the same way, or if it alone has more matches than all that agree.
     """
-    return np.array(
-        [_is_contradicted(_turns_of(photo, scene, pairs)) for photo in range(len(scene.names))]
-    )
-
-
-class _Turns(NamedTuple):
-    """What the pairs of a photo say of its orientation."""
-
-    from_placed: Float64[np.ndarray, "n 3 3"]
-    """Turn from where the photo was placed to where the pair would have it."""
-    planar: Bool[np.ndarray, " n"]
-    matches: Int64[np.ndarray, " n"]
-
-
-def _turns_of(photo: int, scene: Scene, pairs: Pairs) -> _Turns:
-    turns, planar, matches = [np.zeros((0, 3, 3))], list[bool](), list[int]()
+    turns: list[list[_Turn]] = [[] for _ in scene.names]
     for pair in pairs.verified:
         ends = pair.matches.first, pair.matches.second
         placed = [scene.camera_from_world[k] for k in ends]
         turn = pair.second_from_first
-        if photo not in ends or pair.kind == "rotation" or turn is None:
+        if pair.kind == "rotation" or turn is None or placed[0] is None or placed[1] is None:
             continue
-        if placed[0] is None or placed[1] is None:
-            continue
-        second = turn.rotation @ placed[0].rotation @ placed[1].rotation.T
-        first = turn.rotation.T @ placed[1].rotation @ placed[0].rotation.T
-        turns.append((first if photo == ends[0] else second)[None])
-        planar.append(pair.kind == "planar")
-        matches.append(len(pair.matches))
-    return _Turns(np.concatenate(turns), np.array(planar, bool), np.array(matches, np.int64))
+        one, other = placed[0].rotation, placed[1].rotation
+        told = pair.kind == "planar", len(pair.matches)
+        turns[ends[0]].append(_Turn(turn.rotation.T @ other @ one.T, *told))
+        turns[ends[1]].append(_Turn(turn.rotation @ one @ other.T, *told))
+    return np.array([bool(own) and _is_contradicted(own) for own in turns], bool)
 
 
-def _is_contradicted(turns: _Turns) -> bool:
-    agrees = _angles_deg(turns.from_placed) < _CONTRADICTION_DEG
-    agreeing = turns.matches[agrees].sum()
-    against = turns.from_placed[~agrees & ~turns.planar]
-    matches = turns.matches[~agrees & ~turns.planar]
+class _Turn(NamedTuple):
+    """What a pair says of the orientation of one of its photos."""
+
+    from_placed: Float64[np.ndarray, "3 3"]
+    """Turn from where the photo was placed to where the pair would have it."""
+    planar: bool
+    matches: int
+
+
+def _is_contradicted(turns: Sequence[_Turn]) -> bool:
+    from_placed = np.array([one.from_placed for one in turns])
+    planar = np.array([one.planar for one in turns])
+    count = np.array([one.matches for one in turns])
+    agrees = _angles_deg(from_placed) < _CONTRADICTION_DEG
+    agreeing = count[agrees].sum()
+    against, matches = from_placed[~agrees & ~planar], count[~agrees & ~planar]
     apart_deg = _angles_deg(against[:, None] @ against.transpose(0, 2, 1)[None])
     backed = (apart_deg < _CONTRADICTION_DEG).sum(axis=1) > 1  # by one beside itself
     return bool(agreeing < matches[backed | (matches > agreeing)].sum())
