@@ -14,15 +14,15 @@ from limbgram.app.surface import Which, limb_of
 from limbgram.cases.workspace import Workspace
 from limbgram.core.interval import COVER
 from limbgram.core.request_fields import Within
-from limbgram.core.spreadsheet import Decimal, xlsx_of
+from limbgram.core.spreadsheet import Decimal
 from limbgram.findings import Finding
-from limbgram.services.measure import MeasureRequest
+from limbgram.services.measure import MeasureRequest, workbook
 from limbgram.services.measure import measure as measured
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import Measures, Row, check_alone
 from limbgram.workbench.measures.sheet import SheetRow
-from limbgram.workbench.measures.table import csv_text, tables
+from limbgram.workbench.measures.table import csv_text
 from limbgram.workbench.measures.tape import TapeCheck, TapeReading
 
 router = APIRouter(tags=["measures"])
@@ -199,7 +199,7 @@ def _sheet_line(row: SheetRow) -> SheetLine:
 def measure_xlsx(app_state: AppStateHere, workspace: WorkspaceHere, given: AskMeasures) -> Response:
     """The same tables for a spreadsheet, a sheet each."""
     limb, _ = limb_of(app_state, workspace, given.of)
-    return Response(xlsx_of(tables(measured(limb, given).measures)), media_type=_XLSX)
+    return Response(workbook(measured(limb, given)), media_type=_XLSX)
 
 
 @router.post("/cases/{case_id}/measures.csv", response_class=Response)

@@ -116,7 +116,8 @@ class MeasureFiles:
     fit: Path | None = None
     """Write the shape made to agree with the tape readings."""
     xlsx: Path | None = None
-    """Write the tables for a spreadsheet (.xlsx), a sheet each."""
+    """Write the tables for a spreadsheet (.xlsx), a sheet each; with --sheet the measuring sheet
+    too."""
     csv: Path | None = None
     """Write the table of levels as text (CSV)."""
     decimal: Decimal = "point"
@@ -171,12 +172,13 @@ def measure(limb: Limb, ask: MeasureRequest, files: MeasureFiles = NO_FILES) -> 
     )
     wanted = ask.sheet or files.sheet_csv is not None
     form = measuring_sheet(measures.limb, ask.of_sheet()) if wanted else None
-    written = list(_written(limb, measures, fitted, files))
-    if form is not None and files.sheet_csv is not None:
-        written.append(
-            write_bytes(files.sheet_csv, csv_of(sheet_table(form), files.decimal).encode())
-        )
-    return Sheet(measures=measures, fitted=fitted, written=tuple(written), form=form)
+    found = Sheet(measures=measures, fitted=fitted, written=(), form=form)
+    return replace(found, written=tuple(_written(limb, found, files)))
+
+
+def workbook(found: Sheet) -> bytes:
+    """All tables for a spreadsheet, a sheet each; the measuring sheet too, where it was asked."""
+    return xlsx_of(tables(found.measures, found.form))
 
 
 def _standing(limb: Limb) -> Limb:
@@ -186,11 +188,10 @@ def _standing(limb: Limb) -> Limb:
     return replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))
 
 
-def _written(
-    limb: Limb, measures: Measures, fitted: TapeFit | None, files: MeasureFiles
-) -> Iterator[Path]:
+def _written(limb: Limb, found: Sheet, files: MeasureFiles) -> Iterator[Path]:
+    measures, fitted, form = found.measures, found.fitted, found.form
     if files.xlsx is not None:
-        yield write_bytes(files.xlsx, xlsx_of(tables(measures)))
+        yield write_bytes(files.xlsx, workbook(found))
     if files.csv is not None:
         yield write_bytes(files.csv, csv_text(measures, files.decimal).encode())
     if files.picture is not None:
@@ -199,6 +200,8 @@ def _written(
         yield write_limb(fitted.limb, files.fit)
     if files.walls is not None and measures.wall is not None:
         yield write_bytes(files.walls, _map(limb, measures.wall))
+    if files.sheet_csv is not None and form is not None:
+        yield write_bytes(files.sheet_csv, csv_of(sheet_table(form), files.decimal).encode())
 
 
 def _picture(measures: Measures) -> bytes:

@@ -5,7 +5,7 @@ bony prominences; axillae for the vessels and nerves that run through them.
 
 Directions: the trunk's axis from sacrum to seventh cervical vertebra, and to the patient's right
 along the iliac spines, square to it. Lengths of the sheet count along the trunk's axis from the
-waist.
+waist. Build-ups are general trade knowledge, without a source.
 """
 
 from limbgram.workbench.anatomy.kind import (
@@ -591,4 +591,14 @@ KIND = Kind(
             lower=_C7,
         ),
     ),
+    presets={
+        "right iliac spine": 6.0,
+        "left iliac spine": 6.0,
+        "right iliac crest": 6.0,
+        "left iliac crest": 6.0,
+        "right tenth rib": 5.0,
+        "left tenth rib": 5.0,
+        "right inferior angle": 5.0,
+        "left inferior angle": 5.0,
+    },
 )

@@ -12,6 +12,9 @@ crest, bone spurs, adherent scars and neuromas. G. Nehme, S. Ghalambor, J Prosth
 knowledge; those of the peroneal nerve: W. Ryan et al., Clin Anat 16(6), 2003: 32 +- 10 mm from the
 apex of the fibular head it enters its tunnel on the fibula's neck; C. Thi et al., Int J Morphol
 Physiol 6(1), 2018: its deep branch leaves 26 mm (19 to 38) from it.
+
+Build-ups give room over what bears little; their heights are general trade knowledge, without a
+source. What bears, such as the patellar tendon, is carved in by edits of its own.
 """
 
 from limbgram.workbench.anatomy.kind import (
@@ -409,4 +412,13 @@ KIND = Kind(
             normal="long axis",
         ),
     ),
+    presets={
+        "fibula head": 5.0,
+        "tibial crest": 2.5,
+        "tibia end": 4.0,
+        "fibula end": 3.0,
+        "hamstring tendon": 3.0,
+        "medial hamstring tendon": 3.0,
+        "lateral hamstring tendon": 3.0,
+    },
 )

@@ -11,9 +11,11 @@ from limbgram.core.geometry.smoothed_length import SMOOTHING_MM
 from limbgram.core.spreadsheet import Cell, Decimal, Table, csv_of, several
 from limbgram.findings import as_json, told
 from limbgram.workbench.edits.thickness import Thickness
+from limbgram.workbench.measures.form import sheet_table
 from limbgram.workbench.measures.lengths import Length
 from limbgram.workbench.measures.levels import MEASURES, Figure
 from limbgram.workbench.measures.measuring import Measures, Row
+from limbgram.workbench.measures.sheet import MeasuringSheet
 from limbgram.workbench.measures.tape import TapeCheck
 
 _MM3_PER_ML = 1000.0
@@ -29,9 +31,11 @@ def csv_text(measures: Measures, decimal: Decimal = "point") -> str:
     return csv_of(_levels(measures, decimal), decimal)
 
 
-def tables(measures: Measures) -> tuple[Table, ...]:
+def tables(measures: Measures, form: MeasuringSheet | None = None) -> tuple[Table, ...]:
     """Everything that was measured: a table for levels, and for each other kind that was asked."""
-    given = (_levels(measures), _volumes(measures), _lengths(measures), _tapes(measures))
+    given = [_levels(measures), _volumes(measures), _lengths(measures), _tapes(measures)]
+    if form is not None:
+        given.append(sheet_table(form))
     return (*(one for one in given if one.rows), _about(measures))
 
 

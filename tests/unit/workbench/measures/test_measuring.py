@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pytest
 from typer.testing import CliRunner
 
@@ -18,6 +19,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, told
 from limbgram.formats.limb_file import write_limb
+from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
 from limbgram.workbench.compare.levels import changes_by_level
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.lengths import vertex_gradient
@@ -373,3 +375,18 @@ def test_the_table_reads_back_from_csv_and_json(cylinder: Mesh) -> None:
     assert [one["code"] for one in read["levels"][2]["reasons"]] == ["measure.level.missed"]
     assert read["volumes"][0]["from_mm"] is None
     assert read["volumes"][0]["volume_ml"]["value"] == pytest.approx(UNIT * 2.5 * 160)
+
+
+def test_the_measuring_sheet_is_a_sheet_of_the_workbook(cylinder: Mesh, tmp_path: Path) -> None:
+    limb = aligned(cylinder, ("distal end", 0.0, 0, 0), ("patellar tendon", 0.0, 50, 160))
+    limb = replace(limb, kind="transtibial")
+    path = tmp_path / "limb.xlsx"
+    measure(limb, MeasureRequest(sheet=True), MeasureFiles(xlsx=path))
+    book = openpyxl.load_workbook(path)
+    assert book.sheetnames == ["levels", "measuring sheet", "about"]
+    rows = {row[0]: row for row in book["measuring sheet"].iter_rows(values_only=True)}
+    assert rows["patellar_tendon_to_end_mm"][2:4] == (160.0, "mm")
+    assert rows["fibula_length_mm"][2] is None
+    assert "fibula head" in rows["fibula_length_mm"][7]
+    measure(limb, MeasureRequest(), MeasureFiles(xlsx=path))
+    assert openpyxl.load_workbook(path).sheetnames == ["levels", "about"]
