@@ -1,9 +1,9 @@
 """Two shapes of one limb: how far apart their surfaces lie, and where."""
 
 import numpy as np
-from shapes import stump
 
 import limbgram
+from shapes import stump
 
 before, after = stump(), stump(top_mm=56.0)  # the brim is 2 mm smaller in radius
 found = limbgram.compare(before, after)

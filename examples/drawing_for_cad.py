@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import ezdxf
-from shapes import stump
 
 from limbgram.formats.reading import ShapeFile
 from limbgram.services.export import Drawing, export
+from shapes import stump
 
 shape = ShapeFile(limb=stump(), sha256="", mm_per_unit=1.0)
 export(shape, Drawing(spacing_mm=50), Path("stump.dxf"))

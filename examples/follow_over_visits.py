@@ -2,9 +2,8 @@
 
 from datetime import date
 
-from shapes import stump
-
 import limbgram
+from shapes import stump
 
 visits = [
     limbgram.Visit(limb=stump(top_mm=58.0, bottom_mm=50.0), day=date(2026, 3, 2)),

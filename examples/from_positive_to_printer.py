@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from shapes import stump
-
 import limbgram
+from shapes import stump
 
 limb = stump()
 wall = limbgram.make_edit("wall", {"thickness_mm": 4.0, "side": "outward"}, "The wall")

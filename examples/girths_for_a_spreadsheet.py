@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from shapes import stump
-
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
+from shapes import stump
 
 asked = MeasureRequest(
     every_mm=25,

@@ -1,8 +1,7 @@
 """Align a shape and measure it: girths as a taut tape reads them, volume between two heights."""
 
-from shapes import stump
-
 import limbgram
+from shapes import stump
 
 limb = stump()  # of a scan: limbgram.align(limbgram.read_limb(path), limbgram.AlignOptions(...))
 options = limbgram.LimbMeasureOptions(spacing_mm=50, volumes_mm=((50.0, 150.0),))

@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-from shapes import stump
-
 import limbgram
 from limbgram.core.errors import LimbgramError
 from limbgram.workbench.carving.setup import FAST
+from shapes import stump
 
 carving = limbgram.CarveOptions(**FAST)
 control = limbgram.Control(dialect="grbl")

@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from shapes import stump
-
 import limbgram
+from shapes import stump
 
 ready = limbgram.admit(stump(), "left")  # the side is confirmed by whoever looks at the patient
 report = limbgram.write_aop(ready, Path("stump.aop"))

@@ -1,8 +1,7 @@
 """Adjust a positive by a recipe: room over bone, pressure on the tendon, and what needs a word."""
 
-from shapes import stump
-
 import limbgram
+from shapes import stump
 
 limb = stump()
 recipe = limbgram.Recipe(name="first fitting")

@@ -4,9 +4,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from shapes import stump
 
 import limbgram
+from shapes import stump
 
 mesh = stump().mesh
 height = mesh.vertices_mm[:, 2]

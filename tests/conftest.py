@@ -10,13 +10,19 @@ Loading the whole package takes a second longer, the tests themselves a few per 
 
 Hypothesis does not stop a test for the time that it takes: the first example may compile a kernel,
 and on a busy machine every one is slow. What the examples have to show stays as it is.
+
+Linear algebra takes one thread, as in the programs: those of two workers on two cores wait for each
+other, and the check of a capture took twice as long.
 """
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is loaded
 
 import functools
 import importlib.abc
 import importlib.machinery
 import inspect
-import os
 import sys
 import types
 from collections.abc import Callable, Sequence
