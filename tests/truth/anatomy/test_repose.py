@@ -80,6 +80,46 @@ def test_the_sheet_reads_the_turn(
     assert turned > 0.7 * by_deg
 
 
+@pytest.mark.parametrize("left", [False, True])
+@pytest.mark.parametrize(("up_deg", "medial_deg"), [(None, None), (30.0, 10.0), (0.0, 0.0)])
+def test_the_hindfoot_turns_about_the_subtalar_axis(
+    foot_of: MakeLimb, up_deg: float | None, medial_deg: float | None, left: bool
+) -> None:
+    """Below the band all is where an exact turn about the stated axis through the heel has it."""
+    limb = foot_of(left=left)
+    up, medial = np.radians([42.0 if up_deg is None else up_deg, 23.0 if up_deg is None else 10.0])
+    medial = medial if up_deg != 0 else 0.0
+    sole = limb.axis("plantar").direction
+    forward = limb.axis("foot").direction
+    inwards = np.cross(sole, forward) * (-1 if left else 1)
+    assert inwards[0] * (1 if left else -1) > 0.9  # the right foot's medial side is at -x
+    axis = np.cos(up) * (np.cos(medial) * forward + np.sin(medial) * inwards) + np.sin(up) * sole
+    assert np.linalg.norm(axis) == pytest.approx(1.0)
+    after = do_edit(
+        limb, Repose(joint="hindfoot", by_deg=6.0, axis_up_deg=up_deg, axis_medial_deg=medial_deg)
+    )
+    angle = np.radians(6.0) * (-1 if left else 1)
+    off = limb.mesh.vertices_mm - limb.landmark("heel").position_mm
+    along = np.outer(off @ axis, axis)
+    turned = along + np.cos(angle) * (off - along) + np.sin(angle) * np.cross(axis, off)
+    exact = limb.landmark("heel").position_mm + turned
+    low = off @ sole < 0
+    assert low.sum() > 200
+    np.testing.assert_allclose(after.mesh.vertices_mm[low], exact[low], atol=1e-9)
+    lifted = after.mesh.vertices_mm - limb.mesh.vertices_mm
+    ball = [limb.landmark(f"{one} metatarsal head").position_mm for one in ("first", "fifth")]
+    first, fifth = (
+        lifted[int(np.linalg.norm(limb.mesh.vertices_mm - at, axis=1).argmin())] for at in ball
+    )
+    assert (first - fifth) @ sole > 3.0  # supination: the medial border rises over the lateral one
+
+
+def test_only_an_axis_that_no_landmark_tells_can_be_stated(foot_of: MakeLimb) -> None:
+    with pytest.raises(EditError) as refused:
+        do_edit(foot_of(), Repose(joint="ankle", by_deg=5.0, axis_up_deg=40.0))
+    assert refused.value.finding.code == "edit.repose.told_by_landmarks"
+
+
 @pytest.mark.parametrize(("joint", "axis"), [("side bend", 0), ("extension", 1)])
 def test_a_trunk_bends_and_comes_back(trunk_of: MakeLimb, joint: str, axis: int) -> None:
     limb = trunk_of()

@@ -14,7 +14,7 @@ import numpy as np
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.workbench.anatomy.centreline import Centreline, rounded
-from limbgram.workbench.anatomy.kind import Cross, Direction, Kind, Line, Mid, Plane, Square
+from limbgram.workbench.anatomy.kind import Cross, Direction, Kind, Line, Mid, Plane, Square, Tilted
 
 _LEAST_SINE = 0.05
 """Directions nearer to each other than 3 degrees tell no plane."""
@@ -131,6 +131,18 @@ class Anatomy:
                 rest = first.direction - second.direction * (first.direction @ second.direction)
                 self._require_apart(one.name, float(np.linalg.norm(rest)))
                 return _axis(one.name, first.point_mm, rest, 0.0)
+            case Tilted():
+                return self._tilted(one)
+
+    def _tilted(self, one: Tilted) -> AnatomicalAxis:
+        along, up = self.axis(one.along), self.axis(one.above).direction
+        forward = along.direction - up * (along.direction @ up)
+        self._require_apart(one.name, float(np.linalg.norm(forward)))
+        forward = forward / np.linalg.norm(forward)
+        medial = np.cross(up, forward) * self.sense()
+        rises, turns = np.radians(one.up_deg), np.radians(one.medial_deg)
+        level = np.cos(turns) * forward + np.sin(turns) * medial
+        return _axis(one.name, along.point_mm, np.cos(rises) * level + np.sin(rises) * up, 0.0)
 
     def _line(self, one: Line) -> AnatomicalAxis:
         start, end = self.at(one.start, one.name), self.at(one.end, one.name)

@@ -115,7 +115,22 @@ class Square:
     to: str
 
 
-Direction = Line | Plane | Cross | Square
+@dataclass(frozen=True, kw_only=True)
+class Tilted:
+    """A direction that no landmark tells: usual angles from two others that landmarks do tell."""
+
+    name: str
+    along: str
+    """From this one it is turned."""
+    above: str
+    """Normal of the plane in which `along` lies, upwards."""
+    up_deg: float
+    """How far it rises above that plane."""
+    medial_deg: float
+    """How far it points to the medial side of `along`, seen from above."""
+
+
+Direction = Line | Plane | Cross | Square | Tilted
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -247,9 +262,9 @@ class Joint:
     """Well within what stays."""
     lower: Mid
     """Well within what turns."""
-    halved: bool = True
-    """The plane that parts the limb halves the way from the upper part to the lower one; else it is
-    square to the way to the upper part."""
+    square: str | None = None
+    """The plane that parts the limb is square to this direction of the lower part, as it lies half
+    way through the turn; without it, the plane halves the way from the upper part to the lower."""
     twist: bool = False
     """The plane is square to the axis."""
     parted: Mid | None = None
@@ -295,3 +310,19 @@ class Kind:
     def asked(self) -> tuple[Place, ...]:
         """The places that somebody is asked to mark."""
         return tuple(one for one in self.places if one.level is not None)
+
+    def tilted(self, name: str, up_deg: float | None, medial_deg: float | None) -> "Kind":
+        """The kind with a tilted direction at other angles than the usual ones."""
+        return replace(
+            self,
+            directions=tuple(
+                replace(
+                    one,
+                    up_deg=one.up_deg if up_deg is None else up_deg,
+                    medial_deg=one.medial_deg if medial_deg is None else medial_deg,
+                )
+                if isinstance(one, Tilted) and one.name == name
+                else one
+                for one in self.directions
+            ),
+        )

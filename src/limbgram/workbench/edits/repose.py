@@ -5,8 +5,9 @@ Out     the limb with all that lies distal of the joint turned, landmarks too.
 Method  Every vertex turns about the axis by its share of the angle, so that a band on both sides of
         the plane that parts the limb takes up the arc; places are not blended, which would thin it.
         Of a hinge the plane halves the way from the upper part to the lower one and turns along by
-        half the angle. A vertex's share is that of its place half way between before and after.
-        So the same turn back finds the same shares, and brings the shape back exactly.
+        half the angle; of the hindfoot it lies as the sole does half way through the turn. A
+        vertex's share is that of its place half way between before and after. So the same turn back
+        finds the same shares, and brings the shape back exactly.
 Fails   EditError: the joint is not of this kind, a landmark is missing, the turn or the strain is
         beyond what is stated and nobody accepted it, or beyond what is done at all.
 """
@@ -24,7 +25,7 @@ from limbgram.core.request_fields import Within
 from limbgram.findings import note
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.found import KIND_NAMED
-from limbgram.workbench.anatomy.kind import Joint
+from limbgram.workbench.anatomy.kind import Joint, Tilted
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import displaced
 from limbgram.workbench.limb import Limb
@@ -66,12 +67,24 @@ class Repose(Edit):
     """Half width of the band that takes up the arc."""
     beyond: bool = False
     """Somebody means a turn of more than 20 degrees, or a strain of more than 25 per cent."""
+    axis_up_deg: Annotated[float, Within(0, 80)] | None = None
+    """Of the hindfoot alone: how far its axis rises above the sole. Without it 42, the usual mean;
+    persons lie far apart."""
+    axis_medial_deg: Annotated[float, Within(-10, 60)] | None = None
+    """How far that axis points to the medial side of the foot's. Without it 23."""
 
     words = spoken(
         en=Words(
             name="Turn a joint",
             title="The turn of a joint",
-            labels={"joint": "Joint", "by_deg": "Angle", "band_mm": "Band", "beyond": "Meant"},
+            labels={
+                "joint": "Joint",
+                "by_deg": "Angle",
+                "band_mm": "Band",
+                "beyond": "Meant",
+                "axis_up_deg": "Axis rises by",
+                "axis_medial_deg": "Axis points medially by",
+            },
             choices={one.name: one.en for one in JOINTS.values()},
         ),
         de=Words(
@@ -84,6 +97,8 @@ class Repose(Edit):
                 "by_deg": "Winkel",
                 "band_mm": "Streifen",
                 "beyond": "Gewollt",
+                "axis_up_deg": "Achse steigt um",
+                "axis_medial_deg": "Achse weist nach medial um",
             },
             help={
                 "joint": "Das Gelenk, nach den Landmarken seiner Achse.",
@@ -91,6 +106,10 @@ class Repose(Edit):
                 "nach hinten.",
                 "band_mm": "Halbe Breite des Streifens, der den Bogen aufnimmt.",
                 "beyond": "Mehr als 20 Grad oder mehr als 25 Prozent Dehnung sind gewollt.",
+                "axis_up_deg": "Nur am Rückfuß: wie steil seine Achse über der Sohle ansteigt. "
+                "Ohne Angabe 42, das übliche Mittel; von Mensch zu Mensch sehr verschieden.",
+                "axis_medial_deg": "Wie weit diese Achse von der des Fußes nach medial weist. Ohne "
+                "Angabe 23.",
             },
             choices={one.name: one.de for one in JOINTS.values()},
         ),
@@ -103,7 +122,7 @@ class Repose(Edit):
             EditError: a landmark is missing, or more than is stated and accepted.
         """
         try:
-            anatomy = limb.anatomy
+            anatomy = self._tilted(limb.anatomy)
             turn = Turn.of(anatomy, self.joint, self.by_deg * anatomy.sense(), self.band_mm)
         except MeasureError as error:
             raise EditError(
@@ -127,6 +146,20 @@ class Repose(Edit):
         told = note("edit.repose.done", joint=self.joint, by_deg=self.by_deg, strain=strain)
         after = displaced(limb, points)
         return replace(after, notes=(*after.notes, told))
+
+    def _tilted(self, anatomy: Anatomy) -> Anatomy:
+        """The anatomy with the axis as it was asked for.
+
+        Raises:
+            EditError: landmarks tell the axis of the joint.
+        """
+        if self.axis_up_deg is None and self.axis_medial_deg is None:
+            return anatomy
+        axis = JOINTS[self.joint].axis
+        if not any(isinstance(one, Tilted) and one.name == axis for one in anatomy.kind.directions):
+            raise EditError("edit.repose.told_by_landmarks", what=self.title, joint=self.joint)
+        kind = anatomy.kind.tilted(axis, self.axis_up_deg, self.axis_medial_deg)
+        return replace(anatomy, kind=kind)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,10 +202,11 @@ class Turn:
         lower = _unit(anatomy.at(joint.lower, joint.name) - centre)
         if joint.twist:
             normal = axis if lower @ axis > upper @ axis else -axis
-        elif joint.halved:
+        elif joint.square is None:
             normal = _unit(_unit(_square(lower, axis)) - _unit(_square(upper, axis)))
         else:
-            normal = -_unit(_square(upper, axis))
+            half = np.array([np.radians(by_deg) / 2])
+            normal = -_turned(anatomy.axis(joint.square).direction[None], axis, half)[0]
         return cls(
             centre_mm=centre,
             axis=axis,
@@ -183,7 +217,7 @@ class Turn:
             size_mm=float(
                 np.linalg.norm(anatomy.at(joint.lower, name) - anatomy.at(joint.upper, name))
             ),
-            follows=0.5 if joint.halved and not joint.twist else 0.0,
+            follows=0.5 if joint.square is None and not joint.twist else 0.0,
             angle_rad=float(np.radians(by_deg)),
             band_mm=band_mm,
             rigid_mm=tuple(anatomy.places[one] for one in joint.rigid if one in anatomy.places),
@@ -221,13 +255,7 @@ class Turn:
         return found
 
     def _turned(self, points_mm: Points3, angles_rad: Float64[np.ndarray, " n"]) -> Points3:
-        """Points turned about the axis, each by its own angle (Rodrigues)."""
-        off = points_mm - self.centre_mm
-        along = np.outer(off @ self.axis, self.axis)
-        across = off - along
-        sideways = np.cross(self.axis, across)
-        cosine, sine = np.cos(angles_rad)[:, None], np.sin(angles_rad)[:, None]
-        return self.centre_mm + along + cosine * across + sine * sideways
+        return self.centre_mm + _turned(points_mm - self.centre_mm, self.axis, angles_rad)
 
 
 def largest_strain(faces: np.ndarray, before_mm: Points3, after_mm: Points3) -> float:
@@ -239,6 +267,14 @@ def largest_strain(faces: np.ndarray, before_mm: Points3, after_mm: Points3) -> 
     ]
     change = np.abs(lengths[1] - lengths[0]) / np.maximum(lengths[0], 1e-9)
     return float(change.max(initial=0.0))
+
+
+def _turned(off_mm: Points3, axis: Vector3, angles_rad: Float64[np.ndarray, " n"]) -> Points3:
+    """Offsets from an axis turned about it, each by its own angle (Rodrigues)."""
+    along = np.outer(off_mm @ axis, axis)
+    across = off_mm - along
+    cosine, sine = np.cos(angles_rad)[:, None], np.sin(angles_rad)[:, None]
+    return along + cosine * across + sine * np.cross(axis, across)
 
 
 def _risen(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:

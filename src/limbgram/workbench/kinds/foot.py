@@ -9,6 +9,10 @@ under heel and both metatarsal heads (through the heel and the heads themselves,
 the places under them), the foot's axis in it from heel to second toe. The hindfoot's
 varus and valgus are those of the heel's bisection, from the middle of both sides of the calcaneus
 to the insertion of the Achilles tendon. Build-ups are general trade knowledge, without a source.
+
+The subtalar axis runs through the heel, 42 degrees above the plantar plane and 23 medially of the
+foot's axis: means as V. Inman gives them (The Joints of the Ankle, 1976); others have 16 degrees
+medially, and persons lie far apart. No landmark tells it: it is an editable default, no finding.
 """
 
 from limbgram.workbench.anatomy.kind import (
@@ -27,6 +31,7 @@ from limbgram.workbench.anatomy.kind import (
     Section,
     SensitivePlace,
     Share,
+    Tilted,
     Upright,
 )
 from limbgram.workbench.kinds.transtibial import (
@@ -250,6 +255,7 @@ KIND = Kind(
         Cross(name="across heel and instep", first="heel to instep", second="lateral"),
         Line(name="heel to toe", start=_HEEL, end=_TOE),
         Line(name="calcaneus", start=_CALCANEUS, end=Mid(("achilles insertion",))),
+        Tilted(name="subtalar", along="foot", above="plantar", up_deg=42.0, medial_deg=23.0),
         Line(name="hindfoot", start=_HEEL, end=_MIDFOOT, within="plantar"),
         Line(name="forefoot", start=_MIDFOOT, end=_BALL, within="plantar"),
     ),
@@ -482,14 +488,14 @@ KIND = Kind(
         ),
         Joint(
             name="hindfoot",
-            en="Hindfoot, varus positive",
-            de="Rückfuß, Varus positiv",
-            axis="heel to toe",
+            en="Hindfoot about the subtalar axis, varus and supination positive",
+            de="Rückfuß um die subtalare Achse, Varus und Supination positiv",
+            axis="subtalar",
             centre=Mid(("heel",)),
             parted=Mid(("medial malleolus", "lateral malleolus", "heel")),
             upper=_KNEE,
             lower=_BALL,
-            halved=False,
+            square="plantar",
             rigid=("medial malleolus", "lateral malleolus"),
         ),
         Joint(
