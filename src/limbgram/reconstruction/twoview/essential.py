@@ -20,7 +20,7 @@ from limbgram.core.geometry.arrays import Matrix3, Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.twoview.fundamental import agreeing, ransac
-from limbgram.reconstruction.twoview.pairs import fit_sampson
+from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
 
 _FEWEST_MATCHES = 6
 _SELECTIONS = 10
@@ -168,24 +168,33 @@ def to_ideal(matrix: Matrix3, xy_px: Points2) -> Points2:
 
 @dataclass(frozen=True)
 class _PoseModel:
-    """Epipolar geometry of two calibrated cameras: five parameters."""
+    """Epipolar geometry of two calibrated cameras: a turn, and the baseline's way aside."""
 
     pose: Rigid
     first_matrix: Matrix3
     second_matrix: Matrix3
 
     @property
-    def size(self) -> int:
-        return 5
-
-    @property
     def matrix(self) -> Matrix3:
         return fundamental_from_pose(self.pose, self.first_matrix, self.second_matrix)
 
+    @property
+    def by_step(self) -> Float64[np.ndarray, "5 3 3"]:
+        baseline = np.tensordot(self.pose.translation, TURNS, 1)
+        aside = np.tensordot(self._across, TURNS, 1)
+        essential = np.concatenate([baseline[None], baseline @ TURNS, aside]) @ self.pose.rotation
+        inverse = np.linalg.inv(self.first_matrix)
+        fundamental = np.linalg.inv(self.second_matrix).T @ essential @ inverse
+        return fundamental[1:] / np.linalg.norm(fundamental[0])
+
+    @property
+    def _across(self) -> Float64[np.ndarray, "2 3"]:
+        """Directions square to the baseline."""
+        return np.linalg.svd(self.pose.translation[None])[2][1:]
+
     def moved(self, step: Float64[np.ndarray, "5"]) -> "_PoseModel":
         rotation = Rotation.from_rotvec(step[:3]).as_matrix() @ self.pose.rotation
-        across = np.linalg.svd(self.pose.translation[None])[2][1:]
-        translation = self.pose.translation + step[3:] @ across
+        translation = self.pose.translation + step[3:] @ self._across
         pose = Rigid(rotation, translation / np.linalg.norm(translation))
         return _PoseModel(pose, self.first_matrix, self.second_matrix)
 

@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.geometry.arrays import Matrix3, Points2
 from limbgram.core.geometry.triangulation import nearest_matches, sampson_px
 from limbgram.core.optimisation import Descent, Trial, minimise
-from limbgram.reconstruction.twoview.pairs import fit_sampson
+from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
 
 FEWEST_MATCHES = 8
 _SELECTIONS = 10
@@ -154,12 +154,15 @@ class _Orthonormal:
     angle: float
 
     @property
-    def size(self) -> int:
-        return 7
-
-    @property
     def matrix(self) -> Matrix3:
         return (self.u * [np.cos(self.angle), np.sin(self.angle), 0.0]) @ self.v.T
+
+    @property
+    def by_step(self) -> Float64[np.ndarray, "7 3 3"]:
+        singular = np.diag([np.cos(self.angle), np.sin(self.angle), 0.0])
+        other = np.diag([-np.sin(self.angle), np.cos(self.angle), 0.0])
+        inner = np.concatenate([TURNS @ singular, -singular @ TURNS, other[None]])
+        return self.u @ inner @ self.v.T
 
     def moved(self, step: Float64[np.ndarray, "7"]) -> "_Orthonormal":
         turn_u = Rotation.from_rotvec(step[:3]).as_matrix()

@@ -57,17 +57,22 @@ class Pairs:
 
 
 _DESCENT = Descent(iterations=30, smallest_gain=1e-7)
-_DIFFERENCE = 1e-6
+
+TURNS: Float64[np.ndarray, "3 3 3"] = np.cross(np.eye(3)[:, None], np.eye(3)).transpose(0, 2, 1)
+"""What a small turn about each axis adds to the identity: TURNS[i] @ x is e_i x x."""
 
 
 @runtime_checkable
 class EpipolarModel(Protocol):
-    """Epipolar geometry with `size` parameters; `moved` takes a small step from it."""
+    """Epipolar geometry that some parameters move; `moved` takes a small step from it."""
 
     @property
-    def size(self) -> int: ...
-    @property
     def matrix(self) -> Matrix3: ...
+    @property
+    def by_step(self) -> Float64[np.ndarray, "k 3 3"]:
+        """Derivatives of the matrix, up to multiples of itself, which move no match."""
+        ...
+
     def moved(self, step: Float64[np.ndarray, " k"]) -> Self: ...
 
 
@@ -87,7 +92,8 @@ def fit_sampson(start: Model, xy_first: Points2, xy_second: Points2) -> Model:
 
     def linearised(state: _Fitted[Model]) -> Callable[[float], Trial[_Fitted[Model]]]:
         model, residuals = state.model, state.residuals
-        by_step = sampson_by_matrix(model.matrix, xy_first, xy_second) @ _matrix_by_step(model)
+        by_matrix = sampson_by_matrix(model.matrix, xy_first, xy_second)
+        by_step = by_matrix @ model.by_step.reshape(-1, 9).T
         normal, gradient = by_step.T @ by_step, by_step.T @ residuals
 
         def step(damping: float) -> Trial[_Fitted[Model]]:
@@ -102,11 +108,3 @@ def fit_sampson(start: Model, xy_first: Points2, xy_second: Points2) -> Model:
 
     first = tried(start)
     return minimise(first.state, first.cost, linearised, _DESCENT).model
-
-
-def _matrix_by_step(model: EpipolarModel) -> Float64[np.ndarray, "9 k"]:
-    columns: list[np.ndarray] = []
-    for step in np.eye(model.size) * _DIFFERENCE:
-        change = model.moved(step).matrix - model.moved(-step).matrix
-        columns.append(change.ravel() / (2 * _DIFFERENCE))
-    return np.column_stack(columns)

@@ -5,9 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.triangulation import sampson_px
+from limbgram.reconstruction.twoview.essential import _PoseModel
 from limbgram.reconstruction.twoview.fundamental import (
     Equations,
+    _Orthonormal,
     canonical_projection,
     estimate_fundamental,
     estimate_fundamental_linear,
@@ -16,6 +19,8 @@ from limbgram.reconstruction.twoview.fundamental import (
 )
 
 SIGMA_PX = 0.5
+FIRST_LENS = np.array([[900.0, 0.0, 450.0], [0.0, 910.0, 300.0], [0.0, 0.0, 1.0]])
+SECOND_LENS = np.array([[800.0, 0.0, 420.0], [0.0, 805.0, 310.0], [0.0, 0.0, 1.0]])
 
 
 def distance_px(fundamental: np.ndarray, pair: Any) -> float:
@@ -101,3 +106,27 @@ def test_gold_standard_bears_a_match_that_ran_away_to_infinity(limb_pair: Any) -
     by_projection, by_point = equations.step(1e-3)
     assert np.isfinite(by_projection).all()
     assert np.isfinite(by_point).all()
+
+
+@pytest.mark.parametrize(
+    ("model", "size"),
+    [
+        (
+            _PoseModel(
+                Rigid.from_rotation_vector(np.array([0.1, -0.4, 0.2]), np.array([0.6, 0.64, 0.48])),
+                FIRST_LENS,
+                SECOND_LENS,
+            ),
+            5,
+        ),
+        (_Orthonormal(*np.linalg.svd(SECOND_LENS)[::2], 0.7), 7),
+    ],
+)
+def test_derivatives_are_those_of_small_steps(model: Any, size: int) -> None:
+    """Up to multiples of the matrix, which move no match."""
+    steps = 1e-6 * np.eye(size)
+    small = np.array([(model.moved(step).matrix - model.moved(-step).matrix) for step in steps])
+    matrix = model.matrix.ravel() / np.linalg.norm(model.matrix)
+    off = model.by_step.reshape(size, 9) - small.reshape(size, 9) / 2e-6
+    off -= np.outer(off @ matrix, matrix)
+    assert np.abs(off).max() < 1e-8 * np.abs(model.by_step).max()
