@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from limbgram.capture.coach import CaptureCheck
 from limbgram.cases.capture_check import CaptureWatch, check_sources
 from limbgram.core.run import Run
 from limbgram.findings import told
@@ -34,9 +35,16 @@ def lens_of(capture: Capture) -> Calibration:
     return Calibration(camera=camera, covariance=covariance, source="board")
 
 
-def test_photos_of_a_turning_limb_are_placed_by_the_limb(capture: Capture) -> None:
-    board = parse_board(DEFAULT_BOARD)
-    whole = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
+@pytest.fixture(scope="module")
+def whole(capture: Capture) -> CaptureCheck:
+    """What is told of all photos."""
+    photos = list(capture.photos)
+    return check_sources(photos, [lens_of(capture)], parse_board(DEFAULT_BOARD), Run())
+
+
+def test_photos_of_a_turning_limb_are_placed_by_the_limb(
+    capture: Capture, whole: CaptureCheck
+) -> None:
     assert sum(one.placed for one in whole.photos) == PHOTOS, whole.headline
     assert any(f"camera stood still in {PHOTOS} photos" in told(one) for one in whole.notes), (
         whole.notes
@@ -49,10 +57,11 @@ def test_photos_of_a_turning_limb_are_placed_by_the_limb(capture: Capture) -> No
     assert np.abs(off_deg).max() < 3.0
 
 
-def test_a_growing_folder_is_told_the_same_as_the_whole(capture: Capture, tmp_path: Path) -> None:
+def test_a_growing_folder_is_told_the_same_as_the_whole(
+    capture: Capture, whole: CaptureCheck, tmp_path: Path
+) -> None:
     """What stands still is known better with each photo; matches of before must not be mixed in."""
     board = parse_board(DEFAULT_BOARD)
-    whole = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
     with CaptureWatch([lens_of(capture)], board) as watch:
         for photo in capture.photos[: PHOTOS // 2]:
             shutil.copy(photo, tmp_path)
@@ -70,8 +79,9 @@ def test_a_growing_folder_is_told_the_same_as_the_whole(capture: Capture, tmp_pa
 
 def test_a_board_that_stands_still_tells_no_size(tmp_path: Path) -> None:
     options = replace(
-        OPTIONS, coverage=CaptureOptions().coverage, turning=Turning(board_turns=False)
-    )
+        OPTIONS, width_px=600, height_px=400, coverage=CaptureOptions().coverage,
+        turning=Turning(board_turns=False),
+    )  # fmt: skip
     capture = make_capture(tmp_path / "capture", options)
     board = parse_board(DEFAULT_BOARD)
     found = check_sources(list(capture.photos), [lens_of(capture)], board, Run())

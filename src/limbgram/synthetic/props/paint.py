@@ -66,6 +66,10 @@ def places_mm(limb: Limb, spots: Sequence[SockSpot]) -> tuple[Vector3, ...]:
 _SMALLEST_MM, _LARGEST_MM = 0.4, 8.0
 _HARMONICS = 3
 _LEAST_STRETCH = 0.65
+_OUTERMOST = 1.5
+"""Of a dab's radius: no wave of its edge goes farther out."""
+_NARROW_MM = 1e-4
+"""Far below a texel and far above rounding."""
 _MEAN_STRETCH = (1 + _LEAST_STRETCH) / 2
 _STRIP_ROWS = 256
 _PATCH_MM, _PATCH_WAVES = 60.0, 12
@@ -333,7 +337,7 @@ def _lay_on(
     """Lay all dabs, in order, on the texture rows [start, stop)."""
     columns = texture.shape[1] - 1
     for k in range(len(centres)):
-        reach = shapes[k, 0] * 1.5
+        reach = shapes[k, 0] * _OUTERMOST
         column, row = chart[k, 0], chart[k, 1]
         rows = (reach * chart[k, 2] + 1.0) * fine
         for r in range(max(start, int(row * fine - rows)), min(stop, int(row * fine + rows) + 1)):
@@ -343,20 +347,57 @@ def _lay_on(
             edge = grid[i, j + 1] - grid[i, j]
             width = np.sqrt(edge[0] ** 2 + edge[1] ** 2 + edge[2] ** 2) + 1e-6
             half = min(int((1.3 * reach / width + 1.0) * fine), columns // 2)
-            for offset in range(-half, half + 1):
+            offset = -half
+            while offset <= half:  # one cell of the chart at a time
                 c = (int(column * fine) + offset) % columns
                 j = c // fine
-                right = c / fine - j
-                x = y = height = 0.0
-                for axis in range(3):
-                    upper = grid[i, j, axis] * (1 - right) + grid[i, j + 1, axis] * right
-                    lower = grid[i + 1, j, axis] * (1 - right) + grid[i + 1, j + 1, axis] * right
-                    away = upper * (1 - down) + lower * down - centres[k, axis]
-                    x += away * frames[k, 0, axis]
-                    y += away * frames[k, 1, axis]
-                    height += away * frames[k, 2, axis]
-                if abs(height) < 0.5 * reach + 0.5:
-                    _blend(texture, r, c, x, y, shapes[k], colours[k])
+                beyond = min((j + 1) * fine, c + half - offset + 1)
+                offset += beyond - c
+                low, high = _reached(grid, i, j, down, centres[k], frames[k], shapes[k])
+                first = max(c, j * fine + int(np.ceil(low * fine)))
+                beyond = min(beyond, j * fine + int(np.floor(high * fine)) + 1)
+                for c in range(first, beyond):
+                    right = c / fine - j
+                    x = y = height = 0.0
+                    for axis in range(3):
+                        upper = grid[i, j, axis] * (1 - right) + grid[i, j + 1, axis] * right
+                        lower = (
+                            grid[i + 1, j, axis] * (1 - right) + grid[i + 1, j + 1, axis] * right
+                        )
+                        away = upper * (1 - down) + lower * down - centres[k, axis]
+                        x += away * frames[k, 0, axis]
+                        y += away * frames[k, 1, axis]
+                        height += away * frames[k, 2, axis]
+                    if abs(height) < 0.5 * reach + 0.5:
+                        _blend(texture, r, c, x, y, shapes[k], colours[k])
+
+
+@njit(cache=True, nogil=True)
+def _reached(
+    grid: np.ndarray,
+    i: int,
+    j: int,
+    down: float,
+    centre: np.ndarray,
+    frame: np.ndarray,
+    shape: np.ndarray,
+):
+    """Part of a cell's width, at one height in it, that a dab can reach; a little more."""
+    x = y = right = up = 0.0
+    for axis in range(3):
+        near = grid[i, j, axis] * (1 - down) + grid[i + 1, j, axis] * down
+        far = grid[i, j + 1, axis] * (1 - down) + grid[i + 1, j + 1, axis] * down
+        x += (near - centre[axis]) * frame[0, axis]
+        y += (near - centre[axis]) * frame[1, axis] / shape[1]
+        right += (far - near) * frame[0, axis]
+        up += (far - near) * frame[1, axis] / shape[1]
+    steep, half, rest = right**2 + up**2, x * right + y * up, x**2 + y**2
+    if steep < _NARROW_MM**2:
+        return 0.0, 1.0
+    root = half**2 - steep * (rest - (_OUTERMOST * shape[0] + _NARROW_MM) ** 2)
+    if root < 0:
+        return 1.0, 0.0
+    return (-half - np.sqrt(root)) / steep, (-half + np.sqrt(root)) / steep
 
 
 @njit(cache=True, nogil=True)
@@ -366,7 +407,7 @@ def _blend(
     """Paint one texel where it lies inside the wavy edge of a dab."""
     y /= shape[1]
     away = np.sqrt(x * x + y * y)
-    if away > 1.5 * shape[0]:
+    if away > _OUTERMOST * shape[0]:
         return
     edge = 1.0
     if away > 0.5 * shape[0]:
