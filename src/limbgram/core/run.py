@@ -174,7 +174,7 @@ def in_parallel(
     limit = workers or worker_count()
     if each_mb > 0:
         limit = max(1, min(limit, int(spare_mb() / each_mb)))
-    if limit == 1:
+    if min(limit, len(items)) <= 1:  # a thread takes longer to start than many a search
         return [work(item) for item in track(items)]
     run = _current.get() or Run()
     with run.loop(len(items)) as tell, ThreadPoolExecutor(limit) as pool:
