@@ -15,6 +15,7 @@ import trimesh
 from limbgram.core.errors import ExportError, OptionsError, ShapeFileError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.spreadsheet import Table, csv_of, xlsx_of
+from limbgram.formats import dxf
 from limbgram.formats.curves import curves_of
 from limbgram.formats.dxf import write_drawing
 from limbgram.formats.format import Format
@@ -79,6 +80,32 @@ def test_a_drawing_has_units_layers_and_landmarks(mesh: Mesh, tmp_path: Path) ->
     again = path.read_bytes()
     write_drawing(raised, path, "mm", curves_of(raised, 25.0), MARKS)
     assert path.read_bytes() == again
+
+
+@pytest.mark.parametrize(
+    ("written", "kept"),
+    [
+        ("\n 93\n5120\n", "\n 93\n5116\n"),
+        ("\n 90\n3\n 90\n0\n", "\n 90\n3\n 90\n642\n"),
+        ("\n 10\n0.0\n", "\n 20\n0.0\n"),
+        ("\n 10\n0.0\n", "\n 10\n"),
+    ],
+)
+def test_a_drawing_whose_surface_reads_back_otherwise_is_not_kept(
+    mesh: Mesh, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, written: str, kept: str
+) -> None:
+    encode = dxf._encoded
+    path = tmp_path / "cad.dxf"
+    monkeypatch.setattr(dxf, "_encoded", lambda *all_of_it: damaged(encode(*all_of_it)))
+
+    def damaged(content: bytes) -> bytes:
+        head, begun, surface = content.decode().rpartition("AcDbEntity\n")
+        assert written in surface
+        return f"{head}{begun}{surface.replace(written, kept, 1)}".encode()
+
+    with pytest.raises(ExportError):
+        write_drawing(mesh, path, "mm", curves_of(mesh, 25.0), MARKS)
+    assert not path.exists()
 
 
 def test_a_scalar_field_by_the_names_that_cloudcompare_and_meshlab_show(
