@@ -246,6 +246,23 @@ def test_quads_are_noted(tmp_path: Path) -> None:
     assert (told.code, told.values["polygons"]) == ("file.polygons_split", 6)
 
 
+def test_an_obj_that_may_have_y_upwards_is_noted_and_left_as_it_lies(
+    mesh: Mesh, tmp_path: Path
+) -> None:
+    tall = mesh.with_vertices(mesh.vertices_mm * (1.0, 2.0, 1.0))
+    path = write_limb(Limb(mesh=tall), tmp_path / "tall.obj")
+    assert not read_limb(path).notes  # ours says of itself that +Z is up
+    blenders = path.read_bytes().replace(b"# limbgram, unit: mm", b"# Blender 3.4.1")
+    (tmp_path / "other.obj").write_bytes(blenders)
+    read = read_limb(tmp_path / "other.obj")
+    assert [one.code for one in read.notes] == ["file.obj.y_up"]
+    np.testing.assert_allclose(np.ptp(read.mesh.vertices_mm, axis=0), (100, 200, 100), atol=1)
+    lying = tall.with_vertices(tall.vertices_mm[:, [0, 2, 1]] * (1, -1, 1))
+    other = write_limb(Limb(mesh=lying), tmp_path / "z.obj").read_bytes()
+    (tmp_path / "upright.obj").write_bytes(other.replace(b"# limbgram, unit: mm", b"# Blender"))
+    assert not read_limb(tmp_path / "upright.obj").notes
+
+
 def test_the_table_finds_every_file_that_says_that_it_is_a_format() -> None:
     assert {one.name for one in FORMATS} >= {"stl", "3mf", "dxf", "ply", "obj", "glb", "vtp", "aop"}
     assert all(isinstance(one, Format) for one in FORMATS)
