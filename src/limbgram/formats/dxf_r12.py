@@ -7,7 +7,6 @@ comments and layer names say it.
 
 Ours stays: ezdxf's r12writer writes no header and no layer table, where the unit stands, and takes
 6.5 s for 250,000 triangles; ours takes 0.6 s with reading back (benchmarks/results/formats.json).
-It is also what a case delivers, for it costs next to nothing.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -26,7 +25,6 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import with_faces
 from limbgram.findings import fault
 from limbgram.formats.curves import Curves, curves_of
-from limbgram.formats.format import Format
 from limbgram.formats.writing import Unit, require_same_triangles, target
 
 _POLYFACE, _PLACE, _CORNERS = 64, 192, 128
@@ -293,6 +291,3 @@ def _value(text: np.ndarray, start: int):
             plain = False
         at += 1
     return sign * number / share if plain and digits else np.nan, word, at + 1
-
-
-FORMAT = Format(suffix=".dxf", place=20, write=write_r12_dxf)

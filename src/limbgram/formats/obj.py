@@ -19,6 +19,7 @@ from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import ContentError, other, require, write_file
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import Finding, note
 from limbgram.formats.format import Format
 from limbgram.formats.triangle_soup import Soup, fans_of, of_polygons, require_corners
 from limbgram.formats.units import stated_unit
@@ -38,6 +39,7 @@ _MOST_NUMBERS = 7
 """Of a vertex: its place, a weight and a colour."""
 _PRECISION = 1e-6
 _BLOCK = 10_000
+_Y = 1
 _MARK = "landmark "
 _LANDMARK = rb"o " + _MARK.encode() + rb"([^\r\n]{1,300})\r?\nv ([-.\d ]{5,80})\r?\np \d{1,10}\r?\n"
 """Of our files: name and place."""
@@ -58,11 +60,15 @@ def read_obj(content: bytes, name: str) -> Soup:
     if places.shape[1] in (6, 7):
         colours = np.rint(np.clip(places[:, 3:6], 0, 1) * 255).astype(np.uint8)
     mesh = Mesh(vertices_mm=places[:, :3].copy(), faces=faces, colours=colours)
+    ours = stated_unit(content[:200])
     return Soup(
         mesh=mesh,
-        stated_unit=stated_unit(content[:200]),
+        stated_unit=ours,
         landmarks=marks,
-        notes=of_polygons(faces, sum(word == b"f" for word, _ in lines)),
+        notes=(
+            *of_polygons(faces, sum(word == b"f" for word, _ in lines)),
+            *(() if ours else _of_axes(mesh)),
+        ),
     )
 
 
@@ -97,6 +103,16 @@ def _write(mesh: Mesh, path: Path, unit: Unit, landmarks: Sequence[Landmark]) ->
         require(near, other(path.name, "landmarks"))
 
     return write_file(path, encode, check)
+
+
+def _of_axes(mesh: Mesh) -> tuple[Finding, ...]:
+    """A note where +Y may be up: the format does not say it, and limbs are mostly longer than wide.
+
+    The shape stays as it lies: to turn it would be a guess, and aligning does it surely.
+    """
+    if int(np.ptp(mesh.vertices_mm, axis=0).argmax()) != _Y:
+        return ()
+    return (note("file.obj.y_up"),)
 
 
 _Lines = list[tuple[bytes, bytes]]

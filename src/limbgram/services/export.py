@@ -522,6 +522,7 @@ def _drawing(limb: Limb, path: Path, ask: Drawing) -> Exported:
     said = (
         note("exported.dxf.written", path=str(path), sections=sections),
         *split,
+        note("exported.dxf.freecad"),
         _trimline(curves),
         _axes(limb),
         *_said_of_bodies(found, limb),

@@ -15,6 +15,7 @@ import trimesh
 from limbgram.core.errors import ExportError, OptionsError, ShapeFileError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.spreadsheet import Table, csv_of, xlsx_of
+from limbgram.formats import dxf
 from limbgram.formats.curves import curves_of
 from limbgram.formats.dxf import write_drawing
 from limbgram.formats.format import Format
@@ -79,6 +80,32 @@ def test_a_drawing_has_units_layers_and_landmarks(mesh: Mesh, tmp_path: Path) ->
     again = path.read_bytes()
     write_drawing(raised, path, "mm", curves_of(raised, 25.0), MARKS)
     assert path.read_bytes() == again
+
+
+@pytest.mark.parametrize(
+    ("written", "kept"),
+    [
+        ("\n 93\n5120\n", "\n 93\n5116\n"),
+        ("\n 90\n3\n 90\n0\n", "\n 90\n3\n 90\n642\n"),
+        ("\n 10\n0.0\n", "\n 20\n0.0\n"),
+        ("\n 10\n0.0\n", "\n 10\n"),
+    ],
+)
+def test_a_drawing_whose_surface_reads_back_otherwise_is_not_kept(
+    mesh: Mesh, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, written: str, kept: str
+) -> None:
+    encode = dxf._encoded
+    path = tmp_path / "cad.dxf"
+    monkeypatch.setattr(dxf, "_encoded", lambda *all_of_it: damaged(encode(*all_of_it)))
+
+    def damaged(content: bytes) -> bytes:
+        head, begun, surface = content.decode().rpartition("AcDbEntity\n")
+        assert written in surface
+        return f"{head}{begun}{surface.replace(written, kept, 1)}".encode()
+
+    with pytest.raises(ExportError):
+        write_drawing(mesh, path, "mm", curves_of(mesh, 25.0), MARKS)
+    assert not path.exists()
 
 
 def test_a_scalar_field_by_the_names_that_cloudcompare_and_meshlab_show(
@@ -217,6 +244,23 @@ def test_quads_are_noted(tmp_path: Path) -> None:
     (tmp_path / "box.obj").write_text("\n".join([*lines, *(f"f {face}" for face in faces)]))
     (told,) = read_limb(tmp_path / "box.obj").notes
     assert (told.code, told.values["polygons"]) == ("file.polygons_split", 6)
+
+
+def test_an_obj_that_may_have_y_upwards_is_noted_and_left_as_it_lies(
+    mesh: Mesh, tmp_path: Path
+) -> None:
+    tall = mesh.with_vertices(mesh.vertices_mm * (1.0, 2.0, 1.0))
+    path = write_limb(Limb(mesh=tall), tmp_path / "tall.obj")
+    assert not read_limb(path).notes  # ours says of itself that +Z is up
+    blenders = path.read_bytes().replace(b"# limbgram, unit: mm", b"# Blender 3.4.1")
+    (tmp_path / "other.obj").write_bytes(blenders)
+    read = read_limb(tmp_path / "other.obj")
+    assert [one.code for one in read.notes] == ["file.obj.y_up"]
+    np.testing.assert_allclose(np.ptp(read.mesh.vertices_mm, axis=0), (100, 200, 100), atol=1)
+    lying = tall.with_vertices(tall.vertices_mm[:, [0, 2, 1]] * (1, -1, 1))
+    other = write_limb(Limb(mesh=lying), tmp_path / "z.obj").read_bytes()
+    (tmp_path / "upright.obj").write_bytes(other.replace(b"# limbgram, unit: mm", b"# Blender"))
+    assert not read_limb(tmp_path / "upright.obj").notes
 
 
 def test_the_table_finds_every_file_that_says_that_it_is_a_format() -> None:
