@@ -4,10 +4,11 @@
 
 Every capture gets its own limb, paint, walk, noise and lens calibration from its seed, is
 reconstructed from nothing, laid on its truth without changing size, and measured: girths (along
-the contour, and of a taut tape) and areas at five heights, the volume between the outer two, and
-those of the slices between neighbours; vertices, and what was filled, against the truth. One line
-of JSON a capture; seeds that are in the file already are not run again. The last line printed
-says how many of all intervals held, and how many missed on either side.
+the contour, and of a taut tape; both smoothed over 5 mm, of surface and truth alike) and areas at
+five heights, the volume between the outer two, and those of the slices between neighbours;
+vertices, and what was filled, against the truth. One line of JSON a capture; seeds that are in the
+file already are not run again. The last line printed says how many of all intervals held, and how
+many missed on either side.
 
 `--setting` photographs another sort of limb or more sharply (SETTINGS). `--keep FOLDER` keeps the
 photos and every stage of each case: figures told anew are then a matter of seconds a capture.

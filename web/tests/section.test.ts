@@ -54,16 +54,18 @@ test("of two limbs the one on the axis is measured", () => {
   expect(section.tape_mm).toBeCloseTo(2 * Math.PI * 50, 1);
 });
 
-test("a contour is smoothed over 5 mm", () => {
+test("a contour and a tape are smoothed over 5 mm", () => {
   const plain = 2 * Math.PI * 50;
-  const knit = (wave: number) => cut(...knitted(wave), 50).contour_mm - plain;
   const knitted = (wave: number): [Float32Array, Uint32Array, Float32Array] => {
     const [positions, indices] = tube((a) => 50 + 0.05 * Math.cos(Math.round(plain / wave) * a), 3000, 3);
     return [positions, indices, heightsOf(positions)];
   };
+  const knit = (wave: number) => cut(...knitted(wave), 50);
   // A quarter of the squared slope, of which 0.0006 stays at 2 mm and 0.89 at 10 mm.
-  expect(Math.abs(knit(2))).toBeLessThan(0.01);
-  expect(knit(10)).toBeCloseTo((plain * (0.05 * 0.2 * Math.PI) ** 2 * 0.885) / 4, 2);
+  expect(Math.abs(knit(2).contour_mm - plain)).toBeLessThan(0.01);
+  expect(knit(10).contour_mm - plain).toBeCloseTo((plain * (0.05 * 0.2 * Math.PI) ** 2 * 0.885) / 4, 2);
+  // On the tops of the knit a tape would read 0.05 * 2 pi more; 0.025 of its height stays at 2 mm.
+  expect(Math.abs(knit(2).tape_mm - plain)).toBeLessThan(0.01);
 });
 
 test("beyond the limb there is nothing", () => {

@@ -46,8 +46,8 @@ class Level(BaseModel):
 
     height_mm: float = Field(description="In the limb frame.")
     from_reference_mm: float
-    tape_mm: Value | None = Field(description="As a taut tape reads: over hollows.")
-    contour_mm: Value | None = Field(description="Along the contour.")
+    tape_mm: Value | None = Field(description="By a taut tape, smoothed over 5 mm.")
+    contour_mm: Value | None = Field(description="Along the contour, smoothed over 5 mm.")
     ml_mm: Value | None = Field(description="From side to side.")
     ap_mm: Value | None = Field(description="From front to back.")
     area_mm2: Value | None

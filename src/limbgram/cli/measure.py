@@ -46,7 +46,8 @@ def measure_command(
 ) -> Reply:
     """Measure a shape by level: girth as a taut tape and along the contour, widths, area, volume.
 
-    A height that has no answer stands in the table with the reason. Run `limbgram align` first.
+    Both girths are smoothed over 5 mm: finer knit and creases have no part in them. A height that
+    has no answer stands in the table with the reason. Run `limbgram align` first.
     """
     require_output(files.xlsx, ".xlsx", "table")
     require_output(files.csv, ".csv", "table")
@@ -85,7 +86,7 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
             )
         ),
         *_skin_lines(measures),
-        f"Heights in mm from {measures.counting}; lengths in mm; contours {SMOOTHED_OVER}. "
+        f"Heights in mm from {measures.counting}; lengths in mm; girths {SMOOTHED_OVER}. "
         + _sock_line(limb.sock_mm, measures.limb.sock_mm),
         _HEADING,
         *(_row_line(row) for row in measures.rows),

@@ -5,29 +5,30 @@ Out     a TruthComparison, mm and fractions.
 Method  rigid alignment alone (camera centres, then point to plane), so that a wrong scale stays
         in the figures; girth and volume between the same two heights of both. Where the truth has
         several outlines at a height, the girths are of its largest, and of what of ours lies nearer
-        to that than to the others.
+        to that than to the others. A girth is that of a tape drawn taut round all pieces of an
+        outline, each at the smoothing length, so that it bridges a tear.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, Int32, Int64
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from jaxtyping import Float64
 from scipy.spatial import ConvexHull, KDTree
 
-from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.core.geometry.smoothed_length import STEPS_PER_MM, smoothed
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.sections import Z_AXIS, Section, cut
 from limbgram.report.alignment import Truth, by_cameras, by_surface, measured_samples, signed_mm
 
 _SECTIONS = 40
 _GIRTHS = (0.2, 0.4, 0.6, 0.8)
 """Heights at which girths are compared, as shares of the seen height."""
 _NEAR_MM = 0.25
-_FEWEST_SEGMENTS = 8
-_SAME_MM = 1e-6
-"""Ends of neighbouring segments as near are one."""
+_LEAST_MM = 10.0
+"""Of outline: less is no girth."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,11 +89,21 @@ class Girth:
         return self.measured_mm - self.true_mm
 
 
-def girth_mm(segments: Float64[np.ndarray, "n 2 2"]) -> float:
-    """Circumference of a section as a taut tape reads it: of its convex hull; NaN without any."""
-    if len(segments) < _FEWEST_SEGMENTS:
+def girth_mm(pieces: Sequence[Section]) -> float:
+    """Circumference of a cut across z as a taut tape reads it; NaN of too little."""
+    return _taut_mm(_smoothed(pieces))
+
+
+def _smoothed(pieces: Sequence[Section]) -> Points2:
+    """All pieces of a cut at the smoothing length, one behind the other."""
+    lines = [smoothed(piece.points_mm[:, :2], closed=piece.closed) for piece in pieces]
+    return np.concatenate([np.empty((0, 2)), *lines])
+
+
+def _taut_mm(points: Points2) -> float:
+    if len(points) < _LEAST_MM * STEPS_PER_MM:
         return float("nan")
-    return float(ConvexHull(segments.reshape(-1, 2)).area)
+    return float(ConvexHull(points).area)  # of two dimensions: length
 
 
 def area_mm2(segments: Float64[np.ndarray, "n 2 2"]) -> float:
@@ -142,44 +153,32 @@ class Slices:
 
 def sections(placed: Mesh, truth: Truth) -> tuple[tuple[Girth, ...], float]:
     """Girths at a few heights, and the error of the volume between the outer ones, a fraction."""
-    both = (
-        Slices.of(placed),
-        Slices.of(Mesh(vertices_mm=truth.vertices_mm, faces=truth.faces)),
-    )
+    both = placed, Mesh(vertices_mm=truth.vertices_mm, faces=truth.faces)
     seen_mm = truth.vertices_mm[truth.seen, 2]
     low, high = np.quantile(seen_mm, 0.02), np.quantile(seen_mm, 0.98)
+    heights = (low + (high - low) * np.array(_GIRTHS)).tolist()
+    cuts = [cut(mesh, heights) for mesh in both]
     girths = tuple(
-        Girth(float(height), *map(girth_mm, _of_one_limb(*(one.at(height) for one in both))))
-        for height in low + (high - low) * np.array(_GIRTHS)
+        _girth(height, *([one for one in pieces if one.offset_mm == height] for pieces in cuts))
+        for height in heights
     )
     ends = np.quantile(seen_mm, 0.1), np.quantile(seen_mm, 0.9)
-    heights = np.linspace(ends[0], ends[1], _SECTIONS)
-    volumes = [sum(area_mm2(slices.at(height)) for height in heights) for slices in both]
+    slices = [Slices.of(mesh) for mesh in both]
+    between = np.linspace(ends[0], ends[1], _SECTIONS)
+    volumes = [sum(area_mm2(one.at(height)) for height in between) for one in slices]
     return girths, float(volumes[0] / volumes[1] - 1)
 
 
-def _of_one_limb(
-    ours: Float64[np.ndarray, "n 2 2"], theirs: Float64[np.ndarray, "m 2 2"]
-) -> tuple[Float64[np.ndarray, "j 2 2"], Float64[np.ndarray, "k 2 2"]]:
-    """Segments of both that belong to the largest outline of the truth.
+def _girth(height_mm: float, ours: Sequence[Section], theirs: Sequence[Section]) -> Girth:
+    """Of the largest outline of the truth; all of a torn one's pieces count as one.
 
-    Ours may be torn into pieces, so each of its segments goes with the outline next to it.
+    Ours may be torn into pieces, so each of its points goes with the outline next to it.
     """
-    outline = _outlines(theirs)
-    sizes = [area_mm2(theirs[outline == k]) for k in range(int(outline.max(initial=-1)) + 1)]
-    if len(sizes) < 2:
-        return ours, theirs
-    largest = outline == int(np.argmax(sizes))
-    nearest = KDTree(theirs.mean(1)).query(ours.mean(1))[1]
-    return ours[largest[nearest]], theirs[largest]
-
-
-def _outlines(segments: Float64[np.ndarray, "n 2 2"]) -> Int32[np.ndarray, " n"]:
-    """The outline of each segment: what hangs together by its ends; torn ones count as one."""
-    ends = segments.reshape(-1, 2)
-    same: Int64[np.ndarray, "p 2"] = KDTree(ends).query_pairs(_SAME_MM, output_type="ndarray")
-    if len(np.unique(same)) < len(ends):
-        return np.zeros(len(segments), np.int32)
-    links = np.concatenate([np.arange(len(ends)).reshape(-1, 2), same])
-    graph = coo_array((np.ones(len(links)), links.T), (len(ends), len(ends)))
-    return connected_components(graph, directed=False)[1][::2]
+    points = _smoothed(ours)
+    if len(theirs) < 2 or not all(piece.closed for piece in theirs):
+        return Girth(height_mm, _taut_mm(points), girth_mm(theirs))
+    largest, *others = sorted(theirs, key=lambda piece: -piece.area_mm2(Z_AXIS))
+    off, off_others = (
+        KDTree(_smoothed(outlines)).query(points)[0] for outlines in ([largest], others)
+    )
+    return Girth(height_mm, _taut_mm(points[off < off_others]), girth_mm([largest]))

@@ -4,8 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from scipy.special import ellipe
 
-from limbgram.core.geometry.smoothed_length import SMOOTHING_MM, smoothed_length
+from limbgram.core.geometry.smoothed_length import (
+    SMOOTHING_MM,
+    smoothed_length,
+    taut_length,
+)
 
 
 def ring(radius_mm: float, wave_mm: float, height_mm: float, count: int = 20000) -> np.ndarray:
@@ -23,8 +28,10 @@ def stays(wave_mm: float) -> float:
 
 @pytest.mark.parametrize("radius_mm", [10.0, 50.0])
 def test_a_circle_keeps_its_length(radius_mm: float) -> None:
-    found = smoothed_length(ring(radius_mm, 10.0, 0.0), closed=True).value_mm
-    assert found == pytest.approx(2 * math.pi * radius_mm, rel=1e-4)
+    points = ring(radius_mm, 10.0, 0.0)
+    for found in (smoothed_length(points, closed=True), taut_length(points)):
+        assert found.value_mm == pytest.approx(2 * math.pi * radius_mm, rel=1e-4)
+        assert found.along_mm.sum() == pytest.approx(found.value_mm, abs=1e-9)
 
 
 @pytest.mark.parametrize("wave_mm", [2.0, 3.0, 5.0, 10.0, 20.0])
@@ -60,6 +67,75 @@ def test_a_straight_way_stays_and_so_do_the_ends_of_a_wavy_one() -> None:
         more = smoothed_length(way, closed=False).value_mm - 100
         slope = 0.05 * 2 * math.pi / wave_mm * stays(wave_mm)
         assert more == pytest.approx(100 * slope**2 / 4, rel=0.03, abs=1e-4)
+
+
+def taut_mm(points: np.ndarray) -> float:
+    """Of a closed outline, by Cauchy's formula: the mean width over all directions, times pi."""
+    angles = np.linspace(0, 2 * np.pi, 2880, endpoint=False)
+    reach = [(points @ [math.cos(angle), math.sin(angle)]).max() for angle in angles]
+    return 2 * math.pi * float(np.mean(reach))
+
+
+def test_a_tape_round_an_ellipse_is_as_long_as_the_ellipse() -> None:
+    points = ring(1.0, 1.0, 0.0) * [60.0, 40.0]
+    whole_mm = 4 * 60 * float(ellipe(1 - (40 / 60) ** 2))
+    assert taut_length(points).value_mm == pytest.approx(whole_mm, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("wave_mm", "height_mm"), [(2.0, 0.05), (3.0, 0.03), (5.0, 0.05), (8.0, 0.1), (15.0, 0.3)]
+)
+def test_a_tape_over_a_ripple_rests_on_what_stays_of_it(wave_mm: float, height_mm: float) -> None:
+    """On the tops of a knit of 2 mm, 0.1 mm high, it would read 0.31 mm more; 0.008 stays."""
+    more = taut_length(ring(50.0, wave_mm, height_mm)).value_mm - 100 * math.pi
+    stayed = taut_mm(ring(50.0, wave_mm, height_mm * stays(wave_mm))) - 100 * math.pi
+    assert more == pytest.approx(stayed, rel=0.02, abs=1e-3)
+
+
+def test_a_tape_spans_the_hollow_of_a_snail() -> None:
+    """r = 50 + 35 cos: smooth, with a dent; no relief, so nothing of the bridge lies on it."""
+    angles = np.linspace(0, 2 * np.pi, 20000, endpoint=False)
+    snail = (50 + 35 * np.cos(angles))[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    found = taut_length(snail)
+    assert found.value_mm == pytest.approx(taut_mm(snail), rel=1e-5)
+    # The dent's leftmost points: x = r cos is least where cos = -50 / 70.
+    lip = math.acos(-50 / 70)
+    bridge_mm = 2 * (50 + 35 * math.cos(lip)) * math.sin(lip)
+    assert found.along_mm.sum() == pytest.approx(found.value_mm - bridge_mm, abs=0.5)
+    assert found.along_mm[np.abs(angles - math.pi) < math.pi - lip - 0.05].max() == 0.0
+
+
+def test_a_tape_spans_a_horseshoe() -> None:
+    """Half rings of 40 and 20 mm, legs of 30 mm, round ends: a tape goes straight across 60 mm."""
+
+    def arc(centre_mm: tuple[float, float], radius_mm: float, start: float, turn: float):
+        angles = math.pi * np.linspace(start, start + turn, 4000)
+        return centre_mm + radius_mm * np.column_stack([np.cos(angles), np.sin(angles)])
+
+    horseshoe = np.concatenate(
+        [
+            arc((0.0, 0.0), 40.0, 1.0, 1.0),
+            arc((30.0, 30.0), 10.0, 0.0, 1.0),
+            arc((0.0, 0.0), 20.0, 2.0, -1.0),
+            arc((-30.0, 30.0), 10.0, 0.0, 1.0),
+        ]
+    )
+    found = taut_length(horseshoe)
+    assert found.value_mm == pytest.approx(50 * math.pi + 60 + 60, abs=0.01)
+    inside = (np.hypot(*horseshoe.T) < 25) & (horseshoe[:, 1] < 25)
+    assert np.abs(found.slopes[inside]).max() < 1e-6
+
+
+def test_slopes_of_a_tape_are_what_moving_the_points_does() -> None:
+    """Of a rough outline with a hollow, by central differences."""
+    rng = np.random.default_rng(5)
+    angles = np.sort(rng.uniform(0, 2 * np.pi, 400))
+    points = (50 + 35 * np.cos(angles))[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    points += rng.normal(0, 0.1, points.shape)
+    told = taut_length(points)
+    for move in rng.standard_normal((4, *points.shape)):
+        values = [taut_length(points + step * move).value_mm for step in (-1e-6, 1e-6)]
+        assert (told.slopes * move).sum() == pytest.approx((values[1] - values[0]) / 2e-6, rel=1e-4)
 
 
 @pytest.mark.parametrize("closed", [True, False])

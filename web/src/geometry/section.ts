@@ -5,8 +5,8 @@
  * Out     closed or open polylines at that height, and what a tape round one limb would read: round the
  *         loop that the axis goes through, or the nearest to it.
  * Method  each triangle that crosses gives one segment between two cut edges; segments that share
- *         an edge are joined. The tape lies on the convex hull (Andrew's monotone chain). The contour
- *         is smoothed over 5 mm, as the server's is: by the kernel of 1 / (1 + (k l)^4).
+ *         an edge are joined. The outline is smoothed over 5 mm, as the server's is: by the kernel
+ *         of 1 / (1 + (k l)^4). The tape lies on the convex hull of that (Andrew's monotone chain).
  *
  * The server measures the figures that are kept. This one follows the hand while a level is dragged.
  */
@@ -15,9 +15,9 @@ import { IDENTITY, type Rigid, type Vec3, apply } from "./vectors";
 export interface Section {
   readonly height_mm: number;
   readonly loops: readonly (readonly Vec3[])[];
-  /** Length of the convex hull of the limb's loop: a taut tape. NaN where nothing closes. */
+  /** Length of the convex hull of the limb's smoothed loop: a taut tape. NaN where nothing closes. */
   readonly tape_mm: number;
-  /** Length of the outline itself, smoothed over 5 mm. */
+  /** Length of the smoothed loop itself. */
   readonly contour_mm: number;
   readonly area_mm2: number;
 }
@@ -75,11 +75,12 @@ export function cut(
   const loops = chains(ends).map((chain) => chain.map((key) => points.get(key) as Vec3));
   const closed = loops.filter((loop) => loop.length > 3 && same(loop[0], loop[loop.length - 1]));
   const limb = onAxis(closed);
+  const smooth = limb ? smoothed(limb) : [];
   return {
     height_mm,
     loops,
-    tape_mm: limb ? around(hull(limb)) : NaN,
-    contour_mm: limb ? smoothedLength(limb) : NaN,
+    tape_mm: limb ? around(hull(smooth)) : NaN,
+    contour_mm: limb ? around(smooth) : NaN,
     area_mm2: limb ? Math.abs(areaOf(limb)) : NaN,
   };
 }
@@ -108,8 +109,8 @@ function holdsAxis(loop: readonly Vec3[]): boolean {
 const SMOOTHING_MM = 5;
 const EVEN_STEPS = 16;
 
-/** Length of a closed line (its first point repeated) through the spline filter. */
-function smoothedLength(loop: readonly Vec3[]): number {
+/** A closed line (its first point repeated) at even steps through the spline filter. */
+function smoothed(loop: readonly Vec3[]): Vec3[] {
   const whole = lengthOf(loop);
   const count = Math.max(EVEN_STEPS, Math.ceil((whole * EVEN_STEPS) / SMOOTHING_MM));
   const step = whole / count;
@@ -129,7 +130,7 @@ function smoothedLength(loop: readonly Vec3[]): number {
   const fade = (Math.SQRT2 * Math.PI * step) / SMOOTHING_MM;
   const kernel = Array.from({ length: reach + 1 }, (_, k) => Math.exp(-k * fade) * Math.sin(k * fade + Math.PI / 4));
   const total = kernel.reduce((sum, part, k) => sum + (k ? 2 * part : part), 0);
-  const smooth = even.map((_, i): Vec3 => {
+  return even.map((_, i): Vec3 => {
     let [x, y] = [0, 0];
     for (let k = -reach; k <= reach; k++) {
       const p = even[(((i + k) % n) + n) % n];
@@ -138,7 +139,6 @@ function smoothedLength(loop: readonly Vec3[]): number {
     }
     return [x / total, y / total, even[i][2]];
   });
-  return around(smooth);
 }
 
 /** The convex hull in x and y, counter-clockwise, the first point not repeated. */

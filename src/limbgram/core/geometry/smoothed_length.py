@@ -1,18 +1,20 @@
 """Smoothed length: how long a line over a limb is, which has no answer until its scale is stated.
 
 Into ever finer folds a line gets ever longer: round a knitted sock a contour is 1 to 2 mm longer
-than over what it is knitted on, and no photo at arm's length shows the knit. Contours and ways over
-the surface are therefore measured on the line at a smoothing length of 5 mm, here, and nowhere
-else. No source of the trade states one.
+than over what it is knitted on, and no photo at arm's length shows the knit. A taut tape rests on
+the knit's tops, which no photo shows either; a real one is 6 to 15 mm wide and presses them down.
+Contours, tapes and ways over the surface are therefore measured on the line at a smoothing length
+of 5 mm, here, and nowhere else. No source of the trade states one.
 
 In      a closed or open polyline.
-Out     the length of the line once it is smoothed, and how it changes with each point of the given
-        line.
+Out     the length of the line once it is smoothed, or of a tape drawn taut round it, and how it
+        changes with each point of the given line.
 Method  the line is taken at even steps along itself, and each coordinate goes through the spline
         filter 1 / (1 + (k l)^4), l = smoothing length / 2 pi: half of a wave of 5 mm stays, 94 % of
         one of 10 mm, 2.5 % of one of 2 mm, and a circle of 10 mm in radius keeps its length to
-        0.0001. An open line is turned about its ends, which stay. Slopes are exact, by reverse
-        differentiation of every step, the way along the line too.
+        0.0001. An open line is turned about its ends, which stay. The tape is the convex hull of
+        the smoothed line. Slopes are exact, by reverse differentiation of every step, the way along
+        the line too.
 """
 
 import math
@@ -22,6 +24,9 @@ import numpy as np
 from jaxtyping import Float64, Int64
 from numpy.fft import irfft, rfft
 from scipy.fft import dst
+from scipy.spatial import ConvexHull
+
+from limbgram.core.geometry.arrays import Points2
 
 SMOOTHING_MM = 5.0
 """Wave length of which half the height stays."""
@@ -29,8 +34,8 @@ PLATE_MM = SMOOTHING_MM / (2 * math.pi)
 """Length of the plate that smooths so: l in 1 / (1 + (k l)^4)."""
 SMOOTHED_OVER = f"smoothed over {SMOOTHING_MM:g} mm"
 """What stands beside every such length."""
-_STEPS = 32
-"""Taken in a smoothing length: a right angle is cut by 0.002 mm more than the filter cuts it."""
+STEPS_PER_MM = 32 / SMOOTHING_MM
+"""Even steps on a line: a right angle is cut by 0.002 mm more than the filter cuts it."""
 _FEWEST = 32
 
 
@@ -41,24 +46,32 @@ class SmoothedLength:
     value_mm: float
     slopes: Float64[np.ndarray, "n d"]
     """Change of it for a millimetre of each given point."""
+    along_mm: Float64[np.ndarray, " n"]
+    """What of it lies along the smoothed line, by the given point; of a tape, the rest is bridges
+    over hollows."""
+
+
+def smoothed(points_mm: Float64[np.ndarray, "n d"], *, closed: bool) -> Float64[np.ndarray, "m d"]:
+    """A polyline at even steps, smoothed; a closed one does not repeat its first point."""
+    line = _Line.along(points_mm, closed)
+    return _filtered(line, line.points_mm)[0]
 
 
 def smoothed_length(points_mm: Float64[np.ndarray, "n d"], *, closed: bool) -> SmoothedLength:
-    """How long a polyline is once it is smoothed; a closed one does not repeat its first point."""
+    """How long a polyline is once it is smoothed."""
     line = _Line.along(points_mm, closed)
-    smooth, opened = _filtered(line, line.points_mm)
-    ends = np.roll(smooth, -1, axis=0) if closed else smooth[1:]
-    ways = ends - smooth[: len(ends)]
-    lengths = np.linalg.norm(ways, axis=1)
-    along = ways / np.maximum(lengths, np.finfo(float).tiny)[:, None]
-    pulls = np.zeros_like(smooth)
-    pulls[: len(along)] -= along
-    if closed:
-        pulls += np.roll(along, 1, axis=0)
-    else:
-        pulls[1:] += along
-    by_length = float((pulls * opened).sum())
-    return SmoothedLength(float(lengths.sum()), line.given(_pulled(line, pulls), by_length))
+    return _length(line, np.arange(len(line.points_mm)))
+
+
+def taut_length(points_mm: Points2) -> SmoothedLength:
+    """What a tape drawn taut round a closed outline reads, once the outline is smoothed.
+
+    Raises:
+        QhullError: the outline has no inside.
+    """
+    line = _Line.along(points_mm, closed=True)
+    around = ConvexHull(_filtered(line, line.points_mm)[0]).vertices
+    return _length(line, around.astype(np.int64))
 
 
 @dataclass(frozen=True)
@@ -81,7 +94,7 @@ class _Line:
         steps = np.roll(points_mm, -1, axis=0) - points_mm if closed else np.diff(points_mm, axis=0)
         lengths = np.maximum(np.linalg.norm(steps, axis=1), np.finfo(float).tiny)
         walked = np.concatenate([[0.0], np.cumsum(lengths)])
-        count = max(_FEWEST, math.ceil(walked[-1] * _STEPS / SMOOTHING_MM))
+        count = max(_FEWEST, math.ceil(walked[-1] * STEPS_PER_MM))
         part = np.arange(count if closed else count + 1) / count
         piece = np.searchsorted(walked, part * walked[-1], side="right") - 1
         piece = np.clip(piece, 0, len(lengths) - 1)
@@ -103,13 +116,40 @@ class _Line:
         behind = np.cumsum(on_piece[::-1])[::-1] - on_piece
         longer = by_length + shifts @ self.part - behind
         longer -= np.bincount(self.piece, shifts * self.share, count)
-        slopes = np.zeros((count if self.closed else count + 1, pulls.shape[1]))
+        slopes = np.column_stack([self.shared(pull) for pull in pulls.T])
         after = (np.arange(count) + 1) % len(slopes)
-        np.add.at(slopes, self.piece, (1 - self.share)[:, None] * pulls)
-        np.add.at(slopes, after[self.piece], self.share[:, None] * pulls)
         slopes[after] += longer[:, None] * ways
         slopes[:count] -= longer[:, None] * ways
         return slopes
+
+    def shared(self, of_steps: Float64[np.ndarray, " m"]) -> Float64[np.ndarray, " n"]:
+        """What belongs to the even steps, shared among the given points by their nearness."""
+        count = len(self.lengths_mm) + (not self.closed)
+        after = (self.piece + 1) % count
+        found = np.bincount(self.piece, (1 - self.share) * of_steps, count)
+        return found + np.bincount(after, self.share * of_steps, count)
+
+
+def _length(line: _Line, passed: Int64[np.ndarray, " p"]) -> SmoothedLength:
+    """Length of the straight pieces that join the smoothed points that are passed."""
+    smooth, opened = _filtered(line, line.points_mm)
+    onward = np.roll(passed, -1)
+    if not line.closed:
+        passed, onward = passed[:-1], onward[:-1]
+    ways = smooth[onward] - smooth[passed]
+    lengths = np.linalg.norm(ways, axis=1)
+    along = ways / np.maximum(lengths, np.finfo(float).tiny)[:, None]
+    pulls = np.zeros_like(smooth)
+    pulls[passed] -= along
+    pulls[onward] += along
+    by_length = float((pulls * opened).sum())
+    touching = np.zeros(len(smooth))
+    on_line = (passed + 1 - onward) % len(smooth) == 0
+    touching[passed] += np.where(on_line, lengths / 2, 0.0)
+    touching[onward] += np.where(on_line, lengths / 2, 0.0)
+    return SmoothedLength(
+        float(lengths.sum()), line.given(_pulled(line, pulls), by_length), line.shared(touching)
+    )
 
 
 def _filtered(

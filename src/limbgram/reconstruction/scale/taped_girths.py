@@ -4,8 +4,8 @@ A tape is the one length that owes nothing to the scale board. It was laid where
 the same place again: at the widest place, or so high above the table on which the board lies. It
 lies across the limb's own axis, however the limb leans.
 
-Method  sections across the long axis; the hull of the closed outline that the axis goes through, or
-        that continues that limb, is what a tape reads.
+Method  sections across the long axis; a tape reads the length drawn taut round the closed outline
+        that the axis goes through, or that continues that limb, at the smoothing length.
 """
 
 from collections.abc import Sequence
@@ -13,10 +13,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import QhullError
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points2, Vector3
+from limbgram.core.geometry.smoothed_length import taut_length
 from limbgram.core.mesh.axis import Axis, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS, cut, holds, of_one_limb
@@ -144,7 +145,7 @@ def _girths(mesh: Mesh, axis: Axis, places: np.ndarray) -> np.ndarray:
     for at, (rings, chosen) in enumerate(zip(found, limb, strict=True)):
         if chosen is not None:
             with suppress(QhullError, ValueError):  # a scrap without an inside
-                girths[at] = ConvexHull(rings[chosen]).area  # of two dimensions: length
+                girths[at] = taut_length(rings[chosen]).value_mm
     return girths
 
 

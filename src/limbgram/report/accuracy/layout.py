@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.findings import told
 from limbgram.report.acceptance import setup_section
 from limbgram.report.accuracy.assessment import Assessment
@@ -280,7 +281,7 @@ def _against_truth(assessment: Assessment) -> Iterator[Section]:
         blocks=(
             Text(words=f"Alignment: {truth.alignment}.", note=True),
             Columns(figures=tuple(figures)),
-            Heading(words="Girths of sections (taut tape)", page_only=True),
+            Heading(words=f"Girths of sections (taut tape, {SMOOTHED_OVER})", page_only=True),
             Table(
                 heads=("#height mm", "#ours mm", "#true mm", "#error mm"),
                 rows=rows,

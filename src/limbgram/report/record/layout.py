@@ -302,8 +302,8 @@ def measure_note(content: Content) -> str:
     others = content.measures["beside"]
     beside = "" if others is None else _told(others)
     return (
-        f"{skin}Heights count from: {reference}. Tape: what a taut tape reads; "
-        f"contour: along the skin, into hollows, {SMOOTHED_OVER}. ML: side to side, AP: front to "
+        f"{skin}Heights count from: {reference}. Girths are {SMOOTHED_OVER}; tape: what "
+        f"a taut tape reads, contour: along the skin, into hollows. ML: side to side, AP: front to "
         f"back. {spread} {beside}"
     ).strip()
 

@@ -10,6 +10,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.interval import COVER, HOLDS, Interval, plus_minus
 from limbgram.findings import Finding, as_json, doubt, note, told
 from limbgram.workbench.compare.comparison import ByShape, Comparison
@@ -139,7 +140,7 @@ def series_lines(series: Series) -> tuple[str, ...]:
                 series.days, scans.volumes_mm3, series.volume_sigmas_mm3, series.names
             )
         ),
-        "Girths, taut tape:",
+        f"Girths, taut tape, {SMOOTHED_OVER}:",
         *(
             f"{height:8.1f} mm  no whole section on two days"
             if trend is None

@@ -17,15 +17,14 @@ Fails   MeasureError: the surface is open between the heights.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import partial
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int32, Int64
-from scipy.spatial import ConvexHull
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points2, Points3
-from limbgram.core.geometry.smoothed_length import smoothed_length
+from limbgram.core.geometry.smoothed_length import SmoothedLength, smoothed_length, taut_length
 from limbgram.core.interval import Interval
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.sections import Section, cut, holds, of_one_limb
@@ -42,13 +41,6 @@ five points of under 0.01 mm2 beside a real stump, where a plane just meets a bu
 a girth of 350 mm."""
 _SAME_MM = 1e-9
 """Points of a section as near are one: the way from one to the other is of rounding alone."""
-_TAPE_SHARE, _BRIDGED = 0.94, 0.006
-"""What a tape loses with the finest relief, in shares of what the contour loses: it rests on the
-tops, the more so the higher the relief is. The share, and the contour's loss per length at which
-half of it is left. Measured against the loss of a contour that is not smoothed: 0.63 to 0.80 at
-losses up to 0.0006, 0.44 and 0.54 at 0.004 in ten captures, 0.8 and 0.007 taken; the smoothed
-contour of these loses 0.85 of that."""
-
 
 AXIS_MM = (0.0, 0.0)
 """Where the long axis passes every level of the limb frame."""
@@ -100,8 +92,6 @@ class Sloped:
     slopes: Float64[np.ndarray, "k 2"]
     along_mm: Float64[np.ndarray, " k"] | None = None
     """Length along the surface that belongs to each point, for a measure that is such a length."""
-    on_tops: bool = False
-    """Whether that line rests on the tops of the relief instead of following it."""
 
 
 Measure = Callable[[Level], Sloped | None]
@@ -109,22 +99,15 @@ Measure = Callable[[Level], Sloped | None]
 
 def contour_mm(level: Level) -> Sloped:
     """Length of the outline at the smoothing length, into every hollow that is wider."""
-    raw = _around(level, np.flatnonzero(level.outer), level.after[level.outer])
-    value, slopes = 0.0, np.zeros_like(level.points_mm)
-    for outline in np.flatnonzero(level.depth == 0):
-        points = level.loop == outline
-        smooth = smoothed_length(level.points_mm[points], closed=True)
-        value += smooth.value_mm
-        slopes[points] = smooth.slopes
-    return Sloped(value, slopes, raw.along_mm * (value / raw.value))
+    return _round(level, partial(smoothed_length, closed=True))
 
 
 def tape_mm(level: Level) -> Sloped:
-    """What a taut tape reads: the length round the convex hull of the outlines."""
-    outer = np.flatnonzero(level.outer)
-    hull = outer[ConvexHull(level.points_mm[outer]).vertices]
-    taut = _around(level, hull, np.roll(hull, -1))
-    return Sloped(taut.value, taut.slopes, taut.along_mm, on_tops=True)
+    """What a tape reads that is drawn taut round the outline at the smoothing length.
+
+    Relief that the surface has lost lengthens it where it lies on the outline; bridges stay.
+    """
+    return _round(level, taut_length)
 
 
 def ml_mm(level: Level) -> Sloped:
@@ -223,11 +206,7 @@ class Sigmas:
         ends = self.mesh.lost_length.astype(np.float64)[level.crossed]
         at = level.shares[:, None]
         lost_mm, sigma_mm = sloped.along_mm @ ((1 - at) * ends[:, 0] + at * ends[:, 1])
-        share = 1.0
-        if sloped.on_tops:
-            share = _TAPE_SHARE / (1 + max(float(lost_mm), 0.0) / (_BRIDGED * sloped.value))
-        value = sloped.value + share * float(lost_mm)
-        return Figure(value, math.hypot(sigma, share * float(sigma_mm)))
+        return Figure(sloped.value + float(lost_mm), math.hypot(sigma, float(sigma_mm)))
 
     def gradient(self, level: Level, sloped: Sloped) -> Float64[np.ndarray, " n"]:
         """Change of the figure for a millimetre of each vertex along its normal.
@@ -526,29 +505,16 @@ def _crumbs(
     return crumbs
 
 
-class _Length(NamedTuple):
-    """Of joined pieces: its slopes, and how much of it belongs to each point."""
-
-    value: float
-    slopes: Float64[np.ndarray, "k 2"]
-    along_mm: Float64[np.ndarray, " k"]
-
-
-def _around(
-    level: Level,
-    ids: Int64[np.ndarray, " k"],
-    after: Int64[np.ndarray, " k"],
-) -> _Length:
-    """Length of the pieces that join points to their followers."""
-    steps = level.points_mm[after] - level.points_mm[ids]
-    lengths = np.linalg.norm(steps, axis=1)
-    along = steps / np.maximum(lengths, 1e-300)[:, None]
-    slopes = np.zeros_like(level.points_mm)
-    slopes[after] += along
-    slopes[ids] -= along
-    along_mm = np.bincount(ids, lengths / 2, len(slopes))
-    along_mm += np.bincount(after, lengths / 2, len(slopes))
-    return _Length(float(lengths.sum()), slopes, along_mm)
+def _round(level: Level, length: Callable[[Points2], SmoothedLength]) -> Sloped:
+    """A length round each outline, in all."""
+    value = 0.0
+    slopes, along_mm = np.zeros_like(level.points_mm), np.zeros(len(level.points_mm))
+    for outline in np.flatnonzero(level.depth == 0):
+        points = level.loop == outline
+        found = length(level.points_mm[points])
+        value += found.value_mm
+        slopes[points], along_mm[points] = found.slopes, found.along_mm
+    return Sloped(value, slopes, along_mm)
 
 
 def _caliper(level: Level, axis: int) -> Sloped:

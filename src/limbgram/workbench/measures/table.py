@@ -131,7 +131,7 @@ def _about(measures: Measures) -> Table:
         ("heights counted from", measures.counted_from),
         ("reference at [mm]", round(measures.reference_mm, _DECIMALS)),
         ("skin", measures.skin),
-        ("contours smoothed over [mm]", SMOOTHING_MM),
+        ("girths smoothed over [mm]", SMOOTHING_MM),
         ("sigma", "one standard deviation"),
     )
     return Table(title="about", columns=("what", "value"), rows=rows)

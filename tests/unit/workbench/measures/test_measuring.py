@@ -119,7 +119,7 @@ def test_other_limbs_are_named_on_the_terminal_and_in_a_comparison(
     row = next(line for line in shown.output.splitlines() if line.startswith("   100.0"))
     assert f"{50 * CORNERS:.1f}" in row
     assert f"beside it: {other} mm" in row
-    assert "contours smoothed over 5 mm" in shown.output
+    assert "girths smoothed over 5 mm" in shown.output
     assert "At 1 of 1 heights lie several outlines. Measured is the one" in shown.output
     (level,) = changes_by_level(body, body, (100.0,)).levels
     assert level.measures["tape_mm"].first.value == pytest.approx(50 * CORNERS, rel=1e-9)
