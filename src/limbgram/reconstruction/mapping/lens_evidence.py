@@ -128,20 +128,44 @@ class LensTerm:
         return abs(self.value) + INTERVAL * self.sigma
 
 
+_TENTH = 0.1
+_MOST_ALONE = 0.2
+"""Share of the photos that may have another lens one by one; more of them are its spread."""
 FOCAL_FLOOR = 0.001
 """Change of a focal length, in parts of itself, from which it matters."""
 
 
-def zoomed_photo(evidence: LensEvidence, photo: int) -> LensTerm:
-    """That one photo has another focal length than the others of its camera.
+def zoomed_photos(evidence: LensEvidence) -> dict[int, LensTerm]:
+    """Single photos that may have another focal length than the others of their camera.
 
-    Its rivals are whatever else its lens may have for itself.
+    Zoomed photos look like lenses that differ much, and hide each other. So they are looked for one
+    by one with lenses that hardly differ, and judged with the spread that is found beside all.
     """
-    rank = evidence.photos.index(photo)
-    rivals = [evidence.of_photo(rank, other) for other in _others(_FOCAL)]
-    others = [k for k in range(len(evidence.photos)) if k != rank]
+    photos = len(evidence.photos)
+    columns = [evidence.of_photo(rank, _FOCAL) for rank in range(photos)]
+    tight = evidence.left(_TENTH * USUAL).without(evidence.common())
+    ranks: list[int] = []
+    while len(ranks) < _MOST_ALONE * photos:
+        left = tight.without(
+            np.hstack([np.zeros((len(tight.right), 0)), *(columns[k] for k in ranks)])
+        )
+        falls = {k: Fall.of(left.along(columns[k])) for k in range(photos) if k not in ranks}
+        best = max(falls, key=lambda k: falls[k].fall)
+        if chance_of(Fall.of(left), falls[best], photos) > FALSE_ALARM:
+            break
+        ranks.append(best)
+    return {
+        evidence.photos[k]: _zoomed(evidence, k, [one for one in ranks if one != k]) for k in ranks
+    }
+
+
+def _zoomed(evidence: LensEvidence, rank: int, others: Sequence[int]) -> LensTerm:
+    """One of them; its rivals are whatever else its lens may have for itself."""
     column = evidence.of_photo(rank, _FOCAL)
-    return _held(evidence, column, evidence.common(), rivals, others, tried=len(others) + 1)
+    rivals = [evidence.of_photo(rank, kind) for kind in _others(_FOCAL)]
+    beside = np.hstack([evidence.common(), *(evidence.of_photo(k, _FOCAL) for k in others)])
+    usual = [k for k in range(len(evidence.photos)) if k not in (rank, *others)]
+    return _held(evidence, column, beside, rivals, usual, tried=len(evidence.photos))
 
 
 def other_focal(evidence: LensEvidence, camera: int) -> LensTerm:
