@@ -45,9 +45,9 @@ from limbgram.findings import Finding
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.dense.estimation import estimate_depth
 from limbgram.reconstruction.movement import bending_found, lens_doubt, movement_found
+from limbgram.reconstruction.photo_lenses import lenses_told
 from limbgram.reconstruction.pipeline import Capture, reconstruct
 from limbgram.reconstruction.targets.board import Board
-from limbgram.report.lenses import own_lenses
 from limbgram.synthetic import (
     PHONE,
     SCALE_BOARD,
@@ -82,7 +82,7 @@ BLAMES: dict[str, tuple[str, ...]] = {
         "board.probably_moved", "board.halves_disagree", "board.mirrored", "board.other_layout",
         "board.other_ratio", "board.stands_still", "scale.cause",
     ),
-    "camera": ("lens.", "own."),
+    "camera": ("lens.",),
     "photo": (
         "placing.photo.misses", "placing.photo.contradicted", "placing.photo.plain",
         "placing.photo.disagrees", "placing.photo.same_spot", "photo.blurred",
@@ -90,7 +90,7 @@ BLAMES: dict[str, tuple[str, ...]] = {
         "photo.most", "pairs.turned",
     ),
 }  # fmt: skip
-"""Codes, or how they begin, by what they blame. `own.` stands for lenses of single photos."""
+"""Codes, or how they begin, by what they blame."""
 UNDECIDED = ("movement.unknown", "movement.shape.unknown", "board.stretched_or_lens")
 """Codes that name a second cause beside the first, and what would decide."""
 ASKS = (
@@ -112,10 +112,9 @@ _SHARES = (0.03, 0.07, 0.3, 0.25, 0.15, 0.12, 0.06, 0.02)
 _FEWEST_OF_TWO_HEIGHTS = 20
 _LONG_SIDE_PX = 1400
 """Of photographs, which come with 2000 and more. At 900 too few points of bare bone are found."""
-_OWN = {"principal point": "own.principal", "focal length": "own.focal",
-        "rolling shutter": "own.rolling"}  # fmt: skip
-_TRUE_OF = {Fault.STABILISER: "own.principal", Fault.BREATHING: "own.focal",
-            Fault.ROLLING: "own.rolling"}  # fmt: skip
+_TRUE_OF = {Fault.STABILISER: "lens.own.principal_point", Fault.BREATHING: "lens.own.focal_length",
+            Fault.ROLLING: "lens.own.rolling_shutter"}  # fmt: skip
+_ZOOMED = ("lens.zoomed", "lens.photo.zoomed", "lens.own.focal_length")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -389,15 +388,15 @@ FAULTS: dict[str, dict[str, Case]] = {
     "refocusing": _camera_fault(Fault.BREATHING),
     "rolling shutter": _camera_fault(Fault.ROLLING),
     "one photo zoomed": {
-        f"{by:.1%}": _fault(_PHONE, "lens.", "own.focal", change=_zoomed(slice(4, 5), 1 + by))
+        f"{by:.1%}": _fault(_PHONE, *_ZOOMED, change=_zoomed(slice(4, 5), 1 + by))
         for by in (0.003, 0.01, 0.05)
     },
     "half of the photos zoomed": {
-        f"{by:.1%}": _fault(_PHONE, "lens.", "own.focal", change=_zoomed(slice(6, None), 1 + by))
+        f"{by:.1%}": _fault(_PHONE, *_ZOOMED, change=_zoomed(slice(6, None), 1 + by))
         for by in (0.003, 0.01, 0.05)
     },
     "camera file off in focal length": {
-        f"{by:.1%}": _fault(_PHONE, "lens.", lens=1 + by) for by in (0.003, 0.01, 0.05)
+        f"{by:.1%}": _fault(_PHONE, "lens.foreign", lens=1 + by) for by in (0.003, 0.01, 0.05)
     },
     "board bent": {
         f"{times:g} x usual": _fault(with_faults(_PHONE, [Fault.BENT], times), "board.")
@@ -528,7 +527,7 @@ def _reconstructed(images: Path, given: tuple[Calibration, ...], board: Board | 
         if scene.bending is not None:
             lens = lens_doubt(scene, products["cameras_for"])
             said.append(bending_found(scene.bending, scene.names, "mm", lens))
-        said += [Finding(f"{_OWN[one.kind]}") for one in own_lenses(scene)]
+        said += lenses_told(scene, products["cameras_for"])
         for one in scene.verdicts:
             said += [finding for finding in (one.reason, one.remark) if finding is not None]
         unplaced = [one.name for one in scene.verdicts if not one.placed]

@@ -27,10 +27,10 @@ from captures import LIMBGRAM, machine, timed
 from limbgram.cases.scoring import LEAST_PHOTOS, centres_mm, read_truth_mesh
 from limbgram.core.run import Run
 from limbgram.formats.camera import read_camera
+from limbgram.reconstruction.mapping.own import largest_px
 from limbgram.reconstruction.pipeline import DEFAULTS, reconstruct
 from limbgram.report.accuracy.truth import KnownTruth, truth_figures
 from limbgram.report.alignment import Truth
-from limbgram.report.lenses import own_lenses
 from limbgram.synthetic import (
     PHONE,
     SCALE_BOARD,
@@ -145,7 +145,12 @@ def _one(setting: Setting, folder: Path, way: str) -> dict[str, Any]:
     return {
         "placed": len(scene.placed),
         "sigma_px": scene.sigma_px,
-        "set_free": [[one.kind, one.largest_px, one.chance] for one in own_lenses(scene)],
+        "set_free": []
+        if scene.own is None
+        else [
+            [kind, largest_px(scene, kind), chance]
+            for kind, chance in zip(scene.own.deviations, scene.own.chances, strict=True)
+        ],
         "movement": None if scene.movement is None else scene.movement.kind,
         "rms_mm": figures.rms_mm,
         "scale_error": figures.scale_error,

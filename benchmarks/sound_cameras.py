@@ -31,7 +31,6 @@ from limbgram.reconstruction.mapping.halves import A_NUMBER, explained_by_two_bo
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import DEFAULTS, place_photos
-from limbgram.report.lenses import own_lenses
 from limbgram.synthetic import (
     PHONE,
     CaptureOptions,
@@ -134,7 +133,7 @@ def _one(kind: str, seed: int) -> dict[str, Any]:
         "two_bodies_explain": explained_by_two_bodies(alike, cameras.calibrations, 30_000)
         if scores
         else None,
-        "set_free": [one.kind for one in own_lenses(scene)],
+        "set_free": [] if scene.own is None else [*scene.own.deviations],
     }
 
 

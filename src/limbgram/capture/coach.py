@@ -48,7 +48,7 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.interval import COVER
 from limbgram.core.notebook import brief
 from limbgram.core.run import Run, in_parallel
-from limbgram.findings import Finding, Value, doubt, fault, note
+from limbgram.findings import Finding, Gravity, Value, doubt, fault, note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cameras_for
 from limbgram.reconstruction.dense.region import (
     RegionOptions,
@@ -75,6 +75,7 @@ from limbgram.reconstruction.matching.matching import (
 )
 from limbgram.reconstruction.matching.static_background import Still, find_still
 from limbgram.reconstruction.movement import bending_found, lens_doubt, movement_found
+from limbgram.reconstruction.photo_lenses import lenses_told
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.lenses import lens_notes
 from limbgram.reconstruction.photos.masks import load_mask, mask_notes
@@ -358,9 +359,12 @@ class Coach:
         seen = _Seen(photos, small, metric, limb, looked_at, found)
         motion = motion_told(metric, limb)
         findings += motion.findings(cameras)
+        lenses = tuple(lenses_told(metric.scene, cameras))
+        findings += [one for one in lenses if one.gravity is Gravity.FAULT]
         answer = _answer(seen, findings, board_photos, options)
         turned = (*_turning_notes(still), *_turned_over_notes(poses, small))
-        notes = (*motion.notes(), *answer.notes, *turned, *lens_notes(small))
+        said = (one for one in lenses if one.gravity is not Gravity.FAULT)
+        notes = (*motion.notes(), *answer.notes, *turned, *lens_notes(small), *said)
         return replace(answer, notes=notes, kept_still=_kept_still(metric.scene))
 
     def _features(self, small: PhotoSet, run: Run) -> Features:

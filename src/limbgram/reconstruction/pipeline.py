@@ -63,6 +63,7 @@ from limbgram.reconstruction.movement import (
     tell_sides,
     without_what_moved_beside,
 )
+from limbgram.reconstruction.photo_lenses import explain_lenses
 from limbgram.reconstruction.photos.lenses import copies_of
 from limbgram.reconstruction.photos.photo import PhotoSet, naming_left_out
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
@@ -455,6 +456,22 @@ class Settled(NamedTuple):
 
 
 def by_the_limb(
+    photos: PhotoSet,
+    cameras: Cameras,
+    placing: Placing,
+    found: BoardDetections | None,
+    options: PipelineOptions,
+    run: Run,
+) -> Settled:
+    """The photos placed by the limb alone where it moved; and what their lenses explain."""
+    settled = _settled(photos, cameras, placing, found, options, run)
+    scene = settled.placing.scene
+    lenses = run(explain_lenses, scene, cameras, settled.found)
+    explained = replace(scene, lens_explanations=lenses)
+    return settled._replace(placing=replace(settled.placing, scene=explained))
+
+
+def _settled(
     photos: PhotoSet,
     cameras: Cameras,
     placing: Placing,

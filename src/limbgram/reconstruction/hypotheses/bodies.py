@@ -22,9 +22,10 @@ from limbgram.findings import note
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.evidence import MOVE, evidence_of
 from limbgram.reconstruction.hypotheses.explanation import Explained
-from limbgram.reconstruction.hypotheses.search import FALSE_ALARM, explained
+from limbgram.reconstruction.hypotheses.search import explained
 from limbgram.reconstruction.hypotheses.spread import left_of, spread_of
 from limbgram.reconstruction.mapping.movement import BodyMotion, tied_points
+from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.scene import Bodies, Explanation, Movement, Scene
 
 FLOOR = 0.00025

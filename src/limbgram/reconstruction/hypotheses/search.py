@@ -24,30 +24,26 @@ import numpy as np
 from jaxtyping import Float64
 from scipy import stats
 
-from limbgram.reconstruction.hypotheses.evidence import MOVE, OWN, Evidence
+from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
-from limbgram.reconstruction.hypotheses.spread import (
-    MOST,
-    USUAL,
-    Left,
+from limbgram.reconstruction.hypotheses.spread import Left, left_of, spread_of
+from limbgram.reconstruction.hypotheses.terms import Term, drifts, single_photos, steps
+from limbgram.reconstruction.mapping.lens_evidence import MOST, OWN, USUAL
+from limbgram.reconstruction.mapping.quadratic import (
+    CLEARLY,
+    FALSE_ALARM,
+    INTERVAL,
+    MANY_TIMES,
+    Fall,
     Likeliest,
     Quadratic,
-    left_of,
+    chance_of,
     likeliest,
     pseudo_inverse,
-    spread_of,
     unlikeliness,
 )
-from limbgram.reconstruction.hypotheses.terms import Term, drifts, single_photos, steps
 from limbgram.reconstruction.mapping.scene import Bodies, Explanation, Rule
 
-FALSE_ALARM = 1e-5
-"""Chance that two bodies that kept still show a term, by each kind with all its candidates."""
-CLEARLY = 10.0
-"""Difference of twice logarithms of likelihood that is very strong (Kass and Raftery 1995)."""
-MANY_TIMES = 2.0
-"""Spread of single lenses with which a term must still stand: four times the variance."""
-_INTERVAL = 1.96
 _MOST_ALONE = 0.2
 """Share of the photos that may lie elsewhere one by one; more of them are a sway."""
 _MOST_TERMS = 8
@@ -95,8 +91,8 @@ class _Found:
         return _columns([one for one in self.terms if one is not term], self.left.photos)
 
     @property
-    def rest(self) -> "_Sum":
-        return _Sum.of(self.left.only(self.left.motion).without(self.columns))
+    def rest(self) -> Fall:
+        return Fall.of(self.left.only(self.left.motion).without(self.columns))
 
     def motions(self, told: Sequence[bool]) -> Float64[np.ndarray, "n 6"]:
         """By photo, of the terms that are facts."""
@@ -111,31 +107,6 @@ class _Found:
 
 def _columns(terms: Sequence[Term], photos: int) -> Float64[np.ndarray, "m k"]:
     return np.hstack([np.zeros((MOVE * photos, 0)), *(one.columns for one in terms)])
-
-
-@dataclass(frozen=True)
-class _Sum:
-    """How far the sum of squares falls where all directions are free, and their number."""
-
-    fall: float
-    freedom: int
-
-    @classmethod
-    def of(cls, seen: Quadratic) -> "_Sum":
-        size = np.sqrt(np.maximum(np.diag(seen.normal), 1e-300))
-        values, vectors = np.linalg.eigh(seen.normal / np.outer(size, size))
-        known = values > 1e-7 * max(values[-1], 1e-300)
-        pulls = vectors[:, known].T @ (seen.right / size)
-        return cls(float((pulls**2 / values[known]).sum()), int(known.sum()))
-
-    @property
-    def variance(self) -> float:
-        """Over that of the adjustments."""
-        return self.fall / max(self.freedom, 1)
-
-    @property
-    def chance(self) -> float:
-        return float(stats.chi2.sf(self.fall, max(self.freedom, 1)))
 
 
 def _best(evidence: Evidence) -> _Found:
@@ -170,12 +141,12 @@ def _likely(evidence: Evidence, found: _Found) -> list[_Candidate]:
     likely: list[_Candidate] = []
     for left in lefts:
         seen = left.only(left.motion).without(found.columns)
-        every = _Sum.of(seen)
+        every = Fall.of(seen)
         for group in _candidates(evidence, found.terms):
-            sums = [_Sum.of(seen.along(one.columns)) for one in group]
+            sums = [Fall.of(seen.along(one.columns)) for one in group]
             best = int(np.argmax([one.fall for one in sums]))
             known = any(one.term.same_as(group[best]) for one in likely)
-            if not known and _chance(every, sums[best], len(group)) <= FALSE_ALARM:
+            if not known and chance_of(every, sums[best], len(group)) <= FALSE_ALARM:
                 likely.append(_Candidate(group[best], len(group)))
     return likely
 
@@ -201,8 +172,8 @@ def _with(evidence: Evidence, found: _Found, term: Term, among: int) -> _Found:
     columns = _columns(terms, len(evidence.photos))
     left = left_of(evidence, spread_of(evidence, columns))
     seen = left.only(left.motion).without(found.columns)
-    one = _Sum.of(seen.along(term.columns))
-    chance = _chance(_Sum.of(seen), one, among)
+    one = Fall.of(seen.along(term.columns))
+    chance = chance_of(Fall.of(seen), one, among)
     return _Found(terms, left, (*found.chances, chance), (*found.candidates, among))
 
 
@@ -211,19 +182,9 @@ def _criterion(evidence: Evidence, found: _Found) -> float:
     own = evidence.own
     seen = Quadratic(evidence.normal[own, own], evidence.right[own])
     columns = found.columns
-    moved = _Sum.of(found.left.only(found.left.motion).along(columns))
+    moved = Fall.of(found.left.only(found.left.motion).along(columns))
     cost = columns.shape[1] * np.log(evidence.facts) + 2.0 * np.log(found.candidates).sum()
-    return float(unlikeliness(seen, found.left.spread) - moved.fall + cost)
-
-
-def _chance(every: _Sum, one: _Sum, tried: int) -> float:
-    """That noise alone lets the best of what was tried fall so far."""
-    if one.freedom < 1:
-        return 1.0
-    after = every.freedom - one.freedom
-    noise = max(1.0, (every.fall - one.fall) / after) if after > 0 else 1.0
-    ratio = one.fall / one.freedom / noise
-    return min(1.0, tried * float(stats.f.sf(ratio, one.freedom, max(after, 1))))
+    return float(unlikeliness(seen, found.left.spread, USUAL) - moved.fall + cost)
 
 
 def _described(
@@ -233,7 +194,7 @@ def _described(
     number = next(k for k, one in enumerate(found.terms) if one is term)
     others = found.others(term)
     seen = found.left.only(found.left.motion).without(others)
-    every, one = _Sum.of(seen), _Sum.of(seen.along(term.columns))
+    every, one = Fall.of(seen), Fall.of(seen.along(term.columns))
     noise = max(1.0, found.rest.variance)
     effect = _effect(evidence, seen, term, noise)
     failed: list[Rule] = []
@@ -245,7 +206,7 @@ def _described(
         failed.append("one photo")
     wide = left_of(evidence, np.minimum(MANY_TIMES * found.left.spread, MOST))
     again = wide.only(wide.motion).without(others)
-    if _chance(_Sum.of(again), _Sum.of(again.along(term.columns)), 1) > FALSE_ALARM:
+    if chance_of(Fall.of(again), Fall.of(again.along(term.columns)), 1) > FALSE_ALARM:
         failed.append("lenses of photos")
     cost = one.freedom * np.log(evidence.facts) + 2.0 * np.log(found.candidates[number])
     return Explanation(
@@ -306,7 +267,7 @@ def _motion_size(
     along = moved / max(size, 1e-300)
     sigma = float(np.sqrt(max(along @ spread @ along, 0.0)))
     most = float(np.sqrt(max(np.linalg.eigvalsh(spread)[-1], 0.0)))
-    return _Effect(size, max(size - _INTERVAL * sigma, 0.0), size + _INTERVAL * most)
+    return _Effect(size, max(size - INTERVAL * sigma, 0.0), size + INTERVAL * most)
 
 
 def _beats_lens(evidence: Evidence, found: _Found, term: Term) -> bool:
@@ -324,19 +285,19 @@ def _beats_lens(evidence: Evidence, found: _Found, term: Term) -> bool:
     motion = np.zeros((len(left.right), term.columns.shape[1]))
     motion[left.motion] = term.columns
     noise = max(1.0, found.rest.variance)
-    by_motion = _Sum.of(seen.along(motion)).fall
+    by_motion = Fall.of(seen.along(motion)).fall
     for course in term.rivals:
         lens, in_photos = np.zeros((len(left.right), OWN)), np.zeros((len(left.right), MOVE))
         lens[left.lens] = np.kron(course[:, None], np.eye(OWN))
         in_photos[left.motion] = _in_photos(evidence, course)
         for rival in (lens, in_photos):
-            if (by_motion - _Sum.of(seen.along(rival)).fall) / noise < CLEARLY:
+            if (by_motion - Fall.of(seen.along(rival)).fall) / noise < CLEARLY:
                 return False
     whole = np.zeros((len(evidence.right), OWN))
     whole[evidence.own] = np.kron(term.course[:, None], np.eye(OWN))
     free = _with_free(evidence, whole, left.spread)
     again = free.only(free.motion).without(found.others(term))
-    return _chance(_Sum.of(again), _Sum.of(again.along(term.columns)), 1) <= FALSE_ALARM
+    return chance_of(Fall.of(again), Fall.of(again.along(term.columns)), 1) <= FALSE_ALARM
 
 
 def _in_photos(evidence: Evidence, course: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "m 6"]:
@@ -359,15 +320,15 @@ def _with_free(
 def _stands_without_any(found: _Found, term: Term) -> bool:
     """Whether chance does not explain it either where any one photo is left out."""
     seen = found.left.only(found.left.motion).without(found.others(term))
-    every = _Sum.of(seen)
+    every = Fall.of(seen)
     for photo in range(found.left.photos):
         own = np.zeros((MOVE * found.left.photos, MOVE))
         own[MOVE * photo : MOVE * (photo + 1)] = np.eye(MOVE)
         without = seen.without(own)
-        one = _Sum.of(without.along(term.columns))
-        own_fall = _Sum.of(seen.along(own)).fall
-        rest = _Sum(every.fall - own_fall, every.freedom - MOVE)
-        if _chance(rest, one, 1) > FALSE_ALARM:
+        one = Fall.of(without.along(term.columns))
+        own_fall = Fall.of(seen.along(own)).fall
+        rest = Fall(every.fall - own_fall, every.freedom - MOVE)
+        if chance_of(rest, one, 1) > FALSE_ALARM:
             return False
     return True
 
@@ -448,7 +409,7 @@ def _sways_without_any(evidence: Evidence, found: _Found, floor: float) -> bool:
     for part in parts:
         own = np.zeros((len(seen.right), MOVE))
         own[part] = np.eye(MOVE)
-        falls.append(_Sum.of(seen.along(own)).fall)
+        falls.append(Fall.of(seen.along(own)).fall)
     worst = np.zeros((len(seen.right), MOVE))
     worst[parts[int(np.argmax(falls))]] = np.eye(MOVE)
     without = _sway_in(evidence, seen.without(worst), floor)
@@ -474,7 +435,7 @@ def _rest(
         chance=rest.chance,
         effect=size,
         low=0.0,
-        high=_INTERVAL * size,
+        high=INTERVAL * size,
         variance_before=rest.variance,
         variance_after=1.0,
         failed=("chance",),

@@ -122,6 +122,23 @@ def beyond_cameras(scene: Scene) -> tuple[Deviation, ...]:
     return tuple(beyond)
 
 
+def largest_px(scene: Scene, kind: Deviation) -> float:
+    """Most that a kind moves a pixel of any placed photo, at the border where it grows outwards."""
+    own = scene.own
+    assert own is not None
+    first = sum(numbers_of(one) for one in own.deviations[: own.deviations.index(kind)])
+    values = own.values[np.array(scene.placed), first : first + numbers_of(kind)]
+    sizes = np.array([(view.camera.width_px, view.camera.height_px) for view in scene.views], float)
+    match kind:
+        case "principal point":
+            moves_px = np.linalg.norm(values, axis=1) * sizes[:, 0]
+        case "focal length":
+            moves_px = np.abs(values[:, 0]) * 0.5 * np.linalg.norm(sizes, axis=1)
+        case "rolling shutter":
+            moves_px = np.linalg.norm(values[:, :2], axis=1) * 0.5 * sizes[:, 1]
+    return float(moves_px.max(initial=0.0))
+
+
 @dataclass(frozen=True)
 class Ties:
     """How the lenses of placed photos hang together: the camera's, and their own numbers."""

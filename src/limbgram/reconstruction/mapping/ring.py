@@ -27,6 +27,7 @@ from limbgram.reconstruction.calibration.cameras import (
 )
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.answering import answered
+from limbgram.reconstruction.mapping.lens_evidence import LensEvidence, zoomed_photos
 from limbgram.reconstruction.mapping.scene import Ring, Scene
 from limbgram.reconstruction.mapping.solution import Adjusted, adjust
 from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
@@ -38,6 +39,7 @@ from limbgram.reconstruction.mapping.verdicts import (
     photo_points,
 )
 from limbgram.reconstruction.mapping.zoom import (
+    JudgedFocals,
     judged_focals,
     odd_among,
     odd_focals,
@@ -166,7 +168,8 @@ def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene
         if aside:
             answer = _as_asked(fixed, alike, cameras, options)
     adjusted = _scene_of(answer)
-    odd = odd if adjusted.own is None else odd_focals(adjusted) | zoomed_by_own(adjusted)
+    if adjusted.own is not None:
+        odd = _facts(odd_focals(adjusted), adjusted, cameras) | zoomed_by_own(adjusted)
     figures = photo_points(adjusted)
     verdicts = tuple(
         replace(
@@ -193,6 +196,25 @@ def _odd_of(
         before: With all observations: of an odd photo the adjustment drops many.
     """
     judged = judged_focals(adjusted)
+    found = _odd_by_others(adjusted, before, judged, cameras, options)
+    return _facts(found, adjusted, cameras)
+
+
+def _facts(odd: dict[int, Finding], scene: Scene, cameras: Cameras) -> dict[int, Finding]:
+    """Those of which a zoom explains more than anything else that a lens may have for itself."""
+    if not odd:
+        return odd
+    zoomed = zoomed_photos(LensEvidence.of(scene, cameras.calibrations))
+    return {k: said for k, said in odd.items() if k in zoomed and not zoomed[k].failed}
+
+
+def _odd_by_others(
+    adjusted: Scene,
+    before: Scene,
+    judged: JudgedFocals,
+    cameras: Cameras,
+    options: MappingOptions,
+) -> dict[int, Finding]:
     odd, suspected = judged.odd, judged.suspected
     few = len(suspected) <= options.max_odd_share * len(adjusted.placed)
     if not few or {*suspected} == {*odd}:

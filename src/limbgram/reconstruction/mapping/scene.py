@@ -65,12 +65,14 @@ class Ring:
     """Whether every gap, the last to first included, is narrow and bridged."""
 
 
-Rule = Literal["chance", "lens", "size", "one photo", "lenses of photos"]
+Rule = Literal["chance", "lens", "size", "one photo", "lenses of photos", "model"]
 """What a term has to stand before it is told as a fact: chance alone; a lens that changes along
 the same course; whether its effect is beyond what matters; leaving out any one photo; lenses that
-differ four times as much from photo to photo."""
-Bodies = Literal["limb and room", "halves", "limb and board"]
-"""Which two are held against each other."""
+differ four times as much from photo to photo; what a lens does beyond its model where no board
+calibrated it."""
+Bodies = Literal["limb and room", "halves", "limb and board", "lenses"]
+"""Which two are held against each other; lenses: none, what lenses of photos explain."""
+Deviation = Literal["principal point", "focal length", "rolling shutter"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,10 +80,11 @@ class Explanation:
     """One term, with what speaks for it."""
 
     bodies: Bodies
-    kind: Literal["step", "drift", "photo", "sway", "rest"]
-    """photo: one alone lies elsewhere; sway: each does; rest: what no term explains."""
+    kind: Literal["step", "drift", "photo", "sway", "rest", "camera file"] | Deviation
+    """photo: one alone lies elsewhere; sway: each does; rest: what no term explains; camera file:
+    all photos of a camera have another focal length than it; a deviation: each photo has one."""
     photos: tuple[int, ...]
-    """That show the second body elsewhere than most."""
+    """That show the second body elsewhere than most, or have another lens."""
     numbers: int
     score: float
     """Twice the logarithm of likelihood that it gains, less what its numbers and the candidates of
@@ -89,7 +92,8 @@ class Explanation:
     chance: float
     """That photos without it look as much like it, all candidates of its kind counted."""
     effect: float
-    """Largest motion of a point of the first body, in the scene's unit."""
+    """Largest motion of a point of the first body, in the scene's unit; of a focal length, by which
+    share of itself it differs."""
     low: float
     high: float
     """Its interval of 95 %."""
@@ -99,6 +103,11 @@ class Explanation:
     failed: tuple[Rule, ...] = ()
     floor: float = 0.0
     """Effect from which it matters, as `effect`."""
+
+    @property
+    def is_share(self) -> bool:
+        """Whether the effect is a share of the focal length."""
+        return self.kind in ("focal length", "camera file")
 
     @property
     def open_(self) -> bool:
@@ -112,6 +121,8 @@ class Explanation:
 
     def scaled(self, factor: float) -> "Explanation":
         """The same in another unit."""
+        if self.is_share:
+            return self
         return replace(
             self,
             effect=factor * self.effect,
@@ -198,9 +209,6 @@ class JoinedByMarks:
     """and why, in the same order."""
 
 
-Deviation = Literal["principal point", "focal length", "rolling shutter"]
-
-
 @dataclass(frozen=True, kw_only=True)
 class OwnLenses:
     """What the lens of every photo has for itself, beside that of its camera (see mapping.own)."""
@@ -252,6 +260,8 @@ class Scene:
     """None where paint joins the photos, or marks do not help."""
     own: OwnLenses | None = None
     """Beside the cameras' lenses. None where one lens explains all photos of a camera."""
+    lens_explanations: tuple[Explanation, ...] = ()
+    """What lenses of single photos and camera files explain, the most likely first."""
 
     __repr__ = brief
 
@@ -313,6 +323,9 @@ class Scene:
             camera_covariance=self._moved_covariance(new_from_world),
             movement=self.movement and self.movement.scaled(new_from_world.scale),
             bending=self.bending and self.bending.scaled(new_from_world.scale),
+            lens_explanations=tuple(
+                one.scaled(new_from_world.scale) for one in self.lens_explanations
+            ),
         )
 
     def _moved_covariance(self, new_from_world: Similarity) -> Float64[np.ndarray, "u u"] | None:

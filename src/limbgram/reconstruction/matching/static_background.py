@@ -4,7 +4,9 @@ In      Features of all photos.
 Out     Still: groups of photos that one still camera took, and which keypoints of each stand still.
 Method  Two keypoints of two photos coincide if they lie at the same pixel and look alike: the same
         scale, direction and descriptor. Photos of which many of the largest keypoints coincide were
-        taken by a still camera, up to a small shift that all share (a tripod that was touched).
+        taken by a still camera, up to a small shift that all share (a tripod that was touched, or a
+        stabiliser). Where that shift is large, what coincides lies all over the picture: a patch
+        of it is shifted alike by many a walk.
         Such photos are believed to show a turning object only if there are at least four of them
         and if other keypoints of theirs match with a movement; photos of a limb and a camera that
         both stood still, or one photo twice, are left alone. Within a group a keypoint stands still
@@ -43,8 +45,13 @@ _SAME_DESCRIPTOR = 0.9
 _MATCH_RATIO = 0.8
 
 
-_SHIFT_SHARE = 0.002
-"""Farthest that a touched tripod shifts the picture, as a share of its longer side."""
+_SHIFT_SHARE = 0.01
+"""Farthest that a stabiliser, or a touched tripod, shifts the picture, as a share of its longer
+side: single photos are shifted by a quarter of it (one sigma)."""
+_TOUCHED_SHARE = 0.002
+"""Shift from which what coincides must lie all over the picture; dirt and watermarks need not."""
+_ALL_OVER = 0.1
+"""Standard deviation, the narrow way, of what coincides, as a share of the longer side."""
 _LEAST_COINCIDING = 12
 """Keypoints of that survey that coincide in two photos of a still camera."""
 _LEAST_MOVING = 16
@@ -183,15 +190,36 @@ def _groups(features: Features, side_px: float, options: StillOptions) -> list[t
     joined: list[tuple[int, int]] = []
     for code in np.unique(between):
         own = np.flatnonzero(between == code)
-        limit = _reach(row.scale_px[pairs[own, 0]])
-        off = np.linalg.norm(shifts[own] - np.median(shifts[own], axis=0), axis=1)
-        if (off < limit).sum() >= _LEAST_COINCIDING:
+        together = own[_together(shifts[own], _reach(row.scale_px[pairs[own, 0]]))]
+        if len(together) < _LEAST_COINCIDING:
+            continue
+        shift_px = np.linalg.norm(np.median(shifts[together], axis=0))
+        touched = shift_px < max(_LEAST_PX, _TOUCHED_SHARE * side_px)
+        if touched or _breadth(row.xy_px[pairs[together, 0]]) > _ALL_OVER * side_px:
             joined.append((int(code) // count, int(code) % count))
     ends = np.array(joined, np.int64).reshape(-1, 2)
     graph = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), (count, count))
     label = csgraph.connected_components(graph, directed=False)[1]
     groups = [tuple(np.flatnonzero(label == k).tolist()) for k in range(int(label.max()) + 1)]
     return [group for group in groups if len(group) >= options.least_photos]
+
+
+def _together(
+    shifts: Float64[np.ndarray, "k 2"], reach_px: Float64[np.ndarray, " k"]
+) -> Bool[np.ndarray, " k"]:
+    """Which of the shifts agree with the one that most agree with."""
+    if not len(shifts):
+        return np.zeros(0, np.bool_)
+    tree = KDTree(shifts)
+    count = tree.query_ball_point(shifts, reach_px, return_length=True)
+    most = int(np.argmax(count))
+    first = shifts[tree.query_ball_point(shifts[most], reach_px[most])]
+    return np.linalg.norm(shifts - np.median(first, axis=0), axis=1) < reach_px
+
+
+def _breadth(xy_px: Points2) -> float:
+    """Standard deviation along the narrow side."""
+    return float(np.sqrt(max(np.linalg.eigvalsh(np.cov(xy_px.T))[0], 0.0)))
 
 
 def _reach(scale_px: Float32[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
@@ -214,8 +242,7 @@ def _standing(
         if not len(pairs):
             continue
         shifts = row.xy_px[pairs[:, 1]] - row.xy_px[pairs[:, 0]]
-        off = np.linalg.norm(shifts - np.median(shifts, axis=0), axis=1)
-        times[np.unique(pairs[off < _reach(row.scale_px[pairs[:, 0]]), 0])] += 1
+        times[np.unique(pairs[_together(shifts, _reach(row.scale_px[pairs[:, 0]])), 0])] += 1
     return times >= _LEAST_PARTNERS
 
 

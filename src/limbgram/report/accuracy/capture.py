@@ -66,9 +66,12 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
         unexplained=_unexplained(scene),
         explanations=tuple(
             _explanation(one, scene.names)
-            for seen in (movement, scene.bending)
-            if seen is not None
-            for one in seen.explanations
+            for seen in (
+                movement.explanations,
+                () if scene.bending is None else scene.bending.explanations,
+                scene.lens_explanations,
+            )
+            for one in seen
         ),
         chance=movement.chance if known or movement.misfit else math.nan,
         bending_sentence=""
@@ -103,6 +106,7 @@ def _explanation(one: Explanation, names: tuple[str, ...]) -> ExplanationFigures
         effect=one.effect,
         low=one.low,
         high=one.high,
+        is_share=one.is_share,
         variance_before=one.variance_before,
         variance_after=one.variance_after,
     )

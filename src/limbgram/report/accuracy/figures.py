@@ -840,20 +840,22 @@ class ExpectedError:
 
 @dataclass(frozen=True, kw_only=True)
 class ExplanationFigures:
-    """One of the things that may have happened between two bodies while the photos were taken."""
+    """One of the things that may have happened between two bodies, or to lenses, while the photos
+    were taken."""
 
     bodies: str
-    """limb and room, halves, or limb and board."""
+    """limb and room, halves, limb and board, or lenses: what lenses of photos explain."""
     kind: str
-    """step, drift, photo (one alone), sway, or rest: what no term explains."""
+    """step, drift, photo (one alone), sway, or rest: what no term explains; principal point, focal
+    length, rolling shutter: each photo has one of its own; camera file: all differ from it."""
     photos: tuple[str, ...]
-    """Those that show the second body elsewhere than most do."""
+    """Those that show the second body elsewhere than most do, or have another lens."""
     told: bool
     """Whether it is told as a fact."""
     matters: bool
     """Whether its effect may be as large as shows on the surface."""
     failed: tuple[str, ...]
-    """What it did not stand: chance, lens, size, one photo, lenses of photos."""
+    """What it did not stand: chance, lens, size, one photo, lenses of photos, model."""
     score: float
     """Twice the logarithm of likelihood that it gains, less what its numbers cost."""
     chance: float
@@ -861,6 +863,8 @@ class ExplanationFigures:
     """Largest motion of a point of the limb, in the case's unit, and its interval of 95 %."""
     low: float
     high: float
+    is_share: bool = False
+    """Whether these are shares of the focal length instead."""
     variance_before: float
     """Of what both bodies leave, over that of the adjustments; without the term and with it."""
     variance_after: float
@@ -883,7 +887,7 @@ class MovementFigures:
     unexplained: bool
     """Whether something that would show on the surface is not decided: no error is stated."""
     explanations: tuple[ExplanationFigures, ...]
-    """Of limb and surroundings, then of the limb's halves, each the most likely first."""
+    """Of limb and surroundings, of the limb's halves, of lenses, each the most likely first."""
     shift: float = field(
         metadata=meaning(
             "Movement of the limb",

@@ -26,6 +26,7 @@ from limbgram.report.accuracy.figures import (
     LENS_SOURCES,
     SHARE,
     CameraResiduals,
+    ExplanationFigures,
     KnownLength,
     LensFigures,
     SigmaTest,
@@ -100,7 +101,7 @@ def _explanations(assessment: Assessment) -> Iterator[Section]:
             _BODIES[one.bodies],
             _KINDS[one.kind],
             _some(one.photos, len(assessment.figures.images.by_photo)),
-            f"{_length(one.effect, unit)} ({one.low:.2f} to {one.high:.2f})",
+            _effect(one, unit),
             f"{one.score:.0f}",
             f"{one.variance_before:.1f}",
             f"{one.variance_after:.1f}",
@@ -122,21 +123,30 @@ def _explanations(assessment: Assessment) -> Iterator[Section]:
             ),
             Text(
                 words="Each line is held against lenses that differ from photo to photo as much as "
-                "this capture shows. The effect is the largest motion of a point of the limb. The "
+                "this capture shows. The effect is the largest motion of a point of the limb, or "
+                "the share by which a focal length differs. What lenses explain was solved for, "
+                "and is told as a fact only where it stands the same rules. The "
                 "score is twice the logarithm of likelihood that the line gains, less what its "
                 "numbers cost. Variance is that of what both bodies leave, over that of the "
-                "measurements; 1 is chance. While a line that matters is undecided, no error of "
-                "the surface is stated."
+                "measurements; 1 is chance. While a movement that matters is undecided, no "
+                "error of the surface is stated."
             ),
         ),
         sheet=2,
     )  # fmt: skip
 
 
+def _effect(one: ExplanationFigures, unit: str) -> str:
+    if one.is_share:
+        return f"{one.effect:.2%} ({one.low:.2%} to {one.high:.2%})"
+    return f"{_length(one.effect, unit)} ({one.low:.2f} to {one.high:.2f})"
+
+
 _BODIES = {
     "limb and room": "limb and surroundings",
     "halves": "halves of the limb",
     "limb and board": "limb and board",
+    "lenses": "lenses of photos",
 }
 _KINDS = {
     "step": "step between photos",
@@ -144,6 +154,10 @@ _KINDS = {
     "photo": "one photo alone",
     "sway": "elsewhere in every photo",
     "rest": "not explained",
+    "principal point": "picture shifted on the sensor",
+    "focal length": "own focal length",
+    "rolling shutter": "rolling shutter",
+    "camera file": "another focal length than the camera file's",
 }
 _FAILED = {
     "chance": "no cause is found",
@@ -151,6 +165,7 @@ _FAILED = {
     "size": "may be too small to matter",
     "one photo": "one photo alone speaks for it",
     "lenses of photos": "lenses that differ more explain it as well",
+    "model": "what an uncalibrated lens does beyond its model explains it as well",
 }
 
 

@@ -10,12 +10,8 @@ import pytest
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.hypotheses.evidence import (
-    OWN,
-    Evidence,
-    evidence_of,
-    lens_basis,
-)
+from limbgram.reconstruction.hypotheses.evidence import Evidence, evidence_of
+from limbgram.reconstruction.mapping.lens_evidence import OWN, lens_basis
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
 

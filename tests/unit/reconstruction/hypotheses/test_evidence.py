@@ -8,7 +8,9 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.reconstruction.hypotheses.evidence import evidence_of
-from limbgram.reconstruction.hypotheses.spread import USUAL, left_of, pseudo_inverse
+from limbgram.reconstruction.hypotheses.spread import left_of
+from limbgram.reconstruction.mapping.lens_evidence import USUAL
+from limbgram.reconstruction.mapping.quadratic import pseudo_inverse
 
 Take = Callable[..., Any]
 N = 14

@@ -11,7 +11,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.reconstruction.hypotheses.evidence import Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
 from limbgram.reconstruction.hypotheses.search import explained
-from limbgram.reconstruction.hypotheses.spread import USUAL
+from limbgram.reconstruction.mapping.lens_evidence import USUAL
 
 Take = Callable[..., Any]
 N = 14

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from limbgram.reconstruction.hypotheses.spread import MOST, USUAL, spread_of
+from limbgram.reconstruction.hypotheses.spread import spread_of
+from limbgram.reconstruction.mapping.lens_evidence import MOST, USUAL
 
 Take = Callable[..., Any]
 N = 24

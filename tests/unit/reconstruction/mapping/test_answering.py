@@ -9,10 +9,11 @@ import pytest
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.hypotheses.lenses import lens_explanations
 from limbgram.reconstruction.mapping.answering import answered, asked_for, scores_of
 from limbgram.reconstruction.mapping.halves import A_NUMBER, explained_by_two_bodies
 from limbgram.reconstruction.mapping.own import Ties, basis_of, with_own, with_room_for
-from limbgram.reconstruction.mapping.scene import Deviation, Observations, Scene
+from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Observations, Scene
 from limbgram.reconstruction.mapping.solution import (
     Adjusted,
     adjust,
@@ -322,3 +323,51 @@ def test_a_camera_carried_along_its_axis_shifts_the_principal_point() -> None:
     shifted = lens.with_parameters(lens.packed - rate * column)
     turned = np.column_stack([x + rate * x * y, y + rate * (1 + y * y), np.ones(50)])
     np.testing.assert_allclose(shifted.project(turned), lens.project(nearer), atol=1e-6)
+
+
+def told(scene: Scene, calibration: Calibration = CALIBRATED) -> tuple[Explanation, ...]:
+    size = float(np.ptp(scene.points_in_world))
+    return lens_explanations(scene, [calibration], scene.points_in_world, size / 600.0)
+
+
+@pytest.mark.parametrize(("sigma_px", "fact"), [(2.0, False), (4.0, True)])
+def test_a_stabiliser_is_a_fact_where_it_matters_on_the_limb(
+    make_scene: MakeScene, sigma_px: float, fact: bool
+) -> None:
+    """A turn of the camera takes most of what it does."""
+    scene = near(make_scene)
+    faulty, shifts = stabilised(scene, 3, sigma_px)
+    after = answered(fixed(faulty), faulty, [CALIBRATED], 4.0)
+    (one,) = told(after.scene)
+    assert one.kind == "principal point"
+    assert one.told is fact
+    assert fact or one.failed == ("size",)
+    moved = np.linalg.norm(shifts - shifts.mean(0), axis=1)
+    assert int(moved.argmax()) in one.photos
+    assert one.low < one.effect < one.high
+
+
+def test_what_an_uncalibrated_lens_was_freed_for_is_no_fact(make_scene: MakeScene) -> None:
+    by_exif = replace(CALIBRATED, source="exif")
+    faulty, _ = stabilised(near(make_scene), 3, 4.0)
+    after = answered(adjust(faulty, [by_exif]), faulty, [by_exif], 4.0)
+    assert after.scene.own is not None
+    (one,) = told(after.scene, by_exif)
+    assert one.failed == ("model",)
+
+
+def test_what_all_photos_have_alike_is_the_camera_file(make_scene: MakeScene) -> None:
+    """Its focal length comes out with its sigma, whatever was freed to explain it."""
+    scene = near(make_scene)
+    longer = replace(LENS, fx=1.01 * LENS.fx, fy=1.01 * LENS.fy)
+
+    def seen(k: int, points: np.ndarray) -> np.ndarray:
+        return replace(scene.view(k), camera=longer).project(points)
+
+    faulty = taken(scene, 5, seen)
+    found = told(answered(fixed(faulty), faulty, [CALIBRATED], 4.0).scene)
+    facts = {one.kind: one for one in found if one.told}
+    assert {*facts} == {"camera file"}
+    assert facts["camera file"].low < 0.01 < facts["camera file"].high
+    plain = taken(scene, 5, lambda k, points: scene.view(k).project(points))
+    assert told(fixed(plain).scene) == ()

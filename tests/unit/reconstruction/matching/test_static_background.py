@@ -34,15 +34,26 @@ def descriptors(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def photos(
-    count: int, rng: np.random.Generator, moving: Sequence[float], room: Sequence[float]
+    count: int,
+    rng: np.random.Generator,
+    moving: Sequence[float],
+    room: Sequence[float],
+    patch: float = 1.0,
 ) -> Features:
-    """Each photo shows limb and room shifted by so much to the right of the photo before."""
+    """Each photo shows limb and room shifted by so much to the right.
+
+    Args:
+        patch: Share of the picture's sides that the room takes.
+    """
     limb_px, room_px = rng.uniform(0, 1, (LIMB, 2)) * 400 + 300, rng.uniform(0, 1, (ROOM, 2))
     looks = descriptors(LIMB + ROOM, rng)
     found: list[Keypoints] = []
     for k in range(count):
         places = np.concatenate(
-            [limb_px + np.array([moving[k], 0.0]), room_px * SIDES_PX + np.array([room[k], 0.0])]
+            [
+                limb_px + np.array([moving[k], 0.0]),
+                patch * room_px * SIDES_PX + np.array([room[k], 0.0]),
+            ]
         )
         found.append(keypoints(places, looks, rng))
     return Features(tuple(found))
@@ -81,6 +92,29 @@ def test_a_tripod_that_was_touched_stands_still_all_the_same() -> None:
     features = one_scale(photos(8, rng, moving=[30.0 * k for k in range(8)], room=touched))
     kept = find_still(features).moving(features)
     assert max(map(len, kept.keypoints)) < LIMB + 0.1 * ROOM
+
+
+def test_a_stabiliser_shifts_what_stands_still() -> None:
+    """By a quarter of a per cent of the picture, one sigma, in every photo."""
+    rng = np.random.default_rng(3)
+    shifts = rng.normal(scale=0.0025 * SIDES_PX[0], size=9)
+    walk = (60.0 * np.arange(9)).tolist()
+    features = one_scale(photos(9, rng, moving=walk, room=shifts.tolist()))
+    still = find_still(features)
+    assert still.photos == tuple(range(9))
+    assert still.count > 0.8 * 9 * ROOM
+    left = sum(map(len, still.moving(features).keypoints))
+    assert left > 0.95 * 9 * LIMB
+
+
+def test_a_patch_that_is_shifted_alike_is_no_room() -> None:
+    """As round the middle of a walk in small steps."""
+    walk = (60.0 * np.arange(9)).tolist()
+    shifts = (5.0 * np.arange(9)).tolist()
+    for patch, groups in ((0.1, 0), (1.0, 1)):
+        rng = np.random.default_rng(4)
+        features = one_scale(photos(9, rng, moving=walk, room=shifts, patch=patch))
+        assert len(find_still(features).groups) == groups
 
 
 def test_a_walk_round_keeps_every_keypoint() -> None:

@@ -1,0 +1,263 @@
+"""Lenses: which lenses of single photos, and which file of a camera, are told as facts.
+
+In      a scene with the lenses that the adjustment gave to single photos, the calibrations, and
+        what a millimetre is.
+Out     Explanations: each kind of deviation that is free, and the focal length of each camera file.
+Method  What the adjustment freed stays in the null model of everything else, and is told only where
+        it stands the rules of any other term. A kind is drawn anew for each photo: the likelihood
+        of the spread that the capture shows, over that of none, the other kinds' spread found in
+        both. What all photos of a camera have alike is the camera's lens, and free. Where no board
+        calibrated the lens, what it does beyond its model differs from photo to photo as well,
+        since the points lie elsewhere in each: a spread is no fact there.
+        A kind's effect is how far a photo would show the limb's points from where they are if it
+        had its camera's lens, once its pose is fitted to them (root mean square); that of a focal
+        length is its share.
+Limits  Fewer than six photos tell nothing: every number is a part of their poses.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float64
+from scipy import stats
+
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import POSE_SIZE, View
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.mapping.lens_evidence import (
+    FOCAL_FLOOR,
+    MOST,
+    OWN,
+    USUAL,
+    LensEvidence,
+    lens_basis,
+    other_focal,
+    place_of,
+)
+from limbgram.reconstruction.mapping.quadratic import (
+    FALSE_ALARM,
+    INTERVAL,
+    LEAST,
+    MANY_TIMES,
+    Fall,
+    Likeliest,
+    Quadratic,
+    likeliest,
+)
+from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Rule, Scene
+
+FLOOR = 0.00025
+"""As of motions, of the cameras' distance, where no board tells millimetres."""
+FLOOR_MM = 0.25
+_FEWEST_PHOTOS = 6
+_MOST_POINTS = 300
+_STEP = 1e-6
+
+
+def lens_explanations(
+    scene: Scene, priors: Sequence[Calibration], limb: Points3, mm: float | None = None
+) -> tuple[Explanation, ...]:
+    """What lenses of single photos explain, and whether the camera files are theirs.
+
+    Args:
+        limb: Points of what the cameras aim at.
+        mm: A millimetre in the scene's unit; None where no board tells it.
+    """
+    filed = [k for k, one in enumerate(priors) if one.source == "board"]
+    if len(scene.placed) < _FEWEST_PHOTOS or not (filed or scene.own):
+        return ()
+    evidence = LensEvidence.of(scene, priors)
+    found = [_file(evidence, camera) for camera in filed if (evidence.camera == camera).any()]
+    if scene.own is not None:
+        distances = [
+            np.linalg.norm(view.centre_in_world - limb.mean(axis=0)) for view in scene.views
+        ]
+        floor = FLOOR * float(np.median(distances)) if mm is None else FLOOR_MM * mm
+        free = evidence.seen.without(evidence.common())
+        calibrated = all(one.source == "board" for one in priors)
+        for kind in scene.own.deviations:
+            if kind == "focal length":
+                to_effect, least = [np.eye(1)] * len(scene.placed), FOCAL_FLOOR
+            else:
+                to_effect, least = [_on_limb(scene, k, kind, limb) for k in scene.placed], floor
+            found.append(_drawn(evidence, free, kind, to_effect, least, calibrated))
+    shown = (one for one in found if one.chance <= FALSE_ALARM)
+    return tuple(sorted(shown, key=lambda one: -one.score))
+
+
+def _file(evidence: LensEvidence, camera: int) -> Explanation:
+    """That the photos of a camera have another focal length than its file."""
+    term = other_focal(evidence, camera)
+    return Explanation(
+        bodies="lenses",
+        kind="camera file",
+        photos=tuple(np.array(evidence.photos)[evidence.camera == camera].tolist()),
+        numbers=1,
+        score=term.score,
+        chance=term.chance,
+        effect=term.value,
+        low=term.low,
+        high=term.high,
+        variance_before=term.variance_before,
+        variance_after=term.variance_after,
+        failed=term.failed,
+        floor=FOCAL_FLOOR,
+    )
+
+
+def _drawn(
+    evidence: LensEvidence,
+    free: Quadratic,
+    kind: Deviation,
+    to_effect: Sequence[Float64[np.ndarray, "e q"]],
+    floor: float,
+    calibrated: bool,
+) -> Explanation:
+    """A kind of deviation of which every photo has its own.
+
+    Args:
+        to_effect: By photo, from the numbers of the kind to their effect.
+    """
+    numbers = place_of(kind)
+    photos = len(evidence.photos)
+    size = numbers.stop - numbers.start
+    every = _of_spread(free, numbers)
+    gain = every.gain - _of_spread(free, numbers, none=True).gain
+    chance = float(stats.chi2.sf(max(gain, 0.0), size))
+    normal = free.normal.copy()
+    normal[np.diag_indices_from(normal)] += 1.0 / np.tile(every.spread, photos) ** 2
+    covariance = np.linalg.inv(normal)
+    values = covariance @ free.right
+    effects: list[tuple[float, float, float]] = []
+    for rank, matrix in enumerate(to_effect):
+        own = slice(OWN * rank + numbers.start, OWN * rank + numbers.stop)
+        effects.append(_effect(matrix, values[own], covariance[own, own]))
+    effect, low, high = max(effects, key=lambda one: one[1])
+    failed: list[Rule] = []
+    if chance > FALSE_ALARM:
+        failed.append("chance")
+    if not calibrated:
+        failed.append("model")
+    if low < floor:
+        failed.append("size")
+    own_falls = [
+        Fall.of(free.along(evidence.of_photo(rank, numbers))).fall for rank in range(photos)
+    ]
+    less = free.without(evidence.of_photo(int(np.argmax(own_falls))))
+    if not _still_shown(less, numbers, size, USUAL * LEAST):
+        failed.append("one photo")
+    if not _still_shown(free, numbers, size, np.minimum(MANY_TIMES * every.spread, MOST)):
+        failed.append("lenses of photos")
+    shown = tuple(photo for photo, one in zip(evidence.photos, effects) if one[1] >= floor)
+    left = evidence.left(np.where(_is_of(numbers), LEAST * USUAL, every.spread))
+    alone = Fall.of(left.along(np.kron(np.eye(photos), np.eye(OWN)[:, numbers])))
+    return Explanation(
+        bodies="lenses",
+        kind=kind,
+        photos=shown or evidence.photos,
+        numbers=size,
+        score=float(gain - size * np.log(evidence.facts)),
+        chance=chance,
+        effect=effect,
+        low=low,
+        high=high,
+        variance_before=alone.variance,
+        variance_after=1.0,
+        failed=tuple(failed),
+        floor=floor,
+    )
+
+
+def _is_of(numbers: slice) -> np.ndarray:
+    return np.isin(np.arange(OWN), np.arange(OWN)[numbers])
+
+
+def _of_spread(
+    seen: Quadratic,
+    numbers: slice,
+    others: Float64[np.ndarray, "9"] | None = None,
+    *,
+    none: bool = False,
+) -> Likeliest:
+    """The likeliest spread.
+
+    Args:
+        others: Least spread of the other kinds.
+        none: Whether this kind has none.
+    """
+    own, nothing = _is_of(numbers), LEAST * USUAL
+    least = nothing if others is None else np.where(own, nothing, np.maximum(others, nothing))
+    return likeliest(seen, USUAL, np.where(own & none, nothing, MOST), least=least)
+
+
+def _still_shown(
+    seen: Quadratic, numbers: slice, size: int, others: Float64[np.ndarray, "9"]
+) -> bool:
+    with_it = _of_spread(seen, numbers, others)
+    without = _of_spread(seen, numbers, others, none=True)
+    return bool(stats.chi2.sf(max(with_it.gain - without.gain, 0.0), size) <= FALSE_ALARM)
+
+
+def _effect(
+    to_effect: Float64[np.ndarray, "e q"],
+    values: Float64[np.ndarray, " q"],
+    covariance: Float64[np.ndarray, "q q"],
+) -> tuple[float, float, float]:
+    """Size of an effect, and its interval of 95 %."""
+    moved = to_effect @ values
+    spread = to_effect @ covariance @ to_effect.T
+    size = float(np.linalg.norm(moved))
+    along = moved / max(size, 1e-300)
+    sigma = float(np.sqrt(max(along @ spread @ along, 0.0)))
+    most = float(np.sqrt(max(np.linalg.eigvalsh(spread)[-1], 0.0)))
+    return size, max(size - INTERVAL * sigma, 0.0), size + INTERVAL * most
+
+
+def _on_limb(
+    scene: Scene, photo: int, kind: Deviation, limb: Points3
+) -> Float64[np.ndarray, "q q"]:
+    """From a photo's numbers of a kind to how far it shows the limb's points elsewhere, in root
+    mean square and the scene's unit, once its pose is fitted to them."""
+    view = scene.view(photo)
+    points = limb[view.shows(limb)]
+    numbers = place_of(kind)
+    if len(points) < POSE_SIZE:
+        return np.zeros((numbers.stop - numbers.start,) * 2)
+    points = points[:: 1 + len(points) // _MOST_POINTS]
+    columns = lens_basis(scene.cameras[scene.camera_idx[photo]])[:, numbers]
+    depth = view.camera_from_world.apply(points)[:, 2]
+    at, typical = view.project(points), float(np.median(depth))
+
+    def slope(other: View) -> Float64[np.ndarray, " m"]:
+        return ((other.project(points) - at) * depth[:, None] / view.camera.fx).ravel() / _STEP
+
+    camera = view.camera
+    by_lens = np.column_stack(
+        [
+            slope(
+                View(
+                    view.name,
+                    camera.with_parameters(camera.packed + _STEP * one),
+                    view.camera_from_world,
+                )
+            )
+            for one in columns.T
+        ]
+    )
+    by_pose = np.column_stack(
+        [
+            slope(
+                View(
+                    view.name,
+                    camera,
+                    Rigid.from_rotation_vector(_STEP * one[:3], _STEP * typical * one[3:])
+                    @ view.camera_from_world,
+                )
+            )
+            for one in np.eye(POSE_SIZE)
+        ]
+    )
+    left = by_lens - by_pose @ np.linalg.lstsq(by_pose, by_lens, rcond=1e-9)[0]
+    values, vectors = np.linalg.eigh(left.T @ left / len(points))
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T

@@ -1,0 +1,55 @@
+"""Photo lenses: what lenses of single photos and camera files explain, as facts or not.
+
+In      the scene as it is delivered, cameras, and the board's corners, which tell a millimetre.
+Out     Explanations, the most likely first (`hypotheses.lenses`), in words by `lenses_told`.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from limbgram.findings import Finding, doubt, note
+from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
+from limbgram.reconstruction.hypotheses.lenses import lens_explanations
+from limbgram.reconstruction.mapping.own import largest_px
+from limbgram.reconstruction.mapping.scene import Explanation, Scene
+from limbgram.reconstruction.movement import millimetre
+from limbgram.reconstruction.scale.visibility import aim_of
+from limbgram.reconstruction.targets.board import BoardDetections
+
+
+def explain_lenses(
+    scene: Scene, cameras: Cameras, detections: BoardDetections | None = None
+) -> tuple[Explanation, ...]:
+    """What lenses explain; their effect is taken where the cameras look."""
+    points = scene.points_in_world
+    aim = aim_of(scene.views, points)
+    limb = points[np.linalg.norm(points - aim.point, axis=1) < aim.reach]
+    mm = millimetre(detections, scene)
+    return lens_explanations(scene, cameras.calibrations, limb, mm)
+
+
+def lenses_told(scene: Scene, cameras: Cameras) -> Iterator[Finding]:
+    """Facts among them, in words."""
+    for one in scene.lens_explanations:
+        if not one.told:
+            continue
+        if one.kind == "camera file":
+            camera = scene.camera_idx[one.photos[0]]
+            given_px = cameras.calibrations[camera].camera.fx
+            yield foreign_camera(given_px, (1.0 + one.effect) * given_px, "placed")
+        else:
+            yield own_lens_told(scene, one)
+
+
+def own_lens_told(scene: Scene, one: Explanation) -> Finding:
+    """A kind of deviation in words."""
+    match one.kind:
+        case "principal point":
+            return note("lens.own.principal_point", most_px=largest_px(scene, one.kind))
+        case "focal length":
+            return doubt("lens.own.focal_length", share=one.effect)
+        case "rolling shutter":
+            return note("lens.own.rolling_shutter", most_px=largest_px(scene, one.kind))
+        case _:
+            raise ValueError(f"{one.kind} is no lens of single photos")
