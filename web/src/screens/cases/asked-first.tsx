@@ -15,7 +15,13 @@ export function AskedFirst({ one, acts }: { one: Schemas["Case"]; acts: ActsOfCa
       <Refusal refused={acts.refused.value} />
       {doing.value === "delete" && (
         <Confirm danger title={t("cases.delete.sure", one.id)} yes={t("cases.delete")} onYes={() => void acts.remove()} onNo={close}>
-          <p>{t("cases.delete.goes", held.value.reduce((n, part) => n + part.files, 0), bytes(bytesOf(held.value)))}</p>
+          <p>
+            {t(
+              "cases.delete.goes",
+              held.value.reduce((n, part) => n + part.files, 0),
+              bytes(bytesOf(held.value)),
+            )}
+          </p>
           <ul class="held">
             {held.value.map((part) => (
               <li key={part.what}>

@@ -6,15 +6,7 @@ import { t } from "../../texts";
 
 type Case = Schemas["Case"];
 
-export function CaseFields({
-  note,
-  side,
-  kind,
-}: {
-  note: { value: string };
-  side: { value: Case["side"] | null };
-  kind: { value: Case["kind"] | null };
-}) {
+export function CaseFields({ note, side, kind }: { note: { value: string }; side: { value: Case["side"] | null }; kind: { value: Case["kind"] | null } }) {
   return (
     <div class="case-fields">
       <fieldset>

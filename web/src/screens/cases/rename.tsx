@@ -17,7 +17,16 @@ export function Rename({ one, onKeep, onClose }: { one: Schemas["Case"]; onKeep:
     <div class="confirm" onKeyDown={(event) => event.key === "Escape" && onClose()}>
       <CaseFields note={note} side={side} kind={kind} />
       <div class="acts">
-        <Button go onClick={() => onKeep({ ...(note.value !== before.note && { note: note.value }), ...(side.value !== before.side && { side: side.value }), ...(kind.value !== before.kind && { kind: kind.value }) })}>
+        <Button
+          go
+          onClick={() =>
+            onKeep({
+              ...(note.value !== before.note && { note: note.value }),
+              ...(side.value !== before.side && { side: side.value }),
+              ...(kind.value !== before.kind && { kind: kind.value }),
+            })
+          }
+        >
           {t("save")}
         </Button>
         <Button onClick={onClose}>{t("cancel")}</Button>

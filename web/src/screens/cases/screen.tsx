@@ -42,7 +42,14 @@ export function CasesScreen() {
         <h1>{t("cases")}</h1>
         <div class="filters" role="radiogroup" aria-label={t("cases")}>
           {FILTERS.map((one) => (
-            <button key={one} type="button" role="radio" aria-checked={filter.value === one} class={filter.value === one ? "on" : ""} onClick={() => (filter.value = one)}>
+            <button
+              key={one}
+              type="button"
+              role="radio"
+              aria-checked={filter.value === one}
+              class={filter.value === one ? "on" : ""}
+              onClick={() => (filter.value = one)}
+            >
               {t(`cases.${one}`, members[one].length)}
             </button>
           ))}

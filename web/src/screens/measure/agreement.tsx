@@ -8,7 +8,8 @@ import type { Tape } from "./tape";
 export function Agreement({ measured, tape }: { measured: Measured; tape: Tape }) {
   const { level, here, row, from } = measured;
   const { readings, waits, conflicts } = tape;
-  const title = readings.length === 0 ? t("measure.title") : waits ? tape.comparing : conflicts.length ? t("measure.conflicts", conflicts.length) : t("measure.agrees");
+  const title =
+    readings.length === 0 ? t("measure.title") : waits ? tape.comparing : conflicts.length ? t("measure.conflicts", conflicts.length) : t("measure.agrees");
   return (
     <>
       <div class="row-head">
@@ -20,7 +21,13 @@ export function Agreement({ measured, tape }: { measured: Measured; tape: Tape }
         <Notice
           key={one.height_mm}
           tone="amber"
-          title={t("measure.conflict", one.height_mm.toFixed(0), one.girth_mm.toFixed(1), one.verdict?.measured_mm?.value.toFixed(1) ?? "–", signed(one.verdict?.difference_mm ?? 0))}
+          title={t(
+            "measure.conflict",
+            one.height_mm.toFixed(0),
+            one.girth_mm.toFixed(1),
+            one.verdict?.measured_mm?.value.toFixed(1) ?? "–",
+            signed(one.verdict?.difference_mm ?? 0),
+          )}
           action={<Button onClick={() => (level.value = one.height_mm + from)}>{t("result.show")}</Button>}
         >
           {t("measure.conflict.do", (one.verdict?.within_mm ?? 0).toFixed(1))}

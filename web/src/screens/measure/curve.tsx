@@ -13,7 +13,10 @@ export function Curve({ levels, tape, from }: { levels: readonly Schemas["Level"
     if (!holder.current) return;
     const style = getComputedStyle(holder.current);
     const colour = (name: string) => style.getPropertyValue(name).trim();
-    const all = [...levels.filter((one) => one.tape_mm).map((one) => [one.height_mm, one.tape_mm?.value ?? null, null] as const), ...tape.map((one) => [one.height_mm + from, null, one.girth_mm] as const)].sort((a, b) => a[0] - b[0]);
+    const all = [
+      ...levels.filter((one) => one.tape_mm).map((one) => [one.height_mm, one.tape_mm?.value ?? null, null] as const),
+      ...tape.map((one) => [one.height_mm + from, null, one.girth_mm] as const),
+    ].sort((a, b) => a[0] - b[0]);
     if (!all.length) return;
     const axis = { stroke: colour("--ink-3"), grid: { stroke: colour("--line"), width: 1 }, ticks: { show: false }, font: '11px "Inter Variable", sans-serif' };
     const plot = new uPlot(
@@ -27,7 +30,11 @@ export function Curve({ levels, tape, from }: { levels: readonly Schemas["Level"
           { ...axis, size: 26 },
           { ...axis, size: 40 },
         ],
-        series: [{}, { stroke: colour("--accent"), width: 2, spanGaps: true, points: { show: false } }, { stroke: colour("--amber"), width: 0, points: { show: true, size: 8, fill: colour("--amber") } }],
+        series: [
+          {},
+          { stroke: colour("--accent"), width: 2, spanGaps: true, points: { show: false } },
+          { stroke: colour("--amber"), width: 0, points: { show: true, size: 8, fill: colour("--amber") } },
+        ],
       },
       [all.map((p) => p[0]), all.map((p) => p[1]), all.map((p) => p[2])],
       holder.current,

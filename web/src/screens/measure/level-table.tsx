@@ -46,7 +46,12 @@ export function LevelTable({ measured, tape }: { measured: Measured; tape: Tape 
           {tape.readings
             .filter((one) => !isRow(one.height_mm))
             .map((one) => (
-              <ReadingRow key={one.height_mm} one={one} onLevel={() => (level.value = one.height_mm + from)} onTape={(girth) => tape.keep(one.height_mm, girth)} />
+              <ReadingRow
+                key={one.height_mm}
+                one={one}
+                onLevel={() => (level.value = one.height_mm + from)}
+                onTape={(girth) => tape.keep(one.height_mm, girth)}
+              />
             ))}
           {[...tape.wrong.keys()]
             .filter((height) => !isRow(height))
@@ -73,7 +78,14 @@ interface RowProps<T> {
 
 function LevelRow({ one, on, tape, onLevel, onTape }: RowProps<Schemas["Level"]> & { on: boolean; tape?: Reading }) {
   return (
-    <tr class={`pick ${on ? "on" : ""} ${tape?.verdict?.conflict ? "conflict" : ""}`} tabIndex={0} aria-current={on || undefined} onClick={onLevel} onFocus={onLevel} title={one.reasons?.map(told).join(" ")}>
+    <tr
+      class={`pick ${on ? "on" : ""} ${tape?.verdict?.conflict ? "conflict" : ""}`}
+      tabIndex={0}
+      aria-current={on || undefined}
+      onClick={onLevel}
+      onFocus={onLevel}
+      title={one.reasons?.map(told).join(" ")}
+    >
       <td class="num">{one.from_reference_mm.toFixed(0)}</td>
       <td class="num">{one.tape_mm?.value.toFixed(1) ?? "–"}</td>
       <td class="num soft">{one.tape_mm?.within?.toFixed(1) ?? "–"}</td>
@@ -121,5 +133,9 @@ function NotKept({ tape, height_mm }: { tape: Tape; height_mm: number }) {
 function Difference({ of }: { of?: Reading }) {
   const verdict = of?.verdict;
   const off = verdict?.difference_mm;
-  return <td class={`num ${verdict?.conflict ? "a" : "soft"}`}>{of && !verdict ? "…" : off === null || off === undefined ? (verdict?.reason ? told(verdict.reason) : "") : signed(off)}</td>;
+  return (
+    <td class={`num ${verdict?.conflict ? "a" : "soft"}`}>
+      {of && !verdict ? "…" : off === null || off === undefined ? (verdict?.reason ? told(verdict.reason) : "") : signed(off)}
+    </td>
+  );
 }

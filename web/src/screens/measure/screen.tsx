@@ -72,7 +72,13 @@ export function MeasureScreen({ room }: RoomProps) {
           <MeasureSettings measured={measured} edited={edited} onSheet={() => void tape.act.run(measured.sheet)} />
         </div>
         <div class="next">
-          <Button go big trailing="next" off={!aligned ? t("measure.needs") : tape.waits ? tape.comparing : tape.act.busy.value ? t("loading") : null} onClick={() => void tape.goOn()}>
+          <Button
+            go
+            big
+            trailing="next"
+            off={!aligned ? t("measure.needs") : tape.waits ? tape.comparing : tape.act.busy.value ? t("loading") : null}
+            onClick={() => void tape.goOn()}
+          >
             {tape.conflicts.length ? t("measure.next.anyway") : t("measure.next")}
           </Button>
           {tape.conflicts.length > 0 && <p class="small soft">{t("measure.next.why")}</p>}

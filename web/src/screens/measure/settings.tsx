@@ -10,8 +10,26 @@ export function MeasureSettings({ measured, edited, onSheet }: { measured: Measu
   return (
     <section>
       <div class="row2">
-        <NumberField label={t("measure.spacing")} unit="mm" step={5} decimals={1} min={1} max={200} value={spacing.value} onChange={(value) => (spacing.value = value)} />
-        <NumberField label={t("measure.sock")} unit="mm" step={0.1} decimals={2} min={0} max={20} value={sock.value} onChange={(value) => (sock.value = value)} />
+        <NumberField
+          label={t("measure.spacing")}
+          unit="mm"
+          step={5}
+          decimals={1}
+          min={1}
+          max={200}
+          value={spacing.value}
+          onChange={(value) => (spacing.value = value)}
+        />
+        <NumberField
+          label={t("measure.sock")}
+          unit="mm"
+          step={0.1}
+          decimals={2}
+          min={0}
+          max={20}
+          value={sock.value}
+          onChange={(value) => (sock.value = value)}
+        />
       </div>
       {edited && (
         <div class="setting">
