@@ -62,7 +62,6 @@ from limbgram.reconstruction.features.detection import (
     Keypoints,
     detect,
 )
-from limbgram.reconstruction.mapping.ring import MappingOptions
 from limbgram.reconstruction.mapping.scene import Movement, Scene
 from limbgram.reconstruction.mapping.zoom import zoomed_photos
 from limbgram.reconstruction.matching.matching import (
@@ -90,14 +89,14 @@ from limbgram.reconstruction.photos.quality import (
     remarks,
 )
 from limbgram.reconstruction.pipeline import PipelineOptions, Placing, by_the_limb
-from limbgram.reconstruction.poses import Poses, board_of_object, place_object
+from limbgram.reconstruction.poses import Poses, Unplaced, board_of_object, place_object
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import Board
 from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
-from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
+from limbgram.reconstruction.twoview.verification import verify
 
 _FEWEST_LIMB_POINTS = 50
 _ABOVE_FLOOR_MM = 3.0
@@ -321,10 +320,15 @@ class Coach:
             self._forget_changed(small, still)
             matches, pairs = self._pairs(small, features, cameras, run)
             detections = None if self._board is None else run(find_board, small, self._board)
-            mapping, twoview = MappingOptions(), TwoViewOptions()
-            placed = place_object(
-                small, features, matches, pairs, cameras, detections, run, mapping, twoview
+            unplaced = Unplaced(
+                photos=small,
+                features=features,
+                matches=matches,
+                pairs=pairs,
+                cameras=cameras,
+                detections=detections,
             )
+            placed = place_object(unplaced, run)
         except (CalibrationError, MatchingError, PlacementError) as refusal:
             return _refused(photos, refusal.finding, options)
         if placed.lenses is not None:
