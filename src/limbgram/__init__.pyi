@@ -78,7 +78,12 @@ from .report.accuracy import (
     assess as assess,
 )
 from .synthetic import CaptureOptions as CaptureOptions, make_capture as make_capture
-from .workbench import Landmark as Landmark, Limb as Limb, LimbFrame as LimbFrame
+from .workbench import (
+    AlignedLimb as AlignedLimb,
+    Landmark as Landmark,
+    Limb as Limb,
+    LimbFrame as LimbFrame,
+)
 from .workbench.carving import CarveOptions as CarveOptions
 from .workbench.compare import (
     CompareOptions as CompareOptions,
