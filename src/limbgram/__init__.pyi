@@ -1,11 +1,11 @@
 """The names of the library, each beside the room that it comes from."""
 
-from .capture.coach import (
+from .capture.answer import (
     CaptureCheck as CaptureCheck,
     CheckOptions as CheckOptions,
     Coverage as Coverage,
-    check_capture as check_capture,
 )
+from .capture.coach import check_capture as check_capture
 from .capture.plan import (
     CapturePlan as CapturePlan,
     LimbForm as LimbForm,
