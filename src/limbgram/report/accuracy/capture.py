@@ -14,6 +14,7 @@ from limbgram.findings import told
 from limbgram.reconstruction.mapping.scene import Explanation, Scene
 from limbgram.reconstruction.movement import (
     bending_found,
+    in_told_unit,
     lens_doubt,
     moved_mm,
     moved_photos,
@@ -55,9 +56,10 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
     if movement is None:
         return None
     known = movement.kind != "unknown"
+    as_told, unit = in_told_unit(evidence.metric, evidence.mesh.vertices_mm)
     return MovementFigures(
         kind=movement.kind,
-        sentence=told(movement_found(movement, scene.names, evidence.unit)),
+        sentence=told(movement_found(as_told.movement or movement, scene.names, unit)),
         photos=moved_photos(movement, scene.names),
         alone=movement.alone,
         shift=moved_mm(movement),
@@ -72,11 +74,9 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
         ),
         chance=movement.chance if known or movement.misfit else math.nan,
         bending_sentence=""
-        if scene.bending is None
+        if as_told.bending is None
         else told(
-            bending_found(
-                scene.bending, scene.names, evidence.unit, lens_doubt(scene, evidence.cameras)
-            )
+            bending_found(as_told.bending, scene.names, unit, lens_doubt(scene, evidence.cameras))
         ),
         bending_misfit=scene.bending is not None and scene.bending.misfit,
         bending=moved_mm(scene.bending),
@@ -111,6 +111,7 @@ def _explanation(one: Explanation, names: tuple[str, ...]) -> ExplanationFigures
 def image_figures(evidence: Evidence) -> ImageFigures:
     """What the photos are worth; NaN for the noise where their files are gone."""
     scene, photos = evidence.metric.scene, evidence.photos
+    as_told, unit = in_told_unit(evidence.metric, evidence.mesh.vertices_mm)
     scales = {one.name: one for one in image_scales(photos, evidence.metric)}
     said: dict[str, list[str]] = {}
     for remark in remarks(photos):
@@ -129,7 +130,7 @@ def image_figures(evidence: Evidence) -> ImageFigures:
                 remarks=(
                     *said.get(photo.name, ()),
                     *([told(verdict.remark)] if verdict.remark else []),
-                    *map(told, movement_remark(scene, number, evidence.unit)),
+                    *map(told, movement_remark(as_told, number, unit)),
                 ),
                 zoomed=verdict.remark is not None,
                 points=verdict.points,
