@@ -31,8 +31,8 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from captures import JUDGED, machine, timed
+from limbgram.capture.answer import CaptureCheck
 from limbgram.capture.camera_positions import Stand
-from limbgram.capture.coach import CaptureCheck
 from limbgram.capture.plan import LimbForm, PlannedCamera, Sock, board_edge_px, form_of, shown_by
 from limbgram.capture.prediction import predict
 from limbgram.cases.capture_check import CaptureWatch, check_sources

@@ -25,7 +25,6 @@ from limbgram.formats.reading import read_shape
 from limbgram.report.drawings.shading import Frame, looking_along, shade_all
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.props.limb import TRANSTIBIAL_PLACES
-from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Limb
 from sweep import phone
 
@@ -108,7 +107,7 @@ def _walk(photos: list[Path]) -> Iterator[Image.Image]:
 
 def _sure(limb: Limb) -> Iterator[Image.Image]:
     """The surface in the colours of its sigma."""
-    mesh = in_limb_frame(limb)
+    mesh = limb.aligned().mesh_in_limb
     sigma = np.zeros(len(mesh)) if mesh.sigma_mm is None else mesh.sigma_mm.astype(float)
     words = f"2. The surface in mm, coloured by one standard deviation: 0 to {SIGMA_MM:g} mm"
     yield from _turned(mesh, colormaps["viridis"](np.nan_to_num(sigma / SIGMA_MM, nan=1.0)), words)
@@ -116,7 +115,7 @@ def _sure(limb: Limb) -> Iterator[Image.Image]:
 
 def _rectified(before: Limb, after: Limb) -> Iterator[Image.Image]:
     """What the recipe moved: red built up, blue carved in."""
-    mesh, scan = in_limb_frame(after), in_limb_frame(before)
+    mesh, scan = after.aligned().mesh_in_limb, before.aligned().mesh_in_limb
     nearest = TriangleTree.of(scan.vertices_mm, scan.faces).closest(mesh.vertices_mm).points_mm
     moved = ((mesh.vertices_mm - nearest) * mesh.vertex_normals()).sum(1)
     words = f"3. Rectified by a recipe: built up (red), carved in (blue), up to {MOVED_MM:g} mm"
@@ -125,7 +124,7 @@ def _rectified(before: Limb, after: Limb) -> Iterator[Image.Image]:
 
 def _file(limb: Limb) -> Iterator[Image.Image]:
     """The file as it is read back: an AOP file's sections."""
-    mesh = in_limb_frame(limb)
+    mesh = limb.aligned().mesh_in_limb
     height = mesh.vertices_mm[:, 2]
     rows = np.isclose(np.mod(np.round(height, 3), 12.0), 0.0, atol=0.5)
     paint = np.where(rows[:, None], (0.05, 0.38, 0.46, 1.0), (0.82, 0.80, 0.77, 1.0))

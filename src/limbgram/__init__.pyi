@@ -1,11 +1,11 @@
 """The names of the library, each beside the room that it comes from."""
 
-from .capture.coach import (
+from .capture.answer import (
     CaptureCheck as CaptureCheck,
     CheckOptions as CheckOptions,
     Coverage as Coverage,
-    check_capture as check_capture,
 )
+from .capture.coach import check_capture as check_capture
 from .capture.plan import (
     CapturePlan as CapturePlan,
     LimbForm as LimbForm,
@@ -78,7 +78,12 @@ from .report.accuracy import (
     assess as assess,
 )
 from .synthetic import CaptureOptions as CaptureOptions, make_capture as make_capture
-from .workbench import Landmark as Landmark, Limb as Limb, LimbFrame as LimbFrame
+from .workbench import (
+    AlignedLimb as AlignedLimb,
+    Landmark as Landmark,
+    Limb as Limb,
+    LimbFrame as LimbFrame,
+)
 from .workbench.carving import CarveOptions as CarveOptions
 from .workbench.compare import (
     CompareOptions as CompareOptions,

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from limbgram.capture.coach import CaptureCheck
+from limbgram.capture.answer import CaptureCheck
 from limbgram.cases.capture_check import CaptureWatch, check_sources
 from limbgram.cli.main import app
 from limbgram.core.errors import PhotoError

@@ -11,7 +11,6 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.smoothed_length import smoothed_length
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.frame.alignment import AlignOptions, align
-from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
@@ -43,7 +42,7 @@ def test_every_shape_is_aligned_alike_wherever_it_lies(
     turned = replace(options, anterior=pose.rotation @ front)
     there = align(moved, replace(turned, **{given: pose.rotation @ up}))
     np.testing.assert_allclose(
-        in_limb_frame(there).vertices_mm, in_limb_frame(here).vertices_mm, atol=1e-4
+        there.aligned().mesh_in_limb.vertices_mm, here.aligned().mesh_in_limb.vertices_mm, atol=1e-4
     )
     table = measure_limb(here, LimbMeasureOptions(heights_mm=tuple(np.linspace(2, 240, 240))))
     assert len(table.rows) == 240

@@ -48,7 +48,8 @@ export function App() {
     return () => removeEventListener("keydown", key);
   }, []);
   if (here.at === "phone") return <PhoneScreen key={here.id} id={here.id} />;
-  if (here.at === "case") return <CaseScreen key={here.id} id={here.id} step={here.step} helping={helping.value} onHelp={() => (helping.value = !helping.value)} />;
+  if (here.at === "case")
+    return <CaseScreen key={here.id} id={here.id} step={here.step} helping={helping.value} onHelp={() => (helping.value = !helping.value)} />;
   return (
     <Shell place={here} head={null} helping={helping.value} onHelp={() => (helping.value = !helping.value)}>
       <Around helping={helping.value} topic={here.at} onClose={() => (helping.value = false)}>
@@ -82,7 +83,11 @@ function Around({ children, helping, topic, onClose }: { children: preact.Compon
             </Notice>
           )}
           {forgotten.value.length > 0 && (
-            <Notice tone="red" title={t("acts.forgotten", forgotten.value.length, eachOnce(forgotten.value.map((one) => one.by)))} action={<Button onClick={() => (forgotten.value = [])}>{t("close")}</Button>}>
+            <Notice
+              tone="red"
+              title={t("acts.forgotten", forgotten.value.length, eachOnce(forgotten.value.map((one) => one.by)))}
+              action={<Button onClick={() => (forgotten.value = [])}>{t("close")}</Button>}
+            >
               {t("acts.forgotten.why")} {cases && `${t("cases")}: ${cases}`}
             </Notice>
           )}
@@ -209,4 +214,3 @@ function lineOf({ name, state, count, front }: Schemas["Step"], one: Schemas["Ca
 }
 
 const LINES = { capture: "state.photos", align: "state.places", measure: "state.tapes", rectify: "state.edits", send: "state.files" } as const;
-

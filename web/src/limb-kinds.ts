@@ -17,5 +17,4 @@ export const kindName = (kind: LimbKind["kind"] | null | undefined): string =>
   kind ? (limbKinds.value.find((one) => one.kind === kind)?.words[language.value] ?? kind) : t("kind.none");
 
 /** Whether it is a left or a right one; where nobody said the kind, it may be. */
-export const sided = (kind: LimbKind["kind"] | null | undefined): boolean =>
-  limbKinds.value.find((one) => one.kind === kind)?.sided ?? true;
+export const sided = (kind: LimbKind["kind"] | null | undefined): boolean => limbKinds.value.find((one) => one.kind === kind)?.sided ?? true;

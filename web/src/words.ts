@@ -8,8 +8,6 @@ import { type Language, language } from "./texts";
 
 export type Value = null | boolean | number | string | Finding | readonly Value[];
 
-
-
 export interface Finding {
   readonly code: string;
   readonly gravity: string;
@@ -62,7 +60,7 @@ const valuesOf = (finding: Finding) => finding.values as Readonly<Record<string,
 /** A template with its values put in. */
 export function filled(template: string, values: Readonly<Record<string, Value>>): string {
   let text = "";
-  for (let at = 0; at < template.length; ) {
+  for (let at = 0; at < template.length;) {
     if (template.startsWith("{{", at) || template.startsWith("}}", at)) {
       text += template[at];
       at += 2;
@@ -132,7 +130,8 @@ function numberIn(value: number, how: string): string {
 }
 
 /** One digit at least: what is smaller than the decimals is not told as nothing. */
-const decimalsOf = (value: number, decimals: number): number => (value > 0 && value < 0.5 * 10 ** -decimals ? Math.min(-Math.floor(Math.log10(value)), 9) : decimals);
+const decimalsOf = (value: number, decimals: number): number =>
+  value > 0 && value < 0.5 * 10 ** -decimals ? Math.min(-Math.floor(Math.log10(value)), 9) : decimals;
 
 function spoken(text: string): string {
   return language.value === "en" ? text : text.replace(/[.,]/g, (mark) => (mark === "." ? "," : "."));

@@ -7,7 +7,11 @@ let calls: Call[];
 let answers: ((call: Call) => Promise<Response> | Response)[];
 let kept: Map<string, string>;
 
-const store = () => ({ getItem: (k: string) => kept.get(k) ?? null, setItem: (k: string, v: string) => kept.set(k, v), removeItem: (k: string) => kept.delete(k) });
+const store = () => ({
+  getItem: (k: string) => kept.get(k) ?? null,
+  setItem: (k: string, v: string) => kept.set(k, v),
+  removeItem: (k: string) => kept.delete(k),
+});
 const json = (body: unknown, status = 200) => new Response(JSON.stringify(body), { status, headers: { "Content-Type": "application/json" } });
 const lost = () => Promise.reject(new TypeError("Failed to fetch"));
 
@@ -40,10 +44,18 @@ test("readings that are typed fast are sent one after the other, each as its own
   const { pending, pendingAt, perform } = await page();
   let first: (answer: Response) => void = () => {};
   answers = [() => new Promise<Response>((go) => (first = go)), () => json([])];
-  const done = [perform("K7Q-4F2", "patch", TAPE, read(100, 300)), perform("K7Q-4F2", "patch", TAPE, read(120, 310)), perform("K7Q-4F2", "patch", TAPE, read(100, null))];
+  const done = [
+    perform("K7Q-4F2", "patch", TAPE, read(100, 300)),
+    perform("K7Q-4F2", "patch", TAPE, read(120, 310)),
+    perform("K7Q-4F2", "patch", TAPE, read(100, null)),
+  ];
   await vi.advanceTimersByTimeAsync(2000);
   expect(calls).toHaveLength(1);
-  expect(pendingAt("K7Q-4F2", TAPE).map((one) => one.init.body)).toEqual([{ height_mm: 100, girth_mm: 300 }, { height_mm: 120, girth_mm: 310 }, { height_mm: 100, girth_mm: null }]);
+  expect(pendingAt("K7Q-4F2", TAPE).map((one) => one.init.body)).toEqual([
+    { height_mm: 100, girth_mm: 300 },
+    { height_mm: 120, girth_mm: 310 },
+    { height_mm: 100, girth_mm: null },
+  ]);
   expect(pendingAt("another", TAPE)).toEqual([]);
   first(json([]));
   await Promise.all(done);
@@ -95,7 +107,15 @@ test("an answer of before, given again, is asked for anew", async () => {
 test("a double Enter is one act", async () => {
   const { newActId, perform } = await page();
   const id = newActId();
-  const both = [1, 2].map(() => perform("K7Q-4F2", "post", "/api/v1/cases/{case_id}/recipe/edits", { params: { path: { case_id: "K7Q-4F2" } }, body: { kind: "smoothing", parameters: {}, accept: [], number: null } }, { id }));
+  const both = [1, 2].map(() =>
+    perform(
+      "K7Q-4F2",
+      "post",
+      "/api/v1/cases/{case_id}/recipe/edits",
+      { params: { path: { case_id: "K7Q-4F2" } }, body: { kind: "smoothing", parameters: {}, accept: [], number: null } },
+      { id },
+    ),
+  );
   await Promise.all(both);
   expect(calls.map((one) => one.act)).toEqual([id]);
 });

@@ -11,7 +11,10 @@ test("nothing done leaves the frame", () => {
 });
 
 test("each handle goes the way that its words say", () => {
-  const [front, proximal]: Vec3[] = [[0, 1, 0], [0, 0, 1]];
+  const [front, proximal]: Vec3[] = [
+    [0, 1, 0],
+    [0, 0, 1],
+  ];
   near(apply(turned(IDENTITY, { ...STILL, turn_deg: 90 }), front), [-1, 0, 0]);
   near(apply(turned(IDENTITY, { ...STILL, flex_deg: 90 }), proximal), [0, -1, 0]);
   near(apply(turned(IDENTITY, { ...STILL, lean_deg: 90 }), proximal), [1, 0, 0]);

@@ -10,7 +10,17 @@ beforeEach(() => {
 
 const found = (code: string, values = {}, english = "") => ({ code, gravity: "fault", values, sentence: english });
 const WHY = found("placing.too_few", { placed: 2, count: 9 }, "Only 2 of 9 photos could be joined.");
-const ANSWER = { go: false, headline: found("coach.not_yet", { why: WHY }, "NOT YET: in English"), findings: [WHY], photos: [{ counts: true }, { counts: false }], missing: [], board_photos: 5, coverage: null, notes: [], largest_gap_deg: 30 };
+const ANSWER = {
+  go: false,
+  headline: found("coach.not_yet", { why: WHY }, "NOT YET: in English"),
+  findings: [WHY],
+  photos: [{ counts: true }, { counts: false }],
+  missing: [],
+  board_photos: 5,
+  coverage: null,
+  notes: [],
+  largest_gap_deg: 30,
+};
 
 test("what is missing is told in the language chosen, by its figures", async () => {
   const { coachWords, standWords } = await import("../src/screens/coach-words");
@@ -23,7 +33,11 @@ test("what is missing is told in the language chosen, by its figures", async () 
 
 test("photos that join no other are told as such, with what to do", async () => {
   const { coachWords } = await import("../src/screens/coach-words");
-  const photos = [{ counts: false, placed: false }, { counts: false, placed: false }, { counts: true, placed: true, remarks: [] }];
+  const photos = [
+    { counts: false, placed: false },
+    { counts: false, placed: false },
+    { counts: true, placed: true, remarks: [] },
+  ];
   const said = coachWords({ ...ANSWER, photos } as never);
   expect(said.lead).toBe("Noch nicht: 2 von 3 Fotos hängen mit keinem anderen zusammen.");
   expect(said.why).toMatch(/herumgehen/);

@@ -9,9 +9,23 @@ beforeEach(() => {
   vi.resetModules();
 });
 
-const PUT = { code: "recipe.load_on", gravity: "doubt", values: { place: "tibial crest", why: "bone edge under the skin" }, sentence: "the load is put on the tibial crest: bone edge under the skin" };
-const DEEP = { code: "recipe.deep", gravity: "doubt", values: { depth_mm: 12.5, usual_mm: 10 }, sentence: "the depth is 12.5 mm, and more than 10 mm is unusual" };
-const ASKS = { code: "recipe.edit.asks", gravity: "fault", values: { number: 2, edit: "load: at = [1.0, 2.0, 3.0]", concerns: [PUT, DEEP], words: ["load on tibial crest", "depth to 13 mm"] } };
+const PUT = {
+  code: "recipe.load_on",
+  gravity: "doubt",
+  values: { place: "tibial crest", why: "bone edge under the skin" },
+  sentence: "the load is put on the tibial crest: bone edge under the skin",
+};
+const DEEP = {
+  code: "recipe.deep",
+  gravity: "doubt",
+  values: { depth_mm: 12.5, usual_mm: 10 },
+  sentence: "the depth is 12.5 mm, and more than 10 mm is unusual",
+};
+const ASKS = {
+  code: "recipe.edit.asks",
+  gravity: "fault",
+  values: { number: 2, edit: "load: at = [1.0, 2.0, 3.0]", concerns: [PUT, DEEP], words: ["load on tibial crest", "depth to 13 mm"] },
+};
 
 test("what an edit presses on is said in the language chosen", async () => {
   const { setLanguage } = await import("../src/texts");
@@ -31,10 +45,19 @@ test("what an edit presses on is said in the language chosen", async () => {
 
 test("a refusal for want of a word is told by what it is about; another refusal is not taken for one", async () => {
   const { askedBy } = await import("../src/screens/edit-words");
-  const asked = { what: "The load is put on the tibial crest: bone edge under the skin. The depth is 12.5 mm, and more than 10 mm is unusual.", words: ["load on tibial crest", "depth to 13 mm"] };
+  const asked = {
+    what: "The load is put on the tibial crest: bone edge under the skin. The depth is 12.5 mm, and more than 10 mm is unusual.",
+    words: ["load on tibial crest", "depth to 13 mm"],
+  };
   expect(askedBy(ASKS)).toEqual(asked);
   expect(askedBy({ code: "recipe.not_added", gravity: "fault", values: { reason: { ...ASKS, code: "recipe.asks" } } })).toEqual(asked);
-  expect(askedBy({ code: "recipe.edit.refused", gravity: "fault", values: { number: 2, edit: "load", reason: { code: "edit.unsound", gravity: "fault", values: {} } } })).toBeNull();
+  expect(
+    askedBy({
+      code: "recipe.edit.refused",
+      gravity: "fault",
+      values: { number: 2, edit: "load", reason: { code: "edit.unsound", gravity: "fault", values: {} } },
+    }),
+  ).toBeNull();
   expect(askedBy(null)).toBeNull();
 });
 

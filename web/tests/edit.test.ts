@@ -51,7 +51,12 @@ test("a region fades inwards and leaves alone what lies outside", () => {
 });
 
 test("a drawn line knows its inside, its middle and the distance to it", () => {
-  const square: Vec3[] = [[0, 0, 5], [10, 0, 5], [10, 10, 5], [0, 10, 5]];
+  const square: Vec3[] = [
+    [0, 0, 5],
+    [10, 0, 5],
+    [10, 10, 5],
+    [0, 10, 5],
+  ];
   const made = ring(square);
   expect(made.isInside([5, 5, 5])).toBe(true);
   expect(made.isInside([5, 11, 5])).toBe(false);

@@ -7,7 +7,15 @@ beforeEach(() => {
   vi.stubGlobal("document", { documentElement: { lang: "" } });
 });
 
-const edits = ["sock", "load", "smoothing"].map((kind, i) => ({ number: i + 1, kind, on: true, accept: [], parameters: { depth_mm: i }, telling: ["depth_mm"], text: kind }));
+const edits = ["sock", "load", "smoothing"].map((kind, i) => ({
+  number: i + 1,
+  kind,
+  on: true,
+  accept: [],
+  parameters: { depth_mm: i },
+  telling: ["depth_mm"],
+  text: kind,
+}));
 
 async function after(...acts: readonly (readonly [string, number, object?])[]) {
   const { EDIT, afterActs } = await import("../src/screens/recipe-acts");

@@ -87,6 +87,13 @@ test("an open half tube gives a line and no girth", () => {
 });
 
 test("the hull of a square with points inside is the square", () => {
-  const points: Vec3[] = [[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0], [2, 2, 0], [1, 3, 0]];
+  const points: Vec3[] = [
+    [0, 0, 0],
+    [4, 0, 0],
+    [4, 4, 0],
+    [0, 4, 0],
+    [2, 2, 0],
+    [1, 3, 0],
+  ];
   expect(hull(points)).toHaveLength(4);
 });

@@ -16,12 +16,29 @@ test("a row of the list says what the surface keeps to, and the first doubt", as
   const { inShort } = await import("../src/screens/cases");
   const { words } = await import("../src/words");
   const filled = "{filled_percent:.1f} % of the surface was filled in; no photo measured it.";
-  words.value = { en: { codes: { "verdict.filled": { says: filled }, "verdict.no_size": { says: "No millimetres. {size}" }, "verdict.scale.unknown": { says: "Nothing says how large it is." } }, terms: {} } };
-  const headline = (gravity: string, code: string, values: Record<string, Value>) => ({ code: "verdict.headline", gravity, values: { verdict: { code, gravity, values } } });
+  words.value = {
+    en: {
+      codes: {
+        "verdict.filled": { says: filled },
+        "verdict.no_size": { says: "No millimetres. {size}" },
+        "verdict.scale.unknown": { says: "Nothing says how large it is." },
+      },
+      terms: {},
+    },
+  };
+  const headline = (gravity: string, code: string, values: Record<string, Value>) => ({
+    code: "verdict.headline",
+    gravity,
+    values: { verdict: { code, gravity, values } },
+  });
   const green = headline("note", "verdict.green", { p95_mm: 0.09, limit_mm: 0.6 });
   expect(inShort({ size_checked: false, headline: green })).toBe("Within 0.09\u00a0mm; size not checked");
   expect(inShort({ size_checked: true, headline: green })).toBe("Within 0.09\u00a0mm");
-  const amber = headline("doubt", "verdict.doubtful", { first: { code: "verdict.filled", gravity: "doubt", values: { filled_percent: 10.1 } }, second: null, p95_mm: 0.2 });
+  const amber = headline("doubt", "verdict.doubtful", {
+    first: { code: "verdict.filled", gravity: "doubt", values: { filled_percent: 10.1 } },
+    second: null,
+    p95_mm: 0.2,
+  });
   expect(inShort({ size_checked: true, headline: amber })).toBe("10.1 % of the surface was filled in");
   expect(inShort({ size_checked: false, headline: amber })).toBe("10.1 % of the surface was filled in; size not checked");
   const red = headline("fault", "verdict.no_size", { size: { code: "verdict.scale.unknown", gravity: "fault", values: {} } });
@@ -30,7 +47,17 @@ test("a row of the list says what the surface keeps to, and the first doubt", as
 
 test("what an edit asks for is offered as words where it may be only some, and its range is told", async () => {
   const { choicesOf, rangeOf, valueOf } = await import("../src/screens/other-edit");
-  const field = (own: Partial<Parameter>): Parameter => ({ name: "", expected: "a number", meaning: "", unit: "", needed: false, above: false, choices: [], several: false, ...own });
+  const field = (own: Partial<Parameter>): Parameter => ({
+    name: "",
+    expected: "a number",
+    meaning: "",
+    unit: "",
+    needed: false,
+    above: false,
+    choices: [],
+    several: false,
+    ...own,
+  });
   expect(choicesOf(field({ expected: "one of girth, volume", choices: ["girth", "volume"] }))).toEqual(["girth", "volume"]);
   expect(choicesOf(field({ expected: "true or false" }))).toEqual(["true", "false"]);
   expect(choicesOf(field({ expected: "a number" }))).toEqual([]);
@@ -49,7 +76,17 @@ test("an edit that nobody here knows is called as the server says, in the langua
   const one = { number: 1, kind: "twist", on: true, accept: [], parameters: { by_deg: 3, about: "ankle" }, telling: ["by_deg", "about"], text: "" };
   expect(wordsOf(one)).toMatchObject({ title: "twist", where: "by_deg 3; about ankle" });
   const words = (name: string, by: string, ankle: string) => ({ name, group: "", does: "", labels: { by_deg: by, about: "" }, help: {}, choices: { ankle } });
-  kinds.value = [{ kind: "twist", group: "ends", everyday: true, does: "", parameters: [], rarely: [], words: { en: words("Twist", "By", "the ankle"), de: words("Verdrehen", "Um", "das Sprunggelenk") } }];
+  kinds.value = [
+    {
+      kind: "twist",
+      group: "ends",
+      everyday: true,
+      does: "",
+      parameters: [],
+      rarely: [],
+      words: { en: words("Twist", "By", "the ankle"), de: words("Verdrehen", "Um", "das Sprunggelenk") },
+    },
+  ];
   expect(wordsOf(one)).toMatchObject({ title: "Twist", where: "By 3;  the ankle" });
   setLanguage("de");
   expect(wordsOf(one)).toMatchObject({ title: "Verdrehen", where: "Um 3;  das Sprunggelenk" });

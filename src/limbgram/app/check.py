@@ -12,7 +12,7 @@ from limbgram.app.known_lengths import BoardSpec
 from limbgram.app.live_checks import Asked
 from limbgram.app.replies import FindingReply
 from limbgram.app.state import AppStateHere, CaseHere
-from limbgram.capture.coach import CaptureCheck
+from limbgram.capture.answer import CaptureCheck
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.findings import Finding
 from limbgram.formats.camera import read_camera

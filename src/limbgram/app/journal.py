@@ -19,8 +19,7 @@ import os
 import secrets
 import sys
 import threading
-from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -29,6 +28,7 @@ from typing import Any
 from limbgram.app.users import made_private
 from limbgram.cases.case_record import read_kept, write_json
 from limbgram.core.errors import CaseError, OptionsError, disk_finding, in_words
+from limbgram.core.files import held_alone
 from limbgram.core.typed import Mismatch, tree_of, value_of
 
 _LONGEST_LINE = 4096
@@ -108,7 +108,7 @@ class Journal:
         """
         try:
             made_private(self.folder)
-            with self._here, _alone(self.folder / ".log.lock"):
+            with self._here, held_alone(self.folder / ".log.lock", wait=True):
                 self._put(self._anchor())
         except (OSError, RuntimeError) as error:  # RuntimeError: the account has no folder
             why = disk_finding(error) if isinstance(error, OSError) else in_words(f"{error}.")
@@ -133,7 +133,7 @@ class Journal:
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         line = Act(at=now, who=who, address=address, act=act, case=case, status=status)
         made_private(self.folder)
-        with self._here, _alone(self.folder / ".log.lock"):
+        with self._here, held_alone(self.folder / ".log.lock", wait=True):
             flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
             file = os.open(self.file, flags, 0o600)
             try:
@@ -227,24 +227,3 @@ def _seal_of(content: bytes) -> str:
         return str(json.loads(content)["seal"])
     except (ValueError, KeyError, TypeError):  # cut off by a loss of power: the chain goes on
         return hashlib.sha256(content.rstrip(b"\n")).hexdigest()[:32]
-
-
-@contextmanager
-def _alone(place: Path) -> Generator[None]:
-    """One program writes at a time: the app, and the command line beside it."""
-    with place.open("a+b") as lock:
-        if sys.platform == "win32":
-            import msvcrt
-
-            lock.seek(0)
-            msvcrt.locking(lock.fileno(), msvcrt.LK_LOCK, 1)
-            try:
-                yield
-            finally:
-                lock.seek(0)
-                msvcrt.locking(lock.fileno(), msvcrt.LK_UNLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            yield

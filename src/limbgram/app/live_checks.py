@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from limbgram.capture.coach import CaptureCheck
+from limbgram.capture.answer import CaptureCheck
 from limbgram.cases.capture_check import CaptureWatch, check_sources
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import Cancelled, LimbgramError, disk_finding

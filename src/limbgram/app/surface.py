@@ -14,7 +14,6 @@ from limbgram.cases.photo_evidence import PointPhoto, point_evidence
 from limbgram.cases.workspace import Workspace
 from limbgram.core.mesh.sections import cut
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
-from limbgram.workbench.frame.landmarks import frame_of
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.file import encode_recipe
 from limbgram.workbench.recipe.recipe import Recipe, beginning
@@ -162,7 +161,7 @@ def read_section(
     if limb.frame is None:
         sections = cut(limb.mesh, [height_mm])
     else:
-        motion = frame_of(limb).limb_from_mesh
+        motion = limb.frame.limb_from_mesh
         along = motion.rotation[2]
         sections = cut(limb.mesh, [height_mm - float(motion.translation[2])], along)
     rings = [

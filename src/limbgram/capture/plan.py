@@ -18,8 +18,9 @@ from enum import Enum
 
 import numpy as np
 
+from limbgram.capture.answer import Coverage
 from limbgram.capture.camera_positions import Stand, height_of
-from limbgram.capture.coach import Coverage, coverage_of
+from limbgram.capture.coverage import coverage_of
 from limbgram.capture.prediction import FINE_POWER, Prediction, Showing, cosines_of, predict
 from limbgram.capture.proxy import LimbProxy, tube
 from limbgram.core.errors import OptionsError, PlanError

@@ -14,7 +14,8 @@ from typing import Self
 import cv2
 import numpy as np
 
-from limbgram.capture.coach import DEFAULTS, CaptureCheck, CheckOptions, Coach, check_capture
+from limbgram.capture.answer import DEFAULTS, CaptureCheck, CheckOptions
+from limbgram.capture.coach import Coach, check_capture
 from limbgram.cases.video_frames import take_frames
 from limbgram.core.errors import PhotoError
 from limbgram.core.run import Run, in_parallel

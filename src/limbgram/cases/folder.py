@@ -18,14 +18,14 @@ import re
 import shutil
 import sys
 from collections.abc import Generator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Literal
+from typing import Literal
 
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.core.errors import AS_IS, CaseError, PhotoError, disk_finding, is_full
-from limbgram.core.files import written_whole
+from limbgram.core.files import held_alone, written_whole
 from limbgram.findings import Finding
 from limbgram.reconstruction.photos.masks import (
     MASKS_FOLDER,
@@ -289,30 +289,15 @@ def locked(case: CaseFolder) -> Generator[None]:
     Raises:
         CaseError: another run holds it, or the folder cannot be made.
     """
-    try:
-        case.root.mkdir(parents=True, exist_ok=True)
-        file = (case.root / ".lock").open("a+")
-    except OSError as error:
-        raise cannot_be_made(case, error) from error
-    with file:
-        if not _try_lock(file):
+    with ExitStack() as held:
+        try:
+            case.root.mkdir(parents=True, exist_ok=True)
+            ours = held.enter_context(held_alone(case.root / ".lock", wait=False))
+        except OSError as error:
+            raise cannot_be_made(case, error) from error
+        if not ours:
             raise CaseError("case.locked", case=str(case.root))
         yield
-
-
-def _try_lock(file: IO[str]) -> bool:
-    try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
 
 
 def cannot_be_made(case: CaseFolder, error: OSError) -> CaseError:

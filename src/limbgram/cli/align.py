@@ -20,8 +20,8 @@ from limbgram.services.align import AlignRequest, Axes, align
 from limbgram.workbench.anatomy.kind import Place
 from limbgram.workbench.anatomy.names import LANGUAGES, NAMES_IN
 from limbgram.workbench.bodies import outside_of
-from limbgram.workbench.frame.landmarks import NAMES, frame_of, with_landmarks
-from limbgram.workbench.limb import KindName, Limb, Side
+from limbgram.workbench.frame.landmarks import NAMES, with_landmarks
+from limbgram.workbench.limb import AlignedLimb, KindName, Side
 
 
 @answered
@@ -64,17 +64,16 @@ def align_command(
     return _kept(align(limb, AlignRequest.of(axes, side, kind), read.declared), shape, read)
 
 
-def _kept(limb: Limb, shape: Path, read: ShapeFile) -> Reply:
+def _kept(limb: AlignedLimb, shape: Path, read: ShapeFile) -> Reply:
     """Write the limb file, and say where the limb lies now."""
     written = write_limb_file(limb, shape, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
-    frame = frame_of(limb)
-    motion = frame.limb_from_mesh
+    motion = limb.limb_from_mesh
     limb = outside_of(limb)
     size = np.ptp(motion.apply(limb.mesh.vertices_mm), axis=0)
     places = {mark.name: motion.apply(mark.position_mm[None])[0] for mark in limb.landmarks}
     lines = [
         *(f"Note: {with_full_stop(told(one))}" for one in limb.notes),
-        f"Side: {frame.side}. {size[2]:.1f} mm along the axis, {size[0]:.1f} mm from side to "
+        f"Side: {limb.side}. {size[2]:.1f} mm along the axis, {size[0]:.1f} mm from side to "
         f"side, {size[1]:.1f} mm from front to back.",
         *(
             f"  {name:<28} right {x:7.1f}   anterior {y:7.1f}   proximal {z:7.1f} mm"
@@ -83,7 +82,7 @@ def _kept(limb: Limb, shape: Path, read: ShapeFile) -> Reply:
         f"Written: {written}",
     ]
     content: dict[str, Any] = {
-        "side": frame.side,
+        "side": limb.side,
         "limb_from_mesh": {
             "rotation": motion.rotation.tolist(),
             "translation_mm": motion.translation.tolist(),

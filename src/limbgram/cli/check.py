@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from limbgram.capture.coach import CaptureCheck
+from limbgram.capture.answer import CaptureCheck
 from limbgram.cases.capture_check import CaptureWatch, CheckRequest, check_sources, stamps_of
 from limbgram.cli.progress import Display, display
 from limbgram.cli.reconstruct import NoBoard, board_word

@@ -158,6 +158,40 @@ def written_whole(path: Path, check: Callable[[Path], None] | None = None) -> Ge
     _sync_entry(path.parent)
 
 
+@contextmanager
+def held_alone(place: Path, *, wait: bool) -> Generator[bool]:
+    """Hold a file for this process alone; the system lets it go even if the process dies.
+
+    Yields:
+        Whether it is held; where `wait`, it always is, once whoever holds it lets it go.
+
+    Raises:
+        OSError: the file cannot be made.
+    """
+    with place.open("a+b") as file:
+        try:
+            _hold(file, wait=wait)
+        except OSError:
+            if wait:
+                raise
+            yield False
+            return
+        yield True
+
+
+def _hold(file: BinaryIO, *, wait: bool) -> None:
+    """Until it is closed."""
+    if sys.platform == "win32":
+        import msvcrt
+
+        file.seek(0)
+        msvcrt.locking(file.fileno(), msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK, 1)
+    else:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
 def require(holds: bool, found: Finding) -> None:
     """Refuse a file that did not read back as it was written."""
     if not holds:

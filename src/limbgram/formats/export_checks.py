@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from limbgram.core.errors import CarveError, FoldedShapeError, OptionsError
-from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.folds import ANY_SHAPE, Folds, find_branching, find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
@@ -17,10 +16,10 @@ from limbgram.findings import note
 from limbgram.formats.units import LIKELY_MM
 from limbgram.workbench.bodies import left_out, without_loose
 from limbgram.workbench.frame.alignment import AlignOptions, require_landmarks_agree
-from limbgram.workbench.limb import Limb, LimbFrame, Side
+from limbgram.workbench.limb import AlignedLimb, AnyLimb, Limb, Side
 
 
-def admit(limb: Limb, side: Side | None) -> Limb:
+def admit(limb: Limb, side: Side | None) -> AlignedLimb:
     """The limb in its own frame, once alignment, side and size are sure.
 
     Args:
@@ -28,17 +27,16 @@ def admit(limb: Limb, side: Side | None) -> Limb:
 
     Raises:
         OptionsError: nobody confirmed the side.
-        CarveError: not aligned, another side than it was aligned for, turned inside out, or of
-            a size that no limb has.
-        MeasureError: its landmarks contradict the side or the front.
+        CarveError: another side than it was aligned for, turned inside out, or of a size that no
+            limb has.
+        MeasureError: not aligned, or its landmarks contradict the side or the front.
     """
-    if limb.frame is None:
-        raise CarveError("export.gate.not_aligned")
+    limb = limb.aligned()
     if side is None:
-        raise OptionsError("export.gate.side_unconfirmed", side=limb.frame.side)
-    if side != limb.frame.side:
-        raise CarveError("export.gate.side_contradicted", said=side, side=limb.frame.side)
-    aligned = sure_in_limb_frame(limb)
+        raise OptionsError("export.gate.side_unconfirmed", side=limb.side)
+    if side != limb.side:
+        raise CarveError("export.gate.side_contradicted", said=side, side=limb.side)
+    aligned = sure_in_limb_frame(limb).aligned()
     if volume_mm3(aligned.mesh) <= 0:
         raise CarveError("export.gate.inside_out")
     extent_mm = float(np.ptp(aligned.mesh.vertices_mm, axis=0).max())
@@ -57,12 +55,12 @@ def sure_in_limb_frame(limb: Limb) -> Limb:
         FoldedShapeError: its surface branches, or folds where that cannot be laid back.
     """
     if limb.frame is not None:
-        options = AlignOptions(side=limb.frame.side)
+        options = AlignOptions(side=limb.side)
         require_landmarks_agree(limb, limb.frame.limb_from_mesh, options)
     return without_folds(in_limb_frame(limb))
 
 
-def without_folds(limb: Limb) -> Limb:
+def without_folds(limb: AnyLimb) -> AnyLimb:
     """The limb with what its surface folds laid back, and a note of it; as it is if nothing folds.
 
     Loose bodies, which no file holds, are not looked at: where the limb folds they go here.
@@ -108,19 +106,4 @@ def _folded(mesh: Mesh, folds: Folds) -> FoldedShapeError:
 
 def in_limb_frame(limb: Limb) -> Limb:
     """The limb with its mesh and landmarks in the limb frame; as it is if it has none."""
-    if limb.frame is None:
-        return limb
-    motion = limb.frame.limb_from_mesh
-    return replace(
-        limb,
-        mesh=limb.mesh.with_vertices(motion.apply(limb.mesh.vertices_mm)),
-        landmarks=tuple(
-            replace(mark, position_mm=motion.apply(mark.position_mm[None])[0])
-            for mark in limb.landmarks
-        ),
-        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side=limb.frame.side),
-        origins=tuple(
-            replace(origin, mesh_from_origin=motion @ origin.mesh_from_origin)
-            for origin in limb.origins
-        ),
-    )
+    return limb if limb.frame is None else limb.aligned().in_limb_frame()

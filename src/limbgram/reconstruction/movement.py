@@ -26,7 +26,7 @@ import numpy as np
 from jaxtyping import Int8
 
 from limbgram.core.errors import PlacementError, RegionError
-from limbgram.core.geometry.arrays import AnyPoints3, Points2
+from limbgram.core.geometry.arrays import AnyPoints3, Points2, Points3
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
@@ -43,6 +43,7 @@ from limbgram.reconstruction.mapping.tracks import with_tracks
 from limbgram.reconstruction.mapping.verdicts import agreed_by
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet, first_of
+from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 
@@ -522,6 +523,28 @@ def moved_mm(movement: Movement | None) -> float:
     # a case of an older version; a drift is counted from its middle, and so half of it either side
     ends = movement.shift[np.isfinite(movement.shift)][[0, -1]]
     return float(ends.sum() if movement.kind == "drift" else np.nanmax(movement.shift))
+
+
+def in_told_unit(metric: MetricScene, limb: Points3) -> tuple[Scene, str]:
+    """The scene with its movements as they are told, and their unit.
+
+    That is mm; where nothing gives a size, shares of the limb's length.
+
+    Args:
+        limb: Points of it, in the world.
+    """
+    scene = metric.scene
+    if metric.scale.unit == "mm":
+        return scene, "mm"
+    middle = limb - limb.mean(axis=0)
+    axis = np.linalg.svd(middle, full_matrices=False)[2][0]
+    in_length = 100.0 / float(np.ptp(middle @ axis))
+
+    def shares(movement: Movement | None) -> Movement | None:
+        return None if movement is None else movement.scaled(in_length)
+
+    told = replace(scene, movement=shares(scene.movement), bending=shares(scene.bending))
+    return told, "% of the limb's length"
 
 
 def why_unknown(movement: Movement, unit: str) -> Finding | None:

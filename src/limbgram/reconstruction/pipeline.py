@@ -68,8 +68,10 @@ from limbgram.reconstruction.photos.lenses import copies_of
 from limbgram.reconstruction.photos.photo import PhotoSet, naming_left_out
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 from limbgram.reconstruction.poses import (
+    PlacingOptions,
     Poses,
     PosesOptions,
+    Unplaced,
     above_floors,
     board_of_object,
     may_be_turned_over,
@@ -563,10 +565,16 @@ def _by_full_size(
     features = still.moving(features)
     matches = run(match, photos, features, options.matching)
     pairs = run(verify, photos, matches, cameras, options.twoview)
-    mapping, twoview = options.mapping, options.twoview
-    placed = place_object(
-        photos, features, matches, pairs, cameras, found, run, mapping, twoview, options.poses
+    unplaced = Unplaced(
+        photos=photos,
+        features=features,
+        matches=matches,
+        pairs=pairs,
+        cameras=cameras,
+        detections=found,
     )
+    by = PlacingOptions(mapping=options.mapping, twoview=options.twoview, poses=options.poses)
+    placed = place_object(unplaced, run, by)
     placing = Placing(features, placed.matches, placed.pairs, placed.scene, still, placed.poses)
     return replace(placing, lenses=placed.lenses)
 

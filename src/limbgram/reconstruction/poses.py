@@ -195,42 +195,63 @@ class Placed:
     """Where the photos themselves told of other lenses than their files."""
 
 
-def place_object(
-    photos: PhotoSet,
-    features: Features,
-    matches: Matches,
-    pairs: Pairs,
-    cameras: Cameras,
-    detections: BoardDetections | None,
-    run: Run,
-    mapping: MappingOptions,
-    twoview: TwoViewOptions,
-    options: PosesOptions = DEFAULTS,
-) -> Placed:
+@dataclass(frozen=True, kw_only=True)
+class Unplaced:
+    """Photos and what was found in them, before any has a place."""
+
+    photos: PhotoSet
+    features: Features
+    matches: Matches
+    pairs: Pairs
+    cameras: Cameras
+    detections: BoardDetections | None
+
+    def by(self, lenses: ByLens) -> "Unplaced":
+        """The same photos with other lenses."""
+        return replace(self, photos=lenses.photos, cameras=lenses.cameras)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlacingOptions:
+    """How photos are joined and placed."""
+
+    mapping: MappingOptions = field(default_factory=MappingOptions)
+    twoview: TwoViewOptions = field(default_factory=TwoViewOptions)
+    poses: PosesOptions = DEFAULTS
+
+
+PLACING = PlacingOptions()
+
+
+def place_object(found: Unplaced, run: Run, options: PlacingOptions = PLACING) -> Placed:
     """Place photos, with other lenses than files tell where the photos themselves tell so.
 
     Raises:
         PlacementError: see `_placed`.
     """
-    rest = (detections, run, mapping, twoview, options)
+    photos, cameras = found.photos, found.cameras
 
     def with_lenses(lenses: ByLens) -> Placed:
-        placed = _placed(lenses.photos, features, matches, pairs, lenses.cameras, *rest)
-        return replace(placed, lenses=lenses)
+        return replace(_placed(found.by(lenses), run, options), lenses=lenses)
+
+    def by_photos() -> ByLens | None:
+        return run(by_lens, photos, found.features, found.pairs, cameras, options.mapping)
 
     told = lens_is_told(photos, cameras)
     if copies_of(photos):
-        return with_lenses(run(by_cut, photos, features, pairs, cameras, mapping))
+        return with_lenses(
+            run(by_cut, photos, found.features, found.pairs, cameras, options.mapping)
+        )
     try:
-        placed = _placed(photos, features, matches, pairs, cameras, *rest)
+        placed = _placed(found, run, options)
     except PlacementError:
-        lenses = None if told else run(by_lens, photos, features, pairs, cameras, mapping)
+        lenses = None if told else by_photos()
         if lenses is None:
             raise
         return with_lenses(lenses)
     if told or len(placed.scene.placed) == len(placed.scene.names):
         return placed
-    lenses = run(by_lens, photos, features, pairs, cameras, mapping)
+    lenses = by_photos()
     if lenses is None:
         return placed
     try:
@@ -240,67 +261,47 @@ def place_object(
     return again if len(again.scene.placed) > len(placed.scene.placed) else placed
 
 
-def _placed(
-    photos: PhotoSet,
-    features: Features,
-    matches: Matches,
-    pairs: Pairs,
-    cameras: Cameras,
-    detections: BoardDetections | None,
-    run: Run,
-    mapping: MappingOptions,
-    twoview: TwoViewOptions,
-    options: PosesOptions,
-) -> Placed:
+def _placed(found: Unplaced, run: Run, options: PlacingOptions) -> Placed:
     """Place photos, and where the object was turned over between them join the sides by it alone.
 
     Raises:
         PlacementError: too few photos hang together, the object does not join its two sides, or the
             photos show two limbs.
     """
+    photos, features, pairs, cameras = found.photos, found.features, found.pairs, found.cameras
+    seen = (photos, features, pairs, cameras, found.detections)
     try:
-        scene = run(place, photos, features, pairs, cameras, mapping)
+        scene = run(place, photos, features, pairs, cameras, options.mapping)
     except PlacementError:
-        poses = run(find_poses, photos, features, pairs, cameras, detections, None, options)
+        poses = run(find_poses, *seen, None, options.poses)
         if not poses.sides:
             raise
     else:
         poses = Poses()
-        if may_be_turned_over(scene, detections):
-            poses = run(find_poses, photos, features, pairs, cameras, detections, scene, options)
+        if may_be_turned_over(scene, found.detections):
+            poses = run(find_poses, *seen, scene, options.poses)
         if not poses.sides:
-            groups = run(limb_groups, photos, features, matches, scene, cameras)
+            groups = run(limb_groups, photos, features, found.matches, scene, cameras)
             if not groups.photos:
-                return Placed(matches, pairs, scene, poses)
-            given = (photos, features, pairs, cameras, detections, groups, options)
+                return Placed(found.matches, pairs, scene, poses)
             try:
-                poses = run(poses_of_groups, *given)
-                return _joined_by_object(
-                    photos, features, matches, cameras, poses, run, mapping, twoview
-                )
+                poses = run(poses_of_groups, *seen, groups, options.poses)
+                return _joined_by_object(found, poses, run, options)
             except PlacementError as apart:
                 raise _two_limbs(groups, photos) from apart
-    return _joined_by_object(photos, features, matches, cameras, poses, run, mapping, twoview)
+    return _joined_by_object(found, poses, run, options)
 
 
-def _joined_by_object(
-    photos: PhotoSet,
-    features: Features,
-    matches: Matches,
-    cameras: Cameras,
-    poses: Poses,
-    run: Run,
-    mapping: MappingOptions,
-    twoview: TwoViewOptions,
-) -> Placed:
+def _joined_by_object(found: Unplaced, poses: Poses, run: Run, options: PlacingOptions) -> Placed:
     """The photos of both sides placed by what lies on the object.
 
     Raises:
         PlacementError: it does not join them firmly.
     """
-    matches = poses.matches_on_object(features, matches)
-    pairs = run(verify, photos, matches, cameras, twoview)
-    scene = run(place, photos, features, pairs, cameras, mapping)
+    photos, features, cameras = found.photos, found.features, found.cameras
+    matches = poses.matches_on_object(features, found.matches)
+    pairs = run(verify, photos, matches, cameras, options.twoview)
+    scene = run(place, photos, features, pairs, cameras, options.mapping)
     refuse_apart(poses, scene)
     return Placed(matches, pairs, scene, poses)
 

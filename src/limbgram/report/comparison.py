@@ -20,7 +20,7 @@ from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.smoothed_length import STEPS_PER_MM, smoothed
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.sections import Z_AXIS, Section, cut
+from limbgram.core.mesh.sections import Z_AXIS, Section, cut, level_segments
 from limbgram.report.alignment import Truth, by_cameras, by_surface, measured_samples, signed_mm
 
 _SECTIONS = 40
@@ -112,60 +112,20 @@ def area_mm2(segments: Float64[np.ndarray, "n 2 2"]) -> float:
     return float((ax * by - bx * ay).sum() / 2)
 
 
-def section(mesh: Mesh, height_mm: float) -> Float64[np.ndarray, "n 2 2"]:
-    """The mesh cut at a height: segments with the inside to their left, seen from above."""
-    return Slices.of(mesh).at(height_mm)
-
-
-@dataclass(frozen=True)
-class Slices:
-    """A mesh made ready to be cut at many heights."""
-
-    mesh: Mesh
-    low_mm: Float64[np.ndarray, " f"]
-    high_mm: Float64[np.ndarray, " f"]
-
-    @classmethod
-    def of(cls, mesh: Mesh) -> "Slices":
-        heights = mesh.vertices_mm[:, 2]
-        corners = [heights[mesh.faces[:, k]] for k in range(3)]
-        return cls(mesh, np.minimum.reduce(corners), np.maximum.reduce(corners))
-
-    def at(self, height_mm: float) -> Float64[np.ndarray, "n 2 2"]:
-        """Segments of the cut."""
-        cut = (self.low_mm <= height_mm) & (self.high_mm > height_mm)
-        corners = self.mesh.vertices_mm[self.mesh.faces[cut]]
-        heights = corners[:, :, 2] - height_mm
-        above = heights > 0
-        lone = np.argmax(above == (above.sum(1) == 1)[:, None], axis=1)
-        rows = np.arange(len(lone))
-        ends: list[np.ndarray] = []
-        for side in (1, 2):
-            other = (lone + side) % 3
-            share = heights[rows, lone] / (heights[rows, lone] - heights[rows, other])
-            from_mm, to_mm = corners[rows, lone], corners[rows, other]
-            ends.append((from_mm + share[:, None] * (to_mm - from_mm))[:, :2])
-        segments = np.stack(ends, axis=1)
-        down = ~above[rows, lone]
-        segments[down] = segments[down, ::-1]
-        return segments
-
-
 def sections(placed: Mesh, truth: Truth) -> tuple[tuple[Girth, ...], float]:
     """Girths at a few heights, and the error of the volume between the outer ones, a fraction."""
     both = placed, Mesh(vertices_mm=truth.vertices_mm, faces=truth.faces)
     seen_mm = truth.vertices_mm[truth.seen, 2]
     low, high = np.quantile(seen_mm, 0.02), np.quantile(seen_mm, 0.98)
     heights = (low + (high - low) * np.array(_GIRTHS)).tolist()
-    cuts = [cut(mesh, heights) for mesh in both]
+    pieces = [cut(mesh, heights) for mesh in both]
     girths = tuple(
-        _girth(height, *([one for one in pieces if one.offset_mm == height] for pieces in cuts))
+        _girth(height, *([one for one in own if one.offset_mm == height] for own in pieces))
         for height in heights
     )
     ends = np.quantile(seen_mm, 0.1), np.quantile(seen_mm, 0.9)
-    slices = [Slices.of(mesh) for mesh in both]
-    between = np.linspace(ends[0], ends[1], _SECTIONS)
-    volumes = [sum(area_mm2(one.at(height)) for height in between) for one in slices]
+    cuts = (level_segments(one, np.linspace(ends[0], ends[1], _SECTIONS)) for one in both)
+    volumes = [sum(area_mm2(one.at(k)) for k in range(_SECTIONS)) for one in cuts]
     return girths, float(volumes[0] / volumes[1] - 1)
 
 

@@ -20,7 +20,7 @@ from limbgram.findings import Finding, told
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.calibration.cameras import LensSource
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
-from limbgram.reconstruction.movement import movement_remark
+from limbgram.reconstruction.movement import in_told_unit, movement_remark
 from limbgram.reconstruction.photos.lenses import lens_notes
 from limbgram.reconstruction.photos.masks import mask_notes
 from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
@@ -443,7 +443,7 @@ def _scale(scale: Scale) -> ScaleSummary:
 
 def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
     remarked = _remarks(done.photos)
-    unit = "mm" if done.metric.scale.unit == "mm" else "scene units"
+    as_told, unit = in_told_unit(done.metric, done.mesh.vertices_mm)
     return tuple(
         PhotoSummary(
             name=photo.name,
@@ -454,7 +454,7 @@ def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
             remarks=(
                 *remarked.get(photo.name, ()),
                 *([told(verdict.remark)] if verdict.remark else []),
-                *map(told, movement_remark(done.metric.scene, number, unit)),
+                *map(told, movement_remark(as_told, number, unit)),
             ),
             features=len(keypoints),
             edge_width_px=photo.sharpness,

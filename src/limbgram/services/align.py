@@ -15,7 +15,7 @@ from limbgram.core.request_fields import Flag, Within
 from limbgram.services.parse_text import AXIS, DIRECTION, PAIR, Direction, Pair
 from limbgram.workbench.frame.alignment import AlignOptions
 from limbgram.workbench.frame.alignment import align as with_frame
-from limbgram.workbench.limb import KindName, Limb, LimbFrame, Side
+from limbgram.workbench.limb import AlignedLimb, KindName, Limb, LimbFrame, Side
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +64,7 @@ class AlignRequest(Axes):
         )
 
 
-def align(limb: Limb, ask: AlignRequest, declared: LimbFrame | None = None) -> Limb:
+def align(limb: Limb, ask: AlignRequest, declared: LimbFrame | None = None) -> AlignedLimb:
     """Give a shape its axes.
 
     Args:

@@ -36,7 +36,7 @@ from limbgram.formats.reading import ShapeFile
 from limbgram.formats.table import FORMATS, format_of
 from limbgram.workbench.bodies import Apart, Outside, kept, left_out, without_loose
 from limbgram.workbench.carving.setup import FAST
-from limbgram.workbench.limb import Landmark, Limb, Side
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, Side
 
 _IN_LIMB = "in_limb_mm"
 
@@ -232,7 +232,7 @@ class Exported:
 
     @property
     def side(self) -> Side:
-        return "none" if self.limb.frame is None else self.limb.frame.side
+        return self.limb.side
 
 
 def file_name(stem: str, kind: str, side: Side, digits: str = "") -> str:
@@ -305,7 +305,7 @@ def _own_grid(read: ShapeFile) -> Own | None:
     return Own(grid=read.grid, limb_from_file=own) if same else None
 
 
-def _aop(limb: Limb, path: Path, options: AopOptions) -> Exported:
+def _aop(limb: AlignedLimb, path: Path, options: AopOptions) -> Exported:
     report = write_aop(limb, path, options)
     mapped, worst = report.mapped, report.worst_girth
     said = (
@@ -430,7 +430,7 @@ def _require_apart(ask: Gcode, path: Path) -> None:
             raise OptionsError("exported.gcode.one_name", name=path.name)
 
 
-def _gcode(limb: Limb, path: Path, ask: Gcode, machine: Machine) -> Exported:
+def _gcode(limb: AlignedLimb, path: Path, ask: Gcode, machine: Machine) -> Exported:
     options, control = replace(machine.carving, to_mm=ask.to_mm), machine.control
     report = write_gcode(limb, path, options, control)
     kept_as = None if ask.write_machine is None else write_machine(machine, ask.write_machine)
@@ -468,7 +468,7 @@ def _gcode(limb: Limb, path: Path, ask: Gcode, machine: Machine) -> Exported:
         *(() if kept_as is None else (note("exported.gcode.machine", path=str(kept_as)),)),
     )
     figures = {
-        "side": "none" if limb.frame is None else limb.frame.side,
+        "side": limb.side,
         "dialect": control.dialect,
         "winding": control.winding,
         "rotary_deg": list(report.rotary_deg),

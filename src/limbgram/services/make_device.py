@@ -127,7 +127,7 @@ def figures_of(made: Made, limb: Limb) -> dict[str, Any]:
     return {
         "device": preview.device.name,
         "made": preview.made,
-        "side": "none" if limb.frame is None else limb.frame.side,
+        "side": limb.side,
         "values": dict(preview.values),
         "handles": handles_of(preview),
         "volume_ml": volume_mm3(made.solid) / 1000,
@@ -240,11 +240,10 @@ def _written(
     from limbgram.report.drawings.drawing import png
 
     preview, limb = made.preview, read.limb
-    side = "none" if limb.frame is None else limb.frame.side
 
     def named(kind: str, what: str = "") -> Path:
         stem = f"{preview.device.name}{what and f'-{what}'}"
-        path = folder / file_name(stem, kind, side)
+        path = folder / file_name(stem, kind, limb.side)
         return marked_red(path) if limb.doubt else path
 
     kept = OrderFile(
@@ -257,11 +256,11 @@ def _written(
         limb_sha256=read.sha256,
     )
     told_of_it = Told(
-        title=f"{preview.device.en}, {side}" if side != "none" else preview.device.en,
+        title=f"{preview.device.en}, {limb.side}" if limb.side != "none" else preview.device.en,
         description=" ".join((*(told(one) for one in made.findings), limb.doubt)).strip(),
         bed_from_mesh=bed_from(made.solid, bed),
     )
-    drawing = device_drawing(made, side)
+    drawing = device_drawing(made, limb.side)
     return (
         write_3mf(made.solid, named("3mf"), "mm", told=told_of_it),
         write_stl(made.solid, named("stl"), "mm"),

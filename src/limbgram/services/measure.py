@@ -24,8 +24,7 @@ from limbgram.services.parse_text import PAIR, READING, SPAN, Height, Pair, Span
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.thickness import Thickness
-from limbgram.workbench.frame.landmarks import in_limb_frame
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.form import sheet_table
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
@@ -159,8 +158,7 @@ def measure(limb: Limb, ask: MeasureRequest, files: MeasureFiles = NO_FILES) -> 
         raise OptionsError("options.measure.fit_without_tape")
     if files.fit is not None and ask.inside:
         raise OptionsError("options.measure.fit_inside")
-    if ask.unaligned:
-        limb = _standing(limb)
+    limb = _standing(limb) if ask.unaligned else limb.aligned()
     options = ask.options()
     measures = measure_inside(limb, options) if ask.inside else measure_limb(limb, options)
     if files.walls is not None and measures.wall is None:
@@ -181,14 +179,14 @@ def workbook(found: Sheet) -> bytes:
     return xlsx_of(tables(found.measures, found.form))
 
 
-def _standing(limb: Limb) -> Limb:
+def _standing(limb: Limb) -> AlignedLimb:
     """The limb with the axes of its file, from its lowest point."""
     lowest_mm = float(outer_bodies(limb.mesh).mesh.vertices_mm[:, 2].min())
     up = Rigid(np.eye(3), np.array([0.0, 0.0, -lowest_mm]))
-    return replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))
+    return replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none")).aligned()
 
 
-def _written(limb: Limb, found: Sheet, files: MeasureFiles) -> Iterator[Path]:
+def _written(limb: AlignedLimb, found: Sheet, files: MeasureFiles) -> Iterator[Path]:
     measures, fitted, form = found.measures, found.fitted, found.form
     if files.xlsx is not None:
         yield write_bytes(files.xlsx, workbook(found))
@@ -212,8 +210,8 @@ def _picture(measures: Measures) -> bytes:
     return png(sections_drawing(measures).figure).tobytes()
 
 
-def _map(limb: Limb, wall: Thickness) -> bytes:
+def _map(limb: AlignedLimb, wall: Thickness) -> bytes:
     from limbgram.report.drawings.drawing import png
     from limbgram.report.drawings.wall_thickness import wall_map
 
-    return png(wall_map(in_limb_frame(limb), wall).figure).tobytes()
+    return png(wall_map(limb.mesh_in_limb, wall).figure).tobytes()

@@ -18,7 +18,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.signed_distance import SignedSurface
 from limbgram.core.mesh.topology import boundary_half_edges, face_components, with_faces
 from limbgram.findings import Finding, doubt, note
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import AnyLimb
 
 _MOST_TESTED = 64
 """Pieces of a shape that are held against each other, the largest first; the rest are scraps."""
@@ -92,7 +92,7 @@ def without_loose(mesh: Mesh) -> Outside:
     return replace(rest, loose=left.loose + rest.loose)
 
 
-def outside_of(limb: Limb, place: str | None = None, *, as_bones: bool = False) -> Limb:
+def outside_of(limb: AnyLimb, place: str | None = None, *, as_bones: bool = False) -> AnyLimb:
     """The limb without what is left out, and notes of it.
 
     Args:

@@ -5,14 +5,15 @@ copy, and from there by the limb file of whatever is made from it.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Self, TypeVar
 
 import numpy as np
 
-from limbgram.core.errors import MeasureError
+from limbgram.core.errors import LimbgramError, MeasureError
+from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
@@ -28,6 +29,8 @@ __all__ = [
     "KINDS",
     "KIND_NAMED",
     "RED",
+    "AlignedLimb",
+    "AnyLimb",
     "Kind",
     "KindName",
     "Landmark",
@@ -79,7 +82,7 @@ class Origin:
 
 @dataclass(frozen=True, kw_only=True)
 class Limb:
-    """What every step of the workbench takes and gives."""
+    """What every step of the workbench takes and gives; it may have axes or not."""
 
     mesh: Mesh
     landmarks: tuple[Landmark, ...] = ()
@@ -101,7 +104,24 @@ class Limb:
 
     __repr__ = brief
 
-    def with_mesh(self, mesh: Mesh) -> "Limb":
+    @property
+    def side(self) -> Side:
+        """As its frame says; none until aligned."""
+        return "none" if self.frame is None else self.frame.side
+
+    def aligned(self, refusal: LimbgramError | None = None) -> "AlignedLimb":
+        """The same limb, with axes that are sure to be there.
+
+        Args:
+            refusal: Raised where it has none, in place of a MeasureError.
+        """
+        if self.frame is None:
+            raise refusal or MeasureError("align.not_aligned", name=self.name or None)
+        if isinstance(self, AlignedLimb):
+            return self
+        return AlignedLimb(**{one.name: getattr(self, one.name) for one in fields(self)})
+
+    def with_mesh(self, mesh: Mesh) -> Self:
         return replace(self, mesh=mesh)
 
     def landmark(self, identity: str) -> Landmark:
@@ -133,12 +153,11 @@ class Limb:
         if self.kind is None:
             raise MeasureError("anatomy.no_kind", kinds=KINDS)
         kind = KIND_NAMED[self.kind]
-        side = "none" if self.frame is None else self.frame.side
         motion = None if self.frame is None else self.frame.limb_from_mesh
         return Anatomy(
             kind=kind,
             places={name: one.position_mm for name, one in by_identity(self.landmarks).items()},
-            left=None if kind.sided and side == "none" else side == "left",
+            left=None if kind.sided and self.side == "none" else self.side == "left",
             frame=None if motion is None else motion.rotation,
             origin_mm=np.zeros(3) if motion is None else motion.inverse.translation,
         )
@@ -156,6 +175,58 @@ class Limb:
         along = axis.along_mm(self.mesh.vertices_mm)
         ends = (axis.point_mm + axis.direction * end for end in (along.max(), along.min()))
         return straight(*ends)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlignedLimb(Limb):
+    """A limb whose axes are known; what measures, devices and files for carvers are made of."""
+
+    frame: LimbFrame = field()
+
+    __repr__ = brief
+
+    @property
+    def limb_from_mesh(self) -> Rigid:
+        return self.frame.limb_from_mesh
+
+    @property
+    def mesh_in_limb(self) -> Mesh:
+        """The mesh with its vertices in the limb frame."""
+        return self.mesh.with_vertices(self.limb_from_mesh.apply(self.mesh.vertices_mm))
+
+    @property
+    def landmarks_in_limb_mm(self) -> Points3:
+        if not self.landmarks:
+            return np.empty((0, 3))
+        return self.limb_from_mesh.apply(np.stack([mark.position_mm for mark in self.landmarks]))
+
+    def landmark_in_limb_mm(self, mark: Landmark) -> Vector3:
+        return self.limb_from_mesh.apply(mark.position_mm[None])[0]
+
+    def with_vertices_in_limb(self, vertices_in_limb_mm: Points3) -> Self:
+        """The limb with its vertices moved to places given in the limb frame."""
+        back = self.limb_from_mesh.inverse
+        return self.with_mesh(self.mesh.with_vertices(back.apply(vertices_in_limb_mm)))
+
+    def in_limb_frame(self) -> "AlignedLimb":
+        """The limb with its mesh and landmarks in the limb frame."""
+        motion = self.limb_from_mesh
+        return replace(
+            self,
+            mesh=self.mesh_in_limb,
+            landmarks=tuple(
+                replace(mark, position_mm=self.landmark_in_limb_mm(mark)) for mark in self.landmarks
+            ),
+            frame=LimbFrame(limb_from_mesh=Rigid.identity(), side=self.side),
+            origins=tuple(
+                replace(origin, mesh_from_origin=motion @ origin.mesh_from_origin)
+                for origin in self.origins
+            ),
+        )
+
+
+AnyLimb = TypeVar("AnyLimb", bound=Limb)
+"""What a step gives back as it took it: aligned or not."""
 
 
 def names_apart(names: Sequence[str]) -> tuple[str, ...]:

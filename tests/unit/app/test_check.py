@@ -16,7 +16,7 @@ from fastapi.testclient import TestClient
 from PIL import Image
 
 from limbgram.app import live_checks
-from limbgram.capture.coach import CaptureCheck, CheckedPhoto
+from limbgram.capture.answer import CaptureCheck, CheckedPhoto
 from limbgram.core.errors import ScaleError
 from limbgram.findings import doubt, fault, told
 from limbgram.formats.board_file import read_board, write_board

@@ -7,13 +7,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from limbgram.capture.coach import (
-    CheckedPhoto,
-    limb_shown,
-    look_at_limb,
-    missing_round,
-    motion_told,
-)
+from limbgram.capture.answer import CheckedPhoto
+from limbgram.capture.limb_in_photos import limb_shown, look_at_limb
+from limbgram.capture.motion_told import motion_told
+from limbgram.capture.photos_to_add import missing_round
 from limbgram.core.errors import RegionError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera

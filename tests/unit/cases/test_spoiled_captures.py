@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from limbgram.capture.coach import CaptureCheck
+from limbgram.capture.answer import CaptureCheck
 from limbgram.cases.capture_check import CaptureWatch, check_sources
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job import do

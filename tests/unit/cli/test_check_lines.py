@@ -3,7 +3,7 @@
 import math
 from dataclasses import replace
 
-from limbgram.capture.coach import CaptureCheck, CheckedPhoto
+from limbgram.capture.answer import CaptureCheck, CheckedPhoto
 from limbgram.cli.check import check_lines
 from limbgram.findings import Finding, note
 

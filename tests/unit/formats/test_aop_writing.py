@@ -10,7 +10,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from limbgram.core.errors import CarveError, OptionsError
+from limbgram.core.errors import CarveError, MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
@@ -307,5 +307,5 @@ def test_what_would_be_a_mirror_image_is_not_written(tmp_path: Path) -> None:
     ):
         with pytest.raises(OptionsError, match="mirror"):
             write_aop(limb, tmp_path / "no.aop", options)
-    with pytest.raises(CarveError, match="not aligned"):
+    with pytest.raises(MeasureError, match="not aligned"):
         write_aop(replace(limb, frame=None), tmp_path / "no.aop")

@@ -50,7 +50,7 @@ def test_what_is_not_sure_does_not_pass(limb: Limb) -> None:
         admit(limb, None)
     with pytest.raises(CarveError, match="'right' and the shape was aligned as 'left'"):
         admit(limb, "right")
-    with pytest.raises(CarveError, match="not aligned"):
+    with pytest.raises(MeasureError, match="not aligned"):
         admit(replace(limb, frame=None), "left")
     inverted = replace(limb.mesh, faces=limb.mesh.faces[:, ::-1].copy())
     with pytest.raises(CarveError, match="inside out"):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.core.errors import CarveError, ExportError, OptionsError
+from limbgram.core.errors import CarveError, ExportError, MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
@@ -148,7 +148,7 @@ def test_foreign_words_are_not_passed_over() -> None:
 
 
 def test_only_an_aligned_limb(tmp_path: Path, limb: Limb) -> None:
-    with pytest.raises(CarveError, match="align"):
+    with pytest.raises(MeasureError, match="align"):
         write_gcode(replace(limb, frame=None), tmp_path / "limb.gcode", OPTIONS)
 
 

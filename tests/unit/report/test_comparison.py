@@ -6,9 +6,9 @@ import pytest
 from limbgram.cli.demo import comparison_lines
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.sections import cut
+from limbgram.core.mesh.sections import cut, level_segments
 from limbgram.report.alignment import Truth
-from limbgram.report.comparison import area_mm2, compare_with_truth, girth_mm, section
+from limbgram.report.comparison import area_mm2, compare_with_truth, girth_mm
 
 RNG = np.random.default_rng(4)
 CENTRES_MM = RNG.normal(size=(12, 3)) * [900, 900, 200]
@@ -123,7 +123,7 @@ def test_sections_of_a_cylinder() -> None:
     b = np.roll(a, -1)
     faces = np.concatenate([np.stack(t, 1) for t in ((a, b, b + 360), (a, b + 360, a + 360))])
     tube = Mesh(vertices_mm=vertices, faces=faces.astype(np.int32))
-    segments = section(tube, 4.0)
+    segments = level_segments(tube, np.array([4.0])).at(0)
     assert len(segments) == 720
     along, inwards = segments[:, 1] - segments[:, 0], -segments[:, 0]
     assert (along[:, 0] * inwards[:, 1] > along[:, 1] * inwards[:, 0]).all()

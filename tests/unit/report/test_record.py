@@ -22,7 +22,6 @@ from limbgram.report.record.sources import CaseAccuracy, CaseSource, RecipeSourc
 from limbgram.workbench.edits.from_template import FromTemplate
 from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.reduction import Reduction
-from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import measure_limb
 from limbgram.workbench.recipe.file import parse_recipe
@@ -88,7 +87,7 @@ def case(**accuracy: Any) -> CaseSource:
 
 
 def lines(limb: Limb, of_case: CaseSource | None = None) -> dict[str, Any]:
-    found = biases(measure_limb(limb), in_limb_frame(limb), of_case, None)
+    found = biases(measure_limb(limb), limb.aligned().mesh_in_limb, of_case, None)
     return {line.step: line for line in found}
 
 

@@ -12,7 +12,6 @@ from limbgram.core.mesh.topology import boundary_loops, is_edge_manifold, volume
 from limbgram.findings import told
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.frame.alignment import AlignOptions, align
-from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.loose_pieces import TINY_SHARE, without_strays
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
@@ -93,7 +92,7 @@ def test_a_brim_is_known_among_small_openings(stump: Limb) -> None:
     edges = [len(loop) for loop in boundary_loops(limb.mesh.faces)]
     assert sum(edges) - max(edges) > 0.3 * max(edges)
     aligned = align(limb, AlignOptions(side="right", anterior=np.array([0, 1.0, 0])))
-    top = in_limb_frame(aligned).vertices_mm
+    top = aligned.aligned().mesh_in_limb.vertices_mm
     wide = np.hypot(*top[top[:, 2] > top[:, 2].max() - 2, :2].T)
     assert wide.mean() > 50
 

@@ -61,7 +61,8 @@ export async function taken<T>(call: Promise<Answer<T>>): Promise<T> {
   try {
     answer = await call;
   } catch (error) {
-    if (error instanceof TypeError || (error instanceof DOMException && error.name === "TimeoutError")) throw new Refused("Lost", `${t("lost")} ${t("lost.why")}`, 0);
+    if (error instanceof TypeError || (error instanceof DOMException && error.name === "TimeoutError"))
+      throw new Refused("Lost", `${t("lost")} ${t("lost.why")}`, 0);
     throw error;
   }
   if (answer.error !== undefined || !answer.response.ok) throw refusedBy(answer.response.status, answer.error);

@@ -95,14 +95,7 @@ export function Segments<T extends string>({
     <div class="seg" role="radiogroup" aria-label={label}>
       {options.map((one) => (
         <label key={one.value} class={`${one.value === value ? "on" : ""} ${one.off ? "off" : ""}`} title={one.off}>
-          <input
-            type="radio"
-            name={group}
-            value={one.value}
-            checked={one.value === value}
-            disabled={Boolean(one.off)}
-            onChange={() => onChange(one.value)}
-          />
+          <input type="radio" name={group} value={one.value} checked={one.value === value} disabled={Boolean(one.off)} onChange={() => onChange(one.value)} />
           {one.text}
         </label>
       ))}
@@ -136,7 +129,9 @@ export function NumberField({
 }) {
   const id = useId();
   const bounded = (x: number) => Number(Math.min(max ?? Infinity, Math.max(min ?? -Infinity, x)).toFixed(decimals));
-  const typed = useTyped(value === null || !Number.isFinite(value) ? "" : String(Number(value.toFixed(decimals))), (x) => x !== null && onChange(x), { bounded });
+  const typed = useTyped(value === null || !Number.isFinite(value) ? "" : String(Number(value.toFixed(decimals))), (x) => x !== null && onChange(x), {
+    bounded,
+  });
   const by = (steps: number) => typed.keep((numberIn(typed.now()) ?? 0) + steps * step);
   return (
     <div class="number">
@@ -213,13 +208,13 @@ export function useTyped(shown: string, onChange: (x: number | null) => void, { 
     else setWrong(now.current.text.trim());
   };
   const input = {
-    value: text,
+    "value": text,
     "aria-invalid": wrong !== "" || undefined,
-    onInput: (event: { currentTarget: HTMLInputElement }) => {
+    "onInput": (event: { currentTarget: HTMLInputElement }) => {
       now.current.typing = true;
       put(event.currentTarget.value);
     },
-    onBlur: commit,
+    "onBlur": commit,
   };
   return { input, wrong, commit, keep, now: () => now.current.text };
 }

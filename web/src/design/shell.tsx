@@ -23,13 +23,29 @@ export interface CaseHead {
   readonly steps: Record<Step, StepState>;
 }
 
-export function Shell({ place, head, children, onHelp, helping }: { place: Place; head: CaseHead | null; children: ComponentChildren; onHelp: () => void; helping: boolean }) {
+export function Shell({
+  place,
+  head,
+  children,
+  onHelp,
+  helping,
+}: {
+  place: Place;
+  head: CaseHead | null;
+  children: ComponentChildren;
+  onHelp: () => void;
+  helping: boolean;
+}) {
   return (
     <div class="app">
-      <a class="skip" href="#content" onClick={(event) => {
-        event.preventDefault();
-        document.getElementById("content")?.focus();
-      }}>
+      <a
+        class="skip"
+        href="#content"
+        onClick={(event) => {
+          event.preventDefault();
+          document.getElementById("content")?.focus();
+        }}
+      >
         {t("skip")}
       </a>
       <header class="top">
@@ -63,7 +79,12 @@ export function Shell({ place, head, children, onHelp, helping }: { place: Place
           <Icon name="help" />
           <span>{t("help")}</span>
         </button>
-        <button type="button" class={`btn bare quiet-btn hide-small ${expert.value ? "chosen" : ""}`} aria-pressed={expert.value} onClick={() => setExpert(!expert.value)}>
+        <button
+          type="button"
+          class={`btn bare quiet-btn hide-small ${expert.value ? "chosen" : ""}`}
+          aria-pressed={expert.value}
+          onClick={() => setExpert(!expert.value)}
+        >
           <span class="always">{t("expert")}</span>
         </button>
       </header>

@@ -43,14 +43,7 @@ export interface Shares {
   readonly shares: Float32Array;
 }
 
-export function sharesAtPlace(
-  positions: Float32Array,
-  near: Neighbours,
-  seed: number,
-  place: Vec3,
-  flat_mm: number,
-  falloff_mm: number,
-): Shares {
+export function sharesAtPlace(positions: Float32Array, near: Neighbours, seed: number, place: Vec3, flat_mm: number, falloff_mm: number): Shares {
   const reach = flat_mm + falloff_mm;
   const found = spread(positions, near, new Map([[seed, gap(positions, seed, place)]]), reach, () => true);
   return shared(found, (d) => fading((d - flat_mm) / falloff_mm));
@@ -62,13 +55,7 @@ export function sharesAtPlace(
  * The inside is what can be reached from `seed` without crossing the line; vertices nearer to the
  * line than about an edge bound the walk.
  */
-export function sharesInRegion(
-  positions: Float32Array,
-  near: Neighbours,
-  line: readonly Vec3[],
-  seed: number,
-  falloff_mm: number,
-): Shares {
+export function sharesInRegion(positions: Float32Array, near: Neighbours, line: readonly Vec3[], seed: number, falloff_mm: number): Shares {
   const rim = ring(line);
   const inside = new Set<number>([seed]);
   const queue = [seed];
@@ -141,11 +128,7 @@ export function ring(line: readonly Vec3[]) {
   for (let i = 0; i < count; i++) {
     const a = sub(line[i], centre);
     const b = sub(line[(i + 1) % count], centre);
-    normal = [
-      normal[0] + a[1] * b[2] - a[2] * b[1],
-      normal[1] + a[2] * b[0] - a[0] * b[2],
-      normal[2] + a[0] * b[1] - a[1] * b[0],
-    ];
+    normal = [normal[0] + a[1] * b[2] - a[2] * b[1], normal[1] + a[2] * b[0] - a[0] * b[2], normal[2] + a[0] * b[1] - a[1] * b[0]];
   }
   const size = Math.hypot(...normal) || 1;
   normal = [normal[0] / size, normal[1] / size, normal[2] / size];
@@ -174,8 +157,7 @@ export function ring(line: readonly Vec3[]) {
     centre,
     normal,
     isInside,
-    crossed: (positions: Float32Array, _from: number, to: number) =>
-      !isInside([positions[3 * to], positions[3 * to + 1], positions[3 * to + 2]]),
+    crossed: (positions: Float32Array, _from: number, to: number) => !isInside([positions[3 * to], positions[3 * to + 1], positions[3 * to + 2]]),
     distance: (p: Vec3) => {
       let best = Infinity;
       for (let i = 0; i < count; i++) best = Math.min(best, toSegment(p, line[i], line[(i + 1) % count]));
@@ -197,8 +179,7 @@ function toSegment(p: Vec3, a: Vec3, b: Vec3): number {
   return Math.hypot(ap[0] - s * ab[0], ap[1] - s * ab[1], ap[2] - s * ab[2]);
 }
 
-const gap = (positions: Float32Array, v: number, p: Vec3) =>
-  Math.hypot(positions[3 * v] - p[0], positions[3 * v + 1] - p[1], positions[3 * v + 2] - p[2]);
+const gap = (positions: Float32Array, v: number, p: Vec3) => Math.hypot(positions[3 * v] - p[0], positions[3 * v + 1] - p[1], positions[3 * v + 2] - p[2]);
 
 function shared(found: Map<number, number>, share: (distance: number) => number): Shares {
   const vertices: number[] = [];
@@ -214,18 +195,12 @@ function shared(found: Map<number, number>, share: (distance: number) => number)
 }
 
 /** Shortest ways along edges from some vertices, up to a reach. A binary heap of pairs. */
-function spread(
-  positions: Float32Array,
-  near: Neighbours,
-  from: Map<number, number>,
-  reach: number,
-  may: (v: number) => boolean,
-): Map<number, number> {
+function spread(positions: Float32Array, near: Neighbours, from: Map<number, number>, reach: number, may: (v: number) => boolean): Map<number, number> {
   const done = new Map<number, number>();
   const heap: [number, number][] = [];
   const push = (d: number, v: number) => {
     heap.push([d, v]);
-    for (let i = heap.length - 1; i > 0; ) {
+    for (let i = heap.length - 1; i > 0;) {
       const up = (i - 1) >> 1;
       if (heap[up][0] <= heap[i][0]) break;
       [heap[up], heap[i]] = [heap[i], heap[up]];
@@ -237,7 +212,7 @@ function spread(
     const last = heap.pop() as [number, number];
     if (heap.length) {
       heap[0] = last;
-      for (let i = 0; ; ) {
+      for (let i = 0; ;) {
         const l = 2 * i + 1;
         if (l >= heap.length) break;
         const small = l + 1 < heap.length && heap[l + 1][0] < heap[l][0] ? l + 1 : l;
@@ -256,11 +231,7 @@ function spread(
     for (let k = near.start[v]; k < near.start[v + 1]; k++) {
       const w = near.next[k];
       if (done.has(w) || !may(w)) continue;
-      const step = Math.hypot(
-        positions[3 * v] - positions[3 * w],
-        positions[3 * v + 1] - positions[3 * w + 1],
-        positions[3 * v + 2] - positions[3 * w + 2],
-      );
+      const step = Math.hypot(positions[3 * v] - positions[3 * w], positions[3 * v + 1] - positions[3 * w + 1], positions[3 * v + 2] - positions[3 * w + 2]);
       if (d + step <= reach) push(d + step, w);
     }
   }

@@ -17,8 +17,7 @@ export function guessFrame(positions: Float32Array, indices: Uint32Array, front:
   const y = Math.hypot(...sideways) > 0.1 ? unit(sideways) : unit(cross(z, Math.abs(z[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0]));
   const x = cross(y, z);
   let lowest = Infinity;
-  for (let i = 0; i < positions.length; i += 3)
-    lowest = Math.min(lowest, z[0] * positions[i] + z[1] * positions[i + 1] + z[2] * positions[i + 2]);
+  for (let i = 0; i < positions.length; i += 3) lowest = Math.min(lowest, z[0] * positions[i] + z[1] * positions[i + 1] + z[2] * positions[i + 2]);
   const origin = add(centre, scale(z, lowest - dot(centre, z)));
   return { rotation: [x, y, z], translation: [-dot(x, origin), -dot(y, origin), -dot(z, origin)] };
 }
@@ -50,11 +49,7 @@ function longAxis(positions: Float32Array, c: Vec3): Vec3 {
   }
   let v: Vec3 = unit([0.2, 0.3, 0.93]);
   for (let k = 0; k < 200; k++)
-    v = unit([
-      m[0] * v[0] + m[1] * v[1] + m[2] * v[2],
-      m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
-      m[2] * v[0] + m[4] * v[1] + m[5] * v[2],
-    ]);
+    v = unit([m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[1] * v[0] + m[3] * v[1] + m[4] * v[2], m[2] * v[0] + m[4] * v[1] + m[5] * v[2]]);
   return v;
 }
 

@@ -6,17 +6,7 @@ export const SURE_COLOURS = ["#F6F4F7", "#ECE5F1", "#C4ACD4", "#9B70B2", "#6E3A8
 
 /** Limits of the bands of a difference, in mm; the middle band lies within the first. */
 export const DIFFERENCE_LIMITS_MM = [0.25, 0.5, 1, 2] as const;
-export const DIFFERENCE_COLOURS = [
-  "#123E80",
-  "#215EAA",
-  "#5892CE",
-  "#96BCE0",
-  "#F2F1EF",
-  "#ECB8A6",
-  "#DD7860",
-  "#B2342E",
-  "#7E1420",
-] as const;
+export const DIFFERENCE_COLOURS = ["#123E80", "#215EAA", "#5892CE", "#96BCE0", "#F2F1EF", "#ECB8A6", "#DD7860", "#B2342E", "#7E1420"] as const;
 
 /** Which of the nine bands a difference lies in; `wider` doubles the limits on both sides. */
 export function bandOf(difference_mm: number, wider = 1): number {

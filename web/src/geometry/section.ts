@@ -26,18 +26,11 @@ export function heightsOf(positions: Float32Array, frame: Rigid = IDENTITY): Flo
   const [x, y, z] = frame.rotation[2];
   const t = frame.translation[2];
   const heights = new Float32Array(positions.length / 3);
-  for (let i = 0, k = 0; i < heights.length; i++, k += 3)
-    heights[i] = x * positions[k] + y * positions[k + 1] + z * positions[k + 2] + t;
+  for (let i = 0, k = 0; i < heights.length; i++, k += 3) heights[i] = x * positions[k] + y * positions[k + 1] + z * positions[k + 2] + t;
   return heights;
 }
 
-export function cut(
-  positions: Float32Array,
-  indices: Uint32Array,
-  heights: Float32Array,
-  height_mm: number,
-  frame: Rigid = IDENTITY,
-): Section {
+export function cut(positions: Float32Array, indices: Uint32Array, heights: Float32Array, height_mm: number, frame: Rigid = IDENTITY): Section {
   const points = new Map<number, Vec3>();
   const ends = new Map<number, number[]>();
   const n = heights.length;
@@ -119,7 +112,7 @@ function smoothed(loop: readonly Vec3[]): Vec3[] {
   for (let i = 1; i < loop.length; i++) {
     const [a, b] = [loop[i - 1], loop[i]];
     const piece = flat(a, b);
-    for (; even.length < count && even.length * step < walked + piece; ) {
+    for (; even.length < count && even.length * step < walked + piece;) {
       const s = (even.length * step - walked) / piece;
       even.push([a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2]]);
     }

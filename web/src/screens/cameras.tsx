@@ -79,7 +79,15 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
   const input = useRef<HTMLInputElement>(null);
   const sent = useSignal<[number, number] | null>(null);
   const removing = useSignal(false);
-  const board = useSignal<Schemas["BoardSpec"]>({ kind: "checkerboard", columns: 14, rows: 10, square_mm: 10, marker_mm: 0, dictionary: "4X4_50", ruler: null });
+  const board = useSignal<Schemas["BoardSpec"]>({
+    kind: "checkerboard",
+    columns: 14,
+    rows: 10,
+    square_mm: 10,
+    marker_mm: 0,
+    dictionary: "4X4_50",
+    ruler: null,
+  });
   const path = { params: { path: { camera_id: one.id } } };
   const add = (files: File[]) =>
     act.run(async () => {
@@ -109,7 +117,15 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
       <div class="row-head">
         <h2>{one.name}</h2>
         <Chip tone={one.calibrated && !busy ? (one.old ? "amber" : "green") : one.state === "refused" ? "red" : "plain"}>
-          {busy ? t("cameras.calibrating") : one.calibrated ? one.age_days ? t("cameras.age", one.age_days) : t("cameras.today") : one.state === "refused" ? t("case.state.refused") : t("cameras.not.yet")}
+          {busy
+            ? t("cameras.calibrating")
+            : one.calibrated
+              ? one.age_days
+                ? t("cameras.age", one.age_days)
+                : t("cameras.today")
+              : one.state === "refused"
+                ? t("case.state.refused")
+                : t("cameras.not.yet")}
         </Chip>
         <span class="grow" />
         <Button bare onClick={() => (removing.value = true)}>
@@ -117,7 +133,15 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
         </Button>
       </div>
       <p class="soft">
-        {[one.label, one.focal_mm ? `${one.focal_mm.toFixed(1)} mm` : "", one.width_px ? `${one.width_px} × ${one.height_px}` : "", one.rms_px ? t("cameras.fit", one.rms_px.toFixed(2)) : "", one.calibrated ? when(one.calibrated) : ""].filter(Boolean).join(". ")}
+        {[
+          one.label,
+          one.focal_mm ? `${one.focal_mm.toFixed(1)} mm` : "",
+          one.width_px ? `${one.width_px} × ${one.height_px}` : "",
+          one.rms_px ? t("cameras.fit", one.rms_px.toFixed(2)) : "",
+          one.calibrated ? when(one.calibrated) : "",
+        ]
+          .filter(Boolean)
+          .join(". ")}
       </p>
       {one.old && <p class="small-note">{t("cameras.old")}</p>}
       {one.finding && <p class="small-note">{told(one.finding)}</p>}
@@ -132,14 +156,27 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
           <h3>{t("cameras.photos", one.photos)}</h3>
           <p class="small-note soft">{t("cameras.how")}</p>
           <div class="acts">
-            <input ref={input} class="unseen" type="file" multiple tabIndex={-1} accept="image/*,.json,.heic,.dng" aria-label={t("cameras.add")} onChange={(event) => {
-              void add([...(event.currentTarget.files ?? [])]);
-              event.currentTarget.value = "";
-            }} />
+            <input
+              ref={input}
+              class="unseen"
+              type="file"
+              multiple
+              tabIndex={-1}
+              accept="image/*,.json,.heic,.dng"
+              aria-label={t("cameras.add")}
+              onChange={(event) => {
+                void add([...(event.currentTarget.files ?? [])]);
+                event.currentTarget.value = "";
+              }}
+            />
             <Button off={busy && t("cameras.calibrating")} onClick={() => input.current?.click()}>
               {t("cameras.add")}
             </Button>
-            <Button go={!ready} off={busy || act.busy.value ? t("cameras.calibrating") : one.photos < 3 ? t("cameras.few") : null} onClick={() => void calibrate()}>
+            <Button
+              go={!ready}
+              off={busy || act.busy.value ? t("cameras.calibrating") : one.photos < 3 ? t("cameras.few") : null}
+              onClick={() => void calibrate()}
+            >
               {t("cameras.calibrate")}
             </Button>
             {one.calibrated && (
@@ -162,14 +199,45 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
                 { value: "checkerboard", text: t("board.checkerboard") },
                 { value: "charuco", text: t("board.charuco") },
               ]}
-              onChange={(kind) => set(kind === "charuco" ? { kind, columns: 7, rows: 5, square_mm: 30, marker_mm: 22 } : { kind, columns: 14, rows: 10, square_mm: 10, marker_mm: 0 })}
+              onChange={(kind) =>
+                set(
+                  kind === "charuco"
+                    ? { kind, columns: 7, rows: 5, square_mm: 30, marker_mm: 22 }
+                    : { kind, columns: 14, rows: 10, square_mm: 10, marker_mm: 0 },
+                )
+              }
             />
           </div>
           <div class="own-board">
-            <NumberField label={t(board.value.kind === "charuco" ? "board.columns" : "board.corners.across")} unit="" step={1} decimals={0} min={2} value={board.value.columns} onChange={(columns) => set({ columns })} />
-            <NumberField label={t(board.value.kind === "charuco" ? "board.rows" : "board.corners.down")} unit="" step={1} decimals={0} min={2} value={board.value.rows} onChange={(rows) => set({ rows })} />
+            <NumberField
+              label={t(board.value.kind === "charuco" ? "board.columns" : "board.corners.across")}
+              unit=""
+              step={1}
+              decimals={0}
+              min={2}
+              value={board.value.columns}
+              onChange={(columns) => set({ columns })}
+            />
+            <NumberField
+              label={t(board.value.kind === "charuco" ? "board.rows" : "board.corners.down")}
+              unit=""
+              step={1}
+              decimals={0}
+              min={2}
+              value={board.value.rows}
+              onChange={(rows) => set({ rows })}
+            />
             <NumberField label={t("board.square")} unit="mm" decimals={2} min={1} value={board.value.square_mm} onChange={(square_mm) => set({ square_mm })} />
-            {board.value.kind === "charuco" && <NumberField label={t("board.marker")} unit="mm" decimals={2} min={1} value={board.value.marker_mm} onChange={(marker_mm) => set({ marker_mm })} />}
+            {board.value.kind === "charuco" && (
+              <NumberField
+                label={t("board.marker")}
+                unit="mm"
+                decimals={2}
+                min={1}
+                value={board.value.marker_mm}
+                onChange={(marker_mm) => set({ marker_mm })}
+              />
+            )}
           </div>
         </div>
         {one.certificate && <img src={one.certificate} alt={t("cameras.certificate")} loading="lazy" />}
@@ -179,7 +247,12 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
 }
 
 async function put(path: string, file: File): Promise<void> {
-  const response = await fetch(`${ROOT}${path}`, { method: "PUT", body: file, headers: { "Content-Type": "application/octet-stream" }, credentials: "same-origin" }).catch(() => null);
+  const response = await fetch(`${ROOT}${path}`, {
+    method: "PUT",
+    body: file,
+    headers: { "Content-Type": "application/octet-stream" },
+    credentials: "same-origin",
+  }).catch(() => null);
   if (!response) throw new Refused("Lost", t("lost"), 0);
   note(response.status);
   if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));

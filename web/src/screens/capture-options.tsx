@@ -8,11 +8,29 @@ import { expert } from "../state/settings";
 import { t, when } from "../texts";
 import type { Room } from "./room";
 
-export function CaptureOptions({ room, cameras, choices, photos, onChange }: { room: Room; photos: number; cameras: readonly Schemas["CameraReply"][]; choices: Choices; onChange: (part: Partial<Choices>) => void }) {
+export function CaptureOptions({
+  room,
+  cameras,
+  choices,
+  photos,
+  onChange,
+}: {
+  room: Room;
+  photos: number;
+  cameras: readonly Schemas["CameraReply"][];
+  choices: Choices;
+  onChange: (part: Partial<Choices>) => void;
+}) {
   const ready = cameras.filter((one) => one.state === "ready" || one.calibrated);
   const chosen = ready.find((one) => choices.cameras.includes(one.id));
   const own = typeof choices.board === "object" ? choices.board : null;
-  const fit = useAsked(async () => (chosen && photos > 0 ? await taken(api.GET("/api/v1/cases/{case_id}/camera-fit", { params: { path: { case_id: room.id }, query: { camera: [chosen.id] } } })) : null), [room.id, chosen?.id, photos]);
+  const fit = useAsked(
+    async () =>
+      chosen && photos > 0
+        ? await taken(api.GET("/api/v1/cases/{case_id}/camera-fit", { params: { path: { case_id: room.id }, query: { camera: [chosen.id] } } }))
+        : null,
+    [room.id, chosen?.id, photos],
+  );
   const fits = fit.value.value;
   const set = onChange;
   return (
@@ -46,7 +64,14 @@ export function CaptureOptions({ room, cameras, choices, photos, onChange }: { r
             value={own ? "own" : String(choices.board)}
             onChange={(event) => {
               const value = event.currentTarget.value;
-              set({ board: value === "own" ? { kind: "charuco", columns: 7, rows: 5, square_mm: 30, marker_mm: 22, dictionary: "4X4_50", ruler: null } : value === "none" ? "none" : "printed" });
+              set({
+                board:
+                  value === "own"
+                    ? { kind: "charuco", columns: 7, rows: 5, square_mm: 30, marker_mm: 22, dictionary: "4X4_50", ruler: null }
+                    : value === "none"
+                      ? "none"
+                      : "printed",
+              });
             }}
           >
             <option value="printed">{t("options.board.printed")}</option>
@@ -58,7 +83,9 @@ export function CaptureOptions({ room, cameras, choices, photos, onChange }: { r
       <a href={href.cameras}>{t("options.calibrate")}</a>
       {chosen && (
         <div class="camera-said">
-          {chosen.age_days !== null && chosen.age_days !== undefined && <Chip tone={chosen.old ? "amber" : "plain"}>{chosen.age_days ? t("cameras.age", chosen.age_days) : t("cameras.today")}</Chip>}
+          {chosen.age_days !== null && chosen.age_days !== undefined && (
+            <Chip tone={chosen.old ? "amber" : "plain"}>{chosen.age_days ? t("cameras.age", chosen.age_days) : t("cameras.today")}</Chip>
+          )}
           {fits?.fits && <Chip tone="green">{t("options.fits")}</Chip>}
           {chosen.certificate && (
             <a href={chosen.certificate} target="_blank" rel="noreferrer">
@@ -75,7 +102,14 @@ export function CaptureOptions({ room, cameras, choices, photos, onChange }: { r
       )}
       {choices.board === "printed" && (
         <div class="own-board asked">
-          <NumberField label={t("options.ruler", RULER_MM)} unit="mm" step={0.1} decimals={1} value={rulerOf(choices)} onChange={(value) => set({ ruler_mm: value })} />
+          <NumberField
+            label={t("options.ruler", RULER_MM)}
+            unit="mm"
+            step={0.1}
+            decimals={1}
+            value={rulerOf(choices)}
+            onChange={(value) => set({ ruler_mm: value })}
+          />
           {rulerFar(rulerOf(choices)) ? <Notice tone="red" title={t("options.ruler.far")} /> : <p class="soft">{t("options.ruler.how")}</p>}
         </div>
       )}
@@ -89,20 +123,51 @@ export function CaptureOptions({ room, cameras, choices, photos, onChange }: { r
               ["marker_mm", t("board.marker"), "mm", 0.1, 2],
             ] as const
           ).map(([name, label, unit, step, decimals]) => (
-            <NumberField key={name} label={label} unit={unit} step={step} decimals={decimals} min={1} value={own[name] ?? null} onChange={(value) => set({ board: { ...own, [name]: value } })} />
+            <NumberField
+              key={name}
+              label={label}
+              unit={unit}
+              step={step}
+              decimals={decimals}
+              min={1}
+              value={own[name] ?? null}
+              onChange={(value) => set({ board: { ...own, [name]: value } })}
+            />
           ))}
         </div>
       )}
       {choices.board !== "none" && (
         <label class="check-line">
-          <input type="checkbox" checked={choices.tape !== null} onChange={(event) => set({ tape: event.currentTarget.checked ? { height_mm: null, girth_mm: null } : null })} />
+          <input
+            type="checkbox"
+            checked={choices.tape !== null}
+            onChange={(event) => set({ tape: event.currentTarget.checked ? { height_mm: null, girth_mm: null } : null })}
+          />
           {t("options.tape")}
         </label>
       )}
       {choices.board !== "none" && choices.tape && (
         <div class="own-board asked">
-          <NumberField label={t("options.tape.height")} unit="mm" step={5} decimals={1} min={0} max={2000} value={choices.tape.height_mm} onChange={(value) => choices.tape && set({ tape: { ...choices.tape, height_mm: value } })} />
-          <NumberField label={t("options.tape.girth")} unit="mm" step={1} decimals={1} min={1} max={3000} value={choices.tape.girth_mm} onChange={(value) => choices.tape && set({ tape: { ...choices.tape, girth_mm: value } })} />
+          <NumberField
+            label={t("options.tape.height")}
+            unit="mm"
+            step={5}
+            decimals={1}
+            min={0}
+            max={2000}
+            value={choices.tape.height_mm}
+            onChange={(value) => choices.tape && set({ tape: { ...choices.tape, height_mm: value } })}
+          />
+          <NumberField
+            label={t("options.tape.girth")}
+            unit="mm"
+            step={1}
+            decimals={1}
+            min={1}
+            max={3000}
+            value={choices.tape.girth_mm}
+            onChange={(value) => choices.tape && set({ tape: { ...choices.tape, girth_mm: value } })}
+          />
           <p class="soft">{t("options.tape.how")}</p>
         </div>
       )}

@@ -42,7 +42,12 @@ interface Figures {
   readonly grade: string;
   readonly verdict: Finding;
   readonly alignment: { readonly way: Way; readonly rms_mm: number | null; readonly far_limit_mm: number; readonly slide_within_mm: number | null };
-  readonly radial: { readonly mean_radial_error_mm: number; readonly mean_limit_mm: number; readonly interquartile_range_mm: number; readonly range_limit_mm: number } | null;
+  readonly radial: {
+    readonly mean_radial_error_mm: number;
+    readonly mean_limit_mm: number;
+    readonly interquartile_range_mm: number;
+    readonly range_limit_mm: number;
+  } | null;
   readonly surface: { readonly on_second: { readonly p95_mm: number; readonly largest_mm: number; readonly far_mm2: number; readonly compared_share: number } };
   readonly volume: { readonly ml: Change | null; readonly sock_plies: number | null; readonly to_mm: number | null; readonly within_ml: number | null };
   readonly levels: readonly { readonly height_mm: number; readonly tape_mm?: Change | null; readonly reason: Finding | null }[];
@@ -68,19 +73,42 @@ export function CompareScreen({ room }: RoomProps) {
   const spacing = useSignal(20);
   const act = useAct();
   const input = useRef<HTMLInputElement>(null);
-  const others = useAsked(async () => (await taken(api.GET("/api/v1/cases", { params: { query: {} } }))).cases.filter((one) => one.id !== room.id && one.verdict), [room.id]);
+  const others = useAsked(
+    async () => (await taken(api.GET("/api/v1/cases", { params: { query: {} } }))).cases.filter((one) => one.id !== room.id && one.verdict),
+    [room.id],
+  );
   const recipe = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/recipe", path)), [room.id, room.news.work]);
   const files = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/shapes", path)), [room.id]);
-  const found = useAsked(async () => (against.value ? await compared(room.id, of.value, against.value, way.value, spacing.value) : null), [room.id, of.value, against.value, way.value, spacing.value, room.news.work]);
+  const found = useAsked(
+    async () => (against.value ? await compared(room.id, of.value, against.value, way.value, spacing.value) : null),
+    [room.id, of.value, against.value, way.value, spacing.value, room.news.work],
+  );
   const one = found.value.value;
   const busy = found.busy.value;
-  const shown = useMemo<Shown | null>(() => (one ? { surface: one.surface, frame: IDENTITY, aligned: one.figures.anatomical_frame, difference: { values: one.values, wider: widest(one.values) } } : null), [one]);
-  const name = against.value.startsWith("case ") ? t("compare.case", against.value.slice(5)) : against.value.startsWith("before ") ? t("compare.before", against.value.slice(7)) : against.value.startsWith("file ") ? against.value.slice(5) : t("compare.scan");
+  const shown = useMemo<Shown | null>(
+    () =>
+      one
+        ? { surface: one.surface, frame: IDENTITY, aligned: one.figures.anatomical_frame, difference: { values: one.values, wider: widest(one.values) } }
+        : null,
+    [one],
+  );
+  const name = against.value.startsWith("case ")
+    ? t("compare.case", against.value.slice(5))
+    : against.value.startsWith("before ")
+      ? t("compare.before", against.value.slice(7))
+      : against.value.startsWith("file ")
+        ? against.value.slice(5)
+        : t("compare.scan");
 
   const send = (file: File) =>
     act.run(async () => {
       const kept = nameOf(file.name);
-      const response = await fetch(`${ROOT}/cases/${room.id}/shapes/${encodeURIComponent(kept)}`, { method: "PUT", body: file, headers: { "Content-Type": "application/octet-stream" }, credentials: "same-origin" }).catch(() => null);
+      const response = await fetch(`${ROOT}/cases/${room.id}/shapes/${encodeURIComponent(kept)}`, {
+        method: "PUT",
+        body: file,
+        headers: { "Content-Type": "application/octet-stream" },
+        credentials: "same-origin",
+      }).catch(() => null);
       if (!response) throw new Refused("Lost", t("lost"), 0);
       note(response.status);
       if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));
@@ -96,7 +124,17 @@ export function CompareScreen({ room }: RoomProps) {
 
   return (
     <div class="work">
-      <Stage shown={shown} label={t("stage.compare")} mode={mode} modes={["difference", "surface"]} level={level} keys={t("compare.keys")} against={t("compare.against", name)} ends={[t("compare.smaller"), t("compare.larger")]} hatched={one?.values.some((v) => !Number.isFinite(v)) ? t("compare.nothing.near") : undefined}>
+      <Stage
+        shown={shown}
+        label={t("stage.compare")}
+        mode={mode}
+        modes={["difference", "surface"]}
+        level={level}
+        keys={t("compare.keys")}
+        against={t("compare.against", name)}
+        ends={[t("compare.smaller"), t("compare.larger")]}
+        hatched={one?.values.some((v) => !Number.isFinite(v)) ? t("compare.nothing.near") : undefined}
+      >
         {!one && !busy && !found.refused.value && (
           <div class="stage-note">
             <Notice tone="plain" title={t("compare.begin")}>
@@ -145,7 +183,9 @@ export function CompareScreen({ room }: RoomProps) {
                     ))}
                   {(others.value.value ?? []).map((other) => (
                     <option key={other.id} value={`case ${other.id}`}>
-                      {[other.id, kindName(other.kind), other.side === "left" || other.side === "right" ? t(`side.${other.side}`) : ""].filter(Boolean).join(", ")}
+                      {[other.id, kindName(other.kind), other.side === "left" || other.side === "right" ? t(`side.${other.side}`) : ""]
+                        .filter(Boolean)
+                        .join(", ")}
                     </option>
                   ))}
                   {(files.value.value ?? []).map((file) => (
@@ -210,7 +250,16 @@ export function CompareScreen({ room }: RoomProps) {
               </span>
               <span class="small faint">{t(`compare.way.how.${way.value}`)}</span>
             </label>
-            <NumberField label={t("measure.spacing")} unit="mm" step={5} decimals={1} min={1} max={200} value={spacing.value} onChange={(value) => (spacing.value = value)} />
+            <NumberField
+              label={t("measure.spacing")}
+              unit="mm"
+              step={5}
+              decimals={1}
+              min={1}
+              max={200}
+              value={spacing.value}
+              onChange={(value) => (spacing.value = value)}
+            />
           </section>
           {one && <Levels figures={one.figures} level={level.value} onLevel={(h) => (level.value = h)} />}
           {expert.value && one && <section class="mono">{told(one.figures.verdict)}</section>}
@@ -235,7 +284,16 @@ function Answer({ figures, busy }: { figures: Figures; busy: boolean }) {
     <section class={busy ? "waits" : ""}>
       <div class="verdict">
         <Chip tone={tone}>{tOr(`grade.${figures.grade}`, figures.grade)}</Chip>
-        <p class="lead-line">{ml ? t(ml.difference < 0 ? "compare.less" : "compare.more", Math.abs(ml.difference).toFixed(1), volume.within_ml === null ? "" : ` ± ${volume.within_ml.toFixed(1)}`, (100 * Math.abs(ml.share ?? 0)).toFixed(1)) : t("compare.no.volume")}</p>
+        <p class="lead-line">
+          {ml
+            ? t(
+                ml.difference < 0 ? "compare.less" : "compare.more",
+                Math.abs(ml.difference).toFixed(1),
+                volume.within_ml === null ? "" : ` ± ${volume.within_ml.toFixed(1)}`,
+                (100 * Math.abs(ml.share ?? 0)).toFixed(1),
+              )
+            : t("compare.no.volume")}
+        </p>
       </div>
       <div class="fig">
         <div>
@@ -286,11 +344,21 @@ function Levels({ figures, level, onLevel }: { figures: Figures; level: number |
             const girth = one.tape_mm ?? null;
             const on = level !== null && Math.abs(level - one.height_mm) < 8;
             return (
-              <tr key={one.height_mm} class={`pick ${on ? "on" : ""}`} tabIndex={0} aria-current={on || undefined} title={one.reason ? told(one.reason) : undefined} onClick={() => onLevel(one.height_mm)} onFocus={() => onLevel(one.height_mm)}>
+              <tr
+                key={one.height_mm}
+                class={`pick ${on ? "on" : ""}`}
+                tabIndex={0}
+                aria-current={on || undefined}
+                title={one.reason ? told(one.reason) : undefined}
+                onClick={() => onLevel(one.height_mm)}
+                onFocus={() => onLevel(one.height_mm)}
+              >
                 <td class="num">{one.height_mm.toFixed(0)}</td>
                 <td class="num soft">{girth?.first.toFixed(1) ?? "–"}</td>
                 <td class="num">{girth?.second.toFixed(1) ?? "–"}</td>
-                <td class={`num ${girth && girth.difference < -0.05 ? "neg" : girth && girth.difference > 0.05 ? "pos" : ""}`}>{girth ? signed(girth.difference) : "–"}</td>
+                <td class={`num ${girth && girth.difference < -0.05 ? "neg" : girth && girth.difference > 0.05 ? "pos" : ""}`}>
+                  {girth ? signed(girth.difference) : "–"}
+                </td>
               </tr>
             );
           })}
@@ -302,8 +370,18 @@ function Levels({ figures, level, onLevel }: { figures: Figures; level: number |
 }
 
 async function compared(id: string, of: "scan" | "rectified", against: string, align: Way, spacing_mm: number): Promise<Compared> {
-  const what = against.startsWith("case ") ? { case: against.slice(5) } : against.startsWith("file ") ? { shape: against.slice(5) } : against.startsWith("before ") ? { edits: Number(against.slice(7)) - 1 } : {};
-  const { bytes: answer } = await bytesOf(`/cases/${encodeURIComponent(id)}/compare/differences`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ of, align, spacing_mm, ...what }) });
+  const what = against.startsWith("case ")
+    ? { case: against.slice(5) }
+    : against.startsWith("file ")
+      ? { shape: against.slice(5) }
+      : against.startsWith("before ")
+        ? { edits: Number(against.slice(7)) - 1 }
+        : {};
+  const { bytes: answer } = await bytesOf(`/cases/${encodeURIComponent(id)}/compare/differences`, {
+    method: "POST",
+    headers: { "Content-Type": "application/json" },
+    body: JSON.stringify({ of, align, spacing_mm, ...what }),
+  });
   const { header, blocks } = decodeBlocks(answer);
   const [positions, indices, values] = [blocks.get("positions"), blocks.get("indices"), blocks.get("signed_mm")];
   const surface: SurfaceData = {
@@ -318,13 +396,20 @@ async function compared(id: string, of: "scan" | "rectified", against: string, a
 
 /** The factor of the bands by what all but a hundredth of the surface keeps: one stray corner is no scale. */
 function widest(values: Float32Array): number {
-  const sizes = values.filter((v) => Number.isFinite(v)).map(Math.abs).sort();
+  const sizes = values
+    .filter((v) => Number.isFinite(v))
+    .map(Math.abs)
+    .sort();
   return widthFor(sizes.length ? sizes[Math.floor(0.99 * (sizes.length - 1))] : 0);
 }
 
 /** A name that the server takes: letters, digits and a known ending. */
 export function nameOf(file: string): string {
   const dot = file.lastIndexOf(".");
-  const stem = (dot < 0 ? file : file.slice(0, dot)).normalize("NFKD").replace(/[^A-Za-z0-9 _-]+/g, "-").replace(/^[^A-Za-z0-9]+/, "").slice(0, 60);
+  const stem = (dot < 0 ? file : file.slice(0, dot))
+    .normalize("NFKD")
+    .replace(/[^A-Za-z0-9 _-]+/g, "-")
+    .replace(/^[^A-Za-z0-9]+/, "")
+    .slice(0, 60);
   return `${stem || "shape"}.${dot < 0 ? "" : file.slice(dot + 1).toLowerCase()}`;
 }

@@ -76,7 +76,17 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <h1 class="job-head">
-              {one.state === "running" ? t("job.running") : one.state === "held" ? t("job.held") : one.state === "queued" ? t("job.queued", one.before) : one.state === "finished" ? t("case.state.finished") : failed ? t("job.refused") : t("job.stopped", done, one.stages.length)}
+              {one.state === "running"
+                ? t("job.running")
+                : one.state === "held"
+                  ? t("job.held")
+                  : one.state === "queued"
+                    ? t("job.queued", one.before)
+                    : one.state === "finished"
+                      ? t("case.state.finished")
+                      : failed
+                        ? t("job.refused")
+                        : t("job.stopped", done, one.stages.length)}
             </h1>
             <p class="unseen" aria-live="polite">
               {announced.value}
@@ -113,7 +123,9 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
                     )}
                     {expert.value && <span class="mono"> {s.name}</span>}
                   </span>
-                  <span class="num faint small">{s.state === "done" ? duration(s.seconds) : s.state === "running" && s.total ? `${s.done} / ${s.total}` : ""}</span>
+                  <span class="num faint small">
+                    {s.state === "done" ? duration(s.seconds) : s.state === "running" && s.total ? `${s.done} / ${s.total}` : ""}
+                  </span>
                 </li>
               ))}
             </ol>
@@ -222,7 +234,8 @@ function Arriving({ room, job, failed }: { room: Room; job: Schemas["JobReply"];
     const cloud = there.cloud ? decodeBlocks((await bytesOf(`/cases/${room.id}/job/cloud?most=30000`)).bytes) : null;
     return { cameras, cloud };
   }, [room.id, there.cameras, there.cloud, failed]);
-  if (shape.value.value) return <Stage shown={shape.value.value} label={t("stage.limb")} mode={mode} modes={["surface", "photo", "sure"]} keys={t("job.keys.surface")} />;
+  if (shape.value.value)
+    return <Stage shown={shape.value.value} label={t("stage.limb")} mode={mode} modes={["surface", "photo", "sure"]} keys={t("job.keys.surface")} />;
   if (dots.value.value) return <Dots cameras={dots.value.value.cameras} cloud={dots.value.value.cloud} />;
   return (
     <main class="stage" id="content" tabIndex={-1}>

@@ -31,7 +31,10 @@ export function onDial(azimuth_deg: number, radius: number): readonly [number, n
 }
 
 function sector(from: number, to: number, inner: number, outer: number): string {
-  const p = (a: number, r: number) => onDial(a, r).map((v) => v.toFixed(1)).join(" ");
+  const p = (a: number, r: number) =>
+    onDial(a, r)
+      .map((v) => v.toFixed(1))
+      .join(" ");
   return `M${p(from, outer)}A${outer} ${outer} 0 0 0 ${p(to, outer)}L${p(to, inner)}A${inner} ${inner} 0 0 1 ${p(from, inner)}Z`;
 }
 

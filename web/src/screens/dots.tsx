@@ -42,7 +42,8 @@ export function Dots({ cameras, cloud }: { cameras: readonly Schemas["Camera"][]
       for (const one of cameras) {
         const size = 0.09 * reach;
         const wide = one.width_px / one.height_px;
-        const corner = (a: number, b: number) => one.centre_mm.map((v, k) => v + size * (1.6 * one.forward[k] + a * 0.5 * wide * one.right[k] + b * 0.5 * one.down[k]));
+        const corner = (a: number, b: number) =>
+          one.centre_mm.map((v, k) => v + size * (1.6 * one.forward[k] + a * 0.5 * wide * one.right[k] + b * 0.5 * one.down[k]));
         const eye = onto(one.centre_mm);
         const frame = [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)].map((p) => onto(p));
         ctx.beginPath();

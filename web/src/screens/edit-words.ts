@@ -14,7 +14,13 @@ export function wordsOf(one: Schemas["EditReply"]): { title: string; where: stri
   const within = Array.isArray(p.within) && p.within.length > 0;
   const where = within ? t("drawn.region") : typeof p.at === "string" ? term(p.at) : p.at ? t("a.point") : numbersOf(one);
   if (one.kind === "load" || one.kind === "relieve") return { title, where, amount: `${signed(one.kind === "load" ? -depth : depth)} mm`, field: "depth_mm" };
-  if (one.kind === "from-template") return { title, where: /"name": ?"((?:[^"\\\\]|\\\\.)*)"/.exec(String(p.learned))?.[1] ?? "", amount: `${(100 * Number(p.strength)).toFixed(0)} %`, field: null };
+  if (one.kind === "from-template")
+    return {
+      title,
+      where: /"name": ?"((?:[^"\\\\]|\\\\.)*)"/.exec(String(p.learned))?.[1] ?? "",
+      amount: `${(100 * Number(p.strength)).toFixed(0)} %`,
+      field: null,
+    };
   const thickness = Number(p.thickness_mm ?? p.distance_mm ?? p.offset_mm);
   return { title, where, amount: Number.isFinite(thickness) ? `${thickness} mm` : "", field: null };
 }

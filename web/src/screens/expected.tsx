@@ -29,7 +29,12 @@ export function Expected({ coverage }: { coverage: Schemas["CoverageReply"] }) {
         <span class="grow" />
         <span class="small faint">{t("expected.share", Math.round(100 * coverage.measured))}</span>
       </div>
-      <svg class="expected" viewBox={`0 0 ${columns * WIDE} ${rows * HIGH}`} role="img" aria-label={t("expected.label", coverage.weakest ? told(coverage.weakest) : "–")}>
+      <svg
+        class="expected"
+        viewBox={`0 0 ${columns * WIDE} ${rows * HIGH}`}
+        role="img"
+        aria-label={t("expected.label", coverage.weakest ? told(coverage.weakest) : "–")}
+      >
         <defs>
           <pattern id="unseen-cells" width="4" height="4" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">
             <rect width="4" height="4" class="ground" />

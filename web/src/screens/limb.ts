@@ -13,7 +13,10 @@ export interface Limb {
   readonly frame: Rigid;
 }
 
-export function useLimb(room: Room, of: "scan" | "rectified"): { limb: Limb | null; asked: Asked<{ reply: Schemas["LimbReply"]; fetched: Fetched; front: Vec3 | undefined }> } {
+export function useLimb(
+  room: Room,
+  of: "scan" | "rectified",
+): { limb: Limb | null; asked: Asked<{ reply: Schemas["LimbReply"]; fetched: Fetched; front: Vec3 | undefined }> } {
   const path = { params: { path: { case_id: room.id } } };
   const asked = useAsked(async () => {
     // One after the other: the first of them makes the server take the surface in.

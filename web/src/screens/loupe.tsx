@@ -39,5 +39,14 @@ export function Loupe({ viewer, on }: { viewer: RefObject<Viewer | null>; on: bo
     ctx.strokeRect(SIDE_PX / 2, SIDE_PX / 2 - 8, 0, 16);
   }, [at]);
   if (!on || !at) return null;
-  return <canvas ref={canvas} class="loupe" width={SIDE_PX} height={SIDE_PX} aria-hidden="true" style={{ left: `${at.x - SIDE_PX / 2}px`, top: `${Math.max(0, at.y - SIDE_PX - ABOVE_PX)}px` }} />;
+  return (
+    <canvas
+      ref={canvas}
+      class="loupe"
+      width={SIDE_PX}
+      height={SIDE_PX}
+      aria-hidden="true"
+      style={{ left: `${at.x - SIDE_PX / 2}px`, top: `${Math.max(0, at.y - SIDE_PX - ABOVE_PX)}px` }}
+    />
+  );
 }

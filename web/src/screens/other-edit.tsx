@@ -73,7 +73,10 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
   const fields = parameters.filter((p) => p.name !== "heights_mm" && p.name !== "per_cent");
   const rows = levels.value.filter((row) => row.height.trim() && row.amount.trim());
   const textOf = (p: Parameter) => (given.value[p.name] ?? "").trim();
-  const lacks = [...fields.filter((p) => p.needed && !textOf(p)).map((p) => labelOf(one?.kind ?? "", p.name)), ...(byLevels && rows.length === 0 ? [t("other.level")] : [])];
+  const lacks = [
+    ...fields.filter((p) => p.needed && !textOf(p)).map((p) => labelOf(one?.kind ?? "", p.name)),
+    ...(byLevels && rows.length === 0 ? [t("other.level")] : []),
+  ];
   const body = (): Body | null => {
     if (!one) return null;
     const made: Record<string, unknown> = {};
@@ -159,11 +162,25 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
           {levels.value.map((row, i) => (
             <div key={i} class="level-row">
               <span class="field">
-                <input aria-label={`${t("other.height")} ${i + 1}`} inputMode="decimal" placeholder={["40", "200"][i] ?? ""} value={row.height} onInput={(event) => setLevel(i, { height: event.currentTarget.value })} onKeyDown={onEnter} />
+                <input
+                  aria-label={`${t("other.height")} ${i + 1}`}
+                  inputMode="decimal"
+                  placeholder={["40", "200"][i] ?? ""}
+                  value={row.height}
+                  onInput={(event) => setLevel(i, { height: event.currentTarget.value })}
+                  onKeyDown={onEnter}
+                />
                 <span class="u">mm</span>
               </span>
               <span class="field">
-                <input aria-label={`${t("other.amount")} ${i + 1}`} inputMode="decimal" placeholder={["1", "3"][i] ?? ""} value={row.amount} onInput={(event) => setLevel(i, { amount: event.currentTarget.value })} onKeyDown={onEnter} />
+                <input
+                  aria-label={`${t("other.amount")} ${i + 1}`}
+                  inputMode="decimal"
+                  placeholder={["1", "3"][i] ?? ""}
+                  value={row.amount}
+                  onInput={(event) => setLevel(i, { amount: event.currentTarget.value })}
+                  onKeyDown={onEnter}
+                />
                 <span class="u">%</span>
               </span>
               <Button
@@ -208,7 +225,13 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
                 ))}
               </select>
             ) : (
-              <input inputMode="decimal" placeholder={usual(p)} value={given.value[p.name] ?? ""} onInput={(event) => set(p.name, event.currentTarget.value)} onKeyDown={onEnter} />
+              <input
+                inputMode="decimal"
+                placeholder={usual(p)}
+                value={given.value[p.name] ?? ""}
+                onInput={(event) => set(p.name, event.currentTarget.value)}
+                onKeyDown={onEnter}
+              />
             )}
             {p.unit && <span class="u">{p.unit === "deg" ? "°" : p.unit}</span>}
           </span>
@@ -224,7 +247,12 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
         </div>
       )}
       <div class="acts">
-        <Button go class="grow" off={busy ? t("loading") : spent.value ? t("other.kept") : lacks.length ? t("other.lacks", lacks.join(", ")) : refused ? t("refused.first") : null} onClick={keep}>
+        <Button
+          go
+          class="grow"
+          off={busy ? t("loading") : spent.value ? t("other.kept") : lacks.length ? t("other.lacks", lacks.join(", ")) : refused ? t("refused.first") : null}
+          onClick={keep}
+        >
           {t("keep.edit")}
         </Button>
         {volume_ml !== null && <Button onClick={onDrop}>{t("drop.edit")}</Button>}
@@ -256,7 +284,10 @@ const numberOf = (text: string) => Number(text.trim().replace(",", ".").replace(
 /** What was typed as the server wants it: a number, a list of numbers, yes or no, or a word. */
 export function valueOf(text: string, p: Pick<Parameter, "expected" | "several">): unknown {
   if (p.expected === YES_OR_NO) return text === "true";
-  const parts = text.split(/[,;]\s*|\s+/).filter(Boolean).map((part) => part.replace("−", "-"));
+  const parts = text
+    .split(/[,;]\s*|\s+/)
+    .filter(Boolean)
+    .map((part) => part.replace("−", "-"));
   const numbers = parts.map(Number);
   if (p.several) return numbers.every(Number.isFinite) ? numbers : parts;
   const one = Number(text.replace(",", ".").replace("−", "-"));

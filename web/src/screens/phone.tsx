@@ -104,7 +104,17 @@ export function PhoneScreen({ id }: { id: string }) {
         )}
         {!lost && link.value === "open" && <Refusal refused={info.refused.value ?? photos.refused.value} />}
         {answer && <Dial data={dialOf(answer)} label={coachWords(answer).lead} />}
-        <p class="phone-how">{missing.length ? [t(missing.length > 1 ? "phone.go.to" : "phone.go.one", missing[0].letter, missing[missing.length - 1].letter), missing.some((one) => one.high) ? t("phone.high") : "", t("phone.same")].filter(Boolean).join(" ") : t(answer ? "phone.same" : "phone.how")}</p>
+        <p class="phone-how">
+          {missing.length
+            ? [
+                t(missing.length > 1 ? "phone.go.to" : "phone.go.one", missing[0].letter, missing[missing.length - 1].letter),
+                missing.some((one) => one.high) ? t("phone.high") : "",
+                t("phone.same"),
+              ]
+                .filter(Boolean)
+                .join(" ")
+            : t(answer ? "phone.same" : "phone.how")}
+        </p>
         <section class="phone-state" aria-label={t("phone.sent")}>
           <h2 aria-live="polite">{t("phone.count", here.length, total)}</h2>
           <svg class="phone-bar" viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true">
@@ -133,8 +143,28 @@ export function PhoneScreen({ id }: { id: string }) {
         </section>
       </main>
       <footer class="phone-act">
-        <input ref={camera} class="unseen" type="file" accept="image/*" capture="environment" tabIndex={-1} aria-hidden="true" id="phone-camera" onChange={(event) => add(event.currentTarget)} />
-        <input ref={library} class="unseen" type="file" accept="image/*" multiple tabIndex={-1} aria-hidden="true" id="phone-files" onChange={(event) => add(event.currentTarget)} />
+        <input
+          ref={camera}
+          class="unseen"
+          type="file"
+          accept="image/*"
+          capture="environment"
+          tabIndex={-1}
+          aria-hidden="true"
+          id="phone-camera"
+          onChange={(event) => add(event.currentTarget)}
+        />
+        <input
+          ref={library}
+          class="unseen"
+          type="file"
+          accept="image/*"
+          multiple
+          tabIndex={-1}
+          aria-hidden="true"
+          id="phone-files"
+          onChange={(event) => add(event.currentTarget)}
+        />
         <Button go={!goes} icon="camera" onClick={() => camera.current?.click()}>
           {missing.length ? t("phone.take.letter", missing[0].letter) : t("phone.take")}
         </Button>
@@ -152,8 +182,24 @@ function Said({ said, goes, photos }: { said: Schemas["Check"] | null; goes: boo
   const running = said?.state === "running";
   const refused = said?.state === "refused" && !running;
   const tone = goes ? "green" : refused || (answer && !running) ? "amber" : "";
-  const lead = goes ? t("capture.go") : running ? t("capture.checking", said?.photos ?? 0) : refused ? t("capture.cannot.check") : answer && !answer.go ? notYet(answer) : t(photos ? "capture.collect" : "phone.begin");
-  const why = running ? t("capture.checking.why") : refused ? (said?.finding ? told(said.finding) : "") : answer?.go && answer.kept_still === false ? coachWords(answer).why : "";
+  const lead = goes
+    ? t("capture.go")
+    : running
+      ? t("capture.checking", said?.photos ?? 0)
+      : refused
+        ? t("capture.cannot.check")
+        : answer && !answer.go
+          ? notYet(answer)
+          : t(photos ? "capture.collect" : "phone.begin");
+  const why = running
+    ? t("capture.checking.why")
+    : refused
+      ? said?.finding
+        ? told(said.finding)
+        : ""
+      : answer?.go && answer.kept_still === false
+        ? coachWords(answer).why
+        : "";
   return (
     <div class="say" role="status">
       <span class={`mark ${tone}`}>
@@ -182,7 +228,9 @@ function OnItsWay({ upload, picture }: { upload: Upload; picture?: string }) {
       {picture && !broken.value ? <img src={picture} alt="" onError={() => (broken.value = true)} /> : <span class="none" />}
       <span>
         {upload.name}
-        <small>{upload.state === "offline" ? t("phone.by.itself", bytes(upload.sent), bytes(upload.total)) : t("phone.of", bytes(upload.sent), bytes(upload.total))}</small>
+        <small>
+          {upload.state === "offline" ? t("phone.by.itself", bytes(upload.sent), bytes(upload.total)) : t("phone.of", bytes(upload.sent), bytes(upload.total))}
+        </small>
       </span>
       <span class="num soft">{Math.floor((100 * upload.sent) / Math.max(1, upload.total))} %</span>
     </li>
@@ -197,7 +245,7 @@ function ToTakeAgain({ id, photo, number, said }: { id: string; photo: Schemas["
     <li class="bad">
       {unusable ? <span class="none" /> : <img src={`${ROOT}/cases/${id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />}
       <span>
-        {t("phone.photo", number)}: {unusable ? t("capture.unusable") : (remarkWords(said?.remarks[0]) || t("phone.not.counted"))}
+        {t("phone.photo", number)}: {unusable ? t("capture.unusable") : remarkWords(said?.remarks[0]) || t("phone.not.counted")}
         <small>{t("phone.again")}</small>
       </span>
       <Icon name="warn" tone="a" />

@@ -14,7 +14,10 @@ const SIDE = 25;
 
 export function PointCard({ room, point, onClose }: { room: Room; point: Vec3; onClose: () => void }) {
   const asked = useAsked(
-    () => taken(api.POST("/api/v1/cases/{case_id}/surface/point", { params: { path: { case_id: room.id } }, body: { position_mm: [point[0], point[1], point[2]] } })),
+    () =>
+      taken(
+        api.POST("/api/v1/cases/{case_id}/surface/point", { params: { path: { case_id: room.id } }, body: { position_mm: [point[0], point[1], point[2]] } }),
+      ),
     [room.id, ...point],
   );
   const found = asked.value.value;
@@ -67,7 +70,9 @@ function Witnessed({ one }: { one: Schemas["PointPhoto"] }) {
   return (
     <figure title={`${one.photo}, ${one.angle_deg.toFixed(0)}°`}>
       <canvas ref={canvas} width={SIDE} height={SIDE} role="img" aria-label={one.photo} />
-      <figcaption class="small faint">{one.residual === null || one.residual === undefined ? one.photo.slice(0, 9) : `${(100 * one.residual).toFixed(0)} %`}</figcaption>
+      <figcaption class="small faint">
+        {one.residual === null || one.residual === undefined ? one.photo.slice(0, 9) : `${(100 * one.residual).toFixed(0)} %`}
+      </figcaption>
     </figure>
   );
 }

@@ -16,7 +16,8 @@ export const EDIT = `${RECIPE}/edits/{number}` as const;
 export type Shown = Schemas["EditReply"] & { readonly was: number | null };
 
 /** The changes of a case's recipe that are pending. */
-export const recipeActs = (caseId: string): readonly Act[] => pending.value.filter((one) => one.path.startsWith(RECIPE) && one.init.params?.path?.["case_id"] === caseId);
+export const recipeActs = (caseId: string): readonly Act[] =>
+  pending.value.filter((one) => one.path.startsWith(RECIPE) && one.init.params?.path?.["case_id"] === caseId);
 
 /** The recipe on which the next change is made: what the last pending one makes, else what the server said. */
 export const seenBy = (acts: readonly Act[], mark: string | undefined): string | undefined => acts[acts.length - 1]?.id ?? mark;
@@ -30,7 +31,11 @@ export function afterActs(edits: readonly Schemas["EditReply"][], acts: readonly
     const at = Number(init.params?.path?.["number"]) - 1;
     if (!list[at]) return null;
     const change = (init.body ?? {}) as Schemas["EditChange"];
-    const one: Shown = { ...list[at], ...(typeof change.on === "boolean" && { on: change.on }), ...(change.parameters && { parameters: change.parameters as Shown["parameters"], was: null }) };
+    const one: Shown = {
+      ...list[at],
+      ...(typeof change.on === "boolean" && { on: change.on }),
+      ...(change.parameters && { parameters: change.parameters as Shown["parameters"], was: null }),
+    };
     const others = list.filter((_, i) => i !== at);
     list = method === "delete" ? others : others.toSpliced((change.number ?? at + 1) - 1, 0, one);
   }

@@ -21,7 +21,12 @@ export function RecordScreen({ room }: RoomProps) {
         <div class="row-head">
           <h1>{t(`record.${sheet.value}`)}</h1>
           <span class="grow" />
-          <Segments label={t("step.record")} value={sheet.value} options={(["record", "report", "accuracy"] as const).map((value) => ({ value, text: t(`record.${value}`) }))} onChange={(value) => (sheet.value = value)} />
+          <Segments
+            label={t("step.record")}
+            value={sheet.value}
+            options={(["record", "report", "accuracy"] as const).map((value) => ({ value, text: t(`record.${value}`) }))}
+            onChange={(value) => (sheet.value = value)}
+          />
         </div>
         {ready.value !== source && (
           <p class="soft" role="status">

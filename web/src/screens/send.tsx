@@ -79,11 +79,13 @@ export function SendScreen({ room }: RoomProps) {
   };
   /** One file after the other; what was wanted before and is not any more is not shown. */
   const writeWanted = async () => {
-    for (let body = wanted.current; body; ) {
-      const made = await perform(room.id, "post", "/api/v1/cases/{case_id}/exports", { ...path, body }, { lane: `${room.id} files` }).catch((error: unknown) => {
-        if (wanted.current === body) throw error;
-        return null; // refused, and not wanted any more
-      });
+    for (let body = wanted.current; body;) {
+      const made = await perform(room.id, "post", "/api/v1/cases/{case_id}/exports", { ...path, body }, { lane: `${room.id} files` }).catch(
+        (error: unknown) => {
+          if (wanted.current === body) throw error;
+          return null; // refused, and not wanted any more
+        },
+      );
       if (wanted.current === body) {
         written.value = made;
         break;
@@ -92,7 +94,19 @@ export function SendScreen({ room }: RoomProps) {
     }
   };
   const w = written.value;
-  const off = act.busy.value ? t("send.writing") : !side.value && !torso ? t("send.off.side") : other ? t("send.off.contradiction") : red && !signer.value.trim() ? t("send.off.red") : !w ? t("send.off.none") : !held.value ? t("send.off.picture") : null;
+  const off = act.busy.value
+    ? t("send.writing")
+    : !side.value && !torso
+      ? t("send.off.side")
+      : other
+        ? t("send.off.contradiction")
+        : red && !signer.value.trim()
+          ? t("send.off.red")
+          : !w
+            ? t("send.off.none")
+            : !held.value
+              ? t("send.off.picture")
+              : null;
   const option = (one: Kind) => (
     <label key={one} class={`opt ${kind.value === one ? "on" : ""}`}>
       <input type="radio" name="kind" checked={kind.value === one} onChange={() => write({ kind: one })} />
@@ -127,11 +141,66 @@ export function SendScreen({ room }: RoomProps) {
           </p>
           {((kind.value === "aop" && grid.value) || kind.value === "dxf" || kind.value === "gcode") && (
             <div class="own-board">
-              {kind.value === "aop" && grid.value && <NumberField label={t("send.spokes")} unit="" step={10} decimals={0} min={8} max={3600} value={spokes.value} onChange={(v) => ((spokes.value = v), write())} />}
-              {kind.value === "aop" && grid.value && <NumberField label={t("send.spacing")} unit="mm" step={0.5} decimals={2} min={0.1} max={50} value={spacing.value} onChange={(v) => ((spacing.value = v), write())} />}
-              {kind.value === "aop" && grid.value && <NumberField label={t("send.distal")} unit="" step={2} decimals={0} min={0} max={100} value={distal.value} onChange={(v) => ((distal.value = v), write())} />}
-              {kind.value === "dxf" && <NumberField label={t("send.sections")} unit="mm" step={5} decimals={1} min={0.5} max={200} value={sections.value} onChange={(v) => ((sections.value = v), write())} />}
-              {kind.value === "gcode" && <NumberField label={t("send.tool")} unit="mm" step={1} decimals={1} min={1} max={60} value={tool.value} onChange={(v) => ((tool.value = v), write())} />}
+              {kind.value === "aop" && grid.value && (
+                <NumberField
+                  label={t("send.spokes")}
+                  unit=""
+                  step={10}
+                  decimals={0}
+                  min={8}
+                  max={3600}
+                  value={spokes.value}
+                  onChange={(v) => ((spokes.value = v), write())}
+                />
+              )}
+              {kind.value === "aop" && grid.value && (
+                <NumberField
+                  label={t("send.spacing")}
+                  unit="mm"
+                  step={0.5}
+                  decimals={2}
+                  min={0.1}
+                  max={50}
+                  value={spacing.value}
+                  onChange={(v) => ((spacing.value = v), write())}
+                />
+              )}
+              {kind.value === "aop" && grid.value && (
+                <NumberField
+                  label={t("send.distal")}
+                  unit=""
+                  step={2}
+                  decimals={0}
+                  min={0}
+                  max={100}
+                  value={distal.value}
+                  onChange={(v) => ((distal.value = v), write())}
+                />
+              )}
+              {kind.value === "dxf" && (
+                <NumberField
+                  label={t("send.sections")}
+                  unit="mm"
+                  step={5}
+                  decimals={1}
+                  min={0.5}
+                  max={200}
+                  value={sections.value}
+                  onChange={(v) => ((sections.value = v), write())}
+                />
+              )}
+              {kind.value === "gcode" && (
+                <NumberField
+                  label={t("send.tool")}
+                  unit="mm"
+                  step={1}
+                  decimals={1}
+                  min={1}
+                  max={60}
+                  value={tool.value}
+                  onChange={(v) => ((tool.value = v), write())}
+                />
+              )}
             </div>
           )}
         </Card>
@@ -139,7 +208,14 @@ export function SendScreen({ room }: RoomProps) {
           <Card step={2} done={side.value !== null && !other} title={t("send.side")} aside={t("send.side.look")}>
             <div class="gate" role="radiogroup" aria-label={t("send.side")}>
               {(["right", "left"] as const).map((one) => (
-                <button key={one} type="button" role="radio" aria-checked={side.value === one} class={`lr ${one} ${side.value === one ? "on" : ""}`} onClick={() => write({ side: one })}>
+                <button
+                  key={one}
+                  type="button"
+                  role="radio"
+                  aria-checked={side.value === one}
+                  class={`lr ${one} ${side.value === one ? "on" : ""}`}
+                  onClick={() => write({ side: one })}
+                >
                   <b aria-hidden="true">{t(one === "left" ? "side.L" : "side.R")}</b>
                   <span>
                     {t(`side.${one}`)}
@@ -149,13 +225,24 @@ export function SendScreen({ room }: RoomProps) {
                 </button>
               ))}
             </div>
-            {other && <Notice tone="red" title={t("send.contradiction")}>{t("send.contradiction.do")}</Notice>}
+            {other && (
+              <Notice tone="red" title={t("send.contradiction")}>
+                {t("send.contradiction.do")}
+              </Notice>
+            )}
           </Card>
         )}
         {red && (
           <Card step={2} done={signer.value.trim() !== ""} title={t("send.red")} aside={t("send.red.why")}>
             <span class="field wide">
-              <input aria-label={t("send.red.who")} placeholder={t("send.red.who")} maxLength={300} value={signer.value} onInput={(event) => (signer.value = event.currentTarget.value)} onChange={() => write()} />
+              <input
+                aria-label={t("send.red.who")}
+                placeholder={t("send.red.who")}
+                maxLength={300}
+                value={signer.value}
+                onInput={(event) => (signer.value = event.currentTarget.value)}
+                onChange={() => write()}
+              />
             </span>
           </Card>
         )}
@@ -186,7 +273,11 @@ export function SendScreen({ room }: RoomProps) {
           )}
           {w ? (
             <>
-              <img class="mirror" src={`${ROOT}/cases/${room.id}/exports/${encodeURIComponent(w.name)}/mirror?${w.sha256.slice(0, 8)}`} alt={t("send.picture.alt", w.side === "left" ? t("side.LEFT") : w.side === "right" ? t("side.RIGHT") : "")} />
+              <img
+                class="mirror"
+                src={`${ROOT}/cases/${room.id}/exports/${encodeURIComponent(w.name)}/mirror?${w.sha256.slice(0, 8)}`}
+                alt={t("send.picture.alt", w.side === "left" ? t("side.LEFT") : w.side === "right" ? t("side.RIGHT") : "")}
+              />
               <label class={`tick ${held.value ? "on" : ""}`}>
                 <input type="checkbox" checked={held.value} onChange={(event) => (held.value = event.currentTarget.checked)} />
                 {t("send.picture.tick")}
@@ -269,7 +360,13 @@ export function SendScreen({ room }: RoomProps) {
               {t("send.save")}
             </a>
           )}
-          <p class="small soft">{off ?? <button type="button" class="linkish" onClick={() => go(href.step(room.id, "record"))}>{t("send.next")}</button>}</p>
+          <p class="small soft">
+            {off ?? (
+              <button type="button" class="linkish" onClick={() => go(href.step(room.id, "record"))}>
+                {t("send.next")}
+              </button>
+            )}
+          </p>
         </div>
       </aside>
     </div>
@@ -319,4 +416,3 @@ function Card({ step, done, title, aside, children }: { step: number; done: bool
     </section>
   );
 }
-

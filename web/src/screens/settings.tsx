@@ -24,11 +24,21 @@ export function SettingsScreen() {
         <h2>{t("settings.look")}</h2>
         <div class="setting">
           <span>{t("settings.language")}</span>
-          <Segments label={t("settings.language")} value={language.value} options={(Object.entries(LANGUAGES) as [Language, string][]).map(([value, text]) => ({ value, text }))} onChange={setLanguage} />
+          <Segments
+            label={t("settings.language")}
+            value={language.value}
+            options={(Object.entries(LANGUAGES) as [Language, string][]).map(([value, text]) => ({ value, text }))}
+            onChange={setLanguage}
+          />
         </div>
         <div class="setting">
           <span>{t("settings.theme")}</span>
-          <Segments label={t("settings.theme")} value={theme.value} options={(["system", "light", "dark"] as const).map((value: Theme) => ({ value, text: t(`settings.theme.${value}`) }))} onChange={setTheme} />
+          <Segments
+            label={t("settings.theme")}
+            value={theme.value}
+            options={(["system", "light", "dark"] as const).map((value: Theme) => ({ value, text: t(`settings.theme.${value}`) }))}
+            onChange={setTheme}
+          />
         </div>
         <div class="setting">
           <span>
@@ -36,7 +46,15 @@ export function SettingsScreen() {
             <br />
             <small class="faint">{t("settings.expert.what")}</small>
           </span>
-          <Segments label={t("expert")} value={expert.value ? "on" : "off"} options={[{ value: "off", text: t("off") }, { value: "on", text: t("on") }]} onChange={(value) => setExpert(value === "on")} />
+          <Segments
+            label={t("expert")}
+            value={expert.value ? "on" : "off"}
+            options={[
+              { value: "off", text: t("off") },
+              { value: "on", text: t("on") },
+            ]}
+            onChange={(value) => setExpert(value === "on")}
+          />
         </div>
       </section>
       <section class="card">

@@ -51,7 +51,8 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
   const one = all.find((k) => k.id === chosen.value) ?? null;
 
   const edit = async (): Promise<TemplateEdit> => {
-    if (learned.current?.id !== chosen.value) learned.current = { id: chosen.value, text: new TextDecoder().decode((await bytesOf(`/templates/${chosen.value}/file`)).bytes) };
+    if (learned.current?.id !== chosen.value)
+      learned.current = { id: chosen.value, text: new TextDecoder().decode((await bytesOf(`/templates/${chosen.value}/file`)).bytes) };
     return { kind: "from-template", parameters: { learned: learned.current.text, strength: strength.value / 100 }, accept: [] };
   };
   useEffect(() => {
@@ -59,7 +60,12 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
   }, [chosen.value, strength.value]);
   const take = (file: File) =>
     act.run(async () => {
-      const response = await fetch(`${ROOT}/templates/file`, { method: "PUT", body: file, headers: { "Content-Type": "application/octet-stream" }, credentials: "same-origin" }).catch(() => null);
+      const response = await fetch(`${ROOT}/templates/file`, {
+        method: "PUT",
+        body: file,
+        headers: { "Content-Type": "application/octet-stream" },
+        credentials: "same-origin",
+      }).catch(() => null);
       if (!response) throw new Refused("Lost", t("lost"), 0);
       note(response.status);
       if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));
@@ -102,7 +108,16 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
       )}
       {one && (
         <>
-          <NumberField label={t("template.strength")} unit="%" step={10} decimals={0} min={10} max={300} value={strength.value} onChange={(value) => (strength.value = value)} />
+          <NumberField
+            label={t("template.strength")}
+            unit="%"
+            step={10}
+            decimals={0}
+            min={10}
+            max={300}
+            value={strength.value}
+            onChange={(value) => (strength.value = value)}
+          />
           <p class="soft small-note">{t("template.range", signed(one.most_inward_mm), signed(one.most_outward_mm), (100 * one.changed_share).toFixed(0))}</p>
           {one.places.length > 0 && (
             <table class="kv">
@@ -123,7 +138,12 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
             </p>
           )}
           <div class="acts">
-            <Button go class="grow" off={busy || waits ? t("loading") : tried ? null : t("refused.first")} onClick={() => void act.run(async () => onKeep(await edit()))}>
+            <Button
+              go
+              class="grow"
+              off={busy || waits ? t("loading") : tried ? null : t("refused.first")}
+              onClick={() => void act.run(async () => onKeep(await edit()))}
+            >
               {t("keep.edit")}
             </Button>
             <Button
@@ -147,7 +167,13 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
             </button>
           </p>
           {removing.value && (
-            <Confirm danger title={t("cameras.delete.sure", one.name)} yes={t("cameras.delete")} onYes={() => void remove()} onNo={() => (removing.value = false)}>
+            <Confirm
+              danger
+              title={t("cameras.delete.sure", one.name)}
+              yes={t("cameras.delete")}
+              onYes={() => void remove()}
+              onNo={() => (removing.value = false)}
+            >
               <p>{t("template.delete.what")}</p>
             </Confirm>
           )}
@@ -197,7 +223,13 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
 
 /** Which cases a template is learned from, and what it is called. */
 function Learning({ room, onLearned }: { room: Room; onLearned: (reply: Schemas["LearnedReply"]) => void }) {
-  const cases = useAsked(async () => (await taken(api.GET("/api/v1/cases", { params: { query: {} } }))).cases.filter((one) => one.steps.some((step) => step.name === "rectify" && step.state !== "locked" && step.count > 0)), []);
+  const cases = useAsked(
+    async () =>
+      (await taken(api.GET("/api/v1/cases", { params: { query: {} } }))).cases.filter((one) =>
+        one.steps.some((step) => step.name === "rectify" && step.state !== "locked" && step.count > 0),
+      ),
+    [],
+  );
   const name = useSignal("");
   const ticked = useSignal<ReadonlySet<string>>(new Set([room.id]));
   const act = useAct();
@@ -239,7 +271,11 @@ function Learning({ room, onLearned }: { room: Room; onLearned: (reply: Schemas[
       <p class="small faint">{t(chosen.length < 5 ? "template.few" : "template.several")}</p>
       <Refusal refused={act.refused.value ?? cases.refused.value} />
       <div class="acts">
-        <Button go off={act.busy.value ? t("template.busy") : !name.value.trim() ? t("template.name") : chosen.length ? null : t("template.from")} onClick={() => void learn()}>
+        <Button
+          go
+          off={act.busy.value ? t("template.busy") : !name.value.trim() ? t("template.name") : chosen.length ? null : t("template.from")}
+          onClick={() => void learn()}
+        >
           {t("template.learn.now", chosen.length)}
         </Button>
         {act.busy.value && <Chip tone="plain">{t("template.busy")}</Chip>}

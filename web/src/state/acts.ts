@@ -25,7 +25,9 @@ export interface Act {
   readonly init: { readonly params?: { readonly path?: Readonly<Record<string, unknown>> }; readonly body?: unknown };
 }
 
-type Answer<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I> = paths[P][M] extends infer Route extends Record<string | number, unknown> ? NonNullable<FetchResponse<Route, I, MediaType>["data"]> : never;
+type Answer<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I> = paths[P][M] extends infer Route extends Record<string | number, unknown>
+  ? NonNullable<FetchResponse<Route, I, MediaType>["data"]>
+  : never;
 
 interface Ways<T> {
   /** Called with the answer in the moment in which the act is no more pending. */
@@ -85,12 +87,19 @@ export function newOffer(): Offer {
 }
 
 /** Do something of a case, or of all of them (`of` is empty); refused as `taken` refuses. */
-export function perform<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I extends MaybeOptionalInit<paths[P], M>>(of: string, method: M, path: P, init: I, { done, again, id = newActId(), lane = of }: Ways<Answer<M, P, I>> = {}): Promise<Answer<M, P, I>> {
+export function perform<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I extends MaybeOptionalInit<paths[P], M>>(
+  of: string,
+  method: M,
+  path: P,
+  init: I,
+  { done, again, id = newActId(), lane = of }: Ways<Answer<M, P, I>> = {},
+): Promise<Answer<M, P, I>> {
   return begin({ id, by: hand ?? "", lane, method, path, init: init as Act["init"] }, { done, again } as Ways<unknown>) as Promise<Answer<M, P, I>>;
 }
 
 /** The acts of a case that are pending at a route. */
-export const pendingAt = (of: string, path: keyof paths): readonly Act[] => pending.value.filter((one) => one.path === path && one.init.params?.path?.["case_id"] === of);
+export const pendingAt = (of: string, path: keyof paths): readonly Act[] =>
+  pending.value.filter((one) => one.path === path && one.init.params?.path?.["case_id"] === of);
 
 /** A lane of its own is for what takes long and keeps nothing of its own: files, checks. */
 export const isOfFiles = (act: Act): boolean => act.lane.includes(" ");
@@ -121,23 +130,28 @@ function begin(act: Act, { done, again }: Ways<unknown>): Promise<unknown> {
   if (known) return known;
   keep([...pending.value, act]);
   const before = lanes.get(act.lane) ?? Promise.resolve();
-  const answer = before.then(() => answered(act)).then(
-    async ({ found, replayed }) => {
-      const asks = replayed && again;
-      if (asks) await asks();
-      batch(() => {
-        if (!asks) done?.(found);
+  const answer = before
+    .then(() => answered(act))
+    .then(
+      async ({ found, replayed }) => {
+        const asks = replayed && again;
+        if (asks) await asks();
+        batch(() => {
+          if (!asks) done?.(found);
+          end(act);
+        });
+        return found;
+      },
+      (error: unknown) => {
         end(act);
-      });
-      return found;
-    },
-    (error: unknown) => {
-      end(act);
-      throw error;
-    },
-  );
+        throw error;
+      },
+    );
   answers.set(act.id, answer);
-  lanes.set(act.lane, answer.catch(() => {}));
+  lanes.set(
+    act.lane,
+    answer.catch(() => {}),
+  );
   return answer;
 }
 

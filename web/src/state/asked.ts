@@ -72,7 +72,16 @@ export function useAct() {
         running.value--;
       }
     };
-    return { busy: { get value() { return running.value > 0; } }, refused, run, screen };
+    return {
+      busy: {
+        get value() {
+          return running.value > 0;
+        },
+      },
+      refused,
+      run,
+      screen,
+    };
   }, []);
   useEffect(() => () => void (made.screen.open = false), []);
   return made;

@@ -34,7 +34,8 @@ export function watch(): void {
     const one = person.value;
     if (!one?.open || one.locked || one.user === here) return;
     const name = one.user;
-    if (here !== null) leave(); // somebody else signed in, in another tab
+    if (here !== null)
+      leave(); // somebody else signed in, in another tab
     else untracked(() => resumeActs((here = name)));
   });
   let told = 0;

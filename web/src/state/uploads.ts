@@ -62,7 +62,10 @@ export function forgetDone(caseId: string): void {
 export function nameOf(file: { name: string; lastModified: number }): string {
   const clean = file.name.replace(/[\\/:*?"<>|\u0000-\u001f]/g, "_").slice(-120);
   if (!/^image\.(jpe?g|heic)$/i.test(clean)) return clean;
-  const at = new Date(file.lastModified).toISOString().replace(/[-:TZ.]/g, "").slice(0, 17);
+  const at = new Date(file.lastModified)
+    .toISOString()
+    .replace(/[-:TZ.]/g, "")
+    .slice(0, 17);
   return clean.replace(/^image/i, `photo-${at}`);
 }
 
@@ -119,7 +122,7 @@ async function sendOne(caseId: string, name: string, file: File): Promise<void> 
 
 /** Wait until the server answers again; how many bytes of the file it has. */
 async function whenBack(caseId: string, name: string, total: number): Promise<number> {
-  for (let looks = 0; ; ) {
+  for (let looks = 0; ;) {
     await new Promise((go) => setTimeout(go, RETRY_MS));
     try {
       const list = await taken(api.GET("/api/v1/cases/{case_id}/photos", { params: { path: { case_id: caseId } } }));
@@ -147,7 +150,15 @@ async function isOther(file: File, photos: readonly Schemas["Photo"][]): Promise
   return [...hash].map((one) => one.toString(16).padStart(2, "0")).join("") !== photos[0].sha256;
 }
 
-function piece(caseId: string, name: string, upload: string, file: File, from: number, to: number, progress: (loaded: number) => void): Promise<Schemas["Sent"]> {
+function piece(
+  caseId: string,
+  name: string,
+  upload: string,
+  file: File,
+  from: number,
+  to: number,
+  progress: (loaded: number) => void,
+): Promise<Schemas["Sent"]> {
   return new Promise((good, bad) => {
     const request = new XMLHttpRequest();
     request.open("PUT", `${ROOT}/cases/${encodeURIComponent(caseId)}/photos/${encodeURIComponent(name)}`);

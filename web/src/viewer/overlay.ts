@@ -94,7 +94,7 @@ export class Overlay {
   private readonly places = el("g", { class: "places" }, this.svg);
   private readonly grip = el("g", { class: "depth" }, this.svg);
   private readonly axis = el("g", { class: "axis" }, this.svg);
-  private readonly cube = el("g", { class: "cube", "aria-hidden": "true" }, this.svg);
+  private readonly cube = el("g", { "class": "cube", "aria-hidden": "true" }, this.svg);
   private readonly bar = el("g", { class: "bar" }, this.svg);
   private readonly names = el("g", { class: "names" }, this.svg);
   private heightAt: (y: number) => number = () => 0;
@@ -106,7 +106,13 @@ export class Overlay {
     public words: Words,
   ) {
     viewer.holder.append(this.svg);
-    for (const [name, value] of [["label", words.level], ["valuemin", "0"], ["valuemax", "0"], ["valuenow", "0"]] as const) this.flag.setAttribute(`aria-${name}`, value);
+    for (const [name, value] of [
+      ["label", words.level],
+      ["valuemin", "0"],
+      ["valuemax", "0"],
+      ["valuenow", "0"],
+    ] as const)
+      this.flag.setAttribute(`aria-${name}`, value);
     el("path", { d: "M0 0l12-13h76a5 5 0 0 1 5 5v16a5 5 0 0 1-5 5H12z" }, this.flag);
     this.flag.append(this.flagText);
     el("path", { class: "grip", d: "M76 -3h8M76 3h8" }, this.flag);
@@ -313,7 +319,7 @@ export class Overlay {
       const shown = surface.toShown(mark.point);
       const seen = this.viewer.isSeen(shown, 2);
       const [x, y] = this.screen(shown);
-      const group = el("g", { class: `place ${mark.state} ${seen ? "" : "unseen-place"}`, "data-place": mark.name }, this.places);
+      const group = el("g", { "class": `place ${mark.state} ${seen ? "" : "unseen-place"}`, "data-place": mark.name }, this.places);
       if (seen && mark.label) {
         const left = x < middle || (this.span !== null && this.viewer.holder.clientWidth >= 480 && this.viewer.holder.clientWidth < 700);
         const lx = left ? Math.min(x - 30, box.left - 14) : Math.max(x + 30, box.right + 14);
@@ -321,7 +327,7 @@ export class Overlay {
         while (taken.some((one) => one.left === left && Math.abs(one.y - ly) < 17)) ly += 17;
         taken.push({ left, y: ly });
         el("line", { x1: x, y1: y, x2: lx, y2: ly }, group);
-        const text = el("text", { x: left ? lx - 4 : lx + 4, y: ly + 4, "text-anchor": left ? "end" : "start" }, group);
+        const text = el("text", { "x": left ? lx - 4 : lx + 4, "y": ly + 4, "text-anchor": left ? "end" : "start" }, group);
         text.textContent = mark.label;
       }
       el("circle", { class: "dot", cx: x, cy: y, r: mark.state === "chosen" ? 6 : 4.5 }, group);
@@ -360,8 +366,7 @@ export class Overlay {
       const far = Math.hypot(dx, dy) || 1;
       // A tenth of a millimetre for each pixel: finer than the surface's own scale, so a hand can stop at 0.5.
       const perPixel = 0.05;
-      const depthAt = (event: PointerEvent) =>
-        start + (((event.clientX - down.clientX) * dx + (event.clientY - down.clientY) * dy) / far) * perPixel;
+      const depthAt = (event: PointerEvent) => start + (((event.clientX - down.clientX) * dx + (event.clientY - down.clientY) * dy) / far) * perPixel;
       const move = (event: PointerEvent) => this.onHandle?.(depthAt(event), false, event.altKey);
       const up = (event: PointerEvent) => {
         window.removeEventListener("pointermove", move);
@@ -394,14 +399,19 @@ export class Overlay {
     for (const name of ["stem-halo", "stem"]) el("line", { class: name, x1: low[0], y1: low[1], x2: top[0], y2: top[1] }, this.axis);
     const { back } = this.viewer.axes();
     this.knob(top, "M-7 0a9 9 0 0 1 14 0M-7 0l-1-5M-7 0l5 0M7 0l1-5M7 0l-5 0", (from, now) => {
-      const angle = (p: PointerEvent) => Math.atan2(-(p.clientY - this.svg.getBoundingClientRect().top - origin[1]), p.clientX - this.svg.getBoundingClientRect().left - origin[0]);
+      const angle = (p: PointerEvent) =>
+        Math.atan2(-(p.clientY - this.svg.getBoundingClientRect().top - origin[1]), p.clientX - this.svg.getBoundingClientRect().left - origin[0]);
       let by = ((angle(now) - angle(from)) * 180) / Math.PI;
       if (by > 180) by -= 360;
       if (by < -180) by += 360;
       if (now.altKey) by *= 0.2;
       return { turn_deg: 0, flex_deg: by * back.x, lean_deg: by * back.y };
     });
-    this.knob(low, "M-8 0h16M-8 0l4-4M-8 0l4 4M8 0l-4-4M8 0l-4 4", (from, now) => ({ turn_deg: (now.clientX - from.clientX) * (now.altKey ? 0.05 : 0.3), flex_deg: 0, lean_deg: 0 }));
+    this.knob(low, "M-8 0h16M-8 0l4-4M-8 0l4 4M8 0l-4-4M8 0l-4 4", (from, now) => ({
+      turn_deg: (now.clientX - from.clientX) * (now.altKey ? 0.05 : 0.3),
+      flex_deg: 0,
+      lean_deg: 0,
+    }));
   }
 
   /** While a handle of the axes is held it stays where it was taken. */
@@ -450,7 +460,10 @@ export class Overlay {
       face.group.setAttribute("visibility", seen ? "inherit" : "hidden");
       if (!seen) continue;
       const [u, v] = across[view];
-      const corner = (a: number, b: number) => flat(n.clone().addScaledVector(u, a).addScaledVector(v, b)).map((k) => k.toFixed(1)).join(",");
+      const corner = (a: number, b: number) =>
+        flat(n.clone().addScaledVector(u, a).addScaledVector(v, b))
+          .map((k) => k.toFixed(1))
+          .join(",");
       face.polygon.setAttribute("points", [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)].join(" "));
       face.polygon.setAttribute("stroke-dasharray", this.aligned || view === "above" || view === "below" ? "" : "3 2");
       const [ux, uy] = flat(u);

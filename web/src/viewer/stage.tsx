@@ -171,7 +171,13 @@ export function Stage(props: StageProps) {
   });
 
   return (
-    <main ref={holder} id="content" class={`stage ${props.tool && !narrow.matches ? "armed" : ""} ${props.tools && !narrow.matches ? "with-tools" : ""}`} aria-label={props.label} data-language={language.value}>
+    <main
+      ref={holder}
+      id="content"
+      class={`stage ${props.tool && !narrow.matches ? "armed" : ""} ${props.tools && !narrow.matches ? "with-tools" : ""}`}
+      aria-label={props.label}
+      data-language={language.value}
+    >
       {broken.value && (
         <div class="empty">
           <Icon name="warn" />
@@ -211,7 +217,14 @@ export function Stage(props: StageProps) {
         </div>
       )}
       {shown && mode === "sure" && <SureLegend />}
-      {shown && mode === "difference" && <DifferenceLegend wider={shown.difference?.wider ?? 1} against={props.against ?? t("against.scan")} ends={props.ends ?? [t("taken"), t("added")]} hatched={props.hatched} />}
+      {shown && mode === "difference" && (
+        <DifferenceLegend
+          wider={shown.difference?.wider ?? 1}
+          against={props.against ?? t("against.scan")}
+          ends={props.ends ?? [t("taken"), t("added")]}
+          hatched={props.hatched}
+        />
+      )}
       {(props.tool || props.tools) && narrow.matches && <p class="phone-only">{t("stage.phone")}</p>}
       {props.children}
       <p class="keys" title={props.keys}>

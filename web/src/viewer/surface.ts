@@ -4,18 +4,7 @@
  * Vertices stay in the mesh's frame; the group that holds them carries `shown_from_mesh`, so that
  * what is picked goes to the server in the frame that the server knows.
  */
-import {
-  BufferAttribute,
-  BufferGeometry,
-  Color,
-  DoubleSide,
-  Group,
-  Matrix4,
-  Mesh,
-  type Raycaster,
-  ShaderMaterial,
-  Vector3,
-} from "three";
+import { BufferAttribute, BufferGeometry, Color, DoubleSide, Group, Matrix4, Mesh, type Raycaster, ShaderMaterial, Vector3 } from "three";
 import { MeshBVH, acceleratedRaycast } from "three-mesh-bvh";
 
 import { DIFFERENCE_COLOURS, DIFFERENCE_LIMITS_MM, SURE_COLOURS, SURE_STOPS_MM } from "../geometry/scales";
@@ -266,8 +255,7 @@ export class Surface {
   move(vertices: Uint32Array, positions: Float32Array): void {
     const attribute = this.geometry.attributes.position as BufferAttribute;
     const array = attribute.array as Float32Array;
-    for (let i = 0; i < vertices.length; i++)
-      for (let k = 0; k < 3; k++) array[3 * vertices[i] + k] = positions[3 * i + k];
+    for (let i = 0; i < vertices.length; i++) for (let k = 0; k < 3; k++) array[3 * vertices[i] + k] = positions[3 * i + k];
     attribute.needsUpdate = true;
     this.normalsStale = true;
     this.treeStale = true;

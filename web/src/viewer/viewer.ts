@@ -141,9 +141,7 @@ export class Viewer {
     const target = this.controls.getTarget(new Vector3());
     const position = this.controls.getPosition(new Vector3());
     const tangent = Math.tan((FIELD_DEG * Math.PI) / 360);
-    const distance = this.isParallel
-      ? this.orthographic.top / this.orthographic.zoom / tangent
-      : position.distanceTo(target);
+    const distance = this.isParallel ? this.orthographic.top / this.orthographic.zoom / tangent : position.distanceTo(target);
     const direction = position.sub(target).normalize();
     this.controls.dispose();
     this.camera = on ? this.orthographic : this.perspective;

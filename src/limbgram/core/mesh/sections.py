@@ -1,8 +1,8 @@
-"""Sections: exact cuts of a mesh by parallel planes, chained to polylines.
+"""Sections: exact cuts of a mesh by parallel planes.
 
-This is the one cut that gives lines. `workbench/edits/cutting.py` splits faces instead and keeps a
-part of the mesh, `workbench/measures/levels.py` integrates over the part of a face below a height,
-and `core/mesh/axis.py` needs middles alone.
+`cut` chains them to polylines, `level_segments` leaves them loose. `workbench/edits/cutting.py`
+splits faces instead and keeps a part of the mesh, `workbench/measures/levels.py` integrates over
+the part of a face below a height, and `core/mesh/axis.py` needs middles alone.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,7 +13,7 @@ from jaxtyping import Float64, Int32, Int64
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import OptionsError
-from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.arrays import Points2, Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges
 
@@ -121,6 +121,55 @@ def cut(mesh: Mesh, offsets_mm: Sequence[float], normal: Vector3 = Z_AXIS) -> tu
                 )
             )
     return tuple(sections)
+
+
+@dataclass(frozen=True)
+class LevelSegments:
+    """Where level planes cut faces: a segment each, the inside to its left, seen from above."""
+
+    plane: Int64[np.ndarray, " s"]
+    """Which of the planes."""
+    start_mm: Points2
+    end_mm: Points2
+
+    def at(self, plane: int) -> Float64[np.ndarray, "n 2 2"]:
+        """Segments of one plane: start and end."""
+        own = self.plane == plane
+        return np.stack([self.start_mm[own], self.end_mm[own]], axis=1)
+
+
+def level_segments(mesh: Mesh, z_mm: Float64[np.ndarray, " m"]) -> LevelSegments:
+    """Cut any mesh, a torn one too, at rising heights, all at once; segments are not chained.
+
+    A vertex on a plane counts as above it, as for `cut`.
+    """
+    heights = mesh.vertices_mm[:, 2]
+    of_corners = heights[mesh.faces]
+    one, two, three = of_corners.T
+    first = np.searchsorted(z_mm, np.minimum(np.minimum(one, two), three), side="right")
+    count = np.searchsorted(z_mm, np.maximum(np.maximum(one, two), three), side="right") - first
+    face = np.repeat(np.arange(len(mesh.faces)), count)
+    plane = np.arange(len(face)) - np.repeat(np.cumsum(count) - count - first, count)
+    above = of_corners[face] >= z_mm[plane][:, None]
+    after = np.roll(above, -1, axis=1)
+    start = _crossing(mesh, face, (above & ~after).argmax(1), z_mm[plane])
+    end = _crossing(mesh, face, (~above & after).argmax(1), z_mm[plane])
+    return LevelSegments(plane, start, end)
+
+
+def _crossing(
+    mesh: Mesh,
+    face: Int64[np.ndarray, " s"],
+    corner: Int64[np.ndarray, " s"],
+    z_mm: Float64[np.ndarray, " s"],
+) -> Points2:
+    """Crossings of edges; the same to the bit from both faces of an edge."""
+    one, two = mesh.faces[face, corner], mesh.faces[face, (corner + 1) % 3]
+    low, high = np.minimum(one, two), np.maximum(one, two)
+    p, q = mesh.vertices_mm[low], mesh.vertices_mm[high]
+    share = ((z_mm - p[:, 2]) / (q[:, 2] - p[:, 2]))[:, None]
+    # In this form an edge that ends on the plane gives its very vertex, as all edges there do.
+    return (1 - share) * p[:, :2] + share * q[:, :2]
 
 
 def passed_by(rings: Sequence[Outline], place: Float64[np.ndarray, "2"]) -> int | None:

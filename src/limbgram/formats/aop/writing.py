@@ -26,7 +26,7 @@ from limbgram.workbench.anatomy.names import without_accents
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.carving.mapping import MapOptions, Mapped, map_radii, map_radii_on
 from limbgram.workbench.carving.radius_map import Grid
-from limbgram.workbench.limb import Limb, LimbFrame, names_apart
+from limbgram.workbench.limb import AlignedLimb, Limb, names_apart
 
 LineEnd = Literal["lf", "cr", "crlf"]
 _LINE_ENDS: dict[LineEnd, str] = {"lf": "\n", "cr": "\r", "crlf": "\r\n"}
@@ -70,18 +70,17 @@ DEFAULTS = AopOptions()
 def write_aop(limb: Limb, path: Path | str, options: AopOptions = DEFAULTS) -> AopReport:
     """Write an aligned limb as AOP, and tell what the format costs."""
     path = Path(path)
-    frame = limb.frame
-    if frame is None:
-        raise CarveError("aop.not_aligned")
+    limb = limb.aligned()
     _check(options)
-    points = frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+    points = limb.limb_from_mesh.apply(limb.mesh.vertices_mm)
     outside = outer_bodies(Mesh(vertices_mm=points, faces=limb.mesh.faces))
     outside.require_one_limb()
     axis_from_limb, mesh, mapped = _mapped(outside.mesh, options)
-    frame = replace(frame, limb_from_mesh=axis_from_limb @ frame.limb_from_mesh)
+    frame = replace(limb.frame, limb_from_mesh=axis_from_limb @ limb.limb_from_mesh)
+    limb = replace(limb, frame=frame)
     place = _place(axis_from_limb, mapped, options)
     _check_form(mapped, options)
-    text = _text(limb, frame, mapped, options, place)
+    text = _text(limb, mapped, options, place)
     held: list[AopReading] = []
 
     def encode(stream: BinaryIO) -> None:
@@ -89,7 +88,7 @@ def write_aop(limb: Limb, path: Path | str, options: AopOptions = DEFAULTS) -> A
 
     def check(written: Path) -> None:
         held.append(read_aop(written.read_bytes(), path.name))
-        _compare(held[0], limb, frame, mapped, options)
+        _compare(held[0], limb, mapped, options)
         found = held[0].frame.limb_from_mesh
         require(
             _apart(found, place or Rigid.identity()) < _ROUNDING_MM,
@@ -168,9 +167,7 @@ def _check_form(mapped: Mapped, options: AopOptions) -> None:
         raise OptionsError("aop.uneven_slices")
 
 
-def _text(
-    limb: Limb, frame: LimbFrame, mapped: Mapped, options: AopOptions, place: Rigid | None
-) -> str:
+def _text(limb: AlignedLimb, mapped: Mapped, options: AopOptions, place: Rigid | None) -> str:
     found = mapped.radius_map
     inches = options.profile == "omega"
     lines = ["AAOP1", "AAOP1", "Written by limbgram", "UNIT: MM"]
@@ -180,8 +177,8 @@ def _text(
     if place is not None:
         numbers = " ".join(f"{value:.9f}" for value in place.matrix_3x4.ravel())
         lines += ["AXIS FITTED, NOT THE LIMB'S OWN", f"{PLACE_COMMENT} {numbers}"]
-    lines += ["END COMMENTS", "CYLINDRICAL", frame.side.upper(), str(len(limb.landmarks))]
-    places = _landmark_places(limb, frame, mapped, options.profile)
+    lines += ["END COMMENTS", "CYLINDRICAL", limb.side.upper(), str(len(limb.landmarks))]
+    places = _landmark_places(limb, mapped, options.profile)
     names = names_apart([_plain_name(mark.name) for mark in limb.landmarks])
     for name, (radius, theta, z) in zip(names, places.tolist(), strict=True):
         lines += [name, "1", f"{radius:.3f}", f"{theta:.{_ANGLE_DIGITS}f}"]
@@ -199,12 +196,9 @@ def _text(
 
 
 def _landmark_places(
-    limb: Limb, frame: LimbFrame, mapped: Mapped, profile: Profile
+    limb: AlignedLimb, mapped: Mapped, profile: Profile
 ) -> Float64[np.ndarray, "k 3"]:
-    if not limb.landmarks:
-        return np.empty((0, 3))
-    points = np.array([mark.position_mm for mark in limb.landmarks])
-    in_limb = frame.limb_from_mesh.apply(points) - np.array([0.0, 0.0, mapped.first_mm])
+    in_limb = limb.landmarks_in_limb_mm - np.array([0.0, 0.0, mapped.first_mm])
     return landmarks_to_file(in_limb, profile)
 
 
@@ -224,14 +218,12 @@ def _short(value: float) -> str:
     return f"{value:.6f}".rstrip("0").rstrip(".")
 
 
-def _compare(
-    held: AopReading, limb: Limb, frame: LimbFrame, mapped: Mapped, options: AopOptions
-) -> None:
+def _compare(held: AopReading, limb: AlignedLimb, mapped: Mapped, options: AopOptions) -> None:
     """What our reader finds is the map, the side and the landmarks, within the file's digits."""
     found, wanted = held.radius_map, mapped.radius_map
     require(
-        held.frame.side == frame.side,
-        fault("aop.read.side", found=held.frame.side, written=frame.side),
+        held.frame.side == limb.side,
+        fault("aop.read.side", found=held.frame.side, written=limb.side),
     )
     same_form = found.radii_mm.shape == wanted.radii_mm.shape
     require(
@@ -245,7 +237,7 @@ def _compare(
     require(lifted <= _ROUNDING_MM, fault("aop.read.heights"))
     marks, written = len(held.landmarks), len(limb.landmarks)
     require(marks == written, fault("aop.read.landmarks", found=marks, written=written))
-    places = _landmark_places(limb, frame, mapped, "mm")
+    places = _landmark_places(limb, mapped, "mm")
     tolerance = _INCH_ROUNDING_MM if options.profile == "omega" else 2 * _ROUNDING_MM
     for mark, (radius, theta, z) in zip(held.landmarks, places.tolist(), strict=True):
         angle = np.radians(theta)

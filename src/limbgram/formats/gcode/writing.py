@@ -87,12 +87,11 @@ def write_gcode(
         CarveError: not aligned, or the program would cut into the shape.
     """
     path = Path(path)
-    if limb.frame is None:
-        raise CarveError("carver.not_aligned")
+    limb = limb.aligned()
     check_control(control)
     if options.pattern == "helix":
         options = replace(options, most_turns=control.most_turns)
-    points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+    points = limb.limb_from_mesh.apply(limb.mesh.vertices_mm)
     whole = Mesh(vertices_mm=points, faces=limb.mesh.faces)
     outside = outer_bodies(whole)
     outside.require_one_limb()
@@ -100,7 +99,7 @@ def write_gcode(
     toolpath = plan_toolpath(mesh, options)
     over = above(mesh, toolpath.blank.to_mm)
     shape_hash = hash_of_shape(whole)
-    text = text_of(toolpath, control, _header(toolpath, control, limb.frame.side, shape_hash, over))
+    text = text_of(toolpath, control, _header(toolpath, control, limb.side, shape_hash, over))
     found: list[CarveCheck] = []
 
     def encode(stream: BinaryIO) -> None:

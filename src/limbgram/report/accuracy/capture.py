@@ -10,10 +10,11 @@ from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import GreyImage
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS
-from limbgram.findings import told
+from limbgram.findings import Finding, told
 from limbgram.reconstruction.mapping.scene import Explanation, Scene
 from limbgram.reconstruction.movement import (
     bending_found,
+    in_told_unit,
     lens_doubt,
     moved_mm,
     moved_photos,
@@ -55,9 +56,10 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
     if movement is None:
         return None
     known = movement.kind != "unknown"
+    as_told, unit = in_told_unit(evidence.metric, evidence.mesh.vertices_mm)
     return MovementFigures(
         kind=movement.kind,
-        sentence=told(movement_found(movement, scene.names, evidence.unit)),
+        found=movement_found(as_told.movement or movement, scene.names, unit),
         photos=moved_photos(movement, scene.names),
         alone=movement.alone,
         shift=moved_mm(movement),
@@ -74,13 +76,9 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
             for one in seen
         ),
         chance=movement.chance if known or movement.misfit else math.nan,
-        bending_sentence=""
-        if scene.bending is None
-        else told(
-            bending_found(
-                scene.bending, scene.names, evidence.unit, lens_doubt(scene, evidence.cameras)
-            )
-        ),
+        bent=None
+        if as_told.bending is None
+        else bending_found(as_told.bending, scene.names, unit, lens_doubt(scene, evidence.cameras)),
         bending_misfit=scene.bending is not None and scene.bending.misfit,
         bending=moved_mm(scene.bending),
     )
@@ -115,10 +113,11 @@ def _explanation(one: Explanation, names: tuple[str, ...]) -> ExplanationFigures
 def image_figures(evidence: Evidence) -> ImageFigures:
     """What the photos are worth; NaN for the noise where their files are gone."""
     scene, photos = evidence.metric.scene, evidence.photos
+    as_told, unit = in_told_unit(evidence.metric, evidence.mesh.vertices_mm)
     scales = {one.name: one for one in image_scales(photos, evidence.metric)}
-    said: dict[str, list[str]] = {}
+    said: dict[str, list[Finding]] = {}
     for remark in remarks(photos):
-        said.setdefault(remark.name, []).append(told(remark.finding))
+        said.setdefault(remark.name, []).append(remark.finding)
     rows: list[PhotoFigures] = []
     stated: list[float] = []
     for number, (photo, verdict) in enumerate(zip(photos.photos, scene.verdicts, strict=True)):
@@ -129,11 +128,11 @@ def image_figures(evidence: Evidence) -> ImageFigures:
             PhotoFigures(
                 name=photo.name,
                 placed=verdict.placed,
-                reason="" if verdict.reason is None else told(verdict.reason),
+                reason=verdict.reason,
                 remarks=(
                     *said.get(photo.name, ()),
-                    *([told(verdict.remark)] if verdict.remark else []),
-                    *map(told, movement_remark(scene, number, evidence.unit)),
+                    *([verdict.remark] if verdict.remark else []),
+                    *movement_remark(as_told, number, unit),
                 ),
                 zoomed=verdict.remark is not None,
                 points=verdict.points,
@@ -270,7 +269,7 @@ def _tape(one: TapeWitness, mesh: Mesh) -> TapedLength:
         error_mm=off_mm,
         error=off_mm / one.taped.girth_mm,
         sigma_mm=math.hypot(one.sigma_mm, girth.sigma or 0.0),
-        reason="" if one.reason is None else told(one.reason),
+        reason=one.reason,
     )
 
 

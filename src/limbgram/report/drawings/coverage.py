@@ -17,8 +17,8 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.patches import Circle, Rectangle
 
+from limbgram.capture.answer import CaptureCheck, Coverage
 from limbgram.capture.camera_positions import Stand
-from limbgram.capture.coach import CaptureCheck, Coverage
 from limbgram.core.interval import COVER, Interval, plus_minus
 from limbgram.report.drawings.drawing import FAINT, INK, PALE_INK, axes_at, bare, png
 

@@ -18,7 +18,6 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, axes_at, bare, plain
 from limbgram.report.drawings.shading import Frame, looking_along, shade_all
 from limbgram.report.drawings.views import BESIDE, FROM_ABOVE, letter_corners
-from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.measures.measuring import Measures, Row
 
 _HEIGHT_PX = 560
@@ -41,9 +40,8 @@ _TOWARDS = {90: "to the patient's left, mm", 0: "forwards, mm", 180: "backwards,
 
 def sections_drawing(measures: Measures) -> Drawing:
     """The limb from the front and from its outer side with its levels, and the sections."""
-    mesh = in_limb_frame(measures.limb)
-    frame = measures.limb.frame
-    outer_deg = 180 if frame is not None and frame.side == "left" else 0
+    mesh = measures.limb.mesh_in_limb
+    outer_deg = 180 if measures.limb.side == "left" else 0
     rows = [row for row in measures.rows if row.level is not None]
     frames = [_frame(mesh, azimuth_deg) for azimuth_deg in (90, outer_deg)]
     figure = _panels(frames)

@@ -8,7 +8,7 @@ Fails   MeasureError: the shape is not aligned. OptionsError: the recipe belongs
 """
 
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import tree_of
 from limbgram.findings import told
@@ -51,7 +50,6 @@ from limbgram.workbench.compare.comparison import CompareOptions, Comparison, co
 from limbgram.workbench.compare.messages import comparison_tree
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
 from limbgram.workbench.edits.closing import enclosure
-from limbgram.workbench.frame.landmarks import frame_of, in_limb_frame
 from limbgram.workbench.limb import KIND_NAMED, Landmark, Limb
 from limbgram.workbench.measures.form import sheet_tree
 from limbgram.workbench.measures.measuring import (
@@ -108,7 +106,6 @@ def record_of(
     options: RecordOptions = DEFAULTS,
 ) -> Record:
     """Measure, compare and replay what is named, and put it together."""
-    frame = frame_of(shape.limb)
     printed = printed_names(recipe, shape, against)
     nameless_shape = nameless(shape, printed)
     nameless_shape = replace(nameless_shape, limb=outside_of(nameless_shape.limb))
@@ -123,13 +120,11 @@ def record_of(
         else measure_inside(nameless_shape.limb, options_of_levels)
     )
     compared = None if other is None else _compare(nameless_shape, other, done, options)
-    mesh = in_limb_frame(nameless_shape.limb)
+    limb = nameless_shape.limb.aligned()
+    mesh = limb.mesh_in_limb
     marks = tuple(
         replace(mark, position_mm=place)
-        for mark, place in zip(
-            nameless_shape.limb.landmarks,
-            _places(nameless_shape.limb.landmarks, frame.limb_from_mesh.apply),
-        )
+        for mark, place in zip(limb.landmarks, limb.landmarks_in_limb_mm)
     )
     ledger = None if done is None else done.ledger
     with ThreadPoolExecutor(1) as beside:  # both are loops outside the interpreter, for the most
@@ -138,7 +133,7 @@ def record_of(
         lines = steps.result()
     content = Content(
         id=nameless_shape.id,
-        side=frame.side,
+        side=limb.side,
         size_mm=tuple(np.ptp(mesh.vertices_mm, axis=0).tolist()),
         triangles=len(mesh.faces),
         notes=(*map(told, nameless_shape.limb.notes), told(enclosure(mesh))),
@@ -181,7 +176,7 @@ def _compare(
 def _pictures(
     mesh: Mesh, marks: Sequence[Landmark], measures: Measures, compared: Comparison | None
 ) -> tuple[Picture, ...]:
-    side = frame_of(measures.limb).side
+    side = measures.limb.side
     drawings = [("sides", "The shape from four sides", four_sides_of_limb(mesh, marks, side))]
     if compared is not None:
         drawings.append(("differences", "What differs", difference_pictures(compared)))
@@ -197,12 +192,6 @@ def _sheet(limb: Limb) -> dict[str, Any] | None:
     if limb.kind is None or not KIND_NAMED[limb.kind].sheet or limb.anatomy.left is None:
         return None
     return sheet_tree(measuring_sheet(limb))
-
-
-def _places(marks: tuple[Landmark, ...], to_limb: Callable[[Points3], Points3]) -> Points3:
-    if not marks:
-        return np.empty((0, 3))
-    return to_limb(np.stack([mark.position_mm for mark in marks]))
 
 
 def _recipe(done: Replaying, printed: Mapping[str, str]) -> RecipeDone:

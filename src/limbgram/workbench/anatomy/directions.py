@@ -78,7 +78,7 @@ class Anatomy:
         """
         if name in _OF_FRAME:
             if self.frame is None:
-                raise MeasureError("align.not_aligned")
+                raise MeasureError("align.not_aligned", name=None)
             return _axis(name, self.origin_mm, self.frame[_OF_FRAME[name]], 0.0)
         known = {one.name: one for one in self.kind.directions}
         if name not in known:

@@ -13,6 +13,7 @@ from jaxtyping import Float64, Int64
 
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.sections import level_segments
 
 _EDGE = 1e-9
 """Barycentric slack, so that the axis through a vertex or edge pierces."""
@@ -37,7 +38,7 @@ def cast_radii(
     mesh: Mesh, thetas_deg: Float64[np.ndarray, " n"], z_mm: Float64[np.ndarray, " m"]
 ) -> Cast:
     """Cast a ray at every angle (rising, 0 to 360) and height (rising)."""
-    cuts = _segments(mesh, z_mm)
+    cuts = level_segments(mesh, z_mm)
     rays, planes = len(thetas_deg), len(z_mm)
     start_deg, end_deg = _angle_deg(cuts.start_mm), _angle_deg(cuts.end_mm)
     first = np.searchsorted(thetas_deg, start_deg)
@@ -82,46 +83,6 @@ def axis_heights_mm(mesh: Mesh) -> Float64[np.ndarray, " k"]:
     inside = upright & (u >= -_EDGE) & (v >= -_EDGE) & (u + v <= 1 + _EDGE)
     heights = a[:, 2] + u * (b - a)[:, 2] + v * (c - a)[:, 2]
     return np.sort(heights[inside])
-
-
-@dataclass(frozen=True)
-class _Cuts:
-    """Where planes cut faces: a segment each."""
-
-    plane: Int64[np.ndarray, " s"]
-    start_mm: Points2
-    end_mm: Points2
-
-
-def _segments(mesh: Mesh, z_mm: Float64[np.ndarray, " m"]) -> _Cuts:
-    """A vertex on a plane counts as above it, so every section is a clean chain."""
-    heights = mesh.vertices_mm[:, 2]
-    of_corners = heights[mesh.faces]
-    one, two, three = of_corners.T
-    first = np.searchsorted(z_mm, np.minimum(np.minimum(one, two), three), side="right")
-    count = np.searchsorted(z_mm, np.maximum(np.maximum(one, two), three), side="right") - first
-    face = np.repeat(np.arange(len(mesh.faces)), count)
-    plane = np.arange(len(face)) - np.repeat(np.cumsum(count) - count - first, count)
-    above = of_corners[face] >= z_mm[plane][:, None]
-    after = np.roll(above, -1, axis=1)
-    start = _crossing(mesh, face, (above & ~after).argmax(1), z_mm[plane])
-    end = _crossing(mesh, face, (~above & after).argmax(1), z_mm[plane])
-    return _Cuts(plane, start, end)
-
-
-def _crossing(
-    mesh: Mesh,
-    face: Int64[np.ndarray, " s"],
-    corner: Int64[np.ndarray, " s"],
-    z_mm: Float64[np.ndarray, " s"],
-) -> Points2:
-    """Crossings of edges; the same to the bit from both faces of an edge."""
-    one, two = mesh.faces[face, corner], mesh.faces[face, (corner + 1) % 3]
-    low, high = np.minimum(one, two), np.maximum(one, two)
-    p, q = mesh.vertices_mm[low], mesh.vertices_mm[high]
-    share = ((z_mm - p[:, 2]) / (q[:, 2] - p[:, 2]))[:, None]
-    # In this form an edge that ends on the plane gives its very vertex, as all edges there do.
-    return (1 - share) * p[:, :2] + share * q[:, :2]
 
 
 def _angle_deg(points: Points2) -> Float64[np.ndarray, " s"]:

@@ -343,9 +343,8 @@ def _by_volume(first: Limb, second: Limb, axes: Axes, options: RegistrationOptio
 def at_odds(first: Limb, second: Limb) -> tuple[Finding, ...]:
     """What to say where one is a left limb and the other a right one, or wore another sock."""
     notes: list[Finding] = []
-    sides = [limb.frame.side for limb in (first, second) if limb.frame is not None]
-    if set(sides) == {"left", "right"}:
-        notes.append(doubt("compare.sides.differ", first=sides[0], second=sides[1]))
+    if {first.side, second.side} == {"left", "right"}:
+        notes.append(doubt("compare.sides.differ", first=first.side, second=second.side))
     if abs(first.sock_mm - second.sock_mm) >= _SOCK_MM:
         notes.append(
             doubt(

@@ -66,7 +66,4 @@ def brim_height_mm(mesh_in_limb: Mesh) -> float:
 def _fitted(limb: Limb) -> Rigid:
     direction = fit_axis(limb.mesh).direction
     across = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    aligned = align(limb, AlignOptions(side="none", anterior=across))
-    if aligned.frame is None:
-        raise MeasureError("compare.axes.none")
-    return aligned.frame.limb_from_mesh
+    return align(limb, AlignOptions(side="none", anterior=across)).limb_from_mesh

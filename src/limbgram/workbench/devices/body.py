@@ -17,12 +17,10 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.sections import Z_AXIS, centroid_mm, cut
 from limbgram.workbench.edits.regions import position_mm
-from limbgram.workbench.frame.landmarks import in_limb_frame
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb
 
 Axes = Literal["limb", "foot"]
 _FAR_MM = 3000.0
@@ -37,28 +35,14 @@ the metatarsal heads, the foot is looked at for where it stands."""
 class Body:
     """A limb in its own frame."""
 
-    limb: Limb
+    limb: AlignedLimb
 
     @classmethod
     def of(cls, limb: Limb, what: str) -> "Body":
         """Raises:
         EditError: the limb is not aligned.
         """
-        if limb.frame is None:
-            raise EditError("edit.not_aligned", what=what)
-        motion = limb.frame.limb_from_mesh
-        marks = tuple(
-            Landmark(name=mark.name, position_mm=motion.apply(mark.position_mm[None])[0])
-            for mark in limb.landmarks
-        )
-        return cls(
-            Limb(
-                mesh=in_limb_frame(limb),
-                landmarks=marks,
-                frame=LimbFrame(limb_from_mesh=Rigid.identity(), side=limb.frame.side),
-                kind=limb.kind,
-            )
-        )
+        return cls(limb.aligned(EditError("edit.not_aligned", what=what)).in_limb_frame())
 
     @property
     def mesh(self) -> Mesh:
@@ -66,7 +50,7 @@ class Body:
 
     @property
     def right(self) -> bool:
-        return self.limb.frame is not None and self.limb.frame.side == "right"
+        return self.limb.side == "right"
 
     def place_mm(self, name: str, what: str) -> Vector3:
         """Where a landmark lies.
@@ -82,7 +66,7 @@ class Body:
         Raises:
             EditError: nobody said which side the limb is of.
         """
-        if self.limb.frame is None or self.limb.frame.side == "none":
+        if self.limb.side == "none":
             raise EditError("device.no_side", what=what)
         return np.array([1.0 if self.right else -1.0, 0.0, 0.0])
 

@@ -86,9 +86,7 @@ def require_frame(limb: Limb, what: str) -> LimbFrame:
     Raises:
         EditError: the limb has not been aligned.
     """
-    if limb.frame is None:
-        raise EditError("edit.not_aligned", what=what)
-    return limb.frame
+    return limb.aligned(EditError("edit.not_aligned", what=what)).frame
 
 
 def moved_by(motion: Rigid, points: Points3) -> Points3:

@@ -5,11 +5,8 @@ from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.frame.landmarks import (
     NAMES,
     PickOptions,
-    frame_of,
-    in_limb_frame,
     landmark,
     with_landmarks,
-    with_vertices_in_limb,
 )
 from limbgram.workbench.frame.painted_marks import Mark, MarkOptions, find_marks
 from limbgram.workbench.limb import KINDS, KindName
@@ -28,9 +25,6 @@ __all__ = [
     "axis_along",
     "find_marks",
     "fit_axis",
-    "frame_of",
-    "in_limb_frame",
     "landmark",
     "with_landmarks",
-    "with_vertices_in_limb",
 ]

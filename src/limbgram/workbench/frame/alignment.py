@@ -33,7 +33,7 @@ from limbgram.workbench.frame.landmarks import (
     landmark,
     likely_meant,
 )
-from limbgram.workbench.limb import KIND_NAMED, KindName, Limb, LimbFrame, Side
+from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, KindName, Limb, LimbFrame, Side
 
 _OUTWARD: dict[Facing, complex] = {"anterior": 1j, "posterior": -1j, "right": 1, "left": -1}
 """In the limb frame, x + i y; medial and lateral follow from the side."""
@@ -93,7 +93,7 @@ class AlignOptions:
         return self.declared if self.axis is None and not self.fit_anew else None
 
 
-def align(limb: Limb, options: AlignOptions) -> Limb:
+def align(limb: Limb, options: AlignOptions) -> AlignedLimb:
     """The limb with its frame: the same limb frame wherever the mesh was lying.
 
     Raises:
@@ -121,7 +121,7 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
         whole,
         frame=LimbFrame(limb_from_mesh=frame, side=options.side),
         notes=(*limb.notes, *notes, *odd_names(limb)),
-    )
+    ).aligned()
 
 
 def _by_landmarks(limb: Limb, options: AlignOptions) -> AlignOptions:
@@ -241,9 +241,9 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
 
 def other_side_before(limb: Limb, options: AlignOptions) -> tuple[Finding, ...]:
     """What to note if the limb was aligned for another side."""
-    if limb.frame is None or limb.frame.side in ("none", options.side):
+    if limb.side in ("none", options.side):
         return ()
-    return (doubt("align.side.changed", before=limb.frame.side, side=options.side),)
+    return (doubt("align.side.changed", before=limb.side, side=options.side),)
 
 
 def odd_names(limb: Limb) -> tuple[Finding, ...]:

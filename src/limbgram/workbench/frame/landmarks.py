@@ -12,13 +12,11 @@ from types import MappingProxyType
 import numpy as np
 
 from limbgram.core.errors import MeasureError, OptionsError
-from limbgram.core.geometry.arrays import Points3
-from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Place
 from limbgram.workbench.anatomy.names import known_identity, named, names_of, words_of
-from limbgram.workbench.limb import KINDS, KindName, Landmark, Limb, LimbFrame, likeliest
+from limbgram.workbench.limb import KINDS, AnyLimb, KindName, Landmark, Limb, likeliest
 
 _ALIKE = 0.8
 """Names that share so much of their letters are one, with a slip of the pen (difflib's ratio)."""
@@ -55,7 +53,9 @@ def landmark(limb: Limb, name: str) -> Landmark:
     )
 
 
-def with_landmarks(limb: Limb, picked: Sequence[Landmark], options: PickOptions = DEFAULTS) -> Limb:
+def with_landmarks(
+    limb: AnyLimb, picked: Sequence[Landmark], options: PickOptions = DEFAULTS
+) -> AnyLimb:
     """The limb with more landmarks, each moved to the nearest place on the surface.
 
     One of a name that the limb has already takes its place.
@@ -111,29 +111,3 @@ def likely_meant(name: str, kind: KindName | None) -> str | None:
     names = names_of(row.identity for one in kinds for row in NAMES[one])
     near = get_close_matches(" ".join(words_of(name)), names, n=1, cutoff=_ALIKE)
     return names[near[0]] if near else None
-
-
-def in_limb_frame(limb: Limb) -> Mesh:
-    """The mesh with its vertices in the limb frame.
-
-    Raises:
-        MeasureError: the limb is not aligned.
-    """
-    return limb.mesh.with_vertices(frame_of(limb).limb_from_mesh.apply(limb.mesh.vertices_mm))
-
-
-def with_vertices_in_limb(limb: Limb, vertices_in_limb_mm: Points3) -> Limb:
-    """The limb with its vertices moved to places given in the limb frame."""
-    mesh_from_limb = frame_of(limb).limb_from_mesh.inverse
-    return limb.with_mesh(limb.mesh.with_vertices(mesh_from_limb.apply(vertices_in_limb_mm)))
-
-
-def frame_of(limb: Limb) -> LimbFrame:
-    """The limb's frame.
-
-    Raises:
-        MeasureError: the limb is not aligned.
-    """
-    if limb.frame is None:
-        raise MeasureError("align.not_aligned")
-    return limb.frame

@@ -20,8 +20,7 @@ from limbgram.core.mesh.topology import face_components, find_edges, with_faces
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.edits.offset import offset
 from limbgram.workbench.edits.sock import THICKEST_SOCK_MM
-from limbgram.workbench.frame.landmarks import in_limb_frame
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import AlignedLimb, AnyLimb, Limb
 from limbgram.workbench.measures.levels import Level, whole_levels_at
 
 _SPACING_MM = 1.0
@@ -35,14 +34,14 @@ _WALL_SHARE = 0.3
 """Of the levels that have an answer: from so many with a hollow on, a shape has two skins."""
 
 
-def inside_of(limb: Limb) -> Limb:
+def inside_of(limb: Limb) -> AlignedLimb:
     """The inside of an aligned limb's wall, facing outwards as the limb in it would.
 
     Raises:
         MeasureError: there is no hollow that the wall goes round.
     """
-    limb = outside_of(limb)
-    mesh = in_limb_frame(limb)
+    limb = outside_of(limb.aligned())
+    mesh = limb.mesh_in_limb
     inner = _inner_vertices(mesh)
     faces = inner[mesh.faces].all(1)
     if not faces.any():
@@ -67,7 +66,7 @@ def is_two_skinned(levels: Sequence[Level]) -> bool:
     return bool(levels) and hollow >= _WALL_SHARE * len(levels)
 
 
-def without_sock(limb: Limb, sock_mm: float) -> Limb:
+def without_sock(limb: AnyLimb, sock_mm: float) -> AnyLimb:
     """The limb with the surface moved inwards by the sock; landmarks go along.
 
     What was taken off before counts: asking for the same sock again changes nothing.

@@ -22,8 +22,8 @@ from limbgram.core.tape import PLACING_SIGMA_MM
 from limbgram.findings import Finding, note
 from limbgram.workbench.bodies import Apart, outer_bodies
 from limbgram.workbench.edits.thickness import Thickness, wall_of
-from limbgram.workbench.frame.landmarks import frame_of, in_limb_frame, landmark
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.frame.landmarks import landmark
+from limbgram.workbench.limb import AlignedLimb, Limb
 from limbgram.workbench.measures.lengths import Length, Place, length_between
 from limbgram.workbench.measures.levels import (
     AXIS_MM,
@@ -119,7 +119,7 @@ class VolumeRow:
 class Measures:
     """The whole table."""
 
-    limb: Limb
+    limb: AlignedLimb
     """What was measured: the sock is off."""
     reference: str | None
     reference_mm: float
@@ -246,8 +246,9 @@ def _with_reach(figure: Figure | None) -> str:
 
 def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures:
     """Measure an aligned limb."""
+    limb = limb.aligned()
     bare = limb if options.sock_mm is None else without_sock(limb, options.sock_mm)
-    outside = outer_bodies(in_limb_frame(bare))
+    outside = outer_bodies(bare.mesh_in_limb)
     outside.require_one_limb()
     sigmas = Sigmas.of(outside.mesh)
     zero = _reference_mm(bare, options.reference)
@@ -288,7 +289,7 @@ def measure_inside(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measur
         MeasureError: it goes round no hollow, or as `measure_limb`.
     """
     found = measure_limb(inside_of(limb), options)
-    return replace(found, skin="inside", wall=wall_of(in_limb_frame(limb)))
+    return replace(found, skin="inside", wall=wall_of(limb.aligned().mesh_in_limb))
 
 
 def check_alone(found: Measures, reading: TapeReading) -> TapeCheck | Finding:
@@ -296,24 +297,23 @@ def check_alone(found: Measures, reading: TapeReading) -> TapeCheck | Finding:
 
     In a list of readings one that lies beyond the limb must not hide the others.
     """
-    sigmas = Sigmas.of(outer_bodies(in_limb_frame(found.limb)).mesh)
+    sigmas = Sigmas.of(outer_bodies(found.limb.mesh_in_limb).mesh)
     return _held(sigmas, found.reference_mm, reading, found.through_mm)
 
 
-def _reference_mm(limb: Limb, name: str | None) -> float:
+def _reference_mm(limb: AlignedLimb, name: str | None) -> float:
     return 0.0 if name is None else float(_place(limb, name).in_limb_mm[2])
 
 
-def _through_mm(limb: Limb, name: str | None) -> tuple[float, float]:
+def _through_mm(limb: AlignedLimb, name: str | None) -> tuple[float, float]:
     if name is None:
         return AXIS_MM
     x, y, _ = _place(limb, name).in_limb_mm.tolist()
     return x, y
 
 
-def _place(limb: Limb, name: str) -> Place:
-    mark = landmark(limb, name)
-    return Place(name, frame_of(limb).limb_from_mesh.apply(mark.position_mm[None])[0])
+def _place(limb: AlignedLimb, name: str) -> Place:
+    return Place(name, limb.landmark_in_limb_mm(landmark(limb, name)))
 
 
 def _heights(sigmas: Sigmas, zero: float, options: LimbMeasureOptions) -> list[float]:

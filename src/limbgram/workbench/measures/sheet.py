@@ -136,7 +136,7 @@ def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSh
         found[item.name] = _row(_Filling(subject, options, found, heads), item)
     return MeasuringSheet(
         kind=anatomy.kind.name,
-        side="none" if limb.frame is None else limb.frame.side,
+        side=limb.side,
         shape=limb.name,
         rows=tuple(found.values()),
     )

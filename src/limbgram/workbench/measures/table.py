@@ -123,10 +123,9 @@ def _tapes(measures: Measures) -> Table:
 
 def _about(measures: Measures) -> Table:
     """What the other tables are of."""
-    frame = measures.limb.frame
     rows: tuple[tuple[Cell, ...], ...] = (
         ("shape", measures.limb.name),
-        ("side", None if frame is None else frame.side),
+        ("side", measures.limb.side),
         ("sock taken off [mm]", measures.limb.sock_mm),
         ("heights counted from", measures.counted_from),
         ("reference at [mm]", round(measures.reference_mm, _DECIMALS)),
@@ -144,12 +143,11 @@ def _with_sigma(figure: Figure) -> tuple[Cell, Cell]:
 
 def tree(measures: Measures) -> dict[str, Any]:
     """Everything that was measured, for JSON."""
-    frame = measures.limb.frame
     return {
         "format": "limbgram measures",
         "version": 1,
         "shape": measures.limb.name,
-        "side": None if frame is None else frame.side,
+        "side": measures.limb.side,
         "sock_taken_off_mm": measures.limb.sock_mm,
         "bodies_left_out": measures.bodies_left_out,
         "loose_bodies": [

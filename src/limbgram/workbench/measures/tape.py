@@ -24,12 +24,9 @@ from limbgram.core.tape import (
 )
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.frame.landmarks import (
-    frame_of,
-    in_limb_frame,
     with_landmarks,
-    with_vertices_in_limb,
 )
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import AlignedLimb, Limb
 from limbgram.workbench.measures.levels import AXIS_MM, Figure, Level, area_mm2, level_at, tape_mm
 
 _ROUNDS = 30
@@ -88,7 +85,7 @@ class TapeChange:
 class TapeFit:
     """A limb whose girths agree with the tape, and what that took."""
 
-    limb: Limb
+    limb: AlignedLimb
     changes: tuple[TapeChange, ...]
     largest_mm: float
     """How far a vertex moved at most."""
@@ -139,7 +136,8 @@ def fit_to_tape(
     order = np.argsort(heights)
     heights = heights[order]
     wanted = np.array([readings[k].girth_mm for k in order])
-    start = in_limb_frame(limb)
+    limb = limb.aligned()
+    start = limb.mesh_in_limb
     outside = outer_bodies(start)
     outside.require_one_limb()
     skin = outside.mesh
@@ -163,7 +161,7 @@ def fit_to_tape(
     ]
     vertices = scaling.apply(start.vertices_mm)
     moved = np.linalg.norm(vertices - start.vertices_mm, axis=1).max()
-    fitted = _with_landmarks_moved(_unmeasured(with_vertices_in_limb(limb, vertices)), scaling)
+    fitted = _with_landmarks_moved(_unmeasured(limb.with_vertices_in_limb(vertices)), scaling)
     return TapeFit(limb=fitted, changes=tuple(changes), largest_mm=float(moved))
 
 
@@ -184,17 +182,13 @@ class _Scaling:
         return np.column_stack([middle + factor * (places_mm[:, :2] - middle), z])
 
 
-def _with_landmarks_moved(limb: Limb, scaling: _Scaling) -> Limb:
-    if not limb.landmarks:
-        return limb
-    motion = frame_of(limb).limb_from_mesh
-    places = motion.apply(np.stack([mark.position_mm for mark in limb.landmarks]))
-    places = motion.inverse.apply(scaling.apply(places))
+def _with_landmarks_moved(limb: AlignedLimb, scaling: _Scaling) -> AlignedLimb:
+    places = limb.limb_from_mesh.inverse.apply(scaling.apply(limb.landmarks_in_limb_mm))
     marks = [replace(mark, position_mm=place.copy()) for mark, place in zip(limb.landmarks, places)]
     return with_landmarks(limb, marks)
 
 
-def _unmeasured(limb: Limb) -> Limb:
+def _unmeasured(limb: AlignedLimb) -> AlignedLimb:
     """The limb without sigmas: they told of the surface that the photos measured."""
     mesh = replace(limb.mesh, sigma_mm=None, shared_mm=None, correlation_mm=None, lost_length=None)
     return limb.with_mesh(mesh)

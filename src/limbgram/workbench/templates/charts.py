@@ -94,8 +94,7 @@ def plain_chart(limb: Limb, reference: str) -> LimbChart:
     Raises:
         MeasureError: no limb frame, no reference landmark, or one that lies too low.
     """
-    if limb.frame is None:
-        raise MeasureError("template.limb.not_aligned", name=limb.name or None)
+    limb = limb.aligned()
     mark = named(reference, limb.landmarks)
     if mark is None:
         names = (one.name for one in limb.landmarks)
@@ -105,8 +104,8 @@ def plain_chart(limb: Limb, reference: str) -> LimbChart:
             reference=reference,
             meant=likeliest(reference, names),
         )
-    in_limb = limb.mesh.with_vertices(limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm))
-    top = float(limb.frame.limb_from_mesh.apply(mark.position_mm[None])[0, 2])
+    in_limb = limb.mesh_in_limb
+    top = float(limb.landmark_in_limb_mm(mark)[2])
     tip = float(in_limb.vertices_mm[:, 2].min())
     rings = np.arange(tip + _RINGS_MM, max(top, tip + 2 * _RINGS_MM), _RINGS_MM)
     radii = spoke_radii(in_limb, rings, _SPOKES).radii_mm
@@ -125,7 +124,7 @@ def plain_chart(limb: Limb, reference: str) -> LimbChart:
         tip_mm=tip,
         dome_mm=dome,
         reference_mm=top,
-        lateral=lateral_of(limb.frame.side),
+        lateral=lateral_of(limb.side),
         centres=np.empty((0, 2)),
         weights=np.empty((0, 2)),
     )

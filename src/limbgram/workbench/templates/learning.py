@@ -268,15 +268,13 @@ def softened(kept: Bool[np.ndarray, "h a"]) -> Field:
 
 def _require_one_side(pair: Pair) -> None:
     before, after = pair.before, pair.after
-    if before.frame is None or after.frame is None:
-        return
-    if {before.frame.side, after.frame.side} == {"left", "right"}:
+    if {before.side, after.side} == {"left", "right"}:
         raise OptionsError(
             "template.learn.mirror",
             before=before.name,
-            before_side=before.frame.side,
+            before_side=before.side,
             after=after.name,
-            after_side=after.frame.side,
+            after_side=after.side,
         )
 
 
@@ -285,11 +283,9 @@ def _reference(pairs: Sequence[Pair], asked: str | None) -> str:
         return asked
     heights: dict[str, list[float]] = {}
     for pair in pairs:
-        frame = pair.before.frame
-        if frame is None:
-            raise MeasureError("template.learn.not_aligned", name=pair.before.name or None)
-        for one, mark in by_identity(pair.before.landmarks).items():
-            height = float(frame.limb_from_mesh.apply(mark.position_mm[None])[0, 2])
+        limb = pair.before.aligned()
+        for one, mark in by_identity(limb.landmarks).items():
+            height = float(limb.landmark_in_limb_mm(mark)[2])
             heights.setdefault(one, []).append(height)
     shared = {name: np.mean(found) for name, found in heights.items() if len(found) == len(pairs)}
     if not shared:

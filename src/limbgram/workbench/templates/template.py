@@ -89,23 +89,19 @@ def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> App
     """
     if not (np.isfinite(strength) and 0 < strength <= _STRONGEST):
         raise OptionsError("template.strength", strength=strength, most=_STRONGEST)
-    if limb.frame is not None and not template.suits(limb.frame.side):
+    limb = limb.aligned()
+    if not template.suits(limb.side):
         raise MeasureError(
             "template.other_side",
             template=template.name,
             sided=template.sided,
             name=limb.name or None,
-            side=limb.frame.side,
+            side=limb.side,
         )
     marks = {identity_of(mark.name): mark.place for mark in template.marks}
     chart = pulled_chart(limb, plain_chart(limb, template.reference), marks)
     mesh = limb.mesh
-    in_limb = (
-        mesh.vertices_mm
-        if limb.frame is None
-        else limb.frame.limb_from_mesh.apply(mesh.vertices_mm)
-    )
-    places = chart.places(in_limb)
+    places = chart.places(limb.mesh_in_limb.vertices_mm)
     moved = strength * read_field(template.displacement_mm, template.heights, places)
     vertices = mesh.vertices_mm + moved[:, None] * mesh.vertex_normals()
     after = mesh.with_vertices(vertices)

@@ -29,14 +29,12 @@ interface Addition {
 /** The photos asked for, with the letters that the dial and the tiles show. */
 export function additions({ missing }: NonNullable<Answer>): Addition[] {
   const all = missing.flatMap((gap) => gap.azimuths_deg.map((azimuth_deg, i) => ({ azimuth_deg, elevation_deg: gap.elevations_deg[i] })));
-  return all
-    .slice(0, MOST)
-    .map(({ azimuth_deg, elevation_deg }, i) => ({
-      letter: String.fromCharCode(65 + i),
-      azimuth_deg,
-      high: isHigh(elevation_deg),
-      words: placeWords(azimuth_deg, elevation_deg),
-    }));
+  return all.slice(0, MOST).map(({ azimuth_deg, elevation_deg }, i) => ({
+    letter: String.fromCharCode(65 + i),
+    azimuth_deg,
+    high: isHigh(elevation_deg),
+    words: placeWords(azimuth_deg, elevation_deg),
+  }));
 }
 
 /** Where that is, in words, for somebody who stands at photo 1. */

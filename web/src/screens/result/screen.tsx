@@ -54,7 +54,19 @@ function Finished({ room }: RoomProps) {
         ? await taken(
             api.POST("/api/v1/cases/{case_id}/measures", {
               ...path,
-              body: { of: "scan", spacing_mm: 20, volumes: [], lengths: [], tapes: [], inside: false, unaligned: false, sheet: false, shoe_heel_mm: 0, shoe_sole_mm: 0, with_tape: false },
+              body: {
+                of: "scan",
+                spacing_mm: 20,
+                volumes: [],
+                lengths: [],
+                tapes: [],
+                inside: false,
+                unaligned: false,
+                sheet: false,
+                shoe_heel_mm: 0,
+                shoe_sole_mm: 0,
+                with_tape: false,
+              },
             }),
           )
         : null,

@@ -1,0 +1,65 @@
+"""Motion told: how the limb moved and bent between the photos, in a unit that means something."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from limbgram.core.geometry.arrays import Points3
+from limbgram.findings import Finding, doubt, fault
+from limbgram.reconstruction.calibration.cameras import Cameras
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.movement import (
+    bending_found,
+    in_told_unit,
+    lens_doubt,
+    movement_found,
+)
+from limbgram.reconstruction.scale.metric import MetricScene
+
+
+@dataclass(frozen=True)
+class MotionTold:
+    """How the limb moved and bent, in a unit that means something to people."""
+
+    scene: Scene
+    unit: str
+
+    def findings(self, cameras: Cameras) -> Iterator[Finding]:
+        """That the limb bent, or moved where its own points do not place the photos."""
+        scene, unit = self.scene, self.unit
+        movement, bending = scene.movement, scene.bending
+        if movement is not None and movement.moved and not movement.alone:
+            yield fault("coach.moved", how=movement_found(movement, scene.names, unit))
+        if bending is not None and bending.moved:
+            lens = lens_doubt(scene, cameras)
+            yield fault("coach.bent", how=bending_found(bending, scene.names, unit, lens))
+
+    def notes(self) -> Iterator[Finding]:
+        """That it moved as one piece, or what lies round it did: the surface will do without."""
+        scene, unit = self.scene, self.unit
+        movement = scene.movement
+        if movement is not None and movement.moved and movement.alone:
+            yield doubt("coach.moved_alone", how=movement_found(movement, scene.names, unit))
+        elif movement is not None and (movement.beside or movement.misfit):
+            yield movement_found(movement, scene.names, unit)
+        if scene.bending is not None and scene.bending.misfit:
+            yield bending_found(scene.bending, scene.names, unit)
+
+
+def motion_told(metric: MetricScene, limb: Points3) -> MotionTold:
+    """In mm, or as shares of the limb's length where nothing gives a size.
+
+    Args:
+        limb: Points of what the cameras aim at.
+    """
+    scene, unit = in_told_unit(metric, limb)
+    return MotionTold(scene, unit)
+
+
+def kept_still(scene: Scene) -> bool | None:
+    """Whether the limb kept still and kept its shape; None where either is not known."""
+    seen = (scene.movement, scene.bending)
+    if any(one is not None and one.moved for one in seen):
+        return False
+    if any(one is None or one.kind == "unknown" for one in seen):
+        return None
+    return True

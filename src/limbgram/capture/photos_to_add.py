@@ -1,0 +1,241 @@
+"""Photos to add: in gaps between those that count, and for places that too few of them show.
+
+In      the photos that were checked; what they show of the limb.
+Out     MissingPhotos, with the findings that they belong to.
+Fails   never.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import groupby
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.capture.answer import DEFAULTS, CheckedPhoto, CheckOptions, MissingPhotos
+from limbgram.capture.camera_positions import (
+    Stand,
+    clock,
+    height_of,
+    shows_squarely,
+    stands_to_add,
+)
+from limbgram.capture.coverage import Shown
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.interval import COVER
+from limbgram.findings import Finding, Value, doubt, fault, note
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.scale.metric import MetricScene
+
+_OTHER_RING_DEG = 8.0
+"""Between the heights of photos of one ring and those of the next: hands waver by half of it."""
+
+
+def missing_round(
+    checked: Sequence[CheckedPhoto], options: CheckOptions = DEFAULTS
+) -> tuple[MissingPhotos, ...]:
+    """Photos to add where neighbouring photos that count lie too far apart, most of them first."""
+    around = sorted((one for one in checked if one.counts), key=lambda one: one.azimuth_deg)
+    first = first_placed(checked)
+    found: list[MissingPhotos] = []
+    gaps = gaps_deg([one.azimuth_deg for one in around])
+    limit_deg = min(options.max_gap_ratio * _usual_gap_deg(around), options.widest_gap_deg)
+    for one, following, gap in zip(around, [*around[1:], *around[:1]], gaps):
+        if gap <= max(options.max_gap_deg, limit_deg):
+            continue
+        count = max(math.ceil(gap / options.step_deg) - 1, 1)
+        places = tuple(
+            float((one.azimuth_deg + gap * k / (count + 1)) % 360) for k in range(1, count + 1)
+        )
+        height_deg = (one.elevation_deg + following.elevation_deg) / 2
+        asked = fault(
+            "coach.add_between",
+            count=count,
+            before=one.name,
+            after=following.name,
+            gap_deg=float(gap),
+            hours=_hours(places),
+            first=first,
+            height=height_of(height_deg),
+        )
+        found.append(
+            MissingPhotos(
+                count=count,
+                azimuths_deg=places,
+                elevations_deg=(height_deg,) * count,
+                between=(one.name, following.name),
+                asked=asked,
+            )
+        )
+    return tuple(sorted(found, key=lambda one: -one.count))
+
+
+def may_stay(
+    gaps: Sequence[MissingPhotos], checked: Sequence[CheckedPhoto], options: CheckOptions
+) -> bool:
+    """Whether the verdict of the case would name none of the gaps in a walk.
+
+    A photo that was taken in a gap and does not count is to be taken again.
+    """
+    around = {one.name: one.azimuth_deg for one in checked if one.counts}
+    spoilt_deg = [one.azimuth_deg for one in checked if one.placed and not one.counts]
+    for gap in gaps:
+        if gap.between is None:
+            return False
+        start, end = (around[name] for name in gap.between)
+        width = (end - start) % 360.0
+        if width > options.widest_gap_deg or any((k - start) % 360.0 < width for k in spoilt_deg):
+            return False
+    return True
+
+
+def first_placed(checked: Sequence[CheckedPhoto]) -> str:
+    """The photo that stands at 12 o'clock."""
+    return next((one.name for one in checked if one.placed), "")
+
+
+def gaps_deg(azimuths_deg: Sequence[float]) -> Float64[np.ndarray, " n"]:
+    """From each photo, in their order round, to the next one."""
+    around = np.sort(np.asarray(azimuths_deg, float))
+    if not len(around):
+        return np.zeros(0)
+    return np.diff(around, append=around[0] + 360.0)
+
+
+def _usual_gap_deg(around: Sequence[CheckedPhoto]) -> float:
+    """The mean gap of the ring that has most photos.
+
+    A second ring at another height falls between the photos of the first: by all photos together
+    the usual gap would seem smaller than anybody walked, and a good walk be held back.
+    """
+    rings: list[list[CheckedPhoto]] = []
+    for one in sorted(around, key=lambda one: one.elevation_deg):
+        if rings and one.elevation_deg - rings[-1][-1].elevation_deg < _OTHER_RING_DEG:
+            rings[-1].append(one)
+        else:
+            rings.append([one])
+    return 360.0 / max(map(len, rings), default=1)
+
+
+def _hours(azimuths_deg: Iterable[float]) -> tuple[int, ...]:
+    """The hours at which places stand, each once."""
+    return tuple(dict.fromkeys(clock(azimuth) for azimuth in azimuths_deg))
+
+
+def photos_for(
+    shown: Shown,
+    metric: MetricScene,
+    checked: Sequence[CheckedPhoto],
+    missing: Sequence[MissingPhotos],
+    options: CheckOptions,
+) -> tuple[tuple[MissingPhotos, ...], list[Finding], tuple[Finding, ...]]:
+    """Photos for places that too few see, the findings that they belong to, and notes."""
+    proxy, prediction = shown.proxy, shown.prediction
+    unseen = prediction.share(prediction.squarely < options.least_photos, proxy)
+    unsure = prediction.share(prediction.sigma_mm > options.max_sigma_mm, proxy)
+    findings: list[Finding] = []
+    asked: tuple[MissingPhotos, ...] = ()
+    first = first_placed(checked)
+    if unseen > options.max_unseen:
+        asked = _for_places(shown, metric, missing, options)
+        part: dict[str, Value] = {"share": float(unseen), "least": options.least_photos}
+        if asked:
+            count, places = sum(one.count for one in asked), _grouped(asked)
+            added = fault("coach.unseen.add", count=count, places=places, first=first, **part)
+            findings.append(added)
+        elif missing:
+            findings.append(fault("coach.unseen.coming", **part))
+        else:
+            findings.append(fault("coach.unseen.blocked", **part))
+    if shown.thin > options.max_thin:
+        steps = replace(options, max_gap_deg=options.widest_pair_deg, max_gap_ratio=0.0)
+        between = () if missing or asked else missing_round(checked, steps)
+        asked = (*asked, *between)
+        thin = fault(
+            "coach.thin",
+            share=float(shown.thin),
+            widest_deg=options.widest_pair_deg,
+            parts=len(between),
+            places=_grouped(between),
+            first=first,
+        )
+        findings.append(thin)
+    if metric.scale.unit == "mm" and unsure > options.max_unseen:
+        most_mm = COVER * options.max_sigma_mm
+        findings.append(fault("coach.unsure", share=float(unsure), most_mm=most_mm))
+    notes: list[Finding] = []
+    if not proxy.known[-1]:
+        notes.append(note("coach.no_upper_end"))
+    if shown.bare:
+        notes.append(doubt("coach.unpainted", regions=shown.bare, first=first))
+    if shown.coverage.weakest is not None:
+        notes.append(note("coach.least_sure", weakest=shown.coverage.weakest))
+    return asked, findings, tuple(notes)
+
+
+def _for_places(
+    shown: Shown,
+    metric: MetricScene,
+    missing: Sequence[MissingPhotos],
+    options: CheckOptions,
+) -> tuple[MissingPhotos, ...]:
+    """Photos that would show what too few show, one entry each, from below upwards.
+
+    Args:
+        missing: Photos that are asked for already; what they will show is not asked for again.
+    """
+    scene, proxy = metric.scene, shown.proxy
+    away = [np.linalg.norm(view.centre_in_world - proxy.middle) for view in scene.views]
+    distance, camera = float(np.median(away)), scene.views[0].camera
+    first_rad = first_direction_rad(scene, proxy.middle)
+    coming = [
+        replace(one, distance=distance).view(camera, proxy.middle, first_rad)
+        for part in missing
+        for one in _stands_of(part)
+    ]
+    stands = stands_to_add(
+        proxy,
+        shown.prediction.squarely + shows_squarely(proxy, coming).sum(axis=1),
+        options.wanted_photos,
+        camera,
+        distance,
+        first_rad,
+        metric.floor_z_mm,
+        options.most_added,
+    )
+    by_height = sorted(stands, key=lambda one: (one.elevation_deg, one.azimuth_deg))
+    return tuple(
+        MissingPhotos(
+            count=1,
+            azimuths_deg=(one.azimuth_deg,),
+            elevations_deg=(one.elevation_deg,),
+            between=None,
+            asked=fault(
+                "coach.add_at", hour=clock(one.azimuth_deg), height=height_of(one.elevation_deg)
+            ),
+        )
+        for one in by_height
+    )
+
+
+def _stands_of(asked: MissingPhotos) -> list[Stand]:
+    return [
+        Stand(azimuth_deg=azimuth, elevation_deg=elevation, distance=math.nan)
+        for azimuth, elevation in zip(asked.azimuths_deg, asked.elevations_deg)
+    ]
+
+
+def _grouped(asked: Sequence[MissingPhotos]) -> tuple[Finding, ...]:
+    """Hours by height: "at 2, 4 o'clock, 25 degrees above level"."""
+    stands = [one for part in asked for one in _stands_of(part)]
+    return tuple(
+        note("coach.stands", hours=_hours(one.azimuth_deg for one in group), height=height)
+        for height, group in groupby(stands, key=lambda one: height_of(one.elevation_deg))
+    )
+
+
+def first_direction_rad(scene: Scene, middle: Vector3) -> float:
+    """Direction of azimuth 0 in the plane of x and y: where the first placed photo stands."""
+    x, y, _ = scene.view(scene.placed[0]).centre_in_world - middle
+    return float(np.arctan2(y, x))

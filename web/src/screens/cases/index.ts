@@ -1,0 +1,2 @@
+export { CasesScreen } from "./screen";
+export { inShort, withoutColour } from "./in-short";

@@ -1,0 +1,32 @@
+/** Lengths between neighbouring landmarks, over the surface. */
+import type { Schemas } from "../../api/client";
+import { t } from "../../texts";
+
+/** At most four. */
+export function pairsOf(limb: Schemas["LimbReply"] | undefined): [string, string][] {
+  const names = limb?.places.map((one) => one.name) ?? [];
+  return names.slice(1, 5).map((name, i) => [names[i], name]);
+}
+
+export function Lengths({ lengths }: { lengths: readonly Schemas["Length"][] }) {
+  return (
+    <section>
+      <h3>{t("measure.lengths")}</h3>
+      <table class="kv">
+        <tbody>
+          {lengths.map((one) => (
+            <tr key={one.start + one.end}>
+              <td>
+                {one.start} – {one.end}
+              </td>
+              <td>
+                {one.over_surface_mm.value.toFixed(1)} mm
+                {one.over_surface_mm.within ? <span class="faint"> ± {Math.max(0.1, one.over_surface_mm.within).toFixed(1)}</span> : null}
+              </td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </section>
+  );
+}
