@@ -20,6 +20,7 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is loaded
 
 import functools
+import gc
 import importlib.abc
 import importlib.machinery
 import inspect
@@ -101,6 +102,14 @@ settings.register_profile(
     "limbgram", settings(), deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("limbgram")
+
+gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """From here on there is garbage to search for; modules and collected tests are none."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")
