@@ -56,7 +56,7 @@ def _levels(measures: Measures, decimal: Decimal = "point") -> Table:
         "others_mm",
         "reason",
         "skin",
-        "contour_smoothed_over_mm",
+        "girths_smoothed_over_mm",
     )
     rows: list[tuple[Cell, ...]] = []
     for row in measures.rows:

@@ -84,8 +84,8 @@ def test_one_ply_of_volume_is_one_ply(make_limb) -> None:
     assert found.plies == pytest.approx(1.0, abs=1e-9)
     assert found.from_mm is None
     assert found.to_mm == 200
-    for level in found.levels:
-        assert level.measures["tape_mm"].share == pytest.approx(np.sqrt(1.011) - 1, abs=1e-9)
+    for level in found.levels:  # smoothing has a scale of its own: 2e-7 of the girth
+        assert level.measures["tape_mm"].share == pytest.approx(np.sqrt(1.011) - 1, abs=1e-6)
         assert level.measures["area_mm2"].share == pytest.approx(0.011, abs=1e-9)
         assert level.since_last.share == pytest.approx(0.011, abs=1e-9)
     whole = sum(level.since_last.difference for level in found.levels)
