@@ -20,7 +20,7 @@ from jaxtyping import Float64, Int64
 
 from limbgram.findings import note
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.hypotheses.evidence import MOVE, evidence_of
+from limbgram.reconstruction.hypotheses.evidence import FIRMLY, MOVE, evidence_of
 from limbgram.reconstruction.hypotheses.explanation import Explained
 from limbgram.reconstruction.hypotheses.search import explained
 from limbgram.reconstruction.hypotheses.spread import left_of, spread_of
@@ -37,9 +37,6 @@ _MOST_PHOTOS = 60
 """Searched: the time goes with their third power, and is 5 s for 50."""
 _BEYOND_CHANCE = 0.5
 """Chance below which something that is not known is said not to fit (`Movement.misfit`)."""
-_FIRMLY = 30
-"""Points shared with two others from which a photo that lies elsewhere is believed. Of 100 captures
-that kept still two had one that lay 2 and 7 mm elsewhere by the surroundings, held by 8 and 24."""
 
 
 def movement_between(
@@ -67,7 +64,7 @@ def movement_between(
         loose = [
             one.photos[0]
             for one in found.explanations
-            if one.kind == "photo" and tied[one.photos[0]] < _FIRMLY
+            if one.kind == "photo" and tied[one.photos[0]] < FIRMLY
         ]
         if not loose:
             return _filled(

@@ -371,6 +371,8 @@ def _swaying(evidence: Evidence, found: _Found, bodies: Bodies, floor: float) ->
         failed.append("size")
     if not _sways_without_any(evidence, found, floor):
         failed.append("one photo")
+    if not _sways_where_firm(evidence, found, floor):
+        failed.append("few points")
     if stats.chi2.sf(again.gain, 2) > FALSE_ALARM:
         failed.append("lenses of photos")
     told = Explanation(
@@ -414,6 +416,15 @@ def _sways_without_any(evidence: Evidence, found: _Found, floor: float) -> bool:
     worst[parts[int(np.argmax(falls))]] = np.eye(MOVE)
     without = _sway_in(evidence, seen.without(worst), floor)
     return bool(stats.chi2.sf(without.gain, 2) <= FALSE_ALARM)
+
+
+def _sways_where_firm(evidence: Evidence, found: _Found, floor: float) -> bool:
+    """Whether photos that many points hold sway by themselves: wrong matches draw the others each
+    its own way, and nothing outvotes them."""
+    seen = found.left.only(found.left.motion).without(found.columns)
+    loose = np.kron(np.diag(~evidence.firm).astype(float)[:, ~evidence.firm], np.eye(MOVE))
+    firm = _sway_in(evidence, seen.without(loose), floor)
+    return bool(stats.chi2.sf(firm.gain, 2) <= FALSE_ALARM)
 
 
 def _rest(

@@ -29,7 +29,7 @@ from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.answering import answered
 from limbgram.reconstruction.mapping.lens_evidence import LensEvidence, zoomed_photos
 from limbgram.reconstruction.mapping.scene import Ring, Scene
-from limbgram.reconstruction.mapping.solution import Adjusted, adjust
+from limbgram.reconstruction.mapping.solution import Adjusted, Unheld, adjust
 from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
 from limbgram.reconstruction.mapping.verdicts import (
     agreed_places,
@@ -54,6 +54,7 @@ _BRIDGE_DEG = 60.0
 _FEWEST_BRIDGES = 15
 _CODED_WORTH = 2
 """A corner of a coded mark, which cannot be mistaken, bridges as so many points of paint do."""
+_FEWEST_HELD = 2
 _OTHER_FOCAL = 0.1
 """Difference of focal length from which photos placed without a calibration contradict it."""
 
@@ -142,7 +143,7 @@ def _placed(
     found = map_incrementally(photos, places_px, seeds, cameras, options.seed, own_sigmas_px)
     if not found:
         raise PlacementError("placing.no_start", pairs=len(pairs.verified))
-    rough = _adjusted(without_photos(found[0], _unheld(found[0])), cameras, options)
+    rough = _adjusted(found[0], cameras, options)
     dropped = _misplaced(rough, by_found_lenses(rough, pairs, cameras), options)
     rough = without_photos(rough, set(dropped))
     _refuse_too_few(rough, options)
@@ -155,8 +156,10 @@ def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene
     """A scene with new observations, adjusted, less a few zoomed photos; its verdicts follow."""
     alike = replace(scene, own=None)
     fixed = _adjusted_alike(alike, cameras, options)
+    lost = {*alike.placed} - {*fixed.scene.placed}
+    alike = without_photos(alike, lost)
     answer = _as_asked(fixed, alike, cameras, options)
-    aside, odd = dict[int, str](), dict[int, str]()
+    aside, odd = dict[int, Finding](), dict[int, Finding]()
     most = options.max_odd_share * len(fixed.scene.placed)
     if len(zoomed_by_own(answer.scene)) <= most:
         while odd := _odd_of(fixed.scene, alike, cameras, options):
@@ -170,6 +173,7 @@ def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene
     adjusted = _scene_of(answer)
     if adjusted.own is not None:
         odd = _facts(odd_focals(adjusted), adjusted, cameras) | zoomed_by_own(adjusted)
+    reasons = {k: note("placing.photo.loose", points=0) for k in lost} | aside
     figures = photo_points(adjusted)
     verdicts = tuple(
         replace(
@@ -177,7 +181,7 @@ def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene
             placed=pose is not None,
             points=int(points),
             rms_px=float(rms_px) if pose is not None else math.nan,
-            reason=aside.get(k, one.reason),
+            reason=reasons.get(k, one.reason),
             remark=odd.get(k),
         )
         for k, (one, pose, (points, rms_px)) in enumerate(
@@ -279,14 +283,16 @@ def _adjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
     """With lenses of their own for single photos where the residuals ask for these."""
     alike = replace(scene, own=None)
     adjusted = _adjusted_alike(alike, cameras, options)
+    alike = without_photos(alike, {*alike.placed} - {*adjusted.scene.placed})
     return _scene_of(_as_asked(adjusted, alike, cameras, options))
 
 
 def _adjusted_alike(scene: Scene, cameras: Cameras, options: MappingOptions) -> Adjusted:
-    """With one lens for all photos of a camera.
+    """With one lens for all photos of a camera, less the photos that lose all points which they
+    share with others.
 
     Raises:
-        PlacementError: a photo lost all points that it shares with others.
+        PlacementError: no two photos hold each other.
     """
     try:
         return adjust(
@@ -295,13 +301,12 @@ def _adjusted_alike(scene: Scene, cameras: Cameras, options: MappingOptions) -> 
             hold_board_lenses=options.board_lenses == "hold",
             outlier_sigmas=options.outlier_sigmas,
         )
+    except Unheld as lost:
+        if len(scene.placed) - len(lost.photos) < _FEWEST_HELD:
+            raise PlacementError("placing.unheld") from lost
+        return _adjusted_alike(without_photos(scene, {*lost.photos}), cameras, options)
     except np.linalg.LinAlgError as fault:
         raise PlacementError("placing.unheld") from fault
-
-
-def _unheld(scene: Scene) -> set[int]:
-    """Photos that the mapper placed, and that kept none of their points."""
-    return {*scene.placed} - {*scene.observations.photo_idx.tolist()}
 
 
 def _as_asked(

@@ -65,11 +65,14 @@ class Ring:
     """Whether every gap, the last to first included, is narrow and bridged."""
 
 
-Rule = Literal["chance", "lens", "size", "one photo", "lenses of photos", "model"]
+Rule = Literal[
+    "chance", "lens", "size", "one photo", "lenses of photos", "model", "few points", "board"
+]
 """What a term has to stand before it is told as a fact: chance alone; a lens that changes along
 the same course; whether its effect is beyond what matters; leaving out any one photo; lenses that
 differ four times as much from photo to photo; what a lens does beyond its model where no board
-calibrated it."""
+calibrated it; leaving out all photos that few points hold; a board
+that was pushed, where nothing beside it tells."""
 Bodies = Literal["limb and room", "halves", "limb and board", "lenses"]
 """Which two are held against each other; lenses: none, what lenses of photos explain."""
 Deviation = Literal["principal point", "focal length", "rolling shutter"]
@@ -153,6 +156,8 @@ class Movement:
     """Whether the photos were placed by the points of what they aim at alone."""
     beside: bool = False
     """Whether other things round it moved, while it and the scale board kept still."""
+    pushed: bool = False
+    """Whether the scale board moved, while it and other things round it kept still."""
     largest: float = float("nan")
     """Largest shift between any two photos, in scene units; NaN where it is not known."""
     explanations: tuple[Explanation, ...] = ()

@@ -64,6 +64,14 @@ class Adjusted:
     """Of every camera's lens after the adjustment; zero where held."""
 
 
+class Unheld(np.linalg.LinAlgError):
+    """Photos lost all their observations."""
+
+    def __init__(self, photos: tuple[int, ...]) -> None:
+        super().__init__(f"nothing is observed that would hold photos {photos}")
+        self.photos = photos
+
+
 def adjust(
     scene: Scene,
     priors: Sequence[Calibration],
@@ -78,12 +86,17 @@ def adjust(
 
     A `body` of known shape takes part with the corners that photos show of it. What photos have
     for themselves in their lenses (`Scene.own`) is held, or with `solve_own` solved for.
+
+    Raises:
+        Unheld: photos lost all their observations.
     """
     prior = LensPrior.of(priors, hold_board_lenses)
     bundle = Bundle.of(scene)
     if scene.own is not None:
         cameras = [given.camera for given in priors]
         bundle = replace(bundle, ties=Ties.of(scene, cameras, solve=solve_own))
+    if body is None:
+        _refuse_unheld(bundle, scene)
     sigma_px = bundle.sigma_px(scene)
     for attempt in track(range(rounds)):
         last = attempt == rounds - 1
@@ -92,6 +105,8 @@ def adjust(
         sigma_px = bundle.sigma_px(scene)
         bundle = _respread(bundle, body, prior, sigma_px)
         bundle = bundle.without_outliers(scene, sigma_px, outlier_sigmas)
+        if body is None:
+            _refuse_unheld(bundle, scene)
     covariance = _Equations.at(bundle, body, prior, sigma_px, 0.0).covariance()
     first, cameras = POSE_SIZE * len(bundle.views), len(scene.cameras)
     rows = [slice(first + LENS_SIZE * k, first + LENS_SIZE * (k + 1)) for k in range(cameras)]
@@ -99,6 +114,12 @@ def adjust(
     if bundle.ties is not None:
         covariance = bundle.ties.map @ (bundle.ties.map @ covariance).T
     return Adjusted(bundle.scene(scene), sigma_px, covariance, of_lenses)
+
+
+def _refuse_unheld(bundle: Bundle, scene: Scene) -> None:
+    seen = np.bincount(bundle.photo_idx, minlength=len(bundle.views))
+    if not seen.all():
+        raise Unheld(tuple(scene.placed[k] for k in np.flatnonzero(seen == 0).tolist()))
 
 
 def _respread(bundle: Bundle, body: Body | None, prior: "LensPrior", sigma_px: float) -> Bundle:

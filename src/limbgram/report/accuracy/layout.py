@@ -165,6 +165,8 @@ _FAILED = {
     "size": "may be too small to matter",
     "one photo": "one photo alone speaks for it",
     "lenses of photos": "lenses that differ more explain it as well",
+    "board": "a board that was pushed explains it as well",
+    "few points": "only photos that few points hold speak for it",
     "model": "what an uncalibrated lens does beyond its model explains it as well",
 }
 

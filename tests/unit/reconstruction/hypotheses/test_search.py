@@ -105,6 +105,13 @@ def test_a_sway_is_a_fact_only_where_a_board_calibrated_the_lens(take: Take, by_
         assert "sway" in [one.kind for one in (*found.told, *found.undecided)]
 
 
+def test_a_sway_of_photos_that_few_points_hold_is_no_fact(take: Take) -> None:
+    """A wrong match draws such a photo its own way."""
+    found = told(take(points=40, motions=sway(3.0, 1)).evidence)
+    assert [one.failed for one in found.explanations if one.kind == "sway"] == [("few points",)]
+    assert found.verdict == "undecided"
+
+
 def test_a_small_sway_of_a_phone_is_left_open_and_named(take: Take) -> None:
     """A lens of each photo's own explains it as well: no fact, and nothing is kept back."""
     found = [told(take(seed=k, own=phone(k), motions=sway(0.18, k)).evidence) for k in range(4)]

@@ -14,12 +14,11 @@ from limbgram.reconstruction.mapping.ring import (
     MappingOptions,
     _misplaced,
     _refuse_too_few,
-    _unheld,
     readjusted,
     ring_of,
     without_photos,
 )
-from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
 MakeScene = Callable[..., Scene]
@@ -99,13 +98,16 @@ def test_a_scene_of_half_the_photos_is_the_least(
         _refuse_too_few(scene, MappingOptions())
 
 
-def test_a_photo_that_kept_no_point_is_left_out_and_not_adjusted(make_scene: MakeScene) -> None:
-    scene = make_scene(photos=6, points=60, share=1.0)
+def with_verdicts(scene: Scene) -> Scene:
+    fine = [PhotoVerdict(name=one, placed=True, points=1, rms_px=0.1) for one in scene.names]
+    return replace(scene, verdicts=tuple(fine))
+
+
+def test_a_photo_without_points_does_not_refuse_the_others(make_scene: MakeScene) -> None:
+    scene = make_scene(photos=12, points=300, noise_px=0.1)
     lone = replace(scene, observations=scene.observations.some(scene.observations.photo_idx != 4))
     known = 1e-4 * np.eye(10)
     given = [Calibration(camera=one, covariance=known, source="exif") for one in scene.cameras]
-    with pytest.raises(PlacementError, match="do not hold all of them in place"):
-        readjusted(lone, Cameras(tuple(given)), MappingOptions())
-    assert _unheld(scene) == set()
-    assert _unheld(lone) == {4}
-    assert _unheld(without_photos(lone, {4})) == set()
+    found = readjusted(with_verdicts(lone), Cameras(tuple(given)), MappingOptions())
+    assert found.placed == (0, 1, 2, 3, *range(5, 12))
+    assert [k for k, one in enumerate(found.verdicts) if one.reason] == [4]
