@@ -126,6 +126,10 @@ COMMANDS = {
         "compare:compare_command",
         "Compare shapes: where they differ, by how much, and whether it matters for the fit.",
     ),
+    "trend": (
+        "trend:trend_command",
+        "Follow a limb's measuring sheet over visits: what changed, by how much, and how surely.",
+    ),
     "export": (
         "export:export_command",
         "Write a shape for other programs and machines, in millimetres, and read the file back.",

@@ -40,7 +40,36 @@ _SHEET = Panel("Measuring sheet")
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeasureRequest:
+class SheetRequest:
+    """What a measuring sheet hangs on besides the limb."""
+
+    shoe_heel_mm: Annotated[float, Within(0, 150), Flag("shoe-heel"), _SHEET] = 0.0
+    """Height of the shoe's heel, mm: it inclines the shank."""
+    shoe_sole_mm: Annotated[float, Within(0, 150), Flag("shoe-sole"), _SHEET] = 0.0
+    """Height of its sole under the ball, mm."""
+    click_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
+    """How well landmarks were placed that were clicked: one standard deviation in each direction
+    along the surface, mm; without it 2, which is assumed."""
+    painted_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
+    """The same of landmarks at painted marks; without it 1."""
+    proposed_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
+    """The same of landmarks that were proposed and confirmed; without it 3."""
+
+    def of_sheet(self) -> SheetOptions:
+        """What the measuring sheet hangs on."""
+        return SheetOptions(
+            shoe_heel_mm=self.shoe_heel_mm,
+            shoe_sole_mm=self.shoe_sole_mm,
+            placing=Placing(
+                click_mm=USUAL.click_mm if self.click_mm is None else self.click_mm,
+                painted_mm=USUAL.painted_mm if self.painted_mm is None else self.painted_mm,
+                proposed_mm=USUAL.proposed_mm if self.proposed_mm is None else self.proposed_mm,
+            ),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasureRequest(SheetRequest):
     """What is measured; heights count from the reference, upwards."""
 
     every_mm: Annotated[float, Within(0.1, 1000), Flag("every")] = 10.0
@@ -67,29 +96,6 @@ class MeasureRequest:
     """Measure across the file's z, from its lowest point."""
     sheet: Annotated[bool, _SHEET] = False
     """Fill in the measuring sheet of the kind of limb, beside the levels."""
-    shoe_heel_mm: Annotated[float, Within(0, 150), Flag("shoe-heel"), _SHEET] = 0.0
-    """Height of the shoe's heel, mm: it inclines the shank."""
-    shoe_sole_mm: Annotated[float, Within(0, 150), Flag("shoe-sole"), _SHEET] = 0.0
-    """Height of its sole under the ball, mm."""
-    click_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
-    """How well landmarks were placed that were clicked: one standard deviation in each direction
-    along the surface, mm; without it 2, which is assumed."""
-    painted_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
-    """The same of landmarks at painted marks; without it 1."""
-    proposed_mm: Annotated[float | None, Within(0, 50), _SHEET] = None
-    """The same of landmarks that were proposed and confirmed; without it 3."""
-
-    def of_sheet(self) -> SheetOptions:
-        """What the measuring sheet hangs on."""
-        return SheetOptions(
-            shoe_heel_mm=self.shoe_heel_mm,
-            shoe_sole_mm=self.shoe_sole_mm,
-            placing=Placing(
-                click_mm=USUAL.click_mm if self.click_mm is None else self.click_mm,
-                painted_mm=USUAL.painted_mm if self.painted_mm is None else self.painted_mm,
-                proposed_mm=USUAL.proposed_mm if self.proposed_mm is None else self.proposed_mm,
-            ),
-        )
 
     def options(self) -> LimbMeasureOptions:
         """As the workbench takes them."""

@@ -18,8 +18,11 @@ from limbgram.workbench.compare.deviation import LOCAL_LIMIT_MM
 from limbgram.workbench.compare.levels import Change, LevelChange
 from limbgram.workbench.compare.over_time import Repeats, Series, Stack, Trend
 from limbgram.workbench.compare.registration import FAR_MM, Alignment
+from limbgram.workbench.compare.sheets import Course, SheetTrend
 
 MRE_LIMIT_MM = 0.25
+_SURE = 0.999
+"""No probability of ours is known more closely."""
 IQR_LIMIT_MM = 0.40
 _LOCAL_MM2 = 100.0
 """Area from which places beyond the local limit count: a finger tip."""
@@ -152,6 +155,31 @@ def series_lines(series: Series) -> tuple[str, ...]:
     )
 
 
+def sheet_trend_lines(trend: SheetTrend) -> tuple[str, ...]:
+    """Each figure of the measuring sheets: from, to, change and how real it is."""
+    words = {row.name: row.words["en"] for one in trend.visits for row in one.sheet.rows}
+    return (
+        told(trend.finding),
+        *(f"Note: {told(one)}" for one in trend.notes),
+        *(f"{one.day.isoformat()}  {one.sheet.shape}" for one in trend.visits),
+        f"{'first':>9}{'last':>9}{'change':>9}{'':15}{'real':>8}  {HOLDS}",
+        *map(_course_line, trend.courses),
+        *(f"{'':50}  {words[name]}: not on two days with a ±" for name in trend.left_out),
+        told(note("trend.real")),
+    )
+
+
+def _course_line(course: Course) -> str:
+    first, last = course.figures[0].value, course.figures[-1].value
+    within = f"{plus_minus(course.change_within, 1)} {course.unit}"
+    sure = course.trend.probability
+    real = f"{sure:.1%}" if sure < _SURE else f"> {_SURE:.1%}"
+    return (
+        f"{first:9.1f}{last:9.1f}{course.change:+9.1f} {within:14}{real:>8}"
+        f"  {course.words['en']}" + ("" if course.trend.is_clear else ": within the uncertainty")
+    )
+
+
 def repeats_lines(found: Repeats) -> tuple[str, ...]:
     agreement = found.agreement
     return (
@@ -258,6 +286,34 @@ def series_tree(series: Series) -> dict[str, Any]:
             )
         ],
         **_stack(scans),
+    }
+
+
+def sheet_trend_tree(trend: SheetTrend) -> dict[str, Any]:
+    """Figures in the units of the sheet."""
+    return {
+        "format": "limbgram-sheet-trend/1",
+        "verdict": as_json(trend.finding),
+        "kind": trend.visits[0].sheet.kind,
+        "side": trend.visits[0].sheet.side,
+        "visits": [{"day": one.day.isoformat(), "name": one.sheet.shape} for one in trend.visits],
+        "measures": [
+            {
+                "name": one.name,
+                "words": dict(one.words),
+                "unit": one.unit,
+                "change": one.change,
+                "change_95": one.change_within.above,
+                "trend": _trend(one.trend, 1.0),
+                "values": [
+                    {"day": day.isoformat(), "value": figure.value, "sigma": figure.sigma}
+                    for day, figure in zip(one.days, one.figures, strict=True)
+                ],
+            }
+            for one in trend.courses
+        ],
+        "left_out": list(trend.left_out),
+        "notes": [as_json(one) for one in trend.notes],
     }
 
 
@@ -397,6 +453,7 @@ def _trend(trend: Trend, per: float) -> dict[str, Any]:
         "per_week_95": trend.per_week_95 / per,
         "told": trend.is_clear,
         "scatter": trend.scatter,
+        "probability": trend.probability,
     }
 
 

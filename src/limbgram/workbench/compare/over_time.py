@@ -21,6 +21,7 @@ from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float64
+from scipy.special import ndtr, stdtr
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.interval import COVER, widening
@@ -90,6 +91,9 @@ class Trend:
     """The line's value on the first day."""
     scatter: float | None
     """Root mean square of residuals over their sigmas; None for two values."""
+    probability: float
+    """That the values go the way they seem to: 0.5 where nothing tells it, 0.975 where the slope is
+    as large as its interval."""
 
     @property
     def is_clear(self) -> bool:
@@ -342,7 +346,8 @@ def fit_trend(
     The sigmas weigh the values. How far these lie from the line tells how large the errors are,
     for a limb also changes from day to day by more than a scan errs; of two values alone the sigmas
     have to tell it. Values that lie nearer to a line than they can be known do so by chance: known
-    sigmas are the least that the interval tells.
+    sigmas are the least that the interval tells. So it is with the probability: Student's by the
+    scatter, never more than the known sigmas allow.
 
     Args:
         known: Whether the sigmas are the scans' own or of repeats, and not assumed.
@@ -352,17 +357,21 @@ def fit_trend(
     covariance = np.linalg.inv(columns.T @ columns)
     line = covariance @ columns.T @ (values / sigmas)
     sigma = float(np.sqrt(covariance[1, 1]))
-    scatter, free = None, len(values) - 2
+    slope = abs(float(line[1]))
+    scatter, free, probability = None, len(values) - 2, float(ndtr(slope / sigma))
     if free > 0:
         residuals = (values - line[0] - line[1] * weeks) / sigmas
         scatter = float(np.sqrt(residuals @ residuals / free))
         told = sigma * scatter * widening(free)
+        by_scatter = float(stdtr(free, slope / max(sigma * scatter, 1e-300)))
         sigma = max(sigma, told) if known else told
+        probability = min(probability, by_scatter) if known else by_scatter
     return Trend(
         per_week=float(line[1]),
         per_week_95=COVER * sigma,
         at_start=float(line[0]),
         scatter=scatter,
+        probability=probability,
     )
 
 

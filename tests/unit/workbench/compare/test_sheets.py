@@ -4,9 +4,10 @@ from datetime import date, timedelta
 
 import numpy as np
 import pytest
-from scipy.stats import norm
+from scipy.stats import linregress, norm
 
 from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.workbench.compare.over_time import fit_trend
 from limbgram.workbench.compare.sheets import SheetVisit, courses
 from limbgram.workbench.limb import Side
 from limbgram.workbench.measures.levels import Figure
@@ -33,7 +34,7 @@ def test_a_change_is_as_probable_as_its_sigmas_say(change: float) -> None:
     (course,) = courses([visit(4, 9.0 + change), visit(0, 9.0)])
     assert course.trend.per_week == pytest.approx(change / 4)
     asked = norm.cdf(abs(change) / (0.5 * np.sqrt(2)))
-    assert course.probability == pytest.approx(asked, abs=1e-9)
+    assert course.trend.probability == pytest.approx(asked, abs=1e-9)
 
 
 def test_what_a_visit_lacks_is_left_out_and_others_are_refused() -> None:
@@ -46,3 +47,15 @@ def test_what_a_visit_lacks_is_left_out_and_others_are_refused() -> None:
     with pytest.raises(MeasureError) as mixed:
         courses([visit(0, 9.0), visit(1, 8.0, side="left")])
     assert mixed.value.finding.code == "trend.sheets_differ"
+
+
+def test_scatter_makes_the_probability_students_and_sigmas_bound_it() -> None:
+    days, values = np.array([0.0, 7, 21, 28]), np.array([9.0, 8.1, 8.4, 7.2])
+    line = linregress(days, values)
+    by_scatter = fit_trend(days, values, np.full(4, 0.01), known=False)
+    assert by_scatter.probability == pytest.approx(1 - line.pvalue / 2, abs=1e-9)
+    for sigma in (0.01, 1.0):
+        known = fit_trend(days, values, np.full(4, sigma))
+        by_sigma = norm.cdf(abs(line.slope) * np.sqrt(((days - days.mean()) ** 2).sum()) / sigma)
+        assert known.probability == pytest.approx(min(by_sigma, 1 - line.pvalue / 2), abs=1e-9)
+        assert known.is_clear == (known.probability > 0.975)
