@@ -1090,7 +1090,10 @@ const TEXTS = {
   "compare.largest": ["most {0} mm", "größte {0} mm"],
   "compare.th.first": ["Other", "Andere"],
   "compare.th.second": ["This", "Diese"],
-  "compare.girths": ["Girths by a taut tape, smoothed over 5 mm; in mm. Heights count in the other shape.", "Umfänge mit straffem Band, über 5 mm geglättet, in mm. Höhen zählen in der anderen Form."],
+  "compare.girths": [
+    "Girths by a taut tape, smoothed over 5 mm; in mm. Heights count in the other shape.",
+    "Umfänge mit straffem Band, über 5 mm geglättet, in mm. Höhen zählen in der anderen Form.",
+  ],
   "compare.notes": ["To know", "Zu wissen"],
   "grade.alike": ["Alike", "Gleich"],
   "grade.differs in places": ["Alike but for places", "Gleich bis auf Stellen"],
