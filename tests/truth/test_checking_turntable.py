@@ -79,9 +79,8 @@ def test_a_growing_folder_is_told_the_same_as_the_whole(
 
 def test_a_board_that_stands_still_tells_no_size(tmp_path: Path) -> None:
     options = replace(
-        OPTIONS, width_px=600, height_px=400, coverage=CaptureOptions().coverage,
-        turning=Turning(board_turns=False),
-    )  # fmt: skip
+        OPTIONS, coverage=CaptureOptions().coverage, turning=Turning(board_turns=False)
+    )
     capture = make_capture(tmp_path / "capture", options)
     board = parse_board(DEFAULT_BOARD)
     found = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
