@@ -32,7 +32,9 @@ from limbgram.synthetic.rendering.renderer import Stage, nearness_of, render, si
 from limbgram.synthetic.rendering.shading import Lighting, light_of
 from limbgram.synthetic.truth import ideal_camera, stage_truth, surface_points
 
-FEW = replace(SMALL, photos=3, calibration_photos=3, mesh_step_mm=3.0, noise=0.2, samples=2)
+FEW = replace(
+    SMALL, photos=3, calibration_photos=3, mesh_step_mm=3.0, noise=0.2, samples=2, coverage=0.0
+)
 
 
 @pytest.fixture(scope="module")
