@@ -3,7 +3,6 @@
 import hashlib
 import json
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +13,9 @@ from typer.testing import CliRunner
 from limbgram.batch import attempt as attempting
 from limbgram.cases.job_supervision import Event, Supervision
 from limbgram.cli.main import app
-from limbgram.synthetic.capture import make_capture
-from limbgram.synthetic.options import SMALL
 
 pytestmark = pytest.mark.slow
 
-CAPTURE = replace(SMALL, photos=14)
 SETTINGS = """
 camera = "camera.json"
 side = "left"
@@ -39,23 +35,17 @@ def limbgram(*words: object) -> Result:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Photos as a folder and as a zip, a camera, settings; and what they become alone."""
     folder = tmp_path_factory.mktemp("many")
-    capture = folder / "capture"
-    make_capture(capture, CAPTURE)
     inside = folder / "in"
     inside.mkdir()
-    board = ("--board", "14x10", "--square", 10)
-    done = limbgram("calibrate", capture / "calibration", *board, "-o", inside / "camera.json")
-    assert done.exit_code == 0, done.output
-    shutil.copytree(capture / "images", inside / "Fuß 1")
-    shutil.make_archive(str(inside / "P2"), "zip", capture, "images")
+    shutil.copy(finished / "camera.json", inside)
+    shutil.copytree(finished / "capture" / "images", inside / "Fuß 1")
+    shutil.make_archive(str(inside / "P2"), "zip", finished / "capture", "images")
     (inside / "batch.toml").write_text(SETTINGS, "utf-8")
     alone = folder / "alone"
-    camera = inside / "camera.json"
-    done = limbgram("reconstruct", capture / "images", "--camera", camera, "-o", alone)
-    assert done.exit_code == 0, done.output
+    shutil.copytree(finished / "case", alone)
     surface = alone / "deliverables" / "surface.ply"
     done = limbgram("align", surface, "--side", "left", "--axis=+z", "--anterior=+y")
     assert done.exit_code == 0, done.output

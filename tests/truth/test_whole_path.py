@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,12 +21,10 @@ from limbgram.cases.scoring import score_case
 from limbgram.cli.main import app
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS, CREASES, OFFSET, SCALE
-from limbgram.synthetic.capture import make_capture
-from limbgram.synthetic.options import SMALL
 
 ROOT = Path(__file__).parents[2]
 README, GUIDE = ROOT / "README.md", ROOT / "docs" / "library" / "index.md"
-CAPTURE = replace(SMALL, photos=14)
+PHOTOS = 14
 NAMES = (
     *(f"surface.{kind}" for kind in ("stl", "dxf", "ply", "obj", "glb", "vtp")),
     "cloud.ply",
@@ -42,16 +41,10 @@ def last_run(case: Path) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A capture, its camera file and a finished case; spaces and umlauts in the names."""
     folder = tmp_path_factory.mktemp("Fuß links")
-    make_capture(folder / "capture", CAPTURE)
-    board = ("--board", "14x10", "--square", 10)
-    camera = folder / "camera.json"
-    result = limbgram("calibrate", folder / "capture" / "calibration", *board, "-o", camera)
-    assert result.exit_code == 0, result.output
-    result = reconstruct(folder)
-    assert result.exit_code == 0, result.output
+    shutil.copytree(finished, folder, dirs_exist_ok=True)
     return folder
 
 
@@ -133,7 +126,7 @@ def test_every_file_is_there_and_is_in_millimetres(folder: Path) -> None:
         assert 200 < size[2] < 320
     assert all((deliverables / name).stat().st_size > 1000 for name in NAMES)
     poses = json.loads((deliverables / "poses.json").read_text("utf-8"))
-    assert len(poses["images"]) == CAPTURE.photos
+    assert len(poses["images"]) == PHOTOS
     # The points of the paint have its colours.
     import pycolmap  # after PIL, which it would otherwise give another zlib
 
@@ -171,7 +164,7 @@ def test_masks_of_the_case_hold_the_limb_and_little_else(folder: Path, tmp_path:
     assert result.exit_code == 0, result.output
     assert (tmp_path / "masks" / "at-a-glance.jpg").stat().st_size > 10_000
     truth = sorted((folder / "capture" / "truth" / "masks").iterdir())
-    assert len(truth) == CAPTURE.photos
+    assert len(truth) == PHOTOS
     for path in truth:
         limb, made = picture(path), picture(tmp_path / "masks" / path.name)
         assert np.count_nonzero(limb & ~made) < 0.005 * np.count_nonzero(limb)
@@ -212,9 +205,9 @@ def picture(path: Path) -> np.ndarray:
     return np.asarray(Image.open(path).convert("L")) > 127
 
 
-def test_no_file_of_the_case_has_the_name_of_its_folder(folder: Path) -> None:
+def test_no_file_of_the_case_has_the_name_of_its_folder(folder: Path, finished: Path) -> None:
     files = [file for file in (folder / "case").rglob("*") if file.is_file()]
-    assert folder.name == "Fuß links0"
+    assert folder.name == finished.name == "Fuß links0"
     assert len(files) > 60
     assert [file.name for file in files if b" links0" in file.read_bytes()] == []
 

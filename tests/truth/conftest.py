@@ -1,0 +1,63 @@
+"""A capture and the case that the command line makes of it, which several files try."""
+
+import os
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from limbgram.cli.main import app
+from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.options import SMALL
+
+_LONGEST_S = 900.0
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folders capture and case, and camera.json; spaces and umlauts in its name.
+
+    It is made once for all processes that run tests. What changes it works on a copy.
+    """
+    root = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        root = root.parent
+    return _made_once(root / "finished" / "Fuß links0", _finish)
+
+
+def _finish(folder: Path) -> None:
+    make_capture(folder / "capture", replace(SMALL, photos=14))
+    camera = folder / "camera.json"
+    board = ("--board", "14x10", "--square", "10")
+    calibration, images = (str(folder / "capture" / name) for name in ("calibration", "images"))
+    for words in (
+        ("calibrate", calibration, *board, "-o", str(camera)),
+        ("reconstruct", images, "--camera", str(camera), "-o", str(folder / "case")),
+    ):
+        result = CliRunner().invoke(app, words)
+        assert result.exit_code == 0, result.output
+
+
+def _made_once(folder: Path, make: Callable[[Path], None]) -> Path:
+    """A folder that the first process makes; the others wait for it."""
+    made = folder.with_name(f"{folder.name}, made")
+    try:
+        folder.mkdir(parents=True)
+    except FileExistsError:
+        deadline = time.monotonic() + _LONGEST_S
+        while not made.exists():
+            assert time.monotonic() < deadline, f"nobody made {folder}"
+            time.sleep(0.2)
+    else:
+        try:
+            make(folder)
+        except BaseException:
+            made.write_text(traceback.format_exc(), "utf-8")
+            raise
+        made.touch()
+    assert (failure := made.read_text("utf-8")) == "", failure
+    return folder
