@@ -4,6 +4,7 @@ where."""
 import io
 import json
 import shutil
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -34,7 +35,7 @@ PHOTOS = 14
 def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
     options = CaptureOptions(
         seed=31, photos=PHOTOS, width_px=960, height_px=640, distance_mm=1300.0,
-        calibration_photos=0, mesh_step_mm=1.2,
+        calibration_photos=0, mesh_step_mm=1.2, samples=2,
     )  # fmt: skip
     return make_capture(tmp_path_factory.mktemp("check") / "capture", options)
 
@@ -45,14 +46,18 @@ def lens_of(capture: Capture) -> Calibration:
     return Calibration(camera=camera, covariance=covariance, source="board")
 
 
-def checked(capture: Capture, photos: list[Path]) -> CaptureCheck:
+@pytest.fixture(scope="module")
+def whole(capture: Capture) -> CaptureCheck:
+    """What is told of all photos."""
+    photos = list(capture.photos)
     return check_sources(photos, [lens_of(capture)], parse_board(DEFAULT_BOARD), Run())
 
 
 @pytest.fixture(scope="module")
-def whole(capture: Capture) -> CaptureCheck:
-    """What is told of all photos."""
-    return checked(capture, list(capture.photos))
+def watch(capture: Capture) -> Iterator[CaptureWatch]:
+    """A check that looks at each photo, and at each pair, once for all tests of this file."""
+    with CaptureWatch([lens_of(capture)], parse_board(DEFAULT_BOARD)) as watch:
+        yield watch
 
 
 def true_azimuths_deg(capture: Capture) -> np.ndarray:
@@ -81,10 +86,10 @@ def test_a_good_capture_is_told_to_go(capture: Capture, whole: CaptureCheck) -> 
     assert f"± {1.96 * found.coverage.sigma_middle_mm:.2f} mm" in told(found.headline)
 
 
-def test_a_missing_side_is_named_with_its_place(capture: Capture) -> None:
+def test_a_missing_side_is_named_with_its_place(capture: Capture, watch: CaptureWatch) -> None:
     photos = list(capture.photos)
     del photos[5:8]
-    found = checked(capture, photos)
+    found = watch.check(photos)
     assert not found.go
     assert len(found.missing) == 1
     missing = found.missing[0]
@@ -107,11 +112,11 @@ def test_a_missing_side_is_named_with_its_place(capture: Capture) -> None:
     assert (drawn == np.array([92, 122, 133])).all(axis=2).sum() > 1000
 
 
-def test_a_step_that_was_left_out_is_advice(capture: Capture) -> None:
+def test_a_step_that_was_left_out_is_advice(capture: Capture, watch: CaptureWatch) -> None:
     """All is joined across it and seen, and the verdict of the case would not name it."""
     photos = list(capture.photos)
     left_out = photos.pop(6)
-    found = checked(capture, photos)
+    found = watch.check(photos)
     assert found.go, found.headline
     assert 40 < found.largest_gap_deg < 60
     assert found.missing == ()
@@ -121,7 +126,9 @@ def test_a_step_that_was_left_out_is_advice(capture: Capture) -> None:
     assert left_out.name not in told(advice)
 
 
-def test_a_blurred_photo_does_not_count(capture: Capture, tmp_path: Path) -> None:
+def test_a_blurred_photo_does_not_count(
+    capture: Capture, watch: CaptureWatch, tmp_path: Path
+) -> None:
     """Only the limb is blurred; the room round it stays sharp."""
     photos = list(capture.photos)
     with Image.open(photos[6]) as picture:
@@ -133,7 +140,7 @@ def test_a_blurred_photo_does_not_count(capture: Capture, tmp_path: Path) -> Non
     )
     photos[6] = tmp_path / photos[6].name
     Image.fromarray(spoiled).save(photos[6], quality=97, exif=exif)
-    found = checked(capture, photos)
+    found = watch.check(photos)
     one = found.photos[6]
     assert not one.counts
     assert one.edge_px > 2 or not one.placed
@@ -141,8 +148,10 @@ def test_a_blurred_photo_does_not_count(capture: Capture, tmp_path: Path) -> Non
     assert found.missing[0].between == (photos[5].name, photos[7].name)
 
 
-def test_photos_that_do_not_join_are_the_answer_and_no_error(capture: Capture) -> None:
-    found = checked(capture, [capture.photos[0], capture.photos[5], capture.photos[10]])
+def test_photos_that_do_not_join_are_the_answer_and_no_error(
+    capture: Capture, watch: CaptureWatch
+) -> None:
+    found = watch.check([capture.photos[0], capture.photos[5], capture.photos[10]])
     assert not found.go
     assert told(found.headline).startswith("NOT YET")
     assert not found.missing or all(one.count for one in found.missing)
