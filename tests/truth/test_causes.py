@@ -14,9 +14,9 @@ from PIL import Image, ImageFilter, ImageOps
 from limbgram.core.errors import CalibrationError, LimbgramError, PlacementError, ScaleError
 from limbgram.reconstruction.calibration.board import calibrate
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cameras_for
-from limbgram.reconstruction.features.detection import detect
+from limbgram.reconstruction.features.detection import Features, detect
 from limbgram.reconstruction.mapping.ring import place
-from limbgram.reconstruction.matching.matching import match
+from limbgram.reconstruction.matching.matching import Matches, match
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.scaling import to_millimetres
@@ -82,10 +82,22 @@ def as_it_is(picture: Image.Image) -> Image.Image:
     return picture
 
 
+MATCHED: dict[str, tuple[Features, Matches]] = {}
+"""By the photos' digest."""
+
+
+def matched(photos: PhotoSet) -> tuple[Features, Matches]:
+    """Keypoints and matches, which hang on the pixels and not on what is known of the camera."""
+    if photos.digest not in MATCHED:
+        features = detect(photos)
+        MATCHED[photos.digest] = features, match(photos, features)
+    return MATCHED[photos.digest]
+
+
 def scaled(photos: PhotoSet, cameras: Cameras) -> None:
     """A reconstruction as far as its scale, which is where a board is needed."""
-    features = detect(photos)
-    pairs = verify(photos, match(photos, features), cameras)
+    features, matches = matched(photos)
+    pairs = verify(photos, matches, cameras)
     scene = place(photos, features, pairs, cameras)
     to_millimetres(scene, find_board(photos, BOARD), (), cameras=cameras)
 
