@@ -1,4 +1,4 @@
-"""Stated 95 % intervals of contours hold on smooth, wrinkled and knitted limbs alike.
+"""Stated 95 % intervals of contours and tapes hold on smooth, wrinkled and knitted limbs alike.
 
 No photos: a band of a limb whose surface is known, and the same as it is measured, with errors of
 known size that are alike over a known reach, and without the knit, which no photo shows.
@@ -13,7 +13,15 @@ import pytest
 from limbgram.core.geometry.smoothed_length import PLATE_MM
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.measures.levels import Level, Sigmas, contour_mm, level_at, levels_at
+from limbgram.workbench.measures.levels import (
+    Level,
+    Measure,
+    Sigmas,
+    contour_mm,
+    level_at,
+    levels_at,
+    tape_mm,
+)
 
 RADIUS_MM, HALF_MM = 50.0, 14.0
 LEVELS_MM = (-9.0, -3.0, 3.0, 9.0)
@@ -95,12 +103,19 @@ def longer_by_noise() -> float:
     return SIGMA_MM**2 * float(np.sum(k**2 * stays**2 * spectrum) * (k[1] - k[0])) / 2
 
 
+def value_mm(girth: Measure, level: Level) -> float:
+    sloped = girth(level)
+    assert sloped is not None
+    return sloped.value
+
+
+@pytest.mark.parametrize("girth", [contour_mm, tape_mm])
 @pytest.mark.parametrize(
     ("true", "seen"), [(smooth, smooth), (wrinkled, wrinkled), (knitted, smooth)]
 )
-def test_intervals_of_contours_hold_on_every_skin(true: Skin, seen: Skin) -> None:
+def test_intervals_of_girths_hold_on_every_skin(true: Skin, seen: Skin, girth: Measure) -> None:
     fine = band(true(*grid(0.4)), 0.4)
-    truth = [contour_mm(level_at(fine, height)).value for height in LEVELS_MM]
+    truth = [value_mm(girth, level_at(fine, height)) for height in LEVELS_MM]
     along, up = grid(1.0)
     rng = np.random.default_rng(17)
     ratios: list[float] = []
@@ -115,7 +130,9 @@ def test_intervals_of_contours_hold_on_every_skin(true: Skin, seen: Skin) -> Non
         sigmas = Sigmas.of(mesh)
         for level, known in zip(levels_at(mesh, LEVELS_MM), truth, strict=True):
             assert isinstance(level, Level)
-            figure = sigmas.figure(level, contour_mm(level))
+            sloped = girth(level)
+            assert sloped is not None
+            figure = sigmas.figure(level, sloped)
             assert figure.sigma is not None
             ratios.append((figure.value - known) / figure.sigma)
     held = np.mean(np.abs(ratios) < COVER)
