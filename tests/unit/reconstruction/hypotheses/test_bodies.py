@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from limbgram.findings import note
-from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
+from limbgram.reconstruction.hypotheses.bodies import (
+    moved_with_second,
+    movement_between,
+    stood_with_first,
+)
 from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
 from limbgram.reconstruction.mapping.ring import without_photos
 from limbgram.reconstruction.mapping.scene import Observations
@@ -104,6 +108,22 @@ def test_a_third_body_tells_which_of_two_moved(take: Take, beside: bool, seed: i
     assert room.movement.moved
     board = take(seed=50 + seed, points=80, motions=None if beside else motions).room
     assert stood_with_first(first.limb, board, room, [first.calibration]) is beside
+
+
+@pytest.mark.parametrize("photos", [tuple(range(N)), (0, 2, 9, 11, 13)])
+def test_what_moved_against_two_others_is_what_moved(take: Take, photos: tuple[int, ...]) -> None:
+    """A third body tells, also in few photos; those of one side alone do not."""
+    motions = steps(0.0, 3.0)
+    board = take(motions=motions)
+    room = seen(board)
+    still = without_photos(take(seed=1).room, {*range(N)} - {*photos})
+    moved = without_photos(take(seed=1, motions=motions).room, {*range(N)} - {*photos})
+    one_side = without_photos(moved, {*range(N // 2, N)})
+    found = [
+        moved_with_second(board.limb, third, room, [board.calibration])
+        for third in (still, moved, one_side)
+    ]
+    assert found == [False, True, None]
 
 
 def test_a_motion_turns_about_the_middle(take: Take) -> None:
