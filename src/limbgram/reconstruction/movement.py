@@ -34,12 +34,9 @@ from limbgram.findings import Finding, Value, doubt, note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.hypotheses.bodies import (
-    moved_with_second,
-    movement_between,
-    stood_with_first,
-)
+from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
 from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
+from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
@@ -99,6 +96,13 @@ _TWO = 2
 _BESIDE, _HALVES, _ON_LIMB, _ON_BOARD = 0, (1, 2), (1, 2, 3), 4
 _ROOM = (_BESIDE, _ON_BOARD)
 """Numbers of Sides.keypoints."""
+_CAUCHY = 2.5
+"""Misses from which a match weighs less, in standard deviations."""
+_SHARED_ERROR = 3.0
+"""As in the adjustment: neighbouring keypoints share their errors."""
+_MAD_TO_SIGMA = 1.4826
+_FAR_PX = 1e3
+"""Of matches that make no point."""
 _BOARD_MARGIN = 2.0
 """Round the outermost corners, in squares: one is printed, and the board may have been pushed."""
 
@@ -121,9 +125,9 @@ def tell_sides(
         view, xy_px = metric.scene.view(k), features.keypoints[k].xy_px
         shown = [footprint(half, view).shows(xy_px) for half in halves]
         own = (shown[0] * _HALVES[0] + shown[1] * _HALVES[1]).astype(np.int8)
-        found[k] = np.where((own == _BESIDE) & board.shown_at(k, xy_px), _ON_BOARD, own).astype(
-            np.int8
-        )
+        found[k] = np.where(
+            (own == _BESIDE) & board.shown_at(k, xy_px.astype(float)), _ON_BOARD, own
+        ).astype(np.int8)
     return Sides(keypoints=tuple(found))
 
 
@@ -270,20 +274,66 @@ def told_from_board(
     The board's print shows many of the points beside the limb. What lies beside both tells: where
     it kept still with the limb, the board was pushed; where nothing does, both are named.
     """
-    alone: list[Scene] = []
-    for kinds in (_ON_LIMB, (_BESIDE,)):
-        some = _thinned(sides.among(matches.pairs, kinds), options.pair_matches)
-        try:
-            placed = _placed_by(features, some, scene, cameras, photos, options)
-        except np.linalg.LinAlgError:  # a photo loses all its points
-            placed = None
-        if placed is None:
-            return limb_or_board(found.movement)
-        alone.append(_in_frame_of(scene, placed))
-    moved = moved_with_second(alone[0], alone[1], found, cameras.calibrations)
+    limb = _thinned(sides.among(matches.pairs, _ON_LIMB), options.pair_matches)
+    try:
+        placed = _placed_by(features, limb, scene, cameras, photos, options)
+    except np.linalg.LinAlgError:  # a photo loses all its points
+        placed = None
+    if placed is None:
+        return limb_or_board(found.movement)
+    beside = sides.among(matches.pairs, (_BESIDE,))
+    moved = third_moved(_in_frame_of(scene, placed), beside, found)
     if moved is None:
         return limb_or_board(found.movement)
     return found.movement if moved else replace(_kept_still(found.movement), pushed=True)
+
+
+def third_moved(limb: Scene, pairs: Sequence[PairMatches], found: BodyMotion) -> bool | None:
+    """Whether what these pairs match moved against the limb as the second body did, or kept still.
+
+    They need not join the photos: each pair of photos that shows the second body in two places
+    tells by itself. None where neither is likelier by the chance of a false alarm.
+    """
+    told = found.movement.group >= 0
+    misses_px: list[Float64[np.ndarray, "2 m"]] = []
+    for pair in pairs:
+        ends = pair.first, pair.second
+        known = all(told[k] and limb.camera_from_world[k] is not None for k in ends)
+        if not known or not len(pair) or not np.ptp(found.motions[list(ends)], axis=0).any():
+            continue
+        seen_px = (pair.xy_first_px, pair.xy_second_px)
+        still = [limb.view(k) for k in ends]
+        moved = [
+            replace(view, camera_from_world=view.camera_from_world @ found.moved(k))
+            for k, view in zip(ends, still, strict=True)
+        ]
+        misses_px.append(np.array([_missed_px(views, seen_px) for views in (still, moved)]))
+    if not misses_px:
+        return None
+    # of the limb's own points: many matches beside it are wrong, and fit neither
+    scale_px = _CAUCHY * _MAD_TO_SIGMA * float(np.nanmedian(np.abs(limb.residuals_px())))
+    costs = (_CAUCHY / _SHARED_ERROR) ** 2 * np.log1p((np.hstack(misses_px) / scale_px) ** 2).sum(
+        axis=1
+    )
+    for_motion = float(costs[0] - costs[1])
+    if abs(for_motion) < -2.0 * math.log(FALSE_ALARM):
+        return None
+    return for_motion > 0.0
+
+
+def _missed_px(views: Sequence[View], seen_px: Sequence[Points2]) -> Float64[np.ndarray, " m"]:
+    """How far two photos' matches miss the points that they make."""
+    count = len(seen_px[0])
+    point = np.arange(count, dtype=np.int32)
+    places = triangulate(
+        views,
+        np.repeat(np.arange(2, dtype=np.int32), count),
+        np.concatenate([point, point]),
+        np.concatenate(seen_px).astype(float),
+        count,
+    ).points_in_world
+    off = np.hstack([view.project(places) - xy for view, xy in zip(views, seen_px, strict=True)])
+    return np.nan_to_num(np.linalg.norm(off, axis=1), nan=_FAR_PX)
 
 
 def limb_or_board(movement: Movement) -> Movement:

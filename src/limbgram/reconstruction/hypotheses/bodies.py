@@ -25,7 +25,7 @@ from limbgram.reconstruction.hypotheses.explanation import Explained
 from limbgram.reconstruction.hypotheses.search import explained
 from limbgram.reconstruction.hypotheses.spread import left_of, spread_of
 from limbgram.reconstruction.mapping.movement import BodyMotion, tied_points
-from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM, Fall
+from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.scene import Bodies, Explanation, Movement, Scene
 
 FLOOR = 0.00025
@@ -33,7 +33,6 @@ FLOOR = 0.00025
 millimetres: 0.25 mm from 1 m."""
 FLOOR_MM = 0.25
 _FEWEST_PHOTOS = 10
-_FEWEST_TO_COMPARE = 4
 _MOST_PHOTOS = 60
 """Searched: the time goes with their third power, and is 5 s for 50."""
 _BEYOND_CHANCE = 0.5
@@ -125,32 +124,6 @@ def stood_with_first(
     motions = second.motions[list(photos)].ravel()
     unlikely = float(motions @ seen.normal @ motions - 2.0 * seen.right @ motions)
     return unlikely > -2.0 * float(np.log(FALSE_ALARM))
-
-
-def moved_with_second(
-    first: Scene, third: Scene, second: BodyMotion, priors: Sequence[Calibration]
-) -> bool | None:
-    """Whether a third body moved as the second did, seen from the first, or kept still with that.
-
-    Two things that may have happened need no more photos than some before and some after: the one
-    is believed by which what they show is likelier by the chance of a false alarm. None where
-    neither is.
-    """
-    told = second.movement.group >= 0
-    photos = tuple(k for k in sorted({*first.placed} & {*third.placed}) if told[k])
-    motions = second.motions[list(photos)]
-    if len(photos) < _FEWEST_TO_COMPARE or not np.ptp(motions, axis=0).any():
-        return None
-    evidence = evidence_of(first, third, photos, priors)
-    left = left_of(evidence, spread_of(evidence, np.kron(np.eye(len(photos)), np.eye(MOVE))))
-    seen = left.only(left.motion)
-    along = motions.ravel()
-    fall = float(2.0 * seen.right @ along - along @ seen.normal @ along)
-    every = Fall.of(seen)
-    noise = max(1.0, (every.fall - max(fall, 0.0)) / max(every.freedom, 1))
-    if abs(fall) / noise < -2.0 * float(np.log(FALSE_ALARM)):
-        return None
-    return fall > 0.0
 
 
 def _told(found: Explained, middle: Float64[np.ndarray, "3"], photos: int) -> BodyMotion:
