@@ -39,7 +39,7 @@ class MotionTold:
         movement = scene.movement
         if movement is not None and movement.moved and movement.alone:
             yield doubt("coach.moved_alone", how=movement_found(movement, scene.names, unit))
-        elif movement is not None and (movement.beside or movement.misfit):
+        elif movement is not None and (movement.beside or movement.pushed or movement.misfit):
             yield movement_found(movement, scene.names, unit)
         if scene.bending is not None and scene.bending.misfit:
             yield bending_found(scene.bending, scene.names, unit)

@@ -23,11 +23,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Int8
+from jaxtyping import Bool, Float64, Int8
 
 from limbgram.core.errors import PlacementError, RegionError
 from limbgram.core.geometry.arrays import AnyPoints3, Points2, Points3
-from limbgram.core.geometry.frames import fit_similarity
+from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.findings import Finding, Value, doubt, note
@@ -36,6 +36,7 @@ from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
 from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
+from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
@@ -75,7 +76,7 @@ class Sides:
 
     keypoints: tuple[Int8[np.ndarray, " k"] | None, ...] = ()
     """By photo and keypoint: 0 beside the limb, 1 and 2 on the halves of its length, 3 where the
-    picture may show either; None where the photo was not placed."""
+    picture may show either, 4 on the board; None where the photo was not placed."""
     unknown: Finding | None = None
     """Why nothing is known of them."""
 
@@ -93,24 +94,76 @@ class Sides:
 
 
 _TWO = 2
-_ROOM, _HALVES, _ON_LIMB = 0, (1, 2), (1, 2, 3)
+_BESIDE, _HALVES, _ON_LIMB, _ON_BOARD = 0, (1, 2), (1, 2, 3), 4
+_ROOM = (_BESIDE, _ON_BOARD)
 """Numbers of Sides.keypoints."""
+_CAUCHY = 2.5
+"""Misses from which a match weighs less, in standard deviations."""
+_SHARED_ERROR = 3.0
+"""As in the adjustment: neighbouring keypoints share their errors."""
+_MAD_TO_SIGMA = 1.4826
+_FAR_PX = 1e3
+"""Of matches that make no point."""
+_BOARD_MARGIN = 2.0
+"""Round the outermost corners, in squares: one is printed, and the board may have been pushed."""
 
 
-def tell_sides(photos: PhotoSet, features: Features, scene: Scene) -> Sides:
-    """Part the keypoints by where the photos show the limb's region."""
+def tell_sides(
+    photos: PhotoSet,
+    features: Features,
+    scene: Scene,
+    detections: BoardDetections | None = None,
+) -> Sides:
+    """Part the keypoints by where the photos show the limb's region, and the board."""
     metric = to_millimetres(scene)
     try:
         region = find_region(photos, metric)
     except RegionError:
         return Sides(unknown=note("movement.unknown.region"))
-    halves = _halved(region)
+    halves, board = _halved(region), _Sheet.of(detections, metric.scene)
     found: list[Int8[np.ndarray, " k"] | None] = [None] * len(scene.names)
     for k in scene.placed:
         view, xy_px = metric.scene.view(k), features.keypoints[k].xy_px
         shown = [footprint(half, view).shows(xy_px) for half in halves]
-        found[k] = (shown[0] * _HALVES[0] + shown[1] * _HALVES[1]).astype(np.int8)
+        own = (shown[0] * _HALVES[0] + shown[1] * _HALVES[1]).astype(np.int8)
+        found[k] = np.where(
+            (own == _BESIDE) & board.shown_at(k, xy_px.astype(float)), _ON_BOARD, own
+        ).astype(np.int8)
     return Sides(keypoints=tuple(found))
+
+
+@dataclass(frozen=True)
+class _Sheet:
+    """The board's outline in a scene; none where it is not located."""
+
+    scene: Scene
+    outline: Float64[np.ndarray, "4 3"] | None
+
+    @classmethod
+    def of(cls, detections: BoardDetections | None, scene: Scene) -> "_Sheet":
+        pose = None if detections is None else _board_pose(detections, scene)
+        if detections is None or pose is None:
+            return cls(scene, None)
+        margin = _BOARD_MARGIN * detections.board.square_mm
+        (left, low, _), (right, high, _) = (
+            detections.corners_mm.min(axis=0) - margin,
+            detections.corners_mm.max(axis=0) + margin,
+        )
+        corners = np.array([(left, low, 0), (right, low, 0), (right, high, 0), (left, high, 0)])
+        return cls(scene, pose.apply(corners.astype(float)))
+
+    def shown_at(self, photo: int, xy_px: Points2) -> Bool[np.ndarray, " n"]:
+        """Whether a photo shows it at these pixels."""
+        if self.outline is None:
+            return np.zeros(len(xy_px), np.bool_)
+        view = self.scene.view(photo)
+        corners = view.project(self.outline)
+        if not np.isfinite(corners).all():
+            return np.zeros(len(xy_px), np.bool_)
+        sides = np.roll(corners, -1, axis=0) - corners
+        off = xy_px[:, None] - corners
+        turns = sides[:, 0] * off[..., 1] - sides[:, 1] * off[..., 0]
+        return (turns > 0.0).all(axis=1) | (turns < 0.0).all(axis=1)
 
 
 def find_movement(
@@ -131,7 +184,7 @@ def find_movement(
     if sides.unknown:
         return BodyMotion.unknown(len(scene.names), sides.unknown)
     limb = _Body("limb", sides.among(matches.pairs, _ON_LIMB))
-    room = _Body("room", sides.among(matches.pairs, (_ROOM,)))
+    room = _Body("room", sides.among(matches.pairs, _ROOM))
     seen = _Seen(photos, features, scene, cameras, millimetre(detections, scene))
     return _between("limb and room", limb, room, seen, options)
 
@@ -158,18 +211,22 @@ def find_bending(
 
 def millimetre(detections: BoardDetections | None, scene: Scene) -> float | None:
     """About how long a millimetre of the board is in the scene; None where it is not seen."""
-    if detections is None:
-        return None
+    pose = None if detections is None else _board_pose(detections, scene)
+    return None if pose is None else float(pose.scale)
+
+
+def _board_pose(detections: BoardDetections, scene: Scene) -> Similarity | None:
+    """About where the board lies in the scene; None where it is not located."""
     index = {scene.names[k]: k for k in scene.placed}
     seen = [photo for photo in detections.photos if photo.name in index]
-    if len(seen) < 2:
+    if len(seen) < _TWO:
         return None
     views = [scene.view(index[photo.name]) for photo in seen]
     places = _located(seen, views, len(detections.corners_mm))
     known = np.asarray(np.isfinite(places).all(axis=1))
     if known.sum() < _BOARD_CORNERS:
         return None
-    return float(fit_similarity(detections.corners_mm[known], places[known]).scale)
+    return fit_similarity(detections.corners_mm[known], places[known])
 
 
 def held_against_board(
@@ -200,15 +257,107 @@ def held_against_board(
     limb_scene, board_scene = _in_frame_of(scene, by_limb), _in_frame_of(scene, by_board)
     if not stood_with_first(limb_scene, board_scene, found, cameras.calibrations):
         return found.movement
-    known = found.movement.group >= 0
+    return replace(_kept_still(found.movement), beside=True)
+
+
+def told_from_board(
+    photos: PhotoSet,
+    features: Features,
+    matches: Matches,
+    scene: Scene,
+    sides: Sides,
+    cameras: Cameras,
+    found: BodyMotion,
+    options: LookOptions = DEFAULTS,
+) -> Movement:
+    """Whether it was the limb that moved, or the board: what moved against two others did.
+
+    The board's print shows many of the points beside the limb. What lies beside both tells: where
+    it kept still with the limb, the board was pushed; where nothing does, both are named.
+    """
+    limb = _thinned(sides.among(matches.pairs, _ON_LIMB), options.pair_matches)
+    try:
+        placed = _placed_by(features, limb, scene, cameras, photos, options)
+    except np.linalg.LinAlgError:  # a photo loses all its points
+        placed = None
+    if placed is None:
+        return limb_or_board(found.movement)
+    beside = sides.among(matches.pairs, (_BESIDE,))
+    moved = third_moved(_in_frame_of(scene, placed), beside, found)
+    if moved is None:
+        return limb_or_board(found.movement)
+    return found.movement if moved else replace(_kept_still(found.movement), pushed=True)
+
+
+def third_moved(limb: Scene, pairs: Sequence[PairMatches], found: BodyMotion) -> bool | None:
+    """Whether what these pairs match moved against the limb as the second body did, or kept still.
+
+    They need not join the photos: each pair of photos that shows the second body in two places
+    tells by itself. None where neither is likelier by the chance of a false alarm.
+    """
+    told = found.movement.group >= 0
+    misses_px: list[Float64[np.ndarray, "2 m"]] = []
+    for pair in pairs:
+        ends = pair.first, pair.second
+        known = all(told[k] and limb.camera_from_world[k] is not None for k in ends)
+        if not known or not len(pair) or not np.ptp(found.motions[list(ends)], axis=0).any():
+            continue
+        seen_px = (pair.xy_first_px, pair.xy_second_px)
+        still = [limb.view(k) for k in ends]
+        moved = [
+            replace(view, camera_from_world=view.camera_from_world @ found.moved(k))
+            for k, view in zip(ends, still, strict=True)
+        ]
+        misses_px.append(np.array([_missed_px(views, seen_px) for views in (still, moved)]))
+    if not misses_px:
+        return None
+    # of the limb's own points: many matches beside it are wrong, and fit neither
+    scale_px = _CAUCHY * _MAD_TO_SIGMA * float(np.nanmedian(np.abs(limb.residuals_px())))
+    costs = (_CAUCHY / _SHARED_ERROR) ** 2 * np.log1p((np.hstack(misses_px) / scale_px) ** 2).sum(
+        axis=1
+    )
+    for_motion = float(costs[0] - costs[1])
+    if abs(for_motion) < -2.0 * math.log(FALSE_ALARM):
+        return None
+    return for_motion > 0.0
+
+
+def _missed_px(views: Sequence[View], seen_px: Sequence[Points2]) -> Float64[np.ndarray, " m"]:
+    """How far two photos' matches miss the points that they make."""
+    count = len(seen_px[0])
+    point = np.arange(count, dtype=np.int32)
+    places = triangulate(
+        views,
+        np.repeat(np.arange(2, dtype=np.int32), count),
+        np.concatenate([point, point]),
+        np.concatenate(seen_px).astype(float),
+        count,
+    ).points_in_world
+    off = np.hstack([view.project(places) - xy for view, xy in zip(views, seen_px, strict=True)])
+    return np.nan_to_num(np.linalg.norm(off, axis=1), nan=_FAR_PX)
+
+
+def limb_or_board(movement: Movement) -> Movement:
+    """The same where nothing tells whether the limb moved or the board: nothing is a fact."""
+    doubted = tuple(
+        replace(one, failed=("board",)) if one.told else one for one in movement.explanations
+    )
+    unknown = Movement.unknown(len(movement.shift), chance=movement.chance)
+    return replace(unknown, explanations=doubted)
+
+
+def _kept_still(movement: Movement) -> Movement:
+    """The same photos without a motion."""
+    known = movement.group >= 0
     nothing = np.where(known, 0.0, np.nan)
     return replace(
-        found.movement,
+        movement,
         kind="still",
         group=np.where(known, 0, -1),
         shift=nothing,
         turn_deg=nothing.copy(),
-        beside=True,
+        chance=1.0,
+        largest=0.0,
     )
 
 
@@ -558,6 +707,8 @@ def movement_found(movement: Movement, names: Sequence[str], unit: str) -> Findi
     if movement.kind == "unknown":
         return note("movement.unknown", reason=why_unknown(movement, unit))
     if movement.kind == "still":
+        if movement.pushed:
+            return doubt("board.pushed")
         return note("movement.beside") if movement.beside else note("movement.still")
     far, turn_deg = moved_mm(movement), float(np.nanmax(movement.turn_deg))
     match movement.kind:

@@ -60,8 +60,10 @@ from limbgram.reconstruction.movement import (
     find_movement,
     held_against_board,
     limb_matches,
+    limb_or_board,
     still_board,
     tell_sides,
+    told_from_board,
     without_what_moved_beside,
 )
 from limbgram.reconstruction.photo_lenses import explain_lenses
@@ -499,7 +501,7 @@ def _settled(
     look = options.movement
 
     def looked(one: Placing) -> tuple[BodyMotion, Sides]:
-        sides = run(tell_sides, photos, features, one.scene)
+        sides = run(tell_sides, photos, features, one.scene, found)
         seen = run(find_movement, photos, features, matches, one.scene, sides, cameras, found, look)
         return seen, sides
 
@@ -518,15 +520,23 @@ def _settled(
     if movement.beside:
         scene = run(without_what_moved_beside, photos, scene, cameras, options.mapping)
         placing = replace(placing, scene=scene)
+    elif found is not None:
+        movement = run(
+            told_from_board, photos, features, matches, scene, sides, cameras, seen, look
+        )
     alone = _by_limb_alone(photos, cameras, placing, sides, options, run)
     if alone is None:
         return Settled(told(placing, movement, sides), found)
+    if movement.pushed:
+        sides = run(tell_sides, photos, features, alone.scene, found)
+        return Settled(told(alone, movement, sides), found)
     if movement.beside and found is not None and corners_agree_better(found, scene, alone.scene):
         return Settled(told(placing, movement, sides), found)
     again, sides_alone = looked(alone)
     if not again.movement.moved:
         return Settled(told(placing, movement, sides), found)
-    alone = told(alone, replace(again.movement, alone=True), sides_alone)
+    by_limb = again.movement if movement.moved else limb_or_board(again.movement)
+    alone = told(alone, replace(by_limb, alone=True), sides_alone)
     if found is not None:
         found = run(still_board, found, alone.scene, again)
     return Settled(alone, found)

@@ -23,6 +23,7 @@ _STAGES = {
     "tell sides": "Surroundings",
     "find movement": "Rigid motion of the limb",
     "find bending": "Bending of the limb",
+    "told from board": "Limb or board",
     "explain lenses": "Lenses of single photos",
     "still board": "Board, if nothing moved",
     "find marks": "Coded marks",

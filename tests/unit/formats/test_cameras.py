@@ -15,7 +15,7 @@ from limbgram.core.geometry.lens import Camera
 from limbgram.formats.colmap import write_colmap, write_poses
 from limbgram.formats.transforms import write_transforms
 from limbgram.formats.undistorted import write_undistorted
-from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, Scene
+from limbgram.reconstruction.mapping.scene import Explanation, Observations, OwnLenses, Scene
 from limbgram.reconstruction.photos import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
 from limbgram.report.lenses import own_lenses
@@ -90,10 +90,16 @@ def test_photos_with_lenses_of_their_own_are_written_with_them(
         image = model.images[photo + 1]
         written = model.cameras[image.camera_id]
         assert written.params[2] == pytest.approx(CAMERA.cx + 0.5 + shifts[photo, 2], abs=1e-9)
-    (told,) = own_lenses(scene)
+    assert own_lenses(scene) == (), "solved for, and no fact"
+    fact = Explanation(
+        bodies="lenses", kind="principal point", photos=(0, 1), numbers=2, score=90.0, chance=1e-9,
+        effect=0.4, low=0.3, high=0.5, variance_before=3.0, variance_after=1.0, floor=0.25,
+    )  # fmt: skip
+    small = replace(fact, failed=("size",))
+    (told,) = own_lenses(replace(scene, lens_explanations=(fact,)))
     assert told.largest_px == pytest.approx(3.0)
     assert "by up to 3.0 px" in told.sentence
-    assert own_lenses(metric.scene) == ()
+    assert own_lenses(replace(scene, lens_explanations=(small,))) == ()
 
 
 def test_poses_are_camera_from_world(metric: MetricScene, tmp_path: Path) -> None:

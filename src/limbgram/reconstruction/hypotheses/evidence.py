@@ -66,7 +66,8 @@ class Evidence:
     facts: int
     """Clusters of points in photos: as many facts are counted as independent."""
     calibrated: bool
-    """Whether a board calibrated the lenses of all photos."""
+    """Whether a board calibrated the lenses of all photos, and single ones have none of their own:
+    these are known to first order, for what lies as far away as the rest."""
     inflation: tuple[float, float]
     """By body: variance that clusters show over that of independent observations."""
 
@@ -128,7 +129,7 @@ def evidence_of(
         distance=float(np.median(np.linalg.norm(there, axis=1))),
         firm=np.minimum(tied_points(first), tied_points(second))[list(photos)] >= FIRMLY,
         facts=len(photos) * min(body.clusters for body in bodies),
-        calibrated=all(one.source == "board" for one in priors),
+        calibrated=first.own is None and all(one.source == "board" for one in priors),
         inflation=(bodies[0].inflation, bodies[1].inflation),
     )
 

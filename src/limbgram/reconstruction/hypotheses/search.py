@@ -10,9 +10,10 @@ Method  Score tests (Rao 1948) against everything that the null has: poses, one 
         The noise is that of the adjustments as their clusters show it, or what the model in which
         every photo shows the second body elsewhere leaves unexplained, whichever is larger. What is
         left beyond chance may be a sway: motions drawn anew for each photo, against lenses that
-        are drawn anew for each photo. It is no fact where no board calibrated the lens: what a real
-        lens does beyond its model differs from photo to photo, too, as the bodies' places in the
-        picture do, and no step or drift looks like that.
+        are drawn anew for each photo. It is no fact where no board calibrated the lens, or where
+        single photos have lenses of their own: what a real lens does beyond its model, and a
+        rolling shutter at other depths, differs from photo to photo, too, as the bodies' places in
+        the picture do, and no step or drift looks like that.
         A term is told as a fact where it stands all rules of `mapping.scene.Rule`.
 """
 
@@ -21,7 +22,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 from scipy import stats
 
 from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
@@ -354,14 +355,14 @@ def _swaying(evidence: Evidence, found: _Found, bodies: Bodies, floor: float) ->
     wide = left_of(evidence, np.minimum(MANY_TIMES * found.left.spread, MOST))
     again = _sway_of(evidence, found, wide, floor)
     seen = found.left.only(found.left.motion).without(found.columns)
+    firm = seen.without(_motions_of(~evidence.firm))
     drawn = np.tile(np.repeat(by_motion.spread, MOVE // 2), found.left.photos)
     covariance = np.linalg.inv(seen.normal + np.diag(1.0 / drawn**2))
     motions = (covariance @ seen.right).reshape(-1, MOVE)
     sizes = [
-        _motion_size(one, covariance[rows, rows], evidence.radius)
-        for one, rows in zip(
-            motions, (slice(MOVE * k, MOVE * (k + 1)) for k in range(len(motions))), strict=True
-        )
+        _motion_size(motions[k], covariance[rows, rows], evidence.radius)
+        for k in (np.flatnonzero(evidence.firm) if evidence.firm.any() else range(len(motions)))
+        for rows in [slice(MOVE * k, MOVE * (k + 1))]
     ]
     largest = max(sizes, key=lambda one: one.low)
     failed: list[Rule] = []
@@ -369,10 +370,10 @@ def _swaying(evidence: Evidence, found: _Found, bodies: Bodies, floor: float) ->
         failed.append("lens")
     if largest.low < floor:
         failed.append("size")
-    if not _sways_without_any(evidence, found, floor):
-        failed.append("one photo")
-    if not _sways_where_firm(evidence, found, floor):
+    if stats.chi2.sf(_sway_in(evidence, firm, floor).gain, 2) > FALSE_ALARM:
         failed.append("few points")
+    if not _sways_without_any(evidence, firm, floor):
+        failed.append("one photo")
     if stats.chi2.sf(again.gain, 2) > FALSE_ALARM:
         failed.append("lenses of photos")
     told = Explanation(
@@ -404,27 +405,22 @@ def _sway_in(evidence: Evidence, seen: Quadratic, floor: float) -> Likeliest:
     return likeliest(seen, usual, most, alike=3)
 
 
-def _sways_without_any(evidence: Evidence, found: _Found, floor: float) -> bool:
-    seen = found.left.only(found.left.motion).without(found.columns)
-    falls: list[float] = []
-    parts = [slice(MOVE * k, MOVE * (k + 1)) for k in range(found.left.photos)]
-    for part in parts:
-        own = np.zeros((len(seen.right), MOVE))
-        own[part] = np.eye(MOVE)
-        falls.append(Fall.of(seen.along(own)).fall)
-    worst = np.zeros((len(seen.right), MOVE))
-    worst[parts[int(np.argmax(falls))]] = np.eye(MOVE)
-    without = _sway_in(evidence, seen.without(worst), floor)
-    return bool(stats.chi2.sf(without.gain, 2) <= FALSE_ALARM)
+def _motions_of(photos: Bool[np.ndarray, " n"]) -> Float64[np.ndarray, "m k"]:
+    """Columns of the motions of these photos."""
+    return np.kron(np.eye(len(photos))[:, photos], np.eye(MOVE))
 
 
-def _sways_where_firm(evidence: Evidence, found: _Found, floor: float) -> bool:
-    """Whether photos that many points hold sway by themselves: wrong matches draw the others each
-    its own way, and nothing outvotes them."""
-    seen = found.left.only(found.left.motion).without(found.columns)
-    loose = np.kron(np.diag(~evidence.firm).astype(float)[:, ~evidence.firm], np.eye(MOVE))
-    firm = _sway_in(evidence, seen.without(loose), floor)
-    return bool(stats.chi2.sf(firm.gain, 2) <= FALSE_ALARM)
+def _sways_without_any(evidence: Evidence, firm: Quadratic, floor: float) -> bool:
+    """Whether they sway without the photo that moves farthest, too.
+
+    Args:
+        firm: Of photos that many points hold: wrong matches draw the others each its own way, and
+            nothing outvotes them.
+    """
+    every = np.eye(len(evidence.photos), dtype=bool)
+    falls = [Fall.of(firm.along(_motions_of(one))).fall for one in every]
+    without = firm.without(_motions_of(every[int(np.argmax(falls))]))
+    return bool(stats.chi2.sf(_sway_in(evidence, without, floor).gain, 2) <= FALSE_ALARM)
 
 
 def _rest(

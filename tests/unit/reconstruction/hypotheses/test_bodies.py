@@ -1,5 +1,6 @@
 """Movement of two bodies as the pipeline takes it up: groups, sizes, and who moved."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -11,7 +12,9 @@ from limbgram.findings import note
 from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
 from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
 from limbgram.reconstruction.mapping.ring import without_photos
-from limbgram.reconstruction.mapping.scene import Observations
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.matching.matching import PairMatches
+from limbgram.reconstruction.movement import third_moved
 
 Take = Callable[..., Any]
 N = 14
@@ -104,6 +107,38 @@ def test_a_third_body_tells_which_of_two_moved(take: Take, beside: bool, seed: i
     assert room.movement.moved
     board = take(seed=50 + seed, points=80, motions=None if beside else motions).room
     assert stood_with_first(first.limb, board, room, [first.calibration]) is beside
+
+
+def pairs_of(third: Scene, photos: tuple[int, ...]) -> list[PairMatches]:
+    """Of the points that two of these photos show."""
+    seen, found = third.observations, list[PairMatches]()
+    for first, second in itertools.combinations(photos, 2):
+        rows = [seen.some(seen.photo_idx == k) for k in (first, second)]
+        common, one, other = np.intersect1d(
+            rows[0].point_idx, rows[1].point_idx, return_indices=True
+        )
+        found.append(
+            PairMatches(
+                first=first,
+                second=second,
+                keypoint_idx=np.zeros((len(common), 2), np.int32),
+                xy_first_px=rows[0].xy_px[one],
+                xy_second_px=rows[1].xy_px[other],
+                correlation=np.ones(len(common), np.float32),
+            )
+        )
+    return found
+
+
+@pytest.mark.parametrize("size_mm", [1.0, 8.0])
+def test_what_moved_against_two_others_is_what_moved(take: Take, size_mm: float) -> None:
+    """Few photos of both sides tell, and none of one side alone."""
+    motions = steps(0.0, size_mm)
+    board = take(motions=motions)
+    room = seen(board)
+    for moved, third in ((False, take(points=60)), (True, take(points=60, motions=motions))):
+        assert third_moved(board.limb, pairs_of(third.room, (4, 6, 7, 9)), room) is moved
+        assert third_moved(board.limb, pairs_of(third.room, (7, 8, 9)), room) is None
 
 
 def test_a_motion_turns_about_the_middle(take: Take) -> None:
