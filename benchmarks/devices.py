@@ -63,19 +63,17 @@ def limbs(chosen: argparse.Namespace) -> None:
     if chosen.out.exists():
         result["rows"] = json.loads(chosen.out.read_text())["rows"]
     rows: dict[str, Any] = result["rows"]
-    known = devices()
-    for kind in dict.fromkeys(one.kind for one in known.values()):
-        own = [one for one in known.values() if one.kind == kind]
-        own = [one for one in own if not chosen.only or one.name in chosen.only]
-        for subject in ten_of(kind, chosen.data) if own else ():
+    known = [one for one in devices().values() if not chosen.only or one.name in chosen.only]
+    kinds = dict.fromkeys(one.kind for one in known)
+    for subjects in zip(*(ten_of(kind, chosen.data) for kind in kinds), strict=True):
+        for kind, subject in zip(kinds, subjects, strict=True):
             due = [
                 one
-                for one in own
-                if f"{one.name} / {subject.name}" not in rows or one.name in chosen.again
+                for one in known
+                if one.kind == kind
+                and (f"{one.name} / {subject.name}" not in rows or one.name in chosen.again)
             ]
-            if not due:
-                continue
-            limb = subject.make()
+            limb = subject.make() if due else None
             for device in due:
                 row = _made(device, limb, subject, chosen.keep)
                 rows[f"{device.name} / {subject.name}"] = row

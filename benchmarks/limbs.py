@@ -34,7 +34,7 @@ from limbgram.workbench.limb import KindName, Landmark, Limb, LimbFrame, Side
 sys.path.append(str(Path(__file__).parents[1]))
 from tests.truth.anatomy.conftest import BODIES, FOOT, TRUNK_MM
 
-GAP = 0.055
+GAP = 0.1
 """Widest gap between toes that is closed, as a share of the foot's length."""
 _TALL = {"adult_female": 0.92, "adult_male": 1.0, "baby": 0.34, "child": 0.72}
 """Heights of the bodies, as shares of the man's."""

@@ -58,7 +58,7 @@ _FILLED_MM = 0.1
 class ToeBridge(Edit):
     """Close the gaps between the toes, so that a toe plate runs under and round all of them."""
 
-    gap_mm: Annotated[float, Within(2, 30)] = 12.0
+    gap_mm: Annotated[float, Within(2, 40)] = 20.0
     """Width of the widest gap that is closed."""
 
     words = spoken(
