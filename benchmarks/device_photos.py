@@ -403,6 +403,7 @@ def _turned(case: Case, exact: Limb, measured: Limb) -> dict[str, Any]:
         before = tree_on(exact.mesh).closest(measured.mesh.vertices_mm[chosen]).distances_mm
         found[name] = {
             "vertices": int(chosen.sum()),
+            "within": float(np.mean(away <= WITHIN_MM)),
             "p99_mm": float(np.quantile(away, 0.99)),
             "largest_mm": float(away.max()),
             "p99_before_mm": float(np.quantile(before, 0.99)),
@@ -508,7 +509,8 @@ def page(result: dict[str, Any]) -> str:
         parts.append(
             f"{turned['joint']} turned by {turned['by_deg']:g} degrees, against the truth turned: "
             + "; ".join(
-                f"{part} {turned[part]['p99_mm']:.3f} mm in 99 % "
+                f"{part} {turned[part]['within']:.1%} within {WITHIN_MM} mm, "
+                f"{turned[part]['p99_mm']:.3f} mm in 99 % "
                 f"({turned[part]['p99_before_mm']:.3f} before the turn), "
                 f"{turned[part]['largest_mm']:.3f} at most"
                 for part in ("distal", "proximal", "band")

@@ -121,7 +121,7 @@ def body_of(data: Path, name: str) -> Mesh:
 
 
 def _feet(shapes: Path) -> Iterator[Subject]:
-    sizes = [(name, side, 1.0) for name in BODIES for side in ("right", "left")]
+    sizes = [(name, side, 1.0) for side in ("right", "left") for name in BODIES[::-1]]
     sizes += [("adult_female", "right", 1.12), ("child", "left", 1.2)]
     for name, side, size in sizes:
 
@@ -136,7 +136,7 @@ def _feet(shapes: Path) -> Iterator[Subject]:
 
 
 def _trunks(shapes: Path) -> Iterator[Subject]:
-    plain = [(name, 1.0, 1.0) for name in BODIES]
+    plain = [(name, 1.0, 1.0) for name in BODIES[::-1]]
     wider = [(name, 1.12, 0.95) for name in ("adult_female", "adult_male", "child")]
     for name, wide, tall in (*plain, *wider, ("child", 0.9, 1.1)):
 

@@ -197,7 +197,7 @@ def _bridged(mesh: Mesh, across: _Across, asked: ToeBridge) -> Mesh:
     behind = keep_positive(mesh, np.where(toes, -along, np.maximum(np.abs(along), ON_IT_MM))).mesh
     one, two = _edge(behind, across, 0.0, what), _edge(anew, across, _STRIP * cell_mm, what)[::-1]
     between = strip(behind.vertices_mm[one], anew.vertices_mm[two])
-    like = KDTree(behind.vertices_mm).query(anew.vertices_mm)[1]
+    like = np.asarray(KDTree(behind.vertices_mm).query(anew.vertices_mm)[1], np.int64)
     numbers = np.concatenate([one, len(behind) + two])
     faces = np.concatenate([anew.faces + len(behind), numbers[between]]).astype(np.int32)
     whole = with_added(behind, anew.vertices_mm, like, faces)
@@ -238,7 +238,7 @@ def _known_again(whole: Mesh, before: Mesh, kept: int) -> Mesh:
     """With what was known of the foot where what was made anew lies on it as it was."""
     places = whole.vertices_mm[kept:]
     there = tree_on(before).closest(places).distances_mm < _FILLED_MM
-    like = KDTree(before.vertices_mm).query(places)[1]
+    like = np.asarray(KDTree(before.vertices_mm).query(places)[1], np.int64)
     filled = np.zeros(len(whole), np.bool_) if whole.filled is None else whole.filled.copy()
     filled[kept:] = ~there if before.filled is None else ~there | before.filled[like]
     sigma = whole.sigma_mm
