@@ -9,6 +9,7 @@ from limbgram.synthetic.faults import Faults
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.options import SMALL, CaptureOptions
 from limbgram.synthetic.photographer import Lens
+from limbgram.synthetic.props.bent import BentShape
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.details import SkinDetails
 from limbgram.synthetic.props.limb import LimbKind, Relief
@@ -26,6 +27,7 @@ __all__ = [
     "PHONE",
     "SCALE_BOARD",
     "SMALL",
+    "BentShape",
     "Capture",
     "CaptureOptions",
     "Fault",

@@ -8,6 +8,7 @@ from limbgram.reconstruction.targets.plates import MarkPlate
 from limbgram.synthetic.faults import Faults
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.photographer import Lens
+from limbgram.synthetic.props.bent import BentShape
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.details import SkinDetails
 from limbgram.synthetic.props.gauges import Gauge
@@ -27,7 +28,7 @@ class CaptureOptions:
     kind: LimbKind = LimbKind.TRANSTIBIAL
     gauge: Gauge | None = None
     """A painted gauge that stands there instead of a limb."""
-    scan: Scan | None = None
+    scan: Scan | BentShape | None = None
     """A limb of a shape from a file that stands there instead of one of ours; `distance_for` says
     from where it fills the photo."""
     seed: int = 11

@@ -24,10 +24,11 @@ from limbgram.synthetic.photographer import (
     over_board,
     walk_round,
 )
+from limbgram.synthetic.props.bent import BentShape, limb_of_bent
 from limbgram.synthetic.props.board import LaidBoard, lay_alone, lay_beside
 from limbgram.synthetic.props.gauges import make_gauge
 from limbgram.synthetic.props.limb import Limb, make_limb
-from limbgram.synthetic.props.scan import limb_of_scan
+from limbgram.synthetic.props.scan import Scan, limb_of_scan
 from limbgram.synthetic.rendering.renderer import seen
 from limbgram.synthetic.turned_limb import TurnedOver, Turning, room_from_limb, standing_photos
 
@@ -159,9 +160,14 @@ def _what_stands_there(options: CaptureOptions) -> Limb:
     if options.gauge is not None:
         return make_gauge(options.gauge, options.mesh_step_mm, BASE_MM)
     step_mm, relief, details = options.mesh_step_mm, options.relief, options.details
-    if options.scan is not None:
-        return limb_of_scan(options.scan, options.seed, step_mm, BASE_MM, relief, details)
-    return make_limb(options.kind, options.seed, step_mm, BASE_MM, options.fin_mm, relief, details)
+    match options.scan:
+        case BentShape() as bent:
+            return limb_of_bent(bent, options.seed, step_mm, BASE_MM, relief, details)
+        case Scan() as scan:
+            return limb_of_scan(scan, options.seed, step_mm, BASE_MM, relief, details)
+        case None:
+            kind, fin_mm = options.kind, options.fin_mm
+            return make_limb(kind, options.seed, step_mm, BASE_MM, fin_mm, relief, details)
 
 
 def surface_points(truth: Truth, count: int, seed: int = 0) -> SurfacePoints:

@@ -17,6 +17,7 @@ from limbgram.core.typed import tree_of
 from limbgram.findings import as_json
 from limbgram.synthetic.faults import Faults
 from limbgram.synthetic.options import CaptureOptions
+from limbgram.synthetic.props.bent import BentShape
 from limbgram.synthetic.props.board import LaidBoard, PrintedBoard
 from limbgram.synthetic.props.gauges import calibrated_values
 from limbgram.synthetic.props.limb import Limb
@@ -237,7 +238,7 @@ def _kind(options: CaptureOptions) -> str:
     return options.kind.value if options.scan is None else "scan"
 
 
-def _scan(scan: Scan | None) -> dict[str, Any]:
+def _scan(scan: Scan | BentShape | None) -> dict[str, Any]:
     """Which file the shape is from, by its digest, and what was made of it."""
     if scan is None:
         return {}

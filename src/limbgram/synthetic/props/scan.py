@@ -34,6 +34,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, face_components, with_faces
 from limbgram.findings import Finding, note
 from limbgram.formats.reading import read_shape
+from limbgram.synthetic.props.bent import BentShape
 from limbgram.synthetic.props.details import PLAIN, SkinDetails
 from limbgram.synthetic.props.limb import (
     Limb,
@@ -166,7 +167,7 @@ def limb_of_scan(
     return limb_of_grid(grid, len(grid) - len(skin), base_mm, side, scan.anterior_rad)
 
 
-def distance_for(scan: Scan, usual_mm: float) -> float:
+def distance_for(scan: Scan | BentShape, usual_mm: float) -> float:
     """From where the limb fills the photo as ours does from the usual distance."""
     share = max(_NEAREST_SHARE, scan.height_mm / _USUAL_HEIGHT_MM)
     return float(np.clip(share * usual_mm, *_DISTANCES_MM))

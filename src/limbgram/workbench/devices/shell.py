@@ -7,8 +7,9 @@ Method  With h the height above the positive and s the distance beyond the edge,
         nearest place of the positive, the solid is where hypot(max(s + r, 0), h - r) < r, r being
         half of the thickness: a slab that ends in a half circle. What surrounds it is a level of
         that function on a grid (core/mesh/levels), its triangles made even and its vertices moved
-        to the level itself. So it neither crosses itself nor opens, whatever the positive's creases
-        are: narrow ones are bridged on the outer side.
+        to the level itself. So it does not open, whatever the positive's creases are: narrow ones
+        are bridged on the outer side. Where a crease is so narrow for the grid that vertices on
+        the level cross, they go back towards the grid's surface, which does not cross itself.
 Fails   EditError: nothing of the surface is inside the edges, or the grid would be too large.
 """
 
@@ -21,12 +22,14 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh, crosses, dots
 from limbgram.core.mesh.signed_distance import SignedSurface
-from limbgram.core.mesh.topology import face_components, with_faces
+from limbgram.core.mesh.topology import face_components, find_edges, with_any, with_faces
 from limbgram.reconstruction.surface.resampling import refine
 from limbgram.workbench.devices.blocks import Block
+from limbgram.workbench.edits.fineness import divide
 
 _CELLS_ACROSS = 2.5
 """Cells of the grid across the thinnest wall."""
@@ -41,6 +44,11 @@ _MOVES = 8
 """Times that vertices are moved towards the level; each leaves a small share of the way."""
 _LEVEL_MM = 2e-3
 """A vertex so near is on the level."""
+_CHORD_MM = 0.02
+"""An edge whose middle lies farther from the level is halved: a wall between two skins is off by
+the chords of both."""
+_EASINGS, _BACK = 8, 0.5
+"""Times that what crosses goes back to the grid's surface, and by which share of the way."""
 _SCRAP = 1e-3
 """Pieces smaller than this share of the whole are the grid's, no part of the device."""
 _FAR_MM = 1e3
@@ -81,7 +89,9 @@ def make_shell(layout: Layout, blocks: Sequence[Block] = ()) -> Shell:
     cell_mm = float(np.clip(thinnest_mm / _CELLS_ACROSS, _FINEST_MM, _COARSEST_MM))
     level = _level(field, cell_mm)
     even = refine(level, _EDGE * cell_mm)
-    settled = even.with_vertices(_settled(field, even.vertices_mm, cell_mm))
+    coarse = _uncrossed(even, _settled(field, even.vertices_mm, cell_mm))
+    finer = _finer(field, coarse)
+    settled = _uncrossed(finer, _settled(field, finer.vertices_mm, cell_mm))
     pieces = face_components(settled.faces)
     areas = np.bincount(pieces, np.linalg.norm(settled.face_normals(), axis=1))
     large = areas > _SCRAP * areas.sum()
@@ -235,3 +245,28 @@ def _settled(field: _Field, points_mm: Points3, cell_mm: float) -> Points3:
         if not len(moving):
             break
     return places
+
+
+def _finer(field: _Field, mesh: Mesh) -> Mesh:
+    """Edges halved whose middle lies off the level: chords where the surface bends tightly."""
+    edges = find_edges(mesh.faces)
+    middles = mesh.vertices_mm[edges.ends].mean(1)
+    off = np.abs(field.at(middles).mm) > _CHORD_MM
+    return divide(mesh, edges, off, np.full(len(middles), 0.5)).mesh
+
+
+def _uncrossed(even: Mesh, places_mm: Points3) -> Mesh:
+    """The mesh moved to places, but for those where it would pass through itself."""
+    places = places_mm.copy()
+    near = np.zeros(len(even), np.bool_)
+    concerned = np.ones(len(even.faces), np.bool_)
+    for _ in range(_EASINGS):
+        crossing = find_crossings(places, even.faces, concerned)
+        if not len(crossing):
+            break
+        near[even.faces[crossing.ravel()]] = True
+        concerned = with_any(near, even.faces)
+        near[even.faces[concerned]] = True
+        concerned = with_any(near, even.faces)
+        places[near] += _BACK * (even.vertices_mm[near] - places[near])
+    return even.with_vertices(places)

@@ -10,7 +10,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, face_components, volume_mm3
 from limbgram.workbench.devices.blocks import Boss, RoundCone
 from limbgram.workbench.devices.proof import measure_wall, require_solid
-from limbgram.workbench.devices.shell import Layout, make_shell
+from limbgram.workbench.devices.shell import Layout, _uncrossed, make_shell
 
 RADIUS, TOP, THICK = 40.0, 90.0, 4.0
 
@@ -198,3 +198,21 @@ def test_what_is_no_solid_is_refused_with_the_place(shell: Mesh) -> None:
     with pytest.raises(EditError) as refused:
         require_solid(through)
     assert refused.value.finding.code in ("device.pieces", "device.crosses")
+
+
+def test_what_settling_pushed_through_the_surface_goes_back_and_the_rest_stays() -> None:
+    ball = trimesh.creation.icosphere(4, 20.0)
+    even = Mesh(vertices_mm=np.array(ball.vertices), faces=ball.faces.astype(np.int32))
+    settled = 1.01 * even.vertices_mm
+    top = int(np.argmax(settled[:, 2]))
+    settled[top] = [0.0, 0.0, -30.0]
+    assert len(find_crossings(settled, even.faces))
+    mended = _uncrossed(even, settled).vertices_mm
+    assert not len(find_crossings(mended, even.faces))
+    others = np.arange(len(mended)) != top
+    size = np.linalg.norm(mended[others], axis=1)
+    assert size.min() > 20.0 - 1e-9
+    assert size.max() < 20.2 + 1e-9
+    stayed = (mended == settled).all(1)
+    assert 0.9 < stayed.mean() < 1
+    assert not stayed[top]

@@ -1,0 +1,248 @@
+"""Toe bridge: gaps between the toes closed, as the plaster of a cast or a sock's toe cap does.
+
+A toe plate lies under all toes and round them; between bare toes its edge would follow every gap.
+
+Method  Beyond a plane across both metatarsal heads the foot is closed in the sense of mathematical
+        morphology: grown by half of the widest gap, then shrunk by as much (Serra 1982). A ball of
+        that radius fits into no gap that is left; elsewhere the surface stays where it was. It is
+        made anew there as a level of the distance on a grid, moved to the level itself, and joined
+        to the rest of the foot by a strip. What is filled is shallower by up to a quarter of a
+        cell: the grid rounds the valley of the grown foot.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import EditError, MeasureError
+from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.mesh.isosurface import level_surface
+from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.signed_distance import SignedSurface
+from limbgram.core.mesh.topology import boundary_loops, face_components, with_faces
+from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.core.request_fields import Within
+from limbgram.reconstruction.surface.resampling import refine
+from limbgram.workbench.anatomy.kind import Mid
+from limbgram.workbench.edits.cutting import ON_IT_MM, keep_positive
+from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
+from limbgram.workbench.edits.regions import with_added
+from limbgram.workbench.edits.strip import strip
+from limbgram.workbench.limb import Limb
+
+_CELLS = 3.0
+"""Cells of the grid across half of the gap."""
+_COARSEST_MM = 2.0
+_EDGE = 0.85
+"""Of a cell: edges of the triangles."""
+_MOVES, _LEVEL_MM = 6, 2e-3
+"""Times that vertices are moved to the level, and how near counts as on it."""
+_STRIP = 1.5
+"""Cells between the foot as it was and what is made anew."""
+_STAYS_MM = 0.02
+"""The closed surface yields to the foot's own by so much, so that this stays where it was."""
+_FILLED_MM = 0.1
+"""What lies farther from the foot as it was is filled."""
+
+
+@edit(
+    group="orthosis",
+    order=9,
+    effect=Effect(moves_skin=True, reports_displacement=False),
+    kinds=("foot",),
+    example={"gap_mm": 10.0},
+)
+class ToeBridge(Edit):
+    """Close the gaps between the toes, so that a toe plate runs under and round all of them."""
+
+    gap_mm: Annotated[float, Within(2, 40)] = 20.0
+    """Width of the widest gap that is closed."""
+
+    words = spoken(
+        en=Words(name="Bridge the toes", title="The toe bridge", labels={"gap_mm": "Gap"}),
+        de=Words(
+            name="Zehen überbrücken",
+            title="Die Zehenüberbrückung",
+            does="Die Lücken zwischen den Zehen schließen, damit eine Zehenplatte unter und um "
+            "alle Zehen läuft.",
+            labels={"gap_mm": "Lücke"},
+            help={"gap_mm": "Breite der breitesten Lücke, die geschlossen wird."},
+        ),
+    )
+
+    def apply(self, limb: Limb) -> Limb:
+        """Make the foot anew beyond the metatarsal heads, its gaps closed.
+
+        Raises:
+            EditError: a landmark is missing, or the foot ends, or is open, before its toes.
+        """
+        try:
+            up = limb.anatomy.axis("plantar").direction
+            forward = limb.anatomy.axis("foot").direction
+            first, fifth, toe = (
+                limb.anatomy.at(Mid((name,)), self.title)
+                for name in ("first metatarsal head", "fifth metatarsal head", "second toe")
+            )
+        except MeasureError as error:
+            reason = error.finding
+            raise EditError("edit.repose.not_told", what=self.title, reason=reason) from error
+        ahead = np.cross(first - fifth, up)
+        ahead = unit((ahead * np.sign(ahead @ forward))[None])[0]
+        return limb.with_mesh(_bridged(limb.mesh, _Across(first, ahead, toe), self))
+
+
+@dataclass(frozen=True)
+class _Across:
+    """The plane across both metatarsal heads."""
+
+    through_mm: Vector3
+    ahead: Vector3
+    toe_mm: Vector3
+
+    def along_mm(self, points_mm: Points3) -> Float64[np.ndarray, " n"]:
+        return (points_mm - self.through_mm) @ self.ahead
+
+    def of_toes(self, mesh: Mesh, from_mm: float) -> Bool[np.ndarray, " n"]:
+        """Vertices beyond a plane so far along, without a knee that reaches beyond it too."""
+        beyond = self.along_mm(mesh.vertices_mm) > from_mm
+        faces = np.flatnonzero(beyond[mesh.faces].any(1))
+        seed = tree_on(mesh).closest(self.toe_mm[None]).faces[0]
+        found = np.zeros(len(mesh), np.bool_)
+        pieces = face_components(mesh.faces[faces])
+        own = pieces[faces == seed]
+        if len(own):
+            found[mesh.faces[faces[pieces == own[0]]]] = True
+        return found & beyond
+
+
+@dataclass(frozen=True)
+class _Closed:
+    """The function whose level is the foot with its gaps closed; negative inside."""
+
+    foot: SignedSurface
+    grown: SignedSurface
+    radius_mm: float
+
+    @classmethod
+    def of(cls, foot: SignedSurface, grid: "_Grid", radius_mm: float) -> "_Closed":
+        away_mm = foot.signed(grid.points_mm).signed_mm
+        grown = grid.level(radius_mm - away_mm)
+        return cls(foot, SignedSurface(grown.vertices_mm, grown.faces), radius_mm)
+
+    def at(self, points_mm: Points3) -> tuple[Float64[np.ndarray, " n"], Points3]:
+        """Values, and the ways in which they grow fastest."""
+        own, grown = self.foot.signed(points_mm), self.grown.signed(points_mm)
+        values = np.stack([own.signed_mm, grown.signed_mm + self.radius_mm + _STAYS_MM])
+        nearest = np.stack([own.points_mm, grown.points_mm])
+        away = np.stack([own.signed_mm, grown.signed_mm])
+        normals = np.stack([own.normals, grown.normals])
+        least, rows = values.argmin(0), np.arange(len(points_mm))
+        off = away[least, rows]
+        steady = np.abs(off) > 1e-6
+        ways = normals[least, rows]
+        ways[steady] = ((points_mm - nearest[least, rows])[steady]) / off[steady, None]
+        return values[least, rows], ways
+
+
+@dataclass(frozen=True)
+class _Grid:
+    lowest_mm: Vector3
+    cell_mm: float
+    counts: tuple[int, int, int]
+
+    @classmethod
+    def round(cls, points_mm: Points3, margin_mm: float, cell_mm: float) -> "_Grid":
+        low, high = points_mm.min(0) - margin_mm, points_mm.max(0) + margin_mm
+        x, y, z = (np.ceil((high - low) / cell_mm).astype(int) + 1).tolist()
+        return cls(low, cell_mm, (x, y, z))
+
+    @property
+    def points_mm(self) -> Points3:
+        return self.lowest_mm + self.cell_mm * np.indices(self.counts).reshape(3, -1).T
+
+    def level(self, values: Float64[np.ndarray, " n"]) -> Mesh:
+        """Round the places above zero; cut straight at the grid's border."""
+        box = values.reshape(self.counts).copy()
+        for axis in range(3):
+            for end in (0, -1):
+                box[tuple(end if k == axis else slice(None) for k in range(3))] = -self.cell_mm
+        return level_surface(box, self.lowest_mm, self.cell_mm)
+
+
+def _bridged(mesh: Mesh, across: _Across, asked: ToeBridge) -> Mesh:
+    """The foot with its gaps closed beyond a plane.
+
+    Raises:
+        EditError: it does not reach beyond it, or is open there.
+    """
+    gap_mm, what = asked.gap_mm, asked.title
+    radius_mm = 0.5 * gap_mm
+    cell_mm = min(radius_mm / _CELLS, _COARSEST_MM)
+    toes = across.of_toes(mesh, 0.0)
+    if not toes.any():
+        raise EditError("edit.toe_bridge.no_toes", what=what)
+    near = mesh.vertices_mm[across.of_toes(mesh, -1.5 * gap_mm)]
+    grid = _Grid.round(near, radius_mm + 2 * cell_mm, cell_mm)
+    field = _Closed.of(SignedSurface(mesh.vertices_mm, mesh.faces), grid, radius_mm)
+    level = refine(grid.level(-field.at(grid.points_mm)[0]), _EDGE * cell_mm)
+    beyond = across.along_mm(level.vertices_mm)
+    rough = keep_positive(level, beyond + 2 * cell_mm).mesh  # without the grid's own border
+    settled = rough.with_vertices(_settled(field, rough.vertices_mm, cell_mm))
+    beyond = across.along_mm(settled.vertices_mm)
+    anew = _largest(keep_positive(settled, beyond - _STRIP * cell_mm).mesh)
+    along = across.along_mm(mesh.vertices_mm)
+    behind = keep_positive(mesh, np.where(toes, -along, np.maximum(np.abs(along), ON_IT_MM))).mesh
+    one, two = _edge(behind, across, 0.0, what), _edge(anew, across, _STRIP * cell_mm, what)[::-1]
+    between = strip(behind.vertices_mm[one], anew.vertices_mm[two])
+    like = np.asarray(KDTree(behind.vertices_mm).query(anew.vertices_mm)[1], np.int64)
+    numbers = np.concatenate([one, len(behind) + two])
+    faces = np.concatenate([anew.faces + len(behind), numbers[between]]).astype(np.int32)
+    whole = with_added(behind, anew.vertices_mm, like, faces)
+    return _known_again(whole, mesh, len(behind))
+
+
+def _settled(field: _Closed, points_mm: Points3, cell_mm: float) -> Points3:
+    """Places moved to the level, by Newton's method, each by less than a cell at once."""
+    places = points_mm.copy()
+    for _ in range(_MOVES):
+        values, ways = field.at(places)
+        if np.abs(values).max() < _LEVEL_MM:
+            break
+        places -= np.clip(values, -0.5 * cell_mm, 0.5 * cell_mm)[:, None] * ways
+    return places
+
+
+def _largest(mesh: Mesh) -> Mesh:
+    pieces = face_components(mesh.faces)
+    return with_faces(mesh, mesh.faces[pieces == np.bincount(pieces).argmax()])
+
+
+def _edge(mesh: Mesh, across: _Across, along_mm: float, what: str) -> Int64[np.ndarray, " k"]:
+    """The one open edge that lies so far along.
+
+    Raises:
+        EditError: there are several: toes that part before the plane, or a hole.
+    """
+    off = np.abs(across.along_mm(mesh.vertices_mm) - along_mm)
+    found = [loop for loop in boundary_loops(mesh.faces) if (off[loop] < ON_IT_MM).any()]
+    if len(found) != 1 or not (off[found[0]] < ON_IT_MM).all():
+        x, y, z = across.through_mm.tolist()
+        raise EditError("edit.toe_bridge.parted", what=what, point_mm=(x, y, z))
+    return found[0].astype(np.int64)
+
+
+def _known_again(whole: Mesh, before: Mesh, kept: int) -> Mesh:
+    """With what was known of the foot where what was made anew lies on it as it was."""
+    places = whole.vertices_mm[kept:]
+    there = tree_on(before).closest(places).distances_mm < _FILLED_MM
+    like = np.asarray(KDTree(before.vertices_mm).query(places)[1], np.int64)
+    filled = np.zeros(len(whole), np.bool_) if whole.filled is None else whole.filled.copy()
+    filled[kept:] = ~there if before.filled is None else ~there | before.filled[like]
+    sigma = whole.sigma_mm
+    if sigma is not None and before.sigma_mm is not None:
+        sigma = sigma.copy()
+        sigma[kept:] = np.where(filled[kept:], np.nan, before.sigma_mm[like])
+    return replace(whole, filled=filled, sigma_mm=sigma)

@@ -1,0 +1,62 @@
+"""Bent shapes: rings that follow a surface round a bend lie on it."""
+
+import numpy as np
+import pytest
+from tests.unit.workbench.devices.shapes import cone, settled, surface, together
+
+from limbgram.core.errors import ShapeFileError
+from limbgram.core.mesh.crossings import find_crossings
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import is_watertight, volume_mm3, with_faces
+from limbgram.synthetic.props.bent import BentShape, limb_of_bent
+from limbgram.synthetic.props.limb import Relief
+
+SMOOTH = Relief(rms_mm=0.0)
+HOOK = together([cone((0, 0, -40), 26, (0, 0, 90), 24), cone((0, 0, 90), 24, (0, 95, 75), 16)], 2.0)
+"""A tube that stands upright and bends by more than a right angle, as a foot upside down."""
+
+
+def hook() -> Mesh:
+    whole = surface(HOOK, (-45, -45, -70), (45, 125, 125), 3.0, None)
+    upside = whole.with_vertices(whole.vertices_mm * [1, -1, -1])
+    high = surface(lambda p: HOOK(p * [1, -1, -1]), (-45, -125, -125), (45, 45, 70), 3.0, 0.0)
+    assert len(high) < len(upside)
+    return high.with_vertices(high.vertices_mm * [1, -1, -1])
+
+
+def shape_of(mesh: Mesh) -> BentShape:
+    tip = np.array([0, 111, 73.0])
+    pole = int(np.linalg.norm(mesh.vertices_mm - tip, axis=1).argmin())
+    return BentShape(sha256="hook", side="right", mesh=mesh, pole=pole)
+
+
+def test_the_rings_lie_on_the_surface_and_close_it() -> None:
+    limb = limb_of_bent(shape_of(hook()), 1, 1.5, 60.0, SMOOTH)
+    skin = limb.mesh.vertices_mm[~limb.cut] - [0, 0, 60.0]
+    off = np.linalg.norm(settled(HOOK, skin) - skin, axis=1)
+    assert np.quantile(off, 0.99) < 0.15  # the file's triangles of 3 mm are flat
+    assert is_watertight(limb.mesh.faces)
+    assert volume_mm3(limb.mesh) > 0
+    assert not len(find_crossings(limb.mesh.vertices_mm, limb.mesh.faces))
+    assert limb.mesh.vertices_mm[:, 2].min() == pytest.approx(60.0, abs=1e-4)
+
+
+def test_the_whole_surface_is_there() -> None:
+    mesh = hook()
+    limb = limb_of_bent(shape_of(mesh), 1, 1.5, 60.0, SMOOTH)
+    own = Mesh(vertices_mm=mesh.vertices_mm + np.array([0, 0, 60.0]), faces=mesh.faces)
+    assert limb.mesh.area_mm2() == pytest.approx(own.area_mm2() + np.pi * 25.5**2, rel=0.02)
+    rows = np.linalg.norm(np.diff(limb.grid_mm, axis=0), axis=2)
+    columns = np.linalg.norm(np.diff(limb.grid_mm, axis=1), axis=2)
+    assert np.quantile(rows, 0.95) < 3.0
+    assert np.quantile(columns, 0.95) < 3.0
+
+
+def test_two_openings_are_refused() -> None:
+    mesh = hook()
+    gone = np.linalg.norm(mesh.vertices_mm - [25, 0, 50.0], axis=1) < 8
+    holed = with_faces(mesh, mesh.faces[~gone[mesh.faces].any(1)])
+    with pytest.raises(ShapeFileError) as refused:
+        limb_of_bent(shape_of(holed), 1, 1.5, 60.0, SMOOTH)
+    assert refused.value.finding.code == "made.bent.no_disc"
+    assert refused.value.finding.values["openings"] == 2

@@ -1,0 +1,98 @@
+"""The toe bridge: gaps filled by a ball that rolls over them, and nothing else moved."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.unit.workbench.devices.shapes import (
+    FOOT_PLACES,
+    cone,
+    ellipsoid,
+    limb_of,
+    surface,
+    together,
+)
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.crossings import find_crossings
+from limbgram.core.mesh.topology import boundary_loops, is_edge_manifold, volume_mm3, with_faces
+from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.workbench.devices.body import Body
+from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.toe_bridge import ToeBridge
+from limbgram.workbench.limb import Limb
+
+TOE_MM, APART_MM, HIGH_MM = 8.0, 20.0, 14.0
+"""Radius of two straight toes, and how far their axes are apart and over the floor."""
+
+
+@pytest.fixture(scope="module")
+def two_toes() -> Limb:
+    field = together(
+        [
+            cone((0, -8, 75), 34, (0, -8, 300), 45, 1.15),
+            ellipsoid((0, -25, 32), (34, 42, 34), 2.3),
+            ellipsoid((0, 45, 26), (44, 75, 28), 2.6),
+            *(
+                cone((x, 90, HIGH_MM), TOE_MM, (x, 170, HIGH_MM), TOE_MM)
+                for x in (-APART_MM / 2, APART_MM / 2)
+            ),
+        ],
+        0.3,
+    )
+    mesh = surface(field, (-90, -110, -30), (90, 220, 320), 3.0, 260.0)
+    places = {**FOOT_PLACES, "second toe": (-10, 178, 14), "first toe": (-10, 178, 14)}
+    low = {name: at for name, at in places.items() if at[2] < 250}
+    return limb_of(mesh, low, "foot", "right")
+
+
+def test_a_ball_of_half_the_gap_rolls_over_what_is_filled(two_toes: Limb) -> None:
+    """It touches both toes: how deep it reaches between them follows from their radii."""
+    radius = 4.0
+    after = do_edit(two_toes, ToeBridge(gap_mm=2 * radius))
+    rise = np.sqrt((TOE_MM + radius) ** 2 - (APART_MM / 2) ** 2)
+    body = Body.of(after, "test")
+    for sign, look in ((1, -1.0), (-1, 1.0)):
+        met = body.met_mm(np.array([0.0, 150.0, 0.0]), np.array([0.0, 0.0, look]))
+        assert met is not None
+        shallower = sign * (met[2] - HIGH_MM) - (rise - radius)
+        assert -0.05 < shallower < 0.25 * radius / 3  # a quarter of a cell of the grid
+    assert is_edge_manifold(after.mesh.faces)
+    assert len(boundary_loops(after.mesh.faces)) == 1
+    assert not len(find_crossings(after.mesh.vertices_mm, after.mesh.faces))
+
+
+def test_what_has_no_gap_stays_and_landmarks_with_it(two_toes: Limb) -> None:
+    after = do_edit(two_toes, ToeBridge(gap_mm=8.0))
+    assert after.mesh.filled is not None
+    off = tree_on(two_toes.mesh).closest(after.mesh.vertices_mm).distances_mm
+    assert off[~after.mesh.filled].max() < 0.1
+    assert 100 < after.mesh.filled.sum() < 0.3 * len(after.mesh)
+    inside = Body.of(after, "test").mesh.vertices_mm[after.mesh.filled]
+    assert inside[:, 1].min() > 95
+    beyond = inside[inside[:, 1] > 135]  # where the toes have left the foot
+    assert len(beyond) > 50
+    assert np.abs(beyond[:, 0]).max() < APART_MM / 2
+    assert {one.name for one in after.landmarks} == {one.name for one in two_toes.landmarks}
+    for one, other in zip(two_toes.landmarks, after.landmarks, strict=True):
+        assert np.linalg.norm(one.position_mm - other.position_mm) < 0.3
+    assert volume_mm3(after.mesh) > volume_mm3(two_toes.mesh)
+
+
+def test_a_foot_without_toes_or_with_a_hole_there_is_refused(two_toes: Limb) -> None:
+    assert two_toes.frame is not None
+    places = two_toes.frame.limb_from_mesh.apply(two_toes.mesh.vertices_mm)
+
+    def without(gone: np.ndarray) -> Limb:
+        kept = ~gone[two_toes.mesh.faces].any(1)
+        return replace(two_toes, mesh=with_faces(two_toes.mesh, two_toes.mesh.faces[kept]))
+
+    plane = np.linalg.norm(places - [0, 105, 50.0], axis=1) < 14
+    for limb, code in (
+        (without(places[:, 1] > 88), "edit.toe_bridge.no_toes"),
+        (without(plane), "edit.toe_bridge.parted"),
+    ):
+        with pytest.raises(EditError) as refused:
+            do_edit(limb, ToeBridge(gap_mm=8.0))
+        assert refused.value.finding.code == code
+        assert str(refused.value)
