@@ -5,7 +5,8 @@
 writes clients.json, and clients.md beside it: a row for each program and file, with what the
 program says of it: whether it opens, the size of its box, whether it is closed, its colours, its
 scalar field, its unit. Truth is the shape that was written, an ellipsoid of 160 x 160 x 240 mm with
-a colour and a sigma at each vertex. A program that is not there is skipped, and the table says so.
+a colour and a sigma at each vertex. A program that is not there is skipped, and the table says so;
+what an earlier run in the same file saw of it stays, with that run's commit.
 Libraries of Python are tried in this interpreter, then in those given by --python.
 """
 
@@ -84,14 +85,30 @@ def main() -> None:
                     seen.append(look(program, file, [sys.executable, *given.python]))
                 except LookupError as missing:
                     skipped[program] = str(missing)
+    here = machine()
+    kept = _kept(given.out, set(skipped))
+    rows = [{**asdict(one), "commit": here["commit"]} for one in seen] + kept
+    order = [program for program, _, _ in PROGRAMS]
     found = {
-        "machine": machine(),
+        "machine": here,
         "truth": {"size_mm": SIZE_MM, "sigma_mm": SIGMA_MM, "colour": COLOUR},
-        "seen": [asdict(one) for one in seen],
+        "seen": sorted(rows, key=lambda row: order.index(row["program"])),
         "skipped": skipped,
     }
     given.out.write_text(json.dumps(found, indent=1) + "\n")
     given.out.with_suffix(".md").write_text(as_markdown(found))
+
+
+def _kept(out: Path, skipped: set[str]) -> list[dict[str, Any]]:
+    """What an earlier run saw of programs that are not here."""
+    if not out.is_file():
+        return []
+    before = json.loads(out.read_text())
+    return [
+        {"commit": before["machine"]["commit"], **row}
+        for row in before["seen"]
+        if row["program"] in skipped
+    ]
 
 
 def written(folder: Path) -> list[Path]:
@@ -441,7 +458,8 @@ def as_markdown(found: dict[str, Any]) -> str:
         f"- truth: {' x '.join(f'{one:g}' for one in SIZE_MM)} mm, closed, colour "
         f"{' '.join(map(str, COLOUR))} (as linear light 147 78 33), sigma {SIGMA_MM[0]} to "
         f"{SIGMA_MM[1]} mm. GLB is in metres with +Y up. FreeCAD and LibreCAD know no "
-        "MESH: they show the curves, sections every 40 mm from -80 to 80.",
+        "MESH: they show the curves, sections every 40 mm from -80 to 80. FreeCAD takes no surface "
+        "of a DXF at all.",
         "",
         f"| program | file | {' | '.join(columns)} |",
         "|---|---|" + "---|" * len(columns),
@@ -449,7 +467,11 @@ def as_markdown(found: dict[str, Any]) -> str:
     for one in found["seen"]:
         cells = ["" if one[name] is None else _word(one[name]) for name in columns]
         lines.append(f"| {one['program']} | {one['file']} | {' | '.join(cells)} |")
-    lines += ["", *(f"- Skipped: {name}: {why}" for name, why in found["skipped"].items())]
+    lines.append("")
+    for name, why in found["skipped"].items():
+        commits = sorted({one["commit"][:12] for one in found["seen"] if one["program"] == name})
+        rows = f"; its rows are of commit {', '.join(commits)}" if commits else ""
+        lines.append(f"- Skipped: {name}: {why}{rows}")
     return "\n".join(lines).rstrip() + "\n"
 
 

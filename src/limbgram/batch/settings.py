@@ -322,6 +322,7 @@ every_mm = 10
 # tapes = ["150=354"]
 # through = "patella"            # of several limbs, the one to measure
 # inside = true                 # what a socket holds
+# along = true                  # across the kind's centreline too, in the JSON
 # sock_mm = 1.5
 # sheet = true                  # the measuring sheet of the kind of limb, in the JSON
 # shoe_heel_mm = 20             # of the shoe: it inclines the shank

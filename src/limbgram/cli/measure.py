@@ -22,6 +22,7 @@ from limbgram.findings import told
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
 from limbgram.workbench.bodies import left_out
 from limbgram.workbench.limb import KIND_NAMED, Limb
+from limbgram.workbench.measures.along import AlongCentreline, along_tree
 from limbgram.workbench.measures.form import sheet_tree
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import Measures, Row
@@ -61,12 +62,14 @@ def measure_command(
         (
             *explained(_lines(limb, sheet.measures)),
             *_fit_lines(sheet.fitted),
+            *([] if sheet.along is None else _along_lines(sheet.along)),
             *([] if sheet.form is None else _form_lines(sheet.form)),
             *(f"Written: {path}" for path in sheet.written),
         ),
         {
             **tree(sheet.measures),
             "fit": _fit_tree(sheet.fitted),
+            "along": None if sheet.along is None else along_tree(sheet.along),
             "sheet": None if sheet.form is None else sheet_tree(sheet.form),
             "written": [str(path) for path in sheet.written],
         },
@@ -114,6 +117,25 @@ def _form_lines(form: MeasuringSheet) -> Iterator[str]:
         if row.figure is not None:
             value = f"{_text(row.figure, 1)} {row.unit}"
         yield f"  {row.words['en']}: {value}" + (f"   ({row.formula})" if row.formula else "")
+
+
+def _along_lines(found: AlongCentreline) -> Iterator[str]:
+    """A station a line, from the distal end towards the body."""
+    bends = "of this kind of limb" if found.bends else "which is the straight long axis"
+    yield f"Across the centreline {bends}, in mm from its distal end:"
+    yield f"{'along':>8}{'tape':>10}{'contour':>10}{'ML':>9}{'depth':>9}{'area cm2':>10}"
+    for one in found.stations:
+        if one.reason is not None:
+            yield f"{one.along_mm:8.1f}  {told(one.reason)}"
+            continue
+        figures = one.figures
+        shown = zip(("tape_mm", "contour_mm", "ml_mm", "depth_mm"), (10, 10, 9, 9), strict=True)
+        cells = "".join(f"{figures[name].value:{width}.1f}" for name, width in shown)
+        reach = plus_minus(figures["tape_mm"].interval, 2)
+        area = f"{figures['area_mm2'].value / 100:10.2f}"
+        yield f"{one.along_mm:8.1f}{cells}{area}" + (f"   tape {reach}" if reach else "")
+    for one in found.lengths:
+        yield f"{one.start} to {one.end}: {_text(one.length_mm, 2)} mm along the centreline"
 
 
 def _skin_lines(measures: Measures) -> Iterator[str]:

@@ -175,7 +175,7 @@ def _parted(text: str, name: str) -> tuple[Points3, Int64[np.ndarray, "f 3"], st
     told, last, rest = rest.partition(" 94\n")
     numbers = np.fromstring(f"{first}{told}", sep="\n")
     codes, values = numbers[::2], numbers[1::2]
-    places, faces = np.count_nonzero(codes == 10), np.count_nonzero(codes == 90) // 4
+    places, faces = int(np.sum(codes == 10)), int(np.sum(codes == 90)) // 4
     wanted = [92, *[10, 20, 30] * places, 93, *[90] * (4 * faces)]
     damaged = fault("export.other_parts", name=name, entity="MESH")
     require(np.array_equal(codes, wanted) and len(values) == len(codes), damaged)

@@ -25,6 +25,7 @@ from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.thickness import Thickness
 from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
+from limbgram.workbench.measures.along import AlongCentreline, measure_along
 from limbgram.workbench.measures.form import sheet_table
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
@@ -94,6 +95,8 @@ class MeasureRequest(SheetRequest):
     """Measure what a wall holds, such as the inside of a socket."""
     unaligned: bool = False
     """Measure across the file's z, from its lowest point."""
+    along: bool = False
+    """Measure also across the kind's centreline, which bends in a foot; lengths along it, too."""
     sheet: Annotated[bool, _SHEET] = False
     """Fill in the measuring sheet of the kind of limb, beside the levels."""
 
@@ -149,6 +152,8 @@ class Sheet:
     written: tuple[Path, ...]
     form: MeasuringSheet | None = None
     """The measuring sheet of its kind, where that was asked for."""
+    along: AlongCentreline | None = None
+    """What was measured across its centreline, where that was asked for."""
 
     __repr__ = brief
 
@@ -175,14 +180,21 @@ def measure(limb: Limb, ask: MeasureRequest, files: MeasureFiles = NO_FILES) -> 
         else fit_to_tape(measures.limb, ask.tapes, measures.reference_mm, measures.through_mm)
     )
     wanted = ask.sheet or files.sheet_csv is not None
-    form = measuring_sheet(measures.limb, ask.of_sheet()) if wanted else None
-    found = Sheet(measures=measures, fitted=fitted, written=(), form=form)
+    of_sheet = ask.of_sheet()
+    form = measuring_sheet(measures.limb, of_sheet) if wanted else None
+    along = (
+        measure_along(measures.limb, ask.every_mm, ask.lengths, of_sheet.placing)
+        if ask.along
+        else None
+    )
+    found = Sheet(measures=measures, fitted=fitted, written=(), form=form, along=along)
     return replace(found, written=tuple(_written(limb, found, files)))
 
 
 def workbook(found: Sheet) -> bytes:
     """All tables for a spreadsheet, a sheet each; the measuring sheet too, where it was asked."""
-    return xlsx_of(tables(found.measures, found.form))
+    along = () if found.along is None else found.along.tables()
+    return xlsx_of([*tables(found.measures, found.form), *along])
 
 
 def _standing(limb: Limb) -> AlignedLimb:

@@ -22,12 +22,13 @@ from limbgram.workbench.anatomy.names import by_identity
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.lengths import on_triangles, vertex_gradient
-from limbgram.workbench.measures.levels import Figure, Level, Sigmas, level_at
+from limbgram.workbench.measures.levels import Figure, Level, Sigmas, Sloped, level_at
 
 STEP_MM = 0.5
 """By which places are moved to tell slopes: beyond a facet's roughness, within a limb's bends."""
 TILT_RAD = 0.01
 Slopes = Mapping[str, Float64[np.ndarray, "3 k"]]
+Measure = Callable[[Level], Sloped]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,6 +156,61 @@ class Cut:
         place = self.rotation.T @ self.through_mm
         moved = rotation @ place
         return Cut(rotation=rotation, through_mm=moved + np.array([0.0, 0.0, offset_mm]))
+
+    def ways_to(self, other: "Cut") -> Float64[np.ndarray, "4"]:
+        """How another plane is nudged against this one: the steps that lead there."""
+        place = self.rotation.T @ self.through_mm
+        offset = (other.rotation.T @ other.through_mm - place) @ other.rotation[2]
+        turn = other.rotation @ self.rotation.T
+        return np.array(
+            [
+                offset,
+                (turn[2, 1] - turn[1, 2]) / 2,
+                (turn[0, 2] - turn[2, 0]) / 2,
+                (turn[1, 0] - turn[0, 1]) / 2,
+            ]
+        )
+
+
+def across(
+    subject: Subject, cut_of: Callable[[Anatomy], Cut], measures: Mapping[str, Measure]
+) -> dict[str, Sensed]:
+    """Measures of one section, each with what surface and landmarks have in it.
+
+    Args:
+        cut_of: The plane, by landmarks.
+
+    Raises:
+        MeasureError: the plane misses the limb, or its outline is open.
+    """
+    first = cut_of(subject.anatomy)
+    slopes = subject.slopes(lambda one: first.ways_to(cut_of(one)))
+    turned = first.turned(subject.sigmas)
+    x, y, height = first.through_mm.tolist()
+    level = level_at(turned.mesh, height, (x, y))
+    steps = np.diag(WAYS) if slopes else np.empty((0, len(WAYS)))
+    beside = [
+        tuple(first.nudged(*way).level(subject.sigmas) for way in (step, -step)) for step in steps
+    ]
+    found: dict[str, Sensed] = {}
+    for name, measure in measures.items():
+        sloped = measure(level)
+        by_way = np.array(
+            [
+                (measure(ahead).value - measure(behind).value) / (2 * step.sum())
+                for step, (ahead, behind) in zip(steps, beside, strict=True)
+            ]
+        )
+        figure, gradient = turned.figure(level, sloped), turned.gradient(level, sloped)
+        surface = propagate(turned.mesh, gradient) or 0.0
+        relief = math.sqrt(max((figure.sigma or 0.0) ** 2 - surface**2, 0.0))
+        found[name] = Sensed(
+            value=sloped.value,
+            by_vertex=gradient,
+            by_place={place: rows @ by_way for place, rows in slopes.items()},
+            lost=(figure.value - sloped.value, relief),
+        )
+    return found
 
 
 WAYS = (STEP_MM, TILT_RAD, TILT_RAD, TILT_RAD)

@@ -21,7 +21,6 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.core.mesh.uncertainty import propagate
 from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.kind import (
@@ -43,12 +42,11 @@ from limbgram.workbench.measures.levels import (
     Refused,
     Sloped,
     area_mm2,
-    level_at,
     levels_at,
     ml_mm,
     tape_mm,
 )
-from limbgram.workbench.measures.sensed import WAYS, Cut, Sensed, Subject
+from limbgram.workbench.measures.sensed import Cut, Sensed, Subject, across
 
 _EXTREME_STEP_MM = 2.0
 CENTRELINE = "centreline"
@@ -283,48 +281,8 @@ def cut_of(anatomy: Anatomy, item: Section) -> Cut:
 
 
 def _section(subject: Subject, item: Section) -> Sensed:
-    first = cut_of(subject.anatomy, item)
     measure = {"girth": tape_mm, "width": ml_mm, "turn": turn_deg}[item.what]
-    turned = first.turned(subject.sigmas)
-    x, y, height = first.through_mm.tolist()
-    level = level_at(turned.mesh, height, (x, y))
-    sloped = measure(level)
-    steps = np.diag(WAYS)
-    by_way = np.array(
-        [
-            (
-                measure(first.nudged(*step).level(subject.sigmas)).value
-                - measure(first.nudged(*-step).level(subject.sigmas)).value
-            )
-            / (2 * step.sum())
-            for step in steps
-        ]
-    )
-    slopes = subject.slopes(lambda one: _ways(first, cut_of(one, item)))
-    figure, gradient = turned.figure(level, sloped), turned.gradient(level, sloped)
-    surface = propagate(turned.mesh, gradient) or 0.0
-    relief = math.sqrt(max((figure.sigma or 0.0) ** 2 - surface**2, 0.0))
-    return Sensed(
-        value=sloped.value,
-        by_vertex=gradient,
-        by_place={name: rows @ by_way for name, rows in slopes.items()},
-        lost=(figure.value - sloped.value, relief),
-    )
-
-
-def _ways(first: Cut, other: Cut) -> Float64[np.ndarray, "4"]:
-    """How another plane is nudged against the first one: the steps that lead there."""
-    place = first.rotation.T @ first.through_mm
-    offset = (other.rotation.T @ other.through_mm - place) @ other.rotation[2]
-    turn = other.rotation @ first.rotation.T
-    return np.array(
-        [
-            offset,
-            (turn[2, 1] - turn[1, 2]) / 2,
-            (turn[0, 2] - turn[2, 0]) / 2,
-            (turn[1, 0] - turn[0, 1]) / 2,
-        ]
-    )
+    return across(subject, lambda one: cut_of(one, item), {item.what: measure})[item.what]
 
 
 def turn_deg(level: Level) -> Sloped:
