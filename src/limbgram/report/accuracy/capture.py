@@ -10,7 +10,7 @@ from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import GreyImage
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS
-from limbgram.findings import told
+from limbgram.findings import Finding, told
 from limbgram.reconstruction.mapping.scene import Explanation, Scene
 from limbgram.reconstruction.movement import (
     bending_found,
@@ -59,7 +59,7 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
     as_told, unit = in_told_unit(evidence.metric, evidence.mesh.vertices_mm)
     return MovementFigures(
         kind=movement.kind,
-        sentence=told(movement_found(as_told.movement or movement, scene.names, unit)),
+        found=movement_found(as_told.movement or movement, scene.names, unit),
         photos=moved_photos(movement, scene.names),
         alone=movement.alone,
         shift=moved_mm(movement),
@@ -73,11 +73,9 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
             for one in seen.explanations
         ),
         chance=movement.chance if known or movement.misfit else math.nan,
-        bending_sentence=""
+        bent=None
         if as_told.bending is None
-        else told(
-            bending_found(as_told.bending, scene.names, unit, lens_doubt(scene, evidence.cameras))
-        ),
+        else bending_found(as_told.bending, scene.names, unit, lens_doubt(scene, evidence.cameras)),
         bending_misfit=scene.bending is not None and scene.bending.misfit,
         bending=moved_mm(scene.bending),
     )
@@ -113,9 +111,9 @@ def image_figures(evidence: Evidence) -> ImageFigures:
     scene, photos = evidence.metric.scene, evidence.photos
     as_told, unit = in_told_unit(evidence.metric, evidence.mesh.vertices_mm)
     scales = {one.name: one for one in image_scales(photos, evidence.metric)}
-    said: dict[str, list[str]] = {}
+    said: dict[str, list[Finding]] = {}
     for remark in remarks(photos):
-        said.setdefault(remark.name, []).append(told(remark.finding))
+        said.setdefault(remark.name, []).append(remark.finding)
     rows: list[PhotoFigures] = []
     stated: list[float] = []
     for number, (photo, verdict) in enumerate(zip(photos.photos, scene.verdicts, strict=True)):
@@ -126,11 +124,11 @@ def image_figures(evidence: Evidence) -> ImageFigures:
             PhotoFigures(
                 name=photo.name,
                 placed=verdict.placed,
-                reason="" if verdict.reason is None else told(verdict.reason),
+                reason=verdict.reason,
                 remarks=(
                     *said.get(photo.name, ()),
-                    *([told(verdict.remark)] if verdict.remark else []),
-                    *map(told, movement_remark(as_told, number, unit)),
+                    *([verdict.remark] if verdict.remark else []),
+                    *movement_remark(as_told, number, unit),
                 ),
                 zoomed=verdict.remark is not None,
                 points=verdict.points,
@@ -267,7 +265,7 @@ def _tape(one: TapeWitness, mesh: Mesh) -> TapedLength:
         error_mm=off_mm,
         error=off_mm / one.taped.girth_mm,
         sigma_mm=math.hypot(one.sigma_mm, girth.sigma or 0.0),
-        reason="" if one.reason is None else told(one.reason),
+        reason=one.reason,
     )
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from limbgram.core.mesh.mesh import Relation
+from limbgram.findings import Finding
 from limbgram.reconstruction.calibration.cameras import LensSource
 
 LENGTH = "length"
@@ -268,8 +269,8 @@ class TapedLength:
     error: float
     sigma_mm: float
     """Standard deviation of the difference: of the tape and of the surface's girth."""
-    reason: str
-    """Why there is no figure; empty where there is one."""
+    reason: Finding | None
+    """Why there is no figure; None where there is one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -592,8 +593,8 @@ class PhotoFigures:
 
     name: str
     placed: bool
-    reason: str
-    remarks: tuple[str, ...]
+    reason: Finding | None
+    remarks: tuple[Finding, ...]
     zoomed: bool
     """Used though its focal length is not that of the others."""
     points: int
@@ -872,7 +873,8 @@ class MovementFigures:
 
     kind: str
     """still, step, drift, restless or unknown."""
-    sentence: str
+    found: Finding
+    """Whether it kept still."""
     photos: tuple[str, ...]
     """Those that show it elsewhere than the largest group does."""
     alone: bool
@@ -903,7 +905,8 @@ class MovementFigures:
             "that was tried).",
         )
     )
-    bending_sentence: str
+    bent: Finding | None
+    """Whether it kept its shape; None where nobody looked."""
     bending_misfit: bool
     """The same of the limb's two halves."""
     bending: float = field(

@@ -254,11 +254,6 @@ def told_in(headline: Finding) -> tuple[Finding, ...]:
     return tuple(one for one in values if isinstance(one, Finding))
 
 
-def as_is(message: str) -> Finding:
-    """What another part of the program says in words of its own."""
-    return note("said.as_is", message=message)
-
-
 def _verdict(figures: Figures, judged: Sequence[Criterion], light: Light) -> Finding:
     doubts = [one for one in reasons(judged) if one.light == light]
     if figures.lengths.unit != "mm":
@@ -364,7 +359,7 @@ def _vague(lengths: LengthFigures) -> tuple[Finding, ...]:
     sure = min((_sure_to(one) for one in lengths.tapes if not one.reason), default=None)
     if sure is None:
         return tuple(
-            note("verdict.tape.unseen", height_mm=one.height_mm, reason=as_is(one.reason))
+            note("verdict.tape.unseen", height_mm=one.height_mm, reason=one.reason)
             for one in lengths.tapes
         )
     if sure <= TAPE_TELLS:
@@ -462,7 +457,7 @@ def _taped(tape: TapedLength, source: str) -> Criterion:
             math.nan,
             "green",
             height_mm=tape.height_mm,
-            reason=as_is(tape.reason),
+            reason=tape.reason,
         )
     apart = sigmas_apart(tape.error_mm, tape.sigma_mm)
     return TAPE.judge(
@@ -566,13 +561,11 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
     if movement is None:
         return
     if movement.misfit:
-        said = as_is(movement.sentence)
-        yield MOVED.judge("verdict.misfit.moved", math.nan, movement=said)
+        yield MOVED.judge("verdict.misfit.moved", math.nan, movement=movement.found)
     if movement.bending_misfit:
-        said = as_is(movement.bending_sentence)
-        yield BENT.judge("verdict.misfit.bent", math.nan, bending=said)
+        yield BENT.judge("verdict.misfit.bent", math.nan, bending=movement.bent)
     if math.isfinite(movement.shift):
-        said = as_is(movement.sentence)
+        said = movement.found
         if movement.shift > 0.0 and movement.alone:
             yield MOVED.judge("verdict.moved.alone", movement.shift, movement=said)
         elif movement.shift > 0.0:
@@ -580,8 +573,8 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
             yield limit.judge("verdict.moved.together", movement.shift, movement=said)
         else:
             yield MOVED.judged(movement.shift, said)
-    if math.isfinite(movement.bending):
-        said = as_is(movement.bending_sentence)
+    if movement.bent is not None and math.isfinite(movement.bending):
+        said = movement.bent
         if movement.bending:
             yield BENT.judge("verdict.bent", movement.bending, bending=said)
         else:

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from limbgram.findings import told
+from limbgram.findings import Finding, told
 from limbgram.report.acceptance import setup_section
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.charts import (
@@ -238,8 +238,8 @@ def _not_told(assessment: Assessment) -> Iterator[tuple[str, ...]]:
     movement = assessment.figures.movement
     turned = "Not looked for: the object was turned on purpose, or an older version made the case."
     for limit, said in (
-        (MOVED, turned if movement is None else movement.sentence),
-        (BENT, turned if movement is None else movement.bending_sentence),
+        (MOVED, turned if movement is None else told(movement.found)),
+        (BENT, turned if movement is None else _told(movement.bent)),
     ):
         if not any(one.key == limit.key for one in assessment.criteria):
             found = "not looked for" if movement is None or not said else "not known"
@@ -399,7 +399,7 @@ def _known(lengths: Sequence[KnownLength]) -> Block:
 
 def _taped(one: TapedLength) -> tuple[str, ...]:
     if one.reason:
-        return one.place, f"{one.read_mm:.1f}", one.reason
+        return one.place, f"{one.read_mm:.1f}", told(one.reason)
     return (
         one.place,
         f"{one.read_mm:.1f}",
@@ -582,7 +582,7 @@ def _photos(assessment: Assessment) -> Section:
             _text(one.edge_width_px, ".2f"),
             _text(one.distance, ",.0f"),
             _text(one.pixel, ".3f"),
-            " ".join((one.reason, *one.remarks)).strip(),
+            " ".join(_told(said) for said in (one.reason, *one.remarks)).strip(),
         )
         for one in images.by_photo
     )
@@ -619,6 +619,10 @@ def _term(term: Term, value: float, unit: str) -> tuple[str, ...]:
 def _length(value: float, unit: str) -> str:
     """A length with its unit; three digits."""
     return f"{value:.3g} {unit}" if math.isfinite(value) else "not known"
+
+
+def _told(finding: Finding | None) -> str:
+    return "" if finding is None else told(finding)
 
 
 def _text(value: float, form: str) -> str:

@@ -20,7 +20,6 @@ from limbgram.report.accuracy.judgement import (
     FAR_SCALE,
     IMAGE,
     LENS_FOUND,
-    as_is,
     rests_on,
     tape_tells,
 )
@@ -110,9 +109,7 @@ def _scale(figures: Figures) -> Iterator[Finding]:
         yield doubt("limit.scale.one_source", source=rests_on(lengths))
     for tape in lengths.tapes:
         if tape.reason:
-            yield doubt(
-                "limit.tape.not_compared", height_mm=tape.height_mm, reason=as_is(tape.reason)
-            )
+            yield doubt("limit.tape.not_compared", height_mm=tape.height_mm, reason=tape.reason)
         elif sigmas_apart(tape.error_mm, tape.sigma_mm) > AGREES_SIGMAS:
             yield fault("limit.tape.conflict", height_mm=tape.height_mm, error_mm=tape.error_mm,
                         off_mm=abs(tape.error_mm), smaller=tape.error_mm > 0)  # fmt: skip
@@ -130,9 +127,9 @@ def _movement(figures: Figures) -> Iterator[Finding]:
     movement = figures.movement
     if movement is not None and movement.shift > 0.0:
         make = doubt if movement.alone else fault
-        yield make("limit.moved", movement=as_is(movement.sentence))
+        yield make("limit.moved", movement=movement.found)
     if movement is not None and movement.bending > 0.0:
-        yield fault("limit.bent", bending=as_is(movement.bending_sentence))
+        yield fault("limit.bent", bending=movement.bent)
 
 
 def _surface(figures: Figures) -> Iterator[Finding]:
@@ -167,7 +164,7 @@ def _photographs(figures: Figures) -> Iterator[Finding]:
         yield doubt("limit.photos.noisy", noise_grey=images.noise_grey)
     for row in images.by_photo:
         for remark in row.remarks:
-            yield note("limit.photos.remark", photo=row.name, remark=as_is(remark))
+            yield note("limit.photos.remark", photo=row.name, remark=remark)
     usual = figures.residuals.rms_px
     for row in figures.residuals.by_photo:
         if row.rms_px > _ODD_PHOTO * usual:

@@ -172,11 +172,9 @@ def test_what_looks_bent_may_be_the_lens_where_that_is_not_known(with_sigmas: Ev
         evidence = replace(evidence, metric=replace(evidence.metric, scene=scene))
         said = movement_figures(evidence)
         assert said is not None
-        assert said.bending_sentence.endswith("No rigid surface fits all photos.")
-        assert cause in said.bending_sentence
-        assert ("Either the limb bent, or the lens" in said.bending_sentence) is (
-            cause.startswith("because")
-        )
+        assert said.bent is not None
+        assert cause in told(said.bent)
+        assert (said.bent.code == "movement.shape.bent_or_lens") is cause.startswith("because")
     (judged,) = [one for one in assessed(with_sigmas, still, bent).criteria if one.key == "bending"]
     assert told(judged.finding).endswith("No rigid surface fits all photos. Take them again.")
 

@@ -18,7 +18,7 @@ from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.charts import Series, accuracy_pictures, histogram
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.glossary import terms, value_at
-from limbgram.report.accuracy.judgement import as_is, without_light
+from limbgram.report.accuracy.judgement import without_light
 from limbgram.report.accuracy.layout import accuracy_report
 from limbgram.report.accuracy.truth import KnownTruth
 from limbgram.report.alignment import Truth
@@ -131,7 +131,9 @@ def test_the_map_of_sigmas_names_its_unit(with_sigmas: Evidence) -> None:
 
 @pytest.mark.parametrize("words", [3, 40])
 def test_the_verdict_stands_whole_on_every_sheet(with_sigmas: Evidence, words: int) -> None:
-    said = replace(assess(with_sigmas), light="red", headline=as_is("unlikely " * words))
+    said = replace(
+        assess(with_sigmas), light="red", headline=note("said.as_is", message="unlikely " * words)
+    )
     for paper in papers_of(accuracy_report(said, ())):
         assert "RED" in paper.words
         assert paper.words.count("unlikely") == words
