@@ -279,9 +279,8 @@ def plan_capture(
         if best is None or reached_mm < best[0]:
             best = reached_mm, len(stands)
         if reached_mm <= sigma_mm:
-            return _told(
-                sigma_mm, camera, limb, distance_mm, portrait, rings, sharpness, prediction, options
-            )
+            walk = _Walk(distance_mm, portrait, rings, sharpness, prediction)
+            return _told(sigma_mm, camera, limb, walk, options)
     raise _beyond(sigma_mm, best, distance_mm, fits_mm, given, camera, options)
 
 
@@ -432,18 +431,22 @@ def _defocus_px(
     return _DISC * focal_mm**2 * widest / (stop * (focus - focal_mm)) / pitch_mm
 
 
+@dataclass(frozen=True)
+class _Walk:
+    """A way of taking the photos, and what it gives."""
+
+    distance_mm: float
+    portrait: bool
+    rings: tuple[PlannedRing, ...]
+    sharpness: _Sharpness
+    prediction: Prediction
+
+
 def _told(
-    asked_mm: float,
-    camera: PlannedCamera,
-    limb: LimbProxy,
-    distance_mm: float,
-    portrait: bool,
-    rings: tuple[PlannedRing, ...],
-    sharpness: _Sharpness,
-    prediction: Prediction,
-    options: PlanOptions,
+    asked_mm: float, camera: PlannedCamera, limb: LimbProxy, walk: _Walk, options: PlanOptions
 ) -> CapturePlan:
-    pixel_mm = distance_mm / camera.camera.fx
+    sharpness, prediction = walk.sharpness, walk.prediction
+    pixel_mm = walk.distance_mm / camera.camera.fx
     notes: list[Finding] = []
     if sharpness.aperture is None:
         notes.append(note("plan.no_aperture"))
@@ -451,10 +454,10 @@ def _told(
         notes.append(doubt("plan.defocus", blur_px=float(sharpness.defocus_px)))
     return CapturePlan(
         asked_sigma_mm=asked_mm,
-        photos=sum(ring.photos for ring in rings),
-        rings=rings,
-        distance_mm=distance_mm,
-        portrait=portrait,
+        photos=sum(ring.photos for ring in walk.rings),
+        rings=walk.rings,
+        distance_mm=walk.distance_mm,
+        portrait=walk.portrait,
         pixel_mm=pixel_mm,
         aperture=sharpness.aperture,
         focus_mm=sharpness.focus_mm,

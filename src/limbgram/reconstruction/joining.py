@@ -40,6 +40,23 @@ _MOST_AGAIN = 2
 _IN_ROOM = note("placing.mark_in_room")
 
 
+@dataclass(frozen=True, kw_only=True)
+class MarkedPhotos:
+    """Photos with paint and coded marks, before any has a place by both."""
+
+    photos: PhotoSet
+    features: Features
+    matches: Matches
+    marks: MarkDetections
+    still: Still
+    cameras: Cameras
+    placed_by_paint: int
+    """Photos that paint alone places."""
+
+    def with_marks(self, left_out: frozenset[int] = frozenset()) -> CodedMatches:
+        return with_marks(self.features, self.matches, self.marks, self.still, left_out)
+
+
 @dataclass(frozen=True)
 class Joined:
     """Placed photos, and by what."""
@@ -70,16 +87,7 @@ def shared_marks(detections: MarkDetections) -> tuple[int, ...]:
 
 
 def join_by_marks(
-    photos: PhotoSet,
-    features: Features,
-    matches: Matches,
-    detections: MarkDetections,
-    still: Still,
-    cameras: Cameras,
-    verifying: TwoViewOptions,
-    mapping: MappingOptions,
-    run: Run,
-    photos_by_paint: int,
+    shown: MarkedPhotos, verifying: TwoViewOptions, mapping: MappingOptions, run: Run
 ) -> Joined:
     """Place the photos by paint and marks.
 
@@ -87,23 +95,21 @@ def join_by_marks(
         MatchingError, PlacementError: they do not join the photos.
     """
     moved: dict[int, Finding] = {}
-    given = with_marks(features, matches, detections, still)
-    joined = _joined(photos, given, cameras, verifying, mapping, run)
+    joined = _joined(shown, shown.with_marks(), verifying, mapping, run)
     for _ in range(_MOST_AGAIN):
-        odd = _odd_marks(joined.scene, detections, joined.coded)
+        odd = _odd_marks(joined.scene, shown.marks, joined.coded)
         if not odd:
             break
         moved |= odd
-        given = with_marks(features, matches, detections, still, frozenset(moved))
-        joined = _joined(photos, given, cameras, verifying, mapping, run)
+        joined = _joined(shown, shown.with_marks(frozenset(moved)), verifying, mapping, run)
     else:
-        if odd := _odd_marks(joined.scene, detections, joined.coded):
+        if odd := _odd_marks(joined.scene, shown.marks, joined.coded):
             raise PlacementError("placing.marks_moved", marks=tuple(map(int, moved | odd)))
     in_room = dict.fromkeys(joined.coded.in_room, _IN_ROOM)
     left_out = dict(sorted((in_room | moved).items()))
-    held = sorted({*shared_marks(detections)} - {*left_out})
+    held = sorted({*shared_marks(shown.marks)} - {*left_out})
     marks = JoinedByMarks(
-        photos_by_paint=photos_by_paint,
+        photos_by_paint=shown.placed_by_paint,
         ids=tuple(held),
         left_out=tuple(left_out),
         reasons=tuple(left_out.values()),
@@ -112,15 +118,14 @@ def join_by_marks(
 
 
 def _joined(
-    photos: PhotoSet,
+    shown: MarkedPhotos,
     given: CodedMatches,
-    cameras: Cameras,
     verifying: TwoViewOptions,
     mapping: MappingOptions,
     run: Run,
 ) -> Joined:
-    pairs = run(verify, photos, given.matches, cameras, verifying)
-    scene = run(place, photos, given.features, pairs, cameras, mapping, given.coded)
+    pairs = run(verify, shown.photos, given.matches, shown.cameras, verifying)
+    scene = run(place, shown.photos, given.features, pairs, shown.cameras, mapping, given.coded)
     return Joined(given.features, given.matches, pairs, scene, given.coded)
 
 

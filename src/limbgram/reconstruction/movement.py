@@ -132,8 +132,8 @@ def find_movement(
         return BodyMotion.unknown(len(scene.names), sides.unknown)
     limb = _Body("limb", sides.among(matches.pairs, _ON_LIMB))
     room = _Body("room", sides.among(matches.pairs, (_ROOM,)))
-    mm = millimetre(detections, scene)
-    return _between("limb and room", limb, room, features, scene, cameras, photos, options, mm)
+    seen = _Seen(photos, features, scene, cameras, millimetre(detections, scene))
+    return _between("limb and room", limb, room, seen, options)
 
 
 def find_bending(
@@ -152,8 +152,8 @@ def find_bending(
     one = _Body("half", sides.among(matches.pairs, _HALVES[:1]))
     other = _Body("other half", sides.among(matches.pairs, _HALVES[1:]))
     fewer = replace(options, pair_matches=options.half_matches)
-    mm = millimetre(detections, scene)
-    return _between("halves", one, other, features, scene, cameras, photos, fewer, mm)
+    seen = _Seen(photos, features, scene, cameras, millimetre(detections, scene))
+    return _between("halves", one, other, seen, fewer)
 
 
 def millimetre(detections: BoardDetections | None, scene: Scene) -> float | None:
@@ -354,45 +354,36 @@ class _Body:
     pairs: list[PairMatches]
 
 
+@dataclass(frozen=True)
+class _Seen:
+    """What two bodies are compared by."""
+
+    photos: PhotoSet
+    features: Features
+    scene: Scene
+    cameras: Cameras
+    mm: float | None
+    """How long a millimetre is in the scene; None where nothing tells."""
+
+
 def _between(
-    bodies: Bodies,
-    first: _Body,
-    second: _Body,
-    features: Features,
-    scene: Scene,
-    cameras: Cameras,
-    photos: PhotoSet,
-    options: LookOptions,
-    mm: float | None,
+    bodies: Bodies, first: _Body, second: _Body, seen: _Seen, options: LookOptions
 ) -> BodyMotion:
     """Place the photos by each of both bodies alone, and compare."""
+    scene, cameras = seen.scene, seen.cameras
+    alone: list[Scene] = []
     try:
-        return _compared(bodies, first, second, features, scene, cameras, photos, options, mm)
+        for body in (first, second):
+            some = _thinned(body.pairs, options.pair_matches)
+            placed = _placed_by(seen.features, some, scene, cameras, seen.photos, options)
+            if placed is None:
+                few = note("movement.unknown.few_points", where=body.where)
+                return BodyMotion.unknown(len(scene.names), few)
+            alone.append(_in_frame_of(scene, placed))
+        return movement_between(alone[0], alone[1], cameras.calibrations, bodies, seen.mm)
     except np.linalg.LinAlgError:  # equations without a solution: a photo loses all its points
         unheld = note("movement.unknown.unheld", first=first.where, second=second.where)
         return BodyMotion.unknown(len(scene.names), unheld)
-
-
-def _compared(
-    bodies: Bodies,
-    first: _Body,
-    second: _Body,
-    features: Features,
-    scene: Scene,
-    cameras: Cameras,
-    photos: PhotoSet,
-    options: LookOptions,
-    mm: float | None,
-) -> BodyMotion:
-    alone: list[Scene] = []
-    for body in (first, second):
-        some = _thinned(body.pairs, options.pair_matches)
-        placed = _placed_by(features, some, scene, cameras, photos, options)
-        if placed is None:
-            few = note("movement.unknown.few_points", where=body.where)
-            return BodyMotion.unknown(len(scene.names), few)
-        alone.append(_in_frame_of(scene, placed))
-    return movement_between(alone[0], alone[1], cameras.calibrations, bodies, mm)
 
 
 def _halved(region: Region) -> tuple[Region, Region]:

@@ -31,6 +31,7 @@ from limbgram.reconstruction.dense.photo_depth import DenseOptions
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region
 from limbgram.reconstruction.features.detection import FeatureOptions, Features, detect
 from limbgram.reconstruction.joining import (
+    MarkedPhotos,
     join_by_marks,
     joins_better,
     leaves_open,
@@ -377,11 +378,17 @@ def _by_marks(
     features = still.moving(features)
     matches = run(match_what_there_is, photos, features, options.matching)
     by_paint = 0 if before is None else len(before.scene.placed)
-    twoview, mapping = options.twoview, options.mapping
+    shown = MarkedPhotos(
+        photos=photos,
+        features=features,
+        matches=matches,
+        marks=marks,
+        still=still,
+        cameras=cameras,
+        placed_by_paint=by_paint,
+    )
     try:
-        joined = join_by_marks(
-            photos, features, matches, marks, still, cameras, twoview, mapping, run, by_paint
-        )
+        joined = join_by_marks(shown, options.twoview, options.mapping, run)
     except (MatchingError, PlacementError):
         return None
     scene = joined.scene

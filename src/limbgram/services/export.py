@@ -30,7 +30,7 @@ from limbgram.formats.dxf_r12 import write_polyface_dxf, write_triangles
 from limbgram.formats.export_checks import admit, sure_in_limb_frame
 from limbgram.formats.gcode.control import Coolant, DialectName, FeedMode, RotaryWord, Winding
 from limbgram.formats.gcode.machine import Machine, read_machine, require_place, write_machine
-from limbgram.formats.gcode.writing import write_gcode
+from limbgram.formats.gcode.writing import GcodeReport, write_gcode
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.table import FORMATS, format_of
@@ -307,8 +307,24 @@ def _own_grid(read: ShapeFile) -> Own | None:
 
 def _aop(limb: AlignedLimb, path: Path, options: AopOptions) -> Exported:
     report = write_aop(limb, path, options)
-    mapped, worst = report.mapped, report.worst_girth
-    said = (
+    worst = report.worst_girth
+    return Exported(
+        path=path,
+        limb=limb,
+        unit="mm",
+        said=_said_of_aop(report, path, options),
+        figures=_aop_figures(report, options),
+        shown=report.held.radius_map.surface(),
+        marks=report.held.landmarks,
+        surface_within_mm=report.above_cap_max_mm,
+        girth_change_mm=None if worst is None else worst.change_mm,
+        volume_change=report.volume_change,
+    )
+
+
+def _said_of_aop(report: AopReport, path: Path, options: AopOptions) -> tuple[Finding, ...]:
+    mapped = report.mapped
+    return (
         note(
             "exported.aop.written",
             path=str(path),
@@ -329,7 +345,11 @@ def _aop(limb: AlignedLimb, path: Path, options: AopOptions) -> Exported:
             rays=mapped.rays,
         ),
     )
-    figures = {
+
+
+def _aop_figures(report: AopReport, options: AopOptions) -> dict[str, Any]:
+    mapped, worst = report.mapped, report.worst_girth
+    return {
         "side": report.held.frame.side,
         "profile": options.profile,
         "own_grid": options.own is not None,
@@ -363,18 +383,6 @@ def _aop(limb: AlignedLimb, path: Path, options: AopOptions) -> Exported:
         "proximal_cut_mm": mapped.proximal_cut_mm,
         "rays_mended": mapped.rays_mended,
     }
-    return Exported(
-        path=path,
-        limb=limb,
-        unit="mm",
-        said=said,
-        figures=figures,
-        shown=report.held.radius_map.surface(),
-        marks=report.held.landmarks,
-        surface_within_mm=report.above_cap_max_mm,
-        girth_change_mm=None if worst is None else worst.change_mm,
-        volume_change=report.volume_change,
-    )
 
 
 def _fitted_axis(report: AopReport) -> tuple[Finding, ...]:
@@ -431,13 +439,36 @@ def _require_apart(ask: Gcode, path: Path) -> None:
 
 
 def _gcode(limb: AlignedLimb, path: Path, ask: Gcode, machine: Machine) -> Exported:
-    options, control = replace(machine.carving, to_mm=ask.to_mm), machine.control
-    report = write_gcode(limb, path, options, control)
+    options = replace(machine.carving, to_mm=ask.to_mm)
+    report = write_gcode(limb, path, options, machine.control)
     kept_as = None if ask.write_machine is None else write_machine(machine, ask.write_machine)
+    check = report.check
+    return Exported(
+        path=path,
+        limb=limb,
+        unit="mm",
+        said=_said_of_gcode(report, machine, kept_as),
+        figures=_gcode_figures(report, limb.side, machine, kept_as),
+        shown=check.carved.surface(),
+        marks=limb.landmarks,
+        surface_within_mm=check.gouge_mm,
+        minutes=check.minutes,
+    )
+
+
+def _said_of_gcode(
+    report: GcodeReport, machine: Machine, kept_as: Path | None
+) -> tuple[Finding, ...]:
+    options, control = machine.carving, machine.control
     check, blank = report.check, report.toolpath.blank
     least_deg, most_deg = report.rotary_deg
-    said = (
-        note("exported.gcode.written", path=str(path), lines=report.lines, minutes=check.minutes),
+    return (
+        note(
+            "exported.gcode.written",
+            path=str(report.path),
+            lines=report.lines,
+            minutes=check.minutes,
+        ),
         note(
             "exported.gcode.control",
             dialect=control.dialect,
@@ -467,8 +498,15 @@ def _gcode(limb: AlignedLimb, path: Path, ask: Gcode, machine: Machine) -> Expor
         *left_out(report.bodies_left_out, report.loose, frame="limb"),
         *(() if kept_as is None else (note("exported.gcode.machine", path=str(kept_as)),)),
     )
-    figures = {
-        "side": limb.side,
+
+
+def _gcode_figures(
+    report: GcodeReport, side: Side, machine: Machine, kept_as: Path | None
+) -> dict[str, Any]:
+    options, control = machine.carving, machine.control
+    check, blank = report.check, report.toolpath.blank
+    return {
+        "side": side,
         "dialect": control.dialect,
         "winding": control.winding,
         "rotary_deg": list(report.rotary_deg),
@@ -492,17 +530,6 @@ def _gcode(limb: AlignedLimb, path: Path, ask: Gcode, machine: Machine) -> Expor
         "proximal_cut_share": report.above.share,
         "rapid_hits": check.rapid_hits,
     }
-    return Exported(
-        path=path,
-        limb=limb,
-        unit="mm",
-        said=said,
-        figures=figures,
-        shown=check.carved.surface(),
-        marks=limb.landmarks,
-        surface_within_mm=check.gouge_mm,
-        minutes=check.minutes,
-    )
 
 
 def _drawing(limb: Limb, path: Path, ask: Drawing) -> Exported:

@@ -164,16 +164,26 @@ def centre_rms_mm(found: dict[int, np.ndarray]) -> float:
     return float(np.sqrt(np.mean((fit_similarity(here, true).apply(here) - true) ** 2)))
 
 
+def joined_by_marks(made: Walk, placed_by_paint: int) -> joining.Joined:
+    shown = joining.MarkedPhotos(
+        photos=made.photos,
+        features=made.features,
+        matches=made.matches,
+        marks=made.marks,
+        still=Still(),
+        cameras=CAMERAS,
+        placed_by_paint=placed_by_paint,
+    )
+    return join_by_marks(shown, TwoViewOptions(), MappingOptions(), Run())
+
+
 def test_marks_join_two_arcs_that_no_paint_joins() -> None:
     made = walk()
     pairs = verify(made.photos, made.matches, CAMERAS)
     by_paint = place(made.photos, made.features, pairs, CAMERAS)
     assert len(by_paint.placed) == ARC
     assert leaves_open(by_paint)
-    joined = join_by_marks(
-        made.photos, made.features, made.matches, made.marks, Still(), CAMERAS,
-        TwoViewOptions(), MappingOptions(), Run(), len(by_paint.placed),
-    )  # fmt: skip
+    joined = joined_by_marks(made, len(by_paint.placed))
     scene = joined.scene
     assert len(scene.placed) == PHOTOS
     assert not leaves_open(scene)
@@ -194,10 +204,7 @@ def test_marks_join_two_arcs_that_no_paint_joins() -> None:
 
 def test_a_mark_that_moved_is_left_out_and_named() -> None:
     made = walk(moved=7)
-    joined = join_by_marks(
-        made.photos, made.features, made.matches, made.marks, Still(), CAMERAS,
-        TwoViewOptions(), MappingOptions(), Run(), ARC,
-    )  # fmt: skip
+    joined = joined_by_marks(made, ARC)
     marks = joined.scene.marks
     assert marks is not None
     assert marks.left_out == (7,)
@@ -246,7 +253,4 @@ def test_marks_of_which_others_do_not_fit_each_time_join_nothing(
     made, odd = walk(), iter([{1: "moved"}, {2: "moved"}, {3: "moved"}])
     monkeypatch.setattr(joining, "_odd_marks", lambda *_: next(odd))
     with pytest.raises(PlacementError, match="Marks 1, 2, 3 do not stay"):
-        join_by_marks(
-            made.photos, made.features, made.matches, made.marks, Still(), CAMERAS,
-            TwoViewOptions(), MappingOptions(), Run(), ARC,
-        )  # fmt: skip
+        joined_by_marks(made, ARC)
