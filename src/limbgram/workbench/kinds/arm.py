@@ -14,7 +14,7 @@ from limbgram.workbench.anatomy.kind import (
     SensitivePlace,
 )
 from limbgram.workbench.kinds.torso import AXILLA
-from limbgram.workbench.kinds.transtibial import DISTAL_END
+from limbgram.workbench.kinds.transtibial import CUT_END, DISTAL_END
 
 ACROMION = Place(
     "acromion",
@@ -101,7 +101,7 @@ KIND = Kind(
         SensitivePlace(name="lateral humeral epicondyle", why="bone under the skin", reach_mm=10.0),
         SensitivePlace(name="radial styloid", why="bone under the skin", reach_mm=8.0),
         SensitivePlace(name="ulnar styloid", why="bone under the skin", reach_mm=8.0),
-        SensitivePlace(name="distal end", why="the cut ends of bone lie under it", reach_mm=15.0),
+        CUT_END,
     ),
     directions=(
         Line(

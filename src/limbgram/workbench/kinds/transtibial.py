@@ -295,6 +295,8 @@ TIBIAL_TUBERCLE_BEARS_NOT = SensitivePlace(
     name="tibial tubercle", why="bone under the skin", reach_mm=5.0
 )
 
+CUT_END = SensitivePlace(name="distal end", why="the cut ends of bone lie under it", reach_mm=15.0)
+
 KIND = Kind(
     name="transtibial",
     order=1,
@@ -335,7 +337,7 @@ KIND = Kind(
         FIBULA_HEAD_BEARS_NOT,
         SensitivePlace(name="fibula end", why="cut end of bone", reach_mm=12.0),
         SensitivePlace(name="tibia end", why="cut end of bone", reach_mm=15.0),
-        SensitivePlace(name="distal end", why="the cut ends of bone lie under it", reach_mm=15.0),
+        CUT_END,
         SensitivePlace(
             name="hamstring tendon",
             why="tendon that rises when the knee bends",
