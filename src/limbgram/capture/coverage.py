@@ -97,12 +97,8 @@ def shown_by(seen: Seen, checked: Sequence[CheckedPhoto], options: CheckOptions)
 
 def _usual_pixel(views: Sequence[View], proxy: LimbProxy) -> float:
     """Of a photo in the middle of the limb, in units of the scene."""
-    away = [
-        float(view.camera_from_world.apply(proxy.middle[None])[0, 2])
-        / math.sqrt(view.camera.fx * view.camera.fy)
-        for view in views
-    ]
-    return float(np.median(np.abs(away))) if away else math.inf
+    sizes = [float(view.pixel_at(proxy.middle[None])[0]) for view in views]
+    return float(np.median(sizes)) if sizes else math.inf
 
 
 def _full_px(view: View, proxy: LimbProxy, ratio: float) -> Float64[np.ndarray, "n 2"]:

@@ -162,7 +162,7 @@ def predict(
     square = chosen & (cosines >= np.cos(np.radians(rule.max_incidence_deg)))
     normals = proxy.mesh.vertex_normals()
     count = chosen.sum(axis=1)
-    pixels = np.stack([_pixel_mm(view, cells) for view in views], axis=1) * showing.pixel_ratio
+    pixels = np.stack([view.pixel_at(cells) for view in views], axis=1) * showing.pixel_ratio
     along = np.stack([_along(view, cells, normals) for view in views], axis=1)
     least = np.maximum(count, 1)[:, None]
     off = np.where(chosen[..., None], along, 0.0)
@@ -211,11 +211,6 @@ def sigma_of(
     sigma = sigma * (np.clip(photos, 1, _COUNTED) / USUAL_PHOTOS) ** -PHOTO_POWER
     sigma = sigma * np.sqrt(1 + LEAST_SPREAD / np.maximum(spread, 0.05))
     return sigma * (np.maximum(slope, _FAINTEST_SLOPE) / USUAL_SLOPE) ** -SLOPE_POWER
-
-
-def _pixel_mm(view: View, cells: np.ndarray) -> Float64[np.ndarray, " n"]:
-    depth = view.camera_from_world.apply(cells)[:, 2]
-    return np.abs(depth) / np.sqrt(view.camera.fx * view.camera.fy)
 
 
 def _along(view: View, cells: np.ndarray, normals: np.ndarray) -> Float64[np.ndarray, "n 3"]:

@@ -35,7 +35,7 @@ from jaxtyping import Float64
 from numba import njit
 from numba.extending import register_jitable
 
-from limbgram.core.geometry.arrays import AnyPoints2, AnyPoints3, Matrix3, Points2
+from limbgram.core.geometry.arrays import AnyPoints2, AnyPoints3, Matrix3, Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 
 PARAMETERS = ("fx", "fy", "cx", "cy", "skew", "k1", "k2", "p1", "p2", "k3")
@@ -230,6 +230,11 @@ class View:
 
     def project(self, points_in_world: AnyPoints3) -> AnyPoints2:
         return self.camera.project(self.camera_from_world.apply(points_in_world))
+
+    def pixel_at(self, points_in_world: Points3) -> Float64[np.ndarray, " n"]:
+        """Width of a pixel of this photo on the object, in units of the world."""
+        depth = self.camera_from_world.apply(points_in_world)[:, 2]
+        return np.abs(depth) / np.sqrt(self.camera.fx * self.camera.fy)
 
     def shows(self, points_in_world: AnyPoints3, margin_px: float = 0.0) -> np.ndarray:
         """Whether points lie before the camera, in its frame and this far from its border.

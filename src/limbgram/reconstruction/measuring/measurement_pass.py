@@ -483,6 +483,5 @@ def _pixel_mm(mesh: Mesh, views: Sequence[View], photo: np.ndarray) -> Float64[n
     sizes = np.full(len(mesh), np.nan)
     for k, view in enumerate(views):
         rows = photo == k
-        depth = view.camera_from_world.apply(mesh.vertices_mm[rows])[:, 2]
-        sizes[rows] = depth / np.sqrt(view.camera.fx * view.camera.fy)
+        sizes[rows] = view.pixel_at(mesh.vertices_mm[rows])
     return np.where(np.isfinite(sizes), sizes, np.nanmedian(sizes))
