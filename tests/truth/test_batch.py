@@ -12,7 +12,8 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 from limbgram.batch import attempt as attempting
-from limbgram.cases.job_supervision import Event, Supervision
+from limbgram.cases.child_process import Event
+from limbgram.cases.job_supervision import Supervision
 from limbgram.cli.main import app
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import SMALL
