@@ -11,7 +11,8 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 from limbgram.batch import attempt as attempting
-from limbgram.cases.job_supervision import Event, Supervision
+from limbgram.cases.child_process import Event
+from limbgram.cases.job_supervision import Supervision
 from limbgram.cli.main import app
 
 pytestmark = pytest.mark.slow

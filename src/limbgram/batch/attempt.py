@@ -24,11 +24,12 @@ from limbgram.batch.memory import MemoryGate, need_mb
 from limbgram.batch.steps import Places, Step, StepRefused, run_step
 from limbgram.batch.stopping import Stopping
 from limbgram.cases.case_record import read_record, write_json
+from limbgram.cases.child_process import Event
 from limbgram.cases.deliverables import surface_of
 from limbgram.cases.fingerprint import code_version, file_sha256
 from limbgram.cases.folder import CaseFolder, incoming, locked
 from limbgram.cases.job_messages import Job, plain_tree
-from limbgram.cases.job_supervision import GRACE_S, Event, JobBug, JobDied, Supervision
+from limbgram.cases.job_supervision import GRACE_S, JobBug, JobDied, Supervision
 from limbgram.cases.zips import unpack
 from limbgram.core.errors import (
     RED_EXIT_CODE,

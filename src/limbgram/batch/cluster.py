@@ -36,7 +36,8 @@ from limbgram.batch.local_run import ended_event
 from limbgram.batch.stopping import Stopping
 from limbgram.batch.storage import Cases, cases_at
 from limbgram.batch.versions import program_version
-from limbgram.cases.job_supervision import Event, JobDied
+from limbgram.cases.child_process import Event
+from limbgram.cases.job_supervision import JobDied
 from limbgram.core.errors import Cancelled, LimbgramError, OptionsError
 from limbgram.findings import Finding, fault, note
 

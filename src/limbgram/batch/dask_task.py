@@ -11,21 +11,18 @@ Nothing of the reconstruction is loaded here: the worker answers the scheduler a
 
 import json
 import os
-import queue
-import subprocess
 import sys
 import threading
 import time
 from collections.abc import Generator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO, Any
 
 from distributed import Worker, get_worker
 
-from limbgram.cases.job_supervision import environment
-from limbgram.core.run import NEUTRAL_FOLDER
+from limbgram.cases.child_process import NO_MORE, ChildProcess
 
 _POLL_S = 0.2
 _GRACE_S = 10.0
@@ -50,20 +47,13 @@ def run_attempt(order: str, module: str, topic: str, every_s: float, workers_her
     scratch = Path(worker.local_directory) / "limbgram"
     with _slot() as slot, TemporaryFile() as errors:
         processors = _processors(worker, slot, workers_here)
-        process = subprocess.Popen(
-            [sys.executable, "-P", "-m", module, str(scratch), processors],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=errors,
-            cwd=NEUTRAL_FOLDER,
-            env=environment() | _ONE_BY_ONE,
-            start_new_session=True,
-        )
+        command = [sys.executable, "-P", "-m", module, str(scratch), processors]
+        child = ChildProcess(command, order, errors, _ONE_BY_ONE)
         try:
-            told = _followed(process, order, worker, key, topic, every_s)
-            code = process.wait()
+            told = _followed(child, worker, key, topic, every_s)
+            code = child.process.wait()
         finally:
-            _end(process)
+            child.end(_GRACE_S)
         answer = {"result": told} if told else {"ended": code, "lines": _last_lines(errors)}
         return json.dumps({**answer, "worker": worker.address})
 
@@ -73,31 +63,18 @@ class Unwanted(Exception):
 
 
 def _followed(
-    process: "subprocess.Popen[bytes]",
-    order: str,
-    worker: Worker,
-    key: Any,
-    topic: str,
-    every_s: float,
+    child: ChildProcess, worker: Worker, key: Any, topic: str, every_s: float
 ) -> dict[str, Any]:
     """Pass events on until the process ends; returns its result, or nothing."""
-    assert process.stdin is not None
-    with suppress(BrokenPipeError):
-        process.stdin.write(order.encode() + b"\n")
-        process.stdin.flush()
-    lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    threading.Thread(target=_read, args=(process.stdout, lines), daemon=True).start()
     stage, told_at = "", 0.0
     while True:
         if _unwanted(worker, key):
             raise Unwanted
-        try:
-            line = lines.get(timeout=_POLL_S)
-        except queue.Empty:
+        event = child.event(_POLL_S)
+        if event is None:
             continue
-        if not line:
+        if event is NO_MORE:
             return {}
-        event: dict[str, Any] = json.loads(line)
         if event["event"] == "result":
             return event["result"]
         now = time.monotonic()
@@ -107,27 +84,10 @@ def _followed(
         worker.log_event(topic, {**event, "key": str(key), "worker": worker.address})
 
 
-def _read(stream: IO[bytes], lines: "queue.SimpleQueue[bytes]") -> None:
-    for line in stream:
-        lines.put(line)
-    lines.put(b"")
-
-
 def _unwanted(worker: Worker, key: Any) -> bool:
     """Whether nobody waits for the task any more."""
     task = worker.state.tasks.get(key)
     return task is None or task.state == "cancelled" or worker.status.name != "running"
-
-
-def _end(process: "subprocess.Popen[bytes]") -> None:
-    assert process.stdin is not None
-    with suppress(BrokenPipeError):
-        process.stdin.close()
-    try:
-        process.wait(_GRACE_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from typing import Annotated
 from limbgram.batch.attempt import Outcome, Plan, attempt
 from limbgram.batch.memory import MemoryGate
 from limbgram.batch.stopping import Stopping
-from limbgram.cases.job_supervision import Event
+from limbgram.cases.child_process import Event
 from limbgram.core.request_fields import Flag, Within
 from limbgram.core.run import machine_mb, worker_count
 

@@ -16,7 +16,7 @@ from typing import Any, Literal, cast
 
 from limbgram.batch.settings import Align, ExportUse, Settings
 from limbgram.batch.stopping import Stopping
-from limbgram.cases.job_supervision import environment
+from limbgram.cases.child_process import environment
 from limbgram.core.errors import (
     RED_EXIT_CODE,
     Cancelled,

@@ -41,9 +41,9 @@ from limbgram.batch.table import (
     table_of,
     write_table,
 )
+from limbgram.cases.child_process import Event
 from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.job_messages import Job, order
-from limbgram.cases.job_supervision import Event
 from limbgram.core.errors import LimbgramError, OptionsError
 
 if TYPE_CHECKING:

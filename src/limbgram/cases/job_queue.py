@@ -26,9 +26,10 @@ from pathlib import Path
 from typing import Literal, cast
 
 from limbgram.cases.case_record import read_kept, write_json
+from limbgram.cases.child_process import Event
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job_messages import Job, plain_tree, read_job
-from limbgram.cases.job_supervision import COMMAND, Event, JobBug, Supervision
+from limbgram.cases.job_supervision import COMMAND, JobBug, Supervision
 from limbgram.core.errors import Cancelled, CaseError, LimbgramError, disk_finding, in_words
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import tree_of

@@ -5,8 +5,6 @@ an error that names the stage, and the case stays usable.
 """
 
 import json
-import os
-import queue
 import signal
 import subprocess
 import sys
@@ -16,23 +14,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any, cast
 
+from limbgram.cases.child_process import NO_MORE, ChildProcess, Event
 from limbgram.cases.folder import CaseFolder, cannot_be_made, require_apart, require_new_or_ours
 from limbgram.cases.job_messages import Answer, Job, plain_tree, read_answer
 from limbgram.core import errors
 from limbgram.core.errors import Cancelled, LimbgramError, in_words
-from limbgram.core.run import NEUTRAL_FOLDER
 from limbgram.findings import Finding
 
-Event = dict[str, Any]
 GRACE_S = 20.0
 """Time that a step gets to end before the process is ended."""
 COMMAND = (sys.executable, "-P", "-m", "limbgram.cases.job_process")
 """With -P the current folder, which may hold anything, is not searched for modules."""
 _POLL_S = 0.2
-_ENDED: Event = {"event": "ended"}
-_MEMORY = {"GLIBC_TUNABLES": "glibc.malloc.arena_max=1:glibc.malloc.hugetlb=1"}
-"""Threads share one heap, in pages of 2 MB: a quarter less memory, a tenth less time in the
-system. Only glibc reads it."""
 
 
 class JobDied(LimbgramError):
@@ -59,7 +52,6 @@ class Supervision:
     grace_s: float = GRACE_S
     slack_s: float = 2.0
     """Beyond the grace: a process that ends itself then gets so long."""
-    _events: "queue.Queue[Event]" = field(default_factory=lambda: queue.Queue())
     _stage: str = "start"
     _process: "subprocess.Popen[bytes] | None" = None
     _asked: threading.Event = field(default_factory=threading.Event)
@@ -103,84 +95,41 @@ class Supervision:
         require_apart(case, self.job.sources)
         require_new_or_ours(case)
         with _log(case) as log:
-            self._process = process = self._start(log)
+            order = json.dumps(plain_tree(self.job))
+            child = ChildProcess([*self.command, str(self.job.case)], order, log)
+            self._process = child.process
             try:
-                last = self._listen()
-                code = process.wait()
+                last = self._listen(child)
+                code = child.process.wait()
             except (KeyboardInterrupt, _StopAsked):
-                self._stop(process)
+                self._stop(child)
                 raise Cancelled("job.run_stopped") from None
             finally:
-                process.kill()
+                child.process.kill()
         if code != _announced(last):
             raise _death(self._stage, code, case.log, last)
         return _answer(last)
 
-    def _start(self, log: IO[bytes]) -> "subprocess.Popen[bytes]":
-        """The process gets no Ctrl-C of its own: we tell it to stop."""
-        new_group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
-        process = subprocess.Popen(
-            [*self.command, str(self.job.case)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=log,
-            cwd=NEUTRAL_FOLDER,
-            env=environment(),
-            start_new_session=sys.platform != "win32",
-            creationflags=new_group,
-        )
-        assert process.stdin is not None
-        assert process.stdout is not None
-        threading.Thread(target=self._read, args=(process.stdout,), daemon=True).start()
-        try:
-            process.stdin.write(json.dumps(plain_tree(self.job)).encode() + b"\n")
-            process.stdin.flush()
-        except BrokenPipeError:
-            pass  # it died at once: the end of its events tells
-        return process
-
-    def _read(self, lines: IO[bytes]) -> None:
-        for line in lines:
-            self._events.put(json.loads(line))
-        self._events.put(_ENDED)
-
-    def _listen(self) -> Event:
+    def _listen(self, child: ChildProcess) -> Event:
         """Pass events on until the process ends; returns its answer."""
-        last: Event = _ENDED
+        last = NO_MORE
         while True:
             if self._asked.is_set():
                 raise _StopAsked
-            try:
-                event = self._events.get(timeout=_POLL_S)
-            except queue.Empty:
+            event = child.event(_POLL_S)
+            if event is None:
                 continue
-            if event is _ENDED:
+            if event is NO_MORE:
                 return last
             last = event
             self._stage = event.get("stage", self._stage)
             self.listener(event)
 
-    def _stop(self, process: "subprocess.Popen[bytes]") -> None:
-        """Let the current step end; after the grace, or at a second Ctrl-C, end it."""
+    def _stop(self, child: ChildProcess) -> None:
         self.listener({"event": "stopping", "stage": self._stage})
         if self._held:
             self.go_on()
-        assert process.stdin is not None
-        try:
-            process.stdin.close()
-            process.wait(self.grace_s + self.slack_s)
-        except (subprocess.TimeoutExpired, KeyboardInterrupt, BrokenPipeError):
-            process.kill()
-
-
-def environment() -> dict[str, str]:
-    """What a process of ours inherits, with modules looked for where we looked.
-
-    Never in the folder that we were started in.
-    """
-    given = os.environ.get("PYTHONPATH", "")
-    places = [str(Path(place).absolute()) for place in given.split(os.pathsep) if place]
-    return _MEMORY | dict(os.environ) | {"PYTHONPATH": os.pathsep.join(places)}
+        child.end(self.grace_s + self.slack_s)
 
 
 def _announced(last: Event) -> int | None:

@@ -21,7 +21,7 @@ from rich.progress import (
 from limbgram.batch.attempt import Outcome, Plan, StepOutcome
 from limbgram.batch.settings import EXAMPLE
 from limbgram.batch.whole_batch import BatchRequest, Worked, prepared
-from limbgram.cases.job_supervision import Event
+from limbgram.cases.child_process import Event
 from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import asking
 from limbgram.core.errors import Cancelled, OptionsError, printable

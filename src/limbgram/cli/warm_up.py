@@ -11,8 +11,8 @@ from typing import Annotated
 
 import typer
 
+from limbgram.cases.child_process import environment
 from limbgram.cases.deliverables import deliver
-from limbgram.cases.job_supervision import environment
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.warm_up_worker import CAPTURE, work_on_shape

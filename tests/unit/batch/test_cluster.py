@@ -22,8 +22,8 @@ from typer.testing import CliRunner
 from limbgram.batch.attempt import Outcome, Plan
 from limbgram.batch.captures import find_captures
 from limbgram.batch.settings import Batch
+from limbgram.cases.child_process import Event
 from limbgram.cases.job_messages import Job
-from limbgram.cases.job_supervision import Event
 from limbgram.cli.main import app
 from limbgram.core.errors import OptionsError
 from limbgram.findings import fault
@@ -109,7 +109,7 @@ class Crew:
         told.unlink(missing_ok=True)
         words = ("--host", "127.0.0.1", "--port", str(self.port))
         process = self._start("dask_scheduler", "--scheduler-file", str(told), *words)
-        _until(told.exists)
+        _until(lambda: told.exists() and told.read_text().rstrip().endswith("}"))
         self.address = json.loads(told.read_text())["address"]
         return process
 

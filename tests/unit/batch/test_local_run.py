@@ -20,9 +20,10 @@ from limbgram.batch.local_run import BatchOptions, BatchRun, _share
 from limbgram.batch.memory import MemoryGate
 from limbgram.batch.stopping import Stopping
 from limbgram.batch.table import earlier_outcomes, write_table
+from limbgram.cases.child_process import Event
 from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.job_messages import Job
-from limbgram.cases.job_supervision import Event, Supervision
+from limbgram.cases.job_supervision import Supervision
 from limbgram.core.errors import Cancelled, OptionsError, in_words
 from limbgram.findings import note
 from limbgram.reconstruction.photos.photo import SetAside

@@ -14,8 +14,9 @@ from pathlib import Path
 import pytest
 
 import limbgram
+from limbgram.cases.child_process import Event
 from limbgram.cases.job_messages import Answer, Job, plain_tree
-from limbgram.cases.job_supervision import Event, JobBug, JobDied, Supervision
+from limbgram.cases.job_supervision import JobBug, JobDied, Supervision
 from limbgram.core.errors import Cancelled, CaseError, PhotoError, ScaleError
 
 HEAD = """
