@@ -125,7 +125,7 @@ def test_intervals_of_girths_hold_on_every_skin(true: Skin, seen: Skin, girth: M
             mesh,
             sigma_mm=np.full(len(mesh), SIGMA_MM, np.float32),
             correlation_mm=REACH_MM,
-            lost_length=np.tile(np.float32([-longer_by_noise(), 0.0]), (len(mesh), 1)),
+            lost_length=np.tile(np.array([-longer_by_noise(), 0.0], np.float32), (len(mesh), 1)),
         )
         sigmas = Sigmas.of(mesh)
         for level, known in zip(levels_at(mesh, LEVELS_MM), truth, strict=True):
