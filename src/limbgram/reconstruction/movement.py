@@ -163,7 +163,8 @@ class _Sheet:
         sides = np.roll(corners, -1, axis=0) - corners
         off = xy_px[:, None] - corners
         turns = sides[:, 0] * off[..., 1] - sides[:, 1] * off[..., 0]
-        return (turns > 0.0).all(axis=1) | (turns < 0.0).all(axis=1)
+        inside = (turns > 0.0).all(axis=1) | (turns < 0.0).all(axis=1)
+        return np.asarray(inside, np.bool_)
 
 
 def find_movement(
