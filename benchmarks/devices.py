@@ -131,7 +131,8 @@ def _values(device: Device, subject: Subject) -> dict[str, float]:
 
 def _slicer() -> str:
     said = subprocess.run(["prusa-slicer", "--help"], capture_output=True, text=True, check=False)
-    return said.stdout.splitlines()[0] if said.stdout else "none"
+    named = (line for line in said.stdout.splitlines() if line.startswith("PrusaSlicer"))
+    return next(named, "none")
 
 
 def sliced(path: Path, gcode: Path) -> dict[str, Any]:
