@@ -456,6 +456,7 @@ def page(result: dict[str, Any]) -> str:
     parts += [
         f"{name}: refused. {one['refused']}" for name, one in cases.items() if name not in good
     ]
+    parts += [f"{case.name}: not run." for case in CASES if case.name not in cases]
     parts.append(
         table(
             ("limb", "photos placed", "RMS mm", "95 % mm", "CPU s"),

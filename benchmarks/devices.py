@@ -131,7 +131,8 @@ def _values(device: Device, subject: Subject) -> dict[str, float]:
 
 def _slicer() -> str:
     said = subprocess.run(["prusa-slicer", "--help"], capture_output=True, text=True, check=False)
-    return said.stdout.splitlines()[0] if said.stdout else "none"
+    named = (line for line in said.stdout.splitlines() if line.startswith("PrusaSlicer"))
+    return next(named, "none")
 
 
 def sliced(path: Path, gcode: Path) -> dict[str, Any]:
@@ -189,8 +190,8 @@ def page(result: dict[str, Any]) -> str:
     good = [row for row in rows if not row["refused"]]
     whole = [row for row in good if _cell(row) == f"{row['off_mm']:.3f}"]
     parts.append(
-        f"{len(rows)} orders: {len(whole)} as promised, {len(good) - len(whole)} made with a "
-        f"fault, {len(rows) - len(good)} refused."
+        f"{len(rows)} orders of {10 * len(devices())}: {len(whole)} as promised, "
+        f"{len(good) - len(whole)} made with a fault, {len(rows) - len(good)} refused."
     )
     parts.append("\n".join(_refusals(rows)))
     return "\n\n".join(filter(None, parts)) + "\n"
