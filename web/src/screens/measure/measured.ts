@@ -31,6 +31,7 @@ export function useMeasured(room: Room) {
     volumes: [],
     lengths: pairsOf(limb?.reply),
     tapes: [],
+    along: false,
     inside: false,
     unaligned: false,
     sheet: false,

@@ -60,6 +60,7 @@ function Finished({ room }: RoomProps) {
                 volumes: [],
                 lengths: [],
                 tapes: [],
+                along: false,
                 inside: false,
                 unaligned: false,
                 sheet: false,
