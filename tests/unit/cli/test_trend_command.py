@@ -18,7 +18,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 
-RADIUS_MM, SIDES = 50.0, 240
+RADIUS_MM, SIDES = 50.02, 240
 GIRTH_MM = 2 * SIDES * RADIUS_MM * np.sin(np.pi / SIDES)
 DAYS = ("2026-03-02", "2026-03-16", "2026-03-30")
 PLACES = {
@@ -93,7 +93,11 @@ def test_people_read_what_changed_and_how_surely(visits: list[str]) -> None:
     told = CliRunner().invoke(app, ["trend", *visits, *every]).stdout
     assert "2 of 3 measures changed by more than their uncertainty" in told
     (girth,) = [line for line in told.splitlines() if "Girth at the epicondyles" in line]
-    assert girth.split()[:3] == ["314.2", "320.4", "+6.3"]
+    assert girth.split()[:3] == [
+        f"{GIRTH_MM:.1f}",
+        f"{1.02 * GIRTH_MM:.1f}",
+        f"{0.02 * GIRTH_MM:+.1f}",
+    ]
     assert "> 99.9%" in girth
     (length,) = [line for line in told.splitlines() if "Olecranon to the distal end" in line]
     assert length.endswith("within the uncertainty")
