@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.smoothed_length import taut_length
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.sections import sections_drawing
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
@@ -50,7 +51,9 @@ def test_girths_stand_beside_their_levels(views: list[Axes]) -> None:
         for text in views[1].texts
         if len(text.get_text()) > 1
     }
-    assert told == {"-100: 240.0": pytest.approx(-100), "50: 240.0": pytest.approx(50)}
+    corners = np.array([[-60.0, -30.0], [20.0, -30.0], [20.0, 10.0], [-60.0, 10.0]])
+    girth = f"{taut_length(corners).value_mm:.1f}"
+    assert told == {f"-100: {girth}": pytest.approx(-100), f"50: {girth}": pytest.approx(50)}
 
 
 def test_sections_are_seen_from_above_with_the_right_to_the_right(views: list[Axes]) -> None:
