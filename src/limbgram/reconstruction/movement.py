@@ -35,11 +35,12 @@ from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
+from limbgram.reconstruction.mapping.bundle import MAD_TO_SIGMA
 from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
 from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
-from limbgram.reconstruction.mapping.solution import adjust
+from limbgram.reconstruction.mapping.solution import CAUCHY_SIGMAS, SHARED_ERROR, adjust
 from limbgram.reconstruction.mapping.tracks import with_tracks
 from limbgram.reconstruction.mapping.verdicts import agreed_by
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
@@ -97,11 +98,6 @@ _TWO = 2
 _BESIDE, _HALVES, _ON_LIMB, _ON_BOARD = 0, (1, 2), (1, 2, 3), 4
 _ROOM = (_BESIDE, _ON_BOARD)
 """Numbers of Sides.keypoints."""
-_CAUCHY = 2.5
-"""Misses from which a match weighs less, in standard deviations."""
-_SHARED_ERROR = 3.0
-"""As in the adjustment: neighbouring keypoints share their errors."""
-_MAD_TO_SIGMA = 1.4826
 _FAR_PX = 1e3
 """Of matches that make no point."""
 _BOARD_MARGIN = 2.0
@@ -313,10 +309,9 @@ def third_moved(limb: Scene, pairs: Sequence[PairMatches], found: BodyMotion) ->
     if not misses_px:
         return None
     # of the limb's own points: many matches beside it are wrong, and fit neither
-    scale_px = _CAUCHY * _MAD_TO_SIGMA * float(np.nanmedian(np.abs(limb.residuals_px())))
-    costs = (_CAUCHY / _SHARED_ERROR) ** 2 * np.log1p((np.hstack(misses_px) / scale_px) ** 2).sum(
-        axis=1
-    )
+    scale_px = CAUCHY_SIGMAS * MAD_TO_SIGMA * float(np.nanmedian(np.abs(limb.residuals_px())))
+    misses = np.hstack(misses_px) / scale_px
+    costs = (CAUCHY_SIGMAS / SHARED_ERROR) ** 2 * np.log1p(misses**2).sum(axis=1)
     for_motion = float(costs[0] - costs[1])
     if abs(for_motion) < -2.0 * math.log(FALSE_ALARM):
         return None

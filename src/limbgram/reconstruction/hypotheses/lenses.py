@@ -25,6 +25,7 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import POSE_SIZE, View
 from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.hypotheses.bodies import FLOOR, FLOOR_MM
 from limbgram.reconstruction.mapping.lens_evidence import (
     FOCAL_FLOOR,
     MOST,
@@ -47,9 +48,6 @@ from limbgram.reconstruction.mapping.quadratic import (
 )
 from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Rule, Scene
 
-FLOOR = 0.00025
-"""As of motions, of the cameras' distance, where no board tells millimetres."""
-FLOOR_MM = 0.25
 _FEWEST_PHOTOS = 6
 _MOST_POINTS = 300
 _STEP = 1e-6

@@ -13,7 +13,7 @@ from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, Scene
 
 _FEWEST_RAYS = 2
 _SMALLEST_ANGLE_DEG = 1.5
-_MAD_TO_SIGMA = 1.4826
+MAD_TO_SIGMA = 1.4826
 _TELLING_RAYS = 3
 _SMALLEST_SIGMA_PX = 1e-4
 
@@ -140,7 +140,7 @@ class Bundle:
             asked &= self.own_sigma_px == 0
         freedom = np.sqrt((2 * rays[asked] - 3) / (2 * rays[asked]))
         errors = np.abs(self.residuals_px(scene)[asked]) / freedom[:, None]
-        return max(_MAD_TO_SIGMA * float(np.nanmedian(errors)), _SMALLEST_SIGMA_PX)
+        return max(MAD_TO_SIGMA * float(np.nanmedian(errors)), _SMALLEST_SIGMA_PX)
 
     def without_outliers(self, scene: Scene, sigma_px: float, most: float) -> "Bundle":
         """Less the observations beyond so many sigmas, then the points that are left too weak.

@@ -39,7 +39,7 @@ _WALLS = 8
 """How often a step is solved again because lenses would turn back within their pictures."""
 _GAUGE = 1e-6
 """Share of the largest eigenvalue below which a motion is one that the whole scene may make."""
-_SHARED_ERROR = 3.0
+SHARED_ERROR = 3.0
 """How much less the residuals tell about photos and lenses than if all were independent.
 
 Neighbouring keypoints share window matches and shading. With 1 instead, 72,000 observations of
@@ -277,8 +277,8 @@ def _cost(bundle: Bundle, body: Body | None, prior: LensPrior, sigma_px: float) 
         bundle.points,
         CAUCHY_SIGMAS * sigma_px,
     )
-    of_body = 0.0 if body is None else body.cost(bundle, _SHARED_ERROR)
-    return measured / (_SHARED_ERROR * sigma_px) ** 2 + prior.cost(bundle) + of_body
+    of_body = 0.0 if body is None else body.cost(bundle, SHARED_ERROR)
+    return measured / (SHARED_ERROR * sigma_px) ** 2 + prior.cost(bundle) + of_body
 
 
 def _descend(
@@ -327,7 +327,7 @@ class _Measured:
     ) -> "_Measured":
         """With the lenses of these cameras, and numbers that move those of single photos."""
         normal, right, diagonal = reduced_equations(bundle, lens_idx, basis, sigma_px, damping)
-        variance = (_SHARED_ERROR * sigma_px) ** 2
+        variance = (SHARED_ERROR * sigma_px) ** 2
         return cls(normal / variance, right / variance, diagonal / variance)
 
     def only(self, kept: Int64[np.ndarray, " k"]) -> "_Measured":
@@ -412,7 +412,7 @@ class _Equations:
         right[lens] += information @ prior.offset(bundle)
         diagonal[lens] += np.diag(information)
         normal[np.arange(size), np.arange(size)] += damping * diagonal
-        of_body = None if body is None else body.equations(bundle, _SHARED_ERROR)
+        of_body = None if body is None else body.equations(bundle, SHARED_ERROR)
         if of_body is not None:
             more, more_right = of_body.of_cameras()
             if bundle.ties is not None:

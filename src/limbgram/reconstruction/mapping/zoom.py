@@ -34,15 +34,13 @@ from limbgram.core.geometry.lens import View
 from limbgram.findings import Finding, doubt
 from limbgram.reconstruction.mapping.own import numbers_of
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.solution import CAUCHY_SIGMAS, SHARED_ERROR
 from limbgram.reconstruction.photos.photo import first_of
 
-_SHARED_ERROR = 3.0
-"""As in the adjustment: neighbouring keypoints share their errors."""
 _FEWEST_POINTS = 30
 _FEWEST_VIEWS = 3
 _MOST_POINTS = 1500
 _ROUNDS = 3
-_CAUCHY_SIGMAS = 2.5
 _STEP = 1e-6
 _ODD_SIGMAS = 5.0
 _SUSPECTED_SIGMAS = 2.0
@@ -205,14 +203,14 @@ def _fit(view: View, points: Points3, xy_px: Points2) -> FocalFit:
                 for axis in np.eye(7)
             ]
         )[known]
-        weights = 1.0 / (1.0 + (off[known] / (_CAUCHY_SIGMAS * sigma_px)) ** 2)
+        weights = 1.0 / (1.0 + (off[known] / (CAUCHY_SIGMAS * sigma_px)) ** 2)
         normal = slopes.T @ (weights[:, None] * slopes)
         step = step + np.linalg.lstsq(normal, slopes.T @ (weights * off[known]), rcond=1e-12)[0]
         total = float(step[6])
     covariance = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
     return FocalFit(
         ratio=float(np.exp(total)),
-        sigma=float(_SHARED_ERROR * sigma_px * np.sqrt(covariance[6, 6])),
+        sigma=float(SHARED_ERROR * sigma_px * np.sqrt(covariance[6, 6])),
     )
 
 
