@@ -87,6 +87,8 @@ def _encoded(mesh: Mesh, unit: Unit, curves: Curves, landmarks: Sequence[Landmar
     with surface.edit_data() as data:
         data.vertices = _STAND_IN.vertices_mm.tolist()
         data.faces = _STAND_IN.faces.tolist()
+    for kind in sorted(drawing.entitydb.dxf_types_in_use()):  # ezdxf takes them from a set
+        drawing.classes.add_class(kind)
     before, after = _text(drawing).split(_numbers(_STAND_IN))
     text = f"{before}{_numbers(mesh)}{after}"
     return text.encode(drawing.output_encoding, "dxfreplace")

@@ -14,10 +14,10 @@ from limbgram.app.state import AppState
 from limbgram.capture.setup import Outcome, SetupCited
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.typed import tree_of
-from limbgram.findings import as_json
+from limbgram.findings import as_json, note
 from limbgram.formats.camera import write_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.report.accuracy.judgement import MOVED, SCALE, TAPE, as_is
+from limbgram.report.accuracy.judgement import MOVED, SCALE, TAPE
 
 API = "/api/v1"
 
@@ -84,9 +84,13 @@ def test_what_a_tape_said_of_the_size_is_told_as_the_accuracy_says_it(
 ) -> None:
     case_id = client.post(f"{API}/cases", json={}).json()["id"]
     said = [
-        SCALE.judged(0.01, as_is("The scale agrees.")),
-        TAPE.judged(0.4, as_is("The tape read 354 mm; the surface has 353.1 mm there.")),
-        TAPE.judged(5.0, as_is("The tape read 254 mm; the surface has 263.1 mm there.")),
+        SCALE.judged(0.01, note("said.as_is", message="The scale agrees.")),
+        TAPE.judged(
+            0.4, note("said.as_is", message="The tape read 354 mm; the surface has 353.1 mm there.")
+        ),
+        TAPE.judged(
+            5.0, note("said.as_is", message="The tape read 254 mm; the surface has 263.1 mm there.")
+        ),
     ]
     accuracy = app_state.shelf.case(case_id).folder.accuracy("json")
     accuracy.write_text(json.dumps({"unit": "mm", "criteria": [tree_of(one) for one in said]}))
@@ -102,8 +106,8 @@ def test_movement_and_what_was_done_with_the_photos_are_told_as_the_pages_say_it
 ) -> None:
     case_id = client.post(f"{API}/cases", json={}).json()["id"]
     folder = app_state.shelf.case(case_id).folder
-    moved = MOVED.judged(8.0, as_is("The limb moved by up to 8.0 mm."))
-    agrees = SCALE.judged(0.01, as_is("It agrees."))
+    moved = MOVED.judged(8.0, note("said.as_is", message="The limb moved by up to 8.0 mm."))
+    agrees = SCALE.judged(0.01, note("said.as_is", message="It agrees."))
     judged = {"criteria": [tree_of(one) for one in (agrees, moved)]}
     folder.accuracy("json").write_text(json.dumps(judged))
     still, reduced = "What stood still in the photos was left out.", "The photos were reduced."
