@@ -13,10 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.special import stdtrit
+from scipy.special import chdtrc, fdtrc, stdtrit
 
 COVER = 1.96
 """Standard deviations to either side that hold 95 of 100 Gaussian errors."""
+MAD_TO_SIGMA = 1.4826
+"""Standard deviation of a Gaussian over the median of its absolute deviations."""
 _COVERAGE = 0.95
 HOLDS = "± holds in 95 of 100"
 """What a page or print with a ± says once."""
@@ -95,3 +97,13 @@ def _side(width: float, decimals: int) -> str:
     if 0 < width < 0.5 * 10.0**-decimals:
         decimals = min(-math.floor(math.log10(width)), 9)
     return f"{width:.{decimals}f}"
+
+
+def chi_square_tail(value: float, freedom: int) -> float:
+    """Probability that a chi-square is larger; all of scipy.stats takes a second to import."""
+    return float(chdtrc(freedom, max(value, 0.0)))
+
+
+def f_tail(ratio: float, over: int, under: int) -> float:
+    """Probability that an F of `over` and `under` degrees of freedom is larger."""
+    return float(fdtrc(over, under, max(ratio, 0.0)))

@@ -30,17 +30,18 @@ from limbgram.core.geometry.arrays import AnyPoints3, Points2, Points3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
+from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.findings import Finding, Value, doubt, note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
-from limbgram.reconstruction.mapping.bundle import MAD_TO_SIGMA
+from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
 from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
 from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
-from limbgram.reconstruction.mapping.solution import CAUCHY_SIGMAS, SHARED_ERROR, adjust
+from limbgram.reconstruction.mapping.solution import SHARED_ERROR, adjust
 from limbgram.reconstruction.mapping.tracks import with_tracks
 from limbgram.reconstruction.mapping.verdicts import agreed_by
 from limbgram.reconstruction.matching.matching import Matches, PairMatches

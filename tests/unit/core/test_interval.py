@@ -11,7 +11,9 @@ from limbgram.core.interval import (
     COVER,
     HOLDS,
     Interval,
+    chi_square_tail,
     explained,
+    f_tail,
     plus_minus,
     weighted_quantile,
     widening,
@@ -70,3 +72,10 @@ def test_a_weighted_quantile_is_that_of_values_repeated_so_often() -> None:
     for share in (0.01, 0.25, 0.5, 0.95):
         expected = repeated[int(np.ceil(share * len(repeated))) - 1]
         assert weighted_quantile(values, times.astype(float), share) == expected
+
+
+def test_tails_of_chi_square_and_f_are_those_of_the_tables() -> None:
+    assert chi_square_tail(3.841459, 1) == pytest.approx(0.05, abs=1e-8)
+    assert chi_square_tail(18.307038, 10) == pytest.approx(0.05, abs=1e-8)
+    assert f_tail(4.102821, 2, 10) == pytest.approx(0.05, abs=1e-7)
+    assert chi_square_tail(-1e-9, 2) == f_tail(-1.0, 2, 3) == 1.0  # rounding, not a doubt

@@ -19,11 +19,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float64
-from scipy import stats
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import POSE_SIZE, View
+from limbgram.core.interval import chi_square_tail
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.bodies import FLOOR, FLOOR_MM
 from limbgram.reconstruction.mapping.lens_evidence import (
@@ -122,7 +122,7 @@ def _drawn(
     size = numbers.stop - numbers.start
     every = _of_spread(free, numbers)
     gain = every.gain - _of_spread(free, numbers, none=True).gain
-    chance = float(stats.chi2.sf(max(gain, 0.0), size))
+    chance = chi_square_tail(gain, size)
     normal = free.normal.copy()
     normal[np.diag_indices_from(normal)] += 1.0 / np.tile(every.spread, photos) ** 2
     covariance = np.linalg.inv(normal)
@@ -132,21 +132,18 @@ def _drawn(
         own = slice(OWN * rank + numbers.start, OWN * rank + numbers.stop)
         effects.append(_effect(matrix, values[own], covariance[own, own]))
     effect, low, high = max(effects, key=lambda one: one[1])
-    failed: list[Rule] = []
-    if chance > FALSE_ALARM:
-        failed.append("chance")
-    if not calibrated:
-        failed.append("model")
-    if low < floor:
-        failed.append("size")
     own_falls = [
         Fall.of(free.along(evidence.of_photo(rank, numbers))).fall for rank in range(photos)
     ]
     less = free.without(evidence.of_photo(int(np.argmax(own_falls))))
-    if not _still_shown(less, numbers, size, USUAL * LEAST):
-        failed.append("one photo")
-    if not _still_shown(free, numbers, size, np.minimum(MANY_TIMES * every.spread, MOST)):
-        failed.append("lenses of photos")
+    wider = np.minimum(MANY_TIMES * every.spread, MOST)
+    held: dict[Rule, bool] = {
+        "chance": chance <= FALSE_ALARM,
+        "model": calibrated,
+        "size": low >= floor,
+        "one photo": _still_shown(less, numbers, size, USUAL * LEAST),
+        "lenses of photos": _still_shown(free, numbers, size, wider),
+    }
     shown = tuple(photo for photo, one in zip(evidence.photos, effects) if one[1] >= floor)
     left = evidence.left(np.where(_is_of(numbers), LEAST * USUAL, every.spread))
     alone = Fall.of(left.along(np.kron(np.eye(photos), np.eye(OWN)[:, numbers])))
@@ -162,7 +159,7 @@ def _drawn(
         high=high,
         variance_before=alone.variance,
         variance_after=1.0,
-        failed=tuple(failed),
+        failed=tuple(rule for rule, holds in held.items() if not holds),
         floor=floor,
     )
 
@@ -194,7 +191,7 @@ def _still_shown(
 ) -> bool:
     with_it = _of_spread(seen, numbers, others)
     without = _of_spread(seen, numbers, others, none=True)
-    return bool(stats.chi2.sf(max(with_it.gain - without.gain, 0.0), size) <= FALSE_ALARM)
+    return chi_square_tail(with_it.gain - without.gain, size) <= FALSE_ALARM
 
 
 def _effect(

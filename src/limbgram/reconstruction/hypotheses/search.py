@@ -23,8 +23,8 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float64
-from scipy import stats
 
+from limbgram.core.interval import chi_square_tail
 from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
 from limbgram.reconstruction.hypotheses.spread import Left, left_of, spread_of
@@ -343,7 +343,7 @@ class _Sway:
 def _swaying(evidence: Evidence, found: _Found, bodies: Bodies, floor: float) -> _Sway | None:
     """Motions drawn anew for each photo, where they explain what chance does not."""
     by_motion = _sway_of(evidence, found, found.left, floor)
-    chance = float(stats.chi2.sf(by_motion.gain, 2))
+    chance = chi_square_tail(by_motion.gain, 2)
     rest = found.rest
     if max(chance, rest.chance) > FALSE_ALARM:
         return None
@@ -370,11 +370,11 @@ def _swaying(evidence: Evidence, found: _Found, bodies: Bodies, floor: float) ->
         failed.append("lens")
     if largest.low < floor:
         failed.append("size")
-    if stats.chi2.sf(_sway_in(evidence, firm, floor).gain, 2) > FALSE_ALARM:
+    if chi_square_tail(_sway_in(evidence, firm, floor).gain, 2) > FALSE_ALARM:
         failed.append("few points")
     if not _sways_without_any(evidence, firm, floor):
         failed.append("one photo")
-    if stats.chi2.sf(again.gain, 2) > FALSE_ALARM:
+    if chi_square_tail(again.gain, 2) > FALSE_ALARM:
         failed.append("lenses of photos")
     told = Explanation(
         bodies=bodies,
@@ -420,7 +420,7 @@ def _sways_without_any(evidence: Evidence, firm: Quadratic, floor: float) -> boo
     every = np.eye(len(evidence.photos), dtype=bool)
     falls = [Fall.of(firm.along(_motions_of(one))).fall for one in every]
     without = firm.without(_motions_of(every[int(np.argmax(falls))]))
-    return bool(stats.chi2.sf(_sway_in(evidence, without, floor).gain, 2) <= FALSE_ALARM)
+    return chi_square_tail(_sway_in(evidence, without, floor).gain, 2) <= FALSE_ALARM
 
 
 def _rest(

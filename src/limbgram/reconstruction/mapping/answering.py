@@ -22,8 +22,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
+from limbgram.core.interval import chi_square_tail
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.halves import A_NUMBER, explained_by_two_bodies
 from limbgram.reconstruction.mapping.own import (
@@ -84,7 +84,7 @@ class Asked:
     @property
     def chance(self) -> float:
         """That photos of one lens ask for as much."""
-        return min(1.0, len(DEVIATIONS) * float(stats.chi2.sf(self.fall, self.freedom)))
+        return min(1.0, len(DEVIATIONS) * chi_square_tail(self.fall, self.freedom))
 
 
 def asked_for(adjusted: Adjusted, priors: Sequence[Calibration]) -> Asked | None:

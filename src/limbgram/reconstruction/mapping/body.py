@@ -15,11 +15,10 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, Camera, View, differentiate_all
-from limbgram.reconstruction.mapping.bundle import Bundle
+from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
 from limbgram.reconstruction.mapping.normals import robust_cost
 
 _WHOLE = 7
-_CAUCHY_SIGMAS = 2.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +48,7 @@ class Body:
     def cost(self, bundle: Bundle, inflation: float) -> float:
         """Robust sum of squares, pixels in units of `inflation` sigmas, and of the offsets."""
         bounds = np.searchsorted(self.corner_idx, np.arange(len(self.shape) + 1)).astype(np.int64)
-        limit_px = _CAUCHY_SIGMAS * self.sigma_px
+        limit_px = CAUCHY_SIGMAS * self.sigma_px
         measured = robust_cost(
             bundle.views, self.photo_idx, bounds, self.xy_px, self.corners, limit_px
         )
@@ -74,7 +73,7 @@ class Body:
             residual[rows] = self.xy_px[rows] - self._view(bundle, k).project(points)
         by_rest[:, :, -_WHOLE:] = by_corner @ self._by_whole()[self.corner_idx]
 
-        spread = (residual**2).sum(1) / (_CAUCHY_SIGMAS * self.sigma_px) ** 2
+        spread = (residual**2).sum(1) / (CAUCHY_SIGMAS * self.sigma_px) ** 2
         root = 1.0 / (inflation * self.sigma_px * np.sqrt(1.0 + spread))
         by_rest, by_corner = by_rest * root[:, None, None], by_corner * root[:, None, None]
         residual = residual * root[:, None]

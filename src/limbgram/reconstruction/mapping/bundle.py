@@ -8,12 +8,14 @@ from jaxtyping import Bool, Float64, Int64
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, turned
+from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.reconstruction.mapping.own import Ties
 from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, Scene
 
 _FEWEST_RAYS = 2
 _SMALLEST_ANGLE_DEG = 1.5
-MAD_TO_SIGMA = 1.4826
+CAUCHY_SIGMAS = 2.5
+"""Where the weight of a residual has fallen to a half."""
 _TELLING_RAYS = 3
 _SMALLEST_SIGMA_PX = 1e-4
 

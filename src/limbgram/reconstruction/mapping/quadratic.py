@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
-from scipy import stats
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
+
+from limbgram.core.interval import chi_square_tail, f_tail
 
 LEAST = 1e-3
 """In parts of the usual spread: less is nought."""
@@ -94,7 +95,7 @@ class Fall:
 
     @property
     def chance(self) -> float:
-        return float(stats.chi2.sf(self.fall, max(self.freedom, 1)))
+        return chi_square_tail(self.fall, max(self.freedom, 1))
 
 
 def chance_of(every: Fall, one: Fall, tried: int) -> float:
@@ -104,7 +105,7 @@ def chance_of(every: Fall, one: Fall, tried: int) -> float:
     after = every.freedom - one.freedom
     noise = max(1.0, (every.fall - one.fall) / after) if after > 0 else 1.0
     ratio = one.fall / one.freedom / noise
-    return min(1.0, tried * float(stats.f.sf(ratio, one.freedom, max(after, 1))))
+    return min(1.0, tried * f_tail(ratio, one.freedom, max(after, 1)))
 
 
 def unlikeliness(

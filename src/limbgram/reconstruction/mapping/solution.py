@@ -21,8 +21,12 @@ from limbgram.core.optimisation import Descent, Trial, minimise
 from limbgram.core.run import track
 from limbgram.reconstruction.calibration.cameras import Calibration, squared
 from limbgram.reconstruction.mapping.body import Body, BodyEquations
-from limbgram.reconstruction.mapping.bundle import Bundle
-from limbgram.reconstruction.mapping.normals import point_steps, reduce_equations, robust_cost
+from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
+from limbgram.reconstruction.mapping.normals import (
+    point_steps,
+    reduce_equations,
+    robust_cost,
+)
 from limbgram.reconstruction.mapping.own import Ties
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.unfolded import Held, Pictures
@@ -30,7 +34,6 @@ from limbgram.reconstruction.mapping.unfolded import Held, Pictures
 _ITERATIONS = 40
 _ROUGH_GAIN = 1e-3
 _FINE_GAIN = 1e-5
-CAUCHY_SIGMAS = 2.5
 _GAUGE_FREEDOM = 7
 _ALMOST_NONE = 1e-8
 """Damping that keeps equations solvable whose world frame is free."""

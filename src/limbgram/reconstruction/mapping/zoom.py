@@ -31,10 +31,12 @@ from jaxtyping import Bool, Float64
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import View
+from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.findings import Finding, doubt
+from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
 from limbgram.reconstruction.mapping.own import numbers_of
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.solution import CAUCHY_SIGMAS, SHARED_ERROR
+from limbgram.reconstruction.mapping.solution import SHARED_ERROR
 from limbgram.reconstruction.photos.photo import first_of
 
 _FEWEST_POINTS = 30
@@ -163,7 +165,7 @@ def _largest_group(factors: Float64[np.ndarray, " p"]) -> Bool[np.ndarray, " p"]
 
 def _understated(offs: Float64[np.ndarray, " p"], sigmas: Float64[np.ndarray, " p"]) -> float:
     """How many times the own sigmas of usual photos fall short of their spread; 1 at least."""
-    return max(1.0, 1.4826 * float(np.median(np.abs(offs) / sigmas)))
+    return max(1.0, MAD_TO_SIGMA * float(np.median(np.abs(offs) / sigmas)))
 
 
 def _odd(off: float, *, at_least: bool) -> Finding:
@@ -177,7 +179,7 @@ def _standing_out(fits: Sequence[FocalFit | None], sigmas: float) -> dict[int, F
         return {}
     offs = np.array([abs(fit.ratio - 1.0) for fit in known.values()])
     own_sigmas = np.array([fit.sigma for fit in known.values()])
-    usual = 1.4826 * float(np.median(offs))
+    usual = MAD_TO_SIGMA * float(np.median(offs))
     understated = _understated(offs, own_sigmas)
     found: dict[int, Finding] = {}
     for photo, fit in known.items():
@@ -196,7 +198,7 @@ def _fit(view: View, points: Points3, xy_px: Points2) -> FocalFit:
         placed = at.project(points)
         off = (xy_px - placed).ravel()
         known = np.isfinite(off)
-        sigma_px = max(1.4826 * float(np.median(np.abs(off[known]))), 1e-6)
+        sigma_px = max(MAD_TO_SIGMA * float(np.median(np.abs(off[known]))), 1e-6)
         slopes = np.column_stack(
             [
                 (_moved(view, step + _STEP * axis, size).project(points) - placed).ravel() / _STEP

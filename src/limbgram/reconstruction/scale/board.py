@@ -33,6 +33,7 @@ from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
+from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.findings import Finding, doubt
 from limbgram.reconstruction.calibration.adjustment import BoardObservation
 from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
@@ -401,7 +402,6 @@ def _stretch(board_mm: Points3, points: Points3) -> float:
     return float(along_x / along_y) - 1
 
 
-_MAD_TO_SIGMA = 1.4826
 _LEAST_SHAPE_SIGMA = 1e-6
 """In sizes of the board."""
 _LEAST_SIGMA_PX = 1e-3
@@ -457,7 +457,7 @@ def _shape_sigma(scene_board: SceneBoard, detections: BoardDetections) -> float:
     printed = scene_board.scene_from_board.apply(detections.corners_mm[scene_board.corners.ids])
     off = float(np.median(np.abs(scene_board.corners.points_in_world - printed)))
     size = scene_board.scene_from_board.scale * float(np.ptp(detections.corners_mm, axis=0).max())
-    return max(_MAD_TO_SIGMA * off, _LEAST_SHAPE_SIGMA * size)
+    return max(MAD_TO_SIGMA * off, _LEAST_SHAPE_SIGMA * size)
 
 
 _LEAST_PHOTOS, _LENS_LEAST_CORNERS = 3, 10

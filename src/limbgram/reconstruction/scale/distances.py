@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Int32
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from limbgram.core.errors import ScaleError
 from limbgram.core.geometry.arrays import Matrix3, Points2, Vector3
@@ -185,7 +185,7 @@ def ruler_of(lengths: Sequence[RulerLength], set_aside: tuple[SetAside, ...] = (
     mean = float(weights @ ratios / weights.sum())
     freedom = max(1, len(control) - 1)
     misfit = float(weights @ (ratios - mean) ** 2)
-    explained = misfit <= chi2.isf(_DIFFER, freedom)
+    explained = misfit <= chdtri(freedom, _DIFFER)
     excess = 1.0 if explained else misfit / freedom * widening(freedom) ** 2
     sigma = float(np.sqrt(max(1.0, excess) / weights.sum()))
     return Ruler(

@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.interval import COVER
+from limbgram.core.interval import COVER, MAD_TO_SIGMA
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.accuracy.figures import (
@@ -38,7 +38,6 @@ _FEWEST_CAMERAS = 3
 _NEAR_MM = (0.1, 0.25, 0.5, 1.0)
 _BINS = 61
 _SHOWN_QUANTILE = 0.995
-_MAD_TO_SIGMA = 1.4826
 _SIGMA_BINS = 10
 _WORDS = {
     "surface": "rigid fit of the measured surface (point to plane, six degrees of freedom, no "
@@ -136,7 +135,7 @@ def sigma_test(off_mm: Float64[np.ndarray, " n"], sigma_mm: np.ndarray) -> Sigma
     parts = [part for part in np.array_split(order, _SIGMA_BINS) if len(part)]
     return SigmaTest(
         vertices=len(error),
-        robust_spread=float(_MAD_TO_SIGMA * np.median(np.abs(ratio))),
+        robust_spread=float(MAD_TO_SIGMA * np.median(np.abs(ratio))),
         rms_spread=_rms(ratio),
         within_sigma_share=float(np.mean(np.abs(ratio) <= 1)),
         within_95_share=float(np.mean(np.abs(ratio) <= COVER)),

@@ -26,7 +26,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
-from limbgram.core.interval import widening
+from limbgram.core.interval import MAD_TO_SIGMA, widening
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.anatomy.names import paired
 from limbgram.workbench.compare.counterparts import Counterparts, Ground, measured_faces
@@ -207,7 +207,9 @@ def _valid(found: Counterparts) -> Bool[np.ndarray, " n"]:
 def _scale_mm(found: Counterparts, valid: Bool[np.ndarray, " n"]) -> float:
     """Robust standard deviation of the distances; infinite where there is none."""
     off_mm = np.abs(found.signed_mm[valid])
-    return max(1.4826 * float(np.median(off_mm)), _SMALLEST_SCALE_MM) if len(off_mm) else np.inf
+    return (
+        max(MAD_TO_SIGMA * float(np.median(off_mm)), _SMALLEST_SCALE_MM) if len(off_mm) else np.inf
+    )
 
 
 def _weights(

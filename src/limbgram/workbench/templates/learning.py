@@ -22,6 +22,7 @@ from scipy.ndimage import gaussian_filter, median_filter
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.anatomy.names import by_identity
@@ -227,7 +228,7 @@ def robust(fields: Fields) -> tuple[Field, Field]:
     count = known.sum(0)
     filled = np.where(known, fields, 0.0)
     centre = _median(fields, count)
-    scale = 1.4826 * _median(np.abs(fields - centre), count)
+    scale = MAD_TO_SIGMA * _median(np.abs(fields - centre), count)
     scale = np.maximum(scale, _SMALLEST_SPREAD_MM)
     weights = known.astype(float)
     for _ in range(_ROUNDS):
