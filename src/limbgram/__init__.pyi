@@ -97,6 +97,11 @@ from .workbench.compare.over_time import (
     follow as follow,
     repeats as repeats,
 )
+from .workbench.compare.sheets import (
+    SheetTrend as SheetTrend,
+    SheetVisit as SheetVisit,
+    follow_sheets as follow_sheets,
+)
 from .workbench.devices.device import Device as Device, devices as devices
 from .workbench.devices.making import (
     Made as Made,
@@ -120,6 +125,15 @@ from .workbench.measures import (
     fit_to_tape as fit_to_tape,
     measure_limb as measure_limb,
     measure_inside as measure_inside,
+)
+from .workbench.measures.along import (
+    AlongCentreline as AlongCentreline,
+    measure_along as measure_along,
+)
+from .workbench.measures.sheet import (
+    MeasuringSheet as MeasuringSheet,
+    SheetOptions as SheetOptions,
+    measuring_sheet as measuring_sheet,
 )
 from .workbench.recipe import (
     Recipe as Recipe,
