@@ -136,40 +136,44 @@ def resolution_for(
             allowed_gb=memory_mb / 1024,
             parts=2**_MOST_HALVINGS,
         )
-    notes: list[Finding] = []
-    allowed_gb, whole_gb = memory_mb / 1024, needs_mb[0] / 1024
-    if depth_share < 1.0:
-        notes.append(note("memory.depth_reduced", share=depth_share, allowed_gb=allowed_gb))
-    if halvings and needs_mb[0] <= memory_mb:
-        notes.append(note("memory.finer_than_triangles", parts=2**halvings, needs_gb=whole_gb))
-    elif halvings:
-        notes.append(
-            note(
-                "memory.photos_reduced",
-                parts=2**halvings,
-                needs_gb=whole_gb,
-                allowed_gb=allowed_gb,
-            )
+    notes = _photos_notes(halvings, needs_mb[0], memory_mb, depth_share)
+    if shortest > by_pixels:
+        edges = note(
+            "memory.edges",
+            edge=shortest,
+            finest=edge_px * pixel,
+            unit="mm" if metric.scale.unit == "mm" else "unit",
+            triangles=most_triangles,
+            beside=beside_mm2 > 0.0,
         )
-    if shortest > edge_px * pixel * 2**halvings:
-        notes.append(
-            note(
-                "memory.edges",
-                edge=shortest,
-                finest=edge_px * pixel,
-                unit="mm" if metric.scale.unit == "mm" else "unit",
-                triangles=most_triangles,
-                beside=beside_mm2 > 0.0,
-            )
-        )
-    by_pixels = edge_px * pixel * 2**halvings
+        notes = (*notes, edges)
     return Resolution(
         edge_mm=max(by_pixels, shortest),
         face_parts=max(1, round(shortest / by_pixels)),
         photo_halvings=halvings,
         depth_share=depth_share,
-        notes=tuple(notes),
+        notes=notes,
     )
+
+
+def _photos_notes(
+    halvings: int, whole_mb: float, memory_mb: float, depth_share: float
+) -> tuple[Finding, ...]:
+    """What was done with reduced photos, and why.
+
+    Args:
+        whole_mb: What photos of full size need.
+    """
+    notes: list[Finding] = []
+    allowed_gb, whole_gb = memory_mb / 1024, whole_mb / 1024
+    if depth_share < 1.0:
+        notes.append(note("memory.depth_reduced", share=depth_share, allowed_gb=allowed_gb))
+    told = {"parts": 2**halvings, "needs_gb": whole_gb}
+    if halvings and whole_mb <= memory_mb:
+        notes.append(note("memory.finer_than_triangles", **told))
+    elif halvings:
+        notes.append(note("memory.photos_reduced", **told, allowed_gb=allowed_gb))
+    return tuple(notes)
 
 
 def pixel_on_object(metric: MetricScene) -> float:

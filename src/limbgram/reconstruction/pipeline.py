@@ -244,57 +244,30 @@ def _reconstructed(
     if found is not None and (placing.still.groups or placing.poses.sides):
         found = run(board_of_object, found, placing.still, placing.poses)
     placing, found = by_the_limb(photos, cameras, placing, found, options, run)
-    scene = placing.scene
     distances = capture.distances
     if capture.plates:
         lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
         marks = run(find_marks, photos, dictionary, lenses, options.marks)
         distances = (*distances, *mark_distances(marks, capture.plates))
-    metric = run(to_millimetres, scene, found, distances, options.scale, cameras)
+    metric = run(to_millimetres, placing.scene, found, distances, options.scale, cameras)
     region = run(find_region, photos, metric, options.region)
     share = depth_share(photos, options.dense.most_px, run.memory_mb)
-    dense = replace(options.dense, most_px=round(share * options.dense.most_px))
-    depths = run(estimate_depth, photos, metric, region, dense)
-    if placing.poses.sides:
-        depths = above_floors(depths, metric, placing.poses)
-    cloud = run(fuse, photos, metric, depths, region, options.fusion)
-    del depths  # the largest product, and nobody asks for it any more
+    cloud = _dense(photos, metric, region, placing.poses, share, options, run)
     # an object that was turned over shows all its sides, and Ball Pivoting stops at sharp edges
-    surface = PoissonOptions() if placing.poses.sides else options.surface
-    wrapped = wrap(cloud, surface, run)
+    turned_over = bool(placing.poses.sides)
+    wrapped = wrap(cloud, PoissonOptions() if turned_over else options.surface, run)
     parts = run(tell_parts, wrapped, cloud, metric.scene.views, options.parts)
     if parts.sides_of_a_wall:
         parts = _wall_in_one(parts, cloud, metric, options.parts, run)
+    if turned_over:
+        measuring = replace(options.measuring, lay_back_overshoot=True)
+        options = replace(options, measuring=measuring)
 
-    def finest(coarse: Mesh, number: int) -> Resolution:
-        return resolution_for(
-            metric,
-            coarse,
-            beside_mm2=sum(part.area_mm2 for part in parts.parts if part.number != number),
-            edge_px=options.edge_px,
-            most_triangles=options.most_triangles,
-            depth_share=share,
-            memory_mb=run.memory_mb,
-        )
+    def measured(number: int) -> tuple[Mesh, Resolution]:
+        return _measured(photos, metric, cloud, parts, number, share, options, run)
 
-    def measured(coarse: Mesh, resolution: Resolution) -> Mesh:
-        even = run(refine, coarse, resolution.edge_mm)
-        measuring = replace(
-            options.measuring,
-            photo_halvings=resolution.photo_halvings,
-            lay_back_overshoot=options.measuring.lay_back_overshoot or bool(placing.poses.sides),
-            matching=replace(options.measuring.matching, face_parts=resolution.face_parts),
-        )
-        return run(measure, photos, metric, even, measuring)
-
-    def beside(number: int) -> Mesh:
-        coarse = run(repair, parts, cloud, options.repair, number)
-        return measured(coarse, finest(coarse, number))
-
-    coarse = run(repair, parts, cloud, options.repair, parts.chosen)
-    resolution = finest(coarse, parts.chosen)
-    mesh = measured(coarse, resolution)
-    others = tuple(_if_it_can_be(part, beside) for part in parts.others)
+    mesh, resolution = measured(parts.chosen)
+    others = tuple(_if_it_can_be(part, lambda n: measured(n)[0]) for part in parts.others)
     tapes = run(hold_tapes, mesh, metric.floor_z_mm, capture.tapes)
     return Reconstruction(
         photos=photos,
@@ -313,6 +286,57 @@ def _reconstructed(
         still=placing.still,
         poses=placing.poses,
     )
+
+
+def _dense(
+    photos: PhotoSet,
+    metric: MetricScene,
+    region: Region,
+    poses: Poses,
+    share: float,
+    options: PipelineOptions,
+    run: Run,
+) -> Cloud:
+    """Points of all depth maps; the maps, the largest product, are gone with this call."""
+    dense = replace(options.dense, most_px=round(share * options.dense.most_px))
+    depths = run(estimate_depth, photos, metric, region, dense)
+    if poses.sides:
+        depths = above_floors(depths, metric, poses)
+    return run(fuse, photos, metric, depths, region, options.fusion)
+
+
+def _measured(
+    photos: PhotoSet,
+    metric: MetricScene,
+    cloud: Cloud,
+    parts: Parts,
+    number: int,
+    share: float,
+    options: PipelineOptions,
+    run: Run,
+) -> tuple[Mesh, Resolution]:
+    """One part of the surface, repaired, refined and measured, and how finely.
+
+    Args:
+        share: Of the pixels that depth maps should have had.
+    """
+    coarse = run(repair, parts, cloud, options.repair, number)
+    resolution = resolution_for(
+        metric,
+        coarse,
+        beside_mm2=sum(part.area_mm2 for part in parts.parts if part.number != number),
+        edge_px=options.edge_px,
+        most_triangles=options.most_triangles,
+        depth_share=share,
+        memory_mb=run.memory_mb,
+    )
+    even = run(refine, coarse, resolution.edge_mm)
+    measuring = replace(
+        options.measuring,
+        photo_halvings=resolution.photo_halvings,
+        matching=replace(options.measuring.matching, face_parts=resolution.face_parts),
+    )
+    return run(measure, photos, metric, even, measuring), resolution
 
 
 @dataclass(frozen=True)

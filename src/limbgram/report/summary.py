@@ -218,7 +218,6 @@ def summarise(
 ) -> Summary:
     """Everything that can be said of a reconstruction in figures."""
     scene, scale = done.metric.scene, done.metric.scale
-    residuals = scene.residuals_px()
     return Summary(
         verdict=Verdict(
             light=assessed.light,
@@ -242,25 +241,8 @@ def summarise(
             CameraSummary(label=one.label, source=one.source, **asdict(camera))
             for one, camera in zip(done.cameras.calibrations, scene.cameras, strict=True)
         ),
-        matches=MatchSummary(
-            pairs_tried=done.matches.pairs_tried,
-            before_correlation=done.matches.descriptor_matches,
-            after_correlation=sum(len(pair) for pair in done.matches.pairs),
-            verified_pairs=len(done.pairs.verified),
-            verified=sum(len(pair.matches) for pair in done.pairs.verified),
-        ),
-        scene=SceneSummary(
-            placed=len(scene.placed),
-            points=len(scene.points_in_world),
-            observations=len(scene.observations.xy_px),
-            rms_px=float(np.sqrt(np.nanmean(residuals**2))),
-            notes=(
-                *map(told, (*mask_notes(done.photos), *lens_notes(done.photos), *done.still.notes)),
-                *_poses_notes(done),
-                *_placing_notes(scene),
-            ),
-            own_lenses=own_lenses(scene),
-        ),
+        matches=_matches(done),
+        scene=_scene(done),
         image_scale=tuple(image_scales(done.photos, done.metric)),
         cloud=CloudSummary(points=len(done.cloud), spacing=done.cloud.spacing_mm),
         resolution=done.resolution,
@@ -272,6 +254,32 @@ def summarise(
         ),
         self_calibration=assessed.self_calibration,
         setups=assessed.setups,
+    )
+
+
+def _matches(done: Reconstruction) -> MatchSummary:
+    return MatchSummary(
+        pairs_tried=done.matches.pairs_tried,
+        before_correlation=done.matches.descriptor_matches,
+        after_correlation=sum(len(pair) for pair in done.matches.pairs),
+        verified_pairs=len(done.pairs.verified),
+        verified=sum(len(pair.matches) for pair in done.pairs.verified),
+    )
+
+
+def _scene(done: Reconstruction) -> SceneSummary:
+    scene = done.metric.scene
+    return SceneSummary(
+        placed=len(scene.placed),
+        points=len(scene.points_in_world),
+        observations=len(scene.observations.xy_px),
+        rms_px=float(np.sqrt(np.nanmean(scene.residuals_px() ** 2))),
+        notes=(
+            *map(told, (*mask_notes(done.photos), *lens_notes(done.photos), *done.still.notes)),
+            *_poses_notes(done),
+            *_placing_notes(scene),
+        ),
+        own_lenses=own_lenses(scene),
     )
 
 

@@ -1,6 +1,8 @@
 """What to photograph and how: the options of a synthetic capture."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import chain
 
 from limbgram.core.errors import OptionsError
 from limbgram.findings import Finding, fault
@@ -19,6 +21,9 @@ from limbgram.synthetic.props.stickers import SockSticker
 from limbgram.synthetic.rendering.renderer import SAMPLES
 from limbgram.synthetic.rendering.shading import Lighting
 from limbgram.synthetic.turned_limb import TurnedOver, Turning
+
+_Rules = Iterator[tuple[bool, Finding]]
+"""What must hold, and what is said where it does not."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,86 +97,87 @@ class CaptureOptions:
     """Edge of the truth's triangles, which are what is rendered."""
 
     def __post_init__(self) -> None:
-        _require(0 <= self.seed < 2**63, fault("made.rule.seed"))
-        _require(
-            0 <= self.relief.rms_mm <= 2
-            and 1 <= self.relief.finest_mm <= 40
-            and 0 <= self.relief.growth <= 3,
+        rules = (self._limb_rules, self._walk_rules, self._paint_rules, self._camera_rules)
+        for possible, rule in chain.from_iterable(told() for told in rules):
+            if not possible:
+                raise OptionsError("made.impossible", rule=rule)
+
+    def _limb_rules(self) -> _Rules:
+        details, relief = self.details, self.relief
+        heights_mm = (details.veins_mm, details.scars_mm, details.wrinkles_mm)
+        yield 0 <= self.seed < 2**63, fault("made.rule.seed")
+        yield (
+            0 <= relief.rms_mm <= 2 and 1 <= relief.finest_mm <= 40 and 0 <= relief.growth <= 3,
             fault("made.rule.relief"),
         )
-        _require(
+        yield (
             self.scan is None or (self.gauge is None and self.fin_mm == 0),
             fault("made.rule.scan"),
         )
-        details = self.details
-        _require(
+        yield (
             0 <= details.knit_mm <= 0.5
             and 1 <= details.knit_period_mm <= 4
-            and all(
-                0 <= high <= 3 for high in (details.veins_mm, details.scars_mm, details.wrinkles_mm)
-            ),
+            and all(0 <= high <= 3 for high in heights_mm),
             fault("made.rule.details"),
         )
-        _require(
+        yield (
             self.mesh_step_mm <= details.coarsest_step_mm,
             fault("made.rule.edges", most_mm=details.coarsest_step_mm),
         )
-        _require(self.gauge is None or not details.any, fault("made.rule.plain_gauge"))
-        _require(self.fin_mm == 0 or 2 <= self.fin_mm <= 20, fault("made.rule.fin"))
-        _require(
-            self.movement is None or 0 <= self.movement.shift_mm <= 30,
-            fault("made.rule.movement"),
-        )
-        _require(
-            self.movement is None
-            or self.movement.kind is not MovementKind.PUSHED_BOARD
+        yield self.gauge is None or not details.any, fault("made.rule.plain_gauge")
+        yield self.fin_mm == 0 or 2 <= self.fin_mm <= 20, fault("made.rule.fin")
+
+    def _walk_rules(self) -> _Rules:
+        movement, turning = self.movement, self.turning
+        yield movement is None or 0 <= movement.shift_mm <= 30, fault("made.rule.movement")
+        yield (
+            movement is None
+            or movement.kind is not MovementKind.PUSHED_BOARD
             or self.board is not None,
             fault("made.rule.pushed_board"),
         )
-        _require(
-            self.turning is None or not (self.filmed or self.movement),
-            fault("made.rule.turned"),
-        )
-        _require(
-            not isinstance(self.turning, TurnedOver) or self.photos >= 6 * self.rings,
+        yield turning is None or not (self.filmed or movement), fault("made.rule.turned")
+        yield (
+            not isinstance(turning, TurnedOver) or self.photos >= 6 * self.rings,
             fault("made.rule.ring_of_pose"),
         )
-        _require(1 <= self.rings <= 3, fault("made.rule.rings"))
-        _require(self.photos >= 3 * self.rings, fault("made.rule.ring"))
-        _require(self.calibration_photos >= 0, fault("made.rule.calibration_photos"))
-        _require(0 <= self.coverage <= 0.9, fault("made.rule.paint"))
-        _require(
-            0 <= self.bare < 1 and 0 <= self.uneven <= 1,
-            fault("made.rule.dabs"),
-        )
-        _require(
+        yield 1 <= self.rings <= 3, fault("made.rule.rings")
+        yield self.photos >= 3 * self.rings, fault("made.rule.ring")
+        yield self.calibration_photos >= 0, fault("made.rule.calibration_photos")
+
+    def _paint_rules(self) -> _Rules:
+        yield 0 <= self.coverage <= 0.9, fault("made.rule.paint")
+        yield 0 <= self.bare < 1 and 0 <= self.uneven <= 1, fault("made.rule.dabs")
+        yield (
             self.paint is Paint.DABS or self.bare == self.uneven == 0,
             fault("made.rule.dabs_alone"),
         )
-        _require(min(self.width_px, self.height_px) >= 100, fault("made.rule.picture"))
-        _require(
-            all(0 <= one.around <= 1 and 0.05 <= one.height <= 0.95 for one in self.spots)
-            and all(2 <= one.diameter_mm <= 30 for one in self.spots),
+        yield min(self.width_px, self.height_px) >= 100, fault("made.rule.picture")
+        yield (
+            all(_on_limb(one) and 2 <= one.diameter_mm <= 30 for one in self.spots),
             fault("made.rule.spots"),
         )
-        _require(
-            all(0 <= one.around <= 1 and 0.05 <= one.height <= 0.95 for one in self.stickers)
-            and all(6 <= one.side_mm <= 40 and 0 <= one.mark_id <= 586 for one in self.stickers),
+        yield (
+            all(
+                _on_limb(one) and 6 <= one.side_mm <= 40 and 0 <= one.mark_id <= 586
+                for one in self.stickers
+            ),
             fault("made.rule.stickers"),
         )
-        _require(500 <= self.distance_mm <= 2500, fault("made.rule.distance"))
-        _require(min(self.noise, self.blur_px, self.shake_px) >= 0, fault("made.rule.noise"))
-        _require(1 <= self.samples <= 8, fault("made.rule.samples"))
-        _require(0.3 <= self.mesh_step_mm <= 3.0, fault("made.rule.truth_edges"))
-        _require(
+
+    def _camera_rules(self) -> _Rules:
+        yield 500 <= self.distance_mm <= 2500, fault("made.rule.distance")
+        yield min(self.noise, self.blur_px, self.shake_px) >= 0, fault("made.rule.noise")
+        yield 1 <= self.samples <= 8, fault("made.rule.samples")
+        yield 0.3 <= self.mesh_step_mm <= 3.0, fault("made.rule.truth_edges")
+        yield (
             all(0 <= k < self.photos for k in self.shaken),
             fault("made.rule.shaken", last=self.photos - 1),
         )
 
 
-def _require(possible: bool, rule: Finding) -> None:
-    if not possible:
-        raise OptionsError("made.impossible", rule=rule)
+def _on_limb(mark: SockSpot | SockSticker) -> bool:
+    return 0 <= mark.around <= 1 and 0.05 <= mark.height <= 0.95
 
 
 DEFAULTS = CaptureOptions()

@@ -27,6 +27,7 @@ from limbgram.reconstruction.calibration.adjustment import (
 )
 from limbgram.reconstruction.calibration.cameras import Calibration, label_of
 from limbgram.reconstruction.calibration.screening import (
+    Choice,
     Estimate,
     Screened,
     choose,
@@ -163,30 +164,7 @@ def calibrate_detections(
     refuse_mixed(seen_by)
     size_px = (seen_by[0].width_px, seen_by[0].height_px)
     board_mm = detections.corners_mm
-    observations = tuple(
-        BoardObservation(one.name, one.ids, one.xy_px) for one in detections.photos
-    )
-
-    bend = len(observations) >= options.few_photos and not detections.board.has_quarter_turns
-    screened = screen(
-        observations,
-        board_mm,
-        size_px,
-        free_unknowns(k3=len(observations) >= options.few_photos, skew=False, board=bend),
-        min_photos=options.min_photos,
-        photo_factor=options.photo_factor,
-        corner_sigmas=options.corner_sigmas,
-    )
-    refuse_undetermined(screened.solution, 1.0, _HOPELESS * _MAX_FOCAL_SIGMA)
-    choice = choose(
-        screened,
-        board_mm,
-        size_px,
-        bend=bend and len(screened.observations) >= options.few_photos,
-        significance=options.significance,
-        meaningful_skew_px=options.meaningful_skew_px,
-        board_gain=options.board_gain,
-    )
+    screened, choice = _chosen(detections, size_px, options)
     solution = choice.solution
     inflation = max(1.0, scatter(screened.observations, board_mm, solution))
     seen = coverage(np.concatenate([one.xy_px for one in screened.observations]), size_px)
@@ -199,18 +177,7 @@ def calibrate_detections(
     edges_px = edge_sigmas_px(lens, covariance[:LENS_SIZE, :LENS_SIZE])
     refuse_uncovered(seen, edges_px, _MIN_REACH, _MAX_EDGE_SIGMA_PX)
     return BoardCalibration(
-        calibration=Calibration(
-            camera=lens,
-            covariance=covariance[:LENS_SIZE, :LENS_SIZE].copy(),
-            source="board",
-            label=label_of(seen_by[0].exif),
-            focal_mm=seen_by[0].exif.focal_mm,
-            focal_35mm=seen_by[0].exif.focal_35mm,
-            digital_zoom=seen_by[0].exif.digital_zoom,
-            body=seen_by[0].exif.body,
-            rms_px=solution.rms_px,
-            edge_px=_typical_edge_px(seen_by),
-        ),
+        calibration=_calibration(lens, covariance, solution.rms_px, seen_by),
         board=detections.board,
         photos=_photo_fits(screened, solution, detections),
         set_aside=(*photos.set_aside, *detections.set_aside, *screened.set_aside),
@@ -233,6 +200,56 @@ def calibrate_detections(
             few_photos=options.few_photos,
             good_reach=options.good_reach,
         ),
+    )
+
+
+def _chosen(
+    detections: BoardDetections, size_px: tuple[int, int], options: CalibrationOptions
+) -> tuple[Screened, Choice]:
+    """The photos and corners that agree, and the lens and board that explain them."""
+    observations = tuple(
+        BoardObservation(one.name, one.ids, one.xy_px) for one in detections.photos
+    )
+    many = len(observations) >= options.few_photos
+    bend = many and not detections.board.has_quarter_turns
+    screened = screen(
+        observations,
+        detections.corners_mm,
+        size_px,
+        free_unknowns(k3=many, skew=False, board=bend),
+        min_photos=options.min_photos,
+        photo_factor=options.photo_factor,
+        corner_sigmas=options.corner_sigmas,
+    )
+    refuse_undetermined(screened.solution, 1.0, _HOPELESS * _MAX_FOCAL_SIGMA)
+    choice = choose(
+        screened,
+        detections.corners_mm,
+        size_px,
+        bend=bend and len(screened.observations) >= options.few_photos,
+        significance=options.significance,
+        meaningful_skew_px=options.meaningful_skew_px,
+        board_gain=options.board_gain,
+    )
+    return screened, choice
+
+
+def _calibration(
+    lens: Camera, covariance: np.ndarray, rms_px: float, seen_by: Sequence[Photo]
+) -> Calibration:
+    """The lens under the name of the camera that took the photos."""
+    exif = seen_by[0].exif
+    return Calibration(
+        camera=lens,
+        covariance=covariance[:LENS_SIZE, :LENS_SIZE].copy(),
+        source="board",
+        label=label_of(exif),
+        focal_mm=exif.focal_mm,
+        focal_35mm=exif.focal_35mm,
+        digital_zoom=exif.digital_zoom,
+        body=exif.body,
+        rms_px=rms_px,
+        edge_px=_typical_edge_px(seen_by),
     )
 
 

@@ -20,9 +20,11 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from PIL.ImageFile import ImageFile
+
 from limbgram.core.errors import OptionsError, PhotoError, printable
 from limbgram.core.run import PROGRAM_MB, budget_mb, in_parallel
-from limbgram.findings import fault, note
+from limbgram.findings import Finding, fault, note
 from limbgram.reconstruction.photos.decoding import (
     DECODING_FAULTS,
     MEGAPIXELS_DECODER,
@@ -299,39 +301,9 @@ def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
     if path.stat().st_size == 0:
         return SetAside(path.name, fault("photo.file.empty"))
     with open_picture(path) as picture:
+        if unfit := _unfit(path, picture, options):
+            return SetAside(path.name, unfit)
         width_px, height_px = picture.size
-        if width_px * height_px > options.max_megapixels * 1e6:
-            too_large = fault(
-                "photo.file.too_large",
-                width_px=width_px,
-                height_px=height_px,
-                most_megapixels=options.max_megapixels,
-            )
-            return SetAside(path.name, too_large)
-        if path.stat().st_size * _MOST_PX_PER_BYTE < width_px * height_px:
-            lacking = fault(
-                "photo.file.lacking",
-                width_px=width_px,
-                height_px=height_px,
-                size_bytes=path.stat().st_size,
-            )
-            return SetAside(path.name, lacking)
-        needed_mb = decoding_mb(path, width_px * height_px, deep=is_deep(picture)) + _LOOKING_MB
-        if needed_mb > budget_mb() - PROGRAM_MB:
-            needs_memory = fault(
-                "photo.file.needs_memory",
-                width_px=width_px,
-                height_px=height_px,
-                needs_gb=needed_mb / 1000,
-                allowed_gb=budget_mb() / 1000,
-                program_gb=PROGRAM_MB / 1000,
-            )
-            return SetAside(path.name, needs_memory)
-        if min(width_px, height_px) < _SMALLEST_SIDE_PX:
-            too_small = fault("photo.file.too_small", width_px=width_px, height_px=height_px)
-            return SetAside(path.name, too_small)
-        if picture.mode == "F":
-            return SetAside(path.name, fault("photo.file.floating"))
         # Before EXIF: a fault in the pixels must show here.
         bits = depth_of(picture)
         luma = luma_of(picture, bits)
@@ -358,6 +330,30 @@ def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
     except PhotoError:  # a bad mask is set aside with its reason once all files are known
         mask = None
     return judged(photo, luma, mask)
+
+
+def _unfit(path: Path, picture: ImageFile, options: PhotoOptions) -> Finding | None:
+    """Why a picture is not decoded, by what its file says before its pixels are read."""
+    width_px, height_px = picture.size
+    size_px, size_bytes = width_px * height_px, path.stat().st_size
+    sides = {"width_px": width_px, "height_px": height_px}
+    if size_px > options.max_megapixels * 1e6:
+        most = options.max_megapixels
+        return fault("photo.file.too_large", **sides, most_megapixels=most)
+    if size_bytes * _MOST_PX_PER_BYTE < size_px:
+        return fault("photo.file.lacking", **sides, size_bytes=size_bytes)
+    needed_mb = decoding_mb(path, size_px, deep=is_deep(picture)) + _LOOKING_MB
+    if needed_mb > budget_mb() - PROGRAM_MB:
+        return fault(
+            "photo.file.needs_memory",
+            **sides,
+            needs_gb=needed_mb / 1000,
+            allowed_gb=budget_mb() / 1000,
+            program_gb=PROGRAM_MB / 1000,
+        )
+    if min(width_px, height_px) < _SMALLEST_SIDE_PX:
+        return fault("photo.file.too_small", **sides)
+    return fault("photo.file.floating") if picture.mode == "F" else None
 
 
 def _of_one_depth(photos: Sequence[Photo]) -> list[Photo]:

@@ -19,7 +19,7 @@ Fails   PhotoError: no such video, no frames in it, or the camera hardly moved.
 import math
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -186,83 +186,85 @@ def choose_frames(
     """
     way, count = found.way, min(options.count, len(found.way))
     part_of, middle = _parts(way, count, options)
+    looked_at = set(middle)
     verdicts: list[FrameVerdict] = []
     widths_px: list[float] = []
-    best: _Best | None = None
-    rivals: list[int] = []
+    part = _FilmPart()
 
     def close() -> None:
         """Decide the part that has ended."""
-        nonlocal best
-        if best is None:
-            return
         usual_px = float(np.median(widths_px)) if widths_px else math.inf
         limit_px = max(options.min_blur_px, options.max_blur_ratio * usual_px)
-        blurred = math.isinf(best.edge_px) or best.edge_px > limit_px
-        if math.isinf(best.edge_px):
-            reason = note("video.frame.edgeless", beside=len(rivals) - 1)
-        elif blurred:
-            reason = note("video.frame.blurred", beside=len(rivals) - 1)
-        else:
-            reason = note("video.frame.sharpest", frames=len(rivals))
-            if len(rivals) == 1:
-                reason = note("video.frame.only")
-            widths_px.append(best.edge_px)
-        for number in rivals:
-            if number != best.number:
-                frame = verdicts[number]
-                less_sharp = note(
-                    "video.frame.less_sharp",
-                    best=best.number,
-                    edge_px=frame.edge_px,
-                    best_edge_px=best.edge_px,
-                )
-                verdicts[number] = _with(frame, less_sharp)
-        verdicts[best.number] = _with(verdicts[best.number], reason, taken=not blurred)
-        if not blurred:
-            keep(verdicts[best.number], cv2.cvtColor(best.pixels, cv2.COLOR_BGR2RGB))
-        best = None
-        rivals.clear()
+        for frame in part.decided(limit_px):
+            verdicts[frame.number] = frame
+            if frame.taken and part.pixels is not None:
+                widths_px.append(frame.edge_px)
+                keep(frame, cv2.cvtColor(part.pixels, cv2.COLOR_BGR2RGB))
 
-    looked_at = set(middle)
     ended = -1
     for number, frame in enumerate(track(_frames(found.video), len(way))):
         if number >= len(way):
             break
         if part_of[number] != ended:
             close()
-            ended = int(part_of[number])
+            part, ended = _FilmPart(), int(part_of[number])
         edge_px = math.nan
         if number in looked_at:
             edge_px = edge_width_px(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY))
             edge_px = math.inf if math.isnan(edge_px) else edge_px
-            rivals.append(number)
-            if best is None or edge_px < best.edge_px:
-                best = _Best(number, edge_px, frame)
-        verdicts.append(
-            FrameVerdict(
-                number=number,
-                way=float(way[number]),
-                edge_px=edge_px,
-                taken=False,
-                reason=note("video.frame.not_looked_at"),
-            )
+        verdict = FrameVerdict(
+            number=number,
+            way=float(way[number]),
+            edge_px=edge_px,
+            taken=False,
+            reason=note("video.frame.not_looked_at"),
         )
+        verdicts.append(verdict)
+        if number in looked_at:
+            part.look_at(verdict, frame)
     close()
     return FrameChoice(video=found.video, frames=tuple(verdicts))
 
 
-@dataclass(frozen=True)
-class _Best:
-    number: int
-    edge_px: float
-    pixels: ColourImage
+@dataclass
+class _FilmPart:
+    """The frames of a part of the way that were looked at, and the sharpest of them."""
 
+    looked_at: list[FrameVerdict] = field(default_factory=list[FrameVerdict])
+    best: FrameVerdict | None = None
+    pixels: ColourImage | None = None
 
-def _with(frame: FrameVerdict, reason: Finding, *, taken: bool = False) -> FrameVerdict:
-    return FrameVerdict(
-        number=frame.number, way=frame.way, edge_px=frame.edge_px, taken=taken, reason=reason
-    )
+    def look_at(self, frame: FrameVerdict, pixels: ColourImage) -> None:
+        self.looked_at.append(frame)
+        if self.best is None or frame.edge_px < self.best.edge_px:
+            self.best, self.pixels = frame, pixels
+
+    def decided(self, limit_px: float) -> Iterator[FrameVerdict]:
+        """The frames with their reasons; the sharpest is taken unless its edges are too wide."""
+        best = self.best
+        for frame in self.looked_at:
+            if best is None or frame is best:
+                continue
+            less_sharp = note(
+                "video.frame.less_sharp",
+                best=best.number,
+                edge_px=frame.edge_px,
+                best_edge_px=best.edge_px,
+            )
+            yield replace(frame, reason=less_sharp)
+        if best is None:
+            return
+        beside = len(self.looked_at) - 1
+        if math.isinf(best.edge_px):
+            reason = note("video.frame.edgeless", beside=beside)
+        elif best.edge_px > limit_px:
+            reason = note("video.frame.blurred", beside=beside)
+        elif beside:
+            reason = note("video.frame.sharpest", frames=beside + 1)
+        else:
+            reason = note("video.frame.only")
+        taken = best.edge_px <= limit_px and not math.isinf(best.edge_px)
+        yield replace(best, reason=reason, taken=taken)
 
 
 def _parts(

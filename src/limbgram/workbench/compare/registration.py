@@ -205,24 +205,7 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
         fit = run_icp(fine_mm, ground, best.first_from_second, options.icp)
         if rival:
             notes.append(doubt("compare.pose.rival"))
-    if not fit.used_share >= _LEAST_USED:
-        raise MeasureError(
-            "compare.shape.no_overlap",
-            share=fit.used_share,
-            first=first.name,
-            second=second.name,
-        )
-    first_mm = width_mm(places_of(first, MIDDLE, options.brim_mm))
-    wider = width_mm(fine_mm) / first_mm - 1
-    if abs(wider) > _MOST_WIDER and fit.rms_mm > _MOST_OFF * first_mm:
-        raise MeasureError(
-            "compare.shape.other_width",
-            first=first.name,
-            second=second.name,
-            share=abs(wider),
-            wider=wider > 0,
-            rms_mm=fit.rms_mm,
-        )
+    _require_same_limb(first, second, fine_mm, fit, options)
     if abs(fit.larger_share) > _LARGER:
         notes.append(
             doubt(
@@ -250,6 +233,25 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
         looseness=fit.looseness,
         notes=tuple(notes),
     )
+
+
+def _require_same_limb(
+    first: Limb, second: Limb, second_mm: Points3, fit: Fit, options: RegistrationOptions
+) -> None:
+    """Refuse surfaces that share too little, or whose sizes differ too much to tell a place."""
+    names = {"first": first.name, "second": second.name}
+    if not fit.used_share >= _LEAST_USED:
+        raise MeasureError("compare.shape.no_overlap", share=fit.used_share, **names)
+    first_mm = width_mm(places_of(first, MIDDLE, options.brim_mm))
+    wider = width_mm(second_mm) / first_mm - 1
+    if abs(wider) > _MOST_WIDER and fit.rms_mm > _MOST_OFF * first_mm:
+        raise MeasureError(
+            "compare.shape.other_width",
+            **names,
+            share=abs(wider),
+            wider=wider > 0,
+            rms_mm=fit.rms_mm,
+        )
 
 
 def slide_to_volume(first_in_limb: Mesh, second_in_limb: Mesh) -> Slide:
