@@ -93,6 +93,8 @@ class Pair:
     before: Limb
     after: Limb
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, kw_only=True)
 class Displacements:
