@@ -225,12 +225,20 @@ def _told(program: str, file: Path, ended: subprocess.CompletedProcess[str]) -> 
     return Seen(program=program, file=file.name, opens=True, **{**tree, "size": shown})
 
 
-def _run(words: list[str], **extra: str) -> "subprocess.CompletedProcess[str]":
+def _run(
+    words: list[str], folder: Path | None = None, **extra: str
+) -> "subprocess.CompletedProcess[str]":
     bare = {key: value for key, value in os.environ.items() if not key.startswith("VIRTUAL")}
     around = {**bare, "QT_QPA_PLATFORM": "offscreen", **extra}
     try:
         return subprocess.run(
-            words, capture_output=True, text=True, timeout=_SECONDS, env=around, check=False
+            words,
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=_SECONDS,
+            env=around,
+            check=False,
         )
     except subprocess.TimeoutExpired:
         return subprocess.CompletedProcess(words, 124, "", f"no answer in {_SECONDS} s")
@@ -345,7 +353,7 @@ def _linuxcnc(program: str, file: Path, _: list[str]) -> Seen:
 
 def _grbl(program: str, file: Path, _: list[str]) -> Seen:
     """Grbl's own parser, line by line; it stops at the first line that it refuses."""
-    ended = _run([_need("gvalidate", "gvalidate.exe"), str(file)])
+    ended = _run([_need("gvalidate", "gvalidate.exe"), str(file)], file.parent)  # keeps an EEPROM
     taken, lines = ended.stdout.count("ok"), len(file.read_text("ascii").splitlines())
     whole = ended.returncode == 0 and taken >= lines
     note = f"{lines} lines, all taken" if whole else f"refused after {taken} lines"
@@ -591,7 +599,7 @@ def as_markdown(found: dict[str, Any]) -> str:
         f"{' '.join(map(str, COLOUR))} (as linear light 147 78 33), sigma {SIGMA_MM[0]} to "
         f"{SIGMA_MM[1]} mm. GLB is in metres with +Y up. FreeCAD and LibreCAD know no "
         "MESH: they show the curves, sections every 40 mm from -80 to 80. FreeCAD takes no surface "
-        "of a DXF at all.",
+        "of a DXF at all, gmsh no binary PLY of anybody.",
         "",
         f"| program | file | {' | '.join(columns)} |",
         "|---|---|" + "---|" * len(columns),
