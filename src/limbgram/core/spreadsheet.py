@@ -82,7 +82,8 @@ def xlsx_of(tables: Sequence[Table]) -> bytes:
                     case str():
                         sheet.write_string(number, column, cell)
                     case date():
-                        sheet.write_datetime(number, column, cell, days)
+                        day = datetime(cell.year, cell.month, cell.day)
+                        sheet.write_datetime(number, column, day, days)
                     case int():
                         sheet.write_number(number, column, cell, counted)
                     case float() if isfinite(cell):
