@@ -5,9 +5,10 @@
 writes clients.json, and clients.md beside it: a row for each program and file, with what the
 program says of it: whether it opens, the size of its box, whether it is closed, its colours, its
 scalar field, its unit. Truth is the shape that was written, an ellipsoid of 160 x 160 x 240 mm with
-a colour and a sigma at each vertex. A program that is not there is skipped, and the table says so;
-what an earlier run in the same file saw of it stays, with that run's commit.
-Libraries of Python are tried in this interpreter, then in those given by --python.
+a colour and a sigma at each vertex; three cameras look at it. A program that is not there is
+skipped, and the table says so; what an earlier run in the same file saw of it stays, with that
+run's commit. Libraries of Python are tried in this interpreter, then in those given by --python.
+Stock Grbl 1.1h is Grbl's own source, built with grbl-sim: its `gvalidate` has to be on the path.
 """
 
 import argparse
@@ -25,14 +26,23 @@ from typing import Any
 
 import numpy as np
 import trimesh
+from PIL import Image
 
 from captures import machine
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.spreadsheet import Table, csv_of, xlsx_of
+from limbgram.formats.colmap import write_colmap
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile
-from limbgram.services.export import Drawing, Gcode, export
+from limbgram.formats.transforms import write_transforms
+from limbgram.formats.vtp import write_vtp
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.scale.metric import MetricScene, Scale
+from limbgram.report.record.sources import ShapeSource
+from limbgram.services.export import Aop, Drawing, Gcode, export
+from limbgram.services.report import ReportRequest, Subject, report
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from tables import made_on
 
@@ -47,7 +57,17 @@ CARVED = Gcode(
     preset="fast", dialect="linuxcnc", tool_reach_mm=300.0, blank_diameter_mm=200.0,
     blank_length_mm=320.0, to_mm=100.0,
 )  # fmt: skip
-OTHERS = ("cad.dxf", "r12.dxf", "carve.ngc", "table.xlsx", "comma.csv")
+ON_GRBL = replace(CARVED, dialect="grbl")
+CAMERA = Camera(
+    width_px=2000, height_px=1500, fx=2400.0, fy=2410.0, cx=990.0, cy=760.0, k1=-0.1, p1=1e-3
+)  # fmt: skip
+AWAY_MM = 700.0
+"""Of the cameras."""
+PHOTOS = ("a.jpg", "b.jpg", "c.jpg")
+OTHERS = (
+    "cad.dxf", "r12.dxf", "carve.ngc", "grbl.nc", "ampscan.aop", "table.xlsx", "comma.csv",
+    "colmap", "transforms.json", "report.pdf",
+)  # fmt: skip
 _SECONDS = 300
 _EMPTY_PDF = 2000
 _GERMAN = "de_DE.UTF-8"
@@ -129,17 +149,50 @@ def written(folder: Path) -> list[Path]:
     meshes = [
         write_limb(limb, folder / f"limb.{kind}") for kind in ("stl", "3mf", "ply", "obj", "glb")
     ]
-    from limbgram.formats.vtp import write_vtp
-
     meshes.append(write_vtp(mesh, folder / "limb.vtp", "mm"))
     export(shape, Drawing(spacing_mm=40.0), folder / "cad.dxf")
     standing = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
     aligned = replace(shape, limb=replace(limb, frame=standing))
     export(aligned, CARVED, folder / "carve.ngc", "right")
+    export(aligned, ON_GRBL, folder / "grbl.nc", "right")
+    export(aligned, Aop(profile="ampscan"), folder / "ampscan.aop", "right")
+    source = ShapeSource(limb=aligned.limb, sha256="0" * 64, kind="PLY", limb_file_sha256=None)
+    report(Subject(shape=source), ReportRequest(), folder)
     export(shape, Drawing(spacing_mm=40.0, r12=True), folder / "r12.dxf")
     (folder / "table.xlsx").write_bytes(xlsx_of([TABLE]))
     (folder / "comma.csv").write_text(csv_of(TABLE, "comma"), "utf-8")
+    _write_cameras(vertices, folder)
     return [*meshes, *(folder / one for one in OTHERS)]
+
+
+def _write_cameras(points: np.ndarray, folder: Path) -> None:
+    """Three cameras that see all these points, as COLMAP and nerfstudio take them."""
+    up = np.array([0.0, 0.0, 1.0])
+    poses = tuple(
+        Rigid.looking_at(AWAY_MM * np.array([np.cos(turn), np.sin(turn), 0.2]), np.zeros(3), up)
+        for turn in (0.0, 0.5, 1.0)
+    )
+    seen = [CAMERA.project(pose.apply(points)) for pose in poses]
+    scene = Scene(
+        names=PHOTOS,
+        cameras=(CAMERA,),
+        camera_idx=(0, 0, 0),
+        camera_from_world=poses,
+        points_in_world=points,
+        observations=Observations(
+            np.repeat(np.arange(3, dtype=np.int32), len(points)),
+            np.tile(np.arange(len(points), dtype=np.int32), 3),
+            np.concatenate(seen),
+        ),
+        verdicts=(),
+    )
+    metric = MetricScene(scene=scene, scale=Scale(unit="mm", source="board", relative_sigma=0.0))
+    colours = np.full((len(points), 3), COLOUR, np.uint8)
+    write_colmap(metric, folder / "colmap", colours=colours)
+    for name in PHOTOS:
+        Image.new("RGB", (CAMERA.width_px, CAMERA.height_px)).save(folder / name)
+    write_transforms(metric, folder / "transforms.json", ".")
+    np.savetxt(folder / "points.txt", np.hstack([points, *seen]))
 
 
 def _by_python(library: str, script: str) -> "Look":
@@ -172,12 +225,20 @@ def _told(program: str, file: Path, ended: subprocess.CompletedProcess[str]) -> 
     return Seen(program=program, file=file.name, opens=True, **{**tree, "size": shown})
 
 
-def _run(words: list[str], **extra: str) -> "subprocess.CompletedProcess[str]":
+def _run(
+    words: list[str], folder: Path | None = None, **extra: str
+) -> "subprocess.CompletedProcess[str]":
     bare = {key: value for key, value in os.environ.items() if not key.startswith("VIRTUAL")}
     around = {**bare, "QT_QPA_PLATFORM": "offscreen", **extra}
     try:
         return subprocess.run(
-            words, capture_output=True, text=True, timeout=_SECONDS, env=around, check=False
+            words,
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=_SECONDS,
+            env=around,
+            check=False,
         )
     except subprocess.TimeoutExpired:
         return subprocess.CompletedProcess(words, 124, "", f"no answer in {_SECONDS} s")
@@ -288,6 +349,29 @@ def _linuxcnc(program: str, file: Path, _: list[str]) -> Seen:
     why = (ended.stderr.strip().splitlines() or ["no answer"])[-1]
     note = f"{moves} moves, to the end" if whole else why[:100]
     return Seen(program=program, file=file.name, opens=whole and moves > 0, note=note)
+
+
+def _grbl(program: str, file: Path, _: list[str]) -> Seen:
+    """Grbl's own parser, line by line; it stops at the first line that it refuses."""
+    ended = _run([_need("gvalidate", "gvalidate.exe"), str(file)], file.parent)  # keeps an EEPROM
+    taken, lines = ended.stdout.count("ok"), len(file.read_text("ascii").splitlines())
+    whole = ended.returncode == 0 and taken >= lines
+    note = f"{lines} lines, all taken" if whole else f"refused after {taken} lines"
+    return Seen(program=program, file=file.name, opens=whole, units="G21", note=note)
+
+
+def _poppler(program: str, file: Path, _: list[str]) -> Seen:
+    about = _run([_need("pdfinfo"), str(file)])
+    told = dict(re.findall(r"^([\w ]+): +(.*)$", about.stdout, re.MULTILINE))
+    rows = _run([_need("pdffonts"), str(file)]).stdout.splitlines()[2:]
+    kinds = sorted({" ".join(row[37:54].split()) for row in rows})
+    embedded = all(row.split()[-5] == "yes" for row in rows)
+    note = (
+        f"{told.get('Pages')} pages, tagged: {told.get('Tagged')}, title: {told.get('Title')}; "
+        f"{len(rows)} fonts ({', '.join(kinds)}), {'all' if embedded else 'not all'} embedded"
+    )
+    good = told.get("Tagged") == "yes" and embedded and "Title" in told
+    return Seen(program=program, file=file.name, opens=good, note=note)
 
 
 def _librecad(program: str, file: Path, _: list[str]) -> Seen:
@@ -427,6 +511,56 @@ assert row == (65.213, 354.25), row
 seen["note"] = "numbers as written"
 seen["units"] = head[0]
 """
+_GMSH = """
+import gmsh
+gmsh.initialize()
+gmsh.option.setNumber("General.Terminal", 0)
+gmsh.merge(path)
+box = gmsh.model.getBoundingBox(-1, -1)
+seen["size"] = [high - low for low, high in zip(box[:3], box[3:])]
+"""
+_AMPSCAN = """
+import numpy
+from ampscan import AmpObject
+limb = AmpObject(path)
+seen["size"] = numpy.ptp(limb.vert, axis=0).tolist()
+"""
+_PYCOLMAP = """
+import numpy, pycolmap
+model = pycolmap.Reconstruction(path)
+worst, places = 0.0, []
+for point in model.points3D.values():
+    places.append(point.xyz)
+    for element in point.track.elements:
+        image = model.images[element.image_id]
+        camera = model.cameras[image.camera_id]
+        there = camera.img_from_cam(image.cam_from_world() * point.xyz)
+        seen_at = image.points2D[element.point2D_idx].xy
+        worst = max(worst, float(numpy.abs(there - seen_at).max()))
+seen["size"] = numpy.ptp(numpy.array(places), axis=0).tolist()
+seen["colours"] = " ".join(str(one) for one in point.color)
+seen["note"] = f"{camera.model.name}, {len(model.images)} photos, points within {worst:.2g} px"
+"""
+_NERFSTUDIO = """
+import os, pathlib, numpy, torch
+from nerfstudio.data.dataparsers.nerfstudio_dataparser import NerfstudioDataParserConfig
+asked = NerfstudioDataParserConfig(
+    data=pathlib.Path(path), orientation_method="none", center_method="none",
+    auto_scale_poses=False, eval_mode="all", downscale_factor=1,
+)
+cameras = asked.setup().get_dataparser_outputs("train").cameras
+rows = numpy.loadtxt(os.path.join(os.path.dirname(path), "points.txt"))
+worst = 0.0
+for idx in range(len(cameras)):
+    across, down = rows[:, 3 + 2 * idx] + 0.5, rows[:, 4 + 2 * idx] + 0.5
+    coords = torch.tensor(numpy.stack([down, across], 1), dtype=torch.float32)
+    rays = cameras.generate_rays(camera_indices=idx, coords=coords)
+    to_point = torch.tensor(rows[:, :3], dtype=torch.float32) - rays.origins
+    beside = to_point - (to_point * rays.directions).sum(1, keepdim=True) * rays.directions
+    worst = max(worst, float(beside.norm(dim=1).max()))
+assert worst < 0.1, f"rays pass {worst:.3g} mm beside their points"
+seen["note"] = f"{len(cameras)} photos, rays within {worst:.2g} mm of their points"
+"""
 Look = Callable[[str, Path, list[str]], Seen]
 PROGRAMS: tuple[tuple[str, tuple[str, ...], Look], ...] = (
     ("PrusaSlicer", (".stl", ".obj", ".3mf"), _prusa_slicer),
@@ -444,6 +578,12 @@ PROGRAMS: tuple[tuple[str, tuple[str, ...], Look], ...] = (
     ("openpyxl", (".xlsx",), _by_python("openpyxl", _OPENPYXL)),
     ("Blender", (".stl", ".obj", ".glb"), _blender),
     ("LinuxCNC's interpreter", (".ngc",), _linuxcnc),
+    ("Grbl 1.1h", (".nc",), _grbl),
+    ("ampscan", (".aop",), _by_python("ampscan", _AMPSCAN)),
+    ("gmsh", (".stl", ".ply"), _by_python("gmsh", _GMSH)),
+    ("pycolmap", ("colmap",), _by_python("pycolmap", _PYCOLMAP)),
+    ("nerfstudio", ("transforms.json",), _by_python("nerfstudio", _NERFSTUDIO)),
+    ("poppler", (".pdf",), _poppler),
 )
 """With the ends of the names of the files that each is for."""
 
@@ -459,7 +599,7 @@ def as_markdown(found: dict[str, Any]) -> str:
         f"{' '.join(map(str, COLOUR))} (as linear light 147 78 33), sigma {SIGMA_MM[0]} to "
         f"{SIGMA_MM[1]} mm. GLB is in metres with +Y up. FreeCAD and LibreCAD know no "
         "MESH: they show the curves, sections every 40 mm from -80 to 80. FreeCAD takes no surface "
-        "of a DXF at all.",
+        "of a DXF at all, gmsh no binary PLY of anybody.",
         "",
         f"| program | file | {' | '.join(columns)} |",
         "|---|---|" + "---|" * len(columns),

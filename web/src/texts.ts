@@ -1204,8 +1204,10 @@ const TEXTS = {
   "file.glb.for": ["viewers", "Betrachter"],
   "file.vtp": ["VTP", "VTP"],
   "file.vtp.for": ["ParaView, pyvista", "ParaView, pyvista"],
+  "file.xlsx": ["XLSX", "XLSX"],
+  "file.xlsx.for": ["landmarks, for a spreadsheet", "Landmarken, für Tabellenprogramme"],
   "file.csv": ["CSV", "CSV"],
-  "file.csv.for": ["the landmarks", "die Landmarken"],
+  "file.csv.for": ["landmarks as text", "Landmarken als Text"],
 
   // Record
   "record.record": ["Record", "Protokoll"],

@@ -134,6 +134,8 @@ class Coverage:
     weakest: Finding | None
     """The region with the least sure middle; None where there is none."""
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, kw_only=True)
 class CaptureCheck:

@@ -9,21 +9,24 @@ import csv
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from math import isfinite
 from typing import Literal
 
 Decimal = Literal["point", "comma"]
 """The decimal sign of a text; with a comma its columns are parted by semicolons."""
-Cell = str | float | int | bool | None
+Cell = str | float | int | bool | date | None
 
 _UNITS = {"mm": "mm", "mm2": "mm\u00b2", "mm3": "mm\u00b3", "ml": "mL"}
 """Endings of columns' names."""
 _MADE = datetime(2000, 1, 1, tzinfo=UTC)
 """A workbook's date, so that the same table gives the same bytes."""
 _LONGEST_TITLE, _WIDEST = 31, 60
+_LONGEST_CELL = 32_767
+"""Letters that a cell of a workbook holds: of a longer text the end is left off, with dots."""
 _NUMBERS = "0.00##"
 _COUNTED = "0"
+_DAYS = "yyyy-mm-dd"
 _OF_FORMULAS = ("=", "+", "-", "@", "\t")
 _BYTE_ORDER_MARK = "\ufeff"
 """By it Excel knows UTF-8."""
@@ -57,7 +60,9 @@ def xlsx_of(tables: Sequence[Table]) -> bytes:
     book = Workbook(content, {"in_memory": True, "strings_to_formulas": False})
     book.set_properties({"created": _MADE, "comments": "limbgram"})
     head = book.add_format({"bold": True, "text_wrap": True, "valign": "top", "bottom": 1})
-    numbers, counted = (book.add_format({"num_format": one}) for one in (_NUMBERS, _COUNTED))
+    numbers, counted, days = (
+        book.add_format({"num_format": one}) for one in (_NUMBERS, _COUNTED, _DAYS)
+    )
     for table in tables:
         sheet = book.add_worksheet(table.title[:_LONGEST_TITLE])
         sheet.freeze_panes(1, 1)
@@ -72,8 +77,13 @@ def xlsx_of(tables: Sequence[Table]) -> bytes:
                         pass
                     case bool():
                         sheet.write_boolean(number, column, cell)
+                    case str() if len(cell) > _LONGEST_CELL:
+                        sheet.write_string(number, column, f"{cell[: _LONGEST_CELL - 1]}\u2026")
                     case str():
                         sheet.write_string(number, column, cell)
+                    case date():
+                        day = datetime(cell.year, cell.month, cell.day)
+                        sheet.write_datetime(number, column, day, days)
                     case int():
                         sheet.write_number(number, column, cell, counted)
                     case float() if isfinite(cell):

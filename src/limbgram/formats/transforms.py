@@ -2,7 +2,8 @@
 
 Poses are world from camera with the camera looking along -Z and its +Y up (OpenGL); pixels count
 from the corner of the first one, as in COLMAP: its centre is 0.5. Every photo has its own numbers
-of the lens, so that photos of several cameras and lenses stand in one file.
+of the lens, so that photos of several cameras and lenses stand in one file. instant-ngp passes over
+k3, and neither knows skew: the file beside undistorted photos needs none of them.
 """
 
 import json
@@ -56,7 +57,7 @@ def _frame(view: View, photos: str) -> dict[str, Any]:
 
 
 def _lens(camera: Camera) -> dict[str, float]:
-    """These programs know no skew: it is left out."""
+    """All that these programs know of a lens."""
     return {
         "w": camera.width_px,
         "h": camera.height_px,

@@ -2,7 +2,7 @@
 
 In      the photos, the metric scene made of them.
 Out     a folder: images/ with every placed photo as its camera without distortion and skew would
-        have taken it, and sparse/ with the model, its image points moved alike.
+        have taken it, sparse/ with the model, its image points moved alike, and transforms.json.
 Method  focal lengths, principal point and size stay; what the photo does not show is black.
 """
 
@@ -18,6 +18,7 @@ from limbgram.core.files import written_whole
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.run import track
 from limbgram.formats.colmap import write_colmap
+from limbgram.formats.transforms import write_transforms
 from limbgram.formats.writing import target
 from limbgram.reconstruction.mapping.colours import point_colours
 from limbgram.reconstruction.mapping.scene import Scene
@@ -52,6 +53,7 @@ def write_undistorted(
         colours = point_colours(photos, metric.scene)
         model = replace(metric, scene=straight)
         write_colmap(model, beside / "sparse", colours=colours, unscaled=unscaled)
+        write_transforms(model, beside / "transforms.json", "images", unscaled=unscaled)
     return path
 
 

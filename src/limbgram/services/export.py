@@ -19,7 +19,7 @@ from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
 from limbgram.core.request_fields import Flag, Within
-from limbgram.core.spreadsheet import Decimal, Table, csv_of
+from limbgram.core.spreadsheet import Decimal, Table, csv_of, xlsx_of
 from limbgram.findings import Finding, note
 from limbgram.formats.aop.cost import AopReport
 from limbgram.formats.aop.profiles import Profile
@@ -184,19 +184,25 @@ class Gcode:
 
 
 @dataclass(frozen=True, kw_only=True)
+class LandmarkBook:
+    """Names and places of the landmarks, as a workbook."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Landmarks:
-    """Names and places of the landmarks, as a table."""
+    """The same as text."""
 
     decimal: Decimal = "point"
     """Decimal sign; with a comma semicolons part the columns."""
 
 
-Export = Triangles | Drawing | Aop | Gcode | Landmarks
+Export = Triangles | Drawing | Aop | Gcode | LandmarkBook | Landmarks
 EXPORTS: Final[dict[str, type[Export]]] = {
     **{one.name: Triangles for one in FORMATS if one.write is not None},
     "dxf": Drawing,
     "aop": Aop,
     "gcode": Gcode,
+    "xlsx": LandmarkBook,
     "csv": Landmarks,
 }
 """The request of each kind of file that is written; all doors offer these."""
@@ -267,7 +273,7 @@ def export(
             exported = _gcode(admit(read.limb, side), path, ask, machine)
         case Drawing():
             exported = _drawing(_sure(read.limb, side), path, ask)
-        case Landmarks():
+        case LandmarkBook() | Landmarks():
             exported = _landmarks(_sure(read.limb, side), path, ask)
         case Triangles():
             exported = _triangles(_sure(read.limb, side), path)
@@ -603,12 +609,13 @@ def _triangles(limb: Limb, path: Path) -> Exported:
     )
 
 
-def _landmarks(limb: Limb, path: Path, ask: Landmarks) -> Exported:
+def _landmarks(limb: Limb, path: Path, ask: LandmarkBook | Landmarks) -> Exported:
     if not limb.landmarks:
         raise OptionsError("exported.no_landmarks", name=limb.name)
     rows = tuple((mark.name, *_rounded(mark.position_mm)) for mark in limb.landmarks)
     table = Table(title="landmarks", columns=("name", "x_mm", "y_mm", "z_mm"), rows=rows)
-    write_bytes(path, csv_of(table, ask.decimal).encode())
+    as_text = isinstance(ask, Landmarks)
+    write_bytes(path, csv_of(table, ask.decimal).encode() if as_text else xlsx_of([table]))
     return Exported(
         path=path,
         limb=limb,

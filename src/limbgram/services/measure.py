@@ -26,7 +26,6 @@ from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.thickness import Thickness
 from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.along import AlongCentreline, measure_along
-from limbgram.workbench.measures.form import sheet_table
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
     Measures,
@@ -217,7 +216,7 @@ def _written(limb: AlignedLimb, found: Sheet, files: MeasureFiles) -> Iterator[P
     if files.walls is not None and measures.wall is not None:
         yield write_bytes(files.walls, _map(limb, measures.wall))
     if files.sheet_csv is not None and form is not None:
-        yield write_bytes(files.sheet_csv, csv_of(sheet_table(form), files.decimal).encode())
+        yield write_bytes(files.sheet_csv, csv_of(form.table(), files.decimal).encode())
 
 
 def _picture(measures: Measures) -> bytes:

@@ -1,5 +1,7 @@
 """What products show of themselves in a notebook, and as other libraries take them."""
 
+import dataclasses
+import inspect
 import sys
 from dataclasses import replace
 from datetime import date
@@ -8,6 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 
+import limbgram
 from limbgram.core.errors import MissingError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief, html_of, library
@@ -53,6 +56,20 @@ def test_texts_of_products_are_short(mesh: Mesh, measures: Measures) -> None:
     assert brief(np.array([1.5, 2.0])) == "[1.5, 2]"
     assert brief((1, 2, 3, 4)) == "<4 x int>"
     assert brief("x" * 1000) == repr("x" * 60 + "...")
+
+
+def test_public_products_that_hold_a_surface_or_lists_tell_their_form_alone() -> None:
+    """Options, and what is named by somebody in a few words, stay as they were written."""
+    public = (getattr(limbgram, name) for name in limbgram.__all__)
+    large = ("ndarray, 'n", "Mesh'", ".Limb'", "Scene'")
+    long = [
+        one.__name__
+        for one in public
+        if inspect.isclass(one) and dataclasses.is_dataclass(one) and one.__repr__ is not brief
+        for field in dataclasses.fields(one)
+        if field.repr and any(word in str(field.type) for word in large)
+    ]
+    assert not long
 
 
 def test_a_table_with_reach_is_shown_as_html(measures: Measures) -> None:

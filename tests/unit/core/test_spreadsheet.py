@@ -3,6 +3,7 @@
 import io
 import shutil
 import subprocess
+from datetime import date
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,17 @@ def test_a_workbook_has_a_sheet_for_each_table_and_the_same_bytes_each_time() ->
     content = xlsx_of([TABLE, other])
     assert openpyxl.load_workbook(io.BytesIO(content)).sheetnames == ["levels", "volumes"]
     assert content == xlsx_of([TABLE, other])
+
+
+def test_a_day_is_a_day_and_a_text_too_long_for_a_cell_keeps_its_beginning() -> None:
+    """A cell holds 32,767 letters; of more the writer would leave it empty without a word."""
+    long = "IMG_0001.jpg: blurred; " * 2000
+    table = Table(title="t", columns=("day", "left_out"), rows=((date(2026, 3, 2), long),))
+    sheet = openpyxl.load_workbook(io.BytesIO(xlsx_of([table])))["t"]
+    assert sheet["A2"].is_date
+    assert sheet["A2"].value.date() == date(2026, 3, 2)
+    assert sheet["B2"].value == long[:32_766] + "\u2026"
+    assert csv_of(table).splitlines()[1].startswith("2026-03-02,IMG_0001")
 
 
 def test_text_with_a_decimal_comma_parts_columns_by_semicolons() -> None:

@@ -165,7 +165,7 @@ def test_a_shape_that_ends_in_points_closes() -> None:
 def test_ampscans_files_stand_one_spoke_behind() -> None:
     found = read_aop(tiny(comments=("Exported from ampscan",), marks=("0",)), "tiny.aop")
     assert found.profile == "ampscan"
-    assert found.warnings == (doubt("aop.front_left_open"),)
+    assert found.warnings == (doubt("aop.ampscan_turn", early=False), doubt("aop.front_left_open"))
     assert not found.frame.front_told
     # Its first radius, 50, lies one spacing after the front: at the patient's right.
     np.testing.assert_allclose(found.radius_map.points_mm()[0, 1], (50, 0, 0), atol=1e-9)
@@ -178,7 +178,7 @@ def test_early_ampscan_files_count_the_other_way_and_are_told() -> None:
     found = read_aop(content, "tiny.aop")
     assert found.profile == "ampscan-early"
     np.testing.assert_allclose(found.radius_map.points_mm()[0, 3], (-60, 0, 0), atol=1e-9)
-    assert found.warnings == (doubt("aop.ampscan_early"), doubt("aop.front_left_open"))
+    assert found.warnings == (doubt("aop.ampscan_turn", early=True), doubt("aop.front_left_open"))
     with pytest.raises(ShapeFileError, match="mirrored"):
         read_aop(tiny(comments=comments, spokes=FORMS[2][0]), "tiny.aop")
 

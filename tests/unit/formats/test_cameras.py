@@ -178,6 +178,12 @@ def test_undistorted_photos_show_each_point_where_a_pinhole_camera_does(
             weight = seen[near]
             middle = [(weight * columns[near]).sum(), (weight * rows[near]).sum()] / weight.sum()
             assert np.hypot(*(middle - (x, y))) < 0.3
+    tree = json.loads((written / "transforms.json").read_text())
+    for frame, name in zip(tree["frames"], NAMES[:3], strict=True):
+        assert (written / frame["file_path"]).name == name
+        assert (written / frame["file_path"]).is_file()
+        assert {frame[k] for k in ("k1", "k2", "k3", "p1", "p2")} == {0.0}
+        assert (frame["fl_x"], frame["cx"]) == (CAMERA.fx, CAMERA.cx + 0.5)
     colours = [one.color for k, one in model.points3D.items() if (k - 1) % 20 == 0]
     assert np.min(colours) > 200  # the spots
     with pytest.raises(ExportError, match="is there already"):

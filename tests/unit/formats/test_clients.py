@@ -26,7 +26,7 @@ from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import ShapeFile, read_limb
 from limbgram.formats.table import FORMATS
 from limbgram.formats.vtp import write_vtp
-from limbgram.services.export import Landmarks, export
+from limbgram.services.export import LandmarkBook, Landmarks, export
 from limbgram.workbench.limb import Landmark, Limb
 
 MARKS = (
@@ -222,10 +222,16 @@ def test_landmarks_as_a_table(mesh: Mesh, tmp_path: Path) -> None:
     lines = told.path.read_text("utf-8-sig").splitlines()
     assert lines[0] == "name;x_mm;y_mm;z_mm"
     assert lines[2] == "Schienbeinhöcker;0,0;50,0;-10,5"
+    book = export(shape, LandmarkBook(), tmp_path / "a.xlsx").path
+    openpyxl = pytest.importorskip("openpyxl", reason="openpyxl is not installed")
+    heads, *rows = openpyxl.load_workbook(book)["landmarks"].iter_rows(values_only=True)
+    assert heads == ("name", "x [mm]", "y [mm]", "z [mm]")
+    assert rows == [(mark.name, *mark.position_mm.tolist()) for mark in MARKS]
     bare = replace(shape, limb=Limb(mesh=mesh))
-    with pytest.raises(OptionsError) as refused:
-        export(bare, Landmarks(), tmp_path / "b.csv")
-    assert refused.value.finding.code == "exported.no_landmarks"
+    for ask, name in ((Landmarks(), "b.csv"), (LandmarkBook(), "b.xlsx")):
+        with pytest.raises(OptionsError) as refused:
+            export(bare, ask, tmp_path / name)
+        assert refused.value.finding.code == "exported.no_landmarks"
 
 
 def test_tables_as_pandas_reads_them() -> None:

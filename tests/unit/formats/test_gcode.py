@@ -1,8 +1,10 @@
 """The program as a controller reads it: units, header, safe moves, and what it carves."""
 
+import itertools
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -307,3 +309,21 @@ def test_a_machine_file_that_is_none(tmp_path: Path) -> None:
     for name, says in (("none", "cannot be read"), ("large", "too large"), ("odd", "no machine")):
         with pytest.raises(OptionsError, match=says):
             read_machine(tmp_path / f"{name}.toml")
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc"])
+def test_rings_within_a_turn_go_back_to_nothing_and_stay_there(
+    tmp_path: Path, limb: Limb, dialect: Literal["linuxcnc", "fanuc"]
+) -> None:
+    """A ring that is gone back ends at 0, which is written as a little; to name 0 again from there
+    would be a whole turn where the sign is the way."""
+    control = Control(dialect=dialect, winding="rollover")
+    report = write_gcode(limb, tmp_path / "l.nc", replace(OPTIONS, pattern="rings"), control)
+    assert report.check.gouge_mm < 0.02
+    words = [float(word) for word in re.findall(r" A(-?[\d.]+)", report.path.read_text("ascii"))]
+    # From one place to the next it turns by a few degrees, never nearly all the way round.
+    ways = [
+        (to - abs(start)) % 360 if to >= 0 or dialect == "fanuc" else (abs(start) + to) % 360
+        for start, to in itertools.pairwise(words)
+    ]
+    assert max(min(way, 360 - way) if dialect == "fanuc" else way for way in ways) < 20

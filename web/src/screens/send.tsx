@@ -21,11 +21,11 @@ import { type Finding, told } from "../words";
 import { openWith } from "./rectify";
 import type { RoomProps } from "./room";
 
-type Kind = "aop" | "gcode" | "stl" | "3mf" | "dxf" | "ply" | "obj" | "glb" | "vtp" | "csv";
+type Kind = "aop" | "gcode" | "stl" | "3mf" | "dxf" | "ply" | "obj" | "glb" | "vtp" | "xlsx" | "csv";
 type Side = "left" | "right";
 
 const FIRST: readonly Kind[] = ["aop", "gcode", "stl", "dxf"];
-const MORE: readonly Kind[] = ["3mf", "ply", "obj", "glb", "vtp", "csv"];
+const MORE: readonly Kind[] = ["3mf", "ply", "obj", "glb", "vtp", "xlsx", "csv"];
 /** What printers and design programs take. */
 const MESHES: readonly Kind[] = ["stl", "3mf", "ply", "obj", "glb", "vtp"];
 

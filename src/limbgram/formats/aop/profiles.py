@@ -5,9 +5,10 @@ omega   landmark radii in inches, everything else in millimetres.
 ampscan its reader and writer stand one spoke behind (the first spoke lies one spacing after the
         front), and its landmarks are angles from +x in a frame with the front at -y.
 ampscan-early
-        files of its first writer count the spokes the other way round: taken as they stand they
-        are mirror images. Measured on two of its files against the shapes they were made of:
-        0.12 and 0.21 mm RMS so, over 5 mm the usual way.
+        files of its first writer (February to October 2022) count the spokes the other way round:
+        taken as they stand they are mirror images. Measured on two of its files against the shapes
+        they were made of: 0.12 and 0.21 mm RMS so, over 5 mm the usual way. Nothing in a file says
+        surely which writer it was: both list slices or not as they are asked to.
 """
 
 from typing import Literal
@@ -28,8 +29,8 @@ _EVEN = 1e-3
 def profile_of(file: AopFile) -> Profile:
     """The profile that a file speaks for; omega is told later, by the landmarks' radii.
 
-    The first writer of ampscan listed even heights one by one; the later one writes their
-    spacing, and lists only uneven ones.
+    Files of the first writer of ampscan that are known list even heights one by one; the later one
+    does so only where it is asked to. Either way the reader notes that it may be the other one.
     """
     if not any("ampscan" in line.lower() for line in file.comments):
         return "mm"

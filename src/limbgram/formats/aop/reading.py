@@ -64,10 +64,9 @@ def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopRe
     mm_per_radius = _landmark_unit(file, radius_map, profile)
     stated = any(_UNIT_COMMENT in line.upper() for line in file.comments)
     warnings = list(file.warnings)
-    if profile == "ampscan-early":
-        warnings.append(doubt("aop.ampscan_early"))
     front_told = profile not in _FRONT_AT_MINUS_Y or written_here(file)
     if not front_told:
+        warnings.append(doubt("aop.ampscan_turn", early=profile == "ampscan-early"))
         warnings.append(doubt("aop.front_left_open"))
     landmarks: list[Landmark] = []
     for mark in file.landmarks:

@@ -88,7 +88,8 @@ class _Counter:
     def __init__(self, control: Control) -> None:
         self._control = control
         self._taken_off = 0.0
-        self._word = ""
+        self._at_deg: float | None = None
+        """Where it stands within a turn; None before the first word."""
 
     def to_start(self, x_mm: float, a_deg: float) -> str:
         """The lines that bring the raised tool over where a strip begins: at the angle at which
@@ -97,21 +98,17 @@ class _Counter:
         line = self._reset(a_deg) if self._control.winding == "reset" else ""
         if self._control.winding != "rollover":
             word = f" {self._letter}{a_deg - self._taken_off:.3f}"
-        elif self._word:
+        elif self._at_deg is not None:
             word = ""  # it stands there, and the same place by another sign would be a turn off
         else:
-            self._word = self._wrapped(a_deg, 1.0)
-            word = f" {self._letter}{self._word}"
+            word = self._word(self._wrapped(a_deg, 1.0))
         return f"{line}G0 X{x_mm:.3f}{word}\n"
 
     def wrapped(self, a_deg: Float64[np.ndarray, " k"]) -> Iterator[str]:
-        """Words within one turn after the first place; none where it stays, for a control that
-        goes by the sign might take a rounded word for a turn."""
+        """Words within one turn after the first place; none where it stands there already, for a
+        control that goes by the sign might take a rounded word for a turn."""
         for before, after in zip(a_deg[:-1].tolist(), a_deg[1:].tolist(), strict=True):
-            word = self._wrapped(after, after - before)
-            still = word.lstrip("-") == self._word.lstrip("-")
-            yield "" if still else f" {self._letter}{word}"
-            self._word = word
+            yield self._word(self._wrapped(after, after - before))
 
     def runs(self, a_deg: Float64[np.ndarray, " k"]) -> Iterator[_Run]:
         """The places of a strip, parted where whole turns are taken off."""
@@ -137,6 +134,16 @@ class _Counter:
     @property
     def _letter(self) -> str:
         return self._control.letter
+
+    def _word(self, wrapped: str) -> str:
+        """A place within a turn as a word; none where the axis stands, to the last digit."""
+        to_deg = abs(float(wrapped))
+        if self._at_deg is not None:
+            apart = (to_deg - self._at_deg) % TURN_DEG
+            if min(apart, TURN_DEG - apart) < 1.5 * _LEAST_DEG:
+                return ""
+        self._at_deg = to_deg
+        return f" {self._letter}{wrapped}"
 
     def _wrapped(self, a_deg: float, way: float) -> str:
         within = round(a_deg % TURN_DEG, 3) % TURN_DEG

@@ -29,8 +29,9 @@ from limbgram.workbench.carving.toolpath import Toolpath, plan_toolpath
 from limbgram.workbench.limb import Limb
 
 _ROUNDING = 0.0005 + 1e-9
-_ROLLED_DEG = 0.0015
-"""Within one turn a word may be rounded the other way, and nothing is written as a little."""
+_ROLLED_DEG = 0.0015 + 1e-9
+"""Within one turn a word may be rounded the other way, nothing is written as a little, and a place
+within the last digit is not gone to."""
 _DEEPEST_GOUGE_MM = 0.05
 _LEAST_TOLD_MM = 0.05
 """Of what stays in the blank: less is shown as nothing."""

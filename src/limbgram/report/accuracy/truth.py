@@ -13,6 +13,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import COVER, MAD_TO_SIGMA
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.notebook import brief
 from limbgram.report.accuracy.figures import (
     DistanceHistogram,
     SigmaPart,
@@ -57,6 +58,8 @@ class KnownTruth:
     centres_mm: Points3
     """Our camera centres, in the order of the truth's; none where it has none."""
     alignment: Alignment = "surface"
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True)

@@ -108,6 +108,8 @@ class Visit:
     limb: Limb
     day: date
 
+    __repr__ = brief
+
 
 def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     """Lay all on the first and measure them between the heights that all have.

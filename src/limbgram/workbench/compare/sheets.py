@@ -129,9 +129,9 @@ class SheetTrend:
         """A row for each figure of each visit."""
         return Table(
             title="visits",
-            columns=("day", "name", "value", "sigma"),
+            columns=("day", "name", "value", "unit", "sigma"),
             rows=tuple(
-                (day.isoformat(), one.name, figure.value, figure.sigma)
+                (day, one.name, figure.value, one.unit, figure.sigma)
                 for one in self.courses
                 for day, figure in zip(one.days, one.figures, strict=True)
             ),

@@ -11,6 +11,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Literal
 
+from limbgram.core.notebook import brief
 from limbgram.core.request_fields import Within
 from limbgram.workbench.devices import kinds
 from limbgram.workbench.devices.trims import Amount, Measure, Trim, TrimPoint
@@ -106,6 +107,8 @@ class Device:
     widths: tuple[Width, ...] = ()
     more: tuple[Measure, ...] = ()
     """Measures beside those of the trim, the wall and the adapter."""
+
+    __repr__ = brief
 
     def measures(self, made: Fabrication) -> tuple[Measure, ...]:
         """All, in the order of forms."""

@@ -20,6 +20,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.devices.adapter import Alignment, plate_of
 from limbgram.workbench.devices.blocks import Block, Boss
@@ -77,6 +78,8 @@ class Order:
     """What makes the positive of the limb."""
     bodies: tuple[ImportedBody, ...] = ()
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, kw_only=True)
 class Preview:
@@ -94,6 +97,8 @@ class Preview:
     thinnest_mm: float
     thinnest_point_mm: tuple[float, float, float]
     findings: tuple[Finding, ...]
+
+    __repr__ = brief
 
     @property
     def handles(self) -> tuple[Handle, ...]:
@@ -113,6 +118,8 @@ class Made:
     """At each vertex of the solid; NaN on edges, blocks and fittings."""
     alignment: Alignment | None
     findings: tuple[Finding, ...]
+
+    __repr__ = brief
 
 
 def device_named(name: str) -> Device:

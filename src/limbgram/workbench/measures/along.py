@@ -21,7 +21,8 @@ import numpy as np
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.core.notebook import brief, html_of
+from limbgram.core.interval import HOLDS
+from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Cell, Table
 from limbgram.findings import Finding, as_json, told
 from limbgram.workbench.anatomy.centreline import Centreline
@@ -109,9 +110,26 @@ class AlongCentreline:
         )
         return (self.table(), *((lengths,) if self.lengths else ()))
 
+    def to_frame(self) -> Any:
+        """A pandas.DataFrame with a row for each station.
+
+        Raises:
+            MissingError: pandas is not installed.
+        """
+        return data_frame(self.table())
+
     def _repr_html_(self) -> str:
-        """The same table, for notebooks."""
-        return html_of(self.table())
+        """The stations with ±, for notebooks."""
+        rows = tuple(
+            (
+                one.along_mm,
+                *(one.figures[name].with_reach if one.figures else "" for name in ACROSS),
+                None if one.reason is None else told(one.reason),
+            )
+            for one in self.stations
+        )
+        table = Table(title="stations", columns=("along_mm", *ACROSS, "reason"), rows=rows)
+        return html_of(table, f"across the centreline, mm; {HOLDS}")
 
 
 def measure_along(

@@ -25,7 +25,7 @@ from jaxtyping import Bool, Float64, Int32, Int64
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.smoothed_length import SmoothedLength, smoothed_length, taut_length
-from limbgram.core.interval import Interval
+from limbgram.core.interval import Interval, plus_minus
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.sections import Section, cut, holds, of_one_limb
 from limbgram.core.mesh.topology import boundary_half_edges
@@ -183,6 +183,11 @@ class Figure:
     def interval(self) -> Interval | None:
         """Where the true value lies in 95 of 100 cases: what ± tells."""
         return None if self.sigma is None else Interval.of_sigma(self.sigma)
+
+    @property
+    def with_reach(self) -> str:
+        """To a tenth, with its ±, for tables that people read."""
+        return f"{self.value:.1f} {plus_minus(self.interval, 1)}".rstrip()
 
 
 @dataclass(frozen=True)

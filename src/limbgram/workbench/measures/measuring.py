@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from limbgram.core.errors import MeasureError, OptionsError
-from limbgram.core.interval import COVER, HOLDS, plus_minus
+from limbgram.core.interval import COVER, HOLDS
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Table, heading
 from limbgram.core.tape import PLACING_SIGMA_MM
@@ -188,8 +188,7 @@ class Measures:
         names = [name for name in (*MEASURES, _VOLUME) if self._has(name)]
         columns = ("from_reference_mm", *names)
         rows = tuple(
-            (row.from_reference_mm, *(_with_reach(row.figures.get(name)) for name in names))
-            for row in self.rows
+            (row.from_reference_mm, *map(_told, map(row.figures.get, names))) for row in self.rows
         )
         said = f"{self.limb.name}: heights in mm from {self.counted_from}; {HOLDS}"
         return html_of(Table(title="levels", columns=columns, rows=rows), said.removeprefix(": "))
@@ -240,8 +239,8 @@ def _value_and_sigma(figure: Figure | None) -> tuple[float | None, float | None]
     return (None, None) if figure is None else (figure.value, figure.sigma)
 
 
-def _with_reach(figure: Figure | None) -> str:
-    return "" if figure is None else f"{figure.value:.1f} {plus_minus(figure.interval, 1)}".rstrip()
+def _told(figure: Figure | None) -> str:
+    return "" if figure is None else figure.with_reach
 
 
 def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures:

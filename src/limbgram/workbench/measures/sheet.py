@@ -15,13 +15,17 @@ Fails   MeasureError: nobody said the kind, or the side of what has one. What la
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.findings import Finding, note
+from limbgram.core.interval import HOLDS
+from limbgram.core.notebook import brief, data_frame, html_of
+from limbgram.core.spreadsheet import Cell, Table
+from limbgram.findings import Finding, note, told
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.kind import (
     Angle,
@@ -49,6 +53,8 @@ from limbgram.workbench.measures.levels import (
 from limbgram.workbench.measures.sensed import Cut, Sensed, Subject, across
 
 _EXTREME_STEP_MM = 2.0
+_COLUMNS = ("name", "measure", "value", "unit", "sigma", "sigma_of_placing", "formula", "reason")
+_DIGITS = 6
 CENTRELINE = "centreline"
 """The normal of an item that is cut across the limb's centreline."""
 
@@ -99,6 +105,52 @@ class MeasuringSheet:
     shape: str
     rows: tuple[SheetRow, ...]
 
+    __repr__ = brief
+
+    def table(self, language: str = "en") -> Table:
+        """A row for every figure; those without an answer have the reason. Sigma is one standard
+        deviation."""
+        return Table(
+            title="measuring sheet",
+            columns=_COLUMNS,
+            rows=tuple(
+                (
+                    row.name,
+                    row.words[language],
+                    _rounded(None if row.figure is None else row.figure.value),
+                    row.unit,
+                    _rounded(None if row.figure is None else row.figure.sigma),
+                    _rounded(row.placing_sigma),
+                    row.formula,
+                    None if row.reason is None else told(row.reason, language),
+                )
+                for row in self.rows
+            ),
+        )
+
+    def to_frame(self) -> Any:
+        """A pandas.DataFrame with a row for each figure.
+
+        Raises:
+            MissingError: pandas is not installed.
+        """
+        return data_frame(self.table())
+
+    def _repr_html_(self) -> str:
+        """The form with ±, for notebooks."""
+        rows = tuple(
+            (
+                row.words["en"],
+                "" if row.figure is None else row.figure.with_reach,
+                row.unit,
+                None if row.reason is None else told(row.reason),
+            )
+            for row in self.rows
+        )
+        columns = ("measure", "value", "unit", "reason")
+        said = f"{self.shape}: {self.kind}, {self.side}; {HOLDS}".removeprefix(": ")
+        return html_of(Table(title="measuring sheet", columns=columns, rows=rows), said)
+
     def __getitem__(self, name: str) -> Figure:
         """A row's figure.
 
@@ -106,6 +158,10 @@ class MeasuringSheet:
             MeasureError: it has none, for the reason that its row has.
         """
         return _figure_of(next(row for row in self.rows if row.name == name))
+
+
+def _rounded(value: float | None) -> Cell:
+    return None if value is None else float(f"{value:.{_DIGITS}g}")
 
 
 _UNITS = {"_mm": "mm", "_deg": "deg", "_ml": "mL", "_per_cent": "%"}

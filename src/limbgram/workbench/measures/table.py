@@ -11,7 +11,6 @@ from limbgram.core.geometry.smoothed_length import SMOOTHING_MM
 from limbgram.core.spreadsheet import Cell, Decimal, Table, csv_of, several
 from limbgram.findings import as_json, told
 from limbgram.workbench.edits.thickness import Thickness
-from limbgram.workbench.measures.form import sheet_table
 from limbgram.workbench.measures.lengths import Length
 from limbgram.workbench.measures.levels import MEASURES, Figure
 from limbgram.workbench.measures.measuring import Measures, Row
@@ -35,7 +34,7 @@ def tables(measures: Measures, form: MeasuringSheet | None = None) -> tuple[Tabl
     """Everything that was measured: a table for levels, and for each other kind that was asked."""
     given = [_levels(measures), _volumes(measures), _lengths(measures), _tapes(measures)]
     if form is not None:
-        given.append(sheet_table(form))
+        given.append(form.table())
     return (*(one for one in given if one.rows), _about(measures))
 
 

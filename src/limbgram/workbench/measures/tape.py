@@ -15,6 +15,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.core.notebook import brief
 from limbgram.core.tape import (
     AGREES_SIGMAS,
     READING_SIGMA_MM,
@@ -89,6 +90,8 @@ class TapeFit:
     changes: tuple[TapeChange, ...]
     largest_mm: float
     """How far a vertex moved at most."""
+
+    __repr__ = brief
 
 
 def check_reading(

@@ -80,6 +80,8 @@ class Recipe:
     notes: tuple[Finding, ...] = field(default=(), compare=False)
     """What was odd about its file and how it was taken; no part of what is written."""
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, kw_only=True)
 class Replayed:

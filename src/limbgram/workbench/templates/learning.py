@@ -94,6 +94,8 @@ class Pair:
     before: Limb
     after: Limb
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, kw_only=True)
 class Displacements:

@@ -21,6 +21,7 @@ from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.along import AlongCentreline, measure_along
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
+from limbgram.workbench.measures.sheet import measuring_sheet
 
 RADIUS_MM, SIDES = 30.0, 96
 GIRTH_PER_MM = 2 * SIDES * np.sin(np.pi / SIDES)
@@ -182,3 +183,22 @@ def test_the_command_measures_across_the_centreline(tmp_path: Path) -> None:
     told = CliRunner().invoke(app, words).stdout
     assert "Across the centreline of this kind of limb" in told
     assert "mm along the centreline" in told
+
+
+def test_the_tables_in_a_notebook_have_their_reach_and_in_pandas_their_sigma() -> None:
+    pytest.importorskip("pandas", reason="pandas is not installed")
+    found, form = measure_along(foot(), 100.0, placing=SURE), measuring_sheet(foot())
+    (station, *_), frame = found.stations, found.to_frame()
+    girth = station.figures["tape_mm"]
+    assert girth.sigma is not None
+    assert (frame.tape_mm[0], frame.sigma_tape_mm[0]) == (girth.value, girth.sigma)
+    assert f"{girth.value:.1f} ± {1.96 * girth.sigma:.1f}" in found._repr_html_()
+    sheet = form.to_frame()
+    assert list(sheet.name) == [row.name for row in form.rows]
+    row = next(one for one in form.rows if one.figure is not None and one.figure.sigma)
+    assert row.figure is not None
+    assert sheet.value[list(sheet.name).index(row.name)] == pytest.approx(
+        row.figure.value, rel=1e-5
+    )
+    assert row.figure.with_reach in form._repr_html_()
+    assert len(repr(form)) < 600
