@@ -24,11 +24,11 @@ def inlined(function: Function) -> Function:
     return register_jitable(inline="always")(function)
 
 
-def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+def njit(*, cache: bool = False, **options: Any) -> Callable[[Function], Function]:
     """numba's `njit`, whose cache also follows what a kernel takes from other files."""
 
-    def compiled(function: Callable[..., Any]) -> Any:
-        kernel = numba.njit(**options)(function)  # noqa: TID251
+    def compiled(function: Function) -> Function:
+        kernel: Any = numba.njit(**options)(function)  # noqa: TID251
         if cache:
             kernel._cache = _Cache(function)  # what numba's `cache=True` does with its own
         return kernel

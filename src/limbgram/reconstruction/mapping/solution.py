@@ -60,7 +60,7 @@ class Adjusted:
     """Standard deviation of a measured coordinate, robustly from the residuals."""
     covariance: Float64[np.ndarray, "u u"]
     """Of placed photos and lenses together, zero where held; see Scene.camera_covariance."""
-    lens_covariance: Float64[np.ndarray, "c 10 10"]
+    lens_covariance: Float64[np.ndarray, "c lens lens"]
     """Of every camera's lens after the adjustment; zero where held."""
 
 
@@ -321,7 +321,7 @@ class _Measured:
         cls,
         bundle: Bundle,
         lens_idx: Int64[np.ndarray, " p"],
-        basis: Float64[np.ndarray, "c 10 q"],
+        basis: Float64[np.ndarray, "c lens q"],
         sigma_px: float,
         damping: float,
     ) -> "_Measured":
@@ -338,7 +338,7 @@ class _Measured:
 def reduced_equations(
     bundle: Bundle,
     lens_idx: Int64[np.ndarray, " p"],
-    basis: Float64[np.ndarray, "c 10 q"],
+    basis: Float64[np.ndarray, "c lens q"],
     sigma_px: float,
     damping: float,
 ) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"], Float64[np.ndarray, " u"]]:
