@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import PARAMETERS, Camera
+from limbgram.core.geometry.lens import HELD, PARAMETERS, Camera
 from limbgram.reconstruction.calibration.board import (
     BoardCalibration,
     CalibrationOptions,
@@ -20,7 +20,7 @@ from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoC
 from limbgram.reconstruction.targets.board_detection import find_board
 
 FLAT = CalibrationOptions(board_gain=2.0)
-FREE = [PARAMETERS.index(name) for name in PARAMETERS if name not in ("skew", "k3")]
+FREE = [PARAMETERS.index(name) for name in PARAMETERS if name not in HELD]
 TRUE = Camera(
     width_px=2400, height_px=1600, fx=5500.0, fy=5498.0, cx=1211.0, cy=781.0,
     k1=-0.09, k2=0.05, p1=0.0004, p2=-0.0003,

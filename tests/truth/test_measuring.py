@@ -120,7 +120,7 @@ def test_errors_scatter_as_the_sigmas_say(ball: Ball) -> None:
 
 def test_a_half_pixel_error_in_the_cameras_shows(ball: Ball) -> None:
     """The check can fail: the same photos with every pixel half a pixel off give another ball."""
-    shifted = CAMERA.with_parameters(CAMERA.packed + np.array([0, 0, 0, 0.5, 0, 0, 0, 0, 0, 0]))
+    shifted = replace(CAMERA, cy=CAMERA.cy + 0.5)
     scene = ball.metric.scene
     moved = Scene(
         names=scene.names,

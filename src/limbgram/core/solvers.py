@@ -9,13 +9,13 @@ and follows the kernel that it stands in.
 import math
 
 import numpy as np
-from numba import njit
-from numba.extending import register_jitable
+
+from limbgram.core.kernels import inlined, njit
 
 _SINGULAR = 1e-15
 
 
-@register_jitable(inline="always")
+@inlined
 def adjugate(a: float, b: float, c: float, d: float, e: float, f: float):
     """Of the symmetric matrix [a b c; b d e; c e f]: its six cofactors, in this order, and its
     determinant. The inverse is the cofactors over the determinant.

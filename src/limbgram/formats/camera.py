@@ -1,7 +1,8 @@
 """The camera file: one calibration as JSON that people can read.
 
-Pixel (0, 0) is the centre of the top left pixel; the lens model is geometry.camera's. Sigmas
-are written for people; what is read back is the covariance they come from.
+Pixel (0, 0) is the centre of the top left pixel; the lens model is that of core.geometry.lens.
+Sigmas are written for people; what is read back is the covariance they come from. Coefficients that
+a file does not have are zero: it was written before the model had them.
 """
 
 import json
@@ -15,7 +16,7 @@ import numpy as np
 
 from limbgram.core.errors import CaseError, reason_of
 from limbgram.core.files import json_of, read_content, write_bytes
-from limbgram.core.geometry.lens import PARAMETERS, Camera
+from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, Camera, LensParameters
 from limbgram.core.typed import Strictness, value_of
 from limbgram.findings import Finding, fault, note
 from limbgram.reconstruction.calibration.cameras import Calibration, LensSource
@@ -31,22 +32,6 @@ _AS_WRITTEN = Strictness(pass_over_unknown=True)
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Lens:
-    """A number for each parameter of a lens."""
-
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    skew: float
-    k1: float
-    k2: float
-    p1: float
-    p2: float
-    k3: float
-
-
-@dataclass(frozen=True, kw_only=True)
 class _CameraFile:
     """What a camera file holds, as far as it is read."""
 
@@ -56,9 +41,9 @@ class _CameraFile:
     height_px: int
     label: str
     source: LensSource
-    parameters: _Lens
+    parameters: LensParameters
     covariance: tuple[tuple[float, ...], ...]
-    sigmas: _Lens | None = None
+    sigmas: LensParameters | None = None
     focal_mm: float | None = None
     focal_35mm: float | None = None
     digital_zoom: float | None = None
@@ -128,7 +113,8 @@ def read_camera(path: Path | str) -> Calibration:
     path = Path(path)
     content = read_content(path, _LARGEST_BYTES, CaseError, note("file.camera.how_made"))
     try:
-        record = value_of(json_of(content), _CameraFile, strictness=_AS_WRITTEN)
+        tree = json_of(content)
+        record = value_of(tree, _CameraFile, strictness=_AS_WRITTEN)
     except ValueError as error:
         raise _unusable(path, reason_of(error)) from error
     camera = Camera(
@@ -149,7 +135,9 @@ def read_camera(path: Path | str) -> Calibration:
         value = getattr(record, name)
         if value is not None and value < 0:
             raise _unusable(path, fault("file.camera.negative", field=name))
-    covariance = _covariance(path, record.covariance)
+    rows = [row for row, name in enumerate(PARAMETERS) if name in tree["parameters"]]
+    covariance = np.zeros((LENS_SIZE, LENS_SIZE))
+    covariance[np.ix_(rows, rows)] = _covariance(path, record.covariance, len(rows))
     if record.sigmas is not None:
         _require_own_sigmas(path, record.sigmas, covariance)
     return Calibration(
@@ -166,8 +154,8 @@ def read_camera(path: Path | str) -> Calibration:
     )
 
 
-def _covariance(path: Path, rows: tuple[tuple[float, ...], ...]) -> np.ndarray:
-    size = len(PARAMETERS)
+def _covariance(path: Path, rows: tuple[tuple[float, ...], ...], size: int) -> np.ndarray:
+    """Of the parameters that the file has."""
     if len(rows) != size or any(len(row) != size for row in rows):
         raise _unusable(path, fault("file.camera.covariance_size", size=size))
     covariance = np.array(rows, float)
@@ -184,7 +172,7 @@ def _covariance(path: Path, rows: tuple[tuple[float, ...], ...]) -> np.ndarray:
     return covariance
 
 
-def _require_own_sigmas(path: Path, sigmas: _Lens, covariance: np.ndarray) -> None:
+def _require_own_sigmas(path: Path, sigmas: LensParameters, covariance: np.ndarray) -> None:
     """Refuse sigmas that are not those of the covariance: somebody changed one and not the other.
 
     Files that leave them out are read: they say nothing that the covariance does not.

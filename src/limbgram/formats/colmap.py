@@ -16,8 +16,9 @@ import numpy as np
 from jaxtyping import UInt8
 from scipy.spatial.transform import Rotation
 
+from limbgram.core.errors import ExportError
 from limbgram.core.files import other, other_count, require, write_file, write_folder
-from limbgram.core.geometry.lens import PARAMETERS, Camera, without_skew
+from limbgram.core.geometry.lens import OPENCV, PARAMETERS, Camera, without_skew
 from limbgram.core.run import signals_kept
 from limbgram.findings import fault
 from limbgram.formats.writing import target
@@ -101,10 +102,10 @@ def _write_cameras(stream: BinaryIO, scene: Scene) -> None:
 
 def _model(camera: Camera) -> tuple[int, tuple[float, ...]]:
     """COLMAP's simplest model that holds the lens, and its coefficients."""
-    four = (camera.k1, camera.k2, camera.p1, camera.p2)
-    if camera.k3:
-        return _FULL_OPENCV, (*four, camera.k3, 0.0, 0.0, 0.0)
-    return (_OPENCV, four) if any(four) else (_PINHOLE, ())
+    *four, k3 = camera.coefficients("COLMAP", OPENCV, ExportError)
+    if k3:
+        return _FULL_OPENCV, (*four, k3, 0.0, 0.0, 0.0)
+    return (_OPENCV, tuple(four)) if any(four) else (_PINHOLE, ())
 
 
 def _write_images(stream: BinaryIO, scene: Scene) -> None:

@@ -17,10 +17,10 @@ from typing import BinaryIO
 
 import numpy as np
 from jaxtyping import Float64, Int16, Int64
-from numba import njit
 
 from limbgram.core.files import other_count, require, write_file
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import with_faces
 from limbgram.findings import fault

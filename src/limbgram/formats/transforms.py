@@ -12,12 +12,14 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from limbgram.core.errors import ExportError
 from limbgram.core.files import other, require, write_file
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.formats.writing import target
 from limbgram.reconstruction.scale.metric import MetricScene
 
 _HALF = 0.5
+_KNOWN = ("k1", "k2", "k3", "p1", "p2")
 _OPENGL_FROM_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
@@ -65,9 +67,5 @@ def _lens(camera: Camera) -> dict[str, float]:
         "fl_y": camera.fy,
         "cx": camera.cx + _HALF,
         "cy": camera.cy + _HALF,
-        "k1": camera.k1,
-        "k2": camera.k2,
-        "k3": camera.k3,
-        "p1": camera.p1,
-        "p2": camera.p2,
+        **dict(zip(_KNOWN, camera.coefficients("nerfstudio", _KNOWN, ExportError), strict=True)),
     }

@@ -59,8 +59,7 @@ def write_undistorted(
 
 def pinhole(camera: Camera) -> Camera:
     """The same camera without distortion and skew."""
-    size = {"width_px": camera.width_px, "height_px": camera.height_px}
-    return Camera(**size, fx=camera.fx, fy=camera.fy, cx=camera.cx, cy=camera.cy)
+    return replace(camera.undistorted, skew=0.0)
 
 
 def _straight(scene: Scene) -> Scene:

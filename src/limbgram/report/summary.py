@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from limbgram.capture.setup import SetupCited
+from limbgram.core.geometry.lens import Camera
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Timing
 from limbgram.core.typed import Strictness, value_of
@@ -90,23 +91,16 @@ class PhotoSummary:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CameraSummary:
-    """A camera after the adjustment."""
+class _Origin:
+    """Fields that stand before those of the camera."""
 
     label: str
     source: LensSource
-    width_px: int
-    height_px: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    skew: float
-    k1: float
-    k2: float
-    p1: float
-    p2: float
-    k3: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraSummary(Camera, _Origin):
+    """A camera after the adjustment."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,7 @@ from limbgram.cases.certificates import (
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.errors import CaseError, OptionsError
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.findings import advice, note, told
 from limbgram.formats.camera import write_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
@@ -52,7 +52,9 @@ def certificate(
 
 def camera_file(path: Path, fx: float = 3000.0) -> Path:
     camera = Camera(width_px=1200, height_px=800, fx=fx, fy=fx, cx=600.0, cy=400.0)
-    calibration = Calibration(camera=camera, covariance=np.eye(10), source="board", label="Cam")
+    calibration = Calibration(
+        camera=camera, covariance=np.eye(LENS_SIZE), source="board", label="Cam"
+    )
     write_camera(path, calibration)
     return path
 

@@ -6,8 +6,19 @@ import cv2
 import numpy as np
 import pytest
 
+from limbgram.core.errors import ExportError
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import LENS_SIZE, Camera, View, project_and_differentiate, turned
+from limbgram.core.geometry.lens import (
+    COEFFICIENTS,
+    IN_PIXELS,
+    LENS_SIZE,
+    OPENCV,
+    PARAMETERS,
+    Camera,
+    View,
+    project_and_differentiate,
+    turned,
+)
 
 LENS = Camera(
     width_px=2400, height_px=1600, fx=2800.0, fy=2790.0, cx=1210.0, cy=790.0,
@@ -18,9 +29,14 @@ POSE = Rigid.from_rotation_vector(np.array([0.2, -0.1, 0.3]), np.array([20.0, -1
 POINTS = np.random.default_rng(1).uniform(-220, 220, (200, 3))
 
 
+def test_the_coefficients_are_what_follows_pinhole_and_skew() -> None:
+    assert (*IN_PIXELS, *COEFFICIENTS) == PARAMETERS
+    assert COEFFICIENTS[: len(OPENCV)] == OPENCV
+
+
 def test_projection_is_opencvs() -> None:
     theirs, _ = cv2.projectPoints(
-        POINTS, POSE.rotation_vector, POSE.translation, LENS.matrix, LENS.distortion
+        POINTS, POSE.rotation_vector, POSE.translation, LENS.matrix, LENS.distortion[:5]
     )
     np.testing.assert_allclose(View("a", LENS, POSE).project(POINTS), theirs[:, 0], atol=1e-8)
 
@@ -44,6 +60,20 @@ def test_normalize_undoes_projection() -> None:
 def test_a_reduced_camera_sees_the_same_places() -> None:
     full, half = LENS.project(POSE.apply(POINTS)), LENS.scaled(0.5).project(POSE.apply(POINTS))
     np.testing.assert_allclose(half, (full + 0.5) * 0.5 - 0.5, atol=1e-9)
+
+
+def test_another_program_is_given_the_coefficients_that_it_knows_or_none() -> None:
+    order = ("k3", "k2", "k1", "p2", "p1")
+    assert LENS.coefficients("it", order, ExportError) == (-0.03, 0.08, -0.12, -0.0007, 0.0009)
+    with pytest.raises(ExportError) as refused:
+        LENS.coefficients("it", ("k1", "k2", "p1"), ExportError)
+    assert refused.value.finding.code == "lens.other_model"
+    assert refused.value.finding.values["names"] == ("p2", "k3")
+    few = replace(LENS, k3=0.0)
+    assert (
+        few.coefficients("it", ("k1", "k2", "p1", "p2"), ExportError)
+        == LENS.coefficients("it", OPENCV, ExportError)[:4]
+    )
 
 
 def test_points_behind_give_nan() -> None:

@@ -175,10 +175,7 @@ def test_a_board_by_lens_shape_and_pose() -> None:
 
 
 def test_sampson_distances_by_the_matrix() -> None:
-    pinhole = [
-        replace(view, camera=replace(LENS, k1=0.0, k2=0.0, p1=0.0, p2=0.0, k3=0.0))
-        for view in VIEWS
-    ]
+    pinhole = [replace(view, camera=LENS.undistorted) for view in VIEWS]
     first, second = (view.project(POINTS) / 1000 for view in pinhole[:2])
     drawn = np.random.default_rng(4).normal(size=(2, len(POINTS), 2)) * 1e-3
     fundamental = np.array([[0.1, -0.7, 0.3], [0.6, 0.2, -0.9], [-0.2, 0.8, 0.1]])

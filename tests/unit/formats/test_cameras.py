@@ -11,7 +11,7 @@ from PIL import Image
 
 from limbgram.core.errors import ExportError
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.formats.colmap import write_colmap, write_poses
 from limbgram.formats.transforms import write_transforms
 from limbgram.formats.undistorted import write_undistorted
@@ -74,7 +74,7 @@ def test_colmap_reprojects_every_point_to_its_own_pixel(
 def test_photos_with_lenses_of_their_own_are_written_with_them(
     metric: MetricScene, tmp_path: Path
 ) -> None:
-    shifts = np.zeros((4, 10))
+    shifts = np.zeros((4, LENS_SIZE))
     shifts[:3, 2] = [3.0, -2.0, 0.5]
     own = OwnLenses(
         deviations=("principal point",),

@@ -8,7 +8,7 @@ import pytest
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid, fit_similarity
-from limbgram.core.geometry.lens import Camera, View
+from limbgram.core.geometry.lens import LENS_SIZE, Camera, View
 from limbgram.core.run import Run
 from limbgram.findings import told
 from limbgram.reconstruction import joining
@@ -155,7 +155,9 @@ def walk(moved: int | None = None, most_marks: int = MARKS) -> Walk:
     )
 
 
-CAMERAS = Cameras((Calibration(camera=LENS, covariance=np.zeros((10, 10)), source="board"),))
+CAMERAS = Cameras(
+    (Calibration(camera=LENS, covariance=np.zeros((LENS_SIZE, LENS_SIZE)), source="board"),)
+)
 
 
 def centre_rms_mm(found: dict[int, np.ndarray]) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import (
     Calibration,
     Cameras,
@@ -95,7 +95,7 @@ def taken(cameras: Sequence[Camera], sizes: Sequence[CameraGroup]) -> Taken:
 
 def parted(long: set[int]) -> ByLens | None:
     """What is told of photos round a limb, those in `long` by a lens twice as long."""
-    lens = LENS.with_parameters(LENS.packed * ([LONGER, LONGER] + 8 * [1.0]))
+    lens = LENS.with_parameters(LENS.packed * ([LONGER, LONGER] + (LENS_SIZE - 2) * [1.0]))
     one = taken([lens if k in long else LENS for k in range(PHOTOS)], [WHOLE])
     cameras = Cameras((from_exif(WHOLE),))
     assert not lens_is_told(one.photos, cameras)
@@ -142,7 +142,7 @@ def small(left_px: float, top_px: float, reduced: float) -> Camera:
 )
 def test_a_picture_cut_in_its_own_shape_is_no_copy(known: bool, lens: Camera, cut: bool) -> None:
     one = taken([lens if k % 3 == 1 else LENS for k in range(PHOTOS)], [WHOLE, SMALLER])
-    given = [Calibration(camera=LENS, covariance=1e-6 * np.eye(10), source="board")] * known
+    given = [Calibration(camera=LENS, covariance=1e-6 * np.eye(LENS_SIZE), source="board")] * known
     cameras = cameras_for(one.photos, given)
     verified = verify(one.photos, one.matches, cameras)
     found = by_cut(one.photos, one.features, verified, cameras, MappingOptions())

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import LENS_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.limb_groups import limb_groups
@@ -45,7 +46,7 @@ def photo_set(truth: Truth) -> PhotoSet:
 
 
 def cameras_of(truth: Truth) -> Cameras:
-    known = Calibration(camera=truth.views[0].camera, covariance=np.eye(10), source="board")
+    known = Calibration(camera=truth.views[0].camera, covariance=np.eye(LENS_SIZE), source="board")
     return Cameras((known,))
 
 

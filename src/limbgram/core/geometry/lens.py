@@ -9,37 +9,79 @@ The formulas stand once, in three functions: `distorted`, `distorted_with_slopes
 inlines them. All other code takes the model from them. Where the radial part turns back, and the
 lens shows nothing any more, is told by `fold_of`.
 
-To add a camera model:
-1. Write its formulas beside those of Brown and Conrady, and its parameters in `PARAMETERS`
-   and `Camera`. A new coefficient of the same model goes into the same places, at the end of the
-   row. `LENS_SIZE` and all arrays follow.
-2. `reconstruction/calibration/screening.py` (`free_unknowns`, `_start`) and
-   `reconstruction/calibration/cameras.py` (`sigma_distortion`): what is estimated from a board,
-   and what is known without one; `fold_of` and `reconstruction/mapping/unfolded.py`: how far from
-   its axis such a lens may be believed.
-3. `reconstruction/mapping/colmap.py` and `formats/colmap.py`: the model's name and order there.
-   `formats/camera.py` follows `PARAMETERS`; raise its version where a name is added.
-4. `tests/unit/core/test_derivatives.py`: give the new parameters a value in `LENS`. The file
-   checks every derivative in the program against complex steps and differences.
+To add a coefficient:
+1. Append it to `LensParameters`, with nought for what files do not say, and say in `DISTORTION`
+   how it acts. Rows, covariances, files, summaries and what is held at zero follow.
+2. Write it into the three formulas, into `distorted_by` and `distorted_in`, which take them from a
+   row, and as the last row of derivatives into `project_and_differentiate`.
+3. `tests/unit/core/test_derivatives.py`: give it a value in `LENS`. The file checks every
+   derivative in the program against complex steps and differences.
 
-A view is a row of `View.packed`: rotation (9), translation (3), lens (10). The derivative by the
-pose is for x_camera = exp(w) (R x_world) + t + d, with w a small rotation vector in the camera's
-frame and d a shift: six numbers (w, d).
+A view is a row of `View.packed`: rotation (9), translation (3), lens (LENS_SIZE). The derivative
+by the pose is for x_camera = exp(w) (R x_world) + t + d, with w a small rotation vector in the
+camera's frame and d a shift: six numbers (w, d).
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
-from numba.extending import register_jitable
 
+from limbgram.core.errors import LimbgramError
 from limbgram.core.geometry.arrays import AnyPoints2, AnyPoints3, Matrix3, Points2, Points3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.kernels import inlined, njit
 
-PARAMETERS = ("fx", "fy", "cx", "cy", "skew", "k1", "k2", "p1", "p2", "k3")
+
+@dataclass(frozen=True, kw_only=True)
+class LensParameters:
+    """The numbers of a lens: four of the pinhole and skew in pixels, then the distortion."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    skew: float = 0.0
+    k1: float = 0.0
+    k2: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+    k3: float = 0.0
+
+
+class Coefficient(NamedTuple):
+    """How a coefficient of the distortion acts, and what is known of it beforehand."""
+
+    power: int
+    """Of the distance from the axis: so grows the shift, in parts of that distance."""
+    radial: bool
+    wide: float
+    """Sigma of the shift in the picture's corner where no board told it, over that of k1; 0 holds
+    the coefficient at what it is, which is zero unless it was given."""
+
+
+DISTORTION = {
+    "k1": Coefficient(2, radial=True, wide=1.0),
+    "k2": Coefficient(4, radial=True, wide=1.0),
+    "p1": Coefficient(1, radial=False, wide=0.1),
+    "p2": Coefficient(1, radial=False, wide=0.1),
+    "k3": Coefficient(6, radial=True, wide=0.0),
+}
+
+PARAMETERS = tuple(field.name for field in fields(LensParameters))
 """Order of the lens parameters in every packed row and covariance matrix."""
+
+COEFFICIENTS = tuple(DISTORTION)
+OPENCV = ("k1", "k2", "p1", "p2", "k3")
+"""The coefficients that OpenCV and COLMAP have too, in their order; theirs that follow divide."""
+IN_PIXELS = PARAMETERS[: -len(COEFFICIENTS)]
+"""Lens parameters with a unit; the others have none."""
+RADIAL = [PARAMETERS.index(name) for name, one in DISTORTION.items() if one.radial]
+"""Where the radial coefficients stand in a row."""
+HELD = ("skew", *(name for name, one in DISTORTION.items() if one.wide == 0))
+"""Not estimated unless that is asked for."""
 
 LENS_SIZE = len(PARAMETERS)
 POSE_SIZE = 6
@@ -49,7 +91,7 @@ _EXACT = float(np.nextafter(0.0, 1.0))
 """Only steps of nothing are smaller: the iteration ends where it stands still."""
 
 
-@register_jitable(inline="always")
+@inlined
 def distorted(x: Any, y: Any, k1: Any, k2: Any, p1: Any, p2: Any, k3: Any):
     """Distorted of ideal normalized coordinates, as (xd, yd).
 
@@ -62,7 +104,7 @@ def distorted(x: Any, y: Any, k1: Any, k2: Any, p1: Any, p2: Any, k3: Any):
     return xd, yd
 
 
-@register_jitable(inline="always")
+@inlined
 def distorted_with_slopes(x: Any, y: Any, k1: Any, k2: Any, p1: Any, p2: Any, k3: Any):
     """The same with its derivatives: (xd, yd, d xd/dx, d xd/dy = d yd/dx, d yd/dy)."""
     xd, yd = distorted(x, y, k1, k2, p1, p2, k3)
@@ -75,7 +117,7 @@ def distorted_with_slopes(x: Any, y: Any, k1: Any, k2: Any, p1: Any, p2: Any, k3
     return xd, yd, xd_x, xd_y, yd_y
 
 
-@register_jitable(inline="always")
+@inlined
 def coefficient_slopes(x: Any, y: Any):
     """Derivatives of (xd, yd) by k1, k2, p1, p2 and k3."""
     r2 = x * x + y * y
@@ -88,13 +130,30 @@ def coefficient_slopes(x: Any, y: Any):
     )
 
 
-def fold_of(k1: float, k2: float, k3: float, slope: float = 0.0) -> float:
+@inlined
+def distorted_by(lens: Any, x: Any, y: Any):
+    """`distorted` by a packed lens."""
+    return distorted(x, y, lens[5], lens[6], lens[7], lens[8], lens[9])
+
+
+@inlined
+def distorted_in(view: Any, x: Any, y: Any):
+    """`distorted_with_slopes` by the lens of a packed view."""
+    k1, k2, p1, p2, k3 = view[17], view[18], view[19], view[20], view[21]
+    return distorted_with_slopes(x, y, k1, k2, p1, p2, k3)
+
+
+def fold_of(*radial: float, slope: float = 0.0) -> float:
     """Ideal distance from the axis where the radial distortion turns back; infinite without one.
 
     What lies farther aside would be drawn over what lies nearer: no lens shows it there. With a
     `slope`, where places still part by only so much of what their rays do.
+
+    Args:
+        radial: Coefficients of the distance's second, fourth, sixth power and so on.
     """
-    terms = np.array([7.0 * k3, 5.0 * k2, 3.0 * k1, 1.0 - slope])  # by the distance's square
+    terms = [(2.0 * n + 1.0) * one for n, one in enumerate(radial, start=1)]
+    terms = np.array([*reversed(terms), 1.0 - slope])  # by the distance's square
     if not np.isfinite(terms).all():
         return 0.0
     roots = np.roots(terms)
@@ -112,7 +171,7 @@ def ideal_of(x_px: float, y_px: float, lens: np.ndarray, steps: int, tolerance: 
     xd = (x_px - lens[2] - lens[4] * yd) / lens[0]
     x, y = xd, yd
     for _ in range(steps):
-        reached_x, reached_y = distorted(x, y, lens[5], lens[6], lens[7], lens[8], lens[9])
+        reached_x, reached_y = distorted_by(lens, x, y)
         step_x, step_y = xd - reached_x, yd - reached_y
         x += step_x
         y += step_y
@@ -122,7 +181,15 @@ def ideal_of(x_px: float, y_px: float, lens: np.ndarray, steps: int, tolerance: 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Camera:
+class _Picture:
+    """Fields that stand before those of the lens wherever a camera is written."""
+
+    width_px: int
+    height_px: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera(LensParameters, _Picture):
     """Intrinsics and distortion of one camera at one focus setting, for one image size.
 
     x, y = X/Z, Y/Z; r2 = x^2 + y^2; d = 1 + k1 r2 + k2 r2^2 + k3 r2^3
@@ -130,36 +197,42 @@ class Camera:
     u = fx xd + skew yd + cx;  v = fy yd + cy          (Brown 1971; Conrady 1919)
     """
 
-    width_px: int
-    height_px: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    skew: float = 0.0
-    k1: float = 0.0
-    k2: float = 0.0
-    p1: float = 0.0
-    p2: float = 0.0
-    k3: float = 0.0
-
     @property
     def matrix(self) -> Matrix3:
         """K."""
         return np.array([[self.fx, self.skew, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
     @property
-    def distortion(self) -> Float64[np.ndarray, "5"]:
-        """k1, k2, p1, p2, k3: OpenCV's order."""
-        return np.array([self.k1, self.k2, self.p1, self.p2, self.k3])
+    def distortion(self) -> Float64[np.ndarray, " coefficients"]:
+        """In the order of COEFFICIENTS, whose first five are OpenCV's."""
+        return self.packed[len(IN_PIXELS) :]
+
+    def coefficients(
+        self, program: str, known: Sequence[str], error: type[LimbgramError]
+    ) -> tuple[float, ...]:
+        """Coefficients as another program has them: those that it knows, in its order.
+
+        Raises:
+            error: the lens has another one, without which its pixels would lie elsewhere.
+        """
+        given = dict(zip(COEFFICIENTS, self.distortion.tolist(), strict=True))
+        more = tuple(name for name in COEFFICIENTS if given[name] and name not in known)
+        if more:
+            raise error("lens.other_model", names=more, program=program)
+        return tuple(given[name] for name in known)
 
     @property
-    def packed(self) -> Float64[np.ndarray, "10"]:
+    def packed(self) -> Float64[np.ndarray, " lens"]:
         """The lens as one row in the order of PARAMETERS, for kernels."""
         return np.array([getattr(self, name) for name in PARAMETERS], float)
 
-    def with_parameters(self, packed: Float64[np.ndarray, "10"]) -> "Camera":
+    def with_parameters(self, packed: Float64[np.ndarray, " lens"]) -> "Camera":
         return replace(self, **dict(zip(PARAMETERS, map(float, packed), strict=True)))
+
+    @property
+    def undistorted(self) -> "Camera":
+        """The same camera without distortion; its skew stays."""
+        return replace(self, **dict.fromkeys(COEFFICIENTS, 0.0))
 
     def scaled(self, factor: float) -> "Camera":
         """The camera of an image reduced by `factor` (< 1), pixel centres kept right."""
@@ -186,7 +259,7 @@ class Camera:
         """
         depth = np.where(points_in_camera[..., 2] > 0, points_in_camera[..., 2], np.nan)
         ideal = points_in_camera[..., :2] / depth[..., None]
-        shown = (ideal**2).sum(axis=-1) <= fold_of(self.k1, self.k2, self.k3) ** 2
+        shown = (ideal**2).sum(axis=-1) <= fold_of(*self.packed[RADIAL]) ** 2
         distorted = self.distort(np.where(shown[..., None], ideal, np.nan))
         return np.stack(
             [
@@ -248,8 +321,8 @@ class View:
         return self.camera_from_world.centre
 
     @property
-    def packed(self) -> Float64[np.ndarray, "22"]:
-        """Rotation (9, row-major), translation (3), lens (10): one row for kernels."""
+    def packed(self) -> Float64[np.ndarray, " view"]:
+        """Rotation (9, row-major), translation (3), lens: one row for kernels."""
         pose = self.camera_from_world
         return np.concatenate([pose.rotation.ravel(), pose.translation, self.camera.packed])
 
@@ -266,11 +339,11 @@ class LensSlopes(NamedTuple):
 
     xy_px: Points2
     by_ideal: Float64[np.ndarray, "n 2 2"]
-    by_lens: Float64[np.ndarray, "n 2 10"]
+    by_lens: Float64[np.ndarray, "n 2 lens"]
 
 
 def lens_slopes(
-    x: Float64[np.ndarray, " n"], y: Float64[np.ndarray, " n"], lens: Float64[np.ndarray, "10"]
+    x: Float64[np.ndarray, " n"], y: Float64[np.ndarray, " n"], lens: Float64[np.ndarray, " lens"]
 ) -> LensSlopes:
     """Pixels of ideal coordinates (X/Z, Y/Z), with derivatives."""
     fx, fy, cx, cy, skew = lens[:5]
@@ -296,7 +369,7 @@ def project_and_differentiate(
     by_pose: np.ndarray,
     by_lens: np.ndarray,
 ) -> float:
-    """Fill pixel `xy` (2) and its derivatives by point (2, 3), pose (2, 6) and lens (2, 10).
+    """Fill pixel `xy` (2) and its derivatives by point (2, 3), pose (2, 6) and lens (2, LENS_SIZE).
 
     Returns the depth; where it is not positive nothing else is filled.
     """
@@ -308,8 +381,7 @@ def project_and_differentiate(
         return depth
     x, y = (rx + view[9]) / depth, (ry + view[10]) / depth
     fx, fy, cx, cy, skew = view[12], view[13], view[14], view[15], view[16]
-    k1, k2, p1, p2, k3 = view[17], view[18], view[19], view[20], view[21]
-    xd, yd, xd_x, xd_y, yd_y = distorted_with_slopes(x, y, k1, k2, p1, p2, k3)
+    xd, yd, xd_x, xd_y, yd_y = distorted_in(view, x, y)
     xy[0] = fx * xd + skew * yd + cx
     xy[1] = fy * yd + cy
 
@@ -351,7 +423,7 @@ def differentiate_all(
     by_pose: np.ndarray,
     by_lens: np.ndarray,
 ) -> None:
-    """Fill the derivatives of every point's pixel: (n, 2, 3), (n, 2, 6) and (n, 2, 10)."""
+    """Fill the derivatives of every point's pixel: (n, 2, 3), (n, 2, 6) and (n, 2, LENS_SIZE)."""
     xy = np.empty(2)
     for k in range(len(points)):
         project_and_differentiate(view, points[k], xy, by_point[k], by_pose[k], by_lens[k])
@@ -381,8 +453,8 @@ def _normalize_all(xy_px: np.ndarray, lens: np.ndarray, ideal: np.ndarray) -> No
 
 
 def turned(
-    view: Float64[np.ndarray, "22"], step: Float64[np.ndarray, "6"]
-) -> Float64[np.ndarray, "22"]:
+    view: Float64[np.ndarray, " view"], step: Float64[np.ndarray, "6"]
+) -> Float64[np.ndarray, " view"]:
     """The view after the pose step (w, d); the rotation stays orthogonal to rounding."""
     from_axis = np.zeros((3, 3))
     angle = float(np.linalg.norm(step[:3]))

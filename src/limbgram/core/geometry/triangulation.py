@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int32
-from numba import njit
 
 from limbgram.core.geometry.arrays import Matrix3, Points2, Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, View, project_and_differentiate
+from limbgram.core.kernels import njit
 from limbgram.core.solvers import invert_symmetric
 
 _STEPS = 8

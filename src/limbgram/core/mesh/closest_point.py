@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int64
-from numba import njit
 
 from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.kernels import njit
 from limbgram.core.run import in_parallel, worker_count
 
 _MANY = 20_000

@@ -6,9 +6,9 @@ angle between neighbours and are not looked for here. Touching is not crossing.
 
 import numpy as np
 from jaxtyping import Bool, Int64
-from numba import njit
 
 from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.closest_point import LEAF, TriangleTree
 from limbgram.core.run import in_parallel, worker_count
 

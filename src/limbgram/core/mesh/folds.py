@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Int64
-from numba import njit
 from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse.linalg import splu
 
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.mesh import Mesh, dots, lengths, summed, unit
 from limbgram.core.mesh.topology import (

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8, UInt16
-from numba import njit
 
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.kernels import njit
 from limbgram.core.notebook import brief, library
 
 if TYPE_CHECKING:

@@ -2,9 +2,9 @@
 
 import numpy as np
 from jaxtyping import Bool, Float64
-from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.closest_point import LEAF, TriangleTree
 
 _SLACK = 1e-6

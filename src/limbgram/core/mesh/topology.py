@@ -10,9 +10,9 @@ from threading import Lock
 
 import numpy as np
 from jaxtyping import Bool, Int32, Int64, Integer
-from numba import njit
 
 from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh, crosses
 
 _SMALL_HEAP = 32

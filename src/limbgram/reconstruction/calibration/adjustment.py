@@ -33,7 +33,7 @@ class Projection(NamedTuple):
     """Pixels, and their derivatives by the shared unknowns and by the photo's pose."""
 
     xy_px: Points2
-    by_shared: Float64[np.ndarray, "n 2 15"]
+    by_shared: Float64[np.ndarray, "n 2 shared"]
     by_pose: Float64[np.ndarray, "n 2 6"]
 
 
@@ -45,7 +45,7 @@ def bent_board(corners_mm: Points3, terms: Float64[np.ndarray, "5"], board_mm: P
 def project_board(
     corners_mm: Points3,
     board_mm: Float64[np.ndarray, "all 3"],
-    shared: Float64[np.ndarray, "15"],
+    shared: Float64[np.ndarray, " shared"],
     pose: Rigid,
 ) -> Projection:
     """Corners in pixels, with derivatives.
@@ -105,14 +105,14 @@ class BoardObservation:
 class Solution:
     """An adjusted lens, board and poses."""
 
-    shared: Float64[np.ndarray, "15"]
+    shared: Float64[np.ndarray, " shared"]
     """Lens (lens.PARAMETERS), then the board's terms (BOARD_TERMS)."""
-    free: Bool[np.ndarray, "15"]
+    free: Bool[np.ndarray, " shared"]
     poses: tuple[Rigid, ...]
     """camera_from_board, one a photo."""
     residuals_px: tuple[Points2, ...]
     """Seen minus projected, photo by photo."""
-    cofactors: Float64[np.ndarray, "15 15"]
+    cofactors: Float64[np.ndarray, "shared shared"]
     """Inverse of the reduced normal matrix; zero where not free."""
 
     @property
@@ -133,7 +133,7 @@ class Solution:
         return float(np.sqrt(self.squares / max(1, observations - unknowns)))
 
     @property
-    def covariance(self) -> Float64[np.ndarray, "15 15"]:
+    def covariance(self) -> Float64[np.ndarray, "shared shared"]:
         return self.cofactors * self.sigma0_px**2
 
 
@@ -142,22 +142,22 @@ class _Normals:
     """The reduced normal equations, and what gives the poses back."""
 
     cost: float
-    matrix: Float64[np.ndarray, "15 15"]
-    right: Float64[np.ndarray, "15"]
-    mixed: Float64[np.ndarray, "k 15 6"]
+    matrix: Float64[np.ndarray, "shared shared"]
+    right: Float64[np.ndarray, " shared"]
+    mixed: Float64[np.ndarray, "k shared 6"]
     posed: Float64[np.ndarray, "k 6 6"]
     pose_right: Float64[np.ndarray, "k 6"]
 
 
-_State = tuple[Float64[np.ndarray, "15"], tuple[Rigid, ...], _Normals]
+_State = tuple[Float64[np.ndarray, " shared"], tuple[Rigid, ...], _Normals]
 
 
 def adjust(
     observations: tuple[BoardObservation, ...],
     board_mm: Points3,
-    shared: Float64[np.ndarray, "15"],
+    shared: Float64[np.ndarray, " shared"],
     poses: tuple[Rigid, ...],
-    free: Bool[np.ndarray, "15"],
+    free: Bool[np.ndarray, " shared"],
 ) -> Solution:
     """The least-squares solution from a start near it.
 
@@ -165,7 +165,7 @@ def adjust(
         CalibrationError: the free unknowns cannot be told apart in these photos.
     """
 
-    def tried(shared: Float64[np.ndarray, "15"], poses: tuple[Rigid, ...]) -> Trial[_State]:
+    def tried(shared: Float64[np.ndarray, " shared"], poses: tuple[Rigid, ...]) -> Trial[_State]:
         normals = _normals(observations, board_mm, shared, poses)
         return Trial((shared, poses, normals), normals.cost)
 
@@ -237,7 +237,7 @@ def _board_slopes(
 def _normals(
     observations: tuple[BoardObservation, ...],
     board_mm: Points3,
-    shared: Float64[np.ndarray, "15"],
+    shared: Float64[np.ndarray, " shared"],
     poses: tuple[Rigid, ...],
     *,
     with_prior: bool = True,
@@ -266,8 +266,8 @@ def _normals(
 
 
 def _step(
-    normals: _Normals, free: Bool[np.ndarray, "15"], damping: float
-) -> tuple[Float64[np.ndarray, "15"], Float64[np.ndarray, "k 6"]]:
+    normals: _Normals, free: Bool[np.ndarray, " shared"], damping: float
+) -> tuple[Float64[np.ndarray, " shared"], Float64[np.ndarray, "k 6"]]:
     grown = 1.0 + damping
     posed = normals.posed * (1.0 + damping * np.eye(POSE_SIZE))
     solved = np.linalg.solve(posed, normals.mixed.transpose(0, 2, 1))
@@ -281,7 +281,9 @@ def _step(
     return step, poses_alone - np.einsum("kji,i->kj", solved, step)
 
 
-def _cofactors(normals: _Normals, free: Bool[np.ndarray, "15"]) -> Float64[np.ndarray, "15 15"]:
+def _cofactors(
+    normals: _Normals, free: Bool[np.ndarray, " shared"]
+) -> Float64[np.ndarray, "shared shared"]:
     solved = np.linalg.solve(normals.posed, normals.mixed.transpose(0, 2, 1))
     reduced = normals.matrix - np.einsum("kij,kjl->il", normals.mixed, solved)
     cofactors = np.zeros((SHARED, SHARED))

@@ -127,7 +127,7 @@ class BoardCalibration:
     """Standard deviation of one coordinate of one corner."""
     inflation: float
     """Factor on all sigmas for errors that the corners of one photo share; 1 where none show."""
-    correlations: Float64[np.ndarray, "10 10"]
+    correlations: Float64[np.ndarray, "lens lens"]
     """Of the lens (lens.PARAMETERS); zero rows for what was held fixed."""
     aspect: Estimate
     """fy / fx."""
@@ -275,7 +275,7 @@ def _board_shape(solution: Solution, covariance: np.ndarray) -> tuple[Estimate, 
     )
 
 
-def _correlations(covariance: np.ndarray) -> Float64[np.ndarray, "10 10"]:
+def _correlations(covariance: np.ndarray) -> Float64[np.ndarray, "lens lens"]:
     sigmas = np.sqrt(np.diag(covariance))
     scale = np.where(sigmas > 0, 1.0 / np.where(sigmas > 0, sigmas, 1.0), 0.0)
     return covariance * np.outer(scale, scale)

@@ -26,7 +26,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import CalibrationError
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import DISTORTION, IN_PIXELS, LENS_SIZE, PARAMETERS, Camera
 from limbgram.findings import Finding, fault
 from limbgram.reconstruction.photos.lenses import cut_from
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet, first_of
@@ -39,12 +39,12 @@ LensSource = Literal["board", "exif", "guess"]
 class Calibration:
     """One camera's lens with its uncertainty.
 
-    `covariance` follows geometry.camera.PARAMETERS (px for the first five, none for the rest);
+    `covariance` follows lens.PARAMETERS (px for those IN_PIXELS, none for the rest);
     rows and columns of parameters that were held fixed are zero.
     """
 
     camera: Camera
-    covariance: Float64[np.ndarray, "10 10"]
+    covariance: Float64[np.ndarray, "lens lens"]
     source: LensSource
     label: str = ""
     """Make, model and lens, as in EXIF."""
@@ -60,7 +60,7 @@ class Calibration:
     """Width of the sharpest edges in a typical one of the calibration photos."""
 
     @property
-    def sigmas(self) -> Float64[np.ndarray, "10"]:
+    def sigmas(self) -> Float64[np.ndarray, " lens"]:
         return np.sqrt(np.diag(self.covariance))
 
 
@@ -281,16 +281,14 @@ def _sensor_mm(exif: Exif) -> float | None:
 
 def _wide_covariance(
     camera: Camera, relative_sigma: float, options: CameraOptions
-) -> Float64[np.ndarray, "10 10"]:
-    """Pixels are square to a thousandth; skew and k3 are held at zero."""
+) -> Float64[np.ndarray, "lens lens"]:
+    """Pixels are square to a thousandth; skew and what `DISTORTION` says is held at zero."""
     corner = 0.5 * float(np.hypot(camera.width_px, camera.height_px)) / camera.fx
     focal = (relative_sigma * camera.fx) ** 2
     centre = (options.sigma_centre * max(camera.width_px, camera.height_px)) ** 2
-    radial = options.sigma_distortion / corner ** np.array([2.0, 4.0])
-    tangential = 0.1 * options.sigma_distortion / corner
-    covariance = np.diag(
-        [focal, focal, centre, centre, 0.0, *radial**2, tangential**2, tangential**2, 0.0]
-    )
+    bends = np.array([one.wide * options.sigma_distortion for one in DISTORTION.values()])
+    bends /= corner ** np.array([float(one.power) for one in DISTORTION.values()])
+    covariance = np.diag([focal, focal, centre, centre, 0.0, *bends**2])
     covariance[0, 1] = covariance[1, 0] = focal
     covariance[1, 1] += (0.001 * camera.fy) ** 2
     return covariance
@@ -422,10 +420,11 @@ def _as_taken(calibration: Calibration, group: CameraGroup) -> Calibration:
     return _resized(calibration, group)
 
 
-_TURNED = [1, 0, 3, 2, 4, 5, 6, 8, 7, 9]
+_PARTNERS = {"fx": "fy", "fy": "fx", "cx": "cy", "cy": "cx", "p1": "p2", "p2": "p1"}
+_TURNED = [PARAMETERS.index(_PARTNERS.get(name, name)) for name in PARAMETERS]
 """Which parameter becomes which when the picture is turned by a quarter."""
-_CLOCKWISE = np.array([1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 1.0, -1.0, 1.0])
-_TURNS_OVER = np.isin(np.arange(len(_TURNED)), [2, 3, 7, 8])
+_CLOCKWISE = np.where(np.isin(PARAMETERS, ["cx", "skew", "p2"]), -1.0, 1.0)
+_TURNS_OVER = np.isin(PARAMETERS, ["cx", "cy", "p1", "p2"])
 """Their signs, and those that have the other one anticlockwise."""
 
 
@@ -438,8 +437,8 @@ def _turned(calibration: Calibration) -> Calibration:
     camera = calibration.camera
     right_px = camera.cx - 0.5 * (camera.width_px - 1)
     down_px = camera.cy - 0.5 * (camera.height_px - 1)
-    aside = np.zeros(len(_TURNED))
-    aside[[2, 3, 7, 8]] = -down_px, right_px, camera.p2, -camera.p1
+    aside = np.zeros(LENS_SIZE)
+    aside[_TURNS_OVER] = -down_px, right_px, camera.p2, -camera.p1
     covariance = np.outer(aside, aside)
     for side in (1.0, -1.0):
         signs = np.where(_TURNS_OVER, side * _CLOCKWISE, _CLOCKWISE)
@@ -448,7 +447,8 @@ def _turned(calibration: Calibration) -> Calibration:
         )
     return replace(
         calibration,
-        camera=Camera(
+        camera=replace(
+            camera,
             width_px=camera.height_px,
             height_px=camera.width_px,
             fx=camera.fy,
@@ -456,9 +456,8 @@ def _turned(calibration: Calibration) -> Calibration:
             cx=0.5 * (camera.height_px - 1),
             cy=0.5 * (camera.width_px - 1),
             skew=-camera.skew,
-            k1=camera.k1,
-            k2=camera.k2,
-            k3=camera.k3,
+            p1=0.0,
+            p2=0.0,
         ),
         covariance=covariance,
     )
@@ -470,7 +469,7 @@ def _resized(calibration: Calibration, group: CameraGroup) -> Calibration:
     if group.width_px == camera.width_px:
         return calibration
     factor = group.width_px / camera.width_px
-    units = np.array([factor] * 5 + [1.0] * 5)
+    units = np.where(np.isin(PARAMETERS, IN_PIXELS), factor, 1.0)
     return replace(
         calibration,
         camera=replace(camera.scaled(factor), height_px=group.height_px),

@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float64
 from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS
+from limbgram.core.geometry.lens import HELD, LENS_SIZE, PARAMETERS, RADIAL
 from limbgram.findings import doubt
 from limbgram.reconstruction.calibration.adjustment import (
     SHARED,
@@ -45,11 +45,11 @@ class Screened:
     """Corners left out, by photo."""
 
 
-def free_unknowns(*, k3: bool, skew: bool, board: bool) -> Bool[np.ndarray, "15"]:
+def free_unknowns(*, k3: bool, skew: bool, board: bool) -> Bool[np.ndarray, " shared"]:
     """Which shared unknowns an adjustment estimates; the others stay as they are."""
     free = np.ones(SHARED, bool)
-    free[PARAMETERS.index("k3")] = k3
-    free[PARAMETERS.index("skew")] = skew
+    free[[PARAMETERS.index(name) for name in HELD]] = False
+    free[_K3], free[_SKEW] = k3, skew
     free[LENS_SIZE:] = board
     return free
 
@@ -58,7 +58,7 @@ def screen(
     observations: tuple[BoardObservation, ...],
     board_mm: Points3,
     size_px: tuple[int, int],
-    free: Bool[np.ndarray, "15"],
+    free: Bool[np.ndarray, " shared"],
     *,
     min_photos: int,
     photo_factor: float,
@@ -92,7 +92,7 @@ def screen(
     return _without_bad_corners(observations, board_mm, solution, tuple(set_aside), corner_sigmas)
 
 
-def readjust(screened: Screened, board_mm: Points3, free: Bool[np.ndarray, "15"]) -> Solution:
+def readjust(screened: Screened, board_mm: Points3, free: Bool[np.ndarray, " shared"]) -> Solution:
     """The same photos and corners with other unknowns; what is no longer free becomes zero."""
     shared = np.where(free, screened.solution.shared, 0.0)
     return adjust(screened.observations, board_mm, shared, screened.solution.poses, free)
@@ -124,7 +124,7 @@ def _start(
     observations: tuple[BoardObservation, ...],
     board_mm: Points3,
     size_px: tuple[int, int],
-    free: Bool[np.ndarray, "15"],
+    free: Bool[np.ndarray, " shared"],
 ) -> Solution:
     """OpenCV's solution, adjusted with our unknowns."""
     flags = cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_ASPECT_RATIO
@@ -143,7 +143,7 @@ def _start(
         raise CalibrationError("lens.unexplained") from error
     shared = np.zeros(SHARED)
     shared[:4] = np.asarray(matrix)[[0, 1, 0, 1], [0, 1, 2, 2]]
-    shared[5:7] = np.asarray(distortion).ravel()[:2]
+    shared[RADIAL[:2]] = np.asarray(distortion).ravel()[:2]
     poses = tuple(
         Rigid.from_rotation_vector(np.ravel(turn), np.ravel(shift))
         for turn, shift in zip(turns, shifts)

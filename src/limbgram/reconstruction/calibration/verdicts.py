@@ -89,7 +89,7 @@ def refuse_undetermined(solution: Solution, inflation: float, max_focal_sigma: f
 
 
 def edge_sigmas_px(
-    lens: Camera, covariance: Float64[np.ndarray, "10 10"]
+    lens: Camera, covariance: Float64[np.ndarray, "lens lens"]
 ) -> Float64[np.ndarray, "4"]:
     """How uncertain the lens leaves a ray's pixel in the four corners of the picture.
 

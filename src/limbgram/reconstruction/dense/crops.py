@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int32, Int64, UInt8, UInt32
-from numba import njit
 
 from limbgram.core.geometry.arrays import GreyImage, Mask, Matrix3
-from limbgram.core.geometry.lens import Camera, View, distorted
+from limbgram.core.geometry.lens import Camera, View, distorted_by
+from limbgram.core.kernels import njit
 from limbgram.reconstruction.dense.patchmatch import packed
 from limbgram.reconstruction.dense.region import Footprint, Region, footprint
 from limbgram.reconstruction.photos.decoding import halvings_to, load_luma
@@ -67,8 +67,7 @@ def reduction_for(region: Region, views: Sequence[View], most_px: int) -> float:
 
 def pinhole(view: View) -> View:
     """The same view through a lens without distortion."""
-    camera = replace(view.camera, k1=0.0, k2=0.0, p1=0.0, p2=0.0, k3=0.0)
-    return View(view.name, camera, view.camera_from_world)
+    return View(view.name, view.camera.undistorted, view.camera_from_world)
 
 
 def crop_photo(
@@ -162,7 +161,7 @@ def _places_in_photo(
         centre = straight[2] + straight[4] * y
         for column in range(width):
             x = ((first_x + column + 0.5) * step - 0.5 - centre) / straight[0]
-            xd, yd = distorted(x, y, lens[5], lens[6], lens[7], lens[8], lens[9])
+            xd, yd = distorted_by(lens, x, y)
             map_x[row, column] = lens[0] * xd + lens[4] * yd + lens[2]
             map_y[row, column] = lens[1] * yd + lens[3]
 

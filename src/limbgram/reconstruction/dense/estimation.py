@@ -20,10 +20,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 from jaxtyping import Float64, UInt16
-from numba import njit
 
 from limbgram.core.errors import DenseError, OptionsError
 from limbgram.core.geometry.arrays import Mask
+from limbgram.core.kernels import njit
 from limbgram.core.run import in_parallel
 from limbgram.findings import doubt
 from limbgram.reconstruction.dense.crops import HALVINGS, Crop, crop_photo, halved, reduction_for

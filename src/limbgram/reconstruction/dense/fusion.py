@@ -22,13 +22,13 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from jaxtyping import Float32, Float64, Int64, UInt8, UInt16
-from numba import njit
 from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import DenseError, OptionsError
 from limbgram.core.geometry.lens import View
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Cloud
 from limbgram.core.run import in_parallel, worker_count
 from limbgram.core.solvers import solve_positive

@@ -24,7 +24,8 @@ Method  Places of a chessboard's two colours in turn; each asks the better of tw
 import math
 
 import numpy as np
-from numba import njit
+
+from limbgram.core.kernels import njit
 
 f4, i4, u4 = np.float32, np.int32, np.uint32
 

@@ -16,7 +16,6 @@ from functools import cached_property
 import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Float32, Float64, Int32
-from numba import njit
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 from scipy.spatial import KDTree
@@ -24,6 +23,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import OptionsError, RegionError
 from limbgram.core.geometry.arrays import Mask, Points3, Vector3
 from limbgram.core.geometry.lens import View
+from limbgram.core.kernels import njit
 from limbgram.core.run import track
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.masks import load_mask

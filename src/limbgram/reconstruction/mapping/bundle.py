@@ -24,7 +24,7 @@ _SMALLEST_SIGMA_PX = 1e-4
 class Bundle:
     """Observations are sorted by point; `photo_idx` counts placed photos only."""
 
-    views: Float64[np.ndarray, "p 22"]
+    views: Float64[np.ndarray, "p view"]
     lens_idx: Int64[np.ndarray, " p"]
     lenses: int
     points: Points3
@@ -85,7 +85,7 @@ class Bundle:
             pose[3:, :3] = pose[3:, 3:] @ np.cross(middle, np.eye(3)).T
         return poses.reshape(-1, POSE_SIZE)
 
-    def lens(self, scene: Scene, idx: int) -> Float64[np.ndarray, "10"]:
+    def lens(self, scene: Scene, idx: int) -> Float64[np.ndarray, " lens"]:
         """The lens of one camera; the scene's where no placed photo uses it."""
         if self.ties is not None:
             return self.ties.shared[idx]

@@ -9,13 +9,15 @@ There   the centre of the top left pixel is (0.5, 0.5); ids count from 1; a came
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64, Int32
 
+from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import Camera, without_skew
+from limbgram.core.geometry.lens import OPENCV, Camera, without_skew
 from limbgram.core.run import signals_kept, track
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.scene import Observations, Scene
@@ -117,8 +119,8 @@ def _colmap_camera(given: Calibration, camera_id: int) -> pycolmap.Camera:
     if given.source != "board":
         model, parameters = "SIMPLE_RADIAL", [(lens.fx + lens.fy) / 2, *centre, lens.k1]
     else:
-        parameters = [lens.fx, lens.fy, *centre, lens.k1, lens.k2, lens.p1, lens.p2, lens.k3]
-        model, parameters = "FULL_OPENCV", [*parameters, 0.0, 0.0, 0.0]
+        bends = lens.coefficients("COLMAP", OPENCV, PlacementError)
+        model, parameters = "FULL_OPENCV", [lens.fx, lens.fy, *centre, *bends, 0.0, 0.0, 0.0]
     camera = pycolmap.Camera(
         model=model, width=lens.width_px, height=lens.height_px, params=parameters
     )
@@ -183,6 +185,5 @@ def _lens(model: pycolmap.Reconstruction, camera_id: int, given: Calibration) ->
     if given.source == "board" or camera_id not in model.cameras:
         return given.camera
     focal, cx, cy, k1 = (float(value) for value in model.cameras[camera_id].params)
-    packed: Float64[np.ndarray, 10] = np.zeros(10)
-    packed[[0, 1, 2, 3, 5]] = focal, focal, cx - _HALF, cy - _HALF, k1
-    return given.camera.with_parameters(packed)
+    straight = replace(given.camera.undistorted, skew=0.0)
+    return replace(straight, fx=focal, fy=focal, cx=cx - _HALF, cy=cy - _HALF, k1=k1)

@@ -231,7 +231,7 @@ def _held(
     )
 
 
-def lens_basis(camera: Camera) -> Float64[np.ndarray, "10 9"]:
+def lens_basis(camera: Camera) -> Float64[np.ndarray, "lens 9"]:
     """What one unit of each number of a deviation adds to a lens."""
     bends = np.zeros((LENS_SIZE, 2))
     bends[[PARAMETERS.index("k1"), PARAMETERS.index("k2")], [0, 1]] = 1.0
@@ -335,7 +335,7 @@ class SceneEquations:
 def _equations(
     bundle: Bundle,
     lens_idx: Int64[np.ndarray, " p"],
-    basis: Float64[np.ndarray, "c 10 9"],
+    basis: Float64[np.ndarray, "c lens 9"],
     sigma_px: float,
 ) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]:
     """Of poses, lenses and deviations, points eliminated, in units of sigma."""

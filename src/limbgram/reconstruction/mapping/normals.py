@@ -9,9 +9,9 @@ One thread, one order of summation: the same input gives the same bytes.
 """
 
 import numpy as np
-from numba import njit
 
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, project_and_differentiate
+from limbgram.core.kernels import njit
 from limbgram.core.solvers import invert_symmetric
 
 BEHIND_COST = 1e12

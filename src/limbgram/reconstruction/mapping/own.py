@@ -11,7 +11,7 @@ and the middle term is a turn of the camera. Where it is carried, what lies as f
 moves in the same ways: carried along its rows it is a skew, across them a stretch, and along its
 axis by v it is a shift of the principal point by -fy v, because
     (v x y, v y^2) = v (x y, 1 + y^2) - (0, v)
-and the first term is a turn again. So each fault is a few numbers that are added to ten lens
+and the first term is a turn again. So each fault is a few numbers that are added to the lens
 parameters, and whatever takes a photo's `View` takes them along.
 """
 
@@ -45,7 +45,7 @@ def numbers_of(deviation: Deviation) -> int:
             return 4
 
 
-def basis_of(deviations: Sequence[Deviation], camera: Camera) -> Float64[np.ndarray, "10 q"]:
+def basis_of(deviations: Sequence[Deviation], camera: Camera) -> Float64[np.ndarray, "lens q"]:
     """What one unit of each number adds to the lens parameters of a photo.
 
     The principal point counts in widths of the picture, the focal length in parts of itself, rows
@@ -65,7 +65,7 @@ def basis_of(deviations: Sequence[Deviation], camera: Camera) -> Float64[np.ndar
     return np.array(columns).reshape(-1, LENS_SIZE).T
 
 
-def _column(**parts: float) -> Float64[np.ndarray, "10"]:
+def _column(**parts: float) -> Float64[np.ndarray, " lens"]:
     column = np.zeros(LENS_SIZE)
     for name, part in parts.items():
         column[_ROW[name]] = part
@@ -144,11 +144,11 @@ class Ties:
     """How the lenses of placed photos hang together: the camera's, and their own numbers."""
 
     camera: Int64[np.ndarray, " p"]
-    shared: Float64[np.ndarray, "c 10"]
-    basis: Float64[np.ndarray, "c 10 q"]
+    shared: Float64[np.ndarray, "c lens"]
+    basis: Float64[np.ndarray, "c lens q"]
     values: Float64[np.ndarray, "p q"]
     spread: Float64[np.ndarray, " q"]
-    held: Float64[np.ndarray, "p 10"]
+    held: Float64[np.ndarray, "p lens"]
     """Part of the photos' own shifts that is not solved for."""
 
     @classmethod
@@ -181,12 +181,12 @@ class Ties:
         return self.values.shape[1] > 0
 
     @property
-    def lenses(self) -> Float64[np.ndarray, "p 10"]:
+    def lenses(self) -> Float64[np.ndarray, "p lens"]:
         own = np.einsum("piq,pq->pi", self.basis[self.camera], self.values)
         return self.shared[self.camera] + self.held + own
 
     @property
-    def shifts(self) -> Float64[np.ndarray, "p 10"]:
+    def shifts(self) -> Float64[np.ndarray, "p lens"]:
         return self.lenses - self.shared[self.camera]
 
     @property

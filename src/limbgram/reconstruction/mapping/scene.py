@@ -224,7 +224,7 @@ class OwnLenses:
     """By photo, the numbers of these kinds."""
     spread: Float64[np.ndarray, " q"]
     """Standard deviation of each number from photo to photo."""
-    shifts: Float64[np.ndarray, "n 10"]
+    shifts: Float64[np.ndarray, "n lens"]
     """Lens of the photo less that of its camera (PARAMETERS)."""
     chances: tuple[float, ...]
     """By kind: that photos of one lens for all look as much like it."""
@@ -247,7 +247,7 @@ class Scene:
     verdicts: tuple[PhotoVerdict, ...]
     sigma_px: float = float("nan")
     """Standard deviation of a measured coordinate, robustly from the residuals."""
-    lens_covariance: Float64[np.ndarray, "c 10 10"] | None = None
+    lens_covariance: Float64[np.ndarray, "c lens lens"] | None = None
     """Of every camera's lens after the adjustment (PARAMETERS); zero where held."""
     camera_covariance: Float64[np.ndarray, "u u"] | None = None
     """Of all that was adjusted beside the points: six numbers a placed photo (turn in its own

@@ -63,7 +63,7 @@ class Adjusted:
     """Standard deviation of a measured coordinate, robustly from the residuals."""
     covariance: Float64[np.ndarray, "u u"]
     """Of placed photos and lenses together, zero where held; see Scene.camera_covariance."""
-    lens_covariance: Float64[np.ndarray, "c 10 10"]
+    lens_covariance: Float64[np.ndarray, "c lens lens"]
     """Of every camera's lens after the adjustment; zero where held."""
 
 
@@ -324,7 +324,7 @@ class _Measured:
         cls,
         bundle: Bundle,
         lens_idx: Int64[np.ndarray, " p"],
-        basis: Float64[np.ndarray, "c 10 q"],
+        basis: Float64[np.ndarray, "c lens q"],
         sigma_px: float,
         damping: float,
     ) -> "_Measured":
@@ -341,7 +341,7 @@ class _Measured:
 def reduced_equations(
     bundle: Bundle,
     lens_idx: Int64[np.ndarray, " p"],
-    basis: Float64[np.ndarray, "c 10 q"],
+    basis: Float64[np.ndarray, "c lens q"],
     sigma_px: float,
     damping: float,
 ) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"], Float64[np.ndarray, " u"]]:

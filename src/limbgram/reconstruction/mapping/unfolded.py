@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from limbgram.core.geometry.lens import LENS_SIZE, fold_of
+from limbgram.core.geometry.lens import DISTORTION, LENS_SIZE, RADIAL, fold_of
 
-Lens = Float64[np.ndarray, "10"]
+Lens = Float64[np.ndarray, " lens"]
 
 _LEAST_SLOPE = 0.25
 """Of places in the picture over their rays. A fisheye lens that shows equal angles as equal
@@ -26,8 +26,7 @@ _SIGMA = 1e-6
 _SLACK = 1e-3
 """A lens that lacks so little of its corner, in focal lengths, stands at the wall."""
 _HALVINGS = 40
-_RADIAL = [5, 6, 9]
-_POWERS = np.array([2.0, 4.0, 6.0])
+_POWERS = np.array([float(one.power) for one in DISTORTION.values() if one.radial])
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ def _met(now: Lens, after: Lens, size_px: tuple[int, int]) -> Lens:
     start = now
     if _lacking(now, size_px) > _SLACK:
         start = now.copy()
-        start[_RADIAL] = 0.0
+        start[RADIAL] = 0.0
     low, high = 0.0, 1.0
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
@@ -98,26 +97,26 @@ def _met(now: Lens, after: Lens, size_px: tuple[int, int]) -> Lens:
 
 def _behind(met: Lens, size_px: tuple[int, int]) -> Lens:
     """Derivatives of how far a lens is behind the wall that this one stands at."""
-    ray = fold_of(*met[_RADIAL], slope=_LEAST_SLOPE)
+    ray = fold_of(*met[RADIAL], slope=_LEAST_SLOPE)
     powers, slopes = ray**_POWERS, np.zeros(LENS_SIZE)
-    slopes[_RADIAL] = -(_POWERS + 1) * powers
+    slopes[RADIAL] = -(_POWERS + 1) * powers
     if _lacking(met, size_px) > _SLACK:  # it turns back at once
         return slopes
     # the corner's own ray moves with the lens
-    bend = float((_POWERS * (_POWERS + 1) * powers / ray) @ met[_RADIAL]) / _LEAST_SLOPE
+    bend = float((_POWERS * (_POWERS + 1) * powers / ray) @ met[RADIAL]) / _LEAST_SLOPE
     x, y = _corner(met, size_px)
     corner = float(np.hypot(x, y))
-    slopes[_RADIAL] += bend * ray * powers
+    slopes[RADIAL] += bend * ray * powers
     slopes[:2] = bend * x * x / (met[0] * corner), bend * y * y / (met[1] * corner)
     return slopes
 
 
 def _lacking(lens: Lens, size_px: tuple[int, int]) -> float:
     """How much farther from its axis a lens would have to show, in focal lengths."""
-    ray = fold_of(*lens[_RADIAL], slope=_LEAST_SLOPE)
+    ray = fold_of(*lens[RADIAL], slope=_LEAST_SLOPE)
     if np.isinf(ray):
         return -np.inf
-    farthest = ray * (1.0 + float(ray**_POWERS @ lens[_RADIAL]))
+    farthest = ray * (1.0 + float(ray**_POWERS @ lens[RADIAL]))
     return float(np.hypot(*_corner(lens, size_px))) - farthest
 
 

@@ -10,9 +10,10 @@ no matrix of distances is ever stored. As fast as the product alone by OpenBLAS 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import numba as nb
 import numpy as np
 from jaxtyping import Float32, Int32, Int64, UInt8
+
+from limbgram.core.kernels import njit
 
 _COLUMNS = 64
 _PART = 16
@@ -128,7 +129,7 @@ def match_descriptors(
     return np.stack([found, nearest[found]], axis=1).astype(np.int32)
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _bests(
     first: np.ndarray,
     second: np.ndarray,
@@ -166,7 +167,7 @@ def _bests(
             best_row[start + j] = column_rows[j]
 
 
-@nb.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
+@njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
 def _multiply(
     a: np.ndarray, b: np.ndarray, tile: np.ndarray, upper: np.ndarray, lower: np.ndarray
 ) -> None:
@@ -194,7 +195,7 @@ def _multiply(
                 )
 
 
-@nb.njit(cache=True, nogil=True, fastmath={"nsz", "nnan", "reassoc"})
+@njit(cache=True, nogil=True, fastmath={"nsz", "nnan", "reassoc"})
 def _carry_on(
     products: np.ndarray,
     width: int,

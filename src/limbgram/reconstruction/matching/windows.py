@@ -19,11 +19,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
-import numba as nb
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int32, Int64, UInt8
 
 from limbgram.core.geometry.arrays import GreyImage, Points2
+from limbgram.core.kernels import njit
 from limbgram.reconstruction.features.detection import Keypoints
 
 LEVELS = 4
@@ -48,7 +48,7 @@ def build_pyramid(luma: GreyImage) -> Pyramid:
     return Pyramid(np.concatenate([level.ravel() for level in levels]), _layout(levels))
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def sample_window(pixels: np.ndarray, x: float, y: float, window: np.ndarray) -> bool:
     """Luma and its slopes along x and y, pixel by pixel round a place; False outside."""
     height, width = pixels.shape
@@ -74,7 +74,7 @@ def sample_window(pixels: np.ndarray, x: float, y: float, window: np.ndarray) ->
     return True
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def sample_warped(pixels: np.ndarray, place: np.ndarray, values: np.ndarray) -> bool:
     """Luma of a window under an affine map (x, dx/du, dx/dv, y, dy/du, dy/dv); False outside."""
     height, width = pixels.shape
@@ -104,7 +104,7 @@ def sample_warped(pixels: np.ndarray, place: np.ndarray, values: np.ndarray) -> 
     return True
 
 
-@nb.njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, inline="always")
 def _weights(t: float) -> tuple[float, float, float, float]:
     s = 1 - t
     return (
@@ -115,7 +115,7 @@ def _weights(t: float) -> tuple[float, float, float, float]:
     )
 
 
-@nb.njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, inline="always")
 def _slope_weights(t: float) -> tuple[float, float, float, float]:
     s = 1 - t
     return -s * s / 2, -2 * t + 1.5 * t * t, 2 * s - 1.5 * s * s, t * t / 2
@@ -153,7 +153,7 @@ _AGREEMENT_WHEN_FINER = 0.9
 """Correlation from which that second comparison counts."""
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def correlate_all(
     pixels_first: np.ndarray,
     layout_first: np.ndarray,
@@ -203,7 +203,7 @@ def correlate_all(
         result[row, 0], result[row, 1], result[row, 2] = place[0], place[3], correlation
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def follow_all(
     pixels_first: np.ndarray,
     layout_first: np.ndarray,
@@ -257,7 +257,7 @@ def follow_all(
                 result[row, 2] = agreement
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _compare(
     first: np.ndarray,
     second: np.ndarray,
@@ -287,13 +287,13 @@ def _compare(
     return correlation
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _level_for(sigma: float, levels: int) -> int:
     level = round(math.log2(sigma / _SIGMA_AT_LEVEL_PX))
     return min(max(level, 0), levels - 1)
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _gauss_newton(
     pixels: np.ndarray,
     window: np.ndarray,
@@ -343,7 +343,7 @@ def _gauss_newton(
     return product / SAMPLES
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _undo(place: np.ndarray, step: np.ndarray) -> bool:
     """Compose the map with the inverse of a small affine step; False where the map collapses."""
     a, b = 1 + step[1] / RADIUS, step[2] / RADIUS
@@ -363,7 +363,7 @@ def _undo(place: np.ndarray, step: np.ndarray) -> bool:
     return 0.1 < area < 10
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _normal_matrix(window: np.ndarray, contrast: float, slopes: np.ndarray) -> np.ndarray:
     """Fill the window's slopes by the six parameters; the inverse of their normal matrix."""
     s00 = s10 = s11 = s20 = s21 = s22 = s30 = s31 = s32 = s33 = 0.0
@@ -396,7 +396,7 @@ def _normal_matrix(window: np.ndarray, contrast: float, slopes: np.ndarray) -> n
     return _inverse(normal)
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _normalize(values: np.ndarray) -> float:
     """Take off the mean and divide by the standard deviation, which is returned."""
     mean = values.mean()
@@ -410,7 +410,7 @@ def _normalize(values: np.ndarray) -> float:
     return deviation
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _inverse(matrix: np.ndarray) -> np.ndarray:
     """Inverse of a small positive definite matrix, which is destroyed (Gauss and Jordan)."""
     size = matrix.shape[0]

@@ -48,7 +48,7 @@ def apparent_lift_mm(
     vertices_mm: Points3,
     axes: Float64[np.ndarray, "n 3 3"],
     quadric: Float64[np.ndarray, "n 3"],
-    views: Float64[np.ndarray, "k 22"],
+    views: Float64[np.ndarray, "k view"],
     seen_by: Int32[np.ndarray, "n c"],
 ) -> Float32[np.ndarray, "n c"]:
     """How far above its place, along its normal, each photo of `seen_by` shows each vertex.
@@ -110,7 +110,7 @@ class Imagery:
     crops: Int64[np.ndarray, "k 5"]
     """By photo: start in `coefficients`, x0, y0, width, height (reduced pixels)."""
     factor: float
-    views: Float64[np.ndarray, "k 22"]
+    views: Float64[np.ndarray, "k view"]
     """View.packed of every photo, for the full-size photo."""
 
 

@@ -11,8 +11,8 @@ pair.
 import math
 
 import numpy as np
-from numba import njit
 
+from limbgram.core.kernels import njit
 from limbgram.core.run import in_parallel
 from limbgram.reconstruction.measuring.sampling import (
     MARGIN_PX,

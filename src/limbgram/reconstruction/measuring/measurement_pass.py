@@ -12,10 +12,10 @@ from functools import cache
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Bool, Float32, Float64, Int32, Int64
-from numba import njit
 
 from limbgram.core.errors import SurfaceError
 from limbgram.core.geometry.lens import View
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.imagery import Imagery, apparent_lift_mm
 from limbgram.reconstruction.measuring.joint import DRIFT, GAIN, LIFT, MEAN, assemble, local_gains

@@ -13,8 +13,8 @@ Gruen and Baltsavias 1988 (geometrically constrained matching); Furukawa and Pon
 import math
 
 import numpy as np
-from numba import njit
 
+from limbgram.core.kernels import njit
 from limbgram.core.run import in_parallel
 from limbgram.core.solvers import adjugate
 from limbgram.reconstruction.measuring.sampling import (

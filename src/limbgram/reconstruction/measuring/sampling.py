@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
-from limbgram.core.geometry.lens import distorted_with_slopes
+from limbgram.core.geometry.lens import distorted_in
+from limbgram.core.kernels import njit
 
 f4 = np.float32
 
@@ -40,8 +40,7 @@ def project(view: np.ndarray, x: float, y: float, z: float) -> tuple[float, ...]
     per_depth = 1.0 / c
     p, q = a * per_depth, b * per_depth
     fx, fy, cx, cy, skew = view[12], view[13], view[14], view[15], view[16]
-    k1, k2, p1, p2, k3 = view[17], view[18], view[19], view[20], view[21]
-    pd, qd, pp, pq, qq = distorted_with_slopes(p, q, k1, k2, p1, p2, k3)
+    pd, qd, pp, pq, qq = distorted_in(view, p, q)
     u, v = fx * pd + skew * qd + cx, fy * qd + cy
     up, uq = fx * pp + skew * pq, fx * pq + skew * qq
     vp, vq = fy * pq, fy * qq

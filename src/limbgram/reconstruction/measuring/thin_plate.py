@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float64
-from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 
 _TOLERANCE = 1e-3

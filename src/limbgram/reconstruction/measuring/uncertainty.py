@@ -33,11 +33,11 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Bool, Float64, Int32
-from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, project_and_differentiate
 from limbgram.core.geometry.smoothed_length import PLATE_MM
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import edge_lengths, find_edges
 from limbgram.reconstruction.mapping.scene import Scene

@@ -12,10 +12,10 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Float32, Int32, Int64
-from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import View
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 
 _LIFT = 0.5

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int32
-from numba import njit
 from scipy.sparse import csc_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops, find_edges, half_edges
 from limbgram.reconstruction.surface.resampling import Triangles, even_out, find_twins

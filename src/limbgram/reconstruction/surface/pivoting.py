@@ -19,10 +19,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import SurfaceError
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.core.run import track
 

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Int64
-from numba import njit
 
 from limbgram.core.errors import SurfaceError
 from limbgram.core.geometry.arrays import Faces
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import is_edge_manifold, taking_vertices

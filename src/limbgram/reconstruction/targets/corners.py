@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from limbgram.core.geometry.arrays import GreyImage, Points2
+from limbgram.core.kernels import njit
 from limbgram.core.solvers import solve_positive
 
 _SIZE = 9

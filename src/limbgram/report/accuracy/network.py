@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from limbgram.core.geometry.arrays import Points2
-from limbgram.core.geometry.lens import PARAMETERS, POSE_SIZE, Camera
+from limbgram.core.geometry.lens import IN_PIXELS, PARAMETERS, POSE_SIZE, Camera
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.scene import Scene
@@ -352,8 +352,6 @@ def _zones(camera: Camera, xy_px: Points2, off: Points2) -> tuple[Zone, ...]:
 
 _LEAST_LEARNED = 1e-4
 """Of the variance before: less than this is rounding."""
-IN_PIXELS = ("fx", "fy", "cx", "cy", "skew")
-"""Lens parameters with a unit; the others have none."""
 
 
 def camera_figures(evidence: Evidence) -> tuple[LensFigures, ...]:
@@ -369,7 +367,10 @@ def camera_figures(evidence: Evidence) -> tuple[LensFigures, ...]:
 
 
 def _camera(
-    idx: int, given: Calibration, camera: Camera, covariance: Float64[np.ndarray, "10 10"] | None
+    idx: int,
+    given: Calibration,
+    camera: Camera,
+    covariance: Float64[np.ndarray, "lens lens"] | None,
 ) -> LensFigures:
     before, after = given.camera.packed, camera.packed
     sigmas = np.full(len(PARAMETERS), np.nan) if covariance is None else _sigmas(covariance)
@@ -400,7 +401,7 @@ def _camera(
     )
 
 
-def _sigmas(covariance: Float64[np.ndarray, "10 10"]) -> Float64[np.ndarray, "10"]:
+def _sigmas(covariance: Float64[np.ndarray, "lens lens"]) -> Float64[np.ndarray, " lens"]:
     return np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
@@ -421,7 +422,7 @@ def _contradiction(shift: float, before: float, after: float) -> float:
     return float(shift / np.sqrt(learned))
 
 
-def _correlations(covariance: Float64[np.ndarray, "10 10"] | None) -> Correlations | None:
+def _correlations(covariance: Float64[np.ndarray, "lens lens"] | None) -> Correlations | None:
     """Of the parameters that are free; None where the scene keeps no covariance."""
     if covariance is None:
         return None

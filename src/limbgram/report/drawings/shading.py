@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 from jaxtyping import Float64, UInt8
 
 from limbgram.core.geometry.arrays import Faces, Matrix3, Points3
 from limbgram.core.geometry.frames import turned
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import in_parallel
 
@@ -109,7 +109,7 @@ def shade_each(
     return in_parallel(pictures, frames)
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def _light(
     face_idx: np.ndarray,
     weights: np.ndarray,
@@ -163,7 +163,7 @@ def _light(
                 picture[row, column, 3] = round(255 * covered / (n * n))
 
 
-@nb.njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True)
 def rasterise(pixels: Points3, faces: Faces, height: int, width: int):
     """Nearest face at each pixel (-1: none) and the weights of its three corners."""
     depth = np.full((height, width), np.inf)

@@ -13,10 +13,10 @@ from enum import Enum
 
 import numpy as np
 from jaxtyping import Bool, Float64, UInt8
-from numba import njit
 from scipy.ndimage import map_coordinates
 
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.kernels import njit
 from limbgram.core.run import in_parallel
 from limbgram.formats.sheets.sock import SockPattern, sock_pattern
 from limbgram.synthetic.props.limb import Limb

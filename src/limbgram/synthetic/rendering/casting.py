@@ -5,9 +5,9 @@ lies at pixel x = left + (j + 0.5) / fine - 0.5: pixel centres are whole numbers
 """
 
 import numpy as np
-from numba import njit
 
 from limbgram.core.geometry.lens import ideal_of
+from limbgram.core.kernels import njit
 from limbgram.synthetic.rendering.shading import (
     Light,
     Panels,

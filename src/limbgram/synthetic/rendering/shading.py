@@ -9,11 +9,11 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.kernels import njit
 from limbgram.reconstruction.photos.decoding import LINEAR_OF_SRGB
 
 _WHITE, _BLACK = 0.80, 0.035

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int64
-from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges
 from limbgram.core.run import in_parallel

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64
-from numba import njit
 
 from limbgram.core.interval import weighted_quantile
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.carving.radial_rays import cast_radii

@@ -12,10 +12,10 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
-from numba import njit
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points2
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import holds
 from limbgram.core.mesh.topology import boundary_loops, find_edges, with_faces

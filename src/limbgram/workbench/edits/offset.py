@@ -13,11 +13,11 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float64
-from numba import njit
 from scipy.sparse import csr_array
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh, dots, lengths, summed
 from limbgram.core.mesh.topology import with_any
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken

@@ -9,9 +9,9 @@ from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from limbgram.core.errors import EditError
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh, dots
 from limbgram.core.mesh.topology import volume_mm3, with_any
 from limbgram.core.request_fields import Within

@@ -2,10 +2,10 @@
 
 import numpy as np
 from jaxtyping import Float64, Int64
-from numba import njit
 from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.kernels import njit
 
 
 def strip(ones: Points3, twos: Float64[np.ndarray, "m 3"]) -> Int64[np.ndarray, "k 3"]:

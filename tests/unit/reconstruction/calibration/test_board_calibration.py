@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import CalibrationError
-from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, Camera
+from limbgram.core.geometry.lens import HELD, LENS_SIZE, PARAMETERS, Camera
 from limbgram.findings import note, told
 from limbgram.reconstruction.calibration.adjustment import bent_board
 from limbgram.reconstruction.calibration.board import CalibrationOptions, calibrate_detections
@@ -18,7 +18,7 @@ from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoC
 from limbgram.report.calibration import calibration_text
 
 Capture = Callable[..., Any]
-FIXED = [PARAMETERS.index(name) for name in ("skew", "k3")]
+FIXED = [PARAMETERS.index(name) for name in HELD]
 
 
 def with_photo(detections: BoardDetections, idx: int, **changes: object) -> BoardDetections:

@@ -67,6 +67,29 @@ def test_a_value_that_cannot_be_is_refused_by_name(
         read_camera(path)
 
 
+def test_a_file_from_before_a_coefficient_has_zero_for_it(
+    tmp_path: Path, calibration: Calibration
+) -> None:
+    path = tmp_path / "camera.json"
+    write_camera(path, calibration)
+    record = json.loads(path.read_text())
+    for kind in ("parameters", "sigmas"):
+        del record[kind]["k3"]
+    path.write_text(json.dumps(record))
+    with pytest.raises(CaseError, match="covariance"):
+        read_camera(path)
+    rows = [row for row, name in enumerate(PARAMETERS) if name != "k3"]
+    record["covariance"] = [[record["covariance"][i][j] for j in rows] for i in rows]
+    path.write_text(json.dumps(record))
+    again = read_camera(path)
+    expected = replace(calibration.camera, k3=0.0)
+    assert again.camera == expected
+    np.testing.assert_array_equal(
+        again.covariance[np.ix_(rows, rows)], calibration.covariance[np.ix_(rows, rows)]
+    )
+    assert not again.covariance[PARAMETERS.index("k3")].any()
+
+
 def test_a_covariance_with_a_negative_direction_is_refused(
     tmp_path: Path, calibration: Calibration
 ) -> None:

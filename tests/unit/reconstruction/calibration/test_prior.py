@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import CalibrationError
-from limbgram.core.geometry.lens import PARAMETERS, Camera
+from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, Camera
 from limbgram.reconstruction.calibration.cameras import (
     Calibration,
     cameras_for,
@@ -129,7 +129,7 @@ def test_photos_that_a_program_turned_hold_the_true_lens_within_a_sigma(side: in
     else:
         turned, turned_px = points * [-1, 1, 1], (stored[:, 1], 4751 - stored[:, 0])
     turned = turned[:, [1, 0, 2]]
-    step = np.zeros(10)
+    step = np.zeros(LENS_SIZE)
     step[[2, 3, 7, 8]] = np.array([-(1570 - 1583.5), 2380 - 2375.5, -3e-4, -4e-4]) * side
     true = taken.camera.with_parameters(taken.camera.packed + step)
     np.testing.assert_allclose(true.project(turned), np.column_stack(turned_px), atol=1e-6)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import PARAMETERS, POSE_SIZE, Camera
+from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.lenses import lens_explanations
 from limbgram.reconstruction.mapping.answering import answered, asked_for, scores_of
@@ -200,10 +200,10 @@ def test_the_covariance_has_a_lens_for_every_photo(make_scene: MakeScene) -> Non
     after = answered(fixed(faulty), faulty, [CALIBRATED], 4.0)
     rows = (POSE_SIZE + len(PARAMETERS)) * PHOTOS
     assert after.covariance.shape == (rows, rows)
-    assert after.lens_covariance.shape == (1, 10, 10)
+    assert after.lens_covariance.shape == (1, LENS_SIZE, LENS_SIZE)
     assert after.scene.lens_idx == tuple(range(PHOTOS))
     assert after.scene.lenses == PHOTOS
-    variance = np.diag(after.covariance)[POSE_SIZE * PHOTOS :].reshape(PHOTOS, 10)
+    variance = np.diag(after.covariance)[POSE_SIZE * PHOTOS :].reshape(PHOTOS, LENS_SIZE)
     assert (variance[:, 4] == 0).all(), "skew is held"
     found = np.array([after.scene.camera(k).packed[2:4] for k in range(PHOTOS)])
     off = (found - 450.0 - shifts) / np.sqrt(variance[:, 2:4])
@@ -297,7 +297,7 @@ def test_lenses_follow_their_numbers_as_the_map_says(
     moved = ties.moved(step[size:]).lenses - ties.lenses
     np.testing.assert_allclose((ties.map @ step)[size:], moved.ravel(), atol=1e-10)
     np.testing.assert_allclose((ties.map @ step)[:size], step[:size])
-    assert basis_of(kinds, LENS).shape == (10, ties.values.shape[1])
+    assert basis_of(kinds, LENS).shape == (LENS_SIZE, ties.values.shape[1])
 
 
 def test_a_roll_of_the_rows_is_a_shift_and_a_tangential_distortion() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import MatchingError
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.core.run import Run
 from limbgram.findings import note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, from_exif
@@ -98,7 +98,7 @@ def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
     }
     run = Told({**products, **told})
     lens = Camera(width_px=1500, height_px=1000, fx=2000.0, fy=2000.0, cx=750.0, cy=500.0)
-    given = Calibration(camera=lens, covariance=np.zeros((10, 10)), source="board")
+    given = Calibration(camera=lens, covariance=np.zeros((LENS_SIZE, LENS_SIZE)), source="board")
     return place_photos(photos(), Cameras((given,)), PipelineOptions(), run), run.called
 
 

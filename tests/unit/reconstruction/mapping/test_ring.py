@@ -8,6 +8,7 @@ import pytest
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import LENS_SIZE
 from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.ring import (
@@ -106,7 +107,7 @@ def with_verdicts(scene: Scene) -> Scene:
 def test_a_photo_without_points_does_not_refuse_the_others(make_scene: MakeScene) -> None:
     scene = make_scene(photos=12, points=300, noise_px=0.1)
     lone = replace(scene, observations=scene.observations.some(scene.observations.photo_idx != 4))
-    known = 1e-4 * np.eye(10)
+    known = 1e-4 * np.eye(LENS_SIZE)
     given = [Calibration(camera=one, covariance=known, source="exif") for one in scene.cameras]
     found = readjusted(with_verdicts(lone), Cameras(tuple(given)), MappingOptions())
     assert found.placed == (0, 1, 2, 3, *range(5, 12))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.findings import note, told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features, Keypoints
@@ -156,7 +156,7 @@ LENS = Camera(width_px=900, height_px=700, fx=700.0, fy=700.0, cx=449.5, cy=349.
 def by_guess(scene: Scene, make_pair: MakePair, ratio: float) -> tuple[Pairs, Cameras]:
     """All pairs, verified under a lens without distortion and with so much more focal length."""
     lens = replace(LENS, fx=ratio * LENS.fx, fy=ratio * LENS.fy, k1=0.0)
-    given = Calibration(camera=lens, covariance=np.eye(10), source="guess")
+    given = Calibration(camera=lens, covariance=np.eye(LENS_SIZE), source="guess")
     seen, verified = scene.observations, list[VerifiedPair]()
     places = [seen.xy_px[seen.photo_idx == photo] for photo in range(len(scene.names))]
     rows = np.repeat(np.arange(len(places[0]))[:, None], 2, axis=1)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted
@@ -126,7 +126,7 @@ def test_a_solved_focal_length_that_nothing_holds_is_no_zoom(
         deviations=("focal length",),
         values=values,
         spread=np.array([0.01]),
-        shifts=np.zeros((15, 10)),
+        shifts=np.zeros((15, LENS_SIZE)),
         chances=(1e-9,),
     )
     seen = ring.observations

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.frames import fit_similarity
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.body import Body
 from limbgram.reconstruction.mapping.bundle import Bundle
@@ -156,7 +156,7 @@ def joined_with(scene: Scene, detections: BoardDetections, cameras: Cameras) -> 
 
 def test_held_lenses_stay_held(capture) -> None:
     scene = measured(capture)
-    held = replace(scene, lens_covariance=np.zeros((1, 10, 10)))
+    held = replace(scene, lens_covariance=np.zeros((1, LENS_SIZE, LENS_SIZE)))
     assert joined(held, capture.detections(CORNER_PX)).scene.cameras == scene.cameras
 
 

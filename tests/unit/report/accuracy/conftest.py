@@ -76,7 +76,7 @@ def make_scene() -> MakeScene:
             photos.append(np.full(len(seen), k, np.int32))
             pixels.append(xy + noise_px * rng.normal(size=xy.shape))
         names = tuple(f"IMG_{k + 1}.jpg" for k in range(PHOTOS))
-        covariance = np.zeros((1, 10, 10))
+        covariance = np.zeros((1, LENS_SIZE, LENS_SIZE))
         covariance[0, 0, 0], covariance[0, 1, 1], covariance[0, 0, 1] = 0.04, 0.04, 0.02
         covariance[0, 1, 0] = 0.02
         return Scene(
@@ -134,7 +134,7 @@ def evidence(make_scene: MakeScene) -> Evidence:
 def with_sigmas(evidence: Evidence) -> Evidence:
     """Sigma 0.1 mm everywhere, 0.06 mm of it shared; poses with a covariance."""
     count = len(evidence.mesh)
-    covariance = 1e-4 * np.eye(6 * PHOTOS + 10)
+    covariance = 1e-4 * np.eye(6 * PHOTOS + LENS_SIZE)
     scene = replace(evidence.metric.scene, camera_covariance=covariance)
     mesh = replace(
         evidence.mesh,
