@@ -12,6 +12,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.core.geometry.lens import (
+    DISTORTION,
     LENS_SIZE,
     PARAMETERS,
     POSE_SIZE,
@@ -42,7 +43,10 @@ LENS = Camera(
     k1=-0.12, k2=0.08, p1=0.0009, p2=-0.0007, k3=-0.03,
 )  # fmt: skip
 """No parameter is zero, so that no derivative is."""
-LENS_STEPS = np.append(np.ones(5), np.full(LENS_SIZE - 5, 0.01))
+LENS_STEPS = np.append(
+    np.ones(5), [0.01 * 2.0 ** max(one.power - 2, 0) for one in DISTORTION.values()]
+)
+"""The less a coefficient moves places, the longer its step: rounding is smaller beside it."""
 POSE_STEPS = np.array([1e-3, 1e-3, 1e-3, 0.3, 0.3, 0.3])
 CENTRES = [np.array([900 * np.sin(a), -900 * np.cos(a), 300.0]) for a in (0.0, 0.5, 1.0, 1.4)]
 UP = np.array([0.0, 0.0, 1.0])

@@ -208,7 +208,7 @@ def test_the_covariance_has_a_lens_for_every_photo(make_scene: MakeScene) -> Non
     found = np.array([after.scene.camera(k).packed[2:4] for k in range(PHOTOS)])
     off = (found - 450.0 - shifts) / np.sqrt(variance[:, 2:4])
     assert 0.1 < np.sqrt((off**2).mean()) < 1.0, "a third: pixels count with thrice their sigma"
-    assert len(fixed(faulty).covariance) == POSE_SIZE * PHOTOS + 10
+    assert len(fixed(faulty).covariance) == POSE_SIZE * PHOTOS + LENS_SIZE
 
 
 def test_refocusing_is_told_from_a_stabiliser(make_scene: MakeScene) -> None:
@@ -293,7 +293,7 @@ def test_lenses_follow_their_numbers_as_the_map_says(
         scene = with_room_for(scene, kind)
     ties = Ties.of(scene, [LENS], solve=True)
     size = POSE_SIZE * PHOTOS
-    step = np.random.default_rng(0).normal(0.0, 1e-3, size + 10 + ties.values.size)
+    step = np.random.default_rng(0).normal(0.0, 1e-3, size + LENS_SIZE + ties.values.size)
     moved = ties.moved(step[size:]).lenses - ties.lenses
     np.testing.assert_allclose((ties.map @ step)[size:], moved.ravel(), atol=1e-10)
     np.testing.assert_allclose((ties.map @ step)[:size], step[:size])
