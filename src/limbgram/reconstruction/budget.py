@@ -112,18 +112,17 @@ def resolution_for(
             than these.
         beside_mm2: Area of that.
     """
-    pixel = pixel_on_object(metric)
+    finest = edge_px * pixel_on_object(metric)
     area = 0.5 * float(np.linalg.norm(surface.face_normals(), axis=1).sum())
     whole = (area + beside_mm2) * _MOST_MADE
     shortest = float(np.sqrt(whole / (_EQUILATERAL * most_triangles)))
-    views = metric.scene.views
     kept_mb = PROGRAM_MB + _KEPT_MB * len(metric.scene.names)
     needs_mb: list[float] = []
     for halvings in range(_MOST_HALVINGS + 1):
-        by_pixels = edge_px * pixel * 2**halvings
+        by_pixels = finest * 2**halvings
         triangles = area / (_EQUILATERAL * max(by_pixels, shortest) ** 2)
         mesh_mb = triangles * _TRIANGLE_BYTES / 2**20
-        pictures_mb = imagery_mb(views, surface.vertices_mm, halvings)
+        pictures_mb = imagery_mb(metric.scene.views, surface.vertices_mm, halvings)
         needs_mb.append(kept_mb + mesh_mb + pictures_mb)
         too_fine = pictures_mb > _PICTURES_MB and 2 * by_pixels <= _SLACK * shortest
         if needs_mb[-1] <= memory_mb and not too_fine:
@@ -136,12 +135,13 @@ def resolution_for(
             allowed_gb=memory_mb / 1024,
             parts=2**_MOST_HALVINGS,
         )
+    by_pixels = finest * 2**halvings
     notes = _photos_notes(halvings, needs_mb[0], memory_mb, depth_share)
     if shortest > by_pixels:
         edges = note(
             "memory.edges",
             edge=shortest,
-            finest=edge_px * pixel,
+            finest=finest,
             unit="mm" if metric.scale.unit == "mm" else "unit",
             triangles=most_triangles,
             beside=beside_mm2 > 0.0,
