@@ -35,6 +35,7 @@ from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.fineness import refine_where
 from limbgram.workbench.edits.level_edges import Plane, held_level
 from limbgram.workbench.edits.regions import averaging, calm_normals, with_added
+from limbgram.workbench.edits.spanning import mended
 
 _NEAR = 2.5
 """Thicknesses from an open edge within which its plane cuts, and up to which it is told how far
@@ -156,6 +157,8 @@ def covered(apart: Apart, planes: tuple[Plane, ...], what: str) -> Covered:
     turned = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[:, ::-1])
     skins = with_added(turned, over.vertices_mm, like, over.faces + np.int32(len(mesh)))
     solid = joined(skins, what)
+    own = len(skins.faces)
+    solid = mended(solid, solid.faces[:own], solid.faces[own:])
     added = solid.vertices_mm[len(mesh) :]
     like = np.asarray(KDTree(mesh.vertices_mm).query(added)[1], np.int64)
     return Covered(
