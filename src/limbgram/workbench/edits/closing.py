@@ -53,7 +53,7 @@ def kept_closed(what: str, before: Mesh, after: Mesh) -> Mesh:
         return after
     if not len(after.faces) or not is_edge_manifold(after.faces):
         raise EditError("edit.branches", what=what)
-    closed = _with_strips(_capped(sheets_apart(after), what))
+    closed = joined(sheets_apart(after), what)
     if len(boundary_half_edges(closed.faces)):
         closed = spanned(closed)
         closed = with_faces(closed, closed.faces)
@@ -62,6 +62,15 @@ def kept_closed(what: str, before: Mesh, after: Mesh) -> Mesh:
         point_mm = tuple(closed.vertices_mm[left[0, 0]].tolist())
         raise EditError("edit.opened", what=what, open_edges=len(left), point_mm=point_mm)
     return closed
+
+
+def joined(mesh: Mesh, what: str) -> Mesh:
+    """Closed where openings lie in one plane, or run against each other; its own faces come first.
+
+    Raises:
+        EditError: an outline crosses itself.
+    """
+    return _with_strips(_capped(mesh, what))
 
 
 def _capped(mesh: Mesh, what: str) -> Mesh:

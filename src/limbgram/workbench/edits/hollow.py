@@ -26,21 +26,13 @@ from limbgram.core.mesh.folds import ANY_SHAPE, unfolded
 from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.signed_distance import SignedSurface
-from limbgram.core.mesh.topology import (
-    edge_lengths,
-    face_components,
-    find_edges,
-    with_any,
-    with_faces,
-)
+from limbgram.core.mesh.topology import face_components, with_any, with_faces
 from limbgram.reconstruction.surface.resampling import Triangles, collapse_short, refine
+from limbgram.workbench.edits.apart import FINE_TO, FINER, Apart
 from limbgram.workbench.edits.fineness import refine_where
 from limbgram.workbench.edits.regions import averaging
 from limbgram.workbench.edits.spanning import spanned
 
-_CELL, _CELL_SHARE, _MOST_CELLS = 1.25, 0.5, 4e6
-"""Size of a cell: in edges of a usual triangle, and as a share of the thickness at most; and how
-many cells there are at most, which makes them larger."""
 _MARGIN = 3.0
 """Cells by which what is looked at goes on beyond the openings."""
 _BEVEL, _BEVELLED_DEG, _EVENED = 1.5, (75.0, 60.0), 4
@@ -48,14 +40,9 @@ _BEVEL, _BEVELLED_DEG, _EVENED = 1.5, (75.0, 60.0), 4
 it is spread over the vertices of an opening."""
 _LEAST_ACUTE = 0.05
 """Of what is less acute no bevel is made."""
-_MOVES, _BEYOND = 3, 2.0
-"""Times that the vertices of the hollow's skin are moved to the wall's thickness, and how many
-cells beyond the openings they are, so that it is right where it leaves."""
-_EASINGS = 2
-"""Times that chords of the hollow's skin are moved off what stands into it."""
-_FINER, _FINE_TO = 0.5, 4.0
-"""Of a usual edge: the hollow's edges where it leaves, and to how many cells from there. Round the
-open edge it bends as tightly as the wall is thick, and chords of it come nearer to the skin."""
+_BEYOND = 2.0
+"""Cells beyond the openings to which the hollow's skin is moved to the wall's thickness, so that it
+is right where it leaves."""
 _NEARER_MM, _ALONG = 0.04, 0.25
 """What is nearer by more where the hollow leaves is moved along the opening, unless the skin lies
 almost straight above it: the cosine squared."""
@@ -87,26 +74,8 @@ class Hollowing:
     thickness_mm: float
 
     @cached_property
-    def tree(self) -> TriangleTree:
-        return TriangleTree.of(self.mesh.vertices_mm, self.mesh.faces)
-
-    @cached_property
-    def edge_mm(self) -> float:
-        return float(
-            np.median(edge_lengths(self.mesh.vertices_mm, find_edges(self.mesh.faces).ends))
-        )
-
-    @cached_property
-    def longest_mm(self) -> float:
-        """No place of the skin is so far from its nearest vertex."""
-        ends = find_edges(self.mesh.faces).ends
-        return float(edge_lengths(self.mesh.vertices_mm, ends).max())
-
-    @cached_property
-    def cell_mm(self) -> float:
-        wanted = min(_CELL * self.edge_mm, _CELL_SHARE * self.thickness_mm)
-        box_mm3 = float(np.ptp(self.mesh.vertices_mm, axis=0).prod())
-        return max(wanted, (box_mm3 / _MOST_CELLS) ** (1 / 3))
+    def apart(self) -> Apart:
+        return Apart(self.mesh, self.thickness_mm)
 
     @cached_property
     def closed(self) -> Mesh:
@@ -150,7 +119,7 @@ class Hollowing:
         it goes straight in, 1 where the rim would end in an edge of 60 degrees or less."""
         caps = self.caps
         below = caps.vertices_mm - self.bevel_mm * caps.vertex_normals()
-        away_mm = self.tree.closest(np.concatenate([caps.vertices_mm, below])).distances_mm
+        away_mm = self.apart.tree.closest(np.concatenate([caps.vertices_mm, below])).distances_mm
         at, under = away_mm[: len(caps)], away_mm[len(caps) :]
         low, high = np.cos(np.radians(_BEVELLED_DEG))
         acute = np.clip(((under - at) / self.bevel_mm - low) / (high - low), 0.0, 1.0)
@@ -161,14 +130,14 @@ class Hollowing:
 
     @property
     def bevel_mm(self) -> float:
-        return min(_BEVEL * self.cell_mm, self.thickness_mm / 2)
+        return min(_BEVEL * self.apart.cell_mm, self.thickness_mm / 2)
 
     def wanted_mm(self, points_mm: Points3) -> Float64[np.ndarray, " n"]:
         """How far from the skin the hollow begins: the wall's thickness, and less near an opening
         under which it would run: the edge there is bevelled, where it would be a thin lip."""
         wanted = np.full(len(points_mm), float(self.thickness_mm))
         nearest = KDTree(self.caps.vertices_mm).query(
-            points_mm, distance_upper_bound=self.bevel_mm + self.edge_mm, workers=1
+            points_mm, distance_upper_bound=self.bevel_mm + self.apart.edge_mm, workers=1
         )
         near = np.flatnonzero(np.isfinite(nearest[0]))
         off_mm = self.cap_tree.closest(points_mm[near]).distances_mm
@@ -211,7 +180,7 @@ def hollowed(shape: Hollowing) -> Hollowed:
 
 def _no_nearer(shape: Hollowing, points_mm: Points3) -> Points3:
     """Places on the openings, those too near to the skin moved along the opening."""
-    nearest = shape.tree.closest(points_mm)
+    nearest = shape.apart.tree.closest(points_mm)
     lacking_mm = shape.thickness_mm - nearest.distances_mm
     away = unit(points_mm - nearest.points_mm)
     normals = unit(shape.caps.face_normals()[shape.cap_tree.closest(points_mm).faces])
@@ -251,27 +220,26 @@ def _hollow(shape: Hollowing) -> Mesh:
     level = _level(shape)
     if not len(level.faces):
         return level
-    level = refine(level, shape.edge_mm)
-    near = np.abs(shape.depths_mm(level.vertices_mm)) < _FINE_TO * shape.cell_mm
-    level = refine_where(level, with_any(near, level.faces), _FINER * shape.edge_mm)
+    level = refine(level, shape.apart.edge_mm)
+    near = np.abs(shape.depths_mm(level.vertices_mm)) < FINE_TO * shape.apart.cell_mm
+    level = refine_where(level, with_any(near, level.faces), FINER * shape.apart.edge_mm)
     deep_mm = shape.depths_mm(level.vertices_mm)
     parts = face_components(level.faces)
     opened = np.isin(parts, parts[with_any(deep_mm < 0, level.faces)])
-    exact = deep_mm > -_BEYOND * shape.cell_mm
+    exact = deep_mm > -_BEYOND * shape.apart.cell_mm
     exact &= shape.wanted_mm(level.vertices_mm) == shape.thickness_mm
+    within = np.flatnonzero(exact)
+    number = np.cumsum(exact, dtype=np.int32) - np.int32(1)
     places = level.vertices_mm.copy()
-    for _ in range(_MOVES):
-        places[exact] = _at_distance(shape, places[exact])
-    faces = np.flatnonzero(~with_any(~exact, level.faces))
-    for _ in range(_EASINGS):
-        places = _off_chords(shape, places, level.faces[faces])
+    whole = level.faces[~with_any(~exact, level.faces)]
+    places[within] = shape.apart.settled(places[within], number[whole])
     return unfolded(with_faces(level.with_vertices(places), level.faces[opened]), ANY_SHAPE).mesh
 
 
 def _level(shape: Hollowing) -> Mesh:
     """Where the skin is as far as the wall is thick, inside and a little beyond the openings."""
-    cell_mm = shape.cell_mm
-    reach_mm = _MARGIN * cell_mm + shape.edge_mm
+    cell_mm = shape.apart.cell_mm
+    reach_mm = _MARGIN * cell_mm + shape.apart.edge_mm
     lowest = shape.closed.vertices_mm.min(0) - reach_mm - 2 * cell_mm
     highest = shape.closed.vertices_mm.max(0) + reach_mm + 2 * cell_mm
     counts = np.ceil((highest - lowest) / cell_mm).astype(np.int64) + 1
@@ -282,20 +250,10 @@ def _level(shape: Hollowing) -> Mesh:
         points[outside], distance_upper_bound=reach_mm, workers=1
     )
     looked[outside[np.isfinite(near[0])]] = True
-    # The nearest vertex tells where the level cannot be; what has none near lies farther in.
-    near_mm = 2 * cell_mm
-    apart_mm = KDTree(shape.mesh.vertices_mm).query(
-        points[looked],
-        distance_upper_bound=shape.thickness_mm + near_mm + shape.longest_mm,
-        workers=1,
-    )[0]
-    values = np.full(len(points), -float(shape.thickness_mm))
-    values[looked] = np.minimum(apart_mm, 2 * shape.thickness_mm + near_mm) - shape.thickness_mm
-    near = np.flatnonzero(looked)[(apart_mm > shape.thickness_mm - near_mm) & (apart_mm < np.inf)]
-    values[near] = shape.tree.closest(points[near]).distances_mm - shape.wanted_mm(points[near])
+    values = shape.apart.farther_mm(lowest, counts, looked, shape.wanted_mm)
     if not (values > 0).any():
         return Mesh(vertices_mm=np.empty((0, 3)), faces=np.empty((0, 3), np.int32))
-    return level_surface(values.reshape(counts), lowest, cell_mm)
+    return level_surface(values, lowest, cell_mm)
 
 
 def _inside(closed: Mesh, points: Points3) -> Bool[np.ndarray, " n"]:
@@ -305,24 +263,3 @@ def _inside(closed: Mesh, points: Points3) -> Bool[np.ndarray, " n"]:
     up = np.broadcast_to(np.array([0, 0, 1], np.float32), points.shape)
     met = np.asarray(scene.run(points.astype(np.float32), np.ascontiguousarray(up)))
     return (met >= 0) & (closed.face_normals()[met, 2] > 0)
-
-
-def _off_chords(shape: Hollowing, points_mm: Points3, faces: Int32[np.ndarray, "k 3"]) -> Points3:
-    """Corners of faces whose middle is too near to the skin, as round what stands into the hollow,
-    moved away from it by as much."""
-    middles = points_mm[faces].mean(1)
-    nearest = shape.tree.closest(middles)
-    lacking_mm = np.maximum(shape.thickness_mm - nearest.distances_mm, 0.0)
-    away = unit(middles - nearest.points_mm)
-    most_mm, step = np.zeros(len(points_mm)), np.zeros_like(points_mm)
-    for corner in range(3):
-        np.maximum.at(most_mm, faces[:, corner], lacking_mm)
-        np.add.at(step, faces[:, corner], lacking_mm[:, None] * away)
-    return points_mm + most_mm[:, None] * unit(step)
-
-
-def _at_distance(shape: Hollowing, points_mm: Points3) -> Points3:
-    """Places moved straight to or from the nearest place of the skin, to the wall's thickness."""
-    nearest = shape.tree.closest(points_mm)
-    size = np.maximum(nearest.distances_mm, 1e-9)[:, None]
-    return nearest.points_mm + (points_mm - nearest.points_mm) * shape.thickness_mm / size

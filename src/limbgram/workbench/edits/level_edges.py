@@ -79,14 +79,11 @@ def kept_level(mesh: Mesh, planes: tuple[Plane, ...], moves: Points3) -> Points3
     return moves
 
 
-def farthest_off_mm(mesh: Mesh, planes: tuple[Plane, ...], moved_mm: Points3) -> float:
-    """How far the open edges that lay in planes leave them."""
-    border = np.unique(boundary_half_edges(mesh.faces)).astype(np.int64)
-    off_mm = 0.0
-    for plane in planes:
-        edge = border[plane.holds(mesh.vertices_mm[border])]
-        off_mm = max(off_mm, float(np.abs(plane.above_mm(moved_mm[edge])).max(initial=0.0)))
-    return off_mm
+def held_level(plane: Plane, normals: Points3) -> Float64[np.ndarray, " n"]:
+    """How much an edge is held in a plane where the surface has these normals: 0 where it is let
+    go, 1 where it stays."""
+    sines = np.sqrt(np.maximum(1 - np.einsum("ij,j->i", normals, plane.normal) ** 2, 0.0))
+    return np.clip((sines - _LET_GO) / (_HELD - _LET_GO), 0.0, 1.0)
 
 
 def _slid(mesh: Mesh, plane: Plane, edge: Int64[np.ndarray, " e"], moves: Points3) -> Points3:
@@ -104,6 +101,6 @@ def _slid(mesh: Mesh, plane: Plane, edge: Int64[np.ndarray, " e"], moves: Points
     normals = calm_normals(mesh)
     along = plane.normal - np.einsum("ij,j->i", normals, plane.normal)[:, None] * normals
     rises = np.einsum("ij,ij->i", along, along)  # of a step of it: the sine of the angle, squared
-    held = np.clip((np.sqrt(rises) - _LET_GO) / (_HELD - _LET_GO), 0.0, 1.0)
+    held = held_level(plane, normals)
     step = -held * share * rise_mm / np.maximum(rises, _LET_GO**2)
     return moves + step[:, None] * along

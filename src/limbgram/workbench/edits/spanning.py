@@ -51,7 +51,7 @@ def spanned(mesh: Mesh) -> Mesh:
     closed = with_closed(lipped, boundary_loops(lipped.faces), bent=False)
     count, own = len(closed), mesh.faces
     new = ~np.isin(_names(closed.faces, count), _names(own, count))
-    return _mended(closed, own, closed.faces[new])
+    return mended(closed, own, closed.faces[new])
 
 
 def _with_lips(mesh: Mesh) -> Mesh:
@@ -91,7 +91,7 @@ def _names(faces: Faces, count: int) -> Int64[np.ndarray, " f"]:
     return (low * count + middle) * count + high
 
 
-def _mended(closed: Mesh, own: Faces, caps: Int32[np.ndarray, "k 3"]) -> Mesh:
+def mended(closed: Mesh, own: Faces, caps: Int32[np.ndarray, "k 3"]) -> Mesh:
     """The closed shape whose caps are laid anew, without places inside, where they fold onto it;
     of all that was tried the one that folds least."""
     best, fewest = closed, (len(closed.faces),) * 2

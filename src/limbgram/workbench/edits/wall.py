@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -23,11 +23,13 @@ from limbgram.core.mesh.topology import (
     with_faces,
 )
 from limbgram.findings import Finding, doubt, note
+from limbgram.workbench.edits.apart import Apart
+from limbgram.workbench.edits.cover import covered
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
 from limbgram.workbench.edits.hollow import Hollowing, hollowed
-from limbgram.workbench.edits.level_edges import Plane, farthest_off_mm, planes_of
+from limbgram.workbench.edits.level_edges import Plane, planes_of
 from limbgram.workbench.edits.offset import Offsetting, require_not_turned
 from limbgram.workbench.edits.regions import (
     averaging,
@@ -37,11 +39,7 @@ from limbgram.workbench.edits.thickness import Thickness, between_skins, thin_li
 from limbgram.workbench.limb import Limb
 
 _RETRIES = 5
-"""Times that a wall is evened out where it would cut through itself, before it is made thinner."""
-_THINNINGS, _THINNER, _BLEND = 8, 0.8, 10
-"""Times that it is made thinner there, to what share, and over how many triangles that runs out."""
-_ROOM = 1.1
-"""Its second skin is moved by so much more than its least thickness: skins are no planes."""
+"""Times that a wall is evened out where it would cut through itself."""
 _TRIMMINGS, _MOST_TRIMMED = 12, 0.03
 """Times that a ragged open edge is trimmed, and the most of the area that it may lose."""
 _ROW, _DEEPER, _EVENED = 1.0, 1 / 3, 3
@@ -49,9 +47,9 @@ _ROW, _DEEPER, _EVENED = 1.0, 1 / 3, 3
 how often the distances from it are evened out, so that the new edge is smooth."""
 _TOOTH = np.radians(75)
 """A corner of the open edge that is sharper than this is a tooth, and would end in a lip."""
-_SHORT, _FILLED = 0.1, 1.05
-"""An inward wall that is thinner than asked by more than this share somewhere is made anew, solid
-where it is narrow; what is thicker by more than the second one is told."""
+_THINNER_MM, _FILLED = 0.05, 1.05
+"""A wall that is thinner than asked by more than this somewhere is made anew, by a level; what is
+thicker by more than the second one, a factor, is told."""
 LEAST_WALL_MM = 1.0
 """A free-standing wall that printers of every kind make: two beads of the usual nozzles (0.8 to
 1.2 mm), and what makers ask for powder (sintered or fused nylon) and resin. It says nothing of
@@ -181,114 +179,122 @@ class _Tried:
 
 
 def _made(mesh: Mesh, edit: Wall) -> _Tried:
-    """The wall, by the way that keeps its thickness best."""
+    """The wall, by the way that keeps its thickness best.
+
+    The given skin moved is the quickest, and right where it bends less tightly than the wall is
+    thick. A level of the distance is right everywhere.
+    """
     planes = planes_of(mesh)
-    moved_and_thinned = partial(_moved, planes=planes, thinnings=_THINNINGS)
-    if edit.side == "outward":
-        return _with_trimmed_edge(mesh, edit, moved_and_thinned)
-    moved = _moved(mesh, edit, planes, 0)
-    if moved.refusal is None and moved.thinnest_mm >= (1 - _SHORT) * edit.thickness_mm:
+    moved = _moved(mesh, edit, planes)
+    if moved.refusal is None and moved.thinnest_mm >= edit.thickness_mm - _THINNER_MM:
         return moved
-    hollowed_out = _with_trimmed_edge(mesh, edit, _hollowed_out, _whole_edges)
-    if hollowed_out.refusal is None:
-        return hollowed_out
-    thinned = _with_trimmed_edge(mesh, edit, moved_and_thinned)
-    return thinned if thinned.refusal is None else hollowed_out
-
-
-def _as_it_is(_: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
-    return spoilt
+    levelled = _levelled(mesh, edit, planes)
+    return moved if levelled.refusal is not None and moved.refusal is None else levelled
 
 
 def _whole_edges(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
-    """With all of each ragged open edge that is spoilt somewhere.
+    """All of each ragged open edge that is spoilt somewhere; if none is, what is spoilt.
 
     What closes an opening rests on its whole edge, so a tooth that is gone makes the next one
-    felt. An edge that was cut level stays, but for the place itself.
+    felt. An edge that was cut level is trimmed last, and only at the place itself.
     """
-    whole = spoilt.copy()
+    whole = np.zeros(len(mesh), np.bool_)
     for loop in boundary_loops(mesh.faces):
         if spoilt[loop].any() and Plane.of_loop(mesh, loop.astype(np.int64)) is None:
             whole[loop] = True
-    return whole
+    return whole if whole.any() else spoilt
 
 
-def _with_trimmed_edge(
-    mesh: Mesh,
-    edit: Wall,
-    attempt: Callable[[Mesh, Wall], _Tried],
-    spread: Callable[[Mesh, Bool[np.ndarray, " n"]], Bool[np.ndarray, " n"]] = _as_it_is,
-) -> _Tried:
-    """The wall of as much of a surface as a ragged open edge allows.
+class _Trimmed(NamedTuple):
+    mesh: Mesh
+    tried: _Tried
 
-    Args:
-        spread: From what is spoilt to where the edge is trimmed.
-    """
+
+def _levelled(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
+    """The wall by a level, of as much of a surface as a ragged open edge allows."""
     whole_mm2 = mesh.area_mm2()
-    tried = attempt(mesh, edit)
-    for number in range(_TRIMMINGS):
-        if tried.refusal is None:
-            break
-        trimmed = _trimmed(mesh, spread(mesh, tried.spoilt), rows=_ROW + number * _DEEPER)
-        if trimmed is None or trimmed.area_mm2() < (1 - _MOST_TRIMMED) * whole_mm2:
-            return tried
-        mesh = trimmed
-        tried = attempt(mesh, edit)
+    if edit.side == "inward":
+        mesh, tried = _as_trimmed(mesh, whole_mm2, partial(_hollowed_out, edit=edit))
+    else:
+        # The skin moved is soon made, and shows where a ragged edge is no brim for a level either.
+        mesh, _ = _as_trimmed(mesh, whole_mm2, partial(_ragged_edge_moved, edit=edit))
+        mesh, tried = _as_trimmed(mesh, whole_mm2, partial(_covered, edit=edit, planes=planes))
     left_mm2 = whole_mm2 - mesh.area_mm2()
-    if not left_mm2 > 0:
+    if tried.refusal is not None or not left_mm2 > 0:
         return tried
     left_out = note("edit.wall.trimmed", area_mm2=left_mm2)
     return replace(tried, notes=(left_out, *tried.notes))
 
 
-def _moved(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...], thinnings: int) -> _Tried:
-    """The wall whose second skin is the first one moved: evened out where it would cut through
-    itself, then thinner there. A brim that was cut level stays level."""
+def _as_trimmed(mesh: Mesh, whole_mm2: float, attempt: Callable[[Mesh], _Tried]) -> _Trimmed:
+    """The surface trimmed at its ragged edges until a wall is made of it, or no more may go."""
+    tried = attempt(mesh)
+    for number in range(_TRIMMINGS):
+        if tried.refusal is None:
+            break
+        spoilt = _whole_edges(mesh, tried.spoilt)
+        trimmed = _trimmed(mesh, spoilt, rows=_ROW + number * _DEEPER)
+        if trimmed is None or trimmed.area_mm2() < (1 - _MOST_TRIMMED) * whole_mm2:
+            break
+        mesh = trimmed
+        tried = attempt(mesh)
+    return _Trimmed(mesh, tried)
+
+
+def _ragged_edge_moved(mesh: Mesh, edit: Wall) -> _Tried:
+    """The wall whose second skin is the first one moved; it is refused for ragged edges alone."""
+    moved = _moved(mesh, edit, ())
+    at = np.zeros(len(mesh), np.bool_)
+    for loop in boundary_loops(mesh.faces):
+        at[loop] = Plane.of_loop(mesh, loop.astype(np.int64)) is None
+    spoilt = moved.spoilt & at
+    return replace(moved, spoilt=spoilt, refusal=moved.refusal if spoilt.any() else None)
+
+
+def _moved(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
+    """The wall whose second skin is the first one moved, evened out where it would cut through
+    itself. A brim that was cut level stays level."""
     border = boundary_half_edges(mesh.faces)
     sign = 1.0 if edit.side == "outward" else -1.0
-    distance_mm = sign * edit.thickness_mm
-    least = min(1.0, _ROOM * edit.least_mm / edit.thickness_mm)
-    ease, share = np.zeros(len(mesh), np.bool_), np.ones(len(mesh))
+    distance_mm = np.full(len(mesh), sign * edit.thickness_mm)
     offsetting = Offsetting(mesh, planes)
-    found = offsetting.by_places(distance_mm * share, None)
+    found = offsetting.by_places(distance_mm, None)
     wall = _between(mesh, found.mesh, border, sign)
     spoilt = spoilt_vertices(mesh, wall.solid)
-    for number in range(_RETRIES + thinnings):
+    ease = np.zeros(len(mesh), np.bool_)
+    for _ in range(_RETRIES):
         at = wall.on_skin(spoilt)
         at[mesh.faces[found.turned]] = True
         if not at.any():
             break
-        # Where the wall would cut through itself, mostly at a ragged brim, it is evened out.
         ease |= at
         for _ in range(2):
             ease[mesh.faces[ease[mesh.faces].any(1)]] = True
-        if number >= _RETRIES:
-            # Where the surface bends more tightly than the wall is thick, as between toes.
-            for _ in range(2):
-                at[mesh.faces[at[mesh.faces].any(1)]] = True
-            share = np.where(at, np.maximum(_THINNER * share, least), share)
-            blurred = share
-            for _ in range(_BLEND):
-                blurred = np.minimum(share, offsetting.mean @ blurred)
-            share = np.maximum(blurred, least)
         last = wall.solid
-        found = offsetting.by_places(distance_mm * share, ease)
+        found = offsetting.by_places(distance_mm, ease)
         wall = _between(mesh, found.mesh, border, sign)
         changed = (wall.solid.vertices_mm != last.vertices_mm).any(1)
         spoilt = spoilt_vertices(mesh, wall.solid, spoilt | changed)
-    at = wall.on_skin(spoilt)
-    at[mesh.faces[found.turned]] = True
     tried = _thick_enough(mesh, edit, wall)
-    if at.any():
-        try:
-            require_not_turned(mesh, found, distance_mm)
-            require_sound(edit.title, mesh, wall.solid)
-        except EditError as error:
-            return replace(tried, spoilt=at | tried.spoilt, refusal=error)
-    off_mm = farthest_off_mm(mesh, planes, found.mesh.vertices_mm)
-    if off_mm < _LEVEL_MM:
-        return tried
-    return replace(tried, notes=(*tried.notes, note("edit.wall.aslant", off_mm=off_mm)))
+    try:
+        require_not_turned(mesh, found, sign * edit.thickness_mm)
+    except EditError as error:
+        tried = replace(tried, refusal=error)
+    tried = _require_sound(mesh, edit, wall, tried)
+    return replace(tried, notes=(*tried.notes, *_aslant(mesh, planes, wall)))
+
+
+def _covered(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
+    """The wall whose second skin lies over the first one, as far from it as asked."""
+    try:
+        found = covered(Apart(mesh, edit.thickness_mm), planes, edit.title)
+    except EditError as error:
+        return _Tried(mesh, np.zeros(len(mesh), np.bool_), 0.0, error)
+    like = np.concatenate([np.arange(len(mesh)), found.like])
+    solid = _told(mesh, found.solid, found.like)
+    wall = _Solid(solid, like, len(mesh.faces), found.over)
+    tried = _finished(mesh, edit, wall)
+    return replace(tried, notes=(*tried.notes, *_aslant(mesh, planes, wall)))
 
 
 def _hollowed_out(mesh: Mesh, edit: Wall) -> _Tried:
@@ -307,8 +313,7 @@ def _hollowed_out(mesh: Mesh, edit: Wall) -> _Tried:
     solid = _told(mesh, with_added(mesh, found.vertices_mm, found.like, faces), found.like)
     like = np.concatenate([np.arange(len(mesh)), found.like])
     wall = _Solid(solid, like, len(mesh.faces), len(found.hollow_faces))
-    tried = _require_sound(mesh, edit, wall, _thick_enough(mesh, edit, wall))
-    return replace(tried, notes=(*tried.notes, *_thick_places(mesh, edit, wall)))
+    return _finished(mesh, edit, wall)
 
 
 def _trimmed(mesh: Mesh, spoilt: Bool[np.ndarray, " n"], rows: float) -> Mesh | None:
@@ -418,6 +423,12 @@ def _require_sound(mesh: Mesh, edit: Wall, wall: _Solid, tried: _Tried) -> _Trie
     return tried
 
 
+def _finished(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
+    """The wall by a level, with all that there is to say of it."""
+    tried = _require_sound(mesh, edit, wall, _thick_enough(mesh, edit, wall))
+    return replace(tried, notes=(*tried.notes, *_thick_places(mesh, edit, wall)))
+
+
 def _require_no_lips(edit: Wall, wall: _Solid, tried: _Tried) -> _Tried:
     """The same, refused where its brim runs out thin."""
     lip = thin_lip(wall.solid, wall.ones + wall.twos, edit.least_mm)
@@ -459,6 +470,20 @@ def _thick_enough(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
     if found.thinnest_mm < _STUDIED_MM:
         notes.append(doubt("edit.wall.unstudied", least_mm=_STUDIED_MM))
     return replace(tried, notes=tuple(notes))
+
+
+def _aslant(mesh: Mesh, planes: tuple[Plane, ...], wall: _Solid) -> list[Finding]:
+    """A note of how far the brim leaves the planes in which the open edges lie."""
+    border = np.unique(boundary_half_edges(mesh.faces)).astype(np.int64)
+    rim = np.unique(wall.solid.faces[wall.ones + wall.twos :])
+    rim_like = wall.like[rim]
+    off_mm = 0.0
+    for plane in planes:
+        at_edge = np.zeros(len(mesh), np.bool_)
+        at_edge[border] = plane.holds(mesh.vertices_mm[border])
+        leaving_mm = np.abs(plane.above_mm(wall.solid.vertices_mm[rim[at_edge[rim_like]]]))
+        off_mm = max(off_mm, float(leaving_mm.max(initial=0.0)))
+    return [] if off_mm < _LEVEL_MM else [note("edit.wall.aslant", off_mm=off_mm)]
 
 
 def _thick_places(mesh: Mesh, edit: Wall, wall: _Solid) -> list[Finding]:
