@@ -51,6 +51,7 @@ window.fetch = async (input, init) => {
   if (way === (act ? "stopped" : "deaf")) await wait(1e9);
   const answer = await real(request);
   if (way === "late") await wait(act ? 2000 : late);
+  if (way === "limb last" && request.url.includes("/surface?")) await wait(4000);
   if (way === "lost" && act && !lostOnce.has(act)) {
     lostOnce.add(act);
     throw new TypeError("Failed to fetch");
@@ -59,7 +60,8 @@ window.fetch = async (input, init) => {
 };
 """
 """How answers reach the page: as they are; late, those of questions in another order; each act's
-first one never; no act leaves the page at all, as before a reload; or nothing that it asks for."""
+first one never; no act leaves the page at all, as before a reload; nothing that it asks for; or the
+limb after all else."""
 
 
 @dataclass(frozen=True)
@@ -506,6 +508,15 @@ def test_answers_late_or_lost_keep_an_edit_once_that_enter_was_pressed_twice_for
     page.wait_for_timeout(500)
     kinds = [one["kind"] for one in worked.asked("/recipe")["edits"]]
     assert kinds == ["load", "smoothing"]
+
+
+def test_answers_before_the_limb_is_here_show_what_an_edit_does(worked: Worked) -> None:
+    page = worked.page
+    worked.open("rectify", "limb last")
+    page.locator(".tool", has_text="Others").click()
+    page.get_by_label("Others").select_option("smoothing")
+    page.get_by_label("Passes").fill("2")
+    page.locator(".pane .other-edit .eff:not(.waits)").wait_for(timeout=20_000)
 
 
 @pytest.mark.parametrize("way", ["late", "lost", "reload"])

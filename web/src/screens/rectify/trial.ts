@@ -1,7 +1,7 @@
 /** What the server says an edit would do; its answer takes the place of this page's preview. */
 import { type Signal, useSignal } from "@preact/signals";
 import type { RefObject } from "preact";
-import { useRef } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 
 import { changedBy, decodeBlocks } from "../../api/blocks";
 import { Refused, type Schemas, bytesOf } from "../../api/client";
@@ -33,6 +33,11 @@ export function useTrial(caseId: string, base: Base, viewer: RefObject<Viewer | 
   const turn = useRef(0);
   /** The base as it was drawn last: while an answer is shown, distances are measured to it. */
   const drawn = useRef<Surface | null>(null);
+  /** The base as it is when an answer comes, not as it was when that was asked for. */
+  const now = useRef(base);
+  now.current = base;
+  /** What was answered before the limb was here. */
+  const early = useRef<{ readonly bytes: ArrayBuffer; readonly turn: number } | null>(null);
 
   const take = (bytes: ArrayBuffer, data: SurfaceData) => {
     const shown = viewer.current?.surface;
@@ -42,7 +47,7 @@ export function useTrial(caseId: string, base: Base, viewer: RefObject<Viewer | 
     const measured = drawn.current?.data === data ? drawn.current : null;
     // What this page moved for its own preview goes back: distances count from the shape as it is.
     measured?.restore();
-    const values = changedDifferences(surface.positions, { positions: data.positions, differences_mm: base.differences_mm, surface: measured });
+    const values = changedDifferences(surface.positions, { positions: data.positions, differences_mm: now.current.differences_mm, surface: measured });
     tried.value = { surface, values, line: (blocks.header.line as Schemas["LineReply"] | null) ?? null };
   };
 
@@ -56,16 +61,27 @@ export function useTrial(caseId: string, base: Base, viewer: RefObject<Viewer | 
         headers: { "Content-Type": "application/json" },
         body: JSON.stringify(body),
       });
-      if (mine === turn.current && base.data) take(bytes, base.data);
+      if (mine !== turn.current) return;
+      if (now.current.data) take(bytes, now.current.data);
+      else early.current = { bytes, turn: mine };
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       if (mine !== turn.current) return;
       refused.value = error;
       tried.value = null;
     } finally {
-      if (mine === turn.current) waits.value = false;
+      if (mine === turn.current && early.current?.turn !== mine) waits.value = false;
     }
   };
+
+  useEffect(() => {
+    const answer = early.current;
+    if (!base.data || !answer) return;
+    early.current = null;
+    if (answer.turn !== turn.current) return;
+    take(answer.bytes, base.data);
+    waits.value = false;
+  }, [base.data]);
 
   const passOver = () => {
     turn.current++;
