@@ -24,6 +24,7 @@ from jaxtyping import Bool, Complex128, Float64, Int64
 from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import KDTree
+from scipy.special import bdtrc
 
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.run import in_parallel
@@ -102,8 +103,10 @@ def _agree(
 
 
 _FEW_KEYPOINTS = 200
-_NEARLY_ALL = 0.8
-"""Of its matches with points of the scene: where these agree, there are only too few of them."""
+_USUALLY_WRONG = 0.2
+"""Share of a sound photo's matches with points of the scene that are wrong; of 20 five may be, and
+are no sign that it shows anything else."""
+_BY_CHANCE = 0.01
 _CONTRADICTION_DEG = 15.0
 
 
@@ -251,7 +254,8 @@ def _why(
     if all(pair.kind == "rotation" for pair in own):
         return fault("placing.photo.same_spot")
     agreeing, matched = _agreement(photo, scene, places_px, own)
-    if not measured and agreeing >= _NEARLY_ALL * matched:
+    by_chance = bdtrc(matched - agreeing - 1, matched, _USUALLY_WRONG)
+    if not measured and agreeing and by_chance > _BY_CHANCE:
         return fault("placing.photo.few_agree", points=agreeing)
     return fault(
         "placing.photo.disagrees",

@@ -275,23 +275,45 @@ def taken(count: int, blurred: Sequence[int] = ()) -> PhotoSet:
     )
 
 
-@pytest.mark.parametrize("blurred", [(), (3,)])
-def test_a_cause_is_named_only_where_it_was_measured(
-    make_scene: MakeScene, make_pair: MakePair, blurred: tuple[int, ...]
-) -> None:
-    """Of 40 points that the photo without a place matches 25 lie where it has them."""
+def with_one_not_placed(
+    make_scene: MakeScene, make_pair: MakePair, matched: int, agreeing: int
+) -> tuple[Scene, list[np.ndarray], Pairs]:
+    """Photo 3 of six has no place; its first matches lie where the scene has their points."""
     scene = make_scene(photos=6, points=240, share=1.0)
     seen = scene.observations
     places = [seen.xy_px[seen.photo_idx == photo] for photo in range(6)]
-    places[3][25:] = np.random.default_rng(3).uniform(0, 700, (215, 2))
+    others = (240 - agreeing, 2)
+    places[3][agreeing:] = np.random.default_rng(3).uniform(0, 700, others)
     poses = scene.camera_from_world
     without = replace(
         scene,
         camera_from_world=(*poses[:3], None, *poses[4:]),
         observations=seen.some(seen.photo_idx != 3),
     )
-    rows = np.repeat(np.arange(40)[:, None], 2, axis=1)
-    pairs = Pairs((make_pair(2, 3, rows[:30]), make_pair(3, 4, rows[10:])), 0)
+    rows = np.repeat(np.arange(matched)[:, None], 2, axis=1)
+    split = matched // 4
+    pairs = (make_pair(2, 3, rows[:-split]), make_pair(3, 4, rows[split:]))
+    return without, places, Pairs(pairs, 0)
+
+
+@pytest.mark.parametrize(
+    ("agreeing", "says"), [(15, "Only 15 points"), (8, "Not placed: 8 of its 20 matches")]
+)
+def test_a_few_wrong_matches_of_a_few_do_not_disagree(
+    make_scene: MakeScene, make_pair: MakePair, agreeing: int, says: str
+) -> None:
+    """Five of twenty are wrong in many a sound photo; twelve are by no chance."""
+    without, places, pairs = with_one_not_placed(make_scene, make_pair, 20, agreeing)
+    verdict = judge(without, taken(6), places, pairs, [], {})[3]
+    assert told(verdict.reason).startswith(says)
+
+
+@pytest.mark.parametrize("blurred", [(), (3,)])
+def test_a_cause_is_named_only_where_it_was_measured(
+    make_scene: MakeScene, make_pair: MakePair, blurred: tuple[int, ...]
+) -> None:
+    """Of 40 points that the photo without a place matches 25 lie where it has them."""
+    without, places, pairs = with_one_not_placed(make_scene, make_pair, 40, 25)
     verdict = judge(without, taken(6, blurred), places, pairs, [], {})[3]
     assert told(verdict.reason).startswith(
         "Not placed: 25 of its 40 matches with points of the scene"
