@@ -11,12 +11,13 @@ Each capture is made small (0.35 MP) from its seed, goes through `limbgram check
 blames limb, board, camera or a photo (`BLAMES`), which photos were set aside, what else was said,
 how often the surroundings were refused, and the CPU seconds. What a capture truly has (the
 stabiliser of a phone that has one) is no false accusation. Rows that OUT holds already are not done
-again; `--table` writes OUT.md beside it. The things photographed are three kinds of limb, a gauge
-cylinder, and feet, trunks and boxes (`shapes`). `real` are sets of photographs of rigid things,
-whole and as people pass photos on: all that blames anything there is false. To bound the cost they
-are 1400 px long, and what is done to sizes, EXIF and files is done to every second photo. `clinic`
-has folders as they come: sizes, cuts and lenses mixed, bursts, films, stools, which are sound, and
-two limbs in one folder, which are refused.
+again, and every row names the commit that it was measured on; `--table` writes OUT.md beside it.
+The things photographed are three kinds of limb, a gauge cylinder, and feet, trunks and boxes
+(`shapes`). `real` are sets of photographs of rigid things, whole and as people pass photos on: all
+that blames anything there is false. To bound the cost they are 1400 px long, and what is done to
+sizes, EXIF and files is done to every second photo. `clinic` has folders as they come: sizes, cuts
+and lenses mixed, bursts, films, stools, which are sound, and two limbs in one folder, which are
+refused.
 """
 
 import argparse
@@ -176,10 +177,10 @@ def main() -> None:
     parser.add_argument("--join", type=Path, nargs="*", default=[], help="take in these results")
     parser.add_argument("--table", action="store_true", help="write the table alone")
     chosen = parser.parse_args()
-    known: dict[str, Any] = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
+    known = _read(chosen.out) if chosen.out.exists() else {}
     result: dict[str, Any] = {"captures": {}} | known
     for part in chosen.join:
-        other: dict[str, Any] = json.loads(part.read_text())
+        other = _read(part)
         captures = result["captures"] | other["captures"]
         result = result | other | {"captures": captures}
     if chosen.join:
@@ -193,10 +194,19 @@ def main() -> None:
         if case.name in result["captures"] or not wanted or time.monotonic() > end:
             continue
         result |= {"machine": machine()}
-        result["captures"][case.name] = found = tried(case, chosen.doors, chosen.keep)
+        found = tried(case, chosen.doors, chosen.keep)
+        result["captures"][case.name] = found | {"commit": result["machine"]["commit"][:12]}
         sys.stderr.write(f"{case.name}: {_in_short(found)}\n")
         chosen.out.write_text(json.dumps(result, indent=1) + "\n")
     chosen.out.with_suffix(".md").write_text(page(result))
+
+
+def _read(file: Path) -> dict[str, Any]:
+    """Results; rows without a commit are of the file's own."""
+    result: dict[str, Any] = json.loads(file.read_text())
+    for one in result["captures"].values():
+        one.setdefault("commit", result["machine"]["commit"][:12])
+    return result
 
 
 def _cases(family: str, first: int, count: int, photos: Path | None) -> Iterator[Case]:
@@ -739,13 +749,14 @@ def page(result: dict[str, Any]) -> str:
     parts = ["# What is said of sound captures, and of faults"]
     if "machine" in result:
         parts.append(made_on(result["machine"]))
-    heads = ("family", "row", "strength", "captures", *DOORS, "CPU s a door")
+    heads = ("family", "row", "strength", "captures", *DOORS, "CPU s a door", "commit")
     rows: list[Sequence[str]] = []
     for family, row, strength in dict.fromkeys(_group(one) for one in captures.values()):
         own = [one for one in captures.values() if _group(one) == (family, row, strength)]
         cpu = np.median([one[door]["cpu_s"] for one in own for door in DOORS if door in one])
         counts = [_counted(outcome(one, door) for one in own if door in one) for door in DOORS]
-        rows.append((family, row, strength, str(len(own)), *counts, f"{cpu:.0f}"))
+        commits = ", ".join(dict.fromkeys(one["commit"] for one in own))
+        rows.append((family, row, strength, str(len(own)), *counts, f"{cpu:.0f}", commits))
     parts.append(table(heads, rows))
     answers = [(name, one, door) for name, one in captures.items() for door in DOORS if door in one]
     sound = [one for one in answers if not _is_fault(one[1])]
@@ -766,7 +777,8 @@ def _line(name: str, one: dict[str, Any], door: str) -> str:
     strength = f"; {one['strength']}" if one["family"] == "sound" else ""
     codes = found["accused"] or list(filter(None, [found["refused"]]))
     aside = f"; {len(found['aside'])} photos set aside" if found["aside"] else ""
-    return f"- {name} ({one['row']}{strength}), {door}: {', '.join(codes)}{aside}"
+    what = f"{', '.join(codes)}{aside}"
+    return f"- {name} ({one['row']}{strength}), {door}, {one['commit'][:7]}: {what}"
 
 
 def _group(one: dict[str, Any]) -> tuple[str, str, str]:
