@@ -207,4 +207,4 @@ def _within(
 ) -> Bool[np.ndarray, " f"]:
     """Faces of the level that lie over the skin, or a little beyond its edge."""
     margin_mm = FINE_TO * apart.cell_mm
-    return (beyond_mm[level.faces] < margin_mm).all(1)
+    return np.asarray((beyond_mm[level.faces] < margin_mm).all(1))
