@@ -15,6 +15,7 @@ from limbgram.cases.case_assessment import stickers_of
 from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.interval import COVER
 from limbgram.services.align import AlignRequest, align
 from limbgram.workbench.anatomy.kind import Facing
 from limbgram.workbench.frame.landmarks import NAMES, with_landmarks
@@ -271,7 +272,7 @@ def _place(limb: Limb, mark: Landmark) -> Place:
         name=mark.name,
         position_mm=triple(mark.position_mm),
         in_limb_mm=None if motion is None else triple(motion.apply(mark.position_mm[None])[0]),
-        within_mm=1.96 * sigma if np.isfinite(sigma) else None,
+        within_mm=COVER * sigma if np.isfinite(sigma) else None,
     )
 
 

@@ -12,6 +12,7 @@ from limbgram.app.replies import BINARY
 from limbgram.app.state import AppState, AppStateHere, CaseHere, WorkspaceHere
 from limbgram.cases.photo_evidence import PointPhoto, point_evidence
 from limbgram.cases.workspace import Workspace
+from limbgram.core.interval import COVER
 from limbgram.core.mesh.sections import cut
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
 from limbgram.workbench.limb import Limb
@@ -140,7 +141,7 @@ def ask_point(
         if limb.frame is None
         else triple(limb.frame.limb_from_mesh.apply(place[None])[0]),
         sigma_mm=sigma if known else None,
-        within_mm=1.96 * sigma if known and sigma is not None else None,
+        within_mm=COVER * sigma if known and sigma is not None else None,
         filled=filled,
         photos=list(seen.photos),
         photos_note=seen.note,

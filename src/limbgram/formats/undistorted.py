@@ -57,11 +57,6 @@ def write_undistorted(
     return path
 
 
-def pinhole(camera: Camera) -> Camera:
-    """The same camera without distortion and skew."""
-    return replace(camera.undistorted, skew=0.0)
-
-
 def _straight(scene: Scene) -> Scene:
     """The scene as cameras without distortion would have it; a camera for each photo."""
     seen = scene.observations
@@ -73,7 +68,7 @@ def _straight(scene: Scene) -> Scene:
     return replace(
         scene,
         names=_jpeg_names(scene.names),
-        cameras=tuple(pinhole(scene.camera(idx)) for idx in range(len(scene.names))),
+        cameras=tuple(scene.camera(idx).pinhole for idx in range(len(scene.names))),
         camera_idx=tuple(range(len(scene.names))),
         observations=replace(seen, xy_px=xy),
         own=None,

@@ -234,6 +234,11 @@ class Camera(LensParameters, _Picture):
         """The same camera without distortion; its skew stays."""
         return replace(self, **dict.fromkeys(COEFFICIENTS, 0.0))
 
+    @property
+    def pinhole(self) -> "Camera":
+        """The same camera without distortion and skew."""
+        return replace(self.undistorted, skew=0.0)
+
     def scaled(self, factor: float) -> "Camera":
         """The camera of an image reduced by `factor` (< 1), pixel centres kept right."""
         return replace(

@@ -16,7 +16,7 @@ from jaxtyping import Float64, Int32
 
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, Camera
+from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding
 from limbgram.reconstruction.calibration.adjustment import (
@@ -27,6 +27,8 @@ from limbgram.reconstruction.calibration.adjustment import (
 )
 from limbgram.reconstruction.calibration.cameras import Calibration, label_of
 from limbgram.reconstruction.calibration.screening import (
+    K3,
+    SKEW,
     Choice,
     Estimate,
     Screened,
@@ -48,10 +50,6 @@ from limbgram.reconstruction.calibration.verdicts import (
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside, naming_left_out
 from limbgram.reconstruction.targets.board import Board, BoardDetections
 from limbgram.reconstruction.targets.board_detection import TargetOptions, find_board
-
-_SKEW = PARAMETERS.index("skew")
-_K3 = PARAMETERS.index("k3")
-
 
 _MAX_RMS_PX = 1.0
 """RMS of the corners beyond which calibration is refused (see `max_rms`)."""
@@ -186,9 +184,9 @@ def calibrate_detections(
         correlations=_correlations(covariance[:LENS_SIZE, :LENS_SIZE]),
         aspect=_aspect(solution.shared, covariance),
         skew=replace(choice.skew, sigma=choice.skew.sigma * inflation),
-        skew_delivered=bool(solution.free[_SKEW]),
+        skew_delivered=bool(solution.free[SKEW]),
         k3=replace(choice.k3, sigma=choice.k3.sigma * inflation),
-        k3_delivered=bool(solution.free[_K3]),
+        k3_delivered=bool(solution.free[K3]),
         board_shape=_board_shape(solution, covariance),
         coverage=seen,
         edge_sigmas_px=edges_px,

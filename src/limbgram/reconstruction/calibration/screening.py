@@ -28,8 +28,8 @@ from limbgram.reconstruction.calibration.adjustment import (
 )
 from limbgram.reconstruction.photos.photo import SetAside
 
-_SKEW = PARAMETERS.index("skew")
-_K3 = PARAMETERS.index("k3")
+SKEW = PARAMETERS.index("skew")
+K3 = PARAMETERS.index("k3")
 _LENIENT_PX = 0.05
 """Photos and corners better than this are never left out, however good the others are."""
 
@@ -49,7 +49,7 @@ def free_unknowns(*, k3: bool, skew: bool, board: bool) -> Bool[np.ndarray, " sh
     """Which shared unknowns an adjustment estimates; the others stay as they are."""
     free = np.ones(SHARED, bool)
     free[[PARAMETERS.index(name) for name in HELD]] = False
-    free[_K3], free[_SKEW] = k3, skew
+    free[K3], free[SKEW] = k3, skew
     free[LENS_SIZE:] = board
     return free
 
@@ -213,11 +213,11 @@ def choose(
         bent = readjust(screened, board_mm, free_unknowns(k3=True, skew=False, board=True))
         bend = bent.rms_px < (1.0 - board_gain) * flat.rms_px
     with_k3 = readjust(screened, board_mm, free_unknowns(k3=True, skew=False, board=bend))
-    k3 = _estimate(with_k3, _K3)
+    k3 = _estimate(with_k3, K3)
     spread = max(1.0, scatter(screened.observations, board_mm, with_k3))
     k3_seen = k3.sigmas_from_zero > significance * spread
     with_skew = readjust(screened, board_mm, free_unknowns(k3=k3_seen, skew=True, board=bend))
-    skew = _estimate(with_skew, _SKEW)
+    skew = _estimate(with_skew, SKEW)
     spread = max(1.0, scatter(screened.observations, board_mm, with_skew))
     shift_px = abs(skew.value) * 0.5 * size_px[1] / float(with_skew.shared[1])
     if skew.sigmas_from_zero > significance * spread and shift_px > meaningful_skew_px:

@@ -23,7 +23,7 @@ from jaxtyping import Float64
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import POSE_SIZE, View
-from limbgram.core.interval import chi_square_tail
+from limbgram.core.interval import COVER, chi_square_tail
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.bodies import FLOOR, FLOOR_MM
 from limbgram.reconstruction.mapping.lens_evidence import (
@@ -38,7 +38,6 @@ from limbgram.reconstruction.mapping.lens_evidence import (
 )
 from limbgram.reconstruction.mapping.quadratic import (
     FALSE_ALARM,
-    INTERVAL,
     LEAST,
     MANY_TIMES,
     Fall,
@@ -206,7 +205,7 @@ def _effect(
     along = moved / max(size, 1e-300)
     sigma = float(np.sqrt(max(along @ spread @ along, 0.0)))
     most = float(np.sqrt(max(np.linalg.eigvalsh(spread)[-1], 0.0)))
-    return size, max(size - INTERVAL * sigma, 0.0), size + INTERVAL * most
+    return size, max(size - COVER * sigma, 0.0), size + COVER * most
 
 
 def _on_limb(

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from limbgram.core.interval import chi_square_tail
+from limbgram.core.interval import COVER, chi_square_tail
 from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
 from limbgram.reconstruction.hypotheses.spread import Left, left_of, spread_of
@@ -33,7 +33,6 @@ from limbgram.reconstruction.mapping.lens_evidence import MOST, OWN, USUAL
 from limbgram.reconstruction.mapping.quadratic import (
     CLEARLY,
     FALSE_ALARM,
-    INTERVAL,
     MANY_TIMES,
     Fall,
     Likeliest,
@@ -268,7 +267,7 @@ def _motion_size(
     along = moved / max(size, 1e-300)
     sigma = float(np.sqrt(max(along @ spread @ along, 0.0)))
     most = float(np.sqrt(max(np.linalg.eigvalsh(spread)[-1], 0.0)))
-    return _Effect(size, max(size - INTERVAL * sigma, 0.0), size + INTERVAL * most)
+    return _Effect(size, max(size - COVER * sigma, 0.0), size + COVER * most)
 
 
 def _beats_lens(evidence: Evidence, found: _Found, term: Term) -> bool:
@@ -442,7 +441,7 @@ def _rest(
         chance=rest.chance,
         effect=size,
         low=0.0,
-        high=INTERVAL * size,
+        high=COVER * size,
         variance_before=rest.variance,
         variance_after=1.0,
         failed=("chance",),

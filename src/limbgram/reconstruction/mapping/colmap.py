@@ -185,5 +185,4 @@ def _lens(model: pycolmap.Reconstruction, camera_id: int, given: Calibration) ->
     if given.source == "board" or camera_id not in model.cameras:
         return given.camera
     focal, cx, cy, k1 = (float(value) for value in model.cameras[camera_id].params)
-    straight = replace(given.camera.undistorted, skew=0.0)
-    return replace(straight, fx=focal, fy=focal, cx=cx - _HALF, cy=cy - _HALF, k1=k1)
+    return replace(given.camera.pinhole, fx=focal, fy=focal, cx=cx - _HALF, cy=cy - _HALF, k1=k1)

@@ -18,6 +18,7 @@ from jaxtyping import Float64, Int64
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
+from limbgram.core.interval import COVER
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.own import DEVIATIONS, WIDE, Ties, basis_of, numbers_of
@@ -26,7 +27,6 @@ from limbgram.reconstruction.mapping.quadratic import (
     CLEARLY,
     FALSE_ALARM,
     FLAT,
-    INTERVAL,
     MANY_TIMES,
     Fall,
     Quadratic,
@@ -121,11 +121,11 @@ class LensTerm:
 
     @property
     def low(self) -> float:
-        return max(abs(self.value) - INTERVAL * self.sigma, 0.0)
+        return max(abs(self.value) - COVER * self.sigma, 0.0)
 
     @property
     def high(self) -> float:
-        return abs(self.value) + INTERVAL * self.sigma
+        return abs(self.value) + COVER * self.sigma
 
 
 _TENTH = 0.1
@@ -209,7 +209,7 @@ def _held(
         failed.append("chance")
     if any((one.fall - Fall.of(left.along(k)).fall) / noise < CLEARLY for k in rivals):
         failed.append("lens")
-    if abs(value) - INTERVAL * sigma < FOCAL_FLOOR:
+    if abs(value) - COVER * sigma < FOCAL_FLOOR:
         failed.append("size")
     for rank in single:
         less = left.without(evidence.of_photo(rank))

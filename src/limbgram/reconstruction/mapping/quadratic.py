@@ -23,7 +23,6 @@ CLEARLY = 10.0
 """Difference of twice logarithms of likelihood that is very strong (Kass and Raftery 1995)."""
 MANY_TIMES = 2.0
 """Spread of single lenses with which a term must still stand: four times the variance."""
-INTERVAL = 1.96
 ALMOST_NONE = 1e-9
 """Of each unknown's own weight: what keeps equations solvable whose world frame is free."""
 FLAT = 1e-30

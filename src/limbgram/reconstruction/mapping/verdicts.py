@@ -107,6 +107,7 @@ _USUALLY_WRONG = 0.2
 """Share of a sound photo's matches with points of the scene that are wrong; of 20 five may be, and
 are no sign that it shows anything else."""
 _BY_CHANCE = 0.01
+"""The usual level of a test: what is wrong in a photo so seldom is no chance."""
 _CONTRADICTION_DEG = 15.0
 
 
