@@ -14,6 +14,8 @@ from limbgram.cli.main import app
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import SMALL
 
+FINISHED = replace(SMALL, photos=14, width_px=600, height_px=400)
+"""A pixel is 1.0 mm of the limb."""
 _LONGEST_S = 900.0
 
 
@@ -30,7 +32,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _finish(folder: Path) -> None:
-    make_capture(folder / "capture", replace(SMALL, photos=14))
+    make_capture(folder / "capture", FINISHED)
     camera = folder / "camera.json"
     board = ("--board", "14x10", "--square", "10")
     calibration, images = (str(folder / "capture" / name) for name in ("calibration", "images"))

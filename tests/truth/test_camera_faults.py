@@ -114,6 +114,7 @@ def test_wandering_has_the_strength_that_was_asked_for_and_photos_differ() -> No
     assert truth.views[0].camera != truth.calibration_views[0].camera
 
 
+@pytest.mark.slow
 def test_a_rolling_shutter_draws_every_row_from_where_the_hand_was(
     without: Capture, tmp_path: Path
 ) -> None:

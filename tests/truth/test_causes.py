@@ -43,10 +43,15 @@ WORDS = {
 }
 
 
+OPTIONS = CaptureOptions(
+    photos=12, width_px=720, height_px=480, seed=31, samples=2, mesh_step_mm=1.2
+)
+
+
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("causes") / "capture"
-    make_capture(folder, CaptureOptions(photos=12, width_px=800, height_px=533, seed=31))
+    make_capture(folder, OPTIONS)
     return folder
 
 
@@ -163,7 +168,7 @@ def test_the_file_of_another_camera_of_the_same_size(
 def test_the_file_of_a_camera_of_another_size(capture: Path, calibration: Calibration) -> None:
     photos = read_photos([capture / "images"])
     lens = replace(calibration.camera, width_px=640, height_px=480)
-    with pytest.raises(CalibrationError, match="calibration is for 640 x 480, the photos are 800"):
+    with pytest.raises(CalibrationError, match="calibration is for 640 x 480, the photos are 720"):
         cameras_for(photos, [replace(calibration, camera=lens)])
 
 

@@ -5,7 +5,6 @@ import io
 import json
 import shutil
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -27,14 +26,13 @@ from limbgram.services.parse_capture import DEFAULT_BOARD, parse_board
 from limbgram.synthetic import CaptureOptions, make_capture
 from limbgram.synthetic.capture import Capture
 
-pytestmark = pytest.mark.slow
 PHOTOS = 14
 
 
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
     options = CaptureOptions(
-        seed=31, photos=PHOTOS, width_px=960, height_px=640, distance_mm=1300.0,
+        seed=31, photos=PHOTOS, width_px=720, height_px=480, distance_mm=1300.0,
         calibration_photos=0, mesh_step_mm=1.2, samples=2,
     )  # fmt: skip
     return make_capture(tmp_path_factory.mktemp("check") / "capture", options)
@@ -159,15 +157,16 @@ def test_photos_that_do_not_join_are_the_answer_and_no_error(
 
 def test_without_the_board_it_is_said(capture: Capture) -> None:
     found = check_sources(
-        list(capture.photos),
+        list(capture.photos[:6]),
         [],
-        replace(parse_board("charuco:5x4:30:22:6X6_50")),
+        parse_board("charuco:5x4:30:22:6X6_50"),
         Run(),
     )
     assert not found.go
     assert any("board" in told(one).lower() for one in found.findings)
 
 
+@pytest.mark.slow
 def test_a_capture_that_grows_is_told_the_same_and_known_photos_cost_nothing(
     capture: Capture, whole: CaptureCheck, tmp_path: Path
 ) -> None:
@@ -198,6 +197,7 @@ def test_a_capture_that_grows_is_told_the_same_and_known_photos_cost_nothing(
     np.testing.assert_allclose(turns, [one.azimuth_deg for one in whole.photos], atol=0.5)
 
 
+@pytest.mark.slow
 def test_the_command_watches_until_go(capture: Capture, tmp_path: Path) -> None:
     camera = tmp_path / "camera.json"
     write_camera(camera, lens_of(capture))
@@ -208,6 +208,7 @@ def test_the_command_watches_until_go(capture: Capture, tmp_path: Path) -> None:
     assert (tmp_path / "ring.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_masks_hide_the_room_from_the_check(
     capture: Capture, whole: CaptureCheck, tmp_path: Path
 ) -> None:

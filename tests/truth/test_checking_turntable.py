@@ -16,10 +16,9 @@ from limbgram.services.parse_capture import DEFAULT_BOARD, parse_board
 from limbgram.synthetic import CaptureOptions, TurnedOver, Turning, make_capture
 from limbgram.synthetic.capture import Capture
 
-pytestmark = pytest.mark.slow
 PHOTOS = 16
 OPTIONS = CaptureOptions(
-    seed=71, photos=PHOTOS, width_px=900, height_px=600, distance_mm=1500.0, calibration_photos=0,
+    seed=71, photos=PHOTOS, width_px=720, height_px=480, distance_mm=1500.0, calibration_photos=0,
     mesh_step_mm=1.5, samples=2, coverage=0.12, turning=Turning(),
 )  # fmt: skip
 
@@ -77,6 +76,7 @@ def test_a_growing_folder_is_told_the_same_as_the_whole(
     np.testing.assert_allclose(turns, [one.azimuth_deg for one in whole.photos], atol=0.5)
 
 
+@pytest.mark.slow
 def test_a_board_that_stands_still_tells_no_size(tmp_path: Path) -> None:
     options = replace(
         OPTIONS, coverage=CaptureOptions().coverage, turning=Turning(board_turns=False)
@@ -88,6 +88,7 @@ def test_a_board_that_stands_still_tells_no_size(tmp_path: Path) -> None:
     assert any("stands still" in told(text) for text in found.findings), found.findings
 
 
+@pytest.mark.slow
 def test_a_cast_that_was_turned_over_is_placed_in_both_poses(tmp_path: Path) -> None:
     options = replace(
         OPTIONS, seed=72, photos=32, width_px=700, height_px=467, coverage=0.55,

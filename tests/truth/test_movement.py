@@ -45,7 +45,6 @@ def settled(capture: Capture) -> Settled:
     return by_the_limb(photos, cameras, placing, found, options, run)
 
 
-@pytest.mark.slow
 def test_a_step_is_found_and_the_limb_alone_places_the_photos(tmp_path: Path) -> None:
     capture = taken(tmp_path, Movement(shift_mm=8.0))
     placing, found = settled(capture)

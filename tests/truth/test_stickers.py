@@ -15,6 +15,7 @@ from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.props.stickers import SockSticker
 
+pytestmark = pytest.mark.slow
 NAMES = {40: "first", 41: "second", 42: "third"}
 """Not those of landmarks whose place on a limb is known: these stand anywhere."""
 NOT_THERE = 57

@@ -56,17 +56,17 @@ def reconstruct(folder: Path, *words: object) -> Result:
 
 
 def test_the_surface_is_true(folder: Path) -> None:
-    """Near what this capture reaches (RMS 0.058 mm at 0.7 mm a pixel), from both sides."""
+    """Near what this capture reaches (RMS 0.076 mm at 1.0 mm a pixel), from both sides."""
     score = score_case(folder / "case", folder / "capture" / "truth")
-    assert 0.045 < score.rms_mm < 0.066
-    assert 0.09 < score.p95_mm < 0.13
-    assert abs(score.mean_mm) < 0.015
+    assert 0.065 < score.rms_mm < 0.088
+    assert 0.13 < score.p95_mm < 0.17
+    assert abs(score.mean_mm) < 0.02
     assert 1e-6 < abs(score.scale_error) < 5e-4
-    assert 0.975 < score.covered < 0.998
+    assert 0.97 < score.covered < 0.995
     assert len(score.girth_errors_mm) == 4
-    assert 0.02 < max(map(abs, score.girth_errors_mm)) < 0.2
+    assert 0.02 < max(map(abs, score.girth_errors_mm)) < 0.25
     assert 1e-6 < abs(score.volume_error) < 8e-4
-    assert score.camera_rms_mm < 0.6
+    assert score.camera_rms_mm < 1.2
 
 
 def programs(page: Path) -> list[str]:
@@ -107,9 +107,9 @@ def test_the_expected_error_has_a_part_from_every_source(folder: Path) -> None:
     tree = json.loads((folder / "case" / "accuracy.json").read_text("utf-8"))
     budget = {one["part"]: one["sigma_mm"] for one in tree["expected"]["budget"]}
     assert set(budget) == {"image measurement", SCALE, CAMERAS, OFFSET, CREASES}
-    assert 1e-4 < budget[CAMERAS] < 0.05
+    assert 1e-4 < budget[CAMERAS] < 0.08
     assert min(budget[part] for part in budget if part != CREASES) > 1e-5
-    assert 0 <= budget[CREASES] < 0.05  # a smooth limb has hardly any
+    assert 0 <= budget[CREASES] < 0.07  # a smooth limb has hardly any
     assert np.hypot.reduce([*budget.values()]) == pytest.approx(
         tree["expected"]["rms_mm"], rel=1e-3
     )
@@ -151,7 +151,7 @@ def test_undistorted_photos_are_those_of_pinhole_cameras(folder: Path) -> None:
 
 def test_the_page_holds_everything_and_asks_for_nothing(folder: Path) -> None:
     page = (folder / "case" / "report.html").read_text("utf-8")
-    assert "14 of 14 photos placed" in page
+    assert f"{PHOTOS} of {PHOTOS} photos placed" in page
     assert "not a cleared medical device" in page
     assert page.count("<img") == page.count('src="data:image/png;base64,') == 7
     outside = re.sub(r'src="data:[^"]*"', "", page)

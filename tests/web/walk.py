@@ -29,8 +29,6 @@ from limbgram.formats.ply import write_ply
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
 
-pytestmark = pytest.mark.slow
-
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 NEAR_MM = 0.2
 USER, PASSWORD = "A. Meier", "a password of the walk"

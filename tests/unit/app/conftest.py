@@ -1,6 +1,7 @@
 """A clinic in a temporary folder, and somebody who is signed in to it."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ from limbgram.app.access import Access
 from limbgram.app.server import guarded
 from limbgram.app.state import AppState
 from limbgram.cases.shelf import Shelf
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.synthetic import SMALL, stage_truth
 
 HOST = "127.0.0.1:8000"
 API = "/api/v1"
@@ -22,6 +25,11 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name in ("XDG_STATE_HOME", "LOCALAPPDATA"):
         monkeypatch.setenv(name, str(folder))
     return folder
+
+
+@pytest.fixture(scope="session")
+def limb() -> Mesh:
+    return stage_truth(replace(SMALL, mesh_step_mm=1.6)).limb.mesh
 
 
 @pytest.fixture

@@ -13,15 +13,8 @@ from limbgram.cases.shelf import Shelf
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import read_limb
-from limbgram.synthetic.options import SMALL
-from limbgram.synthetic.truth import stage_truth
 
 PAGE = Path(__file__).parents[3] / "docs" / "library" / "http.md"
-
-
-@pytest.fixture(scope="module")
-def limb() -> Mesh:
-    return stage_truth(SMALL).limb.mesh
 
 
 def test_the_program_of_the_page_brings_the_files(

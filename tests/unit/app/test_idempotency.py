@@ -15,16 +15,9 @@ from limbgram.cases.shelf import Shelf
 from limbgram.cases.workspace import Workspace
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.ply import write_ply
-from limbgram.synthetic.options import SMALL
-from limbgram.synthetic.truth import stage_truth
 
 API = "/api/v1"
 HOST = "127.0.0.1:8000"
-
-
-@pytest.fixture(scope="session")
-def limb() -> Mesh:
-    return stage_truth(SMALL).limb.mesh
 
 
 @pytest.fixture

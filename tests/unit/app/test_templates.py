@@ -10,16 +10,9 @@ from limbgram.app.binary_arrays import decode_blocks
 from limbgram.app.state import AppState
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.ply import write_ply
-from limbgram.synthetic.options import SMALL
-from limbgram.synthetic.truth import stage_truth
 
 API = "/api/v1"
 DEPTH_MM = 4.0
-
-
-@pytest.fixture(scope="module")
-def limb() -> Mesh:
-    return stage_truth(SMALL).limb.mesh
 
 
 def case_of(client: TestClient, app_state: AppState, limb: Mesh) -> str:

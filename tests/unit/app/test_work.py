@@ -26,19 +26,12 @@ from limbgram.core.errors import ShapeFileError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import ShapeFile, read_limb, read_shape
-from limbgram.synthetic.options import SMALL
-from limbgram.synthetic.truth import stage_truth
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.recipe import Recipe
 
 API = "/api/v1"
 KINDS = {"brush": "load", "levels": "reduction", "trimline": "trimline", "smoothing": "smoothing"}
 LOAD = {"at": "patellar tendon", "depth_mm": 3.0, "falloff_mm": 20.0}
-
-
-@pytest.fixture(scope="session")
-def limb() -> Mesh:
-    return stage_truth(SMALL).limb.mesh
 
 
 @pytest.fixture

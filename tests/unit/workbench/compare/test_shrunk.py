@@ -74,6 +74,7 @@ def at_tip(found: Comparison) -> np.ndarray:
     return np.asarray(found.first_in_limb.vertices_mm[:, 2] < 3.0)
 
 
+@pytest.mark.slow
 def test_shared_landmarks_tell_the_shrinkage_and_leave_the_tip_alone(make_limb) -> None:
     """Marks 0.7 mm off on either scan; without them the shape slides and the tip turns red."""
     off: list[float] = []

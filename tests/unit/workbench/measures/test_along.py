@@ -110,6 +110,7 @@ def test_lengths_along_a_bent_tube() -> None:
     assert whole.length_mm.value == pytest.approx(-WHOLE_MM, abs=0.02)
 
 
+@pytest.mark.slow
 def test_landmarks_that_tell_the_curve_make_their_part_of_the_sigmas() -> None:
     limb, pair = foot(taper=0.03, step_mm=5.0), ("first metatarsal head", "fibula head")
     surest = measure_along(limb, 250.0, (pair,), SURE)
