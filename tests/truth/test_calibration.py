@@ -72,6 +72,7 @@ def made_up(seed: int, noise_px: float) -> tuple[PhotoSet, BoardDetections]:
     )
 
 
+@pytest.mark.slow
 def test_errors_are_as_large_as_the_sigmas_say() -> None:
     ratios, sigma0s = [], []
     for seed in range(24):

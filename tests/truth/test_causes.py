@@ -143,8 +143,8 @@ def test_the_undamaged_capture_is_scaled(capture: Path, calibration: Calibration
     scaled(photos, cameras_for(photos, [calibration]))
 
 
-@pytest.mark.parametrize("times", [0.6, 1.3, 2.0])
-@pytest.mark.parametrize("tells_its_lens", [True, False])
+@pytest.mark.parametrize("times", [0.6, pytest.param(1.3, marks=pytest.mark.slow), 2.0])
+@pytest.mark.parametrize("tells_its_lens", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_the_file_of_another_camera_of_the_same_size(
     capture: Path, calibration: Calibration, tmp_path: Path, times: float, tells_its_lens: bool
 ) -> None:

@@ -138,7 +138,12 @@ def test_what_reads_a_red_surface_says_so_and_hands_it_on(folder: Path, tmp_path
 
 
 @pytest.mark.parametrize(
-    "chosen", [slice(0, 3), slice(0, 4), slice(None, None, 2)], ids=["three", "four", "sparse"]
+    "chosen",
+    [
+        pytest.param(slice(0, 3), id="three"),
+        pytest.param(slice(0, 4), id="four", marks=pytest.mark.slow),
+        pytest.param(slice(None, None, 2), id="sparse"),
+    ],
 )
 def test_too_few_photos_are_red_or_refused_and_never_anything_else(
     folder: Path, chosen: slice, request: pytest.FixtureRequest

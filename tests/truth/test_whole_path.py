@@ -174,6 +174,7 @@ def test_masks_of_the_case_hold_the_limb_and_little_else(folder: Path, tmp_path:
     assert "corrected by hand" in again.output
 
 
+@pytest.mark.slow
 def test_corrected_masks_say_what_the_limb_is(folder: Path, tmp_path: Path) -> None:
     """Its upper half painted black in all masks but one, which is missing, is not measured.
 

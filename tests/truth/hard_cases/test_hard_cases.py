@@ -6,6 +6,7 @@ capture that is no harder than the clean one would test nothing.
 
 import cv2
 import numpy as np
+import pytest
 import trimesh
 from scipy.spatial import KDTree
 
@@ -41,6 +42,7 @@ def values_at(picture: np.ndarray, view, points_mm: np.ndarray) -> np.ndarray:
     return values
 
 
+@pytest.mark.slow
 def test_a_start_of_two_thirds_of_a_pixel_in_short_waves_is_forgotten(bench) -> None:
     """RMS 0.31 mm at the start; patches of half size alone leave 0.044 mm and 0.43 at most."""
     points = inner(bench, bench.start().vertices_mm)

@@ -117,6 +117,7 @@ sys.exit(job_worker.main())
 """
 
 
+@pytest.mark.slow
 def test_the_real_worker_ends_in_silence_every_time(tmp_path: Path) -> None:
     script = tmp_path / "child.py"
     script.write_text(REAL, "utf-8")

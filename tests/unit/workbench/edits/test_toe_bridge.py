@@ -46,10 +46,17 @@ def two_toes() -> Limb:
     return limb_of(mesh, low, "foot", "right")
 
 
-def test_a_ball_of_half_the_gap_rolls_over_what_is_filled(two_toes: Limb) -> None:
+RADIUS_MM = 4.0
+
+
+@pytest.fixture(scope="module")
+def bridged(two_toes: Limb) -> Limb:
+    return do_edit(two_toes, ToeBridge(gap_mm=2 * RADIUS_MM))
+
+
+def test_a_ball_of_half_the_gap_rolls_over_what_is_filled(bridged: Limb) -> None:
     """It touches both toes: how deep it reaches between them follows from their radii."""
-    radius = 4.0
-    after = do_edit(two_toes, ToeBridge(gap_mm=2 * radius))
+    radius, after = RADIUS_MM, bridged
     rise = np.sqrt((TOE_MM + radius) ** 2 - (APART_MM / 2) ** 2)
     body = Body.of(after, "test")
     for sign, look in ((1, -1.0), (-1, 1.0)):
@@ -62,8 +69,8 @@ def test_a_ball_of_half_the_gap_rolls_over_what_is_filled(two_toes: Limb) -> Non
     assert not len(find_crossings(after.mesh.vertices_mm, after.mesh.faces))
 
 
-def test_what_has_no_gap_stays_and_landmarks_with_it(two_toes: Limb) -> None:
-    after = do_edit(two_toes, ToeBridge(gap_mm=8.0))
+def test_what_has_no_gap_stays_and_landmarks_with_it(two_toes: Limb, bridged: Limb) -> None:
+    after = bridged
     assert after.mesh.filled is not None
     off = tree_on(two_toes.mesh).closest(after.mesh.vertices_mm).distances_mm
     assert off[~after.mesh.filled].max() < 0.1
