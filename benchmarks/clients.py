@@ -733,9 +733,10 @@ def as_markdown(found: dict[str, Any]) -> str:
         f"- truth: {' x '.join(f'{one:g}' for one in SIZE_MM)} mm, closed, colour "
         f"{' '.join(map(str, COLOUR))} (as linear light 147 78 33), sigma {SIGMA_MM[0]} to "
         f"{SIGMA_MM[1]} mm. GLB is in metres with +Y up. FreeCAD and LibreCAD know no "
-        "MESH: they show the curves, sections every 40 mm from -80 to 80. Of a DXF "
-        "FreeCAD's usual importer takes no surface at all, its legacy one (without layers) that of a "
-        "polyface. gmsh takes no binary PLY of anybody. CuraEngine cuts a layer at its middle.",
+        "MESH: they show the curves, sections every 40 mm from -80 to 80. Of a DXF FreeCAD's usual "
+        "importer takes no surface at all, its legacy one, without layers, a polyface. gmsh "
+        "takes a binary PLY of single-precision places alone, none with colours or a scalar. "
+        "CuraEngine cuts a layer at its middle.",
         "",
         f"| program | file | {' | '.join(columns)} |",
         "|---|---|" + "---|" * len(columns),
