@@ -75,7 +75,7 @@ _WRONG_LINES = (
 )  # fmt: skip
 """Of which our own rules let none pass either (tests/unit/formats/test_gcode.py)."""
 _CURA_PRINTERS = "/usr/share/cura/resources/definitions"
-_EMPTY_PDF = 2000
+_DPI, _WHITE = 200, 254
 _GERMAN = "de_DE.UTF-8"
 
 
@@ -506,12 +506,25 @@ def _poppler(program: str, file: Path, _: list[str]) -> Seen:
 
 
 def _librecad(program: str, file: Path, _: list[str]) -> Seen:
-    """Drawn to fit a page; an empty one has some 1,300 bytes."""
+    """Drawn on paper in its true size, and measured there."""
     out = file.with_suffix(".pdf")
-    ended = _run([_need("librecad"), "dxf2pdf", "-a", "-c", str(file)])
-    size = out.stat().st_size if out.is_file() else 0
-    note = f"drawn, {size} bytes of PDF" if size > _EMPTY_PDF else ended.stderr[-100:]
-    return Seen(program=program, file=file.name, opens=size > _EMPTY_PDF, note=note)
+    words = [_need("librecad"), "dxf2pdf", "--center", "--grayscale", "--scale", "1", str(file)]
+    ended = _run(words)
+    if not out.is_file():
+        return Seen(program=program, file=file.name, opens=False, note=ended.stderr[-100:])
+    page = file.with_name("librecad")
+    _run([_need("pdftoppm"), "-r", str(_DPI), "-gray", "-singlefile", str(out), str(page)])
+    drawn = np.argwhere(np.asarray(Image.open(page.with_suffix(".pgm"))) < _WHITE)
+    if not len(drawn):
+        return Seen(program=program, file=file.name, opens=False, note="an empty page")
+    down, across = np.ptp(drawn, axis=0) / _DPI * 25.4
+    return Seen(
+        program=program,
+        file=file.name,
+        opens=True,
+        size=f"{across:.4g} x {down:.4g}",
+        note="seen along z, with names beside landmarks" if file.stem == "cad" else "seen along z",
+    )
 
 
 def _libreoffice(program: str, file: Path, _: list[str]) -> Seen:
