@@ -9,6 +9,8 @@ a colour and a sigma at each vertex; three cameras look at it. A program that is
 skipped, and the table says so; what an earlier run in the same file saw of it stays, with that
 run's commit. Libraries of Python are tried in this interpreter, then in those given by --python.
 Stock Grbl 1.1h is Grbl's own source, built with grbl-sim: its `gvalidate` has to be on the path.
+CuraEngine needs Cura's definitions of printers (CURA_ENGINE_SEARCH_PATH names another folder), and
+FreeCAD's legacy importer its library, which FreeCAD fetches into its folder of user data.
 """
 
 import argparse
