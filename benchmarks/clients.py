@@ -9,6 +9,8 @@ a colour and a sigma at each vertex; three cameras look at it. A program that is
 skipped, and the table says so; what an earlier run in the same file saw of it stays, with that
 run's commit. Libraries of Python are tried in this interpreter, then in those given by --python.
 Stock Grbl 1.1h is Grbl's own source, built with grbl-sim: its `gvalidate` has to be on the path.
+CuraEngine needs Cura's definitions of printers (CURA_ENGINE_SEARCH_PATH names another folder), and
+FreeCAD's legacy importer its library, which FreeCAD fetches into its folder of user data.
 """
 
 import argparse
@@ -65,11 +67,17 @@ AWAY_MM = 700.0
 """Of the cameras."""
 PHOTOS = ("a.jpg", "b.jpg", "c.jpg")
 OTHERS = (
-    "cad.dxf", "r12.dxf", "carve.ngc", "grbl.nc", "ampscan.aop", "table.xlsx", "comma.csv",
-    "colmap", "transforms.json", "report.pdf",
+    "cad.dxf", "r12.dxf", "polyface.dxf", "carve.ngc", "grbl.nc", "ampscan.aop", "table.xlsx",
+    "comma.csv", "colmap", "pinhole", "transforms.json", "report.pdf",
 )  # fmt: skip
 _SECONDS = 300
-_EMPTY_PDF = 2000
+_LAYER_MM, _LINE_MM = 5.0, 0.4
+_WRONG_LINES = (
+    "G80 X1", "G0 G1 X1", "G0 X1 X2", "G77 X1", "M3 M5", "G4", "G0 X1 S-5", "G0 X1,5", "P1",
+)  # fmt: skip
+"""Of which our own rules let none pass either (tests/unit/formats/test_gcode.py)."""
+_CURA_PRINTERS = "/usr/share/cura/resources/definitions"
+_DPI, _WHITE = 200, 254
 _GERMAN = "de_DE.UTF-8"
 
 
@@ -159,6 +167,7 @@ def written(folder: Path) -> list[Path]:
     source = ShapeSource(limb=aligned.limb, sha256="0" * 64, kind="PLY", limb_file_sha256=None)
     report(Subject(shape=source), ReportRequest(), folder)
     export(shape, Drawing(spacing_mm=40.0, r12=True), folder / "r12.dxf")
+    export(shape, Drawing(spacing_mm=40.0, polyface=True), folder / "polyface.dxf")
     (folder / "table.xlsx").write_bytes(xlsx_of([TABLE]))
     (folder / "comma.csv").write_text(csv_of(TABLE, "comma"), "utf-8")
     _write_cameras(vertices, folder)
@@ -166,16 +175,34 @@ def written(folder: Path) -> list[Path]:
 
 
 def _write_cameras(points: np.ndarray, folder: Path) -> None:
-    """Three cameras that see all these points, as COLMAP and nerfstudio take them."""
+    """Three cameras that see all these points: with their lens, and as pinhole cameras."""
     up = np.array([0.0, 0.0, 1.0])
     poses = tuple(
         Rigid.looking_at(AWAY_MM * np.array([np.cos(turn), np.sin(turn), 0.2]), np.zeros(3), up)
         for turn in (0.0, 0.5, 1.0)
     )
-    seen = [CAMERA.project(pose.apply(points)) for pose in poses]
+    metric, seen = _taken(CAMERA, poses, points)
+    colours = np.full((len(points), 3), COLOUR, np.uint8)
+    write_colmap(metric, folder / "colmap", colours=colours)
+    straight, _ = _taken(CAMERA.pinhole, poses, points)
+    (folder / "pinhole" / "images").mkdir(parents=True)
+    write_colmap(straight, folder / "pinhole" / "sparse", colours=colours)
+    for name in PHOTOS:
+        photo = Image.new("RGB", (CAMERA.width_px, CAMERA.height_px))
+        photo.save(folder / name)
+        photo.save(folder / "pinhole" / "images" / name)
+    write_transforms(metric, folder / "transforms.json", ".")
+    np.savetxt(folder / "points.txt", np.hstack([points, *seen]))
+
+
+def _taken(
+    camera: Camera, poses: tuple[Rigid, ...], points: np.ndarray
+) -> tuple[MetricScene, list[np.ndarray]]:
+    """A scene of these points by a camera, and where each photo shows them."""
+    seen = [camera.project(pose.apply(points)) for pose in poses]
     scene = Scene(
         names=PHOTOS,
-        cameras=(CAMERA,),
+        cameras=(camera,),
         camera_idx=(0, 0, 0),
         camera_from_world=poses,
         points_in_world=points,
@@ -186,13 +213,9 @@ def _write_cameras(points: np.ndarray, folder: Path) -> None:
         ),
         verdicts=(),
     )
-    metric = MetricScene(scene=scene, scale=Scale(unit="mm", source="board", relative_sigma=0.0))
-    colours = np.full((len(points), 3), COLOUR, np.uint8)
-    write_colmap(metric, folder / "colmap", colours=colours)
-    for name in PHOTOS:
-        Image.new("RGB", (CAMERA.width_px, CAMERA.height_px)).save(folder / name)
-    write_transforms(metric, folder / "transforms.json", ".")
-    np.savetxt(folder / "points.txt", np.hstack([points, *seen]))
+    return MetricScene(
+        scene=scene, scale=Scale(unit="mm", source="board", relative_sigma=0.0)
+    ), seen
 
 
 def _by_python(library: str, script: str) -> "Look":
@@ -252,8 +275,16 @@ def _need(*names: str) -> str:
     raise LookupError(f"{names[0]} is not installed")
 
 
-def _prusa_slicer(program: str, file: Path, _: list[str]) -> Seen:
-    ended = _run([_need("prusa-slicer"), "--info", str(file)])
+def _slicer(command: str) -> "Look":
+    """PrusaSlicer, and Slic3r that it came of, tell alike."""
+
+    def look(program: str, file: Path, _: list[str]) -> Seen:
+        return _sliced(program, file, _run([_need(command), "--info", str(file)]))
+
+    return look
+
+
+def _sliced(program: str, file: Path, ended: subprocess.CompletedProcess[str]) -> Seen:
     told = dict(re.findall(r"(\w+) = +(\S+)", ended.stdout))
     if "size_x" not in told:
         return Seen(program=program, file=file.name, opens=False, note=ended.stderr[:100])
@@ -264,6 +295,48 @@ def _prusa_slicer(program: str, file: Path, _: list[str]) -> Seen:
         size=" x ".join(f"{float(told[f'size_{axis}']):.4g}" for axis in "xyz"),
         closed=told.get("manifold") == "yes",
         units="takes mm",
+    )
+
+
+def _cura(program: str, file: Path, _: list[str]) -> Seen:
+    """Cut into layers; the middle of the outer line lies half its width inside."""
+    engine = _need("CuraEngine")
+    folder = Path(
+        os.environ.get("CURA_ENGINE_SEARCH_PATH", "/usr/share/cura/resources/definitions")
+    )
+    printer, out = folder / "fdmprinter.def.json", file.with_suffix(".cura")
+    if not printer.is_file():
+        raise LookupError("Cura's definitions of printers are not installed")
+    settings = {
+        **{f"machine_{one}": 2 * int(max(SIZE_MM)) for one in ("width", "depth", "height")},
+        "machine_center_is_zero": "true",
+        "center_object": "true",
+        "adhesion_type": "none",
+        "layer_height": _LAYER_MM,
+        "layer_height_0": _LAYER_MM,
+        "infill_line_distance": 0,
+        "wall_line_width_0": _LINE_MM,
+        "mesh_position_z": HALF_HEIGHT_MM,
+    }
+    asked = [word for name, value in settings.items() for word in ("-s", f"{name}={value}")]
+    ended = _run(
+        [engine, "slice", "-j", str(printer), *asked, "-l", str(file), "-o", str(out)],
+        CURA_ENGINE_SEARCH_PATH=str(folder),
+    )
+    text = out.read_text() if out.is_file() else ""
+    layers = text.count(";LAYER:")
+    if ended.returncode or not layers:
+        return Seen(program=program, file=file.name, opens=False, note="no layers")
+    line = re.findall(r"^G[01] .*?X(\S+) Y(\S+).* E", text, re.MULTILINE)
+    across = np.ptp(np.array(line, np.float64), axis=0) + _LINE_MM
+    size = (*across, layers * _LAYER_MM)
+    return Seen(
+        program=program,
+        file=file.name,
+        opens=True,
+        size=" x ".join(f"{one:.4g}" for one in size),
+        units="takes mm",
+        note=f"{layers} layers of {_LAYER_MM:g} mm",
     )
 
 
@@ -301,7 +374,6 @@ if path.endswith("dxf"):
     for one in document.Objects:
         if hasattr(one, "Shape"):
             box.add(one.Shape.BoundBox)
-    kinds = sorted({one.TypeId for one in document.Objects})
     faces = sum(len(one.Shape.Faces) for one in document.Objects if hasattr(one, "Shape"))
     seen = {"note": f"{len(document.Objects)} objects, {faces} faces", "units": "mm"}
 else:
@@ -313,17 +385,50 @@ seen["size"] = [box.XLength, box.YLength, box.ZLength]
 print("\\nSEEN" + json.dumps(seen), flush=True)
 os._exit(0)
 """
+_FREECAD_LEGACY = """
+import json, os, sys
+import FreeCAD
+sys.path.append(FreeCAD.ConfigGet("UserAppData"))
+asked = FreeCAD.ParamGet("User parameter:BaseApp/Preferences/Mod/Draft")
+asked.SetBool("dxfUseLegacyImporter", True)
+asked.SetBool("dxfUseDraftVisGroups", False)  # its layers take no mesh
+try:
+    import dxfReader
+except ImportError:
+    print("\\nNO LIBRARY", flush=True)
+    os._exit(0)
+import importDXF
+importDXF.open(os.environ["LIMBGRAM_FILE"])
+meshes = [one.Mesh for one in FreeCAD.ActiveDocument.Objects if one.TypeId == "Mesh::Feature"]
+seen = {"note": "curves alone", "units": "takes mm"}
+if meshes:
+    (mesh,) = meshes
+    box = mesh.BoundBox
+    seen["size"] = [box.XLength, box.YLength, box.ZLength]
+    seen["closed"] = bool(mesh.isSolid())
+    seen["note"] = f"a mesh of {mesh.CountFacets} triangles"
+print("\\nSEEN" + json.dumps(seen), flush=True)
+os._exit(0)
+"""
 
 
-def _freecad(program: str, file: Path, _: list[str]) -> Seen:
-    script = file.with_name("look.FCMacro.py")
-    script.write_text(_FREECAD)
-    ended = _run([_need("freecadcmd", "FreeCADCmd"), str(script)], LIMBGRAM_FILE=str(file))
-    told = re.search(r"SEEN(\{.*\})", ended.stdout)
-    if told is None:
-        why = (ended.stderr.strip().splitlines() or ["no answer"])[-1]
-        return Seen(program=program, file=file.name, opens=False, note=why[:100])
-    return _told(program, file, subprocess.CompletedProcess([], 0, told[1], ""))
+def _freecad(script: str) -> "Look":
+    """A look by its Python."""
+
+    def look(program: str, file: Path, _: list[str]) -> Seen:
+        macro = file.with_name("look.FCMacro.py")
+        macro.write_text(script)
+        command = _need("freecadcmd", "FreeCADCmd")
+        ended = _run([command, str(macro)], LIMBGRAM_FILE=str(file))
+        if "NO LIBRARY" in ended.stdout:
+            raise LookupError("its legacy importer has not fetched its library")
+        told = re.search(r"SEEN(\{.*\})", ended.stdout)
+        if told is None:
+            why = (ended.stderr.strip().splitlines() or ["no answer"])[-1]
+            return Seen(program=program, file=file.name, opens=False, note=why[:100])
+        return _told(program, file, subprocess.CompletedProcess([], 0, told[1], ""))
+
+    return look
 
 
 def _blender(program: str, file: Path, _: list[str]) -> Seen:
@@ -338,26 +443,54 @@ def _blender(program: str, file: Path, _: list[str]) -> Seen:
 
 
 def _linuxcnc(program: str, file: Path, _: list[str]) -> Seen:
-    """Interpreted to the end, without a machine."""
-    folder = file.with_name("linuxcnc")
+    """Interpreted to the end, without a machine; spoilt programs are not."""
+    command, folder = _need("rs274"), file.with_name("linuxcnc")
     folder.mkdir()
     (folder / "parameters.var").touch()
     (folder / "look.ini").write_text(f"[RS274NGC]\nPARAMETER_FILE={folder}/parameters.var\n")
-    ended = _run([_need("rs274"), "-g", "-i", str(folder / "look.ini"), str(file)])
-    moves = ended.stdout.count("STRAIGHT_FEED")
-    whole = ended.returncode == 0 and "PROGRAM_END()" in ended.stdout
-    why = (ended.stderr.strip().splitlines() or ["no answer"])[-1]
-    note = f"{moves} moves, to the end" if whole else why[:100]
-    return Seen(program=program, file=file.name, opens=whole and moves > 0, note=note)
+
+    def taken(one: Path) -> int | None:
+        ended = _run([command, "-g", "-i", str(folder / "look.ini"), str(one)])
+        whole = ended.returncode == 0 and "PROGRAM_END()" in ended.stdout
+        return ended.stdout.count("STRAIGHT_FEED") if whole else None
+
+    moves = taken(file)
+    note = f"{moves} moves, to the end" if moves else "not to the end"
+    return Seen(
+        program=program, file=file.name, opens=bool(moves), note=f"{note}; {_spoilt(file, taken)}"
+    )
 
 
 def _grbl(program: str, file: Path, _: list[str]) -> Seen:
     """Grbl's own parser, line by line; it stops at the first line that it refuses."""
-    ended = _run([_need("gvalidate", "gvalidate.exe"), str(file)], file.parent)  # keeps an EEPROM
-    taken, lines = ended.stdout.count("ok"), len(file.read_text("ascii").splitlines())
-    whole = ended.returncode == 0 and taken >= lines
-    note = f"{lines} lines, all taken" if whole else f"refused after {taken} lines"
-    return Seen(program=program, file=file.name, opens=whole, units="G21", note=note)
+    command = _need("gvalidate", "gvalidate.exe")
+
+    def taken(one: Path) -> int | None:
+        ended = _run([command, str(one)], one.parent)  # keeps an EEPROM there
+        lines = len(one.read_text("ascii").splitlines())
+        return lines if ended.returncode == 0 and ended.stdout.count("ok") >= lines else None
+
+    lines = taken(file)
+    note = f"{lines} lines, all taken" if lines else "not all lines taken"
+    return Seen(
+        program=program,
+        file=file.name,
+        opens=bool(lines),
+        units="G21",
+        note=f"{note}; {_spoilt(file, taken)}",
+    )
+
+
+def _spoilt(file: Path, taken: Callable[[Path], int | None]) -> str:
+    """How many programs with a line amiss in their middle are not taken to the end."""
+    lines = file.read_text("ascii").splitlines()
+    middle = len(lines) // 2
+    refused = 0
+    for wrong in _WRONG_LINES:
+        one = file.with_name(f"spoilt{file.suffix}")
+        one.write_text("\n".join([*lines[:middle], wrong, *lines[middle:], ""]), "ascii")
+        refused += taken(one) is None
+    return f"refuses {refused} of {len(_WRONG_LINES)} spoilt programs"
 
 
 def _poppler(program: str, file: Path, _: list[str]) -> Seen:
@@ -375,12 +508,25 @@ def _poppler(program: str, file: Path, _: list[str]) -> Seen:
 
 
 def _librecad(program: str, file: Path, _: list[str]) -> Seen:
-    """Drawn to fit a page; an empty one has some 1,300 bytes."""
+    """Drawn on paper in its true size, and measured there."""
     out = file.with_suffix(".pdf")
-    ended = _run([_need("librecad"), "dxf2pdf", "-a", "-c", str(file)])
-    size = out.stat().st_size if out.is_file() else 0
-    note = f"drawn, {size} bytes of PDF" if size > _EMPTY_PDF else ended.stderr[-100:]
-    return Seen(program=program, file=file.name, opens=size > _EMPTY_PDF, note=note)
+    words = [_need("librecad"), "dxf2pdf", "--center", "--grayscale", "--scale", "1", str(file)]
+    ended = _run(words)
+    if not out.is_file():
+        return Seen(program=program, file=file.name, opens=False, note=ended.stderr[-100:])
+    page = file.with_name("librecad")
+    _run([_need("pdftoppm"), "-r", str(_DPI), "-gray", "-singlefile", str(out), str(page)])
+    drawn = np.argwhere(np.asarray(Image.open(page.with_suffix(".pgm"))) < _WHITE)
+    if not len(drawn):
+        return Seen(program=program, file=file.name, opens=False, note="an empty page")
+    down, across = np.ptp(drawn, axis=0) / _DPI * 25.4
+    return Seen(
+        program=program,
+        file=file.name,
+        opens=True,
+        size=f"{across:.4g} x {down:.4g}",
+        note="seen along z, with names beside landmarks" if file.stem == "cad" else "seen along z",
+    )
 
 
 def _libreoffice(program: str, file: Path, _: list[str]) -> Seen:
@@ -526,8 +672,9 @@ limb = AmpObject(path)
 seen["size"] = numpy.ptp(limb.vert, axis=0).tolist()
 """
 _PYCOLMAP = """
-import numpy, pycolmap
-model = pycolmap.Reconstruction(path)
+import os, numpy, pycolmap
+inside = os.path.join(path, "sparse")
+model = pycolmap.Reconstruction(inside if os.path.isdir(inside) else path)
 worst, places = 0.0, []
 for point in model.points3D.values():
     places.append(point.xyz)
@@ -563,14 +710,17 @@ seen["note"] = f"{len(cameras)} photos, rays within {worst:.2g} mm of their poin
 """
 Look = Callable[[str, Path, list[str]], Seen]
 PROGRAMS: tuple[tuple[str, tuple[str, ...], Look], ...] = (
-    ("PrusaSlicer", (".stl", ".obj", ".3mf"), _prusa_slicer),
+    ("PrusaSlicer", (".stl", ".obj", ".3mf"), _slicer("prusa-slicer")),
+    ("Slic3r", (".stl", ".obj", ".3mf"), _slicer("slic3r")),
+    ("CuraEngine", (".stl",), _cura),
     ("CloudCompare", (".ply", ".stl", ".obj"), _cloudcompare),
     ("MeshLab (pymeshlab)", (".ply", ".stl", ".obj", ".glb"), _by_python("pymeshlab", _PYMESHLAB)),
     ("Open3D", (".ply", ".stl", ".obj", ".glb"), _by_python("open3d", _OPEN3D)),
     ("pyvista", (".ply", ".stl", ".obj", ".glb", ".vtp"), _by_python("pyvista", _PYVISTA)),
     ("meshio", (".ply", ".stl", ".obj"), _by_python("meshio", _MESHIO)),
     ("trimesh", (".ply", ".stl", ".obj", ".glb"), _by_python("trimesh", _TRIMESH)),
-    ("FreeCAD", (".ply", ".stl", ".obj", "cad.dxf", "r12.dxf"), _freecad),
+    ("FreeCAD", (".ply", ".stl", ".obj", ".dxf"), _freecad(_FREECAD)),
+    ("FreeCAD, legacy DXF", ("cad.dxf", "polyface.dxf"), _freecad(_FREECAD_LEGACY)),
     ("LibreCAD", (".dxf",), _librecad),
     ("ezdxf", (".dxf",), _by_python("ezdxf", _EZDXF)),
     ("LibreOffice, German", (".xlsx", ".csv"), _libreoffice),
@@ -581,7 +731,7 @@ PROGRAMS: tuple[tuple[str, tuple[str, ...], Look], ...] = (
     ("Grbl 1.1h", (".nc",), _grbl),
     ("ampscan", (".aop",), _by_python("ampscan", _AMPSCAN)),
     ("gmsh", (".stl", ".ply"), _by_python("gmsh", _GMSH)),
-    ("pycolmap", ("colmap",), _by_python("pycolmap", _PYCOLMAP)),
+    ("pycolmap", ("colmap", "pinhole"), _by_python("pycolmap", _PYCOLMAP)),
     ("nerfstudio", ("transforms.json",), _by_python("nerfstudio", _NERFSTUDIO)),
     ("poppler", (".pdf",), _poppler),
 )
@@ -598,8 +748,10 @@ def as_markdown(found: dict[str, Any]) -> str:
         f"- truth: {' x '.join(f'{one:g}' for one in SIZE_MM)} mm, closed, colour "
         f"{' '.join(map(str, COLOUR))} (as linear light 147 78 33), sigma {SIGMA_MM[0]} to "
         f"{SIGMA_MM[1]} mm. GLB is in metres with +Y up. FreeCAD and LibreCAD know no "
-        "MESH: they show the curves, sections every 40 mm from -80 to 80. FreeCAD takes no surface "
-        "of a DXF at all, gmsh no binary PLY of anybody.",
+        "MESH: they show the curves, sections every 40 mm from -80 to 80. Of a DXF FreeCAD's usual "
+        "importer takes no surface at all, its legacy one, without layers, a polyface. gmsh "
+        "takes a binary PLY of single-precision places alone, none with colours or a scalar. "
+        "CuraEngine cuts a layer at its middle.",
         "",
         f"| program | file | {' | '.join(columns)} |",
         "|---|---|" + "---|" * len(columns),

@@ -124,6 +124,7 @@ function numberIn(value: number, how: string): string {
   else if (kind === "%") text = `${(100 * value).toFixed(digits ?? 6)}%`;
   else if (kind === "g") text = String(Number(value.toPrecision(digits ?? 6)));
   else text = String(value);
+  if (Number.parseFloat(text) === 0) text = text.replace("-", "");
   if (grouped) text = text.replace(/^-?\d+/, (whole) => whole.replace(/\B(?=(\d{3})+$)/g, ","));
   if (plus && !text.startsWith("-")) text = `+${text}`;
   return spoken(text);

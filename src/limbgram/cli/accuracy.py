@@ -69,12 +69,12 @@ def accuracy_lines(case: CaseFolder, assessment: Assessment) -> tuple[str, ...]:
 
 
 def _truth_lines(truth: TruthFigures) -> tuple[str, ...]:
-    girths = ", ".join(f"{one.error_mm:+.2f} at {one.height_mm:.1f}" for one in truth.girths)
+    girths = ", ".join(f"{one.error_mm:+z.2f} at {one.height_mm:.1f}" for one in truth.girths)
     sigma = truth.sigma
     return (
         f"Against {truth.kind} ({truth.alignment}):",
         f"  surface   RMS {truth.rms_mm:.4f} mm ({truth.rms_px:.3f} px), 95 % within "
-        f"{truth.p95_mm:.4f} mm, mean {truth.mean_mm:+.4f} mm",
+        f"{truth.p95_mm:.4f} mm, mean {truth.mean_mm:+z.4f} mm",
         f"  within    0.1 mm {truth.within['0.1 mm']:.2%}, 0.25 mm "
         f"{truth.within['0.25 mm']:.2%} of the measured surface",
         f"  covered   0.1 mm {truth.covered['0.1 mm']:.2%}, 0.25 mm "

@@ -64,13 +64,13 @@ def demo_command(
 def comparison_lines(comparison: TruthComparison) -> tuple[str, ...]:
     """A comparison for people."""
     girths = ", ".join(
-        f"{error:+.2f} at {height:.1f}"
+        f"{error:+z.2f} at {height:.1f}"
         for height, error in zip(comparison.girth_heights_mm, comparison.girth_errors_mm)
     )
     return (
         "Against the truth, after a rigid alignment only:",
         f"  surface        RMS {comparison.rms_mm:.3f} mm, 95 % within {comparison.p95_mm:.3f} mm, "
-        f"mean {comparison.mean_mm:+.3f} mm",
+        f"mean {comparison.mean_mm:+z.3f} mm",
         f"  covered        {comparison.covered:.1%} of the visible surface within 0.25 mm",
         f"  scale          {comparison.scale_error:+.3%}",
         f"  girths         {girths} mm of height in the truth",

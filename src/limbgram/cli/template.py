@@ -115,8 +115,8 @@ def apply_command(
     notes = (*limb.notes, *applied.notes)
     return Reply(
         (
-            f"{known.name} applied at {strength:.0%}: the surface moved by {moved.min():+.1f} to "
-            f"{moved.max():+.1f} mm (+ room, - pressure), the volume by {change_ml:+.1f} mL "
+            f"{known.name} applied at {strength:.0%}: the surface moved by {moved.min():+z.1f} to "
+            f"{moved.max():+z.1f} mm (+ room, - pressure), the volume by {change_ml:+z.1f} mL "
             f"({share:+.1%}).",
             *(f"Note: {with_full_stop(told(note))}" for note in notes),
             f"Written: {written}",
@@ -181,12 +181,12 @@ def _lines(template: Template) -> Sequence[str]:
         else "one pair tells no spread: learn from three or more"
     )
     return (
-        f"{template.name}: {moved.min():+.1f} to {moved.max():+.1f} mm (+ room, - pressure) on "
+        f"{template.name}: {moved.min():+z.1f} to {moved.max():+z.1f} mm (+ room, - pressure) on "
         f"{share:.0%} of the surface, from {count}; {told}.",
         f"Heights count from the rounded end (0) to {template.reference} (1).",
         *(
             f"  {mark.name:<28} height {mark.height:5.2f}   {mark.angle_deg:+6.1f} degrees towards "
-            f"lateral   {moves[mark.name]:+.1f} mm{_warning(mark.name, moves[mark.name])}"
+            f"lateral   {moves[mark.name]:+z.1f} mm{_warning(mark.name, moves[mark.name])}"
             for mark in template.marks
         ),
     )

@@ -40,6 +40,10 @@ class Table:
     columns: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
 
+    def __post_init__(self) -> None:
+        rows = tuple(tuple(_unsigned(cell) for cell in row) for row in self.rows)
+        object.__setattr__(self, "rows", rows)
+
 
 def csv_of(table: Table, decimal: Decimal = "point") -> str:
     """The table as text; a number has its decimal sign, and nothing parts its thousands."""
@@ -115,4 +119,9 @@ def _as_text(cell: Cell, decimal: Decimal) -> str:
 
 def several(numbers: Sequence[float], decimal: Decimal = "point") -> str:
     """Numbers in one cell, parted by spaces."""
-    return " ".join(_as_text(number, decimal) for number in numbers)
+    return " ".join(_as_text(_unsigned(number), decimal) for number in numbers)
+
+
+def _unsigned(cell: Cell) -> Cell:
+    """The cell; a zero without its sign: what is rounded from just below is 0.0, not -0.0."""
+    return 0.0 if isinstance(cell, float) and cell == 0.0 else cell

@@ -47,7 +47,7 @@ Door = Literal["command", "app"]
 _WORDS = files("limbgram.findings") / "words"
 _JOINED_BY = {"and": {"en": "and", "de": "und"}, "or": {"en": "or", "de": "oder"}}
 _CHOICE = re.compile(r"([\w ./-]*)=(.*)", re.DOTALL)
-_NUMBER = re.compile(r"[+]?,?(\.\d+)?[dfg%]?")
+_NUMBER = re.compile(r"([+]?)(,?(?:\.\d+)?[dfg%]?)")
 _HALF_WIDTH = re.compile(r"±\.(\d)f")
 _FIRST = re.compile(r"first (\d+)")
 
@@ -250,13 +250,15 @@ def _several(items: tuple[Value, ...], how: str, put: _Put) -> str:
 
 
 def _number(value: float, how: str, language: str) -> str:
-    half = _HALF_WIDTH.fullmatch(how)
-    if not (half or _NUMBER.fullmatch(how)):
+    half, known = _HALF_WIDTH.fullmatch(how), _NUMBER.fullmatch(how)
+    if not (half or known):
         raise ValueError(f"{how!r} is no way to tell a number")
     if not abs(value) < float("inf"):
         return "?"
     if half:
         text = _half_width(value, int(half[1]))
+    elif known and how.endswith(("f", "%")):
+        text = format(value, f"{known[1]}z{known[2]}")  # what rounds to nothing has no minus
     else:
         text = format(value, how) if how else repr(value).removesuffix(".0")
     return text if language == "en" else text.translate(str.maketrans(".,", ",."))

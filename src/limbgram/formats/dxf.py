@@ -4,8 +4,10 @@ A layer holds each kind of thing: sections as flat polylines at their heights, t
 centreline as 3D polylines, landmarks as points with their names beside them. $INSUNITS says the
 unit. MESH keeps neighbours joined and counts to any number; programs that know no MESH, such as
 FreeCAD 0.20 and LibreCAD 2.2, still take the curves: the surface comes last, because FreeCAD 0.20
-loses what follows an entity that it does not know. It takes no surface of a DXF, be it 3DFACE,
-polyface or MESH. Carvers and programs that ask for loose faces get release 12 (dxf_r12.py).
+loses what follows an entity that it does not know. Its usual importer, written in C++, knows
+neither MESH nor 3DFACE, and takes a polyface's vertices for those of a curve; its legacy one, in
+Python, makes a closed mesh of a polyface where its layers are turned off. Carvers and programs that
+ask for loose faces, and that importer, get release 12 (dxf_r12.py).
 
 ezdxf draws and reads all but the surface's numbers, of which it makes an object each: 26 s for
 327,680 triangles, where their text in one piece takes 3.5 s with reading back. One triangle stands

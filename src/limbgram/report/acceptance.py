@@ -119,10 +119,10 @@ def acceptance_lines(found: Acceptance) -> tuple[str, ...]:
     ]
     missing = [f"  {one.capture}: {one.name}: {told(one.reason)}" for one in found.not_measured]
     spreads = [
-        f"  {KINDS[one.kind]}: mean {one.bias_mm:+.3f} mm"
+        f"  {KINDS[one.kind]}: mean {one.bias_mm:+z.3f} mm"
         + (f" ({one.bias_share:+.3%})" if one.bias_share is not None else "")
         + (f", spread {one.spread_mm:.3f} mm" if one.spread_mm is not None else "")
-        + f", largest {one.worst_mm:+.3f} mm of {one.count}"
+        + f", largest {one.worst_mm:+z.3f} mm of {one.count}"
         for one in found.spreads
     ]
     return (
@@ -154,7 +154,7 @@ def _cards(certificate: Certificate) -> tuple[Card, ...]:
         ),
         Card(
             "Mean error of lengths",
-            "not tested" if biased is None else f"{100 * (biased.bias_share or 0.0):+.3f} %",
+            "not tested" if biased is None else f"{100 * (biased.bias_share or 0.0):+z.3f} %",
             "an error of scale shows here",
         ),
         Card(
@@ -229,7 +229,7 @@ def _signed(one: MeasuredError) -> str:
     return (
         f"{one.error_mm:.3f}"
         if one.kind in ("form", "form-all", "surface")
-        else (f"{one.error_mm:+.3f}")
+        else (f"{one.error_mm:+z.3f}")
     )
 
 
@@ -276,10 +276,10 @@ def _spread_table(spreads: Sequence[Spread]) -> Table:
             (
                 KINDS[one.kind],
                 str(one.count),
-                f"{one.bias_mm:+.3f}",
-                "" if one.bias_share is None else f"{100 * one.bias_share:+.3f}",
+                f"{one.bias_mm:+z.3f}",
+                "" if one.bias_share is None else f"{100 * one.bias_share:+z.3f}",
                 "" if one.spread_mm is None else f"{one.spread_mm:.3f}",
-                f"{one.worst_mm:+.3f}",
+                f"{one.worst_mm:+z.3f}",
             )
             for one in spreads
         ),

@@ -103,7 +103,7 @@ def _lengths(lengths: Sequence[LengthSummary]) -> tuple[Block, ...]:
             length.role,
             f"{length.known_mm:.3f}",
             f"{length.measured_mm:.3f}",
-            f"{100 * length.error:+.3f} %",
+            f"{100 * length.error:+z.3f} %",
         )
         for length in sorted(lengths, key=lambda length: length.role)
     )

@@ -19,7 +19,7 @@ from limbgram.core.errors import ExportError, OptionsError, ShapeFileError
 from limbgram.core.files import read_content, write_bytes
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import volume_mm3
+from limbgram.core.mesh.topology import enclosed_by
 from limbgram.core.request_fields import AtMost, Flag
 from limbgram.findings import Finding, told
 from limbgram.formats.limb_file import write_limb
@@ -123,17 +123,17 @@ def make(read: ShapeFile, ask: MakeDeviceRequest, folder: Path) -> DeviceFiles:
 def figures_of(made: Made, limb: Limb) -> dict[str, Any]:
     """What a device is, in numbers."""
     preview, wall = made.preview, made.wall
-    alignment = made.alignment
+    alignment, enclosed = made.alignment, enclosed_by(made.solid)
     return {
         "device": preview.device.name,
         "made": preview.made,
         "side": limb.side,
         "values": dict(preview.values),
         "handles": handles_of(preview),
-        "volume_ml": volume_mm3(made.solid) / 1000,
+        "volume_ml": enclosed.volume_mm3 / 1000,
         "extent_mm": np.ptp(made.solid.vertices_mm, axis=0).tolist(),
         "triangles": len(made.solid.faces),
-        "watertight": True,
+        "watertight": enclosed.watertight,
         "wall": {
             "thinnest_mm": wall.thinnest_mm,
             "thinnest_point_in_limb_mm": list(wall.thinnest_point_mm),

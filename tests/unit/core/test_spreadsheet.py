@@ -1,6 +1,7 @@
 """Tables for spreadsheets hold numbers that a spreadsheet of any country takes for the same."""
 
 import io
+import math
 import shutil
 import subprocess
 from datetime import date
@@ -57,6 +58,15 @@ def test_text_with_a_decimal_comma_parts_columns_by_semicolons() -> None:
     assert lines[1] == "65,213;354,0;9876,5432;1234,5;1;;false"
     assert csv_of(TABLE).splitlines()[1] == "65.213,354.0,9876.5432,1234.5,1,,false"
     assert several([1.5, 2.25], "comma") == "1,5 2,25"
+
+
+def test_a_zero_has_no_sign() -> None:
+    """What is rounded from just below nothing."""
+    table = Table(title="t", columns=("off_mm", "name"), rows=((round(-0.0004, 3), "-0.0"),))
+    assert csv_of(table, "comma").splitlines()[1] == "0,0;'-0.0"
+    sheet = openpyxl.load_workbook(io.BytesIO(xlsx_of([table])))["t"]
+    assert math.copysign(1, sheet["A2"].value) == 1
+    assert several([-0.0, -1.5]) == "0.0 -1.5"
 
 
 def test_headings_have_units_in_brackets() -> None:

@@ -184,6 +184,13 @@ def test_undistorted_photos_show_each_point_where_a_pinhole_camera_does(
         assert (written / frame["file_path"]).is_file()
         assert {frame[k] for k in ("k1", "k2", "k3", "p1", "p2")} == {0.0}
         assert (frame["fl_x"], frame["cx"]) == (CAMERA.fx, CAMERA.cx + 0.5)
+    # What OpenMVS asks of such a folder: PINHOLE, numbers that are there, a track for each point.
+    for image in model.images.values():
+        assert image.camera_id in model.cameras
+        assert (written / "images" / image.name).is_file()
+    for point in model.points3D.values():
+        assert point.track.length() > 0
+        assert {seen.image_id for seen in point.track.elements} <= set(model.images)
     colours = [one.color for k, one in model.points3D.items() if (k - 1) % 20 == 0]
     assert np.min(colours) > 200  # the spots
     with pytest.raises(ExportError, match="is there already"):

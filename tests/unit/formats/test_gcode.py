@@ -12,11 +12,11 @@ import pytest
 from limbgram.core.errors import CarveError, ExportError, MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.findings import told
+from limbgram.findings import Finding, told
 from limbgram.formats.gcode import writing as program
 from limbgram.formats.gcode.control import Control
-from limbgram.formats.gcode.grbl import require_taken
 from limbgram.formats.gcode.machine import Machine, read_machine, write_machine
+from limbgram.formats.gcode.rules import require_taken
 from limbgram.formats.gcode.writing import write_gcode
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.carving.radius_map import RadiusMap
@@ -191,49 +191,120 @@ def test_the_words_of_each_dialect(tmp_path: Path, limb: Limb) -> None:
 
 
 def test_stock_grbl_takes_the_whole_program_and_no_a_word(tmp_path: Path, limb: Limb) -> None:
-    plain = "\n".join(lines_of(tmp_path, limb, Control(dialect="grbl")))
-    require_taken(plain, "Y")
-    four_axes = "\n".join(lines_of(tmp_path, limb, Control(dialect="grbl", rotary_word="A")))
-    require_taken(four_axes, "A")
+    four_axes = Control(dialect="grbl", rotary_word="A")
+    with_a = "\n".join(lines_of(tmp_path, limb, four_axes))
+    require_taken(with_a, four_axes)
     with pytest.raises(CarveError) as refused:
-        require_taken(four_axes, "Y")
-    values = refused.value.finding.values
-    assert values["error"] == 20
-    before = four_axes.splitlines()[: int(str(values["line"])) - 1]
+        require_taken(with_a, Control(dialect="grbl"))
+    assert why_of(refused.value).code == "carver.line.unknown"
+    before = with_a.splitlines()[: int(str(refused.value.finding.values["line"])) - 1]
     assert "S12000 M3" in before  # the spindle would have been running
     path = tmp_path / "mist.nc"
     with pytest.raises(CarveError) as refused:
         write_gcode(limb, path, OPTIONS, Control(dialect="grbl", coolant="mist"))
-    assert refused.value.finding.code == "carver.grbl_refuses"
+    assert why_of(refused.value).values["word"] == "M7"
     assert not path.exists()
 
 
+def why_of(error: CarveError) -> Finding:
+    assert error.finding.code == "carver.refused"
+    why = error.finding.values["why"]
+    assert isinstance(why, Finding)
+    return why
+
+
+LINUXCNC, GRBL, MACH, FANUC = (
+    Control(dialect=name, rotary_word="A") for name in ("linuxcnc", "grbl", "mach", "fanuc")
+)
+BY_BOTH = [
+    ("G1 X1", "no_feed"),
+    ("G93\nG1 X1 F2\nG1 X2", "no_feed"),  # in inverse time each move has its own
+    ("F100\nG93\nG94\nG1 X1", "no_feed"),
+    ("G1 X1 F0", "no_feed"),
+    ("G80 X1", "no_motion"),
+    ("G0 G1 X1", "two_of_a_group"),
+    ("M3 M5", "two_of_a_group"),
+    ("G93 G94", "two_of_a_group"),
+    ("G0 X1 X2", "twice"),
+    ("G77 X1", "unknown"),
+    ("M77", "unknown"),
+    ("X1", "no_motion"),  # G80 holds since the beginning
+    ("G4", "dwell"),
+    ("G92", "offset"),
+    ("G0 X1 S-5", "negative"),
+    ("G4 P-1", "negative"),
+    ("G0 X1,5", "form"),
+    ("P1", "unused"),
+    ("G0 X0" + 255 * "0" + "1", "too_long"),
+]
+"""Grbl 1.1h, compiled, and rs274 of LinuxCNC 2.9 refuse each of these."""
+BY_ONE = [
+    (GRBL, "G64 P0.01", "unknown"),
+    (GRBL, "T1 M6", "unknown"),
+    (GRBL, "G43 H1", "unknown"),
+    (GRBL, "M7", "unknown"),
+    (GRBL, "G0 X" + 79 * "1", "too_long"),
+    (LINUXCNC, "H1", "unused"),
+    (LINUXCNC, "G0 X1 ( open", "form"),
+    (LINUXCNC, "G0 X1 ( a ( b ) )", "form"),
+    (LINUXCNC, "G92 G0 A1", "offset"),
+    (MACH, "G92 X1", "offset"),  # of ours: nothing but the axis that turns is counted anew
+    (MACH, "S900 M3\nM5\nG1 X1 F100", "spindle"),  # no control minds, but the tool would
+    (replace(LINUXCNC, winding="rollover"), "G0 A360", "whole_turn"),
+    (FANUC, "G0 X100", "no_point"),
+    (FANUC, "g0 X1.", "small_letters"),
+    (FANUC, "%", "form"),
+]
+SAFE = "G21 G17 G40 G49 G54 G80 G90 G94"
+
+
+def framed(line: str, control: Control) -> str:
+    """A program of a line."""
+    before, after = ("%\nO0001\n", "\n%") if control.habits.percent else ("", "")
+    return f"{before}{SAFE}\n{line}\nM5\nM30{after}\n"
+
+
 @pytest.mark.parametrize(
-    ("line", "error"),
+    ("control", "line", "why"),
+    [(control, *row) for control in (LINUXCNC, MACH, GRBL) for row in BY_BOTH] + BY_ONE,
+)
+def test_a_line_that_a_control_refuses_is_not_kept(control: Control, line: str, why: str) -> None:
+    with pytest.raises(CarveError) as refused:
+        require_taken(framed(line, control), control)
+    assert why_of(refused.value).code == f"carver.line.{why}"
+
+
+@pytest.mark.parametrize("control", [LINUXCNC, MACH, GRBL, FANUC])
+@pytest.mark.parametrize(
+    "line",
     [
-        ("G1 X1", 22),  # no feed yet
-        ("G93\nG1 X1 F2\nG1 X2", 22),  # in inverse time each move has its own
-        ("F100\nG94\nG1 X1", 22),
-        ("G0 G1 X1", 21),
-        ("G0 X1 X2", 25),
-        ("G64 P0.01", 20),
-        ("T1 M6", 20),
-        ("G80\nX1", 31),
-        ("G4", 28),
-        ("G0 X1 S-5", 4),
-        ("G0 X1,5", 2),
-        ("G0 X" + 80 * "1", 11),
-        ("( a comment of whatever length" + 80 * " x" + " )", 0),
-        ("g1 x1 f100\nG1 X2", 0),
+        "( A COMMENT OF WHATEVER LENGTH" + 80 * " X" + " )",
+        "G1 X1. F100.\nG1 A2.5",
+        "G93\nG1 X1. F2.\nG94\nG0 A-.5",
+        "G92 A0.\nG4 P1",
     ],
 )
-def test_grbl_refuses_what_its_source_says(line: str, error: int) -> None:
-    if not error:
-        require_taken(line, "Y")
-        return
+def test_a_line_that_every_control_takes_is_kept(control: Control, line: str) -> None:
+    require_taken(framed(line, control), control)
+
+
+@pytest.mark.parametrize(
+    ("control", "program", "code"),
+    [
+        (LINUXCNC, f"{SAFE}\nM3 S900\nM30\n", "carver.no_end"),
+        (LINUXCNC, f"{SAFE}\n", "carver.no_end"),
+        (LINUXCNC, f"{SAFE}\nM30\nG0 X1\n", "carver.line.after_end"),
+        (LINUXCNC, "G17 G40 G49 G54 G80 G90 G94\nG0 X1\nM30\n", "carver.line.untold"),
+        (FANUC, f"{SAFE}\nM30\n", "carver.line.frame"),
+        (FANUC, f"%\n{SAFE}\nM30\n%\n", "carver.line.frame"),
+        (FANUC, f"%\nO0001\n{SAFE}\nM30\n", "carver.line.frame"),
+    ],
+)
+def test_a_program_has_its_beginning_and_its_end(control: Control, program: str, code: str) -> None:
     with pytest.raises(CarveError) as refused:
-        require_taken(line, "Y")
-    assert refused.value.finding.values["error"] == error
+        require_taken(program, control)
+    found = refused.value.finding
+    assert code in (found.code, getattr(found.values.get("why"), "code", ""))
 
 
 def test_whole_turns_are_taken_off_in_time(tmp_path: Path, limb: Limb) -> None:

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from limbgram.cli.main import app
 from limbgram.core.errors import LimbgramError, OptionsError
 from limbgram.core.mesh.topology import volume_mm3
+from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile, read_limb, read_mesh, read_shape
 from limbgram.formats.stl import write_stl
@@ -51,6 +52,9 @@ def test_all_files_are_there_and_say_that_nothing_is_tested(
     assert {one.name for one in positive.landmarks} == {one.name for one in foot.limb.landmarks}
     json.dumps(done.figures, allow_nan=False)
     assert done.figures["strength_tested"] is False
+    assert done.figures["watertight"] is True
+    (holds,) = (told(one) for one in done.said if one.code == "edit.enclosed")
+    assert holds == f"watertight: yes; volume {done.figures['volume_ml']:.1f} mL."
 
     again = make(
         foot,

@@ -46,6 +46,11 @@ class Dialect:
     """Of a dwell, instead of seconds."""
     tools: bool = True
     """T, M6 and G43 are known."""
+    mist: bool = True
+    """M7 is known."""
+    longest_line: int = 255
+    blanks_free: bool = False
+    """A line's blanks and comments are not counted in its length."""
     percent: bool = False
     """The program stands between % signs and has an O number, in capitals."""
     path_control: str = ""
@@ -63,7 +68,13 @@ DIALECTS: dict[DialectName, Dialect] = {
         feeds=("inverse-time", "per-minute"), rollover="shortest", milliseconds=True, percent=True
     ),
     "grbl": Dialect(
-        feeds=("per-minute", "inverse-time"), rollover="none", tools=False, rotary_word="Y"
+        feeds=("per-minute", "inverse-time"),
+        rollover="none",
+        tools=False,
+        mist=False,
+        longest_line=79,
+        blanks_free=True,
+        rotary_word="Y",
     ),
 }
 

@@ -18,9 +18,9 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, fault, note
 from limbgram.formats.gcode.control import Control, Winding, check_control
-from limbgram.formats.gcode.grbl import require_taken
 from limbgram.formats.gcode.program import rotary_words, text_of
 from limbgram.formats.gcode.reading import read_moves
+from limbgram.formats.gcode.rules import require_taken
 from limbgram.workbench.bodies import Apart, outer_bodies
 from limbgram.workbench.carving.setup import CarveOptions
 from limbgram.workbench.carving.simulation import CarveCheck, Moves, check_carving
@@ -107,9 +107,9 @@ def write_gcode(
         stream.write(text.encode("ascii"))
 
     def check(written: Path) -> None:
-        if control.dialect == "grbl":
-            require_taken(written.read_text("ascii"), control.letter)
-        moves = read_moves(written.read_text("ascii"), options, control)
+        kept = written.read_text("ascii")
+        require_taken(kept, control)
+        moves = read_moves(kept, options, control)
         _compare(moves, toolpath, control)
         carved = check_carving(moves, toolpath.blank, options.ball_mm, mesh)
         _refuse_if_unsafe(carved, moves, options)

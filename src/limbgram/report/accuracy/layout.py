@@ -279,7 +279,7 @@ def _against_truth(assessment: Assessment) -> Iterator[Section]:
             ),
             caption=f"{truth.vertices:,} measured vertices: RMS {truth.rms_mm:.4f} mm "
             f"({truth.rms_px:.3f} px), 95 % within {truth.p95_mm:.4f} mm, mean "
-            f"{truth.mean_mm:+.4f} mm.",
+            f"{truth.mean_mm:+z.4f} mm.",
         )
     ]
     if truth.sigma is not None:
@@ -289,7 +289,7 @@ def _against_truth(assessment: Assessment) -> Iterator[Section]:
             f"{one.height_mm:.1f}",
             f"{one.measured_mm:.2f}",
             f"{one.true_mm:.2f}",
-            f"{one.error_mm:+.3f}",
+            f"{one.error_mm:+z.3f}",
         )
         for one in truth.girths
     )
@@ -405,8 +405,8 @@ def _known(lengths: Sequence[KnownLength]) -> Block:
             one.label,
             f"{one.known_mm:.3f}",
             f"{one.measured_mm:.3f}",
-            f"{one.error_mm:+.4f}",
-            f"{100 * one.error:+.4f}",
+            f"{one.error_mm:+z.4f}",
+            f"{100 * one.error:+z.4f}",
             _text(one.sigma_mm, ".4f"),
         )
         for one in lengths
@@ -422,8 +422,8 @@ def _taped(one: TapedLength) -> tuple[str, ...]:
         one.place,
         f"{one.read_mm:.1f}",
         f"{one.measured_mm:.1f}",
-        f"{one.error_mm:+.1f}",
-        f"{100 * one.error:+.1f}",
+        f"{one.error_mm:+z.1f}",
+        f"{100 * one.error:+z.1f}",
         f"{one.sigma_mm:.1f}",
     )
 
@@ -474,7 +474,7 @@ def _zones(camera: CameraResiduals) -> Table:
             f"{zone.from_share:.0%} to {zone.to_share:.0%}",
             f"{zone.observations:,}",
             _text(zone.rms_px, ".4f"),
-            _text(zone.outward_px, "+.4f"),
+            _text(zone.outward_px, "+z.4f"),
         )
         for zone in camera.zones
     )
@@ -567,7 +567,7 @@ def _lens(lens: LensFigures, residuals: CameraResiduals | None) -> Iterator[Bloc
             "held" if one.held else _text(one.sigma, ".2g"),
             f"{one.calibrated:.6g}",
             "held" if one.held else _text(one.calibrated_sigma, ".2g"),
-            _text(one.moved_sigmas, "+.2f"),
+            _text(one.moved_sigmas, "+z.2f"),
         )
         for one in lens.parameters
     )

@@ -153,7 +153,7 @@ def _caption(comparison: Comparison, in_open: Bool[np.ndarray, " n"]) -> str:
     )
     return (
         f"{comparison.names[1]} against {comparison.names[0]}, drawn on the latter; mean "
-        f"{figures.mean_mm:+.2f} mm, {figures.rms_mm:.2f} mm RMS, 95 % within "
+        f"{figures.mean_mm:+z.2f} mm, {figures.rms_mm:.2f} mm RMS, 95 % within "
         f"{figures.p95_mm:.2f} mm. Grey: no counterpart (brim, or filled in).{lilac} Alignment: "
         f"{told(comparison.alignment.how)}"
     )

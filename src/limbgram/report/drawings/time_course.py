@@ -94,7 +94,7 @@ def unrolled(template: Template) -> Drawing:
     share = float((moved != 0).mean())
     return Drawing(
         figure,
-        f"{template.name}: pairs {template.pairs}, {moved.min():+.1f} to {moved.max():+.1f} "
+        f"{template.name}: pairs {template.pairs}, {moved.min():+z.1f} to {moved.max():+z.1f} "
         f"mm along the normal, red outward (room), blue inward (pressure); {share:.0%} of the "
         "surface is changed.",
     )

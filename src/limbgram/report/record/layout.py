@@ -277,8 +277,8 @@ def _cards(content: Content) -> Iterator[Card]:
         change, plies = compared["volume"]["ml"], compared["volume"]["sock_plies"]
         yield Card(
             "Change of volume",
-            f"{change['difference']:+.1f} mL",
-            f"{100 * change['share']:+.2f} %, like {plies:+.1f} sock plies",
+            f"{change['difference']:+z.1f} mL",
+            f"{100 * change['share']:+z.2f} %, like {plies:+z.1f} sock plies",
         )
 
 
@@ -310,7 +310,7 @@ def measure_note(content: Content) -> str:
 
 def landmark_rows(content: Content) -> list[Row]:
     return [
-        (str(number), mark.name, *(f"{value:+.1f}" for value in mark.in_limb_mm))
+        (str(number), mark.name, *(f"{value:+z.1f}" for value in mark.in_limb_mm))
         for number, mark in enumerate(content.landmarks, start=1)
     ]
 
@@ -325,7 +325,7 @@ def tape_rows(content: Content) -> Iterator[Row]:
         measured, difference = "", ""
         if one.measured_mm is not None:
             measured = f"{one.measured_mm:.1f}"
-            difference = f"{one.measured_mm - one.read_mm:+.1f}"
+            difference = f"{one.measured_mm - one.read_mm:+z.1f}"
             if one.within_mm is not None:
                 difference += f" {plus_minus(Interval.of_half_width(one.within_mm), 1)}"
         height, read = f"{one.height_mm:g}", f"{one.read_mm:.1f}"
@@ -349,10 +349,10 @@ def ledger_rows(recipe: RecipeDone) -> list[Row]:
                 str(line.number),
                 line.edit,
                 "" if volume is None else f"{after:.1f}",
-                "" if volume is None else f"{after - before:+.2f}",
-                f"{100 * (after / before - 1):+.3f}" if before else "",
-                "" if moved is None else f"{moved.largest_mm:+.2f}",
-                "" if moved is None else f"{moved.mean_mm:+.3f}",
+                "" if volume is None else f"{after - before:+z.2f}",
+                f"{100 * (after / before - 1):+z.3f}" if before else "",
+                "" if moved is None else f"{moved.largest_mm:+z.2f}",
+                "" if moved is None else f"{moved.mean_mm:+z.3f}",
             )
         )
         if line.extreme is not None:
@@ -385,10 +385,10 @@ def bias_rows(content: Content) -> list[Row]:
     return [
         (
             one.step,
-            _number(one.bias_mm, "+.3f"),
+            _number(one.bias_mm, "+z.3f"),
             "" if one.typical_mm is None else f"{one.typical_mm:.3f}",
             "" if one.largest_mm is None else f"{one.largest_mm:.3f}",
-            "" if one.volume_share is None else f"{100 * one.volume_share:+.3f}",
+            "" if one.volume_share is None else f"{100 * one.volume_share:+z.3f}",
             told(one.basis),
         )
         for one in content.bias
@@ -435,12 +435,12 @@ def _change_row(row: Json) -> Row:
     return (
         height,
         f"{tape['second']:.1f}",
-        f"{tape['difference']:+.1f}",
-        f"{100 * tape['share']:+.2f}",
-        f"{row['ml_mm']['difference']:+.1f}",
-        f"{row['ap_mm']['difference']:+.1f}",
+        f"{tape['difference']:+z.1f}",
+        f"{100 * tape['share']:+z.2f}",
+        f"{row['ml_mm']['difference']:+z.1f}",
+        f"{row['ap_mm']['difference']:+z.1f}",
         "-" if slab is None else f"{slab['second']:.1f}",
-        "-" if slab is None else f"{slab['difference']:+.1f}",
+        "-" if slab is None else f"{slab['difference']:+z.1f}",
     )
 
 

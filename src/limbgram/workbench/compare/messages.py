@@ -98,7 +98,7 @@ def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
         told(verdict(comparison).finding),
         *(() if by_shape is None or by_shape.at_odds else (told(about_shape(by_shape)),)),
         *(f"Note: {told(one)}" for one in comparison.notes),
-        f"Surface: mean {figures.mean_mm:+.3f} mm, mean absolute {figures.mean_abs_mm:.3f}, RMS "
+        f"Surface: mean {figures.mean_mm:+z.3f} mm, mean absolute {figures.mean_abs_mm:.3f}, RMS "
         f"{figures.rms_mm:.3f}, 95 % within {figures.p95_mm:.3f}, largest "
         f"{figures.largest_mm:.3f}; both ways 95 % within {found.hausdorff95_mm:.3f}; "
         f"{figures.compared_share:.1%} of the first compared.",
@@ -147,7 +147,7 @@ def series_lines(series: Series) -> tuple[str, ...]:
         *(
             f"{height:8.1f} mm  no whole section on two days"
             if trend is None
-            else f"{height:8.1f} mm  {trend.per_week:+.2f} "
+            else f"{height:8.1f} mm  {trend.per_week:+z.2f} "
             f"{plus_minus(Interval.of_half_width(trend.per_week_95), 2)} mm a week"
             + ("" if trend.is_clear else ": within the uncertainty")
             for height, trend in zip(scans.heights_mm, series.girths)
@@ -194,8 +194,8 @@ def repeats_lines(found: Repeats) -> tuple[str, ...]:
             ()
             if agreement is None
             else (
-                f"Girths of these two captures, second less first: {agreement.bias:+.2f} mm, "
-                f"limits of agreement {agreement.low:+.2f} to {agreement.high:+.2f} mm.",
+                f"Girths of these two captures, second less first: {agreement.bias:+z.2f} mm, "
+                f"limits of agreement {agreement.low:+z.2f} to {agreement.high:+z.2f} mm.",
             )
         ),
     )

@@ -40,6 +40,7 @@ from limbgram.workbench.devices.trims import (
     place_point,
     values_of,
 )
+from limbgram.workbench.edits.closing import enclosure
 from limbgram.workbench.limb import Limb, likeliest
 from limbgram.workbench.measures.geodesic import shortest_path
 from limbgram.workbench.recipe.recipe import Recipe, replay
@@ -211,11 +212,11 @@ def make_device(limb: Limb, order: Order) -> Made:
         wall=wall,
         thickness_mm=_carried_over(shell.solid, wall, solid),
         alignment=alignment,
-        findings=(*preview.findings, *_said(preview, wall, shell.pieces_left_out)),
+        findings=(*preview.findings, *_said(preview, wall, solid, shell.pieces_left_out)),
     )
 
 
-def _said(preview: Preview, wall: Wall, crumbs: int) -> Sequence[Finding]:
+def _said(preview: Preview, wall: Wall, solid: Mesh, crumbs: int) -> Sequence[Finding]:
     told = note(
         "device.wall",
         made=preview.made,
@@ -225,7 +226,7 @@ def _said(preview: Preview, wall: Wall, crumbs: int) -> Sequence[Finding]:
     )
     off = () if wall.off_mm <= _OFF_MM else (doubt("device.wall.off", off_mm=wall.off_mm),)
     left = (doubt("device.crumbs", count=crumbs),) if crumbs else ()
-    return (told, *off, *left, note("device.not_tested"))
+    return (told, enclosure(solid), *off, *left, note("device.not_tested"))
 
 
 def _carried_over(shell: Mesh, wall: Wall, solid: Mesh) -> Float64[np.ndarray, " n"]:

@@ -226,7 +226,7 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
         parts = [_volume(line.volume)]
         if line.displacement is not None:
             d = line.displacement
-            parts.append(f"largest {d.largest_mm:+.2f} mm, mean {d.mean_mm:+.4f} mm")
+            parts.append(f"largest {d.largest_mm:+z.2f} mm, mean {d.mean_mm:+z.4f} mm")
         if abs(new.roughness_mm - old.roughness_mm) > 0.05 * old.roughness_mm:
             parts.append(f"roughness {old.roughness_mm:.3f} -> {new.roughness_mm:.3f} mm")
         texts.append("   " + "; ".join(parts))
@@ -241,7 +241,7 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
     if len(ledger.lines) > 1:
         texts.append(f"All edits together: {_volume(ledger.volume)}")
     if ledger.places_mm:
-        moves = ", ".join(f"{name} {moved:+.1f}" for name, moved in ledger.places_mm.items())
+        moves = ", ".join(f"{name} {moved:+z.1f}" for name, moved in ledger.places_mm.items())
         texts.append(f"All edits together, at places that bear no pressure: {moves} mm")
     return tuple(texts)
 
@@ -262,7 +262,7 @@ def _volume(change: VolumeChange | None) -> str:
     low = "the distal end" if change.low_mm is None else f"{change.low_mm:.1f} mm"
     high = "the proximal end" if change.high_mm is None else f"{change.high_mm:.1f} mm"
     where = "" if change.low_mm is change.high_mm is None else f" from {low} to {high}"
-    return f"volume{where} {change.after_ml:.1f} mL ({off:+.2f} mL, {share:+.3f} %)"
+    return f"volume{where} {change.after_ml:.1f} mL ({off:+z.2f} mL, {share:+z.3f} %)"
 
 
 def extreme_line(extreme: Extreme) -> str:
@@ -281,7 +281,7 @@ def _girths(
         elif before is None:
             parts.append(f"{level:g}: {after:.1f}")
         else:
-            parts.append(f"{level:g}: {after:.1f} ({after - before:+.1f})")
+            parts.append(f"{level:g}: {after:.1f} ({after - before:+z.1f})")
     return ", ".join(parts) + " mm"
 
 
