@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import pytest
 from typer.testing import CliRunner, Result
 
 from limbgram.cli.main import app
@@ -29,6 +30,7 @@ def limbgram(*words: object) -> Result:
     return CliRunner().invoke(app, [str(word) for word in words])
 
 
+@pytest.mark.slow
 def test_a_kit_is_proved_and_cited(tmp_path: Path) -> None:
     bar = BallBar(diameter_mm=60.0, spacing_mm=140.0, bar_mm=24.0)
     options = replace(SMALL, gauge=bar, photos=12, width_px=900, height_px=600, coverage=0.6)

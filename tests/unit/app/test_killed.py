@@ -86,7 +86,11 @@ def test_a_kill_in_mid_upload_and_in_mid_run_loses_nothing(tmp_path: Path) -> No
 
 @pytest.mark.parametrize(
     ("asked", "first"),
-    [(signal.SIGTERM, "app"), (signal.SIGINT, "app"), (signal.SIGTERM, "worker")],
+    [
+        (signal.SIGTERM, "app"),
+        pytest.param(signal.SIGINT, "app", marks=pytest.mark.slow),
+        (signal.SIGTERM, "worker"),
+    ],
 )
 def test_asked_to_end_it_ends_what_runs_and_says_so(
     tmp_path: Path, asked: signal.Signals, first: str

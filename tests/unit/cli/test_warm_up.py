@@ -16,6 +16,7 @@ from limbgram.synthetic.options import SMALL
 FEW = replace(SMALL, photos=9, calibration_photos=0)
 
 
+@pytest.mark.slow
 def test_the_second_process_measures_the_limb_and_carves_it(tmp_path: Path) -> None:
     truth = make_capture(tmp_path / "capture", FEW).truth.limb.mesh
     measured = warm_up_worker.compile_later_stages(tmp_path / "capture", tmp_path, Run(), FEW)

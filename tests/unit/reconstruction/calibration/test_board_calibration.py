@@ -46,6 +46,7 @@ def test_exact_corners_give_the_exact_camera(capture: Capture, true_camera: Came
     assert result.calibration.focal_mm == 50.0
 
 
+@pytest.mark.slow
 def test_the_same_corners_give_the_same_bytes_whatever_the_threads(capture: Capture) -> None:
     arguments = capture(photos=30, seed=2).arguments
     before = cv2.getNumThreads()

@@ -229,6 +229,7 @@ def test_refocusing_is_told_from_a_stabiliser(make_scene: MakeScene) -> None:
     assert after.sigma_px < 1.1 * NOISE_PX
 
 
+@pytest.mark.slow
 def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
     """The camera turns and rolls while it reads its rows, to the second order in nothing."""
     scene = near(make_scene)

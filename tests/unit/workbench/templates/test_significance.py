@@ -37,7 +37,7 @@ def kept_of(fields: np.ndarray) -> np.ndarray:
     return found_alike(fields, 0.05) & (np.abs(mean) >= LEAST_MM)
 
 
-@pytest.mark.parametrize("pairs", [3, 5])
+@pytest.mark.parametrize("pairs", [3, pytest.param(5, marks=pytest.mark.slow)])
 def test_chance_alone_is_kept_for_no_more_than_one_limb_of_twenty(pairs: int) -> None:
     """Twelve limbs: one may be, by the promise itself (46 % of such twelves have one or more)."""
     seeds = range(100, 112)
