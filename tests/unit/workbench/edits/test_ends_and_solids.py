@@ -7,7 +7,7 @@ import pytest
 from tests.unit.workbench.edits.conftest import stump
 
 from limbgram.core.errors import EditError
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
     boundary_loops,
@@ -270,6 +270,29 @@ def test_a_brim_of_teeth_becomes_a_wall_without_them() -> None:
     row_mm2 = 2 * np.pi * RADIUS_MM * 2.0
     assert 0.1 * row_mm2 < left_mm2 < 2 * row_mm2
     assert made.notes[0].code == "edit.wall.trimmed"
+
+
+def test_teeth_of_a_part_of_an_open_edge_cost_nothing_elsewhere() -> None:
+    """A tube that is open at both ends; 60 degrees of its upper edge are teeth, the lower is cut
+    level."""
+    mesh = stump(144, 2.0)
+    x, y, z = np.moveaxis(mesh.vertices_mm[mesh.faces], 2, 0)
+    toothed = np.abs(np.arctan2(y, x)).max(1) < np.radians(30)
+    upper = toothed & ((z == TOP_MM).sum(1) == 2)
+    gone = upper & (np.random.default_rng(3).random(len(upper)) < 0.7)
+    torn = with_faces(mesh, mesh.faces[~gone & (z > RADIUS_MM - 0.1).all(1)])
+    made = do_edit(Limb(mesh=torn), Wall(thickness_mm=6))
+    left_out = made.notes[0]
+    assert left_out.code == "edit.wall.trimmed"
+    row_mm2 = np.radians(60) * RADIUS_MM * 2.0
+    assert 0.1 * row_mm2 < left_out.values["area_mm2"] < 2 * row_mm2
+    x, y, z = torn.vertices_mm.T
+    sound = (z == TOP_MM) & (np.abs(np.arctan2(y, x)) > np.radians(45))
+    away_mm = np.linalg.norm(made.mesh.vertices_mm - torn.vertices_mm[sound][:, None], axis=2)
+    assert away_mm.min(1).max() == 0
+    brim = made.mesh.faces[unit(made.mesh.face_normals())[:, 2] < -np.sqrt(0.5)]
+    heights_mm = made.mesh.vertices_mm[brim, 2]
+    np.testing.assert_allclose(heights_mm[heights_mm.min(1) < RADIUS_MM + 3], RADIUS_MM, atol=0.01)
 
 
 def test_an_open_edge_that_is_crumpled_deeply_becomes_a_wall_without_its_crumples() -> None:
