@@ -8,8 +8,8 @@ as they are or cut level; each is given a wall of every thickness, outward and i
 as a recipe does it. Said of each: why it was refused, or whether it is watertight, its volume, its
 least thickness from skin to skin (as the edit tells it) and by rays that know no skins, pairs of
 faces that pass through each other, and between which heights the brim lies that was cut level. What
-stands in OUT already is kept, so that a run that was stopped goes on. OUT.md is written beside
-OUT.json.
+stands in OUT already is kept, so that a run that was stopped goes on; every wall names the commit
+that it was made at. OUT.md is written beside OUT.json.
 Nothing here is random; the surfaces are those of the sets' own seeds.
 """
 
@@ -71,9 +71,10 @@ def main() -> None:
     before: dict[str, Any] = json.loads(out.read_text()) if out.exists() else {}
     kept: dict[str, Any] = before.get("walls", {})
     remarks = {"remarks": before["remarks"]} if "remarks" in before else {}
+    here = machine()
     for name, shape, cut_mm, edit in walls(chosen, kept):
-        kept[name] = one(shape, cut_mm, edit)
-        found = {"machine": machine(), "walls": kept, **remarks}
+        kept[name] = one(shape, cut_mm, edit) | {"commit": here["commit"][:12]}
+        found = {"machine": here, "walls": kept, **remarks}
         out.write_text(json.dumps(found, indent=1) + "\n")
         out.with_suffix(".md").write_text(page(found))
         sys.stderr.write(f"{name}: {kept[name]}\n")
@@ -163,7 +164,7 @@ def page(found: dict[str, Any]) -> str:
     ]
     heads = (
         "surface", "wall", "watertight", "volume mL", "thinnest mm", "by rays mm", "crossings",
-        "brim mm", "left out or solid", "s of processor",
+        "brim mm", "left out or solid", "s of processor", "commit",
     )  # fmt: skip
     parts = [
         "# Walls over reconstructed scans",
@@ -192,7 +193,7 @@ def asked_mm(name: str) -> float:
 
 def cells(one: dict[str, Any]) -> tuple[str, ...]:
     if "refused" in one:
-        return ("refused", "", "", "", "", "", "", f"{one['cpu_s']:.0f}")
+        return ("refused", "", "", "", "", "", "", f"{one['cpu_s']:.0f}", one["commit"])
     brim = one["brim_mm"]
     rays = one["thinnest_by_rays_mm"]
     return (
@@ -204,6 +205,7 @@ def cells(one: dict[str, Any]) -> tuple[str, ...]:
         "-" if brim is None else f"{brim[0]:.3f} to {brim[1]:.3f}",
         "; ".join(one["told"]),
         f"{one['cpu_s']:.0f}",
+        one["commit"],
     )
 
 

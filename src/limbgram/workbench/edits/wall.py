@@ -1,9 +1,8 @@
 """Wall: a second surface at a thickness from the first, joined to it at the brim."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Literal, NamedTuple
+from functools import cached_property, partial
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -192,33 +191,24 @@ def _made(mesh: Mesh, edit: Wall) -> _Tried:
     return moved if levelled.refusal is not None and moved.refusal is None else levelled
 
 
-def _whole_edges(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
-    """All of each ragged open edge that is spoilt somewhere; if none is, what is spoilt.
-
-    What closes an opening rests on its whole edge, so a tooth that is gone makes the next one
-    felt. An edge that was cut level is trimmed last, and only at the place itself.
-    """
-    whole = np.zeros(len(mesh), np.bool_)
-    for loop in boundary_loops(mesh.faces):
-        if spoilt[loop].any() and Plane.of_loop(mesh, loop.astype(np.int64)) is None:
-            whole[loop] = True
-    return whole if whole.any() else spoilt
-
-
-class _Trimmed(NamedTuple):
-    mesh: Mesh
-    tried: _Tried
-
-
 def _levelled(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
-    """The wall by a level, of as much of a surface as a ragged open edge allows."""
+    """The wall by a level, of as much of a surface as its open edges allow.
+
+    These are trimmed where they are spoilt, until a wall is made or no more may go.
+    """
+    by_level = partial(_hollowed_out, edit=edit)
+    if edit.side == "outward":
+        by_level = partial(_covered, edit=edit, planes=planes)
     whole_mm2 = mesh.area_mm2()
-    if edit.side == "inward":
-        mesh, tried = _as_trimmed(mesh, whole_mm2, partial(_hollowed_out, edit=edit))
-    else:
-        # The skin moved is soon made, and shows where a ragged edge is no brim for a level either.
-        mesh, _ = _as_trimmed(mesh, whole_mm2, partial(_ragged_edge_moved, edit=edit))
-        mesh, tried = _as_trimmed(mesh, whole_mm2, partial(_covered, edit=edit, planes=planes))
+    tried = by_level(mesh)
+    for number in range(_TRIMMINGS):
+        if tried.refusal is None:
+            break
+        trimmed = _trimmed(mesh, _ragged_first(mesh, tried.spoilt), rows=_ROW + number * _DEEPER)
+        if trimmed is None or trimmed.area_mm2() < (1 - _MOST_TRIMMED) * whole_mm2:
+            break
+        mesh = trimmed
+        tried = by_level(mesh)
     left_mm2 = whole_mm2 - mesh.area_mm2()
     if tried.refusal is not None or not left_mm2 > 0:
         return tried
@@ -226,29 +216,16 @@ def _levelled(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
     return replace(tried, notes=(left_out, *tried.notes))
 
 
-def _as_trimmed(mesh: Mesh, whole_mm2: float, attempt: Callable[[Mesh], _Tried]) -> _Trimmed:
-    """The surface trimmed at its ragged edges until a wall is made of it, or no more may go."""
-    tried = attempt(mesh)
-    for number in range(_TRIMMINGS):
-        if tried.refusal is None:
-            break
-        spoilt = _whole_edges(mesh, tried.spoilt)
-        trimmed = _trimmed(mesh, spoilt, rows=_ROW + number * _DEEPER)
-        if trimmed is None or trimmed.area_mm2() < (1 - _MOST_TRIMMED) * whole_mm2:
-            break
-        mesh = trimmed
-        tried = attempt(mesh)
-    return _Trimmed(mesh, tried)
+def _ragged_first(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
+    """What is spoilt of ragged open edges; if nothing is, all that is spoilt.
 
-
-def _ragged_edge_moved(mesh: Mesh, edit: Wall) -> _Tried:
-    """The wall whose second skin is the first one moved; it is refused for ragged edges alone."""
-    moved = _moved(mesh, edit, ())
-    at = np.zeros(len(mesh), np.bool_)
+    So an edge that was cut level is trimmed last.
+    """
+    ragged = np.zeros(len(mesh), np.bool_)
     for loop in boundary_loops(mesh.faces):
-        at[loop] = Plane.of_loop(mesh, loop.astype(np.int64)) is None
-    spoilt = moved.spoilt & at
-    return replace(moved, spoilt=spoilt, refusal=moved.refusal if spoilt.any() else None)
+        ragged[loop] = Plane.of_loop(mesh, loop.astype(np.int64)) is None
+    ragged &= spoilt
+    return ragged if ragged.any() else spoilt
 
 
 def _moved(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
@@ -377,6 +354,10 @@ class _Solid:
     twos: int
     """Faces of its first skin, and of the second one; the rest is the rim."""
 
+    @cached_property
+    def thickness(self) -> Thickness:
+        return between_skins(self.solid, self.ones, self.twos)
+
     def on_skin(self, vertices: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " k"]:
         """Which vertices of the given skin these belong to."""
         found = np.zeros(int(self.like.max()) + 1, np.bool_)
@@ -447,7 +428,7 @@ def _require_no_lips(edit: Wall, wall: _Solid, tried: _Tried) -> _Tried:
 
 def _thick_enough(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
     """The wall, if it is thick enough everywhere, with a note of where it is thinnest."""
-    found = between_skins(wall.solid, wall.ones, wall.twos)
+    found = wall.thickness
     below = found.at_vertices_mm < _ROUNDING * edit.least_mm
     tried = _Tried(wall.solid, wall.on_skin(below), found.thinnest_mm, None)
     tried = _require_no_lips(edit, wall, tried)
@@ -488,7 +469,7 @@ def _aslant(mesh: Mesh, planes: tuple[Plane, ...], wall: _Solid) -> list[Finding
 
 def _thick_places(mesh: Mesh, edit: Wall, wall: _Solid) -> list[Finding]:
     """A note of where a wall is thicker than asked, as where the shape is too narrow for two."""
-    deep_mm = between_skins(wall.solid, wall.ones, wall.twos).at_vertices_mm[: len(mesh)]
+    deep_mm = wall.thickness.at_vertices_mm[: len(mesh)]
     thick = deep_mm > _FILLED * edit.thickness_mm
     if not thick.any():
         return []

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 from tests.unit.workbench.edits.conftest import stump
 
 from limbgram.core.errors import EditError
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
     boundary_loops,
@@ -272,23 +273,44 @@ def test_a_brim_of_teeth_becomes_a_wall_without_them() -> None:
     assert made.notes[0].code == "edit.wall.trimmed"
 
 
-def test_an_open_edge_that_is_crumpled_deeply_becomes_a_wall_without_its_crumples() -> None:
+def test_teeth_of_a_part_of_an_open_edge_cost_nothing_elsewhere() -> None:
+    """A tube that is open at both ends; 60 degrees of its upper edge are teeth, the lower is cut
+    level."""
+    mesh = stump(144, 2.0)
+    x, y, z = np.moveaxis(mesh.vertices_mm[mesh.faces], 2, 0)
+    toothed = np.abs(np.arctan2(y, x)).max(1) < np.radians(30)
+    upper = toothed & ((z == TOP_MM).sum(1) == 2)
+    gone = upper & (np.random.default_rng(3).random(len(upper)) < 0.7)
+    torn = with_faces(mesh, mesh.faces[~gone & (z > RADIUS_MM - 0.1).all(1)])
+    made = do_edit(Limb(mesh=torn), Wall(thickness_mm=6))
+    left_out = made.notes[0]
+    assert left_out.code == "edit.wall.trimmed"
+    row_mm2 = np.radians(60) * RADIUS_MM * 2.0
+    assert 0.1 * row_mm2 < left_out.values["area_mm2"] < 2 * row_mm2
+    x, y, z = torn.vertices_mm.T
+    sound = (z == TOP_MM) & (np.abs(np.arctan2(y, x)) > np.radians(45))
+    assert KDTree(made.mesh.vertices_mm).query(torn.vertices_mm[sound])[0].max() == 0
+    brim = made.mesh.faces[unit(made.mesh.face_normals())[:, 2] < -np.sqrt(0.5)]
+    heights_mm = made.mesh.vertices_mm[brim, 2]
+    np.testing.assert_allclose(heights_mm[heights_mm.min(1) < RADIUS_MM + 3], RADIUS_MM, atol=0.01)
+
+
+def test_an_open_edge_that_is_crumpled_deeply_loses_no_more_than_its_crumples() -> None:
     """The uppermost 12 mm of 18 degrees of the tube are waves too tight for the wall."""
     mesh = stump(144, 2.0)
     x, y, z = mesh.vertices_mm.T
     crumpled = np.exp(-((np.arctan2(y, x) / 0.15) ** 4)) * (z > TOP_MM - 13)
     waves = 1 - 3 / RADIUS_MM * crumpled * np.cos(np.pi * np.round(z / 2))
-    made = do_edit(
-        Limb(
-            mesh=mesh.with_vertices(mesh.vertices_mm * np.column_stack([waves, waves, 0 * z + 1]))
-        ),
-        Wall(thickness_mm=3),
-    )
+    torn = mesh.with_vertices(mesh.vertices_mm * np.column_stack([waves, waves, 0 * z + 1]))
+    made = do_edit(Limb(mesh=torn), Wall(thickness_mm=3))
     assert is_edge_manifold(made.mesh.faces)
     assert not len(boundary_half_edges(made.mesh.faces))
-    left_mm2 = made.notes[0].values["area_mm2"]
-    flat_mm2 = 13 * 0.3 * RADIUS_MM
-    assert flat_mm2 < left_mm2 < 0.03 * 2 * np.pi * RADIUS_MM * TOP_MM
+    left_out = made.notes[0]
+    assert left_out.code == "edit.wall.trimmed"
+    crumples = with_faces(torn, torn.faces[(crumpled > 0.1)[torn.faces].any(1)])
+    assert 0 < left_out.values["area_mm2"] < crumples.area_mm2()
+    sound_mm = torn.vertices_mm[(z == TOP_MM) & (np.abs(np.arctan2(y, x)) > np.radians(45))]
+    assert KDTree(made.mesh.vertices_mm).query(sound_mm)[0].max() == 0
     found = wall_of(made.mesh)
     assert found is not None
     assert 2 < found.thinnest_mm <= 3.01
