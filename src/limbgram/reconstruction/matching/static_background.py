@@ -238,7 +238,9 @@ def _groups(features: Features, side_px: float, options: StillOptions) -> list[_
     joined: list[Int64[np.ndarray, "k 2"]] = []
     for code in np.unique(between):
         own = pairs[between == code]
-        together = own[_together(*row.xy_px[own.T], _reach(row.scale_px[own[:, 0]]))]
+        first, second = own.T
+        reach_px = _reach(row.scale_px[first])
+        together = own[_together(row.xy_px[first], row.xy_px[second], reach_px)]
         if len(together) < _LEAST_COINCIDING:
             continue
         here, there = row.xy_px[together.T]
