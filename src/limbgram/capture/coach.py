@@ -136,7 +136,7 @@ class Coach:
             still = run(find_still, features)
             features = still.moving(features)
             self._forget_changed(small, still)
-            matches, pairs = self._pairs(small, features, cameras, run)
+            matches, pairs = self._pairs(small, features, still, cameras, run)
             detections = None if self._board is None else run(find_board, small, self._board)
             unplaced = Unplaced(
                 photos=small,
@@ -217,7 +217,7 @@ class Coach:
             self._verified = {k: v for k, v in self._verified.items() if not changed & {*k}}
 
     def _pairs(
-        self, small: PhotoSet, features: Features, cameras: Cameras, run: Run
+        self, small: PhotoSet, features: Features, still: Still, cameras: Cameras, run: Run
     ) -> tuple[Matches, Pairs]:
         """Matches and verified pairs; only what was not compared before is matched."""
 
@@ -229,7 +229,7 @@ class Coach:
         for one in run(match_pairs, small, features, new) if new else ():
             self._matched[named(one.pair.first, one.pair.second)] = one
         matched = [_renumbered(self._matched[named(c.first, c.second)], c) for c in candidates]
-        matches = joined(small, matched)
+        matches = still.moving_matches(joined(small, matched))
         fresh = [p for p in matches.pairs if named(p.first, p.second) not in self._verified]
         if fresh:
             held = run(verify, small, replace(matches, pairs=tuple(fresh)), cameras)

@@ -403,7 +403,7 @@ def _by_marks(
     features = run(detect, photos, options.features)
     still = run(find_still, features, options.still)
     features = still.moving(features)
-    matches = run(match_what_there_is, photos, features, options.matching)
+    matches = still.moving_matches(run(match_what_there_is, photos, features, options.matching))
     by_paint = 0 if before is None else len(before.scene.placed)
     shown = MarkedPhotos(
         photos=photos,
@@ -471,7 +471,7 @@ def _by_reduced(
         features = still.moving(features)
         if np.median([len(keypoints) for keypoints in features.keypoints]) < _ENOUGH_REDUCED:
             return note("placing.reduced.few_points")
-        matches = run(match, photos, features, options.matching)
+        matches = still.moving_matches(run(match, photos, features, options.matching))
         pairs = run(verify, photos, matches, cameras, options.twoview)
         rough = run(place_roughly, photos, features, pairs, cameras, options.mapping)
         if lacking := _lacking(rough):
@@ -604,7 +604,7 @@ def _by_full_size(
     features = run(detect, photos, options.features)
     still = run(find_still, features, options.still)
     features = still.moving(features)
-    matches = run(match, photos, features, options.matching)
+    matches = still.moving_matches(run(match, photos, features, options.matching))
     pairs = run(verify, photos, matches, cameras, options.twoview)
     unplaced = Unplaced(
         photos=photos,

@@ -7,6 +7,7 @@ the annotation of one with another letter. Tests check that (tests/conftest.py).
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int32, UInt8
 
+Vector2 = Float64[np.ndarray, "2"]
 Vector3 = Float64[np.ndarray, "3"]
 Matrix3 = Float64[np.ndarray, "3 3"]
 Points2 = Float64[np.ndarray, "n 2"]

@@ -10,10 +10,12 @@ Method  Score tests (Rao 1948) against everything that the null has: poses, one 
         The noise is that of the adjustments as their clusters show it, or what the model in which
         every photo shows the second body elsewhere leaves unexplained, whichever is larger. What is
         left beyond chance may be a sway: motions drawn anew for each photo, against lenses that
-        are drawn anew for each photo. It is no fact where no board calibrated the lens, or where
-        single photos have lenses of their own: what a real lens does beyond its model, and a
-        rolling shutter at other depths, differs from photo to photo, too, as the bodies' places in
-        the picture do, and no step or drift looks like that.
+        are drawn anew for each photo.
+        Where no board calibrated the lens, or single photos have lenses of their own, what a real
+        lens does beyond its model, and a rolling shutter at other depths, differs with the bodies'
+        places in the picture, which differ from photo to photo: a sway is no fact there. Photos
+        that were framed or focused otherwise look like a step or a drift: one is no fact there if
+        chance explains it beside lenses that do all they may along the courses of all terms.
         A term is told as a fact where it stands all rules of `mapping.scene.Rule`.
 """
 
@@ -200,6 +202,8 @@ def _described(
     failed: list[Rule] = []
     if not _beats_lens(evidence, found, term):
         failed.append("lens")
+    if not evidence.calibrated and not _stands_beside_lenses(evidence, found, term):
+        failed.append("model")
     if effect.low < floor:
         failed.append("size")
     if not _stands_without_any(found, term):
@@ -300,6 +304,25 @@ def _beats_lens(evidence: Evidence, found: _Found, term: Term) -> bool:
     return chance_of(Fall.of(again), Fall.of(again.along(term.columns)), 1) <= FALSE_ALARM
 
 
+def _stands_beside_lenses(evidence: Evidence, found: _Found, term: Term) -> bool:
+    """Whether chance does not explain it where lenses change along the courses of all terms."""
+    changing = [_lens_along(evidence, course) for one in found.terms for course in one.rivals]
+    free = _with_free(evidence, np.hstack(changing), found.left.spread)
+    seen = free.only(free.motion).without(found.others(term))
+    return chance_of(Fall.of(seen), Fall.of(seen.along(term.columns)), 1) <= FALSE_ALARM
+
+
+def _lens_along(
+    evidence: Evidence, course: Float64[np.ndarray, " n"]
+) -> Float64[np.ndarray, "u k"]:
+    """Columns of all that lenses may do along a course, seen by both bodies or by the second."""
+    columns = np.zeros((len(evidence.right), 2 * OWN + MOVE))
+    every = np.kron(course[:, None], np.eye(OWN))
+    columns[evidence.own, :OWN] = columns[evidence.seen_by_second, OWN : 2 * OWN] = every
+    columns[evidence.motion, 2 * OWN :] = _in_photos(evidence, course)
+    return columns
+
+
 def _in_photos(evidence: Evidence, course: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "m 6"]:
     """Columns of a motion along a course that is the same in each photo's own frame."""
     columns = np.zeros((len(course), MOVE, MOVE))
@@ -365,8 +388,10 @@ def _swaying(evidence: Evidence, found: _Found, bodies: Bodies, floor: float) ->
     ]
     largest = max(sizes, key=lambda one: one.low)
     failed: list[Rule] = []
-    if not evidence.calibrated or by_motion.gain - by_lens.gain < CLEARLY:
+    if by_motion.gain - by_lens.gain < CLEARLY:
         failed.append("lens")
+    if not evidence.calibrated:
+        failed.append("model")
     if largest.low < floor:
         failed.append("size")
     if chi_square_tail(_sway_in(evidence, firm, floor).gain, 2) > FALSE_ALARM:

@@ -42,16 +42,19 @@ def map_incrementally(
     places_px: Sequence[Points2],
     pairs: Pairs,
     cameras: Cameras,
+    held: Sequence[bool],
+    fewest_points: int,
     seed: int = 0,
     own_sigmas_px: Sequence[Float64[np.ndarray, " k"]] | None = None,
 ) -> tuple[Scene, ...]:
     """Seed pair, resection of each next photo, triangulation, bundle adjustment.
 
-    Lenses calibrated with a board are held; others get one focal length and one radial term of
-    their own on the way.
+    Lenses that are not held get one focal length and one radial term of their own on the way.
 
     Args:
+        held: By camera, whether its lens stays as it is.
         places_px: Keypoints of every photo, in the order that the pairs number them.
+        fewest_points: Points of the scene that must agree for a photo to join it.
         own_sigmas_px: Of the same, where some are points of coded marks.
     """
     pycolmap.logging.minloglevel = pycolmap.logging.ERROR.value
@@ -61,7 +64,7 @@ def map_incrementally(
             _write_pair(database, pair)
         cache = pycolmap.DatabaseCache.create(database, pycolmap.DatabaseCacheOptions())
     manager = pycolmap.ReconstructionManager()
-    pipeline = pycolmap.IncrementalPipeline(_options(cameras, seed), cache, manager)
+    pipeline = pycolmap.IncrementalPipeline(_options(held, fewest_points, seed), cache, manager)
     steps = track(range(len(photos.photos)))
 
     def one_more() -> None:
@@ -75,16 +78,17 @@ def map_incrementally(
     return tuple(_scene(model, photos, places_px, cameras, own_sigmas_px) for model in models)
 
 
-def _options(cameras: Cameras, seed: int) -> pycolmap.IncrementalPipelineOptions:
+def _options(
+    held: Sequence[bool], fewest_points: int, seed: int
+) -> pycolmap.IncrementalPipelineOptions:
     options = pycolmap.IncrementalPipelineOptions()
     options.extract_colors = False
     options.num_threads = 1
     options.random_seed = seed
     options.min_num_matches = _FEWEST_MATCHES
     options.min_model_size = _SMALLEST_MODEL
-    options.constant_cameras = {
-        idx + 1 for idx, given in enumerate(cameras.calibrations) if given.source == "board"
-    }
+    options.mapper.abs_pose_min_num_inliers = fewest_points
+    options.constant_cameras = {idx + 1 for idx, one in enumerate(held) if one}
     options.ba_refine_principal_point = False
     options.ba_global_frames_ratio = options.ba_global_points_ratio = 1.5
     options.ba_local_max_refinements = options.ba_global_max_refinements = 1

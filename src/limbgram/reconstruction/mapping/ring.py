@@ -3,20 +3,24 @@
 In      keypoints, verified pairs, cameras.
 Out     a Scene: poses, points, lenses, a verdict for every photo, and whether the ring closes.
 Method  keypoints moved to agree with all their window matches; incremental mapping (pycolmap)
-        with the matches that reach farthest; photos that contradict their pairs or hang on too
-        few points lose their pose; tracks from all matches; our own adjustment with the
+        with the matches that reach farthest, lenses free that no board calibrated, and, where that
+        leaves photos out, with those of EXIF held; photos that contradict their pairs or hang on
+        too few points lose their pose; tracks from all matches; our own adjustment with the
         calibration's covariance as a prior; a few photos that were zoomed lose theirs too; lenses
         of single photos are set free where the residuals ask for it.
 Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.
 """
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from jaxtyping import Float64
 
 from limbgram.core.errors import PlacementError
+from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.calibration.cameras import (
@@ -74,7 +78,7 @@ class MappingOptions:
     track_px: float = 2.0
     """Largest distance from the first cameras' geometry of a match that joins the adjustment."""
     min_photo_points: int = 20
-    """Fewest scene points that hold a photo in place."""
+    """Fewest scene points that hold a photo in place, from its first resection on."""
     max_photo_rms_px: float = 3.0
     """Largest RMS residual of a placed photo."""
     max_odd_share: float = 0.2
@@ -137,19 +141,68 @@ def _placed(
         raise PlacementError("placing.nothing_shared")
     places_px = agreed_places(features, pairs)
     seeds = farthest_reaching(pairs, options.mapper_matches)
+    own_sigmas_px = None if coded is None else coded.own_sigmas_px()
+    best, refusal = None, PlacementError("placing.no_start", pairs=len(pairs.verified))
+    for held in _held_lenses(cameras):
+        try:
+            one = _mapped(photos, places_px, seeds, pairs, cameras, held, options, own_sigmas_px)
+        except PlacementError as fault:
+            refusal = fault
+            continue
+        if best is None or len(one.scene.placed) > len(best.scene.placed):
+            best = one
+        if len(best.scene.placed) == len(photos.photos):
+            break
+    if best is None:
+        raise refusal
+    _refuse_too_few(best.scene, options)
+    scene = with_all_tracks(best.scene, places_px, pairs, options.track_px, coded)
+    verdicts = judge(scene, photos, places_px, pairs, best.others, best.dropped)
+    return replace(scene, verdicts=verdicts, ring=ring_of(scene))
+
+
+def _held_lenses(cameras: Cameras) -> Iterator[tuple[bool, ...]]:
+    """Which lenses the mapper holds, by route: those of boards, then those of EXIF too.
+
+    Few points leave a lens open, and it runs away and loses photos: 1620 px by EXIF became 6050
+    where 1670 were true. EXIF knows it well enough to place them all.
+    """
+    sources = [one.source for one in cameras.calibrations]
+    yield tuple(one == "board" for one in sources)
+    if "exif" in sources:
+        yield tuple(one != "guess" for one in sources)
+
+
+@dataclass(frozen=True)
+class _Mapped:
+    """What one route of the mapper came to."""
+
+    scene: Scene
+    others: tuple[Scene, ...]
+    """Smaller ones that could not be joined to it."""
+    dropped: dict[int, Finding]
+    """Photos that had a place which contradicts others, or hung on too few points."""
+
+
+def _mapped(
+    photos: PhotoSet,
+    places_px: Sequence[Points2],
+    seeds: Pairs,
+    pairs: Pairs,
+    cameras: Cameras,
+    held: Sequence[bool],
+    options: MappingOptions,
+    own_sigmas_px: Sequence[Float64[np.ndarray, " k"]] | None,
+) -> _Mapped:
     from limbgram.reconstruction.mapping.colmap import map_incrementally  # loads pycolmap
 
-    own_sigmas_px = None if coded is None else coded.own_sigmas_px()
-    found = map_incrementally(photos, places_px, seeds, cameras, options.seed, own_sigmas_px)
+    fewest, seed = options.min_photo_points, options.seed
+    found = map_incrementally(photos, places_px, seeds, cameras, held, fewest, seed, own_sigmas_px)
     if not found:
         raise PlacementError("placing.no_start", pairs=len(pairs.verified))
     rough = _adjusted(found[0], cameras, options)
     dropped = _misplaced(rough, by_found_lenses(rough, pairs, cameras), options)
-    rough = without_photos(rough, set(dropped))
-    _refuse_too_few(rough, options)
-    scene = with_all_tracks(rough, places_px, pairs, options.track_px, coded)
-    verdicts = judge(scene, photos, places_px, pairs, found[1:], dropped)
-    return replace(scene, verdicts=verdicts, ring=ring_of(scene))
+    return _Mapped(without_photos(rough, set(dropped)), found[1:], dropped)
 
 
 def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:

@@ -4,13 +4,15 @@ In      Features of all photos.
 Out     Still: groups of photos that one still camera took, and which keypoints of each stand still.
 Method  Two keypoints of two photos coincide if they lie at the same pixel and look alike: the same
         scale, direction and descriptor. Photos of which many of the largest keypoints coincide were
-        taken by a still camera, up to a small shift that all share (a tripod that was touched, or a
-        stabiliser). Where that shift is large, what coincides lies all over the picture: a patch
-        of it is shifted alike by many a walk.
+        taken by a still camera, up to a small shift and growth that all share (a tripod that was
+        touched, a stabiliser; a focus found anew). Where these move it far, what coincides lies all
+        over the picture: a patch of it is moved alike by many a walk.
         Such photos are believed to show a turning object only if there are at least four of them
         and if other keypoints of theirs match with a movement; photos of a limb and a camera that
-        both stood still, or one photo twice, are left alone. Within a group a keypoint stands still
-        if it coincides with keypoints of two or more of six other photos, spread over the group.
+        both stood still, or one photo twice, are left alone. What moves the picture of each photo
+        of a group is found in least squares over all its pairs. Once that is undone, a keypoint
+        stands still if it coincides with keypoints of two or more of six other photos, spread over
+        the group; and so does a match whose ends lie at the same pixel.
         A walk round a limb has no such photos, and all of its keypoints are kept.
 Fails   MatchingError: one still camera took all photos, and nothing in them moves.
 
@@ -20,7 +22,8 @@ where that is thinly painted: pairs would be chosen by them, and RANSAC would pr
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int64
@@ -29,10 +32,11 @@ from scipy.sparse import csgraph
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import MatchingError
-from limbgram.core.geometry.arrays import Points2
+from limbgram.core.geometry.arrays import Points2, Vector2
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.matching.descriptors import comparable, match_descriptors
+from limbgram.reconstruction.matching.matching import Matches, PairMatches
 
 _DETECTED = 0.3
 """How far the same feature is found from its place in another photo, in its own scales, at most;"""
@@ -45,11 +49,15 @@ _SAME_DESCRIPTOR = 0.9
 _MATCH_RATIO = 0.8
 
 
-_SHIFT_SHARE = 0.01
-"""Farthest that a stabiliser, or a touched tripod, shifts the picture, as a share of its longer
-side: single photos are shifted by a quarter of it (one sigma)."""
+_MOVE_SHARE = 0.01
+"""Farthest that a still camera's picture moves, as a share of its longer side: a stabiliser shifts
+single photos by a quarter of it (one sigma), and a focus found anew lets the picture grow by half
+a per cent."""
+_MOVE = 3
+"""Numbers of such a move."""
+_MOST_ROUNDS = 10
 _TOUCHED_SHARE = 0.002
-"""Shift from which what coincides must lie all over the picture; dirt and watermarks need not."""
+"""Move from which what coincides must lie all over the picture; dirt and watermarks need not."""
 _ALL_OVER = 0.1
 """Standard deviation, the narrow way, of what coincides, as a share of the longer side."""
 _LEAST_COINCIDING = 12
@@ -77,6 +85,19 @@ class StillOptions:
 DEFAULTS = StillOptions()
 
 
+@dataclass(frozen=True)
+class PictureMove:
+    """How the picture of all that stands still moved, to first order."""
+
+    growth: float = 0.0
+    """In parts of itself, from the corner where pixels count from."""
+    shift_px: Vector2 = field(default_factory=lambda: np.zeros(2))
+
+    def undone(self, xy_px: Points2) -> Points2:
+        """Where the same would be seen had it not moved."""
+        return xy_px - self.shift_px - self.growth * xy_px
+
+
 @dataclass(frozen=True, kw_only=True)
 class Still:
     """What stands still in photos of a turning object; nothing in those of a walk round it."""
@@ -85,6 +106,8 @@ class Still:
     """Photos that one still camera took."""
     keypoints: tuple[Bool[np.ndarray, " n"], ...] = ()
     """Which keypoints of each photo stand still; empty where there are no groups."""
+    moves: tuple["PictureMove", ...] = ()
+    """Of each photo, from the first of its group; empty where there are no groups."""
 
     @property
     def photos(self) -> tuple[int, ...]:
@@ -114,6 +137,22 @@ class Still:
             )
         )
 
+    def moving_matches(self, matches: Matches) -> Matches:
+        """The matches without those whose ends lie at one place: the room, dust, a watermark.
+
+        The few honest points that happen to lie in the same place are no loss, and a pair without
+        any movement has no depth to give.
+        """
+
+        def moving(pair: PairMatches) -> PairMatches:
+            here, there = pair.xy_first_px, pair.xy_second_px
+            if self.moves:
+                here = self.moves[pair.first].undone(here)
+                there = self.moves[pair.second].undone(there)
+            return pair.some(np.linalg.norm(there - here, axis=1) >= _LEAST_PX)
+
+        return replace(matches, pairs=tuple(moving(pair) for pair in matches.pairs))
+
 
 def find_still(features: Features, options: StillOptions = DEFAULTS) -> Still:
     """Keypoints that stand still in photos of a still camera.
@@ -125,15 +164,18 @@ def find_still(features: Features, options: StillOptions = DEFAULTS) -> Still:
     candidates = _groups(features, side_px, options)
     groups: list[tuple[int, ...]] = []
     flags = [np.zeros(len(one), bool) for one in features.keypoints]
-    for group in candidates:
-        found = {photo: _standing(features, photo, group, side_px, options) for photo in group}
+    moves = [PictureMove() for _ in features.keypoints]
+    for group, moved in candidates:
+        found = {photo: _standing(features, photo, moved, side_px, options) for photo in group}
         if _something_moves(features, group, found, side_px):
             groups.append(group)
             for photo, standing in found.items():
-                flags[photo] = standing
+                flags[photo], moves[photo] = standing, moved[photo]
         elif len(group) == len(features.keypoints):
             raise MatchingError("pairs.same_picture", photos=len(group))
-    return Still(groups=tuple(groups), keypoints=tuple(flags) if groups else ())
+    if not groups:
+        return Still()
+    return Still(groups=tuple(groups), keypoints=tuple(flags), moves=tuple(moves))
 
 
 @dataclass(frozen=True)
@@ -178,43 +220,105 @@ class _Row:
         return pairs[self.alike(pairs)]
 
 
-def _groups(features: Features, side_px: float, options: StillOptions) -> list[tuple[int, ...]]:
+class _Group(NamedTuple):
+    """Photos of one still camera, and how the picture moved in each."""
+
+    photos: tuple[int, ...]
+    moves: dict[int, PictureMove]
+
+
+def _groups(features: Features, side_px: float, options: StillOptions) -> list[_Group]:
     """Photos that are joined by enough of the largest keypoints that coincide."""
     count = len(features.keypoints)
     if not any(map(len, features.keypoints)):
         return []
     row = _Row.of(features, range(count), options.survey_keypoints)
-    pairs = row.near(max(_LEAST_PX, _SHIFT_SHARE * side_px))
-    shifts = row.xy_px[pairs[:, 1]] - row.xy_px[pairs[:, 0]]
+    pairs = row.near(max(_LEAST_PX, _MOVE_SHARE * side_px))
     between = row.photo[pairs[:, 0]] * count + row.photo[pairs[:, 1]]
-    joined: list[tuple[int, int]] = []
+    joined: list[Int64[np.ndarray, "k 2"]] = []
     for code in np.unique(between):
-        own = np.flatnonzero(between == code)
-        together = own[_together(shifts[own], _reach(row.scale_px[pairs[own, 0]]))]
+        own = pairs[between == code]
+        first, second = own.T
+        reach_px = _reach(row.scale_px[first])
+        together = own[_together(row.xy_px[first], row.xy_px[second], reach_px)]
         if len(together) < _LEAST_COINCIDING:
             continue
-        shift_px = np.linalg.norm(np.median(shifts[together], axis=0))
-        touched = shift_px < max(_LEAST_PX, _TOUCHED_SHARE * side_px)
-        if touched or _breadth(row.xy_px[pairs[together, 0]]) > _ALL_OVER * side_px:
-            joined.append((int(code) // count, int(code) % count))
-    ends = np.array(joined, np.int64).reshape(-1, 2)
+        here, there = row.xy_px[together.T]
+        moved_px = float(np.median(np.linalg.norm(there - here, axis=1)))
+        touched = moved_px < max(_LEAST_PX, _TOUCHED_SHARE * side_px)
+        if touched or _breadth(here) > _ALL_OVER * side_px:
+            joined.append(together)
+    if not joined:
+        return []
+    ends = row.photo[np.array([one[0] for one in joined])]
     graph = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), (count, count))
     label = csgraph.connected_components(graph, directed=False)[1]
     groups = [tuple(np.flatnonzero(label == k).tolist()) for k in range(int(label.max()) + 1)]
-    return [group for group in groups if len(group) >= options.least_photos]
+    coinciding = np.concatenate(joined)
+    return [
+        _Group(group, _moves(group, row, coinciding[np.isin(row.photo[coinciding[:, 0]], group)]))
+        for group in groups
+        if len(group) >= options.least_photos
+    ]
+
+
+def _moves(
+    group: tuple[int, ...], row: _Row, pairs: Int64[np.ndarray, "k 2"]
+) -> dict[int, PictureMove]:
+    """How the picture of each photo moved from that of the first, by what coincides in pairs."""
+    here, there = row.xy_px[pairs.T]
+    first, second = (_MOVE * np.searchsorted(group, row.photo[ends]) for ends in pairs.T)
+    size, rows = _MOVE * len(group), np.arange(len(pairs))
+    normal, right = np.zeros((size, size)), np.zeros(size)
+    for axis in range(2):
+        values = [there[:, axis], -here[:, axis], np.ones(len(pairs)), -np.ones(len(pairs))]
+        columns = [second, first, second + 1 + axis, first + 1 + axis]
+        design = sparse.coo_array(
+            (np.concatenate(values), (np.tile(rows, 4), np.concatenate(columns))),
+            (len(pairs), size),
+        ).tocsr()
+        normal += (design.T @ design).toarray()
+        right += design.T @ (there - here)[:, axis]
+    free = slice(_MOVE, None)
+    moved = np.linalg.solve(normal[free, free], right[free]).reshape(-1, _MOVE)
+    found = [PictureMove(), *(PictureMove(float(g), np.array([x, y])) for g, x, y in moved)]
+    return dict(zip(group, found, strict=True))
 
 
 def _together(
-    shifts: Float64[np.ndarray, "k 2"], reach_px: Float64[np.ndarray, " k"]
+    here: Points2, there: Points2, reach_px: Float64[np.ndarray, " k"]
 ) -> Bool[np.ndarray, " k"]:
-    """Which of the shifts agree with the one that most agree with."""
-    if not len(shifts):
-        return np.zeros(0, np.bool_)
-    tree = KDTree(shifts)
-    count = tree.query_ball_point(shifts, reach_px, return_length=True)
+    """Which moves agree with the shift and growth of the picture that most agree with.
+
+    From the shift that most agree with, growth is found in least squares, again and again with all
+    that agree by then.
+    """
+    moves = there - here
+    tree = KDTree(moves)
+    count = tree.query_ball_point(moves, reach_px, return_length=True)
     most = int(np.argmax(count))
-    first = shifts[tree.query_ball_point(shifts[most], reach_px[most])]
-    return np.linalg.norm(shifts - np.median(first, axis=0), axis=1) < reach_px
+    first = moves[tree.query_ball_point(moves[most], reach_px[most])]
+    together = np.linalg.norm(moves - np.median(first, axis=0), axis=1) < reach_px
+    for _ in range(_MOST_ROUNDS):
+        if together.sum() < _LEAST_COINCIDING:
+            break
+        before, together = together, _explained(here, moves, together, reach_px)
+        if np.array_equal(before, together):
+            break
+    return together
+
+
+def _explained(
+    here: Points2,
+    moves: Float64[np.ndarray, "k 2"],
+    own: Bool[np.ndarray, " k"],
+    reach_px: Float64[np.ndarray, " k"],
+) -> Bool[np.ndarray, " k"]:
+    """Which moves agree with the shift and growth that fit some of them in least squares."""
+    middle, shift = here[own].mean(axis=0), moves[own].mean(axis=0)
+    off = here - middle
+    growth = float((off[own] * moves[own]).sum()) / max(float((off[own] ** 2).sum()), _LEAST_PX)
+    return np.linalg.norm(moves - shift - growth * off, axis=1) < reach_px
 
 
 def _breadth(xy_px: Points2) -> float:
@@ -229,20 +333,20 @@ def _reach(scale_px: Float32[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
 def _standing(
     features: Features,
     photo: int,
-    group: Sequence[int],
+    moves: dict[int, PictureMove],
     side_px: float,
     options: StillOptions,
 ) -> Bool[np.ndarray, " n"]:
     """Which keypoints of a photo are found again at their place in others of its group."""
     own = features.keypoints[photo]
     times = np.zeros(len(own), np.int64)
-    for other in _partners(photo, group, options.partners):
+    for other in _partners(photo, [*moves], options.partners):
         row = _Row.of(features, (photo, other))
-        pairs = row.near(max(_LEAST_PX, _SHIFT_SHARE * side_px))
-        if not len(pairs):
-            continue
-        shifts = row.xy_px[pairs[:, 1]] - row.xy_px[pairs[:, 0]]
-        times[np.unique(pairs[_together(shifts, _reach(row.scale_px[pairs[:, 0]])), 0])] += 1
+        pairs = row.near(max(_LEAST_PX, _MOVE_SHARE * side_px))
+        here, there = row.xy_px[pairs.T]
+        off_px = moves[other].undone(there) - moves[photo].undone(here)
+        again = np.linalg.norm(off_px, axis=1) < _reach(row.scale_px[pairs[:, 0]])
+        times[np.unique(pairs[again, 0])] += 1
     return times >= _LEAST_PARTNERS
 
 

@@ -41,10 +41,6 @@ from limbgram.reconstruction.scale.stated_lengths import KnownDistance
 from limbgram.reconstruction.scale.visibility import Aim, aim_of
 from limbgram.reconstruction.targets.board import BoardDetections
 
-_SURE_SIGMAS = 3.0
-"""A stretch within this many standard deviations of none is noise."""
-
-
 _MOVED_PX = 0.3
 """Corners of boards that kept still miss each other by 0.05 to 0.15 px (one standard deviation)."""
 
@@ -54,19 +50,22 @@ def check_scene_board(
 ) -> None:
     """Refuse a board that is seen too poorly, is stretched, or whose halves disagree.
 
-    A lens that no board calibrated may stretch the scene, and the board with it.
+    A lens that no board calibrated may stretch the scene, and the board with it: then it is no
+    fact of the board, and is refused only where it leaves the scale less sure than is allowed.
     """
     sigma = scene_board.ruler.relative_sigma
     if not sigma <= max_disagreement:
         raise ScaleError("board.unsure", sigma=float(sigma), allowed=max_disagreement)
-    if abs(scene_board.stretch) > max(max_disagreement, _SURE_SIGMAS * scene_board.stretch_sigma):
-        longer, shorter = ("x", "y") if scene_board.stretch > 0 else ("y", "x")
+    stretch = scene_board.sure_stretch
+    sure = abs(stretch) if lens_known else scene_board.relative_sigma
+    if stretch and sure > max_disagreement:
+        longer, shorter = ("x", "y") if stretch > 0 else ("y", "x")
         raise ScaleError(
             "board.stretched" if lens_known else "board.stretched_or_lens",
-            stretch=abs(float(scene_board.stretch)),
+            stretch=abs(float(stretch)),
             longer=longer,
             shorter=shorter,
-            allowed=max_disagreement,
+            allowed=max_disagreement if lens_known else 2 * max_disagreement,
             moved=_moved(scene_board, scene),
         )
     if abs(scene_board.check_error) > max_disagreement:

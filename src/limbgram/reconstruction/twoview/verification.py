@@ -2,7 +2,7 @@
 
 In      matches, and the cameras with their lenses.
 Out     verified pairs with F (Gold Standard), relative pose, kind and residuals.
-Method  still background out; RANSAC in pixels freed of lens distortion, by five matches and the
+Method  RANSAC in pixels freed of lens distortion, by five matches and the
         relative pose where a board calibrated both cameras, by F where EXIF had to do; pose by
         cheirality; plane and rotation tests; Gold Standard F on the inliers.
 """
@@ -43,7 +43,7 @@ _THRESHOLD_EXIF_PX = 3.0
 _MIN_INLIERS = 20
 """Fewest matches that must agree."""
 _MIN_INLIER_SHARE = 0.3
-"""Smallest part of the moving matches that must agree.
+"""Smallest part of the matches that must agree.
 
 In limb_ring15 every pair whose rotation was over 6 degrees wrong had 0.15 to 0.32, and all
 but 4 of the right ones over 0.35.
@@ -58,8 +58,6 @@ class TwoViewOptions:
 
     threshold_px: float = 1.5
     """Largest Sampson distance of an inlier between photos of calibrated cameras."""
-    still_px: float = 1.0
-    """Matches that moved less between the photos are still background (or a speck of dust)."""
     seed: int = 0
     """Seed of the random samples."""
 
@@ -88,13 +86,12 @@ def verify_pair(
     options: TwoViewOptions = DEFAULTS,
 ) -> VerifiedPair | None:
     """One pair; None where too few matches agree."""
-    moving = matches.some(~still_background(matches, options.still_px))
-    pair = _Straight.of(moving, first, second)
+    pair = _Straight.of(matches, first, second)
     finite = np.isfinite(np.hstack([pair.xy_first, pair.xy_second]))
     known: Bool[np.ndarray, " m"] = np.logical_and.reduce(finite, axis=1)
-    moving, pair = moving.some(known), pair.chosen(known)
+    matches, pair = matches.some(known), pair.chosen(known)
     fit = _fit(pair, options)
-    fewest = max(_MIN_INLIERS, round(_MIN_INLIER_SHARE * len(moving)))
+    fewest = max(_MIN_INLIERS, round(_MIN_INLIER_SHARE * len(matches)))
     if fit is None or fit.inliers.sum() < fewest:
         return None
     pair = pair.chosen(fit.inliers)
@@ -106,22 +103,13 @@ def verify_pair(
     pair = pair.chosen(front)
     gold = refine_fundamental_gold_standard(fit.fundamental, pair.xy_first, pair.xy_second)
     return VerifiedPair(
-        matches=moving.some(fit.inliers).some(front),
+        matches=matches.some(fit.inliers).some(front),
         fundamental=gold.fundamental,
         second_from_first=pose,
         kind=motion.kind,
         residual_px=gold.residual_px,
         median_angle_deg=0.0 if pose is None else _median_angle_deg(pose, *pair.ideal),
     )
-
-
-def still_background(matches: PairMatches, still_px: float) -> Bool[np.ndarray, " m"]:
-    """Matches at the same pixel in both photos: the room behind a turntable, dust, a watermark.
-
-    A fixed camera sees its background so; the few honest points that happen to lie in the same
-    place are no loss, and a pair without any movement has no depth to give.
-    """
-    return np.linalg.norm(matches.xy_second_px - matches.xy_first_px, axis=1) < still_px
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -420,9 +420,14 @@ def _sure(figures: Figures) -> Criterion:
             "verdict.scale.vague", two_sigma, two_sigma_percent=two_sigma, limit_percent=limit
         )
     longer, shorter = ("x", "y") if stretch > 0 else ("y", "x")
-    beside_moved = figures.movement is not None and figures.movement.alone
+    if figures.movement is not None and figures.movement.alone:
+        code = "verdict.scale.beside_moved"
+    elif all(lens.source == "board" for lens in figures.cameras):
+        code = "verdict.scale.stretched"
+    else:
+        code = "verdict.scale.stretched_or_lens"
     return SCALE_SIGMA.judge(
-        "verdict.scale.beside_moved" if beside_moved else "verdict.scale.stretched",
+        code,
         two_sigma,
         two_sigma_percent=two_sigma,
         limit_percent=limit,

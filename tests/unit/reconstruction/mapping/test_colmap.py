@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pycolmap
@@ -11,7 +11,10 @@ import pytest
 
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.mapping import ring
 from limbgram.reconstruction.mapping.colmap import _lens, _write_photos, map_incrementally
+from limbgram.reconstruction.mapping.ring import _Mapped, place_roughly, without_photos
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
@@ -94,11 +97,51 @@ def test_exact_matches_come_back_as_an_exact_scene(
             if second < 12:
                 poses = [scene.view(k).camera_from_world for k in (first, second)]
                 pairs.append(make_pair(first, second, rows, poses[1] @ poses[0].inverse))
-    found = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras)
+    held = (True,)
+    found = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras, held, 20)
     assert len(found) == 1
     assert found[0].placed == tuple(range(12))
     assert found[0].cameras == scene.cameras
     assert len(found[0].points_in_world) == 120
     assert np.abs(found[0].residuals_px()).max() < 0.01
-    again = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras)[0]
+    again = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras, held, 20)[0]
     np.testing.assert_array_equal(again.points_in_world, found[0].points_in_world)
+
+
+@pytest.mark.parametrize(("source", "routes"), [("exif", 2), ("board", 1)])
+def test_photos_that_a_free_lens_loses_are_placed_by_that_of_exif(
+    make_scene: Callable[..., Scene],
+    make_pair: Callable[..., VerifiedPair],
+    monkeypatch: pytest.MonkeyPatch,
+    source: Literal["board", "exif"],
+    routes: int,
+) -> None:
+    scene = make_scene(photos=6, points=60, share=1.0, lenses=(LENS,))
+    photos, cameras = given(scene, source)
+    keypoints = [
+        Keypoints(
+            xy_px=view.project(scene.points_in_world).astype(np.float32),
+            scale_px=np.ones(60, np.float32),
+            angle_deg=np.zeros(60, np.float32),
+            descriptors=np.zeros((60, 128), np.uint8),
+        )
+        for view in scene.views
+    ]
+    rows = np.tile(np.arange(60)[:, None], 2)
+    pairs = []
+    for first in range(5):
+        xy_px = keypoints[first].xy_px.astype(float), keypoints[first + 1].xy_px.astype(float)
+        poses = [scene.view(k).camera_from_world for k in (first, first + 1)]
+        turn = poses[1] @ poses[0].inverse
+        pairs.append(make_pair(first, first + 1, rows, turn, xy_px=xy_px))
+    tried: list[tuple[bool, ...]] = []
+
+    def mapped(*given: Any) -> _Mapped:
+        held = given[5]
+        tried.append(held)
+        return _Mapped(scene if all(held) else without_photos(scene, {4, 5}), (), {})
+
+    monkeypatch.setattr(ring, "_mapped", mapped)
+    found = place_roughly(photos, Features(tuple(keypoints)), Pairs(tuple(pairs), ()), cameras)
+    assert found.placed == tuple(range(6))
+    assert len(tried) == routes

@@ -80,6 +80,7 @@ def photos(width_px: int = 1500) -> PhotoSet:
     return PhotoSet((one,) * 3, ())
 
 
+NO_MATCHES = Matches(pairs=(), pairs_tried=0, descriptor_matches=0)
 NO_MARKS = MarkDetections(dictionary=KIT_DICTIONARY, photos=())
 FULL_SIZE = ["detect", "find_still", "match", "verify", "place", "limb_groups"]
 REDUCED = ["detect", "find_still", "match", "verify", "place_roughly"]
@@ -89,7 +90,7 @@ def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
     products = {
         "detect": showing(2000),
         "find_still": Still(),
-        "match": Matches(pairs=(), pairs_tried=0, descriptor_matches=0),
+        "match": NO_MATCHES,
         "verify": Pairs((), 0),
         "place": ring,
         "place_roughly": ring,
@@ -109,14 +110,21 @@ def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -
 
 
 def test_photos_hardly_larger_than_reduced_ones_stay_as_they_are(ring: Scene) -> None:
-    run = Told({"place": ring, "find_still": Still(), "limb_groups": LimbGroups()})
+    run = Told(
+        {"place": ring, "find_still": Still(), "match": NO_MATCHES, "limb_groups": LimbGroups()}
+    )
     placing = place_photos(photos(width_px=1150), Cameras(()), PipelineOptions(), run)
     assert run.called == FULL_SIZE
     assert placing.scene.full_size is None
 
 
 def test_a_lens_that_no_board_calibrated_asks_for_the_full_size(ring: Scene) -> None:
-    told = {"detect": showing(2000), "find_still": Still(), "limb_groups": LimbGroups()}
+    told = {
+        "detect": showing(2000),
+        "find_still": Still(),
+        "match": NO_MATCHES,
+        "limb_groups": LimbGroups(),
+    }
     run = Told({**told, "place": ring})
     cameras = Cameras((from_exif(CameraGroup(label="", width_px=400, height_px=300, exif=Exif())),))
     placing = place_photos(photos(), cameras, PipelineOptions(), run)

@@ -39,22 +39,22 @@ def photos(
     moving: Sequence[float],
     room: Sequence[float],
     patch: float = 1.0,
+    growth: Sequence[float] | None = None,
 ) -> Features:
     """Each photo shows limb and room shifted by so much to the right.
 
     Args:
         patch: Share of the picture's sides that the room takes.
+        growth: Of each photo's room, about the middle of the picture, in parts of itself.
     """
     limb_px, room_px = rng.uniform(0, 1, (LIMB, 2)) * 400 + 300, rng.uniform(0, 1, (ROOM, 2))
     looks = descriptors(LIMB + ROOM, rng)
     found: list[Keypoints] = []
     for k in range(count):
-        places = np.concatenate(
-            [
-                limb_px + np.array([moving[k], 0.0]),
-                patch * room_px * SIDES_PX + np.array([room[k], 0.0]),
-            ]
-        )
+        in_room = patch * room_px * SIDES_PX + np.array([room[k], 0.0])
+        if growth is not None:
+            in_room = in_room + growth[k] * (in_room - SIDES_PX / 2)
+        places = np.concatenate([limb_px + np.array([moving[k], 0.0]), in_room])
         found.append(keypoints(places, looks, rng))
     return Features(tuple(found))
 
@@ -105,6 +105,21 @@ def test_a_stabiliser_shifts_what_stands_still() -> None:
     assert still.count > 0.8 * 9 * ROOM
     left = sum(map(len, still.moving(features).keypoints))
     assert left > 0.95 * 9 * LIMB
+
+
+def test_a_focus_found_anew_lets_what_stands_still_grow() -> None:
+    """By up to half a per cent, which moves the corners of the picture by 4.5 px."""
+    rng = np.random.default_rng(8)
+    growth = rng.uniform(-0.0025, 0.0025, 9)
+    shifts = rng.normal(scale=0.0025 * SIDES_PX[0], size=9)
+    walk = (60.0 * np.arange(9)).tolist()
+    features = one_scale(photos(9, rng, walk, shifts.tolist(), growth=growth.tolist()))
+    still = find_still(features)
+    assert still.photos == tuple(range(9))
+    assert still.count > 0.9 * 9 * ROOM
+    assert sum(map(len, still.moving(features).keypoints)) > 0.95 * 9 * LIMB
+    found = np.array([one.growth for one in still.moves])
+    np.testing.assert_allclose(found, growth - growth[0], atol=1e-4)
 
 
 def test_a_patch_that_is_shifted_alike_is_no_room() -> None:

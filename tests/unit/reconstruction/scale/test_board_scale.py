@@ -106,10 +106,21 @@ def test_a_print_stretched_one_way_is_refused_with_its_number(capture) -> None:
 def test_a_stretch_is_not_blamed_on_the_print_alone_where_the_lens_is_not_known(
     capture, known: bool, said: str
 ) -> None:
-    board = find_scene_board(capture.scene, capture.detections(stretch_x=1.006))
+    board = find_scene_board(capture.scene, capture.detections(stretch_x=1.007))
     with pytest.raises(ScaleError) as refusal:
         check_scene_board(board, 0.003, capture.scene, known)
     assert refusal.value.finding.code == said
+
+
+def test_a_stretch_that_a_lens_may_have_done_is_refused_where_the_scale_is_not_sure(
+    capture,
+) -> None:
+    """0.4 % is no fact of the board, and the scale between both sides is sure to 0.2 %."""
+    board = find_scene_board(capture.scene, capture.detections(stretch_x=1.004))
+    check_scene_board(board, 0.003, capture.scene, lens_known=False)
+    assert board.relative_sigma == pytest.approx(0.002, rel=0.1)
+    with pytest.raises(ScaleError, match=r"0\.40% longer along its x"):
+        check_scene_board(board, 0.003, capture.scene, lens_known=True)
 
 
 @pytest.mark.parametrize("number", [0, 2, 5])

@@ -8,7 +8,8 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.matching.matching import PairMatches
+from limbgram.reconstruction.matching.matching import Matches, PairMatches
+from limbgram.reconstruction.matching.static_background import PictureMove, Still
 from limbgram.reconstruction.twoview.essential import (
     essential_from_fundamental,
     estimate_essential,
@@ -18,7 +19,7 @@ from limbgram.reconstruction.twoview.essential import (
     poses_from_homography,
     to_ideal,
 )
-from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify_pair
+from limbgram.reconstruction.twoview.verification import verify_pair
 
 
 def angle_deg(first: np.ndarray, second: np.ndarray) -> float:
@@ -129,20 +130,26 @@ def test_a_turn_on_the_spot_has_no_pose(limb_pair: Any, calibration: Calibration
     assert found.median_angle_deg == 0.0
 
 
+@pytest.mark.parametrize("move", [PictureMove(), PictureMove(0.005, np.array([3.0, -2.0]))])
 def test_the_still_room_behind_a_turntable_does_not_win(
-    limb_pair: Any, calibration: Calibration
+    limb_pair: Any, calibration: Calibration, move: PictureMove
 ) -> None:
+    """Also where a stabiliser shifts the second photo, and a focus found anew lets it grow."""
     limb = noisy(limb_pair.photographed)
     rng = np.random.default_rng(5)
     room = rng.uniform([0, 0], [2399, 1599], (4 * len(limb), 2))
     shaken = room + rng.normal(scale=0.2, size=room.shape)
-    both = joined(limb, room, shaken)
-    found = verify_pair(both, calibration, calibration)
+    both = joined(limb, room, (shaken + move.shift_px) / (1.0 - move.growth))
+    every = Matches(
+        pairs=(replace(both, first=0, second=1),), pairs_tried=1, descriptor_matches=len(both)
+    )
+    (moving,) = Still(moves=(PictureMove(), move)).moving_matches(every).pairs
+    found = verify_pair(moving, calibration, calibration)
     assert found is not None
     assert (found.matches.keypoint_idx[:, 0] < len(limb)).all()
     assert len(found.matches) > 0.97 * len(limb)
     # the same room wins when it is not recognised: the test would notice
-    blind = verify_pair(both, calibration, calibration, TwoViewOptions(still_px=0.0))
+    blind = verify_pair(both, calibration, calibration)
     assert blind is None or (blind.matches.keypoint_idx[:, 0] >= len(limb)).mean() > 0.5
 
 
