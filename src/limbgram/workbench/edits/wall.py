@@ -196,15 +196,15 @@ def _levelled(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
 
     These are trimmed where they are spoilt, until a wall is made or no more may go.
     """
-    by_level = partial(_hollowed_out, edit=edit)
+    by_level, where = partial(_hollowed_out, edit=edit), _whole_edges
     if edit.side == "outward":
-        by_level = partial(_covered, edit=edit, planes=planes)
+        by_level, where = partial(_covered, edit=edit, planes=planes), _ragged_first
     whole_mm2 = mesh.area_mm2()
     tried = by_level(mesh)
     for number in range(_TRIMMINGS):
         if tried.refusal is None:
             break
-        trimmed = _trimmed(mesh, _ragged_first(mesh, tried.spoilt), rows=_ROW + number * _DEEPER)
+        trimmed = _trimmed(mesh, where(mesh, tried.spoilt), rows=_ROW + number * _DEEPER)
         if trimmed is None or trimmed.area_mm2() < (1 - _MOST_TRIMMED) * whole_mm2:
             break
         mesh = trimmed
@@ -221,11 +221,20 @@ def _ragged_first(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray
 
     So an edge that was cut level is trimmed last.
     """
-    ragged = np.zeros(len(mesh), np.bool_)
+    return spoilt & _whole_edges(mesh, spoilt)
+
+
+def _whole_edges(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
+    """All of each ragged open edge that is spoilt somewhere; if none is, what is spoilt.
+
+    The drum that closes an opening rests on its whole edge, so a tooth that is gone makes the next
+    one felt.
+    """
+    whole = np.zeros(len(mesh), np.bool_)
     for loop in boundary_loops(mesh.faces):
-        ragged[loop] = Plane.of_loop(mesh, loop.astype(np.int64)) is None
-    ragged &= spoilt
-    return ragged if ragged.any() else spoilt
+        if spoilt[loop].any() and Plane.of_loop(mesh, loop.astype(np.int64)) is None:
+            whole[loop] = True
+    return whole if whole.any() else spoilt
 
 
 def _moved(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
