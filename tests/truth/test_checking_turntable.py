@@ -71,7 +71,12 @@ def test_a_growing_folder_is_told_the_same_as_the_whole(
         again = Run()
         assert watch.check([tmp_path], again) == found
         assert not {one.stage for one in again.timings} & {"detect", "match pairs", "verify"}
-    assert found.headline == whole.headline
+    assert found.go
+    assert found.headline.code == whole.headline.code
+    assert found.coverage is not None
+    assert whole.coverage is not None
+    expected_mm = whole.coverage.sigma_middle_mm  # photos are looked at where they first lay
+    assert found.coverage.sigma_middle_mm == pytest.approx(expected_mm, rel=0.005)
     turns = [one.azimuth_deg for one in found.photos]
     np.testing.assert_allclose(turns, [one.azimuth_deg for one in whole.photos], atol=0.5)
 

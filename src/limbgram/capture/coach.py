@@ -20,9 +20,10 @@ Fails   never on photos that cannot be joined or scaled: that is its answer. Pho
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Int32
 
 from limbgram.capture.answer import (
     DEFAULTS,
@@ -61,6 +62,7 @@ from limbgram.reconstruction.matching.matching import (
     Candidate,
     MatchedPair,
     Matches,
+    PairMatches,
     joined,
     match_pairs,
     pairs_worth_matching,
@@ -100,6 +102,14 @@ def check_capture(
     return Coach(calibrations, board, options).check(photos, small, run)
 
 
+class _Verified(NamedTuple):
+    """What became of a pair."""
+
+    by: Int32[np.ndarray, "m 2"]
+    """The matches that were tried."""
+    pair: VerifiedPair | None
+
+
 class Coach:
     """Checks a capture again and again while it grows, and keeps what it knows of each photo.
 
@@ -117,7 +127,7 @@ class Coach:
         self._options = options
         self._keypoints: dict[str, Keypoints] = {}
         self._matched: dict[tuple[str, str], MatchedPair] = {}
-        self._verified: dict[tuple[str, str], VerifiedPair | None] = {}
+        self._verified: dict[tuple[str, str], _Verified] = {}
         self._standing: dict[str, Bool[np.ndarray, " n"]] = {}
         self._seen: dict[str, Looked] = {}
 
@@ -219,7 +229,11 @@ class Coach:
     def _pairs(
         self, small: PhotoSet, features: Features, still: Still, cameras: Cameras, run: Run
     ) -> tuple[Matches, Pairs]:
-        """Matches and verified pairs; only what was not compared before is matched."""
+        """Matches and verified pairs; only what was not compared before is matched.
+
+        A pair is verified anew where other matches than before are left of it: how the picture of
+        a still camera moved is known better with each photo.
+        """
 
         def named(first: int, second: int) -> tuple[str, str]:
             return small.photos[first].sha256, small.photos[second].sha256
@@ -230,15 +244,21 @@ class Coach:
             self._matched[named(one.pair.first, one.pair.second)] = one
         matched = [_renumbered(self._matched[named(c.first, c.second)], c) for c in candidates]
         matches = still.moving_matches(joined(small, matched))
-        fresh = [p for p in matches.pairs if named(p.first, p.second) not in self._verified]
+
+        def known(pair: PairMatches) -> bool:
+            before = self._verified.get(named(pair.first, pair.second))
+            return before is not None and np.array_equal(before.by, pair.keypoint_idx)
+
+        fresh = [pair for pair in matches.pairs if not known(pair)]
         if fresh:
             held = run(verify, small, replace(matches, pairs=tuple(fresh)), cameras)
-            self._verified |= {named(pair.first, pair.second): None for pair in fresh}
-            for one in held.verified:
-                self._verified[named(one.matches.first, one.matches.second)] = one
+            found = {(one.matches.first, one.matches.second): one for one in held.verified}
+            for pair in fresh:
+                own = found.get((pair.first, pair.second))
+                self._verified[named(pair.first, pair.second)] = _Verified(pair.keypoint_idx, own)
         verified: list[VerifiedPair] = []
         for pair in matches.pairs:
-            kept = self._verified[named(pair.first, pair.second)]
+            kept = self._verified[named(pair.first, pair.second)].pair
             if kept is not None:
                 own = replace(kept.matches, first=pair.first, second=pair.second)
                 verified.append(replace(kept, matches=own))

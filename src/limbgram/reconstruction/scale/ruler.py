@@ -73,9 +73,9 @@ def stretch_by_cameras(
     scene: Scene,
     detections: BoardDetections,
     corners_in_world: Points3,
-    ids: Int32[np.ndarray, " n"],
+    ids: Int32[np.ndarray, " k"],
 ) -> Float64[np.ndarray, " u"]:
-    """Change of the ratio of a board's sides, as these corners tell it, for one unit of each."""
+    """Change of the ratio of a board's sides by the corners `ids`, for one unit of each."""
     moves, _ = _moves_by_cameras(scene, detections, corners_in_world)
     plane = detections.corners_mm[ids, :2] - detections.corners_mm[ids, :2].mean(0)
     along = np.linalg.pinv(plane)
