@@ -317,7 +317,10 @@ def test_an_open_edge_that_is_crumpled_deeply_loses_no_more_than_its_crumples() 
     assert found.median_mm == pytest.approx(3, abs=0.02)
 
 
-@pytest.mark.parametrize(("spokes", "deep_mm", "wide"), [(288, 12.0, 0.07), (144, 8.0, 0.1)])
+@pytest.mark.parametrize(
+    ("spokes", "deep_mm", "wide"),
+    [pytest.param(288, 12.0, 0.07, marks=pytest.mark.slow), (144, 8.0, 0.1)],
+)
 def test_a_slit_is_filled_where_a_wall_has_no_room_in_it(
     spokes: int, deep_mm: float, wide: float
 ) -> None:
