@@ -75,7 +75,7 @@ def test_a_good_capture_is_told_to_go(capture: Capture, whole: CaptureCheck) -> 
     off = (turns - true_azimuths_deg(capture) + 180) % 360 - 180
     assert np.abs(off).max() < 4  # the middle of the points is not quite that of the mesh
     assert 20 < found.largest_gap_deg < 40
-    assert all(0.2 < photo.edge_px < 1.2 for photo in found.photos)
+    assert all(0.15 < photo.edge_px < 0.9 for photo in found.photos)
     assert all(1 < photo.features_per_cm2 < 100 for photo in found.photos)
     assert found.coverage is not None
     assert found.coverage.measured > 0.97
