@@ -47,6 +47,21 @@ class Interval:
         return Interval(self.below / unit, self.above / unit)
 
 
+def length_within(
+    vector: Float64[np.ndarray, " k"], covariance: Float64[np.ndarray, "k k"]
+) -> tuple[float, float, float]:
+    """Length of a vector, and between which lengths it lies in 95 of 100 cases.
+
+    Below by its spread along itself; above by its spread where that is largest, as another
+    direction may be the true one.
+    """
+    length = float(np.linalg.norm(vector))
+    along = vector / max(length, 1e-300)
+    sigma = float(np.sqrt(max(along @ covariance @ along, 0.0)))
+    most = float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
+    return length, max(length - COVER * sigma, 0.0), length + COVER * most
+
+
 def widening(freedom: float) -> float:
     """What a standard deviation that was told by few residuals is multiplied by (Student 1908).
 

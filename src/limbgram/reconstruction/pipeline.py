@@ -400,9 +400,7 @@ def _by_marks(
     marks = run(find_marks, photos, dictionary, lenses, options.marks)
     if not shared_marks(marks):
         return None
-    features = run(detect, photos, options.features)
-    still = run(find_still, features, options.still)
-    features = still.moving(features)
+    features, still = _moving_keypoints(photos, options.features, options, run)
     matches = still.moving_matches(run(match_what_there_is, photos, features, options.matching))
     by_paint = 0 if before is None else len(before.scene.placed)
     shown = MarkedPhotos(
@@ -459,6 +457,15 @@ def _by_paint(
     return replace(placing, scene=replace(placing.scene, full_size=reduced))
 
 
+def _moving_keypoints(
+    photos: PhotoSet, detecting: FeatureOptions, options: PipelineOptions, run: Run
+) -> tuple[Features, Still]:
+    """Keypoints without those that stand still before a still camera, and what stands still."""
+    features = run(detect, photos, detecting)
+    still = run(find_still, features, options.still)
+    return still.moving(features), still
+
+
 def _by_reduced(
     photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run
 ) -> Placing | Finding:
@@ -466,9 +473,8 @@ def _by_reduced(
     share = options.reduced_keypoints // max(len(photos.photos), 1)
     most = min(max(share, _FEWEST_REDUCED), options.reduced.max_keypoints)
     try:
-        features = run(detect, photos, replace(options.reduced, max_keypoints=most))
-        still = run(find_still, features, options.still)
-        features = still.moving(features)
+        reduced = replace(options.reduced, max_keypoints=most)
+        features, still = _moving_keypoints(photos, reduced, options, run)
         if np.median([len(keypoints) for keypoints in features.keypoints]) < _ENOUGH_REDUCED:
             return note("placing.reduced.few_points")
         matches = still.moving_matches(run(match, photos, features, options.matching))
@@ -601,9 +607,7 @@ def _by_full_size(
     run: Run,
     found: BoardDetections | None,
 ) -> Placing:
-    features = run(detect, photos, options.features)
-    still = run(find_still, features, options.still)
-    features = still.moving(features)
+    features, still = _moving_keypoints(photos, options.features, options, run)
     matches = still.moving_matches(run(match, photos, features, options.matching))
     pairs = run(verify, photos, matches, cameras, options.twoview)
     unplaced = Unplaced(

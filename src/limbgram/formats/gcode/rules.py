@@ -38,6 +38,7 @@ _GROUPS = {
 _GROUP_OF = {code: group for group, codes in _GROUPS.items() for code in codes}
 _TOLD_FIRST = frozenset(("plane", "units", "distance", "feed", "cutter", "zero"))
 _NEVER_NEGATIVE = frozenset("FHNPST")
+"""The letters of values, those of axes apart."""
 _USED_BY = {"P": ("G4", "G64"), "H": ("G43",)}
 """A value of these is refused where no code takes it."""
 _WORD = re.compile(r"([A-Z])([-+]?(?:\d+\.?\d*|\.\d+))")
@@ -74,7 +75,7 @@ def require_taken(text: str, control: Control) -> None:
         control=control,
         codes=frozenset(code for code in _GROUP_OF if known.get(code, True)),
         axes=axes,
-        values=axes | frozenset("FHNPST" if tools else "FNPST"),
+        values=axes | (_NEVER_NEGATIVE if tools else _NEVER_NEGATIVE - {"H"}),
         spindle_told=re.search(r"^[^(]*\bM3\b", text, re.MULTILINE) is not None,
     )
     lines = text.splitlines()

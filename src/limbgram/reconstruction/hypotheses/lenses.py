@@ -23,7 +23,7 @@ from jaxtyping import Float64
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import POSE_SIZE, View
-from limbgram.core.interval import COVER, chi_square_tail
+from limbgram.core.interval import chi_square_tail, length_within
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.bodies import FLOOR, FLOOR_MM
 from limbgram.reconstruction.mapping.lens_evidence import (
@@ -201,11 +201,7 @@ def _effect(
     """Size of an effect, and its interval of 95 %."""
     moved = to_effect @ values
     spread = to_effect @ covariance @ to_effect.T
-    size = float(np.linalg.norm(moved))
-    along = moved / max(size, 1e-300)
-    sigma = float(np.sqrt(max(along @ spread @ along, 0.0)))
-    most = float(np.sqrt(max(np.linalg.eigvalsh(spread)[-1], 0.0)))
-    return size, max(size - COVER * sigma, 0.0), size + COVER * most
+    return length_within(moved, spread)
 
 
 def _on_limb(

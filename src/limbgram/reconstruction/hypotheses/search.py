@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from limbgram.core.interval import COVER, chi_square_tail
+from limbgram.core.interval import COVER, chi_square_tail, length_within
 from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
 from limbgram.reconstruction.hypotheses.spread import Left, left_of, spread_of
@@ -267,11 +267,7 @@ def _motion_size(
     weight = np.array([radius] * 3 + [1.0] * 3)
     moved = weight * motion
     spread = covariance * np.outer(weight, weight)
-    size = float(np.linalg.norm(moved))
-    along = moved / max(size, 1e-300)
-    sigma = float(np.sqrt(max(along @ spread @ along, 0.0)))
-    most = float(np.sqrt(max(np.linalg.eigvalsh(spread)[-1], 0.0)))
-    return _Effect(size, max(size - COVER * sigma, 0.0), size + COVER * most)
+    return _Effect(*length_within(moved, spread))
 
 
 def _beats_lens(evidence: Evidence, found: _Found, term: Term) -> bool:

@@ -56,6 +56,7 @@ a per cent."""
 _MOVE = 3
 """Numbers of such a move."""
 _MOST_ROUNDS = 10
+"""Of fitting a move to what agrees with it; fewer where the same agree again."""
 _TOUCHED_SHARE = 0.002
 """Move from which what coincides must lie all over the picture; dirt and watermarks need not."""
 _ALL_OVER = 0.1
