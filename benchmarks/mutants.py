@@ -55,6 +55,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.camera import read_camera, write_camera
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb
+from limbgram.formats.table import FORMATS
 from limbgram.formats.units import mm_per_unit_of
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.masks import load_mask
@@ -95,6 +96,8 @@ _ODD_NUMBERS = (
 )  # fmt: skip
 _NUMBER = re.compile(rb"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
+Change = Callable[[random.Random, bytes], bytes]
+"""Damages a file."""
 Read = Callable[[Path], int | None]
 """Reads a file; the number of triangles of a shape about which nothing odd was said, or None."""
 
@@ -107,7 +110,7 @@ class Reader:
     ending: str
     whole: bytes
     read: Read
-    changes: tuple[Callable[[random.Random, bytes], bytes], ...]
+    changes: tuple[Change, ...]
     setting: dict[str, bytes] = field(default_factory=dict)
     """Files beside it, by name."""
 
@@ -596,6 +599,14 @@ def _picture(kind: str, *, mode: str = "RGB", seed: int = 8, **options: Any) -> 
     return stream.getvalue()
 
 
+_KNOWING: dict[str, tuple[Change, ...]] = {
+    ".stl": (word32, word32),
+    ".ply": (word32, *3 * (ply_head,), ply_count),
+    ".glb": (*5 * (glb_tree,), glb_head, word32),
+}
+"""Changes that know a format, beside those of all bytes, and of all text where the file is text."""
+
+
 def readers() -> dict[str, Reader]:
     """All readers with their whole files."""
     mesh = _mesh()
@@ -604,14 +615,13 @@ def readers() -> dict[str, Reader]:
     limb = Limb(mesh=mesh, landmarks=marks, frame=frame, kind="transtibial", sock_mm=0.3)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        ours = {
-            ending: write_limb(Limb(mesh=mesh), folder / f"a{ending}").read_bytes()
-            for ending in (".ply",)
-        }
-        for ending in (".stl", ".glb", ".obj"):
-            own = folder / ending[1:]
-            own.mkdir()
-            ours[ending] = write_limb(Limb(mesh=mesh), own / f"a{ending}").read_bytes()
+        ours: dict[str, bytes] = {}
+        for one in FORMATS:
+            if one.holds_limbs:
+                own = folder / one.name
+                own.mkdir()
+                written = write_limb(Limb(mesh=mesh), own / f"a{one.suffix}")
+                ours[one.suffix] = written.read_bytes()
         (folder / "limb").mkdir()
         scan = write_limb(limb, folder / "limb" / "scan.ply").read_bytes()
         record = (folder / "limb" / "scan.limb.json").read_bytes()
@@ -621,22 +631,19 @@ def readers() -> dict[str, Reader]:
     picture = (*_BLIND, *4 * (beginning,), word32)
     case = {"case.json": _CASE}
     listed = [
-        Reader("stl-binary", ".stl", ours[".stl"], _shape, (*_BLIND, word32, word32)),
-        Reader("stl-text", ".stl", _text_stl(mesh), _shape, _TEXT),
-        Reader(
-            "ply-binary", ".ply", ours[".ply"], _shape,
-            (*_BLIND, word32, *3 * (ply_head,), ply_count),
+        *(
+            Reader(
+                suffix[1:], suffix, whole_file, _shape,
+                (*(_TEXT if whole_file.isascii() else _BLIND), *_KNOWING.get(suffix, ())),
+            )
+            for suffix, whole_file in ours.items()
         ),
+        Reader("stl-text", ".stl", _text_stl(mesh), _shape, _TEXT),
         Reader(
             "ply-polygons", ".ply", _polygon_ply(mesh), _shape,
             (*_BLIND, word32, *2 * (ply_head,), *3 * (ply_count,)),
         ),
         Reader("ply-text", ".ply", _ascii_ply(mesh), _shape, (*_TEXT, ply_head, ply_head)),
-        Reader("obj", ".obj", ours[".obj"], _shape, _TEXT),
-        Reader(
-            "glb", ".glb", ours[".glb"], _shape,
-            (*_BLIND, *5 * (glb_tree,), glb_head, word32),
-        ),
         Reader("aop", ".aop", _aop(), _shape, _TEXT),
         Reader("limb-file", ".limb.json", record, _beside, json_like, {"scan.ply": scan}),
         Reader("recipe", ".toml", _recipe(), _void(read_recipe), (*_TEXT, *3 * (toml_deep,))),

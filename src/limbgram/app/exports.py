@@ -21,7 +21,8 @@ from limbgram.cases.case_export import (
 from limbgram.core.errors import OptionsError
 from limbgram.core.request_fields import declared
 from limbgram.core.typed import Mismatch, value_of
-from limbgram.services.export import EXPORTS
+from limbgram.formats.reading import SUFFIXES
+from limbgram.services.export import EVERYDAY, EXPORTS, USED_FOR, Triangles
 from limbgram.workbench.limb import Side
 
 router = APIRouter(tags=["export"])
@@ -48,18 +49,31 @@ class ExportKind(BaseModel):
     """A kind of file that is written."""
 
     kind: str
+    used_for: dict[str, str] = Field(description="Who takes it, by language.")
+    everyday: bool = Field(description="Asked for by most.")
+    mesh: bool = Field(description="A surface of triangles and no more.")
     fields: list[FieldReply]
 
 
 @router.get("/exports")
 def list_export_kinds() -> list[ExportKind]:
-    """The kinds of files that are written, and what may be asked of each."""
+    """The kinds of files that are written, the everyday ones first, and what each may be asked."""
     return [
         ExportKind(
-            kind=kind, fields=[FieldReply.of(one) for one in declared(ask) if one.hint is not Path]
+            kind=kind,
+            used_for={**USED_FOR[kind]},
+            everyday=kind in EVERYDAY,
+            mesh=EXPORTS[kind] is Triangles,
+            fields=[FieldReply.of(one) for one in declared(EXPORTS[kind]) if one.hint is not Path],
         )
-        for kind, ask in EXPORTS.items()
+        for kind in (*EVERYDAY, *(one for one in EXPORTS if one not in EVERYDAY))
     ]
+
+
+@router.get("/shape-files")
+def list_shape_files() -> list[str]:
+    """The endings of files that are read as shapes."""
+    return list(SUFFIXES)
 
 
 @router.get("/cases/{case_id}/exports")

@@ -23,9 +23,9 @@ from typing import IO, Self
 
 from limbgram.cases.case_record import write_json
 from limbgram.cases.fingerprint import file_sha256
-from limbgram.cases.zips import copy_member, damage_refused
+from limbgram.cases.zips import copy_member
 from limbgram.core.errors import CaseError, MissingError, OptionsError, printable
-from limbgram.core.files import json_of, read_content, written_whole
+from limbgram.core.files import damaged_zip_refused, json_of, read_content, written_whole
 from limbgram.core.typed import Mismatch, tree_of, value_of
 from limbgram.findings import told
 from limbgram.reconstruction.photos.photo import SetAside
@@ -281,7 +281,7 @@ class Intake:
         part = self._part(name)
         found: list[tuple[Received, bool]] = []
         try:
-            with damage_refused(damaged), zipfile.ZipFile(part) as archive:
+            with damaged_zip_refused(damaged), zipfile.ZipFile(part) as archive:
                 members = [
                     one
                     for one in archive.infolist()

@@ -8,19 +8,16 @@ Fails   PhotoError: no zip, damaged, with a password, with names that leave the 
         or with more in it than a walk round a limb has. CaseError: the disk has no room for it.
 """
 
-import lzma
 import shutil
 import stat
 import zipfile
-import zlib
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Protocol
 
-from limbgram.core.errors import CaseError, LimbgramError, PhotoError, printable
+from limbgram.core.errors import CaseError, PhotoError, printable
+from limbgram.core.files import damaged_zip_refused
 
 _MOST_FILES = 2000
 _MOST_BYTES = 16_000_000_000
@@ -30,14 +27,6 @@ _SMALL_BYTES = 100_000
 """Files below may grow as they like: lists and settings shrink much."""
 _LONGEST_PART = 200
 _PIECE_BYTES = 1 << 20
-_DAMAGED = (
-    zipfile.BadZipFile,
-    zipfile.LargeZipFile,
-    NotImplementedError,
-    EOFError,
-    zlib.error,
-    lzma.LZMAError,
-)
 _LEFT_OUT = ("__MACOSX",)
 
 
@@ -63,7 +52,7 @@ def unpack(source: Path, folder: Path) -> Path:
         CaseError: there is no room for it.
     """
     shutil.rmtree(folder, ignore_errors=True)
-    with damage_refused(partial(_damaged, source)), zipfile.ZipFile(source) as archive:
+    with damaged_zip_refused(partial(_damaged, source)), zipfile.ZipFile(source) as archive:
         members = _members(source, archive)
         _require_room(source, folder, members)
         for member in members:
@@ -72,19 +61,6 @@ def unpack(source: Path, folder: Path) -> Path:
             with place.open("wb") as writer:
                 copy_member(archive, member.info, writer)
     return folder
-
-
-@contextmanager
-def damage_refused(refusal: Callable[[Exception], LimbgramError]) -> Generator[None]:
-    """What zipfile and its decompressors raise for a damaged file is answered by this refusal."""
-    try:
-        yield
-    except _DAMAGED as error:
-        raise refusal(error) from error
-    except OSError as error:
-        if error.errno is not None:
-            raise
-        raise refusal(error) from error  # bzip2 says so
 
 
 def copy_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, writer: Writer) -> None:

@@ -12,6 +12,7 @@ and only then takes its name.
 import hashlib
 import itertools
 import json
+import lzma
 import math
 import os
 import re
@@ -19,6 +20,8 @@ import shutil
 import stat
 import sys
 import tomllib
+import zipfile
+import zlib
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -27,6 +30,14 @@ from typing import Any, BinaryIO, cast
 from limbgram.core.errors import ExportError, LimbgramError, is_full, reason_of, system_reason
 from limbgram.findings import Finding, fault
 
+_DAMAGED_ZIP = (
+    zipfile.BadZipFile,
+    zipfile.LargeZipFile,
+    NotImplementedError,
+    EOFError,
+    zlib.error,
+    lzma.LZMAError,
+)
 _DEEPEST = 64
 """Levels of lists and tables in each other; no format of ours has ten."""
 _LARGEST_WHOLE = 2**53
@@ -190,6 +201,19 @@ def _hold(file: BinaryIO, *, wait: bool) -> None:
         import fcntl
 
         fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+@contextmanager
+def damaged_zip_refused(refusal: Callable[[Exception], LimbgramError]) -> Generator[None]:
+    """What zipfile and its decompressors raise for damaged bytes is answered by this refusal."""
+    try:
+        yield
+    except _DAMAGED_ZIP as error:
+        raise refusal(error) from error
+    except OSError as error:
+        if error.errno is not None:
+            raise
+        raise refusal(error) from error  # bzip2 says so
 
 
 def require(holds: bool, found: Finding) -> None:

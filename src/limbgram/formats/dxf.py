@@ -190,4 +190,9 @@ def _parted(text: str, name: str) -> tuple[Points3, Int64[np.ndarray, "f 3"], st
     return values[1 : 1 + 3 * places].reshape(-1, 3), corners[:, 1:].astype(np.int64), stood_in
 
 
-FORMAT = Format(suffix=".dxf", place=20, write=write_dxf)
+FORMAT = Format(
+    suffix=".dxf",
+    place=20,
+    used_for={"en": "surface, sections, landmarks", "de": "Oberfläche, Schnitte, Landmarken"},
+    write=write_dxf,
+)

@@ -4,7 +4,7 @@ A format is one file of this folder. Its line `FORMAT = Format(...)` is all that
 reading, export, deliverables and the tests of round trips follow from it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol
@@ -12,6 +12,7 @@ from typing import Literal, Protocol
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.triangle_soup import Soup
 from limbgram.formats.writing import Unit
+from limbgram.workbench.anatomy.names import Language
 from limbgram.workbench.limb import Landmark
 
 Kept = Literal["colours", "filled", "sigma", "shared errors", "lost length"]
@@ -38,6 +39,8 @@ class Format:
     """Small letters."""
     place: int
     """Among the formats, as they are offered and delivered."""
+    used_for: Mapping[Language, str]
+    """Who takes it, in a few words for people."""
     read: Callable[[bytes, str], Soup] | None = None
     write: MeshWriter | None = None
     """None also where writing needs more than a mesh, as AOP needs an aligned limb."""

@@ -505,6 +505,7 @@ def _finite_metres(sigma_mm: Float32[np.ndarray, " n"]) -> Float32[np.ndarray, "
 FORMAT = Format(
     suffix=".glb",
     place=50,
+    used_for={"en": "viewers", "de": "Betrachter"},
     read=read_glb,
     write=write_glb,
     write_marked=write_marked_glb,

@@ -193,5 +193,10 @@ def _read_back(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 FORMAT = Format(
-    suffix=".obj", place=40, read=read_obj, write=write_obj, write_marked=write_marked_obj
+    suffix=".obj",
+    place=40,
+    used_for={"en": "other programs", "de": "andere Programme"},
+    read=read_obj,
+    write=write_obj,
+    write_marked=write_marked_obj,
 )

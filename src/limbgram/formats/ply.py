@@ -414,6 +414,7 @@ def _read_back(path: Path) -> tuple[Shaped[np.ndarray, " n"], np.ndarray]:
 FORMAT = Format(
     suffix=".ply",
     place=30,
+    used_for={"en": "with colours and sureness", "de": "mit Farben und Sicherheit"},
     read=read_ply,
     write=write_ply,
     keeps=frozenset({"colours", "filled", "sigma", "shared errors", "lost length"}),

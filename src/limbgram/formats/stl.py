@@ -95,4 +95,11 @@ def _text(content: bytes, name: str) -> np.ndarray:
         raise ShapeFileError("file.stl.corner", name=name, why=reason_of(error)) from error
 
 
-FORMAT = Format(suffix=".stl", place=10, read=read_stl, write=write_stl, within_mm=1e-4)
+FORMAT = Format(
+    suffix=".stl",
+    place=10,
+    used_for={"en": "printer, other programs", "de": "Drucker, andere Programme"},
+    read=read_stl,
+    write=write_stl,
+    within_mm=1e-4,
+)

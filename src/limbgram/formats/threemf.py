@@ -22,7 +22,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import ShapeFileError, reason_of
-from limbgram.core.files import ContentError, write_file
+from limbgram.core.files import ContentError, damaged_zip_refused, write_file
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.format import Format
@@ -114,10 +114,15 @@ def read_3mf(content: bytes, name: str) -> Soup:
     Raises:
         ShapeFileError: damaged, or of an extension that is not known.
     """
+
+    def damaged(error: Exception) -> ShapeFileError:
+        return ShapeFileError("file.3mf.damaged", name=name, why=reason_of(error))
+
     try:
-        mesh = _Archive(content).built()
-    except (ContentError, zipfile.BadZipFile, expat.ExpatError, ValueError, KeyError) as error:
-        raise ShapeFileError("file.3mf.damaged", name=name, why=reason_of(error)) from error
+        with damaged_zip_refused(damaged):
+            mesh = _Archive(content).built()
+    except (ContentError, expat.ExpatError, ValueError, KeyError, RuntimeError) as error:
+        raise damaged(error) from error  # a RuntimeError where a password is asked for
     return Soup(mesh=mesh, stated_unit="mm")
 
 
@@ -330,4 +335,11 @@ def _parsed(content: bytes, start: Callable[[str, dict[str, str]], None]) -> Non
     parser.Parse(content, True)
 
 
-FORMAT = Format(suffix=".3mf", place=15, read=read_3mf, write=write_3mf, within_mm=4e-6)
+FORMAT = Format(
+    suffix=".3mf",
+    place=15,
+    used_for={"en": "printer, with its unit", "de": "Drucker, mit Einheit"},
+    read=read_3mf,
+    write=write_3mf,
+    within_mm=4e-6,
+)

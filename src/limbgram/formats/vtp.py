@@ -92,4 +92,9 @@ def _array(element: ElementTree.Element) -> np.ndarray:
     return np.frombuffer(content[_HEADER.size :][:size], _DTYPES[element.attrib["type"]])
 
 
-FORMAT = Format(suffix=".vtp", place=60, write=write_vtp)
+FORMAT = Format(
+    suffix=".vtp",
+    place=60,
+    used_for={"en": "ParaView, pyvista", "de": "ParaView, pyvista"},
+    write=write_vtp,
+)

@@ -34,6 +34,7 @@ from limbgram.formats.gcode.writing import GcodeReport, write_gcode
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.table import FORMATS, format_of
+from limbgram.workbench.anatomy.names import Language
 from limbgram.workbench.bodies import Apart, Outside, kept, left_out, without_loose
 from limbgram.workbench.carving.setup import FAST
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, Side
@@ -206,6 +207,18 @@ EXPORTS: Final[dict[str, type[Export]]] = {
     "csv": Landmarks,
 }
 """The request of each kind of file that is written; all doors offer these."""
+USED_FOR: Final[dict[str, Mapping[Language, str]]] = {
+    **{one.name: one.used_for for one in FORMATS},
+    "gcode": {"en": "own four-axis carver", "de": "eigene Vierachsfräse"},
+    "xlsx": {
+        "en": "landmarks, for a spreadsheet",
+        "de": "Landmarken, für Tabellenprogramme",
+    },
+    "csv": {"en": "landmarks as text", "de": "Landmarken als Text"},
+}
+"""Who takes each, in a few words for people."""
+EVERYDAY: Final = ("aop", "gcode", "stl", "dxf")
+"""What is asked for most, in the order in which people are offered it."""
 FOR_CARVERS: Final = frozenset({"aop", "gcode"})
 """Kinds for machines that cannot ask: aligned, and the side confirmed."""
 _LETTERS: dict[Side, str] = {"left": "-L", "right": "-R", "none": ""}

@@ -25,7 +25,9 @@ from limbgram.cli.main import app as command_line
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.ply import write_ply
-from limbgram.formats.reading import ShapeFile, read_limb, read_shape
+from limbgram.formats.reading import SUFFIXES, ShapeFile, read_limb, read_shape
+from limbgram.services.export import EXPORTS
+from limbgram.workbench.anatomy.names import LANGUAGES
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.recipe import Recipe
 
@@ -277,6 +279,17 @@ def test_exported_bytes_are_those_of_the_command_line(
     typed("export", rectified, "--to", kind, "-o", wanted, "--side", "left")
     assert got == wanted.read_bytes()
     assert client.get(f"{aligned}/exports/{name}/mirror").content.startswith(b"\x89PNG")
+
+
+def test_every_kind_of_file_is_offered_with_its_words_in_every_language(client: TestClient) -> None:
+    kinds = client.get(f"{API}/exports").json()
+    assert [one["kind"] for one in kinds if one["everyday"]] == ["aop", "gcode", "stl", "dxf"]
+    assert {one["kind"] for one in kinds} == set(EXPORTS)
+    assert all(set(one["used_for"]) == set(LANGUAGES) for one in kinds)
+    assert all(all(one["used_for"].values()) for one in kinds)
+    assert {one["kind"] for one in kinds if one["mesh"]} >= {"stl", "3mf", "ply"}
+    assert client.get(f"{API}/shape-files").json() == list(SUFFIXES)
+    assert ".3mf" in SUFFIXES
 
 
 def test_another_side_is_not_handed_over(client: TestClient, aligned: str) -> None:

@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from limbgram.core.errors import ShapeFileError
+from limbgram.core.errors import LimbgramError, ShapeFileError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
+from limbgram.formats.format import Format
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb
+from limbgram.formats.table import FORMATS
 from limbgram.formats.triangle_soup import fans_of
 from limbgram.workbench.limb import Limb
 
@@ -100,6 +102,29 @@ DAMAGE = {
     "stl: a corner no number": ("a.stl", STL, PLACES[0], PLACES[0] + "-"),
     "stl: a corner without end": ("a.stl", STL, PLACES[0], PLACES[0][:-1] + "e999"),
 }
+
+
+@pytest.mark.parametrize("kind", [one for one in FORMATS if one.holds_limbs], ids=lambda k: k.name)
+def test_overwritten_bytes_are_refused_or_read_but_never_crash(
+    tmp_path: Path, kind: Format
+) -> None:
+    whole = write_limb(
+        Limb(mesh=Mesh(vertices_mm=np.asarray(BOX.vertices), faces=FACES.astype(np.int32))),
+        tmp_path / f"a{kind.suffix}",
+    ).read_bytes()
+    rng = np.random.default_rng(20)
+    refused = 0
+    for trial in range(150):
+        content = bytearray(whole)
+        for at in rng.integers(0, len(whole), 3):
+            content[at] = rng.integers(0, 256)
+        path = tmp_path / f"{trial}{kind.suffix}"
+        path.write_bytes(content)
+        try:
+            read_limb(path)
+        except LimbgramError:
+            refused += 1
+    assert refused > 0
 
 
 @pytest.mark.parametrize("damage", DAMAGE)

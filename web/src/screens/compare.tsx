@@ -17,6 +17,7 @@ import { kindName } from "../limb-kinds";
 import { perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
+import { shapeFiles } from "../formats";
 import { expert } from "../state/settings";
 import { type TextKey, bytes, t, tOr } from "../texts";
 import { Stage, type Shown } from "../viewer/stage";
@@ -27,7 +28,6 @@ import type { RoomProps } from "./room";
 
 type Way = "auto" | "icp" | "landmarks" | "volume" | "as-is";
 const WAYS: readonly Way[] = ["auto", "icp", "landmarks", "volume", "as-is"];
-const READ = ".stl,.ply,.obj,.glb,.aop";
 
 /** A figure of both shapes, as the server tells it. */
 interface Change {
@@ -201,7 +201,7 @@ export function CompareScreen({ room }: RoomProps) {
               class="unseen"
               type="file"
               tabIndex={-1}
-              accept={READ}
+              accept={shapeFiles.value.join(",")}
               id="shape-file"
               aria-label={t("compare.file")}
               onChange={(event) => {

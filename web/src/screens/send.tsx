@@ -10,28 +10,23 @@ import { ROOT, type Schemas, api, taken } from "../api/client";
 import { Icon } from "../design/icons";
 import { Button, Chip, Notice, NumberField } from "../design/parts";
 import { Refusal } from "../design/refusal";
+import { type ExportKind, exportKinds, fileName, limitsOf, usedFor } from "../formats";
 import { signed } from "../geometry/scales";
 import { sided } from "../limb-kinds";
 import { perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
-import { type TextKey, bytes, t, when } from "../texts";
+import { bytes, t, when } from "../texts";
 import { type Finding, told } from "../words";
 import { openWith } from "./rectify";
 import type { RoomProps } from "./room";
 
-type Kind = "aop" | "gcode" | "stl" | "3mf" | "dxf" | "ply" | "obj" | "glb" | "vtp" | "xlsx" | "csv";
 type Side = "left" | "right";
-
-const FIRST: readonly Kind[] = ["aop", "gcode", "stl", "dxf"];
-const MORE: readonly Kind[] = ["3mf", "ply", "obj", "glb", "vtp", "xlsx", "csv"];
-/** What printers and design programs take. */
-const MESHES: readonly Kind[] = ["stl", "3mf", "ply", "obj", "glb", "vtp"];
 
 export function SendScreen({ room }: RoomProps) {
   const path = { params: { path: { case_id: room.id } } };
-  const kind = useSignal<Kind>("aop");
+  const kind = useSignal("aop");
   const side = useSignal<Side | null>(null);
   const held = useSignal(false);
   const signer = useSignal("");
@@ -54,7 +49,7 @@ export function SendScreen({ room }: RoomProps) {
   const other = side.value !== null && (known === "left" || known === "right") && known !== side.value;
   const torso = !sided(room.info.kind);
 
-  const write = (next: { kind?: Kind; side?: Side | null } = {}) => {
+  const write = (next: { kind?: string; side?: Side | null } = {}) => {
     const chosen = { kind: next.kind ?? kind.value, side: next.side === undefined ? side.value : next.side };
     kind.value = chosen.kind;
     side.value = chosen.side;
@@ -72,7 +67,7 @@ export function SendScreen({ room }: RoomProps) {
     if (!act.busy.value) void act.run(writeWanted).then(() => before.again());
   };
   /** What the receiver expects of a kind, as it stands in its fields. */
-  const howOf = (one: Kind): NonNullable<Schemas["NewExport"]["how"]> => {
+  const howOf = (one: string): NonNullable<Schemas["NewExport"]["how"]> => {
     if (one === "aop") return { spokes: spokes.value, spacing_mm: spacing.value, distal_slices: distal.value };
     if (one === "gcode") return { tool_diameter_mm: tool.value };
     return one === "dxf" ? { spacing_mm: sections.value } : {};
@@ -107,11 +102,14 @@ export function SendScreen({ room }: RoomProps) {
             : !held.value
               ? t("send.off.picture")
               : null;
-  const option = (one: Kind) => (
-    <label key={one} class={`opt ${kind.value === one ? "on" : ""}`}>
-      <input type="radio" name="kind" checked={kind.value === one} onChange={() => write({ kind: one })} />
-      <b>{t(`file.${one}` as TextKey)}</b>
-      <small>{t(`file.${one}.for` as TextKey)}</small>
+  const kinds = exportKinds.value;
+  const shown = kinds.find((one) => one.kind === kind.value);
+  const all = more.value || shown?.everyday === false;
+  const option = (one: ExportKind) => (
+    <label key={one.kind} class={`opt ${one === shown ? "on" : ""}`}>
+      <input type="radio" name="kind" checked={one === shown} onChange={() => write({ kind: one.kind })} />
+      <b>{fileName(one.kind)}</b>
+      <small>{usedFor(one)}</small>
     </label>
   );
   return (
@@ -122,10 +120,10 @@ export function SendScreen({ room }: RoomProps) {
           <p class="soft">{t("send.how")}</p>
         </div>
         <Card step={1} done title={t("send.what")}>
-          <div class="opts">{FIRST.map(option)}</div>
-          {(more.value || MORE.includes(kind.value)) && <div class="opts">{MORE.map(option)}</div>}
+          <div class="opts">{kinds.filter((one) => one.everyday).map(option)}</div>
+          {all && <div class="opts">{kinds.filter((one) => !one.everyday).map(option)}</div>}
           <p class="opt-links">
-            {!more.value && !MORE.includes(kind.value) && (
+            {!all && (
               <button type="button" class="linkish" onClick={() => (more.value = true)}>
                 {t("send.more")}
               </button>
@@ -147,8 +145,7 @@ export function SendScreen({ room }: RoomProps) {
                   unit=""
                   step={10}
                   decimals={0}
-                  min={8}
-                  max={3600}
+                  {...limitsOf("aop", "spokes")}
                   value={spokes.value}
                   onChange={(v) => ((spokes.value = v), write())}
                 />
@@ -159,8 +156,7 @@ export function SendScreen({ room }: RoomProps) {
                   unit="mm"
                   step={0.5}
                   decimals={2}
-                  min={0.1}
-                  max={50}
+                  {...limitsOf("aop", "spacing_mm")}
                   value={spacing.value}
                   onChange={(v) => ((spacing.value = v), write())}
                 />
@@ -171,8 +167,7 @@ export function SendScreen({ room }: RoomProps) {
                   unit=""
                   step={2}
                   decimals={0}
-                  min={0}
-                  max={100}
+                  {...limitsOf("aop", "distal_slices")}
                   value={distal.value}
                   onChange={(v) => ((distal.value = v), write())}
                 />
@@ -183,8 +178,7 @@ export function SendScreen({ room }: RoomProps) {
                   unit="mm"
                   step={5}
                   decimals={1}
-                  min={0.5}
-                  max={200}
+                  {...limitsOf("dxf", "spacing_mm")}
                   value={sections.value}
                   onChange={(v) => ((sections.value = v), write())}
                 />
@@ -253,7 +247,7 @@ export function SendScreen({ room }: RoomProps) {
             </p>
           )}
           <Refusal refused={act.refused.value} />
-          {MESHES.includes(kind.value) && ledger.value.value?.solid === false && (
+          {shown?.mesh && ledger.value.value?.solid === false && (
             <Notice
               tone="amber"
               title={t("send.shell")}

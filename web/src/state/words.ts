@@ -1,8 +1,9 @@
-/** Fetches the words of findings, once for each language, the kinds of edits and of limbs, as soon as the server answers. */
+/** Fetches the words of findings, once for each language, the kinds of edits, limbs and files, as soon as the server answers. */
 import { effect } from "@preact/signals";
 
 import { api, link, taken } from "../api/client";
 import { kinds } from "../edits";
+import { exportKinds, shapeFiles } from "../formats";
 import { limbKinds } from "../limb-kinds";
 import { language } from "../texts";
 import { words } from "../words";
@@ -34,6 +35,16 @@ export function watchWords(): void {
         limbKinds.value = got;
       },
       () => undefined, // the kinds' own names stand till it answers
+    );
+  });
+  effect(() => {
+    if (link.value !== "open" || exportKinds.peek().length) return;
+    Promise.all([taken(api.GET("/api/v1/exports", {})), taken(api.GET("/api/v1/shape-files", {}))]).then(
+      ([written, read]) => {
+        exportKinds.value = written;
+        shapeFiles.value = read;
+      },
+      () => undefined, // nothing is offered till it answers
     );
   });
 }

@@ -170,4 +170,9 @@ def _named(mark: AopLandmark, points: np.ndarray) -> list[Landmark]:
     ]
 
 
-FORMAT = Format(suffix=".aop", place=70, read=read_aop_soup)
+FORMAT = Format(
+    suffix=".aop",
+    place=70,
+    used_for={"en": "carver, central fabrication", "de": "Fräse, Zentralfertigung"},
+    read=read_aop_soup,
+)
