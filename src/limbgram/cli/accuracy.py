@@ -79,7 +79,7 @@ def _truth_lines(truth: TruthFigures) -> tuple[str, ...]:
         f"{truth.within['0.25 mm']:.2%} of the measured surface",
         f"  covered   0.1 mm {truth.covered['0.1 mm']:.2%}, 0.25 mm "
         f"{truth.covered['0.25 mm']:.2%} of the visible truth",
-        f"  scale     {truth.scale_error:+.4%}; volume {truth.volume_error:+.3%}",
+        f"  scale     {truth.scale_error:+z.4%}; volume {truth.volume_error:+z.3%}",
         f"  girths    {girths} mm of height in the truth",
         *(
             ()

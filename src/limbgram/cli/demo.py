@@ -72,8 +72,8 @@ def comparison_lines(comparison: TruthComparison) -> tuple[str, ...]:
         f"  surface        RMS {comparison.rms_mm:.3f} mm, 95 % within {comparison.p95_mm:.3f} mm, "
         f"mean {comparison.mean_mm:+z.3f} mm",
         f"  covered        {comparison.covered:.1%} of the visible surface within 0.25 mm",
-        f"  scale          {comparison.scale_error:+.3%}",
+        f"  scale          {comparison.scale_error:+z.3%}",
         f"  girths         {girths} mm of height in the truth",
-        f"  volume         {comparison.volume_error:+.2%}",
+        f"  volume         {comparison.volume_error:+z.2%}",
         f"  camera places  RMS {comparison.camera_rms_mm:.2f} mm",
     )

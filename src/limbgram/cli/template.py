@@ -117,7 +117,7 @@ def apply_command(
         (
             f"{known.name} applied at {strength:.0%}: the surface moved by {moved.min():+z.1f} to "
             f"{moved.max():+z.1f} mm (+ room, - pressure), the volume by {change_ml:+z.1f} mL "
-            f"({share:+.1%}).",
+            f"({share:+z.1%}).",
             *(f"Note: {with_full_stop(told(note))}" for note in notes),
             f"Written: {written}",
         ),
@@ -185,8 +185,8 @@ def _lines(template: Template) -> Sequence[str]:
         f"{share:.0%} of the surface, from {count}; {told}.",
         f"Heights count from the rounded end (0) to {template.reference} (1).",
         *(
-            f"  {mark.name:<28} height {mark.height:5.2f}   {mark.angle_deg:+6.1f} degrees towards "
-            f"lateral   {moves[mark.name]:+z.1f} mm{_warning(mark.name, moves[mark.name])}"
+            f"  {mark.name:<28} height {mark.height:5.2f}   {mark.angle_deg:+z6.1f} degrees "
+            f"towards lateral   {moves[mark.name]:+z.1f} mm{_warning(mark.name, moves[mark.name])}"
             for mark in template.marks
         ),
     )

@@ -120,7 +120,7 @@ def acceptance_lines(found: Acceptance) -> tuple[str, ...]:
     missing = [f"  {one.capture}: {one.name}: {told(one.reason)}" for one in found.not_measured]
     spreads = [
         f"  {KINDS[one.kind]}: mean {one.bias_mm:+z.3f} mm"
-        + (f" ({one.bias_share:+.3%})" if one.bias_share is not None else "")
+        + (f" ({one.bias_share:+z.3%})" if one.bias_share is not None else "")
         + (f", spread {one.spread_mm:.3f} mm" if one.spread_mm is not None else "")
         + f", largest {one.worst_mm:+z.3f} mm of {one.count}"
         for one in found.spreads

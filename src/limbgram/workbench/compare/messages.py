@@ -137,7 +137,7 @@ def series_lines(series: Series) -> tuple[str, ...]:
         f"{told(scans.alignments[0].how)}",
         *(
             f"{day.isoformat()}  {volume / 1000:8.1f} "
-            f"{plus_minus(Interval.of_sigma(sigma / 1000), 1)} mL ({volume / start - 1:+.1%})  "
+            f"{plus_minus(Interval.of_sigma(sigma / 1000), 1)} mL ({volume / start - 1:+z.1%})  "
             f"{name}"
             for day, volume, sigma, name in zip(
                 series.days, scans.volumes_mm3, series.volume_sigmas_mm3, series.names
@@ -175,7 +175,7 @@ def _course_line(course: Course) -> str:
     sure = course.trend.probability
     real = f"{sure:.1%}" if sure < _SURE else f"> {_SURE:.1%}"
     return (
-        f"{first:9.1f}{last:9.1f}{course.change:+9.1f} {within:14}{real:>8}"
+        f"{first:9.1f}{last:9.1f}{course.change:+z9.1f} {within:14}{real:>8}"
         f"  {course.words['en']}" + ("" if course.trend.is_clear else ": within the uncertainty")
     )
 
@@ -389,7 +389,7 @@ def _second(change: Change | None, width: int, per: float = 1.0) -> str:
 
 
 def _difference(change: Change | None, width: int, per: float = 1.0) -> str:
-    return f"{'-':>{width}}" if change is None else f"{change.difference / per:+{width}.1f}"
+    return f"{'-':>{width}}" if change is None else f"{change.difference / per:+z{width}.1f}"
 
 
 def _beside(level: LevelChange) -> str:
