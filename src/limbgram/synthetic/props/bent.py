@@ -29,9 +29,7 @@ from limbgram.synthetic.props.details import PLAIN, SkinDetails
 from limbgram.synthetic.props.limb import (
     Limb,
     Relief,
-    cut_rings,
-    detailed,
-    limb_of_grid,
+    limb_of_skin,
     relieved,
 )
 
@@ -75,14 +73,8 @@ def limb_of_bent(
     """
     skin = _rings(shape, step_mm)
     skin = relieved(skin, relief, np.random.default_rng((seed, 1)))
-    if details.any:
-        skin = detailed(skin, details, seed)
-    skin[0, :, 2] = 0.0
-    skin[-1] = skin[-1].mean(0)
-    skin[..., 2] += base_mm
-    grid = np.concatenate([cut_rings(skin[0]), skin])
     side = "left" if shape.side == "left" else "right"
-    return limb_of_grid(grid, len(grid) - len(skin), base_mm, side, shape.anterior_rad)
+    return limb_of_skin(skin, details, seed, base_mm, side, shape.anterior_rad)
 
 
 @dataclass(frozen=True)

@@ -239,14 +239,26 @@ def make_limb(
     bend = rng.uniform(-8, 8, 2) * (skin[..., 2:] / height) ** 2
     skin = np.concatenate([skin[..., :1] * turn + bend, skin[..., 2:]], -1)
     skin = relieved(skin, relief, rng)
+    whose = "right" if side > 0 else "left"
+    return limb_of_skin(skin, details, seed, base_mm, whose, float(yaw))
+
+
+def limb_of_skin(
+    skin: _Grid,
+    details: SkinDetails,
+    seed: int,
+    base_mm: float,
+    side: Literal["left", "right"],
+    anterior_rad: float,
+) -> Limb:
+    """Close a skin to a limb, with details along its normals, its rim level at `base_mm`."""
     if details.any:
-        skin = detailed(skin, details, seed)
+        skin = _detailed(skin, details, seed)
     skin[0, :, 2] = 0.0
     skin[-1] = skin[-1].mean(0)
     skin[..., 2] += base_mm
     grid = np.concatenate([cut_rings(skin[0]), skin])
-    whose = "right" if side > 0 else "left"
-    return limb_of_grid(grid, len(grid) - len(skin), base_mm, whose, float(yaw))
+    return limb_of_grid(grid, len(grid) - len(skin), base_mm, side, anterior_rad)
 
 
 def relieved(skin: _Grid, relief: Relief, rng: np.random.Generator) -> _Grid:
@@ -254,7 +266,7 @@ def relieved(skin: _Grid, relief: Relief, rng: np.random.Generator) -> _Grid:
     return skin + _normals(skin) * _relief_mm(skin, relief, rng)[..., None]
 
 
-def detailed(skin: _Grid, details: SkinDetails, seed: int) -> _Grid:
+def _detailed(skin: _Grid, details: SkinDetails, seed: int) -> _Grid:
     """The skin with knit, veins, scars and wrinkles along its normals."""
     return skin + _normals(skin) * details_mm(skin, details, seed)[..., None]
 

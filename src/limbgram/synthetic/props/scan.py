@@ -39,9 +39,7 @@ from limbgram.synthetic.props.details import PLAIN, SkinDetails
 from limbgram.synthetic.props.limb import (
     Limb,
     Relief,
-    cut_rings,
-    detailed,
-    limb_of_grid,
+    limb_of_skin,
     relieved,
 )
 from limbgram.workbench.limb import LimbFrame
@@ -157,14 +155,8 @@ def limb_of_scan(
     turn = np.stack([np.cos(around), np.sin(around)], -1)
     skin = np.concatenate([away[..., None] * turn, height[..., None]], -1)
     skin = relieved(skin, relief, np.random.default_rng((seed, 1)))
-    if details.any:
-        skin = detailed(skin, details, seed)
-    skin[0, :, 2] = 0.0
-    skin[-1] = skin[-1].mean(0)
-    skin[..., 2] += base_mm
-    grid = np.concatenate([cut_rings(skin[0]), skin])
     side = "left" if scan.side == "left" else "right"
-    return limb_of_grid(grid, len(grid) - len(skin), base_mm, side, scan.anterior_rad)
+    return limb_of_skin(skin, details, seed, base_mm, side, scan.anterior_rad)
 
 
 def distance_for(scan: Scan | BentShape, usual_mm: float) -> float:
