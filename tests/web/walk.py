@@ -942,3 +942,17 @@ def program() -> str:
     found = shutil.which("limbgram")
     assert found is not None, "the command limbgram is not on the path"
     return found
+
+
+def test_every_kind_of_file_is_offered_and_written(worked: Worked) -> None:
+    worked.open("send")
+    page = worked.page
+    kinds = [one["kind"] for one in asked(page, "/api/v1/exports")]
+    page.get_by_role("radio", name="left").click()
+    page.get_by_role("button", name="More formats").click()
+    assert page.locator(".opt").count() == len(kinds)
+    for number in range(len(kinds)):
+        page.locator(".opt").nth(number).click()
+        ending = "nc" if kinds[number] == "gcode" else kinds[number]
+        expect(page.locator(".file-name")).to_contain_text(f".{ending}", timeout=COMPUTED_MS)
+    assert len(worked.asked("/exports")) == len(kinds)
