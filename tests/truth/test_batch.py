@@ -105,6 +105,7 @@ def test_alone_in_a_batch_and_killed_on_the_way_the_bytes_are_the_same(
     assert not list((folder / "out" / ".unpacked").iterdir())
 
 
+@pytest.mark.slow
 def test_a_second_run_computes_only_what_changed(folder: Path) -> None:
     words = ("batch", folder / "in", "-o", folder / "out")
     assert limbgram(*words, "--only", "P2").exit_code == 0

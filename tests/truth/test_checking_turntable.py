@@ -56,6 +56,7 @@ def test_photos_of_a_turning_limb_are_placed_by_the_limb(
     assert np.abs(off_deg).max() < 3.0
 
 
+@pytest.mark.slow
 def test_a_growing_folder_is_told_the_same_as_the_whole(
     capture: Capture, whole: CaptureCheck, tmp_path: Path
 ) -> None:

@@ -52,6 +52,7 @@ def test_a_start_of_two_thirds_of_a_pixel_in_short_waves_is_forgotten(bench) -> 
     assert np.abs(errors).max() < 0.5 * bench.pixel_mm
 
 
+@pytest.mark.slow
 def test_wet_paint_does_not_draw_the_surface_to_its_highlights(bench) -> None:
     """The highlight moves with the camera; in it half of the paint is burnt out."""
     wet = bench.lit("wet", Lighting(gloss=30.0, polish=60.0))

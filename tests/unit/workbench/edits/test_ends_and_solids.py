@@ -295,6 +295,7 @@ def test_teeth_of_a_part_of_an_open_edge_cost_nothing_elsewhere() -> None:
     np.testing.assert_allclose(heights_mm[heights_mm.min(1) < RADIUS_MM + 3], RADIUS_MM, atol=0.01)
 
 
+@pytest.mark.slow
 def test_an_open_edge_that_is_crumpled_deeply_loses_no_more_than_its_crumples() -> None:
     """The uppermost 12 mm of 18 degrees of the tube are waves too tight for the wall."""
     mesh = stump(144, 2.0)
