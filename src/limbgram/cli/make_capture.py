@@ -12,6 +12,7 @@ from limbgram.core.run import Run
 from limbgram.findings import as_json as tree_of_finding
 from limbgram.findings import told
 from limbgram.services.make_capture import MakeRequest, make
+from limbgram.synthetic.props.bent import BentShape
 from limbgram.synthetic.props.scan import Scan
 
 
@@ -42,7 +43,7 @@ def make_capture_command(
     )
 
 
-def _told(scan: Scan | None) -> dict[str, Any]:
+def _told(scan: Scan | BentShape | None) -> dict[str, Any]:
     if scan is None:
         return {}
     return {

@@ -18,6 +18,7 @@ from limbgram.synthetic.capture import Capture, make_capture
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import Lens
+from limbgram.synthetic.props.bent import BentShape
 from limbgram.synthetic.props.details import SkinDetails
 from limbgram.synthetic.props.gauges import BallBar, Gauge, GaugeCylinder
 from limbgram.synthetic.props.limb import LimbKind, Relief
@@ -44,9 +45,9 @@ class MakeRequest:
     """Which limb of ours."""
     shape: Annotated[Path | None, _OBJECT] = None
     """A scan of a limb that is painted and photographed instead of one of ours: STL, PLY or another
-    kind of file that `limbgram measure` reads. It stands with its closed end up, and the camera
-    goes as far off as it takes to fill the photos. What is photographed is the truth, in
-    truth/mesh.ply."""
+    kind of file that `limbgram measure` reads. It stands with its closed end up, a foot with its
+    shank upside down, and the camera goes as far off as it takes to fill the photos. What is
+    photographed is the truth, in truth/mesh.ply."""
     unit: Annotated[str | None, _OBJECT] = None
     """Unit of the scan's file: mm, cm, m, inch, or so many mm."""
     gauge: Annotated[GaugeName | None, _OBJECT] = None
@@ -88,7 +89,7 @@ class MakeRequest:
     """A fault of real captures at its usual strength, which truth/notes.json and cameras.json
     record."""
 
-    def options(self, scan: Scan | None) -> CaptureOptions:
+    def options(self, scan: Scan | BentShape | None) -> CaptureOptions:
         """As the maker takes them.
 
         Raises:
@@ -121,7 +122,7 @@ class MakeRequest:
         )
         return with_faults(options, self.fault)
 
-    def scan(self) -> Scan | None:
+    def scan(self) -> Scan | BentShape | None:
         """The shape that is photographed, if it is one from a file.
 
         Raises:
@@ -138,7 +139,7 @@ class MakeRequest:
             raise OptionsError("options.make.shape_and_gauge")
         return read_scan(self.shape, None if self.unit is None else mm_per_unit_of(self.unit))
 
-    def _distance_mm(self, scan: Scan | None) -> float:
+    def _distance_mm(self, scan: Scan | BentShape | None) -> float:
         usual_mm = _PHONE_FROM_MM if self.phone else CaptureOptions.distance_mm
         if scan is not None:
             return distance_for(scan, usual_mm)
@@ -163,7 +164,7 @@ class Made:
     """A capture that was made."""
 
     capture: Capture
-    scan: Scan | None
+    scan: Scan | BentShape | None
     """What was photographed, if it came from a file."""
 
 

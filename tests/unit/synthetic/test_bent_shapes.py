@@ -1,15 +1,20 @@
 """Bent shapes: rings that follow a surface round a bend lie on it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from tests.unit.workbench.devices.shapes import cone, settled, surface, together
 
 from limbgram.core.errors import ShapeFileError
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import is_watertight, volume_mm3, with_faces
+from limbgram.core.mesh.topology import boundary_loops, is_watertight, volume_mm3, with_faces
+from limbgram.formats.stl import write_stl
 from limbgram.synthetic.props.bent import BentShape, limb_of_bent
 from limbgram.synthetic.props.limb import Relief
+from limbgram.synthetic.props.scan import read_scan
 
 SMOOTH = Relief(rms_mm=0.0)
 HOOK = together([cone((0, 0, -40), 26, (0, 0, 90), 24), cone((0, 0, 90), 24, (0, 95, 75), 16)], 2.0)
@@ -60,3 +65,29 @@ def test_two_openings_are_refused() -> None:
         limb_of_bent(shape_of(holed), 1, 1.5, 60.0, SMOOTH)
     assert refused.value.finding.code == "made.bent.no_disc"
     assert refused.value.finding.values["openings"] == 2
+
+
+def test_a_file_of_a_bent_shape_stands_on_its_open_edge_however_it_lies(tmp_path: Path) -> None:
+    lying = Rigid.from_rotation_vector(np.array([1.1, 0.4, -0.7]), np.array([300.0, -80.0, 45.0]))
+    mesh = hook()
+    path = write_stl(mesh.with_vertices(lying.apply(mesh.vertices_mm)), tmp_path / "foot.stl", "mm")
+    shape = read_scan(path)
+    assert isinstance(shape, BentShape)
+    assert shape.side == "none"
+    assert len(boundary_loops(shape.mesh.faces)) == 1
+    heights = shape.mesh.vertices_mm[:, 2]
+    assert heights.min() == pytest.approx(0.0, abs=1e-3)
+    own = mesh.vertices_mm[:, 2]
+    assert np.ptp(heights) == pytest.approx(np.ptp(own), abs=5.0)  # the ragged edge is cut off
+    assert shape.mesh.area_mm2() == pytest.approx(mesh.area_mm2(), rel=0.03)
+    assert volume_mm3(limb_of_bent(shape, 1, 1.5, 60.0, SMOOTH).mesh) > 0
+    # The rings close at the end of the hook, 100 mm aside of the tube that it stands on.
+    aside = np.linalg.norm(shape.mesh.vertices_mm[shape.pole, :2])
+    assert 90.0 < aside < 125.0
+
+
+def test_a_bent_shape_that_is_closed_has_no_end_to_stand_on(tmp_path: Path) -> None:
+    whole = surface(HOOK, (-45, -45, -70), (45, 125, 125), 3.0, None)
+    with pytest.raises(ShapeFileError) as refused:
+        read_scan(write_stl(whole, tmp_path / "foot.stl", "mm"))
+    assert refused.value.finding.code in {"made.scan.folded", "made.scan.steep"}

@@ -264,6 +264,13 @@ def face_components(faces: Faces) -> Int32[np.ndarray, " f"]:
     return _components(sides[sides[:, 1] >= 0].astype(np.int64), len(faces))
 
 
+def largest_piece(mesh: Mesh) -> tuple[Mesh, int]:
+    """The piece of surface with the largest area, and how many others there are."""
+    piece = face_components(mesh.faces)
+    areas = np.bincount(piece, np.linalg.norm(mesh.face_normals(), axis=1))
+    return with_faces(mesh, mesh.faces[piece == np.argmax(areas)]), len(areas) - 1
+
+
 def corner_fans(faces: Faces) -> Int32[np.ndarray, "f 3"]:
     """Label of the fan that each corner belongs to: one fan is one manifold vertex.
 

@@ -1,7 +1,9 @@
 """Bent shapes: any surface with one open end, as rings of a chart, however it bends.
 
 In      a mesh with one open edge that lies level at the bottom, as a foot with its shank, upside
-        down; and the pole, the vertex about which the rings close.
+        down; and the pole, the vertex about which the rings close. `stood` makes them of a mesh as
+        it lies in its file: cut level at its longest open edge, with the pole where the way over
+        the surface from there is longest, as a toe's tip.
 Out     a Limb: what is photographed is the limb built of these rings, and that is the truth.
 Method  The surface is laid out on a disc with mean value weights (Floater 2003), its open edge on
         the circle: no triangle turns over. A Moebius map takes the pole to the middle; distances
@@ -12,18 +14,20 @@ Fails   ShapeFileError: several open edges, or none, or a handle.
 """
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Complex128, Float64
 from scipy import sparse
+from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import splu
 
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.closest_point import TriangleTree, nearest_shares
 from limbgram.core.mesh.mesh import Mesh, lengths
-from limbgram.core.mesh.topology import boundary_loops, find_edges
+from limbgram.core.mesh.topology import boundary_loops, find_edges, largest_piece
 from limbgram.findings import Finding
 from limbgram.synthetic.props.details import PLAIN, SkinDetails
 from limbgram.synthetic.props.limb import (
@@ -32,7 +36,10 @@ from limbgram.synthetic.props.limb import (
     limb_of_skin,
     relieved,
 )
+from limbgram.workbench.edits.cutting import keep_positive
 
+_CLEAR_MM = 0.5
+"""Above the highest place of a ragged open edge, where it is cut level."""
 _SLOWEST = 0.85
 """So much of the surface has rows and columns as close as asked; bulges have wider ones."""
 _BINS = 400
@@ -56,6 +63,60 @@ class BentShape:
     @property
     def height_mm(self) -> float:
         return float(self.mesh.vertices_mm[:, 2].max())
+
+
+class Stood(NamedTuple):
+    """A surface on its open edge, which lies level in the plane z = 0."""
+
+    mesh: Mesh
+    pole: int
+    world_from_mesh: Rigid
+    cut_mm: float
+    """What was cut off the open edge, where it was highest."""
+
+
+def stood(mesh: Mesh, name: str) -> Stood:
+    """Stand a mesh on its longest open edge, cut level, and find where its rings close.
+
+    Raises:
+        ShapeFileError: it has no open edge.
+    """
+    loops = boundary_loops(mesh.faces)
+    if not loops:
+        raise ShapeFileError("made.bent.no_disc", name=name, openings=0)
+    rim = max((mesh.vertices_mm[loop] for loop in loops), key=_round_mm)
+    middle = rim.mean(0)
+    up: Vector3 = np.linalg.svd(rim - middle, full_matrices=False)[2][2]
+    up = up if (mesh.vertices_mm.mean(0) - middle) @ up > 0 else -up
+    turn = upright(up)
+    heights = (rim - middle) @ up
+    start = middle + (float(heights.max()) + _CLEAR_MM) * up
+    world_from_mesh = Rigid(turn, -turn @ start)
+    level = mesh.with_vertices(world_from_mesh.apply(mesh.vertices_mm))
+    level = largest_piece(keep_positive(level, level.vertices_mm[:, 2]).mesh)[0]
+    return Stood(level, _farthest(level), world_from_mesh, float(np.ptp(heights)) + _CLEAR_MM)
+
+
+def upright(up: Vector3) -> Float64[np.ndarray, "3 3"]:
+    """A rotation that takes this direction to +z."""
+    beside = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    x = beside - (beside @ up) * up
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(up, x), up])
+
+
+def _round_mm(loop: Points3) -> float:
+    return float(lengths(np.roll(loop, -1, axis=0) - loop).sum())
+
+
+def _farthest(mesh: Mesh) -> int:
+    """The vertex with the longest way along edges from the open one."""
+    ends = find_edges(mesh.faces).ends
+    long = lengths(mesh.vertices_mm[ends[:, 1]] - mesh.vertices_mm[ends[:, 0]])
+    ways = sparse.csr_array((long, (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
+    rim = np.concatenate(boundary_loops(mesh.faces))
+    far = dijkstra(ways, directed=False, indices=rim, min_only=True)
+    return int(np.where(np.isfinite(far), far, -1.0).argmax())
 
 
 def limb_of_bent(

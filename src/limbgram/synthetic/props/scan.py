@@ -9,7 +9,9 @@ Method  The largest piece of surface is stood on its long axis. Rays go out leve
         open end are left out, holes are filled by the smoothest radii, and the facets of the scan
         are rounded by half the length of its edges. What is photographed is the limb built of
         these radii, and that is the truth, not the file.
-Fails   ShapeFileError: no long axis, rays that cross the outside several times (a bent foot),
+        A surface whose rays cross the outside several times, as a foot's with its shank, is taken
+        as a bent shape (bent.py) where it has an open end.
+Fails   ShapeFileError: no long axis, rays that cross the outside several times and no open end,
         large holes, or a size that the room does not take.
 Frame   as the limb's: z up along the axis, millimetres; nothing is mirrored.
 """
@@ -31,10 +33,10 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.axis import fit_axis
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_half_edges, face_components, with_faces
+from limbgram.core.mesh.topology import boundary_half_edges, largest_piece
 from limbgram.findings import Finding, note
-from limbgram.formats.reading import read_shape
-from limbgram.synthetic.props.bent import BentShape
+from limbgram.formats.reading import ShapeFile, read_shape
+from limbgram.synthetic.props.bent import BentShape, stood, upright
 from limbgram.synthetic.props.details import PLAIN, SkinDetails
 from limbgram.synthetic.props.limb import (
     Limb,
@@ -49,6 +51,10 @@ _STEP_MM = 1.5
 _LONGEST_MM, _SHORTEST_MM = 450.0, 50.0
 _WIDEST_MM = 150.0
 """Radius of what stands clear of the board on the table."""
+_NEAR_BOARD_MM = 60.0
+"""Below, a bent shape must leave the board free; what juts out above hides it to one side only."""
+_BENDS = frozenset({"made.scan.no_axis", "made.scan.folded", "made.scan.steep"})
+"""Refusals of a shape that has no rings round a straight axis."""
 _USUAL_HEIGHT_MM = 250.0
 """Of a limb that is whole in nearly every photo from the usual distance."""
 _NEAREST_SHARE = 0.85
@@ -93,28 +99,35 @@ class Scan:
     """What was left out or filled."""
 
 
-def read_scan(path: Path | str, mm_per_unit: float | None = None) -> Scan:
-    """Read a shape and find its radii.
+def read_scan(path: Path | str, mm_per_unit: float | None = None) -> Scan | BentShape:
+    """Read a shape and find its radii, or the rings of one that bends, as a foot with its shank.
 
     Args:
         mm_per_unit: Millimetres in one unit of the file; None takes what the file says, and
             otherwise millimetres if the size is that of a limb.
 
     Raises:
-        ShapeFileError: the file cannot be read, or its shape has no rings round one axis.
+        ShapeFileError: the file cannot be read, or its shape has no rings.
     """
     path = Path(path)
     shape = read_shape(path, mm_per_unit)
+    mesh, parts_out = largest_piece(shape.limb.mesh)
+    apart = (note("made.scan.pieces_left_out", pieces=parts_out),) if parts_out else ()
+    try:
+        return _straight(shape, mesh, apart, path.name)
+    except ShapeFileError as error:
+        if error.finding.code not in _BENDS or not len(boundary_half_edges(mesh.faces)):
+            raise
+    return _bent(shape, mesh, apart, path.name)
+
+
+def _straight(shape: ShapeFile, mesh: Mesh, apart: tuple[Finding, ...], name: str) -> Scan:
     frame = shape.limb.frame
-    mesh, parts_out = _largest_piece(shape.limb.mesh)
-    world_from_mesh = _upright(mesh, frame, path.name)
-    upright = mesh.with_vertices(world_from_mesh.apply(mesh.vertices_mm))
-    rays = _cast_all(upright, path.name)
-    rings = _rings(rays, _edge_mm(mesh), path.name)
-    anterior = np.array([0.0, 1.0, 0.0])
-    if frame is not None:
-        anterior = world_from_mesh.rotation @ frame.limb_from_mesh.rotation.T @ anterior
-    notes = [note("made.scan.pieces_left_out", pieces=parts_out)] if parts_out else []
+    world_from_mesh = _upright(mesh, frame, name)
+    standing = mesh.with_vertices(world_from_mesh.apply(mesh.vertices_mm))
+    rays = _cast_all(standing, name)
+    rings = _rings(rays, _edge_mm(mesh), name)
+    notes = list(apart)
     if rings.cut_mm > _STEP_MM:
         notes.append(note("made.scan.end_left_out", cut_mm=rings.cut_mm))
     if rings.missing > 0:
@@ -127,9 +140,35 @@ def read_scan(path: Path | str, mm_per_unit: float | None = None) -> Scan:
         tube_mm=rings.tube_mm,
         tube_rows=rings.tube_rows,
         radii_mm=rings.radii_mm,
-        anterior_rad=float(np.arctan2(anterior[1], anterior[0])),
+        anterior_rad=_anterior_rad(world_from_mesh, frame),
         notes=tuple(notes),
     )
+
+
+def _bent(shape: ShapeFile, mesh: Mesh, apart: tuple[Finding, ...], name: str) -> BentShape:
+    bent = stood(mesh, name)
+    places = bent.mesh.vertices_mm
+    low = places[places[:, 2] < _NEAR_BOARD_MM, :2]
+    _require_size(float(places[:, 2].max()), float(np.linalg.norm(low, axis=1).max()), name)
+    frame = shape.limb.frame
+    cut_off = bent.cut_mm > _STEP_MM
+    return BentShape(
+        sha256=shape.sha256,
+        mm_per_unit=shape.mm_per_unit,
+        side="none" if frame is None else frame.side,
+        mesh=bent.mesh,
+        pole=bent.pole,
+        anterior_rad=_anterior_rad(bent.world_from_mesh, frame),
+        notes=(*apart, *((note("made.scan.end_left_out", cut_mm=bent.cut_mm),) if cut_off else ())),
+    )
+
+
+def _anterior_rad(world_from_mesh: Rigid, frame: LimbFrame | None) -> float:
+    """Where the limb's front looks, as its file says it; +y without a word."""
+    anterior = np.array([0.0, 1.0, 0.0])
+    if frame is not None:
+        anterior = world_from_mesh.rotation @ frame.limb_from_mesh.rotation.T @ anterior
+    return float(np.arctan2(anterior[1], anterior[0]))
 
 
 def limb_of_scan(
@@ -165,13 +204,6 @@ def distance_for(scan: Scan | BentShape, usual_mm: float) -> float:
     return float(np.clip(share * usual_mm, *_DISTANCES_MM))
 
 
-def _largest_piece(mesh: Mesh) -> tuple[Mesh, int]:
-    """The piece of surface with the largest area, and how many others there are."""
-    piece = face_components(mesh.faces)
-    areas = np.bincount(piece, np.linalg.norm(mesh.face_normals(), axis=1))
-    return with_faces(mesh, mesh.faces[piece == np.argmax(areas)]), len(areas) - 1
-
-
 def _edge_mm(mesh: Mesh) -> float:
     corners = mesh.vertices_mm[mesh.faces]
     return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
@@ -184,10 +216,7 @@ def _upright(mesh: Mesh, frame: LimbFrame | None, name: str) -> Rigid:
     except MeasureError as error:
         raise ShapeFileError("made.scan.no_axis", name=name) from error
     up = axis.direction * _sense(mesh, axis.point_mm, axis.direction, frame)
-    beside = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-    x = beside - (beside @ up) * up
-    x /= np.linalg.norm(x)
-    rotation = np.stack([x, np.cross(up, x), up])
+    rotation = upright(up)
     return Rigid(rotation, -rotation @ axis.point_mm)
 
 

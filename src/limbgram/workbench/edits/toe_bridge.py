@@ -22,7 +22,7 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.signed_distance import SignedSurface
-from limbgram.core.mesh.topology import boundary_loops, face_components, with_faces
+from limbgram.core.mesh.topology import boundary_loops, face_components, largest_piece
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import Within
 from limbgram.reconstruction.surface.resampling import refine
@@ -192,7 +192,7 @@ def _bridged(mesh: Mesh, across: _Across, asked: ToeBridge) -> Mesh:
     rough = keep_positive(level, beyond + 2 * cell_mm).mesh  # without the grid's own border
     settled = rough.with_vertices(_settled(field, rough.vertices_mm, cell_mm))
     beyond = across.along_mm(settled.vertices_mm)
-    anew = _largest(keep_positive(settled, beyond - _STRIP * cell_mm).mesh)
+    anew = largest_piece(keep_positive(settled, beyond - _STRIP * cell_mm).mesh)[0]
     along = across.along_mm(mesh.vertices_mm)
     behind = keep_positive(mesh, np.where(toes, -along, np.maximum(np.abs(along), ON_IT_MM))).mesh
     one, two = _edge(behind, across, 0.0, what), _edge(anew, across, _STRIP * cell_mm, what)[::-1]
@@ -213,11 +213,6 @@ def _settled(field: _Closed, points_mm: Points3, cell_mm: float) -> Points3:
             break
         places -= np.clip(values, -0.5 * cell_mm, 0.5 * cell_mm)[:, None] * ways
     return places
-
-
-def _largest(mesh: Mesh) -> Mesh:
-    pieces = face_components(mesh.faces)
-    return with_faces(mesh, mesh.faces[pieces == np.bincount(pieces).argmax()])
 
 
 def _edge(mesh: Mesh, across: _Across, along_mm: float, what: str) -> Int64[np.ndarray, " k"]:
