@@ -393,7 +393,7 @@ def _finished(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
 def _require_joined(wall: _Solid, tried: _Tried) -> _Tried:
     """The same, refused where its skins are not joined."""
     left = boundary_half_edges(wall.solid.faces)
-    if not len(left):
+    if tried.refusal is not None or not len(left):
         return tried
     open_edge = np.zeros(len(wall.solid), np.bool_)
     open_edge[left] = True
