@@ -59,14 +59,15 @@ def test_a_torn_model_goes_the_whole_way(data_folder: Path, tmp_path: Path, name
         "--anterior", "-y", "--landmark", f"patellar tendon={tendon}",
         "--landmark", f"fibula head={fibula}",
     )  # fmt: skip
-    assert any("4 loose scraps of surface" in note for note in aligned["notes"])
+    scraps = next(note for note in aligned["notes"] if note["code"] == "limb.scraps")
+    assert scraps["values"]["count"] == 4
     height = aligned["size_mm"][2]
 
     levels = reply_of("measure", scan, "--every", 20)["levels"]
     below_brim = [row for row in levels if row["from_reference_mm"] < height - 30]
     assert len(below_brim) >= 8
     for row in below_brim:
-        assert not row["reason"]
+        assert not row["reasons"]
         assert row["volume_below_ml"]["value"] > 0
 
     recipe, positive = tmp_path / "a.toml", tmp_path / "positive.ply"

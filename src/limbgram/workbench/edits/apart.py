@@ -7,12 +7,11 @@ Method  The level of the distance on a grid has no folds and no crossings, howev
         its triangles off what stands out of the skin.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int32, Int64
+from jaxtyping import Float64, Int32, Int64
 from scipy.ndimage import distance_transform_edt
 
 from limbgram.core.geometry.arrays import Points3, Vector3
@@ -62,19 +61,13 @@ class Apart:
         return max(wanted, (box_mm3 / _MOST_CELLS) ** (1 / 3))
 
     def farther_mm(
-        self,
-        lowest_mm: Vector3,
-        counts: Int64[np.ndarray, "3"],
-        looked: Bool[np.ndarray, " n"] | None = None,
-        wanted_mm: Callable[[Points3], Float64[np.ndarray, " n"]] | None = None,
+        self, lowest_mm: Vector3, counts: Int64[np.ndarray, "3"]
     ) -> Float64[np.ndarray, "x y z"]:
         """How much farther than the thickness the nodes of a grid are from the skin: exact near
         that level, of the right sign elsewhere.
 
         Args:
             lowest_mm: The grid's first node; the skin lies within the grid.
-            looked: Nodes that are asked for; the others are taken as on the skin.
-            wanted_mm: What is wanted at places instead of the thickness; it may be less.
         """
         cell_mm = self.cell_mm
         bare = Mesh(vertices_mm=self.mesh.vertices_mm, faces=self.mesh.faces)
@@ -85,12 +78,8 @@ class Apart:
         # To the nearest node with a vertex: too near by 0.9 cells at most, too far by 2.1.
         values = cell_mm * np.asarray(distance_transform_edt(empty)) - self.thickness_mm
         near = (values > _NEARER * cell_mm) & (values < _FARTHER * cell_mm)
-        if looked is not None:
-            near &= looked.reshape(counts)
-            values[~looked.reshape(counts)] = -self.thickness_mm
         points = lowest_mm + cell_mm * np.argwhere(near)
-        wanted = self.thickness_mm if wanted_mm is None else wanted_mm(points)
-        values[near] = self.tree.closest(points).distances_mm - wanted
+        values[near] = self.tree.closest(points).distances_mm - self.thickness_mm
         return values
 
     def settled(self, points_mm: Points3, faces: Int32[np.ndarray, "k 3"]) -> Points3:

@@ -1,12 +1,13 @@
-"""Cover: an outward wall that is nowhere thinner than asked: creases too narrow for it are filled.
+"""Cover: a wall that is nowhere thinner than asked: what is too narrow for it is filled.
 
-In      an open Mesh, the wall's thickness, and the planes in which open edges lie.
+In      an open Mesh that looks to where the wall is to lie, the wall's thickness, and the planes in
+        which open edges lie.
 Out     the wall: the given skin as it was, the skin over it, and the rim between them.
 Method  The skin over it is a level of the distance, which goes on round the open edge as a tube.
         It is cut off where what is nearest is the open edge and lies below: square to the given
         skin, or level where the edge is. Bubbles that reach no opening are filled. Edges that lie
         in one plane are joined flat, others by a strip.
-Fails   EditError: an edge crosses itself.
+Fails   EditError: an edge crosses itself; the wall fills the shape up to its openings.
 """
 
 from dataclasses import dataclass, replace
@@ -17,6 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 from scipy.spatial import KDTree
 
+from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.folds import ANY_SHAPE, unfolded
 from limbgram.core.mesh.isosurface import level_surface
@@ -149,10 +151,12 @@ def covered(apart: Apart, planes: tuple[Plane, ...], what: str) -> Covered:
     """The wall over a skin.
 
     Raises:
-        EditError: an edge crosses itself.
+        EditError: an edge crosses itself, or the wall fills the shape up to its openings.
     """
     mesh = apart.mesh
     over = _over(apart, _Edge(apart, planes))
+    if not len(over.faces):
+        raise EditError("edit.wall.no_hollow")
     like = np.asarray(KDTree(mesh.vertices_mm).query(over.vertices_mm)[1], np.int64)
     turned = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[:, ::-1])
     skins = with_added(turned, over.vertices_mm, like, over.faces + np.int32(len(mesh)))
@@ -174,6 +178,8 @@ def _over(apart: Apart, edge: _Edge) -> Mesh:
     """The skin over the given one, open where that is."""
     level = _level(apart)
     level = with_faces(level, level.faces[_within(level, edge.beyond_mm(level), apart)])
+    if not len(level.faces):
+        return level
     level = refine(level, apart.edge_mm)
     near = np.abs(edge.beyond_mm(level)) < FINE_TO * apart.cell_mm
     level = refine_where(level, with_any(near, level.faces), FINER * apart.edge_mm)

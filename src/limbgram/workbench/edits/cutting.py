@@ -90,7 +90,7 @@ def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
         if _cut_ears(corners, cut) != len(cut):
             raise EditError("edit.cap.crosses", what=what)
         faces.append(ring[cut])
-    return _made_even(mesh, np.concatenate(faces).astype(np.int32))
+    return _made_even(mesh, np.concatenate(faces).astype(np.int32), normal)
 
 
 def _in_plane(normal: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "2 3"]:
@@ -224,10 +224,12 @@ def _worth(ring: np.ndarray, before: np.ndarray, after: np.ndarray, k: int):
     return double / (ux * ux + uy * uy + vx * vx + vy * vy + wx * wx + wy * wy)
 
 
-def _made_even(mesh: Mesh, faces: Faces) -> Mesh:
+def _made_even(mesh: Mesh, faces: Faces, normal: Float64[np.ndarray, "3"]) -> Mesh:
     """The mesh with a cap of near-equilateral triangles, about as fine as its rim.
 
-    The faces along the rim take part frozen, so that its edges stay whole.
+    The faces along the rim take part frozen, so that its edges stay whole. On a jagged rim evening
+    may turn a triangle over, and not back: the last round counts in which none is turned, and if
+    there is none, the cap as it was cut.
     """
     rim = np.zeros(len(mesh), np.bool_)
     rim[faces] = True
@@ -240,10 +242,19 @@ def _made_even(mesh: Mesh, faces: Faces) -> Mesh:
     corners = mesh.vertices_mm[along]
     lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     edge = float(np.median(lengths.max(1)))
+    tried = work
     for _ in range(_ROUNDS):
-        work = even_out(work, edge)
+        tried = even_out(tried, edge)
+        if _looks_along(tried, normal):
+            work = tried
     kept = np.zeros(len(work.vertices), np.bool_)
     kept[work.faces[work.frozen]] = True
     number = np.where(kept, work.origin, len(mesh) + np.cumsum(~kept) - 1)
     new = number[work.faces[~work.frozen]].astype(np.int32)
     return with_added(mesh, work.vertices[~kept], work.origin[~kept], new)
+
+
+def _looks_along(work: Triangles, normal: Float64[np.ndarray, "3"]) -> bool:
+    """Whether all faces that are not frozen do."""
+    a, b, c = np.moveaxis(work.vertices[work.faces[~work.frozen]], 1, 0)
+    return bool((np.cross(b - a, c - a) @ normal > 0).all())

@@ -1,7 +1,7 @@
 """Wall: a second surface at a thickness from the first, joined to it at the brim."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -27,7 +27,6 @@ from limbgram.workbench.edits.cover import covered
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
-from limbgram.workbench.edits.hollow import Hollowing, hollowed
 from limbgram.workbench.edits.level_edges import Plane, planes_of
 from limbgram.workbench.edits.offset import Offsetting, require_not_turned
 from limbgram.workbench.edits.regions import (
@@ -196,19 +195,16 @@ def _levelled(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
 
     These are trimmed where they are spoilt, until a wall is made or no more may go.
     """
-    by_level, where = partial(_hollowed_out, edit=edit), _whole_edges
-    if edit.side == "outward":
-        by_level, where = partial(_covered, edit=edit, planes=planes), _ragged_first
     whole_mm2 = mesh.area_mm2()
-    tried = by_level(mesh)
+    tried = _covered(mesh, edit, planes)
     for number in range(_TRIMMINGS):
         if tried.refusal is None:
             break
-        trimmed = _trimmed(mesh, where(mesh, tried.spoilt), rows=_ROW + number * _DEEPER)
+        trimmed = _trimmed(mesh, _ragged_first(mesh, tried.spoilt), rows=_ROW + number * _DEEPER)
         if trimmed is None or trimmed.area_mm2() < (1 - _MOST_TRIMMED) * whole_mm2:
             break
         mesh = trimmed
-        tried = by_level(mesh)
+        tried = _covered(mesh, edit, planes)
     left_mm2 = whole_mm2 - mesh.area_mm2()
     if tried.refusal is not None or not left_mm2 > 0:
         return tried
@@ -221,20 +217,12 @@ def _ragged_first(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray
 
     So an edge that was cut level is trimmed last.
     """
-    return spoilt & _whole_edges(mesh, spoilt)
-
-
-def _whole_edges(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
-    """All of each ragged open edge that is spoilt somewhere; if none is, what is spoilt.
-
-    The drum that closes an opening rests on its whole edge, so a tooth that is gone makes the next
-    one felt.
-    """
-    whole = np.zeros(len(mesh), np.bool_)
+    ragged = np.zeros(len(mesh), np.bool_)
     for loop in boundary_loops(mesh.faces):
-        if spoilt[loop].any() and Plane.of_loop(mesh, loop.astype(np.int64)) is None:
-            whole[loop] = True
-    return whole if whole.any() else spoilt
+        if Plane.of_loop(mesh, loop.astype(np.int64)) is None:
+            ragged[loop] = True
+    first = spoilt & ragged
+    return first if first.any() else spoilt
 
 
 def _moved(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
@@ -271,9 +259,10 @@ def _moved(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
 
 
 def _covered(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
-    """The wall whose second skin lies over the first one, as far from it as asked."""
+    """The wall whose second skin lies over the first one, or under it, as far from it as asked."""
+    upwards = mesh if edit.side == "outward" else replace(mesh, faces=mesh.faces[:, ::-1])
     try:
-        found = covered(Apart(mesh, edit.thickness_mm), planes, edit.title)
+        found = covered(Apart(upwards, edit.thickness_mm), planes, edit.title)
     except EditError as error:
         return _Tried(mesh, np.zeros(len(mesh), np.bool_), 0.0, error)
     like = np.concatenate([np.arange(len(mesh)), found.like])
@@ -281,25 +270,6 @@ def _covered(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
     wall = _Solid(solid, like, len(mesh.faces), found.over)
     tried = _finished(mesh, edit, wall)
     return replace(tried, notes=(*tried.notes, *_aslant(mesh, planes, wall)))
-
-
-def _hollowed_out(mesh: Mesh, edit: Wall) -> _Tried:
-    """The wall whose second skin is as far from the first one as asked; solid where narrow."""
-    shape = Hollowing(mesh, edit.thickness_mm)
-    tried = _Tried(mesh, np.zeros(len(mesh), np.bool_), 0.0, None)
-    capped = _Solid(shape.closed, shape.like, len(mesh.faces), 0)
-    tried = _require_sound(mesh, edit, capped, _require_no_lips(edit, capped, tried))
-    if tried.refusal is not None:
-        return tried
-    try:
-        found = hollowed(shape)
-    except EditError as error:
-        return replace(tried, refusal=error)
-    faces = np.concatenate([found.hollow_faces, found.rim_faces])
-    solid = _told(mesh, with_added(mesh, found.vertices_mm, found.like, faces), found.like)
-    like = np.concatenate([np.arange(len(mesh)), found.like])
-    wall = _Solid(solid, like, len(mesh.faces), len(found.hollow_faces))
-    return _finished(mesh, edit, wall)
 
 
 def _trimmed(mesh: Mesh, spoilt: Bool[np.ndarray, " n"], rows: float) -> Mesh | None:
@@ -416,7 +386,23 @@ def _require_sound(mesh: Mesh, edit: Wall, wall: _Solid, tried: _Tried) -> _Trie
 def _finished(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
     """The wall by a level, with all that there is to say of it."""
     tried = _require_sound(mesh, edit, wall, _thick_enough(mesh, edit, wall))
+    tried = _require_joined(wall, tried)
     return replace(tried, notes=(*tried.notes, *_thick_places(mesh, edit, wall)))
+
+
+def _require_joined(wall: _Solid, tried: _Tried) -> _Tried:
+    """The same, refused where its skins are not joined."""
+    left = boundary_half_edges(wall.solid.faces)
+    if tried.refusal is not None or not len(left):
+        return tried
+    open_edge = np.zeros(len(wall.solid), np.bool_)
+    open_edge[left] = True
+    refusal = EditError(
+        "edit.wall.unjoined",
+        open_edges=len(left),
+        point_mm=tuple(wall.solid.vertices_mm[left[0, 0]].tolist()),
+    )
+    return replace(tried, spoilt=wall.on_skin(open_edge) | tried.spoilt, refusal=refusal)
 
 
 def _require_no_lips(edit: Wall, wall: _Solid, tried: _Tried) -> _Tried:

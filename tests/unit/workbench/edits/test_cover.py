@@ -1,41 +1,68 @@
-"""Outward walls over creases: against bodies whose surroundings are known exactly.
+"""Walls where a shape is narrow or bends tightly: against bodies whose surroundings are known.
 
 Round a union of balls and capsules, what is no farther than d is the union of the same ones with
-radii larger by d: so the wall's outer side, and its volume, are known wherever it fills a crease.
+radii larger by d: so an outward wall's other side, and its volume, are known wherever it fills a
+crease. Inward, the fingers of a hand are too narrow for two walls.
 """
 
 from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.unit.workbench.edits.test_hollow import (
-    BETWEEN_MM,
-    CUT_MM,
-    FINGER_MM,
-    KNUCKLES_MM,
-    PALM_MM,
-    TIPS_MM,
-    WRIST_MM,
-    capsule_mm,
-    hand,
-    require_one_sound_solid,
-)
-from tests.unit.workbench.edits.test_solids import ragged
+from scipy.spatial import KDTree
+from tests.unit.workbench.edits.conftest import stump
+from tests.unit.workbench.edits.test_solids import ragged, require_one_sound_solid
 
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import volume_mm3
+from limbgram.core.mesh.topology import boundary_half_edges, volume_mm3, with_any, with_faces
 from limbgram.findings import Finding
+from limbgram.reconstruction.surface.cleaning import largest_manifold
 from limbgram.reconstruction.surface.resampling import refine
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
 
+PALM_MM, FINGER_MM, WRIST_MM, KNUCKLES_MM, TIPS_MM = 25.0, 6.0, 0.0, 60.0, 105.0
+CUT_MM = 5.0
+"""Height at which the wrist is open."""
+BETWEEN_MM = 15.0
+"""From finger to finger: 3 mm of room, less than any two walls."""
 SMALL_MM, LARGE_MM, APART_MM = 18.0, 30.0, 40.0
 """Radii of two balls, one over the other, that meet in a crease of 92 degrees."""
 Inside = Callable[[np.ndarray, float], np.ndarray]
 """How far inside a body with radii larger by so much places lie."""
+
+
+def capsule_mm(
+    places: np.ndarray, x_mm: float, low_mm: float, high_mm: float, radius_mm: float
+) -> np.ndarray:
+    """How far inside an upright capsule; negative outside."""
+    middle = np.stack(
+        [
+            np.full(places.shape[:-1], x_mm),
+            np.zeros(places.shape[:-1]),
+            np.clip(places[..., 2], low_mm, high_mm),
+        ],
+        axis=-1,
+    )
+    return radius_mm - np.linalg.norm(places - middle, axis=-1)
+
+
+def hand() -> Mesh:
+    """A palm with a round end, three fingers on it, open at the wrist."""
+    step_mm = 1.5
+    lowest = np.array([-30.0, -30.0, -34.0])
+    places = lowest + step_mm * np.moveaxis(np.indices((41, 41, 103)), 0, -1)
+    inside = capsule_mm(places, 0.0, WRIST_MM, KNUCKLES_MM, PALM_MM)
+    for x_mm in (-BETWEEN_MM, 0.0, BETWEEN_MM):
+        finger = capsule_mm(places, x_mm, KNUCKLES_MM, TIPS_MM, FINGER_MM)
+        inside = np.maximum(inside, finger)
+    whole = refine(level_surface(inside, lowest, step_mm), step_mm)
+    return keep_positive(whole, whole.vertices_mm[:, 2] - CUT_MM).mesh
 
 
 def snowman_mm(places: np.ndarray, more_mm: float) -> np.ndarray:
@@ -113,3 +140,87 @@ def test_an_outward_wall_of_a_ragged_hand_is_nowhere_thinner_than_asked() -> Non
     made = do_edit(Limb(mesh=ragged(hand(), 8)), Wall(thickness_mm=6.0))
     require_one_sound_solid(made.mesh)
     assert told(made.notes, "edit.wall.thickness").values["thinnest_mm"] > 5.95
+
+
+def test_fingers_too_narrow_for_two_walls_are_solid_and_told() -> None:
+    mesh, thickness_mm = hand(), 8.0
+    made = do_edit(Limb(mesh=mesh), Wall(thickness_mm=thickness_mm, side="inward"))
+    solid = made.mesh
+    require_one_sound_solid(solid)
+    given = mesh.vertices_mm[mesh.vertices_mm[:, 2] > CUT_MM + 4]
+    assert KDTree(solid.vertices_mm).query(given)[0].max() == 0
+    assert any(note.code == "edit.wall.solid" for note in made.notes)
+    radius_mm = PALM_MM - thickness_mm
+    hollow = np.pi * radius_mm**2 * (KNUCKLES_MM - CUT_MM) + 2 / 3 * np.pi * radius_mm**3
+    shape = np.pi * PALM_MM**2 * (KNUCKLES_MM - CUT_MM) + 2 / 3 * np.pi * PALM_MM**3
+    shape += sum(_finger_mm3(x_mm) for x_mm in (-BETWEEN_MM, 0.0, BETWEEN_MM))
+    assert volume_mm3(solid) == pytest.approx(shape - hollow, rel=0.02)
+
+
+def test_a_hollow_is_as_far_from_the_skin_as_the_wall_is_thick() -> None:
+    mesh = hand()
+    made = do_edit(Limb(mesh=mesh), Wall(thickness_mm=7.0, side="inward")).mesh
+    added = (np.arange(len(made)) >= len(mesh)) & (made.vertices_mm[:, 2] > CUT_MM + 1e-6)
+    skin = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    away_mm = skin.closest(made.vertices_mm[added]).distances_mm
+    assert away_mm.min() > 6.9
+    assert np.median(away_mm) == pytest.approx(7.0, abs=0.01)
+    hollow = TriangleTree.of(made.vertices_mm, made.faces[added[made.faces].all(1)])
+    assert hollow.closest(mesh.vertices_mm).distances_mm.min() > 6.9
+    assert made.vertices_mm[added, 2].max() < KNUCKLES_MM + PALM_MM - 7 + 2
+
+
+def _finger_mm3(x_mm: float) -> float:
+    """Volume of what stands out of the palm, by thin slices across."""
+    heights = np.linspace(KNUCKLES_MM, TIPS_MM + FINGER_MM, 400)
+    step = 0.1
+    x, y = np.meshgrid(np.arange(-7, 7, step), np.arange(-7, 7, step))
+    finger = x[..., None] ** 2 + y[..., None] ** 2
+    beyond = np.maximum(heights - TIPS_MM, 0.0) ** 2
+    inside = finger + beyond < FINGER_MM**2
+    palm = (x[..., None] + x_mm) ** 2 + y[..., None] ** 2 + (heights - KNUCKLES_MM) ** 2
+    outside = palm > PALM_MM**2
+    return float((inside & outside).sum() * step**2 * (heights[1] - heights[0]))
+
+
+def off_right_rad(places: np.ndarray) -> np.ndarray:
+    return np.abs(np.arctan2(places[:, 1], places[:, 0]))
+
+
+def stump_ragged_to_its_right() -> Mesh:
+    """A stump that ends in a smooth wave, of whose edge two rows are gnawed over 40 degrees."""
+    whole = stump(144, 2.0)
+    x, y, z = whole.vertices_mm.T
+    mesh = keep_positive(whole, 100.0 + 4.0 * np.sin(2 * np.arctan2(y, x)) - z).mesh
+    for _ in range(2):
+        at = np.zeros(len(mesh), np.bool_)
+        at[boundary_half_edges(mesh.faces)] = True
+        gone = (off_right_rad(mesh.vertices_mm[mesh.faces].mean(1)) < 0.35) & with_any(
+            at, mesh.faces
+        )
+        gone &= np.random.default_rng(4).random(len(mesh.faces)) < 0.7
+        mesh = with_faces(mesh, largest_manifold(mesh.vertices_mm, mesh.faces[~gone]))
+    return mesh
+
+
+@pytest.mark.parametrize("side", ["outward", "inward"])
+def test_a_ragged_edge_is_left_out_only_where_it_is_ragged(side: str) -> None:
+    mesh = stump_ragged_to_its_right()
+    made = do_edit(Limb(mesh=mesh), Wall(thickness_mm=6.0, side=side))  # pyright: ignore
+    require_one_sound_solid(made.mesh)
+    sound = mesh.vertices_mm[off_right_rad(mesh.vertices_mm) > 0.6]
+    assert KDTree(made.mesh.vertices_mm).query(sound)[0].max() == 0
+    assert told(made.notes, "edit.wall.trimmed").values["area_mm2"] < 40.0
+
+
+def test_an_inward_wall_of_a_ragged_hand_is_nowhere_thinner_than_asked() -> None:
+    made = do_edit(Limb(mesh=ragged(hand(), 8)), Wall(thickness_mm=8.0, side="inward"))
+    require_one_sound_solid(made.mesh)
+    assert told(made.notes, "edit.wall.thickness").values["thinnest_mm"] > 7.95
+    assert told(made.notes, "edit.wall.solid")
+
+
+def test_a_wall_that_fills_a_shape_up_to_its_opening_is_refused() -> None:
+    with pytest.raises(EditError) as refused:
+        do_edit(Limb(mesh=hand()), Wall(thickness_mm=PALM_MM + 1, side="inward"))
+    assert refused.value.finding.code == "edit.wall.no_hollow"

@@ -1,10 +1,15 @@
 """Cuts: triangles really split along the plane or the curve, openings really capped."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from limbgram.core.errors import EditError
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops, is_edge_manifold, volume_mm3
+from limbgram.reconstruction.surface.holes import loop_area
+from limbgram.workbench.edits.cutting import cap
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.regions import draw_curve
@@ -31,6 +36,40 @@ def test_a_capped_cut_is_closed_and_of_the_right_volume(limb: Limb, level_mm: fl
     assert heights_mm(cut).max() == pytest.approx(level_mm, abs=1.1e-3)
     lost = volume_mm3(whole.mesh) - volume_mm3(cut.mesh)
     assert lost == pytest.approx(POLYGON_AREA * (159.0 - level_mm), rel=1e-4)
+
+
+def jagged_ring(seed: int) -> Mesh:
+    """Two skins that end in one plane, their edges uneven and off a smooth line by 0.05 mm."""
+    random = np.random.default_rng(seed)
+    vertices, faces, first = [], [], 0
+    for radius_mm, count, inner in ((40.0, 500, False), (32.0, 300, True)):
+        angle = np.sort(random.uniform(0, 2 * np.pi, count))
+        away_mm = radius_mm + 1.8 * np.cos(5 * angle) + 0.05 * random.normal(size=count)
+        edge = np.column_stack([away_mm * np.cos(angle), away_mm * np.sin(angle), 0 * angle])
+        here, ahead = np.arange(count), (np.arange(count) + 1) % count
+        skin = np.concatenate(
+            [
+                np.column_stack([here + count, ahead + count, ahead]),
+                np.column_stack([here + count, ahead, here]),
+            ]
+        )
+        vertices += [edge, edge - [0.0, 0.0, 1.0]]
+        faces.append(first + (skin[:, ::-1] if inner else skin))
+        first += 2 * count
+    return Mesh(vertices_mm=np.concatenate(vertices), faces=np.concatenate(faces).astype(np.int32))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 6])
+def test_no_triangle_of_a_cap_is_turned_over(seed: int) -> None:
+    ring = jagged_ring(seed)
+    upper = ring.vertices_mm[:, 2] == 0
+    capped = cap(ring, upper, "The cut")
+    added = replace(capped, faces=capped.faces[len(ring.faces) :])
+    assert (added.face_normals()[:, 2] > 0).all()
+    edge = ring.vertices_mm[upper]
+    circles = edge[:500], edge[500:]
+    outer_mm2, inner_mm2 = (float(np.linalg.norm(loop_area(circle))) for circle in circles)
+    assert added.area_mm2() == pytest.approx(outer_mm2 - inner_mm2, rel=1e-9)
 
 
 def test_a_tilted_cut_rises_towards_the_back_as_said(limb: Limb) -> None:
