@@ -47,6 +47,8 @@ _LEVEL_MM = 2e-3
 _CHORD_MM = 0.02
 """An edge whose middle lies farther from the level is halved: a wall between two skins is off by
 the chords of both."""
+_HALVINGS = 3
+"""Times that edges are halved, all of them once: rounded edges bend tightest, and promise less."""
 _EASINGS, _BACK = 8, 0.5
 """Times that what crosses goes back to the grid's surface, and by which share of the way."""
 _SCRAP = 1e-3
@@ -89,9 +91,12 @@ def make_shell(layout: Layout, blocks: Sequence[Block] = ()) -> Shell:
     cell_mm = float(np.clip(thinnest_mm / _CELLS_ACROSS, _FINEST_MM, _COARSEST_MM))
     level = _level(field, cell_mm)
     even = refine(level, _EDGE * cell_mm)
-    coarse = _uncrossed(even, _settled(field, even.vertices_mm, cell_mm))
-    finer = _finer(field, coarse)
-    settled = _uncrossed(finer, _settled(field, finer.vertices_mm, cell_mm))
+    settled = _uncrossed(even, _settled(field, even.vertices_mm, cell_mm))
+    for again in range(_HALVINGS):
+        finer = _finer(field, settled, of_wall=again > 0)
+        if len(finer) == len(settled):
+            break
+        settled = _uncrossed(finer, _settled(field, finer.vertices_mm, cell_mm))
     pieces = face_components(settled.faces)
     areas = np.bincount(pieces, np.linalg.norm(settled.face_normals(), axis=1))
     large = areas > _SCRAP * areas.sum()
@@ -135,6 +140,7 @@ class _Field:
             away, 1e-9
         )[:, None]
         values = away - radius
+        of_wall = across == 0
         for block in self.blocks:
             outside = radius - height  # within the wall it joins it, and never reaches the skin
             own = block.distance_mm(points_mm)
@@ -145,13 +151,16 @@ class _Field:
             grown = np.where((own > outside)[:, None], _gradient(block, points_mm), -normals)
             values = np.where(nearer, of_block, values)
             ways = np.where(nearer[:, None], grown, ways)
-        return _Values(values, ways)
+            of_wall &= ~nearer
+        return _Values(values, ways, of_wall)
 
 
 @dataclass(frozen=True)
 class _Values:
     mm: Float64[np.ndarray, " n"]
     ways: Points3
+    of_wall: Bool[np.ndarray, " n"]
+    """Beside a skin, not beside a rounded edge or a block."""
 
 
 def _gradient(block: Block, points_mm: Points3) -> Points3:
@@ -247,12 +256,18 @@ def _settled(field: _Field, points_mm: Points3, cell_mm: float) -> Points3:
     return places
 
 
-def _finer(field: _Field, mesh: Mesh) -> Mesh:
-    """Edges halved whose middle lies off the level: chords where the surface bends tightly."""
+def _finer(field: _Field, mesh: Mesh, *, of_wall: bool) -> Mesh:
+    """Edges halved whose middle lies off the level: chords where the surface bends tightly.
+
+    Args:
+        of_wall: Only those of the wall, whose thickness is promised.
+    """
     edges = find_edges(mesh.faces)
-    middles = mesh.vertices_mm[edges.ends].mean(1)
-    off = np.abs(field.at(middles).mm) > _CHORD_MM
-    return divide(mesh, edges, off, np.full(len(middles), 0.5)).mesh
+    found = field.at(mesh.vertices_mm[edges.ends].mean(1))
+    off = np.abs(found.mm) > _CHORD_MM
+    if of_wall:
+        off &= found.of_wall
+    return divide(mesh, edges, off, np.full(len(off), 0.5)).mesh
 
 
 def _uncrossed(even: Mesh, places_mm: Points3) -> Mesh:

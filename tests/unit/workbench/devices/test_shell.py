@@ -117,6 +117,21 @@ def test_local_thickness_is_local() -> None:
     assert measure_wall(solid, layout).off_mm < 0.05
 
 
+def test_a_wall_thicker_than_what_it_covers_is_round_as_thick_as_asked() -> None:
+    """A toe of a small child: the grid's cells are half of its radius."""
+    toe = trimesh.creation.icosphere(5, 4.0)
+    mesh = Mesh(vertices_mm=np.asarray(toe.vertices, np.float64), faces=toe.faces.astype(np.int32))
+    layout = Layout(
+        positive=mesh,
+        beyond_mm=np.full(len(mesh), -40.0),
+        thickness_mm=np.full(len(mesh), 5.0),
+    )
+    solid = make_shell(layout).solid
+    middles = np.linalg.norm(solid.vertices_mm[solid.faces].mean(1), axis=1)
+    skins = np.where(middles < 6.5, 4.0, 9.0)
+    assert np.abs(middles - skins).max() < 0.05
+
+
 def test_a_crease_is_bridged_without_a_crossing() -> None:
     """Two spheres that meet: between them the surface turns in more sharply than the wall is
     thick."""
