@@ -6,8 +6,8 @@ Method  A point stands at landmarks, moved by what the measures say along anatom
         is what is seen of the surface there from one side; or at a height, looking at the limb's
         middle from an angle. A fair curve goes through all (curves).
 Fails   EditError: a landmark that is missing, a value out of its range or not given though nobody
-        may guess it, a limb too short, a hole or the open brim where the trim runs. Each names
-        the point.
+        may guess it, a limb too short or too slender, a hole or the open brim where the trim runs.
+        Each names the point.
 """
 
 import re
@@ -366,15 +366,30 @@ def place_point(body: Body, of: str, point: TrimPoint, values: Mapping[str, floa
         }[point.seen]
     met = body.met_mm(aim, look)
     if met is None:
-        heights = body.mesh.vertices_mm[:, 2]
-        raise EditError(
-            "device.trim.off_limb",
-            name=what,
-            point_mm=tuple(aim.tolist()),
-            lowest_mm=float(heights.min()),
-            highest_mm=float(heights.max()),
-        )
+        raise _missed(body, what, point, aim, look)
     return met
+
+
+def _missed(body: Body, what: str, point: TrimPoint, aim_mm: Vector3, look: Vector3) -> EditError:
+    """Why nothing is seen at a point: the limb is too slender, or does not reach there."""
+    lowest_mm, highest_mm = body.mesh.vertices_mm[:, 2].min(), body.mesh.vertices_mm[:, 2].max()
+    place: tuple[float, ...] = tuple(aim_mm.tolist())
+    beside_mm = body.beside_mm(aim_mm, look)
+    if beside_mm > 0 and lowest_mm < aim_mm[2] < highest_mm:
+        return EditError(
+            "device.trim.beside_limb",
+            name=what,
+            point_mm=place,
+            beside_mm=beside_mm,
+            measures=_named(point) or None,
+        )
+    return EditError(
+        "device.trim.off_limb",
+        name=what,
+        point_mm=place,
+        lowest_mm=float(lowest_mm),
+        highest_mm=float(highest_mm),
+    )
 
 
 def _is_trunk(limb: Limb) -> bool:

@@ -189,6 +189,30 @@ def test_what_cannot_be_drawn_is_refused_with_the_place(bodies: dict[str, Limb])
             assert len(refused.value.finding.values["point_mm"]) == 3
 
 
+def test_a_point_beside_a_slender_limb_is_refused_with_its_measures(
+    bodies: dict[str, Limb],
+) -> None:
+    """A joint's ear, 14 mm in front of a malleolus, on an ankle that is a quarter as thick."""
+    foot, calf = Body.of(bodies["foot"], "").limb, DEVICES["hinged-afo-calf"].trim
+    slender = replace(
+        foot,
+        mesh=foot.mesh.with_vertices(0.25 * foot.mesh.vertices_mm),
+        landmarks=tuple(replace(one, position_mm=0.25 * one.position_mm) for one in foot.landmarks),
+    )
+    values = values_of(calf.measures, {"ear_mm": 14.0, "below_fibula_mm": 15.0})
+    with pytest.raises(EditError) as refused:
+        draw_trim(Body.of(slender, ""), calf, values)
+    told = refused.value.finding
+    assert told.code == "device.trim.beside_limb"
+    assert told.values["name"] == "edge: ankle, lateral"
+    assert set(told.values["measures"]) == {"ear_mm", "joint_gap_mm"}
+    ankle = next(one for one in slender.landmarks if one.name == "lateral malleolus")
+    _, y, z = ankle.position_mm + np.array([0, 14, values["joint_gap_mm"] + 16])
+    away = np.hypot(slender.mesh.vertices_mm[:, 1] - y, slender.mesh.vertices_mm[:, 2] - z)
+    assert told.values["beside_mm"] == pytest.approx(away.min(), abs=0.01)
+    assert away.min() > 0.5
+
+
 def test_a_hole_of_the_scan_inside_the_device_is_refused(bodies: dict[str, Limb]) -> None:
     foot = bodies["foot"]
     assert foot.frame is not None
