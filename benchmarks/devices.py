@@ -28,6 +28,7 @@ from limbgram.formats.threemf import Told, write_3mf
 from limbgram.services.make_device import bed_from
 from limbgram.workbench.devices.device import Device, devices
 from limbgram.workbench.devices.making import Order, make_device
+from limbgram.workbench.devices.presets.straps import CALF_STRAP
 from limbs import Subject, ten_of
 from tables import made_on, table
 
@@ -126,7 +127,7 @@ def _values(device: Device, subject: Subject) -> dict[str, float]:
             found[one.name] = WALL_MM[device.kind]
         elif one.usual is None:
             found[one.name] = GIVEN[one.name]
-        elif one.name.endswith("_mm") and one in device.trim.measures:
+        elif one.name.endswith("_mm") and one in (*device.trim.measures, *CALF_STRAP):
             scaled = one.usual * subject.size
             found[one.name] = float(np.clip(scaled, one.within.least, one.within.most))
     return found

@@ -108,9 +108,10 @@ def trunk_of(whole: Mesh, man: Mesh, wide: float = 1.0, tall: float = 1.0) -> Li
     fine = _finer(whole, near & (np.abs(whole.vertices_mm[:, 0]) < beside + 100 * size), ids)
     mesh = keep_positive(fine.mesh, fine.mesh.vertices_mm[:, 2] - low).mesh
     mesh = keep_positive(mesh, high - mesh.vertices_mm[:, 2]).mesh
+    belly = 0.5 * (fine.places["right waist"][2] + fine.places["right axilla"][2])
     for sign in (1, -1):
         aside = np.maximum(sign * mesh.vertices_mm[:, 0] - beside, 0)
-        arm = (mesh.vertices_mm[:, 2] > fine.places["right waist"][2]) * aside
+        arm = (mesh.vertices_mm[:, 2] > belly) * aside  # a baby's belly is wider than its arms
         mesh = keep_positive(mesh, 0.5 - arm).mesh
     mesh = _largest(outer_bodies(Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces)).mesh)
     return _limb(mesh, fine.places, "torso", "none", np.array([wide, wide, tall]), [0, 0, 0])

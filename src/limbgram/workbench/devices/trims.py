@@ -11,7 +11,7 @@ Fails   EditError: a landmark that is missing, a value out of its range or not g
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -84,6 +84,8 @@ class TrimPoint:
     around_deg: Amount | None = None
     """In place of that: looking at the limb's middle at that height, from the front by 0, from
     lateral (on a trunk the right) by 90."""
+    round_mm: Amount = 0.0
+    """From there so far round the limb, as on a circle; the way in which angles grow."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -261,6 +263,7 @@ def mirrored(points: tuple[TrimPoint, ...], rename: Mapping[str, str]) -> tuple[
             above_sole_mm=None if point.above_sole_mm is None else amount(point.above_sole_mm),
             seen=sides.get(point.seen, point.seen),
             around_deg=None if point.around_deg is None else amount(point.around_deg, -1.0),
+            round_mm=amount(point.round_mm, -1.0),
         )
         for point in reversed(points)
     )
@@ -296,15 +299,20 @@ def amount_of(value: Amount, values: Mapping[str, float]) -> float:
     return total
 
 
-def _named(point: TrimPoint) -> tuple[str, ...]:
+def measures_in(amounts: Iterable[Amount]) -> tuple[str, ...]:
+    """The measures that amounts name, each once."""
+    terms = (term for one in amounts for term in _terms(one) if isinstance(term, str))
+    return tuple(dict.fromkeys(_taken_apart(term)[2] for term in terms))
+
+
+def measures_of(point: TrimPoint) -> tuple[str, ...]:
     """The measures that move it."""
     amounts = (
         *(point.up_mm, point.ahead_mm, point.out_mm),
         *(one for one in (point.above_sole_mm, point.around_deg) if one is not None),
+        point.round_mm,
     )
-    return tuple(
-        _taken_apart(term)[2] for one in amounts for term in _terms(one) if isinstance(term, str)
-    )
+    return measures_in(amounts)
 
 
 def _placed(
@@ -354,6 +362,11 @@ def place_point(body: Body, of: str, point: TrimPoint, values: Mapping[str, floa
         angle = np.radians(amount_of(point.around_deg, values))
         aim = body.middle_mm(float(aim[2]), what)
         look = -(np.cos(angle) * ahead + np.sin(angle) * out)
+        far_mm = amount_of(point.round_mm, values)
+        met = body.met_mm(aim, look) if far_mm else None
+        if met is not None:
+            angle += far_mm / float(np.linalg.norm(met - aim))
+            look = -(np.cos(angle) * ahead + np.sin(angle) * out)
     else:
         look = {
             "anterior": -ahead,
@@ -381,7 +394,7 @@ def _missed(body: Body, what: str, point: TrimPoint, aim_mm: Vector3, look: Vect
             name=what,
             point_mm=place,
             beside_mm=beside_mm,
-            measures=_named(point) or None,
+            measures=measures_of(point) or None,
         )
     return EditError(
         "device.trim.off_limb",
@@ -432,7 +445,7 @@ def _handle(
     free: Free,
 ) -> Handle:
     x, y, z = place_mm.tolist()
-    own = () if f"{loop.name}: {point.name}" in free else _named(point)
+    own = () if f"{loop.name}: {point.name}" in free else measures_of(point)
     if not own:
         return Handle(
             loop=loop.name,

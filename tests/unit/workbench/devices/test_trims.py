@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 from tests.unit.workbench.devices.shapes import make_foot
 
 from limbgram.core.errors import EditError
@@ -13,9 +14,15 @@ from limbgram.core.mesh.topology import with_faces
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import Device, devices
-from limbgram.workbench.devices.layout import Opening, cover
+from limbgram.workbench.devices.layout import Opening, _require_bridge, _within_opening, cover
 from limbgram.workbench.devices.presets.ankle import SOLID
-from limbgram.workbench.devices.trims import amount_of, draw_trim, mirrored, values_of
+from limbgram.workbench.devices.trims import (
+    amount_of,
+    draw_trim,
+    mirrored,
+    place_point,
+    values_of,
+)
 from limbgram.workbench.limb import Limb
 
 DEVICES = devices()
@@ -225,6 +232,49 @@ def test_a_hole_of_the_scan_inside_the_device_is_refused(bodies: dict[str, Limb]
         cover(body, drawn.edges)
     assert refused.value.finding.code == "device.hole"
     np.testing.assert_allclose(refused.value.finding.values["point_mm"], [0, -62, 200], atol=6)
+
+
+@pytest.mark.parametrize("x_mm", [-16.0, -9.0, 0.0, 9.0])
+def test_an_opening_that_leaves_too_narrow_a_bridge_is_refused(x_mm: float) -> None:
+    """On a plane, the device ending at x = 0: a slot of 6 mm, upright, its middle at x."""
+    x, y = (one.ravel() for one in np.meshgrid(np.arange(-60, 31.0), np.arange(-40, 41.0)))
+    plane = Mesh(
+        vertices_mm=np.column_stack([x, y, 0 * x]),
+        faces=Delaunay(np.column_stack([x, y])).simplices.astype(np.int32),
+    )
+    slot = Opening(
+        name="slot",
+        middle_mm=np.array([x_mm, 0.0, 0.0]),
+        along=np.array([0.0, 1, 0]),
+        length_mm=30.0,
+        width_mm=6.0,
+        measures=("slot_mm",),
+    )
+    depth, bridge_mm = _within_opening(plane, slot), -x_mm - 3
+    if bridge_mm > 7:
+        _require_bridge(plane, x, depth, slot, bridge_mm - 0.5)
+    with pytest.raises(EditError) as refused:
+        _require_bridge(plane, x, depth, slot, max(bridge_mm, 5.0) + 0.5)
+    told = refused.value.finding
+    assert told.code == "device.opening.edge"
+    assert told.values["wide_mm"] == pytest.approx(max(bridge_mm, 0.0), abs=0.3)
+    assert told.values["measures"] == ("slot_mm",)
+    assert -17 < told.values["point_mm"][0] < 20
+    assert abs(told.values["point_mm"][1]) < 20
+
+
+def test_a_strap_lies_as_far_behind_the_front_edge_on_any_limb(bodies: dict[str, Limb]) -> None:
+    body = Body.of(bodies["foot"], "")
+    device = DEVICES["solid-afo"]
+    values = values_of(device.measures("printed"), {"strap_back_mm": 14.0})
+    for slot, sign in zip(device.slots, (1.0, -1.0), strict=True):
+        edge = place_point(body, "", replace(slot.at, round_mm=0.0), values)
+        place = place_point(body, "", slot.at, values)
+        middle = body.middle_mm(float(place[2]), "")
+        angles = [np.arctan2(*(one - middle)[:2]) for one in (edge, place)]
+        assert sign * np.degrees(angles[0]) == pytest.approx(72.0, abs=0.1)
+        far_mm = sign * (angles[1] - angles[0]) * np.linalg.norm(edge - middle)
+        assert far_mm == pytest.approx(14.0, abs=0.05)
 
 
 def test_a_slot_is_as_long_and_wide_as_asked(bodies: dict[str, Limb]) -> None:
