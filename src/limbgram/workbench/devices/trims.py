@@ -20,6 +20,7 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError, MeasureError
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.mesh.mesh import unit
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import Within
@@ -32,8 +33,12 @@ Seen = Literal["anterior", "posterior", "lateral", "medial", "right", "left", "p
 _FROM_BRIM_MM = 3.0
 """A trim runs no nearer to an open edge of the scan: an edge and its roundness need a surface."""
 _FARTHEST_FREE_MM = 10.0
+_ARCH_MM = 25.0
+"""So far over a place under the foot its side is looked for."""
+_DOWNWARDS = np.sqrt(0.5)
+"""Cosine to straight down: beyond it a surface looks down rather than to a side."""
 _STEP_MM = 0.5
-"""By which a measure is changed to see where its handle goes."""
+"""By which a measure is changed to see where its handle goes, and a side is looked for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +81,8 @@ class TrimPoint:
     out_mm: Amount = 0.0
     """Lateral; on a trunk to the right."""
     above_sole_mm: Amount | None = None
-    """Height over the sole, in place of the landmark's."""
+    """Height over the sole, in place of the landmark's. Looked at from a side, where the surface at
+    that height is the foot's underside, as under a high arch: the lowest place of its side."""
     axes: Axes = "limb"
     """Whose directions these are."""
     seen: Seen = "lateral"
@@ -380,7 +386,23 @@ def place_point(body: Body, of: str, point: TrimPoint, values: Mapping[str, floa
     met = body.met_mm(aim, look)
     if met is None:
         raise _missed(body, what, point, aim, look)
+    if point.above_sole_mm is not None and point.seen in ("lateral", "medial"):
+        return _beside_sole(body, met, look, body.directions("foot", what)[2])
     return met
+
+
+def _beside_sole(body: Body, met_mm: Vector3, look: Vector3, up: Vector3) -> Vector3:
+    """The place itself, or the lowest one over it that looks sideways rather than down."""
+    place = met_mm
+    for rise_mm in np.arange(0.0, _ARCH_MM, _STEP_MM):
+        above = body.met_mm(met_mm + rise_mm * up, look)
+        if above is None:
+            break
+        place = above
+        face = tree_on(body.mesh).closest(place[None]).faces[0]
+        if unit(body.mesh.face_normals()[face][None])[0] @ up > -_DOWNWARDS:
+            return place
+    return met_mm
 
 
 def _missed(body: Body, what: str, point: TrimPoint, aim_mm: Vector3, look: Vector3) -> EditError:
@@ -466,8 +488,9 @@ def _handle(
     except EditError:
         pass  # at the limb's end: the handle stands, and nothing says where it goes
     else:
-        dx, dy, dz = ((there - place_mm) / step).tolist()
-        along = (dx, dy, dz)
+        if not np.allclose(there, place_mm):  # held by the foot's side
+            dx, dy, dz = ((there - place_mm) / step).tolist()
+            along = (dx, dy, dz)
     return Handle(
         loop=loop.name,
         point=point.name,

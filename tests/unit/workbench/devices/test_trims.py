@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial import Delaunay
 from tests.unit.workbench.devices.shapes import make_foot
 
@@ -17,6 +18,7 @@ from limbgram.workbench.devices.device import Device, devices
 from limbgram.workbench.devices.layout import Opening, _require_bridge, _within_opening, cover
 from limbgram.workbench.devices.presets.ankle import SOLID
 from limbgram.workbench.devices.trims import (
+    _beside_sole,
     amount_of,
     draw_trim,
     mirrored,
@@ -261,6 +263,23 @@ def test_an_opening_that_leaves_too_narrow_a_bridge_is_refused(x_mm: float) -> N
     assert told.values["measures"] == ("slot_mm",)
     assert -17 < told.values["point_mm"][0] < 20
     assert abs(told.values["point_mm"][1]) < 20
+
+
+def test_a_point_under_the_foot_lies_on_the_lowest_place_of_its_side(
+    bodies: dict[str, Limb],
+) -> None:
+    """On a ball, whose side begins 45 degrees over its lowest place."""
+    ball = trimesh.creation.icosphere(6, 50.0)
+    mesh = Mesh(vertices_mm=np.array(ball.vertices), faces=ball.faces.astype(np.int32))
+    body = Body(replace(Body.of(bodies["foot"], "").limb, mesh=mesh))
+    up = np.array([0.0, 0, 1])
+    for height_mm, truth_mm in ((-47.0, -np.sqrt(0.5) * 50.0), (-20.0, -20.0)):
+        place = body.met_mm(np.array([0.0, 0, height_mm]), np.array([-1.0, 0, 0]))
+        assert place is not None
+        found = _beside_sole(body, place, np.array([-1.0, 0, 0]), up)
+        assert found[2] == pytest.approx(truth_mm, abs=0.7)
+        assert np.linalg.norm(found) == pytest.approx(50.0, abs=0.05)
+        assert found[0] > 0
 
 
 def test_a_strap_lies_as_far_behind_the_front_edge_on_any_limb(bodies: dict[str, Limb]) -> None:
