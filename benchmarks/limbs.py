@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from jaxtyping import Float64, Int32
+from jaxtyping import Float64
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
