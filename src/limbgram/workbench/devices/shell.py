@@ -56,7 +56,8 @@ the chords of both."""
 _HALVINGS = 3
 """Times that edges are halved, all of them once: rounded edges bend tightest, and promise less."""
 _EASINGS, _BACK = 8, 0.5
-"""Times that what crosses goes back to the grid's surface, and by which share of the way."""
+"""Times that what crosses goes back to the grid's surface, and by which share of the way; then as
+often all of it."""
 _SCRAP = 1e-3
 """Pieces smaller than this share of the whole are the grid's, no part of the device."""
 _FAR_MM = 1e3
@@ -304,7 +305,7 @@ def _uncrossed(even: Mesh, places_mm: Points3) -> Mesh:
     places = places_mm.copy()
     near = np.zeros(len(even), np.bool_)
     concerned = np.ones(len(even.faces), np.bool_)
-    for _ in range(_EASINGS):
+    for share in (_BACK,) * _EASINGS + (1.0,) * _EASINGS:
         crossing = find_crossings(places, even.faces, concerned)
         if not len(crossing):
             break
@@ -312,5 +313,5 @@ def _uncrossed(even: Mesh, places_mm: Points3) -> Mesh:
         concerned = with_any(near, even.faces)
         near[even.faces[concerned]] = True
         concerned = with_any(near, even.faces)
-        places[near] += _BACK * (even.vertices_mm[near] - places[near])
+        places[near] += share * (even.vertices_mm[near] - places[near])
     return even.with_vertices(places)

@@ -152,6 +152,20 @@ def test_a_crease_is_bridged_without_a_crossing() -> None:
     assert measure_wall(solid, layout).off_mm < 0.08
 
 
+def test_skins_that_nearly_touch_go_back_all_the_way_where_they_would_cross() -> None:
+    """Two balls 0.01 mm apart, pushed 12 mm into each other: 1/256 of that is still too far."""
+    one = trimesh.creation.icosphere(3, 10.0)
+    two = one.copy()
+    two.apply_translation([20.01, 0, 0])
+    vertices = np.concatenate([one.vertices, two.vertices])
+    faces = np.concatenate([one.faces, two.faces + len(one.vertices)]).astype(np.int32)
+    apart = Mesh(vertices_mm=vertices, faces=faces)
+    pushed = vertices + [6.0, 0, 0] * np.sign(10 - vertices[:, :1])
+    freed = _uncrossed(apart, pushed)
+    assert len(find_crossings(pushed, faces))
+    assert not len(find_crossings(freed.vertices_mm, faces))
+
+
 def test_a_block_grows_out_of_the_wall_and_never_reaches_the_skin(layout: Layout) -> None:
     cone = RoundCone(
         start_mm=np.array([0.0, 0, -30]),

@@ -282,6 +282,23 @@ def test_a_point_under_the_foot_lies_on_the_lowest_place_of_its_side(
         assert found[0] > 0
 
 
+@pytest.mark.parametrize("below_mm", [80.0, 110.0, 140.0])
+def test_a_front_shell_ends_level_wherever_it_ends(
+    bodies: dict[str, Limb], below_mm: float
+) -> None:
+    body = Body.of(bodies["foot"], "")
+    trim = DEVICES["ground-reaction-afo"].trim
+    drawn = draw_trim(body, trim, values_of(trim.measures, {"shell_below_mm": below_mm}))
+    curve = next(one.curve for one in drawn.edges if one.name == "front opening")
+    place = {one.point: one.point_mm for one in drawn.handles if one.loop == "front opening"}
+    x, y, z = curve.points_mm.T
+    height = body.place_mm("tibial tubercle", "")[2] - below_mm
+    shins = place["shin, medial"], place["shin, lateral"]
+    over = (z > height - 60) & (y > shins[0][1]) & (x > shins[0][0]) & (x < shins[1][0])
+    assert over.sum() > 20
+    assert height - 14 < z[over].min() < z[over].max() < height + 4
+
+
 def test_a_strap_lies_as_far_behind_the_front_edge_on_any_limb(bodies: dict[str, Limb]) -> None:
     body = Body.of(bodies["foot"], "")
     device = DEVICES["solid-afo"]
