@@ -26,7 +26,6 @@ from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.edits.fill import Fill
 from limbgram.workbench.edits.spine import Spine
 from limbgram.workbench.edits.toe_bridge import ToeBridge
 from limbgram.workbench.limb import KindName, Landmark, Limb, LimbFrame, Side
@@ -108,9 +107,10 @@ def trunk_of(whole: Mesh, man: Mesh, wide: float = 1.0, tall: float = 1.0) -> Li
     fine = _finer(whole, near & (np.abs(whole.vertices_mm[:, 0]) < beside + 100 * size), ids)
     mesh = keep_positive(fine.mesh, fine.mesh.vertices_mm[:, 2] - low).mesh
     mesh = keep_positive(mesh, high - mesh.vertices_mm[:, 2]).mesh
+    belly = 0.5 * (fine.places["right waist"][2] + fine.places["right axilla"][2])
     for sign in (1, -1):
         aside = np.maximum(sign * mesh.vertices_mm[:, 0] - beside, 0)
-        arm = (mesh.vertices_mm[:, 2] > fine.places["right waist"][2]) * aside
+        arm = (mesh.vertices_mm[:, 2] > belly) * aside  # a baby's belly is wider than its arms
         mesh = keep_positive(mesh, 0.5 - arm).mesh
     mesh = _largest(outer_bodies(Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces)).mesh)
     return _limb(mesh, fine.places, "torso", "none", np.array([wide, wide, tall]), [0, 0, 0])
@@ -182,18 +182,27 @@ def _stump(folder: Path, name: str, side: Side) -> Limb:
     middle = mean[np.abs(mean[..., 2] + 20) < 10].mean(0)
     turn = np.array([-1.0, -1.0, 1.0])
     stood = turn * (mean - [middle[0], middle[1], low])
-    body = Body(Limb(mesh=_welded(stood), kind="transtibial"))
+    welded = _welded(stood)
+    body = Body(Limb(mesh=welded, kind="transtibial"))
     places: dict[str, np.ndarray] = {}
     for mark, (at, look) in _STUMP_MM.items():
         met = body.met_mm(np.array(at, float), np.array(look, float))
         assert met is not None, mark
         face = int(np.linalg.norm(stood.mean(1) - met, axis=1).argmin())
         places[mark] = turn * soup[face].mean(0)
-    mesh = _largest(_welded(turn * soup))
+    mesh = _largest(welded.with_vertices(_corners_at(welded.faces, turn * soup)))
     end = mesh.vertices_mm[:, 2].min()
     low_part = mesh.vertices_mm[np.abs(mesh.vertices_mm[:, 2] - end - 130) < 10].mean(0)
-    limb = _limb(mesh, places, "transtibial", side, 1.0, [*low_part[:2], end])
-    return limb if name == "mean" else do_edit(limb, Fill())  # the modes lack four triangles
+    return _limb(mesh, places, "transtibial", side, 1.0, [*low_part[:2], end])
+
+
+def _corners_at(
+    faces: np.ndarray, soup: Float64[np.ndarray, "f 3 3"]
+) -> Float64[np.ndarray, "n 3"]:
+    """Where most corners of each vertex lie: 27 triangles of the modes are laid otherwise."""
+    order = np.argsort(faces.ravel(), kind="stable")
+    starts = np.cumsum(np.bincount(faces.ravel()))[:-1]
+    return np.stack([np.median(one, 0) for one in np.split(soup.reshape(-1, 3)[order], starts)])
 
 
 def _soup(path: Path) -> Float64[np.ndarray, "f 3 3"]:

@@ -17,7 +17,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.mesh import Mesh, lengths, unit
 from limbgram.core.mesh.sections import Z_AXIS, centroid_mm, cut
 from limbgram.workbench.edits.regions import position_mm
 from limbgram.workbench.limb import AlignedLimb, Limb
@@ -131,11 +131,7 @@ class Body:
         None where the line misses the surface, or slips through an opening and meets it from
         within.
         """
-        start = through_mm - _FAR_MM * seen_along
-        met = self._scene.run(
-            start[None].astype(np.float32), np.ascontiguousarray(seen_along[None], np.float32)
-        )
-        face = int(np.asarray(met)[0])
+        face = self._first_face(through_mm, seen_along)
         if face < 0:
             return None
         a, b, c = self.mesh.vertices_mm[self.mesh.faces[face]]
@@ -143,7 +139,21 @@ class Body:
         steep = float(normal @ seen_along)
         if steep >= 0:
             return None
-        return start + seen_along * float(normal @ (a - start)) / steep
+        return through_mm + seen_along * float(normal @ (a - through_mm)) / steep
+
+    def beside_mm(self, through_mm: Vector3, seen_along: Vector3) -> float:
+        """How far a line through a place passes beside the limb; 0 where it meets it."""
+        if self._first_face(through_mm, seen_along) >= 0:
+            return 0.0
+        away = self.mesh.vertices_mm - through_mm
+        return float(lengths(away - np.outer(away @ seen_along, seen_along)).min())
+
+    def _first_face(self, through_mm: Vector3, seen_along: Vector3) -> int:
+        start = through_mm - _FAR_MM * seen_along
+        met = self._scene.run(
+            start[None].astype(np.float32), np.ascontiguousarray(seen_along[None], np.float32)
+        )
+        return int(np.asarray(met)[0])
 
 
 _OPPOSITE = {"lateral ": "medial ", "right ": "left ", "fifth meta": "first meta"}

@@ -5,7 +5,8 @@ Out     the positive, fine along all of them, and how far each vertex lies beyon
 Method  Distances over the surface go out from each edge to both sides (edits/regions). Round a slot
         or a vent the surface is laid out by the distance and the direction from its middle, which
         keeps lengths there to a share of a per cent on a limb's calf.
-Fails   EditError: edges that cross, or a hole of the scan inside the device.
+Fails   EditError: edges that cross, an opening that runs into an edge, or a hole of the scan inside
+        the device.
 """
 
 from collections.abc import Sequence
@@ -53,6 +54,8 @@ class Opening:
     length_mm: float
     """From end to end; a round vent's is its width."""
     width_mm: float
+    measures: tuple[str, ...] = ()
+    """What its place and its size follow, for refusals."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,8 +83,12 @@ def cover(
     edges: Sequence[Edge],
     openings: Sequence[Opening] = (),
     gaps: Sequence[Gap] = (),
+    bridge_mm: float = 0.0,
 ) -> Covered:
     """What a device covers.
+
+    Args:
+        bridge_mm: Least width of what stays between an opening and an edge, or another opening.
 
     Raises:
         EditError: see the head of this file.
@@ -98,7 +105,9 @@ def cover(
     for gap in gaps:
         beyond = _both(beyond, _beyond_gap(mesh, gap))
     for opening in openings:
-        beyond = np.maximum(beyond, _within_opening(mesh, opening))
+        depth = _within_opening(mesh, opening)
+        _require_bridge(mesh, beyond, depth, opening, bridge_mm)
+        beyond = np.maximum(beyond, depth)
     _require_no_hole(mesh, beyond)
     return Covered(positive=mesh, beyond_mm=beyond)
 
@@ -193,6 +202,37 @@ def _within_opening(mesh: Mesh, opening: Opening) -> Float64[np.ndarray, " n"]:
     depth = np.full(len(mesh), -_REACH_MM)
     depth[near] = np.maximum(0.5 * opening.width_mm - off, -_REACH_MM)
     return depth
+
+
+def _require_bridge(
+    mesh: Mesh,
+    beyond: Float64[np.ndarray, " n"],
+    depth: Float64[np.ndarray, " n"],
+    opening: Opening,
+    least_mm: float,
+) -> None:
+    """Refuse an opening that leaves less than a bridge beside it.
+
+    Where a bridge is narrowest, the ways to both of its sides are shortest in sum.
+
+    Raises:
+        EditError: names the opening and the place.
+    """
+    near = np.flatnonzero(depth > -least_mm)
+    if not len(near):
+        return
+    wide_mm = -(beyond + depth)[near]
+    at = int(np.argmin(wide_mm))
+    if wide_mm[at] < least_mm:
+        x, y, z = mesh.vertices_mm[near[at]].tolist()
+        raise EditError(
+            "device.opening.edge",
+            name=opening.name,
+            point_mm=(x, y, z),
+            wide_mm=max(float(wide_mm[at]), 0.0),
+            least_mm=least_mm,
+            measures=opening.measures or None,
+        )
 
 
 def _require_no_hole(mesh: Mesh, beyond: Float64[np.ndarray, " n"]) -> None:

@@ -37,6 +37,8 @@ from limbgram.workbench.devices.trims import (
     Handle,
     amount_of,
     draw_trim,
+    measures_in,
+    measures_of,
     place_point,
     values_of,
 )
@@ -153,7 +155,9 @@ def preview_device(limb: Limb, order: Order) -> Preview:
     body.require_sides(device.trim.landmarks(), device.en)
     drawn = draw_trim(body, device.trim, values, order.free)
     openings = [_opening(body, slot, values) for slot in device.slots]
-    covered = cover(body, drawn.edges, openings, [_gap(one, values) for one in device.slits])
+    gaps = [_gap(one, values) for one in device.slits]
+    wall_mm = values[device.wall[made].name]  # a bridge that is narrower has no wall, only edges
+    covered = cover(body, drawn.edges, openings, gaps, bridge_mm=wall_mm)
     layout = Layout(
         positive=covered.positive,
         beyond_mm=covered.beyond_mm,
@@ -247,6 +251,9 @@ def _opening(body: Body, slot: Slot, values: Mapping[str, float]) -> Opening:
         along=along,
         length_mm=amount_of(slot.length_mm, values),
         width_mm=amount_of(slot.width_mm, values),
+        measures=tuple(
+            dict.fromkeys([*measures_in([slot.length_mm, slot.width_mm]), *measures_of(slot.at)])
+        ),
     )
 
 

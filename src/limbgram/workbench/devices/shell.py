@@ -26,7 +26,13 @@ from limbgram.core.mesh.crossings import find_crossings
 from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh, crosses, dots
 from limbgram.core.mesh.signed_distance import SignedSurface
-from limbgram.core.mesh.topology import face_components, find_edges, with_any, with_faces
+from limbgram.core.mesh.topology import (
+    boundary_half_edges,
+    face_components,
+    find_edges,
+    with_any,
+    with_faces,
+)
 from limbgram.reconstruction.surface.resampling import refine
 from limbgram.workbench.devices.blocks import Block
 from limbgram.workbench.edits.fineness import divide
@@ -36,7 +42,7 @@ _CELLS_ACROSS = 2.5
 _FINEST_MM, _COARSEST_MM = 0.5, 2.0
 _MOST_NODES = 60e6
 """Of the whole grid: 60 million take half a gigabyte."""
-_BLOCK = 6
+_BLOCK = 4
 """Nodes along a side of the boxes that are looked at together."""
 _EDGE = 0.85
 """Of a cell: edges of the triangles."""
@@ -47,8 +53,11 @@ _LEVEL_MM = 2e-3
 _CHORD_MM = 0.02
 """An edge whose middle lies farther from the level is halved: a wall between two skins is off by
 the chords of both."""
+_HALVINGS = 3
+"""Times that edges are halved, all of them once: rounded edges bend tightest, and promise less."""
 _EASINGS, _BACK = 8, 0.5
-"""Times that what crosses goes back to the grid's surface, and by which share of the way."""
+"""Times that what crosses goes back to the grid's surface, and by which share of the way; then as
+often all of it."""
 _SCRAP = 1e-3
 """Pieces smaller than this share of the whole are the grid's, no part of the device."""
 _FAR_MM = 1e3
@@ -89,9 +98,14 @@ def make_shell(layout: Layout, blocks: Sequence[Block] = ()) -> Shell:
     cell_mm = float(np.clip(thinnest_mm / _CELLS_ACROSS, _FINEST_MM, _COARSEST_MM))
     level = _level(field, cell_mm)
     even = refine(level, _EDGE * cell_mm)
-    coarse = _uncrossed(even, _settled(field, even.vertices_mm, cell_mm))
-    finer = _finer(field, coarse)
-    settled = _uncrossed(finer, _settled(field, finer.vertices_mm, cell_mm))
+    settled = _uncrossed(even, _settled(field, even.vertices_mm, cell_mm))
+    known = 0
+    for _ in range(_HALVINGS):
+        finer = _finer(field, settled, known)
+        if len(finer) == len(settled):
+            break
+        known = len(settled)
+        settled = _uncrossed(finer, _settled(field, finer.vertices_mm, cell_mm))
     pieces = face_components(settled.faces)
     areas = np.bincount(pieces, np.linalg.norm(settled.face_normals(), axis=1))
     large = areas > _SCRAP * areas.sum()
@@ -135,6 +149,7 @@ class _Field:
             away, 1e-9
         )[:, None]
         values = away - radius
+        of_wall = across == 0
         for block in self.blocks:
             outside = radius - height  # within the wall it joins it, and never reaches the skin
             own = block.distance_mm(points_mm)
@@ -145,13 +160,16 @@ class _Field:
             grown = np.where((own > outside)[:, None], _gradient(block, points_mm), -normals)
             values = np.where(nearer, of_block, values)
             ways = np.where(nearer[:, None], grown, ways)
-        return _Values(values, ways)
+            of_wall &= ~nearer
+        return _Values(values, ways, of_wall)
 
 
 @dataclass(frozen=True)
 class _Values:
     mm: Float64[np.ndarray, " n"]
     ways: Points3
+    of_wall: Bool[np.ndarray, " n"]
+    """Beside a skin, not beside a rounded edge or a block."""
 
 
 def _gradient(block: Block, points_mm: Points3) -> Points3:
@@ -221,15 +239,35 @@ def _nodes_near(
         middles, distance_upper_bound=far_mm, workers=1
     )[0]
     chosen = np.isfinite(away_mm)
+    half_mm = 0.5 * np.sqrt(3.0) * side_mm
+    margin_mm = half_mm + 2 * cell_mm  # an edge of the grid that the level cuts is no longer
+    chosen[chosen] = _at_wall(field, middles[chosen], half_mm, margin_mm)
     for block in field.blocks:
-        low, high = block.box_mm()
-        chosen |= ((middles > low - side_mm) & (middles < high + side_mm)).all(1)
+        chosen |= block.distance_mm(middles) < margin_mm
     first = np.stack(np.unravel_index(np.flatnonzero(chosen), tuple(boxes)), axis=1) * _BLOCK
     own = np.indices((_BLOCK,) * 3).reshape(3, -1).T
     nodes = (first[:, None] + own).reshape(-1, 3)
     nodes = nodes[(nodes < counts).all(1)]
     strides = np.array([counts[1] * counts[2], counts[2], 1])
     return np.asarray((nodes * strides).sum(1), np.int64)
+
+
+def _at_wall(
+    field: _Field, middles: Points3, half_mm: float, margin_mm: float
+) -> Bool[np.ndarray, " k"]:
+    """Boxes that may hold a part of the level, by their middles' height over the positive.
+
+    It differs by no more than half of a box's diagonal within it, but where the sides of the
+    positive meet beyond its brim: boxes near that are kept.
+    """
+    height_mm = field.surface.signed(middles).signed_mm
+    highest_mm = float(field.layout.thickness_mm.max()) + margin_mm
+    kept = (height_mm > -margin_mm) & (height_mm < highest_mm)
+    brim = np.unique(boundary_half_edges(field.layout.positive.faces))
+    if len(brim):
+        from_brim_mm = KDTree(field.layout.positive.vertices_mm[brim]).query(middles, workers=1)[0]
+        kept |= from_brim_mm < np.abs(height_mm) + 2 * half_mm
+    return kept
 
 
 def _settled(field: _Field, points_mm: Points3, cell_mm: float) -> Points3:
@@ -247,12 +285,19 @@ def _settled(field: _Field, points_mm: Points3, cell_mm: float) -> Points3:
     return places
 
 
-def _finer(field: _Field, mesh: Mesh) -> Mesh:
-    """Edges halved whose middle lies off the level: chords where the surface bends tightly."""
+def _finer(field: _Field, mesh: Mesh, known: int) -> Mesh:
+    """Edges halved whose middle lies off the level: chords where the surface bends tightly.
+
+    Args:
+        known: So many vertices had been there before edges were halved. Edges between two of them
+            were looked at then; of the others only those of the wall, whose thickness is promised.
+    """
     edges = find_edges(mesh.faces)
-    middles = mesh.vertices_mm[edges.ends].mean(1)
-    off = np.abs(field.at(middles).mm) > _CHORD_MM
-    return divide(mesh, edges, off, np.full(len(middles), 0.5)).mesh
+    new = np.flatnonzero((edges.ends >= known).any(1))
+    found = field.at(mesh.vertices_mm[edges.ends[new]].mean(1))
+    off = np.zeros(len(edges.ends), np.bool_)
+    off[new] = (np.abs(found.mm) > _CHORD_MM) & (found.of_wall | (known == 0))
+    return divide(mesh, edges, off, np.full(len(off), 0.5)).mesh
 
 
 def _uncrossed(even: Mesh, places_mm: Points3) -> Mesh:
@@ -260,7 +305,7 @@ def _uncrossed(even: Mesh, places_mm: Points3) -> Mesh:
     places = places_mm.copy()
     near = np.zeros(len(even), np.bool_)
     concerned = np.ones(len(even.faces), np.bool_)
-    for _ in range(_EASINGS):
+    for share in (_BACK,) * _EASINGS + (1.0,) * _EASINGS:
         crossing = find_crossings(places, even.faces, concerned)
         if not len(crossing):
             break
@@ -268,5 +313,5 @@ def _uncrossed(even: Mesh, places_mm: Points3) -> Mesh:
         concerned = with_any(near, even.faces)
         near[even.faces[concerned]] = True
         concerned = with_any(near, even.faces)
-        places[near] += _BACK * (even.vertices_mm[near] - places[near])
+        places[near] += share * (even.vertices_mm[near] - places[near])
     return even.with_vertices(places)

@@ -6,12 +6,12 @@ Method  A point stands at landmarks, moved by what the measures say along anatom
         is what is seen of the surface there from one side; or at a height, looking at the limb's
         middle from an angle. A fair curve goes through all (curves).
 Fails   EditError: a landmark that is missing, a value out of its range or not given though nobody
-        may guess it, a limb too short, a hole or the open brim where the trim runs. Each names
-        the point.
+        may guess it, a limb too short or too slender, a hole or the open brim where the trim runs.
+        Each names the point.
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -20,6 +20,7 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError, MeasureError
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.mesh.mesh import unit
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import Within
@@ -32,8 +33,12 @@ Seen = Literal["anterior", "posterior", "lateral", "medial", "right", "left", "p
 _FROM_BRIM_MM = 3.0
 """A trim runs no nearer to an open edge of the scan: an edge and its roundness need a surface."""
 _FARTHEST_FREE_MM = 10.0
+_ARCH_MM = 25.0
+"""So far over a place under the foot its side is looked for."""
+_DOWNWARDS = np.sqrt(0.5)
+"""Cosine to straight down: beyond it a surface looks down rather than to a side."""
 _STEP_MM = 0.5
-"""By which a measure is changed to see where its handle goes."""
+"""By which a measure is changed to see where its handle goes, and a side is looked for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +81,8 @@ class TrimPoint:
     out_mm: Amount = 0.0
     """Lateral; on a trunk to the right."""
     above_sole_mm: Amount | None = None
-    """Height over the sole, in place of the landmark's."""
+    """Height over the sole, in place of the landmark's. Looked at from a side, where the surface at
+    that height is the foot's underside, as under a high arch: the lowest place of its side."""
     axes: Axes = "limb"
     """Whose directions these are."""
     seen: Seen = "lateral"
@@ -84,6 +90,8 @@ class TrimPoint:
     around_deg: Amount | None = None
     """In place of that: looking at the limb's middle at that height, from the front by 0, from
     lateral (on a trunk the right) by 90."""
+    round_mm: Amount = 0.0
+    """From there so far round the limb, as on a circle; the way in which angles grow."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -261,6 +269,7 @@ def mirrored(points: tuple[TrimPoint, ...], rename: Mapping[str, str]) -> tuple[
             above_sole_mm=None if point.above_sole_mm is None else amount(point.above_sole_mm),
             seen=sides.get(point.seen, point.seen),
             around_deg=None if point.around_deg is None else amount(point.around_deg, -1.0),
+            round_mm=amount(point.round_mm, -1.0),
         )
         for point in reversed(points)
     )
@@ -296,15 +305,20 @@ def amount_of(value: Amount, values: Mapping[str, float]) -> float:
     return total
 
 
-def _named(point: TrimPoint) -> tuple[str, ...]:
+def measures_in(amounts: Iterable[Amount]) -> tuple[str, ...]:
+    """The measures that amounts name, each once."""
+    terms = (term for one in amounts for term in _terms(one) if isinstance(term, str))
+    return tuple(dict.fromkeys(_taken_apart(term)[2] for term in terms))
+
+
+def measures_of(point: TrimPoint) -> tuple[str, ...]:
     """The measures that move it."""
     amounts = (
         *(point.up_mm, point.ahead_mm, point.out_mm),
         *(one for one in (point.above_sole_mm, point.around_deg) if one is not None),
+        point.round_mm,
     )
-    return tuple(
-        _taken_apart(term)[2] for one in amounts for term in _terms(one) if isinstance(term, str)
-    )
+    return measures_in(amounts)
 
 
 def _placed(
@@ -354,6 +368,11 @@ def place_point(body: Body, of: str, point: TrimPoint, values: Mapping[str, floa
         angle = np.radians(amount_of(point.around_deg, values))
         aim = body.middle_mm(float(aim[2]), what)
         look = -(np.cos(angle) * ahead + np.sin(angle) * out)
+        far_mm = amount_of(point.round_mm, values)
+        met = body.met_mm(aim, look) if far_mm else None
+        if met is not None:
+            angle += far_mm / float(np.linalg.norm(met - aim))
+            look = -(np.cos(angle) * ahead + np.sin(angle) * out)
     else:
         look = {
             "anterior": -ahead,
@@ -366,15 +385,46 @@ def place_point(body: Body, of: str, point: TrimPoint, values: Mapping[str, floa
         }[point.seen]
     met = body.met_mm(aim, look)
     if met is None:
-        heights = body.mesh.vertices_mm[:, 2]
-        raise EditError(
-            "device.trim.off_limb",
-            name=what,
-            point_mm=tuple(aim.tolist()),
-            lowest_mm=float(heights.min()),
-            highest_mm=float(heights.max()),
-        )
+        raise _missed(body, what, point, aim, look)
+    if point.above_sole_mm is not None and point.seen in ("lateral", "medial"):
+        return _beside_sole(body, met, look, body.directions("foot", what)[2])
     return met
+
+
+def _beside_sole(body: Body, met_mm: Vector3, look: Vector3, up: Vector3) -> Vector3:
+    """The place itself, or the lowest one over it that looks sideways rather than down."""
+    place = met_mm
+    for rise_mm in np.arange(0.0, _ARCH_MM, _STEP_MM):
+        above = body.met_mm(met_mm + rise_mm * up, look)
+        if above is None:
+            break
+        place = above
+        face = tree_on(body.mesh).closest(place[None]).faces[0]
+        if unit(body.mesh.face_normals()[face][None])[0] @ up > -_DOWNWARDS:
+            return place
+    return met_mm
+
+
+def _missed(body: Body, what: str, point: TrimPoint, aim_mm: Vector3, look: Vector3) -> EditError:
+    """Why nothing is seen at a point: the limb is too slender, or does not reach there."""
+    lowest_mm, highest_mm = body.mesh.vertices_mm[:, 2].min(), body.mesh.vertices_mm[:, 2].max()
+    place: tuple[float, ...] = tuple(aim_mm.tolist())
+    beside_mm = body.beside_mm(aim_mm, look)
+    if beside_mm > 0 and lowest_mm < aim_mm[2] < highest_mm:
+        return EditError(
+            "device.trim.beside_limb",
+            name=what,
+            point_mm=place,
+            beside_mm=beside_mm,
+            measures=measures_of(point) or None,
+        )
+    return EditError(
+        "device.trim.off_limb",
+        name=what,
+        point_mm=place,
+        lowest_mm=float(lowest_mm),
+        highest_mm=float(highest_mm),
+    )
 
 
 def _is_trunk(limb: Limb) -> bool:
@@ -417,7 +467,7 @@ def _handle(
     free: Free,
 ) -> Handle:
     x, y, z = place_mm.tolist()
-    own = () if f"{loop.name}: {point.name}" in free else _named(point)
+    own = () if f"{loop.name}: {point.name}" in free else measures_of(point)
     if not own:
         return Handle(
             loop=loop.name,
@@ -438,8 +488,9 @@ def _handle(
     except EditError:
         pass  # at the limb's end: the handle stands, and nothing says where it goes
     else:
-        dx, dy, dz = ((there - place_mm) / step).tolist()
-        along = (dx, dy, dz)
+        if not np.allclose(there, place_mm):  # held by the foot's side
+            dx, dy, dz = ((there - place_mm) / step).tolist()
+            along = (dx, dy, dz)
     return Handle(
         loop=loop.name,
         point=point.name,

@@ -117,6 +117,21 @@ def test_local_thickness_is_local() -> None:
     assert measure_wall(solid, layout).off_mm < 0.05
 
 
+def test_a_wall_thicker_than_what_it_covers_is_round_as_thick_as_asked() -> None:
+    """A toe of a small child: the grid's cells are half of its radius."""
+    toe = trimesh.creation.icosphere(5, 4.0)
+    mesh = Mesh(vertices_mm=np.asarray(toe.vertices, np.float64), faces=toe.faces.astype(np.int32))
+    layout = Layout(
+        positive=mesh,
+        beyond_mm=np.full(len(mesh), -40.0),
+        thickness_mm=np.full(len(mesh), 5.0),
+    )
+    solid = make_shell(layout).solid
+    middles = np.linalg.norm(solid.vertices_mm[solid.faces].mean(1), axis=1)
+    skins = np.where(middles < 6.5, 4.0, 9.0)
+    assert np.abs(middles - skins).max() < 0.05
+
+
 def test_a_crease_is_bridged_without_a_crossing() -> None:
     """Two spheres that meet: between them the surface turns in more sharply than the wall is
     thick."""
@@ -135,6 +150,20 @@ def test_a_crease_is_bridged_without_a_crossing() -> None:
     solid = make_shell(layout).solid
     require_solid(solid)
     assert measure_wall(solid, layout).off_mm < 0.08
+
+
+def test_skins_that_nearly_touch_go_back_all_the_way_where_they_would_cross() -> None:
+    """Two balls 0.01 mm apart, pushed 12 mm into each other: 1/256 of that is still too far."""
+    one = trimesh.creation.icosphere(3, 10.0)
+    two = one.copy()
+    two.apply_translation([20.01, 0, 0])
+    vertices = np.concatenate([one.vertices, two.vertices])
+    faces = np.concatenate([one.faces, two.faces + len(one.vertices)]).astype(np.int32)
+    apart = Mesh(vertices_mm=vertices, faces=faces)
+    pushed = vertices + [6.0, 0, 0] * np.sign(10 - vertices[:, :1])
+    freed = _uncrossed(apart, pushed)
+    assert len(find_crossings(pushed, faces))
+    assert not len(find_crossings(freed.vertices_mm, faces))
 
 
 def test_a_block_grows_out_of_the_wall_and_never_reaches_the_skin(layout: Layout) -> None:

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
+from scipy.spatial import Delaunay
 from tests.unit.workbench.devices.shapes import make_foot
 
 from limbgram.core.errors import EditError
@@ -13,9 +15,16 @@ from limbgram.core.mesh.topology import with_faces
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import Device, devices
-from limbgram.workbench.devices.layout import Opening, cover
+from limbgram.workbench.devices.layout import Opening, _require_bridge, _within_opening, cover
 from limbgram.workbench.devices.presets.ankle import SOLID
-from limbgram.workbench.devices.trims import amount_of, draw_trim, mirrored, values_of
+from limbgram.workbench.devices.trims import (
+    _beside_sole,
+    amount_of,
+    draw_trim,
+    mirrored,
+    place_point,
+    values_of,
+)
 from limbgram.workbench.limb import Limb
 
 DEVICES = devices()
@@ -189,6 +198,30 @@ def test_what_cannot_be_drawn_is_refused_with_the_place(bodies: dict[str, Limb])
             assert len(refused.value.finding.values["point_mm"]) == 3
 
 
+def test_a_point_beside_a_slender_limb_is_refused_with_its_measures(
+    bodies: dict[str, Limb],
+) -> None:
+    """A joint's ear, 14 mm in front of a malleolus, on an ankle that is a quarter as thick."""
+    foot, calf = Body.of(bodies["foot"], "").limb, DEVICES["hinged-afo-calf"].trim
+    slender = replace(
+        foot,
+        mesh=foot.mesh.with_vertices(0.25 * foot.mesh.vertices_mm),
+        landmarks=tuple(replace(one, position_mm=0.25 * one.position_mm) for one in foot.landmarks),
+    )
+    values = values_of(calf.measures, {"ear_mm": 14.0, "below_fibula_mm": 15.0})
+    with pytest.raises(EditError) as refused:
+        draw_trim(Body.of(slender, ""), calf, values)
+    told = refused.value.finding
+    assert told.code == "device.trim.beside_limb"
+    assert told.values["name"] == "edge: ankle, lateral"
+    assert set(told.values["measures"]) == {"ear_mm", "joint_gap_mm"}
+    ankle = next(one for one in slender.landmarks if one.name == "lateral malleolus")
+    _, y, z = ankle.position_mm + np.array([0, 14, values["joint_gap_mm"] + 16])
+    away = np.hypot(slender.mesh.vertices_mm[:, 1] - y, slender.mesh.vertices_mm[:, 2] - z)
+    assert told.values["beside_mm"] == pytest.approx(away.min(), abs=0.01)
+    assert away.min() > 0.5
+
+
 def test_a_hole_of_the_scan_inside_the_device_is_refused(bodies: dict[str, Limb]) -> None:
     foot = bodies["foot"]
     assert foot.frame is not None
@@ -201,6 +234,83 @@ def test_a_hole_of_the_scan_inside_the_device_is_refused(bodies: dict[str, Limb]
         cover(body, drawn.edges)
     assert refused.value.finding.code == "device.hole"
     np.testing.assert_allclose(refused.value.finding.values["point_mm"], [0, -62, 200], atol=6)
+
+
+@pytest.mark.parametrize("x_mm", [-16.0, -9.0, 0.0, 9.0])
+def test_an_opening_that_leaves_too_narrow_a_bridge_is_refused(x_mm: float) -> None:
+    """On a plane, the device ending at x = 0: a slot of 6 mm, upright, its middle at x."""
+    x, y = (one.ravel() for one in np.meshgrid(np.arange(-60, 31.0), np.arange(-40, 41.0)))
+    plane = Mesh(
+        vertices_mm=np.column_stack([x, y, 0 * x]),
+        faces=Delaunay(np.column_stack([x, y])).simplices.astype(np.int32),
+    )
+    slot = Opening(
+        name="slot",
+        middle_mm=np.array([x_mm, 0.0, 0.0]),
+        along=np.array([0.0, 1, 0]),
+        length_mm=30.0,
+        width_mm=6.0,
+        measures=("slot_mm",),
+    )
+    depth, bridge_mm = _within_opening(plane, slot), -x_mm - 3
+    if bridge_mm > 7:
+        _require_bridge(plane, x, depth, slot, bridge_mm - 0.5)
+    with pytest.raises(EditError) as refused:
+        _require_bridge(plane, x, depth, slot, max(bridge_mm, 5.0) + 0.5)
+    told = refused.value.finding
+    assert told.code == "device.opening.edge"
+    assert told.values["wide_mm"] == pytest.approx(max(bridge_mm, 0.0), abs=0.3)
+    assert told.values["measures"] == ("slot_mm",)
+    assert -17 < told.values["point_mm"][0] < 20
+    assert abs(told.values["point_mm"][1]) < 20
+
+
+def test_a_point_under_the_foot_lies_on_the_lowest_place_of_its_side(
+    bodies: dict[str, Limb],
+) -> None:
+    """On a ball, whose side begins 45 degrees over its lowest place."""
+    ball = trimesh.creation.icosphere(6, 50.0)
+    mesh = Mesh(vertices_mm=np.array(ball.vertices), faces=ball.faces.astype(np.int32))
+    body = Body(replace(Body.of(bodies["foot"], "").limb, mesh=mesh))
+    up = np.array([0.0, 0, 1])
+    for height_mm, truth_mm in ((-47.0, -np.sqrt(0.5) * 50.0), (-20.0, -20.0)):
+        place = body.met_mm(np.array([0.0, 0, height_mm]), np.array([-1.0, 0, 0]))
+        assert place is not None
+        found = _beside_sole(body, place, np.array([-1.0, 0, 0]), up)
+        assert found[2] == pytest.approx(truth_mm, abs=0.7)
+        assert np.linalg.norm(found) == pytest.approx(50.0, abs=0.05)
+        assert found[0] > 0
+
+
+@pytest.mark.parametrize("below_mm", [80.0, 110.0, 140.0])
+def test_a_front_shell_ends_level_wherever_it_ends(
+    bodies: dict[str, Limb], below_mm: float
+) -> None:
+    body = Body.of(bodies["foot"], "")
+    trim = DEVICES["ground-reaction-afo"].trim
+    drawn = draw_trim(body, trim, values_of(trim.measures, {"shell_below_mm": below_mm}))
+    curve = next(one.curve for one in drawn.edges if one.name == "front opening")
+    place = {one.point: one.point_mm for one in drawn.handles if one.loop == "front opening"}
+    x, y, z = curve.points_mm.T
+    height = body.place_mm("tibial tubercle", "")[2] - below_mm
+    shins = place["shin, medial"], place["shin, lateral"]
+    over = (z > height - 60) & (y > shins[0][1]) & (x > shins[0][0]) & (x < shins[1][0])
+    assert over.sum() > 20
+    assert height - 14 < z[over].min() < z[over].max() < height + 4
+
+
+def test_a_strap_lies_as_far_behind_the_front_edge_on_any_limb(bodies: dict[str, Limb]) -> None:
+    body = Body.of(bodies["foot"], "")
+    device = DEVICES["solid-afo"]
+    values = values_of(device.measures("printed"), {"strap_back_mm": 14.0})
+    for slot, sign in zip(device.slots, (1.0, -1.0), strict=True):
+        edge = place_point(body, "", replace(slot.at, round_mm=0.0), values)
+        place = place_point(body, "", slot.at, values)
+        middle = body.middle_mm(float(place[2]), "")
+        angles = [np.arctan2(*(one - middle)[:2]) for one in (edge, place)]
+        assert sign * np.degrees(angles[0]) == pytest.approx(72.0, abs=0.1)
+        far_mm = sign * (angles[1] - angles[0]) * np.linalg.norm(edge - middle)
+        assert far_mm == pytest.approx(14.0, abs=0.05)
 
 
 def test_a_slot_is_as_long_and_wide_as_asked(bodies: dict[str, Limb]) -> None:

@@ -13,7 +13,7 @@ DEVICE = Device(
     de="Unterschenkelorthese mit Gelenk, Wadenteil",
     trim=HINGED_CALF,
     wall=ORTHOSIS,
-    slots=calf_slots(88.0),
+    slots=calf_slots(72.0),
     seats=joint_seats(("joint_gap_mm", 14.0)),
     more=(*CALF_STRAP, JOINT_HOLE),
 )

@@ -12,6 +12,6 @@ DEVICE = Device(
     de="Dorsale Federorthese",
     trim=LEAF_SPRING,
     wall=ORTHOSIS,
-    slots=calf_slots(106.0),
+    slots=calf_slots(90.0),
     more=CALF_STRAP,
 )

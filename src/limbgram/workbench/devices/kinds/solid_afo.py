@@ -12,6 +12,6 @@ DEVICE = Device(
     de="Starre Unterschenkelorthese",
     trim=SOLID,
     wall=ORTHOSIS,
-    slots=calf_slots(88.0),
+    slots=calf_slots(72.0),
     more=CALF_STRAP,
 )

@@ -363,9 +363,8 @@ FRONT_SHELL = Measure(
 _OPENING_LATERAL = (
     TrimPoint(
         name="shin, lateral",
-        at="fibula head",
-        towards="lateral malleolus",
-        share=0.62,
+        at="tibial tubercle",
+        up_mm=("-shell_below_mm", -12.0),
         around_deg=62.0,
     ),
     _ANKLE,

@@ -18,11 +18,22 @@ STRAP = Measure(
     en="Width of the strap",
     de="Gurtbreite",
 )
-CALF_STRAP = (STRAP_BELOW, STRAP)
+STRAP_BACK = Measure(
+    name="strap_back_mm",
+    usual=15.0,
+    within=Within(10, 30),
+    en="Slots of the strap, round the calf behind the front edge",
+    de="Schlitze des Gurts, um die Wade hinter dem vorderen Rand",
+)
+CALF_STRAP = (STRAP_BELOW, STRAP, STRAP_BACK)
 
 
-def calf_slots(around_deg: float) -> tuple[Slot, ...]:
-    """Upright slots to both sides, the front corner's fall of the upper edge below it."""
+def calf_slots(front_deg: float) -> tuple[Slot, ...]:
+    """Upright slots to both sides, the front corner's fall of the upper edge below it.
+
+    Args:
+        front_deg: Where the front edge of the calf stands.
+    """
     return tuple(
         Slot(
             name=f"calf strap, {side}",
@@ -30,7 +41,8 @@ def calf_slots(around_deg: float) -> tuple[Slot, ...]:
                 name=f"calf strap, {side}",
                 at="fibula head",
                 up_mm=("-below_fibula_mm", -10.0, "-strap_below_mm", "-0.5*strap_mm"),
-                around_deg=sign * around_deg,
+                around_deg=sign * front_deg,
+                round_mm=f"{'-' if sign < 0 else ''}strap_back_mm",
             ),
             length_mm=("strap_mm", 3.0),
             width_mm=5.0,
