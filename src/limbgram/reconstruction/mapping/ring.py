@@ -173,8 +173,7 @@ def _routes(
 ) -> Iterator[tuple[tuple[bool, ...], Pairs]]:
     """Which lenses the mapper holds and which pairs it gets; the next if photos were left out.
 
-    Without the pairs that contradict chains of stronger ones all photos must be placed: 7 of 12
-    photos of a turntable in steps of 30 degrees were, and the others were told to disagree.
+    Without the pairs that contradict chains of stronger ones, all photos must be placed.
     """
     seeds = farthest_reaching(pairs, matches)
     lenses = tuple(_held_lenses(cameras))
