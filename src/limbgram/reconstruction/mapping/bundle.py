@@ -155,9 +155,17 @@ class Bundle:
         kept = self._observations(
             np.linalg.norm(residuals, axis=1) < most * np.maximum(sigma_px, own)
         )
-        rays = np.bincount(kept.point_idx, minlength=len(self.points))
-        return kept.with_points(
-            (rays >= _FEWEST_RAYS) & (kept.widest_angle_deg() > _SMALLEST_ANGLE_DEG)
+        return kept.without_weak_points()
+
+    def without_weak_points(self) -> "Bundle":
+        """Less the points that too few rays show, or rays at too small an angle.
+
+        Photos of a burst share many points that no other photo shows, and nothing of how far away
+        these are.
+        """
+        rays = np.bincount(self.point_idx, minlength=len(self.points))
+        return self.with_points(
+            (rays >= _FEWEST_RAYS) & (self.widest_angle_deg() > _SMALLEST_ANGLE_DEG)
         )
 
     def with_points(self, keep: Bool[np.ndarray, " n"]) -> "Bundle":

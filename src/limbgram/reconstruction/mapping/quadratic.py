@@ -57,9 +57,15 @@ class Quadratic:
 
 def pseudo_inverse(normal: Float64[np.ndarray, "k k"], least: float = 1e-7) -> np.ndarray:
     """The inverse where something is seen, of unknowns of any units."""
-    size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    size = _sizes(normal)
     inverse = np.linalg.pinv(normal / np.outer(size, size), rcond=least, hermitian=True)
     return inverse / np.outer(size, size)
+
+
+def _sizes(normal: Float64[np.ndarray, "k k"]) -> Float64[np.ndarray, " k"]:
+    """Of each unknown, the root of its weight; infinite of what rounding leaves none."""
+    weight = np.diag(normal)
+    return np.sqrt(np.where(weight > FLAT, weight, np.inf))
 
 
 def solved_for(
@@ -81,7 +87,7 @@ class Fall:
 
     @classmethod
     def of(cls, seen: Quadratic) -> "Fall":
-        size = np.sqrt(np.maximum(np.diag(seen.normal), 1e-300))
+        size = _sizes(seen.normal)
         values, vectors = np.linalg.eigh(seen.normal / np.outer(size, size))
         known = values > 1e-7 * max(values[-1], 1e-300)
         pulls = vectors[:, known].T @ (seen.right / size)

@@ -4,10 +4,11 @@ In      keypoints, verified pairs, cameras.
 Out     a Scene: poses, points, lenses, a verdict for every photo, and whether the ring closes.
 Method  keypoints moved to agree with all their window matches; incremental mapping (pycolmap)
         with the matches that reach farthest, lenses free that no board calibrated, and, where that
-        leaves photos out, with those of EXIF held; photos that contradict their pairs or hang on
-        too few points lose their pose; tracks from all matches; our own adjustment with the
-        calibration's covariance as a prior; a few photos that were zoomed lose theirs too; lenses
-        of single photos are set free where the residuals ask for it.
+        leaves photos out, with those of EXIF held or without the pairs that contradict chains of
+        stronger ones; photos that contradict their pairs or hang on too few points lose their
+        pose; tracks from all matches; our own adjustment with the calibration's covariance as a
+        prior; a few photos that were zoomed lose theirs too; lenses of single photos are set free
+        where the residuals ask for it.
 Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.
 """
 
@@ -31,6 +32,7 @@ from limbgram.reconstruction.calibration.cameras import (
 )
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.answering import answered
+from limbgram.reconstruction.mapping.chains import along_chains
 from limbgram.reconstruction.mapping.lens_evidence import LensEvidence, zoomed_photos
 from limbgram.reconstruction.mapping.scene import Ring, Scene
 from limbgram.reconstruction.mapping.solution import Adjusted, Unheld, adjust
@@ -140,18 +142,19 @@ def _placed(
     if not pairs.verified:
         raise PlacementError("placing.nothing_shared")
     places_px = agreed_places(features, pairs)
-    seeds = farthest_reaching(pairs, options.mapper_matches)
     own_sigmas_px = None if coded is None else coded.own_sigmas_px()
     best, refusal = None, PlacementError("placing.no_start", pairs=len(pairs.verified))
-    for held in _held_lenses(cameras):
+    for held, seeds in _routes(cameras, pairs, len(photos.photos), options.mapper_matches):
         try:
             one = _mapped(photos, places_px, seeds, pairs, cameras, held, options, own_sigmas_px)
         except PlacementError as fault:
             refusal = fault
             continue
-        if best is None or len(one.scene.placed) > len(best.scene.placed):
+        whole = len(one.scene.placed) == len(photos.photos)
+        # what fewer pairs leave out may hang on those that were taken away
+        if whole or (seeds.rejected == pairs.rejected and _larger(one, best)):
             best = one
-        if len(best.scene.placed) == len(photos.photos):
+        if whole:
             break
     if best is None:
         raise refusal
@@ -161,8 +164,27 @@ def _placed(
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
 
 
+def _larger(one: "_Mapped", best: "_Mapped | None") -> bool:
+    return best is None or len(one.scene.placed) > len(best.scene.placed)
+
+
+def _routes(
+    cameras: Cameras, pairs: Pairs, photos: int, matches: int
+) -> Iterator[tuple[tuple[bool, ...], Pairs]]:
+    """Which lenses the mapper holds and which pairs it gets; the next if photos were left out.
+
+    Without the pairs that contradict chains of stronger ones, all photos must be placed.
+    """
+    seeds = farthest_reaching(pairs, matches)
+    lenses = tuple(_held_lenses(cameras))
+    yield from ((held, seeds) for held in lenses)
+    chained = along_chains(pairs, photos)
+    if len(chained.verified) < len(pairs.verified):
+        yield lenses[0], farthest_reaching(chained, matches)
+
+
 def _held_lenses(cameras: Cameras) -> Iterator[tuple[bool, ...]]:
-    """Which lenses the mapper holds, by route: those of boards, then those of EXIF too.
+    """Which lenses the mapper holds: those of boards, then those of EXIF too.
 
     Few points leave a lens open, and it runs away and loses photos: 1620 px by EXIF became 6050
     where 1670 were true. EXIF knows it well enough to place them all.

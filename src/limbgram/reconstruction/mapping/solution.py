@@ -85,7 +85,7 @@ def adjust(
     body: Body | None = None,
     solve_own: bool = False,
 ) -> Adjusted:
-    """Adjust; after each round drop observations over `outlier_sigmas` and points left too weak.
+    """Adjust, less weak points and, after each round, observations over `outlier_sigmas`.
 
     A `body` of known shape takes part with the corners that photos show of it. What photos have
     for themselves in their lenses (`Scene.own`) is held, or with `solve_own` solved for.
@@ -94,7 +94,7 @@ def adjust(
         Unheld: photos lost all their observations.
     """
     prior = LensPrior.of(priors, hold_board_lenses)
-    bundle = Bundle.of(scene)
+    bundle = Bundle.of(scene).without_weak_points()
     if scene.own is not None:
         cameras = [given.camera for given in priors]
         bundle = replace(bundle, ties=Ties.of(scene, cameras, solve=solve_own))

@@ -108,7 +108,8 @@ _USUALLY_WRONG = 0.2
 are no sign that it shows anything else."""
 _BY_CHANCE = 0.01
 """The usual level of a test: what is wrong in a photo so seldom is no chance."""
-_CONTRADICTION_DEG = 15.0
+CONTRADICTION_DEG = 15.0
+"""Turns of one photo that differ by more are two."""
 
 
 def found_lenses(scene: Scene, cameras: Cameras) -> Cameras:
@@ -175,15 +176,16 @@ def _is_contradicted(turns: Sequence[_Turn]) -> bool:
     from_placed = np.array([one.from_placed for one in turns])
     planar = np.array([one.planar for one in turns])
     count = np.array([one.matches for one in turns])
-    agrees = _angles_deg(from_placed) < _CONTRADICTION_DEG
+    agrees = angles_deg(from_placed) < CONTRADICTION_DEG
     agreeing = count[agrees].sum()
     against, matches = from_placed[~agrees & ~planar], count[~agrees & ~planar]
-    apart_deg = _angles_deg(against[:, None] @ against.transpose(0, 2, 1)[None])
-    backed = (apart_deg < _CONTRADICTION_DEG).sum(axis=1) > 1  # by one beside itself
+    apart_deg = angles_deg(against[:, None] @ against.transpose(0, 2, 1)[None])
+    backed = (apart_deg < CONTRADICTION_DEG).sum(axis=1) > 1  # by one beside itself
     return bool(agreeing < matches[backed | (matches > agreeing)].sum())
 
 
-def _angles_deg(turns: Float64[np.ndarray, "*n 3 3"]) -> Float64[np.ndarray, "*n"]:
+def angles_deg(turns: Float64[np.ndarray, "*n 3 3"]) -> Float64[np.ndarray, "*n"]:
+    """By how much they turn."""
     cosines = 0.5 * (np.trace(turns, axis1=-2, axis2=-1) - 1.0)
     return np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from limbgram.core.geometry.frames import fit_similarity
+from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.geometry.lens import PARAMETERS, Camera, turned
 from limbgram.reconstruction.calibration.cameras import Calibration, from_exif
 from limbgram.reconstruction.mapping.bundle import Bundle
@@ -91,6 +91,37 @@ def test_wrong_measurements_are_dropped_and_do_no_harm(make_scene: MakeScene) ->
     clean = adjust(shaken(true, 4), [calibrated(LENS)])
     with_wrong, without = (centre_errors(one.scene, true).std() for one in (adjusted, clean))
     assert 0.05 < with_wrong < 1.7 * without
+
+
+def test_points_that_a_burst_alone_shows_do_no_harm(make_scene: MakeScene) -> None:
+    """Photos of one place share hundreds of points, and nothing tells how far away these are."""
+    true = make_scene(photos=7, points=40, lenses=(LENS,))
+    random = np.random.default_rng(4)
+    turn = np.concatenate([np.radians([0.1, -0.2, 0.1]), np.zeros(3)])
+    again = turned(Bundle.of(true).views[0], turn)
+    poses = (*true.camera_from_world, Rigid(again[:9].reshape(3, 3), again[9:12]))
+    burst = replace(
+        true,
+        names=(*true.names, "7.jpg"),
+        camera_idx=(*true.camera_idx, 0),
+        camera_from_world=poses,
+    )
+    depths = 600.0 * 10.0 ** random.uniform(-0.5, 3, 400)  # anything fits
+    flat = random.uniform(-0.25, 0.25, (400, 2))
+    beside = burst.view(0).camera_from_world.inverse.apply(
+        depths[:, None] * np.column_stack([flat, np.ones(400)])
+    )
+    points = np.concatenate([true.points_in_world, beside])
+    rows = [(true.observations.photo_idx, true.observations.point_idx, true.observations.xy_px)]
+    for photo, shown in ((0, np.arange(40, 440)), (7, np.arange(440))):
+        xy = burst.view(photo).project(points[shown])
+        xy += random.normal(0.0, 0.02, xy.shape)
+        rows.append((np.full(len(shown), photo, np.int32), shown.astype(np.int32), xy))
+    seen = Observations(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+    start = shaken(replace(burst, points_in_world=points, observations=seen), 5)
+    adjusted = adjust(start, [calibrated(LENS)], rounds=4)
+    assert np.abs(centre_errors(adjusted.scene, burst)).max() < 0.05
+    assert 35 < len(adjusted.scene.points_in_world) <= 40
 
 
 def test_a_prior_weighs_as_its_covariance_says(make_scene: MakeScene) -> None:
