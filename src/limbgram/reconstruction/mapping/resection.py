@@ -8,7 +8,7 @@ from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 
-_FEWEST_POINTS = 6
+FEWEST_POINTS = 6
 LARGEST_MISS_PX = 3.0
 
 
@@ -17,7 +17,7 @@ def resect(lens: Camera, points_in_world: Points3, xy_px: Points2) -> Rigid | No
 
     None where too few of them agree.
     """
-    if len(points_in_world) < _FEWEST_POINTS:
+    if len(points_in_world) < FEWEST_POINTS:
         return None
     ideal = lens.normalize(xy_px)
     found, turn, shift, inliers = cv2.solvePnPRansac(
@@ -29,7 +29,7 @@ def resect(lens: Camera, points_in_world: Points3, xy_px: Points2) -> Rigid | No
         iterationsCount=1000,
         confidence=0.9999,
     )
-    if not found or len(inliers) < _FEWEST_POINTS:
+    if not found or len(inliers) < FEWEST_POINTS:
         return None
     good: Int32[np.ndarray, " k"] = np.asarray(inliers, np.int32).ravel()
     turn, shift = cv2.solvePnPRefineLM(

@@ -31,7 +31,7 @@ from limbgram.core.run import in_parallel
 from limbgram.findings import Finding, fault
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.mapping.resection import LARGEST_MISS_PX, resect
+from limbgram.reconstruction.mapping.resection import FEWEST_POINTS, LARGEST_MISS_PX, resect
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet
@@ -258,7 +258,7 @@ def _why(
         return fault("placing.photo.same_spot")
     agreeing, matched = _agreement(photo, scene, places_px, own)
     by_chance = bdtrc(matched - agreeing - 1, matched, _USUALLY_WRONG)
-    if not measured and agreeing and by_chance > _BY_CHANCE:
+    if not measured and by_chance > _BY_CHANCE:
         return fault("placing.photo.few_agree", points=agreeing)
     return fault(
         "placing.photo.disagrees",
@@ -273,6 +273,7 @@ class _Agreement(NamedTuple):
     """Matches of a photo with points of the scene that one pose explains, and all of them."""
 
     agreeing: int
+    """As many as there may be, where no pose was found: it takes six to find one."""
     matched: int
 
 
@@ -296,6 +297,6 @@ def _agreement(
     lens = scene.cameras[scene.camera_idx[photo]]
     pose = resect(lens, points, xy_px)
     if pose is None:
-        return _Agreement(0, len(matched))
+        return _Agreement(min(len(matched), FEWEST_POINTS - 1), len(matched))
     off_px = np.linalg.norm(lens.project(pose.apply(points)) - xy_px, axis=1)
     return _Agreement(int((off_px < LARGEST_MISS_PX).sum()), len(matched))
