@@ -27,6 +27,7 @@ from limbgram.core.mesh.signed_distance import Signed
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
     face_components,
+    sheets_apart,
     with_any,
     with_faces,
 )
@@ -195,7 +196,7 @@ def _over(apart: Apart, edge: _Edge) -> Mesh:
     rim = np.zeros(len(over), np.bool_)
     rim[boundary_half_edges(over.faces)] = True
     opened = np.isin(parts, parts[with_any(rim, over.faces)])
-    return with_faces(over.with_vertices(places), over.faces[opened])
+    return sheets_apart(with_faces(over.with_vertices(places), over.faces[opened]))
 
 
 def _level(apart: Apart) -> Mesh:
