@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -140,3 +141,22 @@ def test_a_surface_far_from_paint_is_less_sure_there_alone() -> None:
     assert bridging(np.array([0.0, 10.0, 20.0, 40.0])).tolist() == sorted(
         bridging(np.array([0.0, 10.0, 20.0, 40.0]))
     )
+
+
+@pytest.mark.parametrize(
+    ("pixel_mm", "edge_px", "photos", "spread", "slope", "sigma_mm"),
+    [
+        (0.4, 0.0, 5, 0.5, 20.0, 0.0379),
+        (0.8, 0.0, 5, 0.5, 20.0, 0.0830),  # 2 to the power 1.13
+        (0.4, 1.0, 5, 0.5, 20.0, 0.0536),  # the square root of 2
+        (0.4, 0.0, 2, 0.5, 20.0, 0.0397),
+        (0.4, 0.0, 5, 0.125, 20.0, 0.0599),  # the square root of 5 instead of 2
+        (0.4, 0.0, 5, 0.5, 5.0, 0.0467),
+    ],
+)
+def test_the_fitted_formula_worked_by_hand(
+    pixel_mm: float, edge_px: float, photos: int, spread: float, slope: float, sigma_mm: float
+) -> None:
+    """As docs/method/prediction.md has it: 0.067 pixel at 0.4 mm, five photos and a slope of 20."""
+    figures = [np.array([one]) for one in (pixel_mm, edge_px, photos, spread, slope)]
+    assert sigma_of(*figures)[0] == pytest.approx(sigma_mm, rel=0.002)

@@ -88,6 +88,14 @@ def test_every_mark_is_printed_where_the_file_says(name: str, page: PageName) ->
     assert 0 < np.abs(off).max() < 0.02
 
 
+def test_scale_bars_lie_as_close_as_scissors_need() -> None:
+    """On a landscape A4 page four bars of 28 mm, with 5 mm between them."""
+    sheet = drawn("scale-bars", "a4")
+    heights = sorted({round(plate.marks[0].y_mm, 3) for plate in sheet.plates})
+    assert len(heights) == 4
+    np.testing.assert_allclose(np.diff(heights), 33.0)
+
+
 def test_no_two_kinds_share_a_mark() -> None:
     ids = [
         {one.mark_id for plate in drawn(name, "a4").plates for one in plate.marks} for name in CODED
