@@ -1,6 +1,7 @@
 """Devices: every kind on ten limbs, and from photos to a device, against the truth.
 
     python benchmarks/devices.py limbs DATA -o benchmarks/results/device_limbs.json
+    python benchmarks/devices.py pictures DATA
 
 `limbs`: each device of the presets on the ten limbs of its kind (limbs.py), printed. Counted is
 what came of it: one closed solid without crossings (the program's own proof), its thickness against
@@ -8,6 +9,9 @@ what was asked, and whether PrusaSlicer reads the 3MF as manifold and slices it 
 the refusal, with its place. Measures are the usual ones, scaled with the body within their ranges.
 What stands in OUT already is kept, with its commit, so that a run that was stopped goes on; --again
 NAME makes a device anew. OUT.md is written beside OUT.json.
+
+`pictures`: orthoses.png and sockets.png of docs/clinic, each device on the first limb of its kind,
+printed in one thickness, from its side and from its front.
 """
 
 import argparse
@@ -15,16 +19,21 @@ import json
 import subprocess
 import sys
 import tempfile
+import textwrap
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+import matplotlib
 import numpy as np
+from matplotlib import pyplot as plt
 
 from captures import machine
 from limbgram.core.errors import LimbgramError
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.threemf import Told, write_3mf
+from limbgram.report.drawings.shading import Frame, looking_along, shade_all
 from limbgram.services.make_device import bed_from
 from limbgram.workbench.devices.device import Device, devices
 from limbgram.workbench.devices.making import Order, make_device
@@ -32,6 +41,10 @@ from limbgram.workbench.devices.presets.straps import CALF_STRAP
 from limbs import Subject, ten_of
 from tables import made_on, table
 
+CLINIC = Path(__file__).resolve().parents[1] / "docs" / "clinic"
+PICTURES: Final = {"orthoses": ("foot", "torso"), "sockets": ("transtibial", "transfemoral")}
+COLUMNS: Final = 5
+SIDE_PX: Final = 420
 WALL_MM = {"foot": 5.0, "torso": 5.0}
 """Printed, and thicker than usual: a coarser grid takes a third of the time of the usual wall's."""
 GIVEN: Final = {"ramus_deg": 30.0, "skeletal_ml_mm": 140.0}
@@ -56,8 +69,14 @@ def main() -> None:
     on_limbs.add_argument("--keep", type=Path, help="keep the 3MF files here")
     on_limbs.add_argument("data", type=Path)
     on_limbs.add_argument("-o", "--out", type=Path, required=True)
+    drawn = modes.add_parser("pictures")
+    drawn.add_argument("data", type=Path)
+    drawn.add_argument("--to", type=Path, default=CLINIC, help="folder of the pictures")
     chosen = parser.parse_args()
-    limbs(chosen)
+    if chosen.mode == "limbs":
+        limbs(chosen)
+    else:
+        pictures(chosen.data, chosen.to)
 
 
 def limbs(chosen: argparse.Namespace) -> None:
@@ -84,6 +103,46 @@ def limbs(chosen: argparse.Namespace) -> None:
                 sys.stderr.write(f"{device.name} / {subject.name}: {_cell(row)} {row['cpu_s']}\n")
                 chosen.out.write_text(json.dumps(result, indent=1) + "\n")
                 chosen.out.with_suffix(".md").write_text(page(result))
+
+
+def pictures(data: Path, folder: Path) -> None:
+    """Each device from two sides, named; orthoses and sockets."""
+    matplotlib.use("Agg")
+    for name, kinds in PICTURES.items():
+        shown = [one for one in devices().values() if one.kind in kinds]
+        subjects = {kind: ten_of(kind, data)[0] for kind in kinds}
+        rows = -(-len(shown) // COLUMNS)
+        figure, places = plt.subplots(rows, COLUMNS, figsize=(12, 2.9 * rows), squeeze=False)
+        for axes in places.flat:
+            axes.set_axis_off()
+        for axes, device in zip(places.flat, shown):
+            subject = subjects[device.kind]
+            order = Order(device=device.name, made="printed", values=_values(device, subject))
+            axes.imshow(_from_two_sides(make_device(subject.make(), order).solid))
+            axes.set_title(textwrap.fill(device.en, 28), y=-0.16, fontsize=9, color="#333333")
+            sys.stderr.write(f"{device.name}\n")
+        figure.tight_layout()
+        figure.savefig(folder / f"{name}.png", dpi=100)
+        plt.close(figure)
+
+
+def _from_two_sides(solid: Mesh) -> np.ndarray:
+    """Its lateral side and its front beside each other, at one scale, filling a square."""
+    low, high = solid.vertices_mm.min(0), solid.vertices_mm.max(0)
+    wide_mm = (high - low)[[1, 0]]
+    share = wide_mm / wide_mm.sum()
+    pixel_mm = 1.15 * max(float(wide_mm.sum()), float(high[2] - low[2])) / SIDE_PX
+    frames = [
+        Frame(
+            picture_from_world=looking_along(azimuth_deg, 12.0),
+            middle_mm=0.5 * (low + high),
+            pixel_mm=pixel_mm,
+            width_px=round(SIDE_PX * part),
+            height_px=SIDE_PX,
+        )
+        for azimuth_deg, part in zip((0.0, 90.0), share, strict=True)
+    ]
+    return np.hstack(shade_all(solid, frames))
 
 
 def _made(device: Device, limb: Any, subject: Subject, keep: Path | None) -> dict[str, Any]:
