@@ -290,7 +290,7 @@ def _answer(
 ) -> CaptureCheck:
     """All that was found, as one answer."""
     scene = seen.metric.scene
-    spoilt = common_fault([one.photo for one in seen.looked_at if one.placed])
+    spoilt = common_fault([one.photo for one in seen.looked_at if one.placed], placed=True)
     if spoilt is not None:
         findings.append(spoilt)
     zoomed = [one.name for one in scene.verdicts if one.remark]

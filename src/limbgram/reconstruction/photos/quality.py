@@ -169,10 +169,14 @@ def _extension(focal_m: float, distance_m: float) -> float:
     return focal_m / max(distance_m - focal_m, focal_m)
 
 
-def common_fault(photos: Sequence[Photo]) -> Finding | None:
+def common_fault(photos: Sequence[Photo], *, placed: bool = False) -> Finding | None:
     """What spoils most of these photos; None where their pixels show nothing.
 
     For photos that already failed together: a fault here is no reason to refuse them.
+
+    Args:
+        placed: Their feature points gave them a place: where no edge was measured, that says
+            nothing.
     """
     burnt = [photo for photo in photos if photo.burnt > _FAULT_BURNT]
     if 2 * len(burnt) > len(photos):
@@ -182,6 +186,8 @@ def common_fault(photos: Sequence[Photo]) -> Finding | None:
     if 2 * len(dark) > len(photos):
         return fault("photo.most_underexposed", spoilt=len(dark), photos=len(photos))
     widths_px = np.array([_seen_width_px(photo) for photo in photos])
+    if placed:
+        widths_px[np.isinf(widths_px)] = np.nan
     bare = np.isinf(widths_px)
     if 2 * bare.sum() > len(photos):
         return fault("photo.most_edgeless", spoilt=int(bare.sum()), photos=len(photos))

@@ -155,6 +155,15 @@ def test_what_spoils_most_photos_is_named() -> None:
     assert bare == fault("photo.most_edgeless", spoilt=1, photos=1)
 
 
+def test_photos_that_their_points_placed_are_not_said_to_show_no_edge() -> None:
+    bare = [photo("a", float("nan")), photo("b", float("nan")), photo("c", 1.0)]
+    assert common_fault(bare) == fault("photo.most_edgeless", spoilt=2, photos=3)
+    assert common_fault(bare, placed=True) is None
+    soft = [photo("a", float("nan")), photo("b", 4.0), photo("c", 4.0)]
+    blurred = common_fault(soft, placed=True)
+    assert blurred == fault("photo.most_blurred", spoilt=2, photos=3, edge_px=4.0)
+
+
 def test_blur_counts_as_far_as_keypoints_see_it() -> None:
     """Of 48 megapixels four pixels are one of three megapixels."""
     large = replace(photo("a", 4.0), width_px=8000, height_px=6000)
