@@ -21,6 +21,27 @@ def printed(across_mm: float, down_mm: float | None = None) -> PrintedSize:
     return PrintedSize(across=Reading(drawn_mm=250, measured_mm=across_mm), down=down)
 
 
+@pytest.mark.parametrize(
+    ("across_mm", "down_mm", "code"),
+    [
+        (262.4, None, None),  # 4.96 % longer
+        (262.6, None, "file.print.off"),  # 5.04 %
+        (237.4, None, "file.print.off"),
+        (250.0, 150.14, None),  # 0.093 % longer down than across
+        (250.0, 150.16, "file.print.stretched"),  # 0.107 %
+    ],
+)
+def test_a_print_is_five_per_cent_off_at_most_and_one_in_a_thousand_uneven(
+    across_mm: float, down_mm: float | None, code: str | None
+) -> None:
+    if code is None:
+        assert printed(across_mm, down_mm).across.growth == across_mm / 250
+        return
+    with pytest.raises(OptionsError) as refused:
+        printed(across_mm, down_mm)
+    assert refused.value.finding.code == code
+
+
 def test_a_board_that_was_not_measured_is_as_it_was_drawn(tmp_path: Path) -> None:
     write_board(tmp_path / "board.json", SCALE)
     assert read_board(tmp_path / "board.json") == SCALE
