@@ -1,6 +1,6 @@
 """Constants: numbers of the sources are changed, one at a time; the tests beside them must notice.
 
-    python benchmarks/constants.py --seed 31 --count 20 -o /tmp/constants.json
+    python benchmarks/constants.py --seed 31 --count 20 -o benchmarks/results/constants.json
 
 draws numbers that have a name of their own (`_NEAR_MM = 15.0`) from all modules, changes one in a
 copy of the sources by half of itself, and runs the tests that mirror its folder with `-x`. Where no
@@ -19,6 +19,8 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
+
+from captures import machine
 
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "src" / "limbgram"
@@ -93,13 +95,14 @@ def main() -> None:
     asked = parser.parse_args()
     drawn = random.Random(asked.seed).sample(list(constants()), asked.count)
     told: list[dict[str, object]] = []
+    kept = {"seed": asked.seed, "machine": machine(), "drawn": told}
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "src"
         shutil.copytree(ROOT / "src", copy)
         for one in drawn:
             noticed = is_noticed(one, copy, asked.limit)
             told.append({**asdict(one), "changed": one.changed, "noticed": noticed})
-            asked.out.write_text(json.dumps({"seed": asked.seed, "drawn": told}, indent=1) + "\n")
+            asked.out.write_text(json.dumps(kept, indent=1) + "\n")
             print(one.module, one.name, one.value, "->", one.changed, noticed, flush=True)  # noqa: T201
 
 
