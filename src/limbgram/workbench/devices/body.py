@@ -24,6 +24,8 @@ from limbgram.workbench.limb import AlignedLimb, Limb
 
 Axes = Literal["limb", "foot"]
 _FAR_MM = 3000.0
+_HAIR_MM = 0.001
+"""A line through a vertex may slip between its faces by rounding: those beside it do not."""
 _ROUNDS = 3
 """Times that the plane is laid anew under the places that are lowest over it."""
 _BEHIND, _BALL = 0.3, 0.2
@@ -131,6 +133,15 @@ class Body:
         None where the line misses the surface, or slips through an opening and meets it from
         within.
         """
+        across = np.linalg.svd(seen_along[None])[2][1:]
+        for aside in (0.0 * across[0], *(_HAIR_MM * across), *(-_HAIR_MM * across)):
+            met = self._met_by(through_mm + aside, seen_along)
+            if met is not None:
+                return met - aside
+        return None
+
+    def _met_by(self, through_mm: Vector3, seen_along: Vector3) -> Vector3 | None:
+        """What this very line meets first, from outside."""
         face = self._first_face(through_mm, seen_along)
         if face < 0:
             return None

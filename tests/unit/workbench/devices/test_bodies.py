@@ -113,3 +113,20 @@ def test_bare_toes_are_refused_where_a_toe_plate_would_follow_them(data_folder: 
     place = refused.value.finding.values["point_mm"]
     assert isinstance(place, tuple)
     assert place[1] > 100  # at the toes
+
+
+def test_a_line_through_a_vertex_does_not_slip_through_the_surface() -> None:
+    """A landmark may be a vertex: of lines through those of spheres one in eighty met nothing."""
+    ball = trimesh.creation.icosphere(3, 50.0)
+    rng = np.random.default_rng(1)
+    for _ in range(4):
+        middle, look = rng.uniform(-40, 40, 3), rng.normal(size=3)
+        look /= np.linalg.norm(look)
+        places = np.asarray(ball.vertices) + middle
+        body = Body(Limb(mesh=Mesh(vertices_mm=places, faces=ball.faces.astype(np.int32))))
+        for place in places[(places - middle) @ look < -15]:
+            met = body.met_mm(place, look)
+            assert met is not None
+            np.testing.assert_allclose(met, place, atol=0.01)
+        beside = np.linalg.svd(look[None])[2][1]
+        assert body.met_mm(middle + 50.1 * beside, look) is None
