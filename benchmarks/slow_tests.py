@@ -36,7 +36,14 @@ class Outcomes:
         row["seconds"] = round(row["seconds"] + report.duration, 1)
         if not report.passed:
             row["outcome"] = report.outcome
-            row["reason"] = report.longreprtext.strip().splitlines()[-1:]
+            row["reason"] = _reason(report)
+
+
+def _reason(report: pytest.TestReport) -> list[str]:
+    """The last line of what it says, without where the project lies on this machine."""
+    if isinstance(report.longrepr, tuple):  # a skipped one: file, line and reason
+        return [report.longrepr[2]]
+    return [line.replace(f"{ROOT}/", "") for line in report.longreprtext.splitlines()[-1:]]
 
 
 def page(results: dict[str, Any]) -> str:

@@ -81,6 +81,11 @@ def turned(vectors: AnyPoints3, rotation: Matrix3) -> AnyPoints3:
     return np.concatenate([piece @ rotation.T for piece in pieces])
 
 
+def square_to(direction: Vector3) -> Float64[np.ndarray, "2 3"]:
+    """Two directions square to one and to each other."""
+    return np.linalg.svd(direction[None])[2][1:]
+
+
 def angle_between_deg(first: Matrix3, second: Matrix3) -> float:
     """Angle of the rotation that takes one orientation to the other."""
     return float(np.degrees(Rotation.from_matrix(first.T @ second).magnitude()))

@@ -17,6 +17,7 @@ from scipy.spatial import QhullError
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points2, Vector3
+from limbgram.core.geometry.frames import square_to
 from limbgram.core.geometry.smoothed_length import taut_length
 from limbgram.core.mesh.axis import Axis, fit_axis
 from limbgram.core.mesh.mesh import Mesh
@@ -170,4 +171,4 @@ def _outlines(
 
 def _across(direction: Vector3) -> np.ndarray:
     """Two units across a direction, as columns."""
-    return np.linalg.svd(direction[None])[2][1:].T
+    return square_to(direction).T

@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.geometry.frames import square_to
 from limbgram.core.mesh.folds import unfolded
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import (
@@ -88,7 +89,7 @@ def _level(
     area = loop_area(brim)
     normal = area / np.linalg.norm(area)
     normal *= np.sign((body.mean(0) - brim.mean(0)) @ normal)
-    across = np.linalg.svd(normal[None])[2][1:]
+    across = square_to(normal)
     edges = np.linalg.norm(np.roll(brim, -1, axis=0) - brim, axis=1)
     length = (edges + np.roll(edges, 1)) / 2
     middle = brim.mean(0)

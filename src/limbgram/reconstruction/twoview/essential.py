@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float64
 from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.arrays import Matrix3, Points2, Points3
-from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.frames import Rigid, square_to
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.twoview.fundamental import agreeing, ransac
 from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
@@ -190,7 +190,7 @@ class _PoseModel:
     @property
     def _across(self) -> Float64[np.ndarray, "2 3"]:
         """Directions square to the baseline."""
-        return np.linalg.svd(self.pose.translation[None])[2][1:]
+        return square_to(self.pose.translation)
 
     def moved(self, step: Float64[np.ndarray, "5"]) -> "_PoseModel":
         rotation = Rotation.from_rotvec(step[:3]).as_matrix() @ self.pose.rotation

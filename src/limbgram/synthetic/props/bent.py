@@ -37,6 +37,7 @@ from limbgram.synthetic.props.limb import (
     relieved,
 )
 from limbgram.workbench.edits.cutting import keep_positive
+from limbgram.workbench.measures.geodesic import length_mm
 
 _CLEAR_MM = 0.5
 """Above the highest place of a ragged open edge, where it is cut level."""
@@ -84,7 +85,8 @@ def stood(mesh: Mesh, name: str) -> Stood:
     loops = boundary_loops(mesh.faces)
     if not loops:
         raise ShapeFileError("made.bent.no_disc", name=name, openings=0)
-    rim = max((mesh.vertices_mm[loop] for loop in loops), key=_round_mm)
+    closed = (mesh.vertices_mm[[*loop, loop[0]]] for loop in loops)
+    rim = max(closed, key=length_mm)[:-1]
     middle = rim.mean(0)
     up: Vector3 = np.linalg.svd(rim - middle, full_matrices=False)[2][2]
     up = up if (mesh.vertices_mm.mean(0) - middle) @ up > 0 else -up
@@ -103,10 +105,6 @@ def upright(up: Vector3) -> Float64[np.ndarray, "3 3"]:
     x = beside - (beside @ up) * up
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(up, x), up])
-
-
-def _round_mm(loop: Points3) -> float:
-    return float(lengths(np.roll(loop, -1, axis=0) - loop).sum())
 
 
 def _farthest(mesh: Mesh) -> int:

@@ -17,6 +17,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import square_to
 from limbgram.core.mesh.mesh import Mesh, lengths, unit
 from limbgram.core.mesh.sections import Z_AXIS, centroid_mm, cut
 from limbgram.workbench.edits.regions import position_mm
@@ -133,8 +134,11 @@ class Body:
         None where the line misses the surface, or slips through an opening and meets it from
         within.
         """
-        across = np.linalg.svd(seen_along[None])[2][1:]
-        for aside in (0.0 * across[0], *(_HAIR_MM * across), *(-_HAIR_MM * across)):
+        met = self._met_by(through_mm, seen_along)
+        if met is not None:
+            return met
+        hairs = _HAIR_MM * square_to(seen_along)
+        for aside in (*hairs, *-hairs):
             met = self._met_by(through_mm + aside, seen_along)
             if met is not None:
                 return met - aside
