@@ -153,6 +153,19 @@ class Mesh:
         """A third of the area of the triangles round each vertex."""
         return _shared_out(lengths(self.face_normals()) / 6, self.faces, len(self))
 
+    def chordal_deviations_mm(self) -> Float64[np.ndarray, " n"]:
+        """How far faces lie inside the round surface of their vertices; outside: negative.
+
+        The mean of a quadratic surface with normals n_i at a face's corners x_i lies off the face
+        by sum (x_i - mean x) . (n_i - mean n) / 8, e^2 / 8 R on a sphere with edges e; here its
+        mean over the area of the faces round each vertex.
+        """
+        corners, normals = self.vertices_mm[self.faces], self.vertex_normals()[self.faces]
+        of_face = np.einsum("fkd,fkd->f", corners - corners.mean(1, keepdims=True), normals) / 8
+        thirds_mm2 = lengths(self.face_normals()) / 6
+        sums = _shared_out(of_face * thirds_mm2, self.faces, len(self))
+        return sums / np.maximum(self.vertex_areas_mm2(), 1e-12)
+
 
 def unit(vectors: Points3) -> Points3:
     """Each row at length 1; a row of nothing stays nothing."""

@@ -24,6 +24,9 @@ Method  Noise: what single photos pull the surface by, each solved through the t
         being how far along the plane photo k moves for a millimetre along the normal, t and s
         their means (texture alike in all directions). The scale is set anew from the board in each
         case, and what only moves the surface as a whole is taken off: a shape has no place.
+        Faces: photos are sampled at vertices and a little round them, so that the surface lies
+        between having its vertices on the limb, and its flat faces: anything from nothing to
+        the faces' chordal deviation.
         docs/method.
 """
 
@@ -600,7 +603,7 @@ def _displace(
 
 
 SCALE, CAMERAS, OFFSET = "scale", "cameras and lens", "offset of the whole surface"
-CREASES = "lost depth of creases"
+FACES, CREASES = "flat faces", "lost depth of creases"
 """Sources of what all vertices share, as `Mesh.shared_sources` has them."""
 OFFSET_PX = 0.006
 """How far the whole surface may lie in or out by the way photos are sampled, in pixels: volumes of
@@ -629,7 +632,8 @@ def with_sigma(
     measured = ~filled & (equations.photos > 1)
     shared = shared_errors(mesh, seen.axes, seen.seen_by, measured, metric)
     offset_mm = OFFSET_PX * seen.pixel_mm
-    modes_mm = np.column_stack([shared.modes_mm, offset_mm, local.creases_mm])
+    faces_mm = mesh.chordal_deviations_mm() / np.sqrt(3)  # anything from 0 to it: its RMS
+    modes_mm = np.column_stack([shared.modes_mm, offset_mm, faces_mm, local.creases_mm])
     cameras, creases = shared.modes_mm.shape[1] - 1, local.creases_mm.shape[1]
     variance = local.variance_mm2 + shared.rest_mm2 + (modes_mm[:, :-creases] ** 2).sum(1)
     return replace(
@@ -637,7 +641,7 @@ def with_sigma(
         filled=filled,
         sigma_mm=np.where(filled, np.nan, np.sqrt(variance)).astype(np.float32),
         shared_mm=modes_mm.astype(np.float32),
-        shared_sources=(SCALE, *cameras * (CAMERAS,), OFFSET, *creases * (CREASES,)),
+        shared_sources=(SCALE, *cameras * (CAMERAS,), OFFSET, FACES, *creases * (CREASES,)),
         correlation_mm=local.reach_mm,
         lost_length=local.lost_length.astype(np.float32),
     )

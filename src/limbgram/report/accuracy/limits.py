@@ -14,7 +14,7 @@ from limbgram.capture.setup import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.core.tape import AGREES_SIGMAS, sigmas_apart
 from limbgram.findings import Finding, Gravity, doubt, fault, note
-from limbgram.reconstruction.measuring.uncertainty import CAMERAS, CREASES, OFFSET, SCALE
+from limbgram.reconstruction.measuring.uncertainty import CAMERAS, CREASES, FACES, OFFSET, SCALE
 from limbgram.report.accuracy.figures import Figures, SurfaceSigma
 from limbgram.report.accuracy.judgement import (
     FAR_SCALE,
@@ -54,6 +54,7 @@ _PARTS = {
     SCALE: "scale",
     FAR_SCALE: "far_scale",
     OFFSET: "offset",
+    FACES: "faces",
     CREASES: "creases",
     UNNAMED: "unnamed",
 }

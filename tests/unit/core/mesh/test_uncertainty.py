@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import trimesh
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.uncertainty import filled_sigma_mm, propagate
@@ -106,3 +107,22 @@ def _ball_with_a_patch(half_mm: float, *, both_ends: bool = False) -> Mesh:
     away_mm = 40.0 * np.arccos(np.clip(height / 40.0, -1, 1))
     sigma = np.where(away_mm < half_mm, np.nan, 0.0).astype(np.float32)
     return Mesh(vertices_mm=vertices, faces=np.asarray(ball.faces, np.int32), sigma_mm=sigma)
+
+
+@pytest.mark.parametrize(("shape", "radius_mm"), [("ball", 50.0), ("hollow", 50.0), ("tube", 40.0)])
+def test_flat_faces_lie_inside_a_round_surface_by_their_chordal_deviation(
+    shape: str, radius_mm: float
+) -> None:
+    if shape == "tube":
+        heights = np.linspace(-100.0, 100.0, 81)
+        made = trimesh.creation.revolve(
+            np.column_stack([np.full(81, radius_mm), heights]), sections=96
+        )
+        lost_mm = radius_mm / 2 * (1 - np.sinc(2 / 96))  # a circle's area less a polygon's
+    else:
+        made = trimesh.creation.icosphere(4, radius_mm)
+        lost_mm = (4 / 3 * np.pi * radius_mm**3 - made.volume) / made.area
+    faces = made.faces[:, ::-1] if shape == "hollow" else made.faces
+    mesh = Mesh(vertices_mm=np.array(made.vertices), faces=np.array(faces, np.int32))
+    told = mesh.chordal_deviations_mm()[np.abs(mesh.vertices_mm[:, 2]) < 90]
+    assert told.mean() == pytest.approx(-lost_mm if shape == "hollow" else lost_mm, rel=0.03)
