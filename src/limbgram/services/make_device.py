@@ -74,6 +74,9 @@ class MakeDeviceRequest:
     lower face, Z up, Y forwards."""
     cut: tuple[Path, ...] = ()
     """A body to cut out, in the same frame."""
+    lettering: str | None = None
+    """Text raised on the outer side of a printed wall, as whose it is, which side, what date; ""
+    for none."""
     bed: Bed = "standing"
     """How it lies on the printer's bed: standing as worn, upside-down, or lying on its back."""
 
@@ -203,8 +206,15 @@ def _ordered(read: ShapeFile, ask: MakeDeviceRequest) -> _Ordered:
         free={} if same is None else same.free,
         recipe=recipe,
         bodies=tuple(one.body for one in bodies),
+        lettering=_lettering(ask, kept),
     )
     return _Ordered(order, tuple(one.known for one in bodies))
+
+
+def _lettering(ask: MakeDeviceRequest, kept: OrderFile | None) -> str:
+    if ask.lettering is not None:
+        return ask.lettering
+    return "" if kept is None else kept.lettering
 
 
 def _still_of_it(kept: OrderFile | None, made: Fabrication | None) -> dict[str, float]:
@@ -254,6 +264,7 @@ def _written(
         recipe=ordered.order.recipe,
         bodies=ordered.bodies,
         limb_sha256=read.sha256,
+        lettering=ordered.order.lettering,
     )
     told_of_it = Told(
         title=f"{preview.device.en}, {limb.side}" if limb.side != "none" else preview.device.en,

@@ -25,7 +25,9 @@ def foot(tmp_path_factory: pytest.TempPathFactory) -> ShapeFile:
     return read_shape(path)
 
 
-ASK = MakeDeviceRequest(device="foot-orthosis", values=(("cup_mm", 16.0),), made="printed")
+ASK = MakeDeviceRequest(
+    device="foot-orthosis", values=(("cup_mm", 16.0),), made="printed", lettering="R 11/26"
+)
 
 
 def test_all_files_are_there_and_say_that_nothing_is_tested(
@@ -65,6 +67,14 @@ def test_all_files_are_there_and_say_that_nothing_is_tested(
         if path.suffix in (".3mf", ".stl", ".toml"):
             assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes()
     assert again.figures == done.figures
+
+
+def test_a_draped_sheet_takes_no_lettering(foot: ShapeFile, tmp_path: Path) -> None:
+    ask = MakeDeviceRequest(device="foot-orthosis", made="draped", lettering="R")
+    with pytest.raises(LimbgramError, match="draped") as refused:
+        make(foot, ask, tmp_path / "out")
+    assert refused.value.finding.code == "device.lettering.draped"
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_preview_has_handles_with_ranges(foot: ShapeFile) -> None:

@@ -85,6 +85,16 @@ class Width:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Label:
+    """Where the outer side of a printed wall can be lettered."""
+
+    at: TrimPoint
+    """Middle of the text."""
+    runs: Literal["up", "round", "ahead"]
+    """Its way: up the limb, level round it, or along the foot."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Device:
     """A kind of device."""
 
@@ -95,6 +105,7 @@ class Device:
     en: str
     de: str
     trim: Trim
+    label: Label
     wall: Mapping[Fabrication, Measure]
     """How thick it is by the ways in which it is made; the first is the usual one."""
     slots: tuple[Slot, ...] = ()

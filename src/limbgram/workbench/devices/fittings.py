@@ -52,7 +52,7 @@ def fitted(body: Mesh, parts: Sequence[Part]) -> Mesh:
         if (whole ^ other).volume() <= 0:
             raise EditError("device.part.apart", name=part.name)
         whole = whole + other if part.how == "join" else whole - other
-    return _mesh(whole) if parts else body
+    return mesh_of(whole) if parts else body
 
 
 def plate(
@@ -66,7 +66,7 @@ def plate(
     outline = CrossSection.square((inner_mm, inner_mm), center=True).offset(
         _CORNER_MM, manifold3d.JoinType.Round, 2.0, _ROUND
     )
-    block = _mesh(outline.extrude(height_mm))
+    block = mesh_of(outline.extrude(height_mm))
     holes = [
         _cylinder(hole_mm / 2, -_PASS_MM, height_mm + _PASS_MM).translate((x, y, 0.0))
         for x in (-HOLES_MM, HOLES_MM)
@@ -74,7 +74,7 @@ def plate(
     ]
     return (
         _placed("plate", block, limb_from_plate, "join"),
-        *(_placed("plate hole", _mesh(hole), limb_from_plate, "cut") for hole in holes),
+        *(_placed("plate hole", mesh_of(hole), limb_from_plate, "cut") for hole in holes),
     )
 
 
@@ -88,14 +88,14 @@ def pyramid(limb_from_plate: Rigid, height_mm: float) -> Part:
     wide = CrossSection.square((start_mm, start_mm), center=True)
     below = wide.extrude(height_mm, 0, 0.0, (grown, grown)).rotate((180.0, 0.0, 0.0))
     neck = wide.extrude(2 * _PASS_MM).translate((0.0, 0.0, -_PASS_MM))
-    return _placed("pyramid", _mesh(below + neck), limb_from_plate, "join")
+    return _placed("pyramid", mesh_of(below + neck), limb_from_plate, "join")
 
 
 def hole(
     name: str, place_mm: Vector3, way: Vector3, *, diameter_mm: float, depth_mm: float
 ) -> Part:
     """A round hole through a place, `depth_mm` to either side along a way."""
-    drill = _mesh(_cylinder(diameter_mm / 2, -depth_mm, depth_mm))
+    drill = mesh_of(_cylinder(diameter_mm / 2, -depth_mm, depth_mm))
     return _placed(name, drill, pointing(place_mm, way), "cut")
 
 
@@ -140,7 +140,7 @@ def _manifold(mesh: Mesh, name: str) -> Manifold:
     return made
 
 
-def _mesh(made: Manifold) -> Mesh:
+def mesh_of(made: Manifold) -> Mesh:
     found = made.to_mesh64()
     return Mesh(
         vertices_mm=np.array(found.vert_properties[:, :3], np.float64),

@@ -28,6 +28,7 @@ from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import DRAW, Device, Fabrication, Seat, Slit, Slot, devices
 from limbgram.workbench.devices.fittings import Part, fitted, hole, imported
 from limbgram.workbench.devices.layout import Covered, Gap, Opening, cover
+from limbgram.workbench.devices.lettering import lettering
 from limbgram.workbench.devices.proof import Wall, measure_wall, require_solid
 from limbgram.workbench.devices.shell import Layout, make_shell
 from limbgram.workbench.devices.thickness import Rib, Zone, draped, printed
@@ -80,6 +81,8 @@ class Order:
     recipe: Recipe = _NO_RECIPE
     """What makes the positive of the limb."""
     bodies: tuple[ImportedBody, ...] = ()
+    lettering: str = ""
+    """Raised on the outer side of a printed wall: whose it is, which side, what date."""
 
     __repr__ = brief
 
@@ -154,7 +157,8 @@ def preview_device(limb: Limb, order: Order) -> Preview:
     body = Body.of(positive, device.en)
     body.require_sides(device.trim.landmarks(), device.en)
     drawn = draw_trim(body, device.trim, values, order.free)
-    openings = [_opening(body, slot, values) for slot in device.slots]
+    asked = [slot for slot in device.slots if amount_of(slot.width_mm, values) > 0]
+    openings = [_opening(body, slot, values) for slot in asked]
     gaps = [_gap(one, values) for one in device.slits]
     wall_mm = values[device.wall[made].name]  # a bridge that is narrower has no wall, only edges
     covered = cover(body, drawn.edges, openings, gaps, bridge_mm=wall_mm)
@@ -207,6 +211,8 @@ def make_device(limb: Limb, order: Order) -> Made:
         how = "cut" if one.cut else "join"
         parts.append(imported(one.name, one.solid, alignment.limb_from_plate, how))
     shell = make_shell(preview.layout, blocks)
+    if order.lettering:
+        parts.append(_lettered(preview, shell.solid, order.lettering))
     wall = measure_wall(shell.solid, preview.layout, blocks)
     solid = fitted(shell.solid, parts)
     require_solid(solid)
@@ -322,6 +328,27 @@ def _seat(body: Body, seat: Seat, layout: Layout, values: Mapping[str, float]) -
         depth_mm=2 * high_mm,
     )
     return boss, drilled
+
+
+def _lettered(preview: Preview, shell: Mesh, text: str) -> Part:
+    """A text at the device's place for it.
+
+    Raises:
+        EditError: the wall is draped, which would bury it, or has no room.
+    """
+    if preview.made != "printed":
+        raise EditError("device.lettering.draped", text=text)
+    label, body = preview.device.label, preview.body
+    place = place_point(body, "lettering", label.at, preview.values)
+    face = tree_on(body.mesh).closest(place[None]).faces[0]
+    outward = unit(body.mesh.face_normals()[face][None])[0]
+    up = np.array([0.0, 0.0, 1.0])
+    runs = {
+        "up": up,
+        "round": np.cross(up, outward),
+        "ahead": body.directions("foot", "lettering")[1] if label.runs == "ahead" else up,
+    }[label.runs]
+    return lettering(shell, text, place, outward, runs)
 
 
 def _widths(body: Body, device: Device, values: Mapping[str, float]) -> Sequence[Finding]:

@@ -4,6 +4,7 @@
     version = 1
     device = "solid-afo"
     made = "draped"
+    lettering = "A. M. left"
     limb_sha256 = "..."
 
     [values]
@@ -39,7 +40,7 @@ _FORMAT, _VERSION = "limbgram device", 1
 _LARGEST_BYTES = 4_000_000
 _KEYS = {
     *("format", "version", "device", "made", "limb_sha256"),
-    *("values", "free", "body", "recipe"),
+    *("values", "free", "body", "recipe", "lettering"),
 }
 
 
@@ -63,6 +64,7 @@ class OrderFile:
     recipe: Recipe
     bodies: tuple[KnownBody, ...] = ()
     limb_sha256: str = ""
+    lettering: str = ""
 
 
 def read_order(path: Path | str) -> OrderFile:
@@ -103,6 +105,7 @@ def parse_order(text: str, name: str) -> OrderFile:
             bodies=_value(tree, "body", tuple[KnownBody, ...], ()),
             recipe=parse_recipe(recipe, name) if recipe else Recipe(name=""),
             limb_sha256=_value(tree, "limb_sha256", str, ""),
+            lettering=_value(tree, "lettering", str, ""),
         )
     except Mismatch as error:
         raise OptionsError("device.file.value", name=name, reason=str(error)) from error
@@ -116,6 +119,8 @@ def encode_order(order: OrderFile) -> bytes:
         f"device = {toml_text(order.device)}",
         f"made = {toml_text(order.made)}",
     ]
+    if order.lettering:
+        lines.append(f"lettering = {toml_text(order.lettering)}")
     if order.limb_sha256:
         lines.append(f"limb_sha256 = {toml_text(order.limb_sha256)}")
     if order.recipe.entries:

@@ -2,6 +2,7 @@
 
 from limbgram.workbench.devices.device import ORTHOSIS, Device
 from limbgram.workbench.devices.presets.ankle import INSOLE
+from limbgram.workbench.devices.presets.labels import UNDER_SOLE
 
 DEVICE = Device(
     name="foot-orthosis",
@@ -10,5 +11,6 @@ DEVICE = Device(
     en="Foot orthosis",
     de="Fußorthese (Einlage)",
     trim=INSOLE,
+    label=UNDER_SOLE,
     wall=ORTHOSIS,
 )

@@ -2,6 +2,7 @@
 
 from limbgram.workbench.devices.device import ORTHOSIS, Device
 from limbgram.workbench.devices.presets.ankle import GROUND_REACTION
+from limbgram.workbench.devices.presets.labels import FRONT_OF_SHIN
 
 DEVICE = Device(
     name="ground-reaction-afo",
@@ -10,5 +11,6 @@ DEVICE = Device(
     en="Ground reaction ankle-foot orthosis",
     de="Unterschenkelorthese mit ventraler Anlage",
     trim=GROUND_REACTION,
+    label=FRONT_OF_SHIN,
     wall=ORTHOSIS,
 )

@@ -3,6 +3,7 @@
 from limbgram.workbench.devices.device import ORTHOSIS, Device
 from limbgram.workbench.devices.presets.ankle import HINGED_CALF
 from limbgram.workbench.devices.presets.joints import JOINT_HOLE, joint_seats
+from limbgram.workbench.devices.presets.labels import BEHIND_CALF
 from limbgram.workbench.devices.presets.straps import CALF_STRAP, calf_slots
 
 DEVICE = Device(
@@ -12,6 +13,7 @@ DEVICE = Device(
     en="Hinged ankle-foot orthosis, calf part",
     de="Unterschenkelorthese mit Gelenk, Wadenteil",
     trim=HINGED_CALF,
+    label=BEHIND_CALF,
     wall=ORTHOSIS,
     slots=calf_slots(72.0),
     seats=joint_seats(("joint_gap_mm", 14.0)),

@@ -3,6 +3,7 @@
 from limbgram.workbench.devices.device import ORTHOSIS, Device
 from limbgram.workbench.devices.presets.ankle import HINGED_FOOT
 from limbgram.workbench.devices.presets.joints import JOINT_HOLE, joint_seats
+from limbgram.workbench.devices.presets.labels import UNDER_SOLE
 
 DEVICE = Device(
     name="hinged-afo-foot",
@@ -11,6 +12,7 @@ DEVICE = Device(
     en="Hinged ankle-foot orthosis, foot part",
     de="Unterschenkelorthese mit Gelenk, Fußteil",
     trim=HINGED_FOOT,
+    label=UNDER_SOLE,
     wall=ORTHOSIS,
     seats=joint_seats(("-joint_gap_mm", -14.0)),
     more=(JOINT_HOLE,),

@@ -2,6 +2,7 @@
 
 from limbgram.workbench.devices.device import ORTHOSIS, Device
 from limbgram.workbench.devices.presets.ankle import LEAF_SPRING
+from limbgram.workbench.devices.presets.labels import BEHIND_CALF
 from limbgram.workbench.devices.presets.straps import CALF_STRAP, calf_slots
 
 DEVICE = Device(
@@ -11,6 +12,7 @@ DEVICE = Device(
     en="Posterior leaf spring",
     de="Dorsale Federorthese",
     trim=LEAF_SPRING,
+    label=BEHIND_CALF,
     wall=ORTHOSIS,
     slots=calf_slots(90.0),
     more=CALF_STRAP,

@@ -2,6 +2,7 @@
 
 from limbgram.workbench.devices.device import ORTHOSIS, Device
 from limbgram.workbench.devices.presets.ankle import SOLID
+from limbgram.workbench.devices.presets.labels import BEHIND_CALF
 from limbgram.workbench.devices.presets.straps import CALF_STRAP, calf_slots
 
 DEVICE = Device(
@@ -11,6 +12,7 @@ DEVICE = Device(
     en="Solid ankle-foot orthosis",
     de="Starre Unterschenkelorthese",
     trim=SOLID,
+    label=BEHIND_CALF,
     wall=ORTHOSIS,
     slots=calf_slots(72.0),
     more=CALF_STRAP,

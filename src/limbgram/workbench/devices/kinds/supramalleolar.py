@@ -2,6 +2,7 @@
 
 from limbgram.workbench.devices.device import ORTHOSIS, Device
 from limbgram.workbench.devices.presets.ankle import SUPRAMALLEOLAR
+from limbgram.workbench.devices.presets.labels import UNDER_SOLE
 
 DEVICE = Device(
     name="smo",
@@ -10,5 +11,6 @@ DEVICE = Device(
     en="Supramalleolar orthosis",
     de="Supramalleoläre Orthese",
     trim=SUPRAMALLEOLAR,
+    label=UNDER_SOLE,
     wall=ORTHOSIS,
 )

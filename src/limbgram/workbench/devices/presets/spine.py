@@ -1,6 +1,9 @@
 """Trims of spinal orthoses: an upper and a lower edge; they open in front or behind."""
 
+from itertools import product
+
 from limbgram.core.request_fields import Within
+from limbgram.workbench.devices.device import Slot
 from limbgram.workbench.devices.trims import Amount, Loop, Measure, Trim, TrimPoint, mirrored
 
 _PAIRED = ("axilla", "trochanter", "iliac spine")
@@ -71,6 +74,43 @@ GAP = Measure(
     en="Width of the opening",
     de="Breite der Öffnung",
 )
+VENT = Measure(
+    name="vent_mm",
+    usual=0.0,
+    within=Within(0, 12),
+    en="Diameter of vents at the waist, nine to each side in front and behind; 0 for none",
+    de="Durchmesser der Lüftungslöcher in der Taille, neun je Seite vorn und hinten; 0 für keine",
+)
+VENTS_APART = Measure(
+    name="vents_apart_mm",
+    usual=25.0,
+    within=Within(18, 40),
+    en="From vent to vent",
+    de="Von Loch zu Loch",
+)
+VENTILATION = (VENT, VENTS_APART)
+
+
+def _vents(quarters_deg: tuple[float, ...]) -> tuple[Slot, ...]:
+    """Three rows of three holes round the middle of each quarter, at the height of the navel."""
+    return tuple(
+        Slot(
+            name=f"vent at {middle_deg:g} degrees, row {row + 2}, {column + 2}",
+            at=TrimPoint(
+                name="vent",
+                at="navel",
+                up_mm=f"{row}*vents_apart_mm",
+                around_deg=middle_deg,
+                round_mm=f"{column}*vents_apart_mm",
+            ),
+            length_mm="vent_mm",
+            width_mm="vent_mm",
+        )
+        for middle_deg, row, column in product(quarters_deg, (-1, 0, 1), (-1, 0, 1))
+    )
+
+
+VENTS = _vents((55.0, 125.0, 235.0, 305.0))
 
 
 def _at(name: str, at: str, up_mm: Amount, around_deg: float) -> TrimPoint:
