@@ -13,6 +13,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import unit
 
 _STEP_MM = 1.0
 _STRAIGHT_RAD = 1e-3
@@ -50,6 +52,32 @@ class Centreline:
         )
         direction /= np.linalg.norm(direction)
         return OnCentreline(point + (along_mm - held) * direction, direction)
+
+    def moved(self, motion: Rigid) -> "Centreline":
+        """The same curve in another frame."""
+        return Centreline(
+            points_mm=motion.apply(self.points_mm),
+            directions=self.directions @ motion.rotation.T,
+            lengths_mm=self.lengths_mm,
+        )
+
+    def straightened(self, points_mm: Points3, across: Vector3) -> Points3:
+        """Places as they would lie if the curve were the z axis, its distal end at 0.
+
+        Args:
+            across: Way that becomes x, as to the right; it is nowhere along the curve.
+        """
+        along = self.nearest_mm(points_mm)
+        held = np.clip(along, 0.0, self.length_mm)
+        middle, direction = (
+            np.column_stack([np.interp(held, self.lengths_mm, column) for column in given.T])
+            for given in (self.points_mm, self.directions)
+        )
+        up = -unit(direction)
+        x = unit(across - (up @ across)[:, None] * up)
+        off = points_mm - middle
+        y = np.cross(up, x)
+        return np.column_stack([(off * x).sum(1), (off * y).sum(1), self.length_mm - along])
 
     def nearest_mm(self, points_mm: Points3) -> Float64[np.ndarray, " n"]:
         """How far along the curve the plane across it lies that holds each point.

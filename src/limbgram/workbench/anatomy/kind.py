@@ -139,6 +139,8 @@ class Bent:
 
     nodes: tuple[Mid, ...]
     """From proximal to distal."""
+    reference: str
+    """Landmark in the limb's middle: charts count in distances from the distal dome to it."""
     rounded: float = 0.85
     """How much of the shorter way from a corner to the next node or to the middle between two
     corners the arc takes up."""

@@ -260,7 +260,8 @@ KIND = Kind(
         Line(name="forefoot", start=_MIDFOOT, end=_BALL, within="plantar"),
     ),
     centreline=Bent(
-        nodes=(_KNEE, Mid(("medial malleolus", "lateral malleolus", "heel")), _BALL, _TOE)
+        nodes=(_KNEE, Mid(("medial malleolus", "lateral malleolus", "heel")), _BALL, _TOE),
+        reference="lateral malleolus",
     ),
     sheet=(
         Angle(

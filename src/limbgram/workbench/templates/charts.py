@@ -2,21 +2,26 @@
 
 Up the wall a height counts from the middle of the distal dome (0) to a reference landmark (1);
 round the dome it counts the angle down to the tip (-DOME). Angles run from the front (0) to the
-lateral side (+90 degrees), so that a left and a right limb share a chart. Landmarks then pull the
-chart smoothly until each has the height and angle of the template's.
+lateral side (+90 degrees), so that a left and a right limb share a chart. A limb that bends, as a
+foot with its shank, is straightened along its kind's centreline first, so that a place keeps its
+height and angle whatever the joint's angle. Landmarks then pull the chart smoothly until each has
+the height and angle of the template's.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3
+from limbgram.workbench.anatomy.centreline import Centreline
+from limbgram.workbench.anatomy.kind import Bent
 from limbgram.workbench.anatomy.names import by_identity, named
 from limbgram.workbench.compare.radial import spoke_radii
-from limbgram.workbench.limb import Limb, Side, likeliest
+from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb, Side, likeliest
 
 DOME = 0.4
 """Chart height of the whole dome."""
@@ -39,11 +44,14 @@ _SPOKES = 72
 Chart = Float64[np.ndarray, "n 2"]
 ChartPlace = Float64[np.ndarray, "2"]
 """Height and angle (radians) of places."""
+Along = Literal["axis", "centreline"]
+"""What heights count along."""
+_RIGHT = np.array([1.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, kw_only=True)
 class LimbChart:
-    """The chart of one limb, in its limb frame."""
+    """The chart of one limb, in its limb frame; heights are those of the straightened limb."""
 
     tip_mm: float
     """Height of the distal end."""
@@ -56,10 +64,18 @@ class LimbChart:
     """Of the landmarks that pull."""
     weights: Chart
     """How hard they pull."""
+    curve: Centreline | None = None
+    """In the limb frame; None where the limb is straight, along z."""
+
+    def straightened(self, points_in_limb: Points3) -> Points3:
+        """Places of the limb as it would be if it were straight."""
+        if self.curve is None:
+            return points_in_limb
+        return self.curve.straightened(points_in_limb, _RIGHT)
 
     def own(self, points_in_limb: Points3) -> Chart:
         """Height and angle without any pull."""
-        x, y, z = points_in_limb.T
+        x, y, z = self.straightened(points_in_limb).T
         angle = np.arctan2(self.lateral * x, y)
         wall = (z - self.dome_mm) / (self.reference_mm - self.dome_mm)
         down = np.arctan2(np.maximum(self.dome_mm - z, 0), np.hypot(x, y))
@@ -88,11 +104,17 @@ class LimbChart:
         return np.where(np.linalg.det(slopes) < 0, -least, least)
 
 
-def plain_chart(limb: Limb, reference: str) -> LimbChart:
+def bend_of(limb: Limb) -> Bent | None:
+    """How the centreline of a limb of this kind bends; None where charts go by the long axis."""
+    return None if limb.kind is None else KIND_NAMED[limb.kind].centreline
+
+
+def plain_chart(limb: Limb, reference: str, along: Along) -> LimbChart:
     """The chart without any pull.
 
     Raises:
-        MeasureError: no limb frame, no reference landmark, or one that lies too low.
+        MeasureError: no limb frame, no reference landmark, or one that lies too low; a landmark of
+            the centreline is missing.
     """
     limb = limb.aligned()
     mark = named(reference, limb.landmarks)
@@ -104,30 +126,39 @@ def plain_chart(limb: Limb, reference: str) -> LimbChart:
             reference=reference,
             meant=likeliest(reference, names),
         )
-    in_limb = limb.mesh_in_limb
-    top = float(limb.landmark_in_limb_mm(mark)[2])
-    tip = float(in_limb.vertices_mm[:, 2].min())
-    rings = np.arange(tip + _RINGS_MM, max(top, tip + 2 * _RINGS_MM), _RINGS_MM)
-    radii = spoke_radii(in_limb, rings, _SPOKES).radii_mm
-    met = np.isfinite(radii)
-    mean = np.nansum(radii, axis=1) / np.maximum(np.count_nonzero(met, axis=1), 1)
-    round_end = np.flatnonzero(rings - tip >= mean)
-    dome = float(rings[round_end[0]]) if len(round_end) else tip
-    if not len(round_end) or top - dome < _SHORTEST_MM:
+    curve = limb.centreline().moved(limb.limb_from_mesh) if along == "centreline" else None
+    chart = LimbChart(
+        tip_mm=0.0,
+        dome_mm=0.0,
+        reference_mm=0.0,
+        lateral=lateral_of(limb.side),
+        centres=np.empty((0, 2)),
+        weights=np.empty((0, 2)),
+        curve=curve,
+    )
+    top = float(chart.straightened(limb.landmark_in_limb_mm(mark)[None])[0, 2])
+    tip, dome = _end_of(limb, chart, top)
+    if dome is None or top - dome < _SHORTEST_MM:
         raise MeasureError(
             "template.limb.low_reference",
             name=limb.name or None,
             reference=reference,
             above_mm=top - tip,
         )
-    return LimbChart(
-        tip_mm=tip,
-        dome_mm=dome,
-        reference_mm=top,
-        lateral=lateral_of(limb.side),
-        centres=np.empty((0, 2)),
-        weights=np.empty((0, 2)),
-    )
+    return replace(chart, tip_mm=tip, dome_mm=dome, reference_mm=top)
+
+
+def _end_of(limb: AlignedLimb, chart: LimbChart, top: float) -> tuple[float, float | None]:
+    """Heights of the distal end and of its dome's middle; None where it is no dome."""
+    in_limb = limb.mesh_in_limb
+    straight = in_limb.with_vertices(chart.straightened(in_limb.vertices_mm))
+    tip = float(straight.vertices_mm[:, 2].min())
+    rings = np.arange(tip + _RINGS_MM, max(top, tip + 2 * _RINGS_MM), _RINGS_MM)
+    radii = spoke_radii(straight, rings, _SPOKES).radii_mm
+    met = np.isfinite(radii)
+    mean = np.nansum(radii, axis=1) / np.maximum(np.count_nonzero(met, axis=1), 1)
+    round_end = np.flatnonzero(rings - tip >= mean)
+    return tip, float(rings[round_end[0]]) if len(round_end) else None
 
 
 def lateral_of(side: Side) -> float:
@@ -171,14 +202,8 @@ def pulled_chart(
                 rise=float(rise),
             )
     nearness = _nearness(centres, centres) + 1e-6 * np.eye(len(names))
-    pulled = LimbChart(
-        tip_mm=chart.tip_mm,
-        dome_mm=chart.dome_mm,
-        reference_mm=chart.reference_mm,
-        lateral=chart.lateral,
-        centres=centres,
-        weights=np.linalg.solve(nearness, wanted),
-    )
+    weights = np.linalg.solve(nearness, wanted)
+    pulled = replace(chart, centres=centres, weights=weights)
     _require_order(pulled, limb.name)
     return pulled
 

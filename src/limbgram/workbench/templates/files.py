@@ -5,10 +5,11 @@ Rows run from the tip upwards; the numbers in a row from the front towards the l
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 from jaxtyping import Float64
@@ -16,11 +17,13 @@ from jaxtyping import Float64
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Strictness, value_of
-from limbgram.workbench.templates.charts import DOME
+from limbgram.workbench.templates.charts import DOME, Along
 from limbgram.workbench.templates.fields import ANGLES, Field, node_heights
 from limbgram.workbench.templates.template import Template, TemplateMark
 
-_FORMAT, _VERSION = "limbgram template", 1
+_FORMAT = "limbgram template"
+_VERSIONS: Final[Mapping[Along, int]] = {"axis": 1, "centreline": 2}
+"""Programs that know no centreline refuse a file whose heights count along it."""
 _LARGEST_BYTES = 2_000_000
 _LARGEST_MM = 60.0
 _MOST_PAIRS = 100_000
@@ -37,7 +40,7 @@ class _TemplateFile:
     """What a template's file holds, as far as it is read."""
 
     format: Literal["limbgram template"]
-    version: Literal[1]
+    version: Literal[1, 2]
     name: str
     pairs: int
     sided: bool
@@ -47,13 +50,14 @@ class _TemplateFile:
     displacement_mm: tuple[str, ...]
     spread_mm: tuple[str, ...]
     known_pairs: tuple[str, ...]
+    along: Along = "axis"
 
 
 def encode_template(template: Template) -> bytes:
     """The template as UTF-8 JSON."""
     tree = {
         "format": _FORMAT,
-        "version": _VERSION,
+        "version": _VERSIONS[template.along],
         "made_by": f"limbgram {version('limbgram')}",
         "name": template.name,
         "pairs": template.pairs,
@@ -61,6 +65,7 @@ def encode_template(template: Template) -> bytes:
         "displacement": "millimetres along the outward normal; negative goes into the shape",
         "heights": f"{-DOME:g} at the tip, 0 where the round end begins, 1 at the landmark "
         f"{template.reference}",
+        **({"along": template.along} if template.along != "axis" else {}),
         "angles": f"{ANGLES} in a row, from the front (0 degrees) towards the lateral side (90)",
         "reference": template.reference,
         "landmarks": [
@@ -99,6 +104,8 @@ def decode_template(content: bytes) -> Template:
     file = value_of(json_of(content), _TemplateFile, strictness=_AS_WRITTEN)
     if not 0 < file.top <= _TALLEST:
         raise ValueError("top is a height that cannot be")
+    if file.version != _VERSIONS[file.along]:
+        raise ValueError("heights along a curve that its version does not know")
     heights = node_heights(file.top + 1e-6)
     shape = (len(heights), ANGLES)
     displacement = _field(file.displacement_mm, shape)
@@ -127,6 +134,7 @@ def decode_template(content: bytes) -> Template:
         displacement_mm=displacement,
         spread_mm=spread,
         known_pairs=known.astype(np.int64),
+        along=file.along,
     )
 
 

@@ -13,8 +13,9 @@ Method  The after is laid on the before. Rays along the before's normals meet th
 Fails   MeasureError: a pair without frame or shared landmark. OptionsError: sides mixed.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -37,7 +38,14 @@ from limbgram.workbench.compare.frames import (
 )
 from limbgram.workbench.compare.registration import Alignment, RegistrationOptions
 from limbgram.workbench.limb import Limb
-from limbgram.workbench.templates.charts import LimbChart, marks_on, plain_chart, pulled_chart
+from limbgram.workbench.templates.charts import (
+    Along,
+    LimbChart,
+    bend_of,
+    marks_on,
+    plain_chart,
+    pulled_chart,
+)
 from limbgram.workbench.templates.fields import Field, fit_field, node_heights
 from limbgram.workbench.templates.template import Template, TemplateMark
 
@@ -60,7 +68,8 @@ _DRAWN = 150
 _SEED = 1995
 _SOFT_NODES = 0.7
 _PAD = 8
-_TOP = 1.6
+_TOPS: Final[Mapping[Along, float]] = {"axis": 1.6, "centreline": 3.0}
+"""Chart heights up to which templates are learned: a limb's brim, a shank over its malleoli."""
 _DECIMALS = 2
 """Of displacements, as the file keeps them: one from a file is the one that was learned."""
 
@@ -129,12 +138,15 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
     pairs = [
         Pair(before=outside_by_name(one.before), after=outside_by_name(one.after)) for one in pairs
     ]
-    reference = _reference(pairs, options.reference)
-    charts = [plain_chart(pair.before, reference) for pair in pairs]
+    kinds = {pair.before.kind for pair in pairs}
+    bent = bend_of(pairs[0].before) if len(kinds) == 1 else None
+    along: Along = "axis" if bent is None else "centreline"
+    reference = _reference(pairs, options.reference or (bent and bent.reference))
+    charts = [plain_chart(pair.before, reference, along) for pair in pairs]
     marks = _marks([pair.before for pair in pairs], charts)
     places = {mark.name: mark.place for mark in marks}
     tops = [_top(pair.before, chart) for pair, chart in zip(pairs, charts, strict=True)]
-    heights = node_heights(min(_TOP, float(np.median(tops))))
+    heights = node_heights(min(_TOPS[along], float(np.median(tops))))
     moves = [displacements(pair, options) for pair in pairs]
     fields = np.stack(
         [
@@ -162,6 +174,7 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         displacement_mm=np.round(np.nan_to_num(mean) * softened(kept), _DECIMALS) + 0.0,
         spread_mm=np.round(spread, _DECIMALS),
         known_pairs=known,
+        along=along,
     )
     said = [one for pair, move in zip(pairs, moves) for one in about_pair(pair, move)]
     return Learned(template=template, notes=tuple(dict.fromkeys(said)))
@@ -317,7 +330,8 @@ def _marks(limbs: Sequence[Limb], charts: Sequence[LimbChart]) -> tuple[Template
 def _top(limb: Limb, chart: LimbChart) -> float:
     """Chart height of the brim."""
     brim_mm = brim_height_mm(mesh_in_frame(limb.mesh, axes_of(limb).limb_from_mesh))
-    return (brim_mm - chart.dome_mm) / (chart.reference_mm - chart.dome_mm)
+    middle_mm = np.zeros(2) if chart.curve is None else chart.curve.points_mm[0, :2]
+    return float(chart.own(np.array([[*middle_mm, brim_mm]]))[0, 0])
 
 
 def _nothing_kept(mean: Field, spread: Field, pairs: int, options: LearnOptions) -> MeasureError:

@@ -14,7 +14,7 @@ from limbgram.workbench.anatomy.names import by_identity, identity_of
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.pressing import DEEPEST_MM, Pressure, at_places
 from limbgram.workbench.limb import Landmark, Limb, Side
-from limbgram.workbench.templates.charts import ChartPlace, plain_chart, pulled_chart
+from limbgram.workbench.templates.charts import Along, ChartPlace, plain_chart, pulled_chart
 from limbgram.workbench.templates.fields import Field, read_field
 
 _STRONGEST = 3.0
@@ -55,6 +55,8 @@ class Template:
     """Standard deviation between pairs; NaN where fewer than two pairs know the place."""
     known_pairs: Int64[np.ndarray, "h a"]
     """Pairs that know each node."""
+    along: Along = "axis"
+    """What its heights count along."""
 
     __repr__ = brief
 
@@ -99,7 +101,7 @@ def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> App
             side=limb.side,
         )
     marks = {identity_of(mark.name): mark.place for mark in template.marks}
-    chart = pulled_chart(limb, plain_chart(limb, template.reference), marks)
+    chart = pulled_chart(limb, plain_chart(limb, template.reference, template.along), marks)
     mesh = limb.mesh
     places = chart.places(limb.mesh_in_limb.vertices_mm)
     moved = strength * read_field(template.displacement_mm, template.heights, places)

@@ -168,3 +168,29 @@ def test_a_head_gets_its_axes_by_its_landmarks_however_it_lies() -> None:
     assert found["right tragion"][0] - found["left tragion"][0] == pytest.approx(140.0)
     assert found["sellion"][1] > found["right tragion"][1] + 80
     assert found["glabella"][2] > base[0] + 10
+
+
+def test_a_bent_tube_is_straight_along_its_centreline() -> None:
+    """A shank of 200 mm, an arc of 90 degrees, a foot of 100 mm: places are known in closed form."""
+    curve = rounded(np.array([[0, 0, 260.0], [0, 0, 0], [0, 160.0, 0]]), 0.375)
+    radius_mm = 60.0  # 0.375 of 160 mm, at a right angle
+    lengths_mm = np.array([200.0, radius_mm * np.pi / 2, 100.0])
+    assert curve.length_mm == pytest.approx(lengths_mm.sum(), rel=1e-4)
+    along, round_rad = np.meshgrid(np.linspace(5, 380, 76), np.radians(np.arange(0, 360, 10)))
+    turned = np.clip((along - lengths_mm[0]) / radius_mm, 0, np.pi / 2)
+    before, after = np.minimum(along, 200.0), np.maximum(along - lengths_mm[:2].sum(), 0.0)
+    middles = np.stack(
+        [
+            np.zeros_like(along),
+            radius_mm * (1 - np.cos(turned)) + after,
+            260.0 - before - radius_mm * np.sin(turned),
+        ],
+        axis=-1,
+    )
+    front = np.stack([np.zeros_like(along), np.cos(turned), np.sin(turned)], axis=-1)
+    tube_mm = 25.0
+    x, y = tube_mm * np.sin(round_rad), tube_mm * np.cos(round_rad)
+    places = middles + y[..., None] * front + x[..., None] * [1.0, 0.0, 0.0]
+    found = curve.straightened(places.reshape(-1, 3), np.array([1.0, 0.0, 0.0]))
+    wanted = np.stack([x, y, lengths_mm.sum() - along], axis=-1).reshape(-1, 3)
+    np.testing.assert_allclose(found, wanted, atol=0.2)  # the curve has a node a millimetre

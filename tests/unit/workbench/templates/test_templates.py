@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.unit.workbench.devices.shapes import make_foot
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
@@ -15,6 +16,7 @@ from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.from_template import FromTemplate
 from limbgram.workbench.edits.mirror import Mirror
+from limbgram.workbench.edits.repose import Repose
 from limbgram.workbench.limb import Landmark
 from limbgram.workbench.recipe.ledger import lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
@@ -255,7 +257,7 @@ def test_a_landmark_on_the_wrong_side_is_refused(bench, own) -> None:
 def test_the_chart_puts_landmarks_where_the_template_has_them(bench) -> None:
     limb = bench.limb_of(bench.build(turn=0.2))
     wanted = {"fibula head": np.array([0.8, 1.3]), "tibial crest": np.array([0.4, 0.0])}
-    plain = plain_chart(limb, "patellar tendon")
+    plain = plain_chart(limb, "patellar tendon", "axis")
     chart = pulled_chart(limb, plain, wanted)
     for mark in limb.landmarks:
         if mark.name in wanted:
@@ -271,7 +273,7 @@ def test_no_chart_that_is_accepted_folds(bench) -> None:
     The truth is the chart itself: no small triangle of places, anywhere, comes out turned over.
     """
     limb = bench.limb_of(bench.build())
-    plain = plain_chart(limb, "patellar tendon")
+    plain = plain_chart(limb, "patellar tendon", "axis")
     draw = np.random.default_rng(4)
     heights, angles = np.arange(-0.4, 2.5, 0.02), np.arange(-np.pi, np.pi, 0.05)
     grid = np.stack(np.meshgrid(heights, angles, indexing="ij"), axis=-1)
@@ -301,7 +303,7 @@ def test_a_pull_that_turns_the_chart_over_askew_is_refused(bench) -> None:
     by 0.7. Along each axis nothing comes nearer, but askew the chart folds (determinant -0.4).
     """
     limb = bench.limb_of(bench.build())
-    plain = plain_chart(limb, "patellar tendon")
+    plain = plain_chart(limb, "patellar tendon", "axis")
     own = np.array([[0.5, -0.5], [0.5, 0.5], [0.3, 0.0], [0.7, 0.0]])
     moves = np.array([[-0.2, 0.0], [0.2, 0.0], [0.0, -0.7], [0.0, 0.7]])
     marks = marked(plain, own)
@@ -409,3 +411,42 @@ def test_by_default_a_pair_is_taken_as_it_lies(bench) -> None:
         volume_mm3(shape.mesh) - volume_mm3(limb.mesh) for shape in (done, applied)
     )
     assert found_mm3 == pytest.approx(true_mm3, rel=0.03)
+
+
+def test_what_was_done_to_a_foot_finds_its_place_whatever_the_ankle_s_angle() -> None:
+    """A build-up of 4 mm over the navicular, on a foot that is then put down by 12 degrees."""
+    foot = replace(make_foot(), name="foot")
+    middle = foot.landmark("navicular").position_mm
+    away_mm = np.linalg.norm(foot.mesh.vertices_mm - middle, axis=1)
+    built_mm = 4.0 * np.exp(-((away_mm / 14.0) ** 2))
+    built = foot.mesh.vertices_mm + built_mm[:, None] * foot.mesh.vertex_normals()
+    after = foot.with_mesh(foot.mesh.with_vertices(built))
+    template = learn([Pair(before=foot, after=after)], "navicular", AS_IS).template
+    assert template.along == "centreline"
+    posed = do_edit(foot, Repose(joint="ankle", by_deg=-12.0, beyond=True))
+    for limb in (foot, posed):
+        error_mm = apply_template(limb, template).moved_mm - built_mm
+        assert np.abs(error_mm).max() < 0.6  # nodes of the chart lie 6 mm apart
+        assert rms(error_mm[built_mm > 1.0]) < 0.2
+    by_axis = replace(template, along="axis")
+    with pytest.raises(MeasureError, match="lies"):  # its heights mean another thing there
+        apply_template(posed, by_axis)
+
+
+def test_a_file_says_what_its_heights_count_along(own) -> None:
+    bent = replace(own, along="centreline")
+    assert decode_template(encode_template(bent)).along == "centreline"
+    assert json.loads(encode_template(bent))["version"] == 2  # older programs refuse it
+    assert json.loads(encode_template(own))["version"] == 1
+    tree = json.loads(encode_template(bent)) | {"version": 1}
+    with pytest.raises(ValueError, match="curve"):
+        decode_template(json.dumps(tree).encode())
+
+
+def test_a_foot_without_the_landmarks_of_its_centreline_is_refused_by_name() -> None:
+    foot = make_foot()
+    lacking = replace(
+        foot, landmarks=tuple(one for one in foot.landmarks if one.name != "second toe")
+    )
+    with pytest.raises(MeasureError, match="second toe"):
+        plain_chart(lacking, "fibula head", "centreline")
