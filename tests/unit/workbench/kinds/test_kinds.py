@@ -171,7 +171,7 @@ def test_a_head_gets_its_axes_by_its_landmarks_however_it_lies() -> None:
 
 
 def test_a_bent_tube_is_straight_along_its_centreline() -> None:
-    """A shank of 200 mm, an arc of 90 degrees, a foot of 100 mm: places are known in closed form."""
+    """A shank of 200 mm, an arc of 90 degrees, a foot of 100 mm: places in closed form."""
     curve = rounded(np.array([[0, 0, 260.0], [0, 0, 0], [0, 160.0, 0]]), 0.375)
     radius_mm = 60.0  # 0.375 of 160 mm, at a right angle
     lengths_mm = np.array([200.0, radius_mm * np.pi / 2, 100.0])
