@@ -51,6 +51,21 @@ def test_every_landmark_of_a_device_is_known_of_its_kind_of_limb() -> None:
     for device in DEVICES.values():
         known = {place.identity for place in KIND_NAMED[device.kind].places}
         assert set(device.trim.landmarks()) <= known | EPICONDYLES
+        assert {device.label.at.at, device.label.at.towards or "heel"} <= known | {"heel"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", DEVICES)
+def test_every_device_has_room_for_a_name_a_side_and_a_date(
+    bodies: dict[str, Limb], name: str
+) -> None:
+    order = Order(
+        device=name, made="printed", values=GIVEN.get(name, {}), lettering="A.M. left 11/26"
+    )
+    made = make_device(bodies[DEVICES[name].kind], order)
+    plain = make_device(bodies[DEVICES[name].kind], replace(order, lettering=""))
+    require_solid(made.solid)
+    assert 50 < volume_mm3(made.solid) - volume_mm3(plain.solid) < 400
 
 
 @pytest.mark.slow

@@ -3,7 +3,7 @@
 from limbgram.workbench.devices.device import SOCKET, Device, Width
 from limbgram.workbench.devices.presets.brims import ISCHIAL_CONTAINMENT, SKELETAL_ML
 from limbgram.workbench.devices.presets.ends import DISTAL_PAD, PAD, STRIP, strip_behind
-from limbgram.workbench.devices.presets.labels import BESIDE_SOCKET
+from limbgram.workbench.devices.presets.labels import beside_socket
 
 DEVICE = Device(
     name="ischial-containment-socket",
@@ -12,7 +12,7 @@ DEVICE = Device(
     en="Transfemoral socket, ischial containment",
     de="Oberschenkelschaft, sitzbeinumfassend",
     trim=ISCHIAL_CONTAINMENT,
-    label=BESIDE_SOCKET,
+    label=beside_socket("ischial tuberosity"),
     wall=SOCKET,
     pads=(DISTAL_PAD,),
     ridges=(strip_behind("ischial tuberosity", -30.0),),

@@ -3,7 +3,7 @@
 from limbgram.workbench.devices.device import SOCKET, Device
 from limbgram.workbench.devices.presets.brims import PTB
 from limbgram.workbench.devices.presets.ends import DISTAL_PAD, PAD, STRIP, strip_behind
-from limbgram.workbench.devices.presets.labels import BESIDE_SOCKET
+from limbgram.workbench.devices.presets.labels import beside_socket
 
 DEVICE = Device(
     name="ptb-socket",
@@ -12,7 +12,7 @@ DEVICE = Device(
     en="Transtibial socket, PTB",
     de="Unterschenkelschaft, PTB",
     trim=PTB,
-    label=BESIDE_SOCKET,
+    label=beside_socket("patellar tendon"),
     wall=SOCKET,
     pads=(DISTAL_PAD,),
     ridges=(strip_behind("patellar tendon", -30.0),),

@@ -27,11 +27,15 @@ UNDER_SOLE = Label(
     ),
     runs="ahead",
 )
-BESIDE_SOCKET = Label(
-    at=TrimPoint(name="side", at="distal end", up_mm=90.0, around_deg=90.0),
-    runs="up",
-)
 BESIDE_WAIST = Label(
     at=TrimPoint(name="side, right", at="navel", around_deg=90.0),
     runs="round",
 )
+
+
+def beside_socket(to: str) -> Label:
+    """Laterally, half way up from the distal end to a landmark."""
+    return Label(
+        at=TrimPoint(name="side", at="distal end", towards=to, share=0.5, around_deg=90.0),
+        runs="up",
+    )
