@@ -17,8 +17,6 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Float64, Int32
 from manifold3d import CrossSection
-from matplotlib.font_manager import FontProperties, findfont, get_font
-from matplotlib.textpath import TextPath
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3, Vector3
@@ -36,8 +34,10 @@ _FROM_MM = 30.0
 """Height over the place from which the surface is looked for."""
 _STEEPEST = np.tan(np.radians(55.0))
 """Slope to the tangent plane up to which a letter can be read."""
-_TYPEFACE = FontProperties(family="DejaVu Sans", weight="bold")
+_TYPEFACE: Final = "DejaVu Sans"
 """It comes with matplotlib, so that letters are the same on every machine."""
+_LONGEST = 60
+"""Characters: more have room on no limb."""
 _POINTS = 100.0
 """Size at which outlines are taken, before they are scaled."""
 
@@ -72,12 +72,18 @@ def lettering(shell: Mesh, text: str, place_mm: Vector3, outward: Vector3, runs:
 
 def _flat(text: str) -> Mesh:
     """The letters as a solid on a plane: x as the text runs, y up, z from under it to above it."""
-    face = get_font(findfont(_TYPEFACE))
-    missing = [one for one in text if not one.isspace() and not face.get_char_index(ord(one))]
-    if missing or not text.strip():
-        raise EditError("device.lettering.character", text=text, character="".join(missing[:1]))
-    capital = TextPath((0, 0), "H", _POINTS, prop=_TYPEFACE).get_extents().height
-    path = TextPath((0, 0), text, _POINTS, prop=_TYPEFACE)
+    from matplotlib.font_manager import FontProperties, findfont, get_font
+    from matplotlib.textpath import TextPath
+
+    typeface = FontProperties(family=_TYPEFACE, weight="bold")
+    face = get_font(findfont(typeface))
+    missing = [one for one in text if not (one.isprintable() and face.get_char_index(ord(one)))]
+    if missing:
+        raise EditError("device.lettering.character", text=text, character=missing[0])
+    if not text.strip() or len(text) > _LONGEST:
+        raise EditError("device.lettering.length", text=text[:_LONGEST], most=_LONGEST)
+    capital = TextPath((0, 0), "H", _POINTS, prop=typeface).get_extents().height
+    path = TextPath((0, 0), text, _POINTS, prop=typeface)
     rings = [np.asarray(one) * CAPITAL_MM / capital for one in path.to_polygons()]
     outline = CrossSection(rings, manifold3d.FillRule.EvenOdd)
     solid = outline.extrude(_SUNK_MM + RAISED_MM).refine_to_length(_FINE_MM)

@@ -71,7 +71,9 @@ def test_on_a_round_wall_letters_follow_it() -> None:
         ("much too long for the calf", np.array([1.0, 0, 0]), "device.lettering.room"),
         ("a text that is longer than the tube is high, by far", UP, "device.lettering.room"),
         ("\u4e2d", UP, "device.lettering.character"),
-        ("  ", UP, "device.lettering.character"),
+        ("two\nlines", UP, "device.lettering.character"),
+        ("  ", UP, "device.lettering.length"),
+        (61 * "x", UP, "device.lettering.length"),
     ],
 )
 def test_what_nobody_could_read_is_refused(text: str, runs: np.ndarray, code: str) -> None:
