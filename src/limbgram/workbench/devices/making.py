@@ -195,6 +195,8 @@ def make_device(limb: Limb, order: Order) -> Made:
     blocks: list[Block] = []
     parts: list[Part] = []
     for seat in device.seats:
+        if not amount_of(seat.hole_mm, values) > 0:
+            continue
         boss, drilled = _seat(body, seat, preview.layout, values)
         blocks.append(boss)
         parts.append(drilled)

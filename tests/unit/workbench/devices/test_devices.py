@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import EditError
-from limbgram.core.mesh.topology import volume_mm3
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import find_edges, volume_mm3
 from limbgram.formats.threemf import write_3mf
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.devices.device import devices
@@ -52,6 +53,23 @@ def test_every_landmark_of_a_device_is_known_of_its_kind_of_limb() -> None:
         known = {place.identity for place in KIND_NAMED[device.kind].places}
         assert set(device.trim.landmarks()) <= known | EPICONDYLES
         assert {device.label.at.at, device.label.at.towards or "heel"} <= known | {"heel"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["hinged-afo-calf", "hinged-afo-foot"])
+def test_a_stop_has_a_seat_with_one_hole_more(bodies: dict[str, Limb], name: str) -> None:
+    plain = make_device(bodies["foot"], Order(device=name, made="printed"))
+    order = Order(device=name, made="printed", values={"stop_hole_mm": 5.0})
+    seated = make_device(bodies["foot"], order)
+
+    def holes(solid: Mesh) -> int:
+        """Of a closed solid in one piece: half of 2 less vertices, edges and faces by Euler."""
+        return (2 - (len(solid) - len(find_edges(solid.faces).ends) + len(solid.faces))) // 2
+
+    assert holes(seated.solid) == holes(plain.solid) + 1
+    # A disc of radius 8 mm over the wall by 1.5 mm, less its hole; the back is round beneath it.
+    disc_mm3 = np.pi * (8.0**2 - 2.5**2) * 1.5
+    assert 0.8 < (volume_mm3(seated.solid) - volume_mm3(plain.solid)) / disc_mm3 < 1.6
 
 
 @pytest.mark.slow

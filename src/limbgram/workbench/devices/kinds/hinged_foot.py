@@ -2,7 +2,12 @@
 
 from limbgram.workbench.devices.device import ORTHOSIS, Device
 from limbgram.workbench.devices.presets.ankle import HINGED_FOOT
-from limbgram.workbench.devices.presets.joints import JOINT_HOLE, joint_seats
+from limbgram.workbench.devices.presets.joints import (
+    JOINT_HOLE,
+    STOP_HOLE,
+    joint_seats,
+    stop_seat,
+)
 from limbgram.workbench.devices.presets.labels import UNDER_SOLE
 
 DEVICE = Device(
@@ -14,6 +19,6 @@ DEVICE = Device(
     trim=HINGED_FOOT,
     label=UNDER_SOLE,
     wall=ORTHOSIS,
-    seats=joint_seats(("-joint_gap_mm", -14.0)),
-    more=(JOINT_HOLE,),
+    seats=(*joint_seats(("-joint_gap_mm", -14.0)), stop_seat(-36.0)),
+    more=(JOINT_HOLE, STOP_HOLE),
 )
