@@ -294,7 +294,7 @@ export function SendScreen({ room }: RoomProps) {
           ))}
           {w?.doubt && (
             <section>
-              <Notice tone="red" title={w.doubt} />
+              <Notice tone="red" title={told(w.doubt as Finding)} />
             </section>
           )}
           <section>
