@@ -1,17 +1,20 @@
 """A capture and the case that the command line makes of it, which several files try."""
 
 import os
+import shutil
 import time
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.synthetic.capture import make_capture
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.synthetic.capture import Capture, make_capture
 from limbgram.synthetic.options import SMALL
 
 FINISHED = replace(SMALL, photos=14, width_px=600, height_px=400)
@@ -29,6 +32,26 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if "PYTEST_XDIST_WORKER" in os.environ:
         root = root.parent
     return _made_once(root / "finished" / "Fuß links0", _finish)
+
+
+@pytest.fixture(scope="module")
+def folder(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of it for the tests of one file."""
+    folder = tmp_path_factory.mktemp("Fuß links")
+    shutil.copytree(finished, folder, dirs_exist_ok=True)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def lens_of() -> Callable[[Capture], Calibration]:
+    """Of a capture: its true lens, as a calibration board would have told it."""
+
+    def told(capture: Capture) -> Calibration:
+        covariance = np.diag([1.0, 1.0, 1.0, 1.0, 0.0, 1e-6, 1e-6, 1e-8, 1e-8, 0.0])
+        camera = capture.truth.views[0].camera
+        return Calibration(camera=camera, covariance=covariance, source="board")
+
+    return told
 
 
 def _finish(folder: Path) -> None:

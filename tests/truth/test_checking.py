@@ -4,7 +4,7 @@ where."""
 import io
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import cv2
@@ -38,21 +38,15 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
     return make_capture(tmp_path_factory.mktemp("check") / "capture", options)
 
 
-def lens_of(capture: Capture) -> Calibration:
-    covariance = np.diag([1.0, 1.0, 1.0, 1.0, 0.0, 1e-6, 1e-6, 1e-8, 1e-8, 0.0])
-    camera = capture.truth.views[0].camera
-    return Calibration(camera=camera, covariance=covariance, source="board")
-
-
 @pytest.fixture(scope="module")
-def whole(capture: Capture) -> CaptureCheck:
+def whole(capture: Capture, lens_of: Callable[[Capture], Calibration]) -> CaptureCheck:
     """What is told of all photos."""
     photos = list(capture.photos)
     return check_sources(photos, [lens_of(capture)], parse_board(DEFAULT_BOARD), Run())
 
 
 @pytest.fixture(scope="module")
-def watch(capture: Capture) -> Iterator[CaptureWatch]:
+def watch(capture: Capture, lens_of: Callable[[Capture], Calibration]) -> Iterator[CaptureWatch]:
     """A check that looks at each photo, and at each pair, once for all tests of this file."""
     with CaptureWatch([lens_of(capture)], parse_board(DEFAULT_BOARD)) as watch:
         yield watch
@@ -168,7 +162,10 @@ def test_without_the_board_it_is_said(capture: Capture) -> None:
 
 @pytest.mark.slow
 def test_a_capture_that_grows_is_told_the_same_and_known_photos_cost_nothing(
-    capture: Capture, whole: CaptureCheck, tmp_path: Path
+    capture: Capture,
+    whole: CaptureCheck,
+    tmp_path: Path,
+    lens_of: Callable[[Capture], Calibration],
 ) -> None:
     with CaptureWatch([lens_of(capture)], parse_board(DEFAULT_BOARD)) as watch:
         shutil.copy(capture.photos[0], tmp_path)
@@ -200,7 +197,9 @@ def test_a_capture_that_grows_is_told_the_same_and_known_photos_cost_nothing(
 
 
 @pytest.mark.slow
-def test_the_command_watches_until_go(capture: Capture, tmp_path: Path) -> None:
+def test_the_command_watches_until_go(
+    capture: Capture, tmp_path: Path, lens_of: Callable[[Capture], Calibration]
+) -> None:
     camera = tmp_path / "camera.json"
     write_camera(camera, lens_of(capture))
     asked = ["check", str(capture.folder / "images"), "--camera", str(camera), "--watch"]
@@ -212,7 +211,10 @@ def test_the_command_watches_until_go(capture: Capture, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_masks_hide_the_room_from_the_check(
-    capture: Capture, whole: CaptureCheck, tmp_path: Path
+    capture: Capture,
+    whole: CaptureCheck,
+    tmp_path: Path,
+    lens_of: Callable[[Capture], Calibration],
 ) -> None:
     limb = capture.truth.limb.mesh.vertices_mm
     for view, photo in zip(capture.truth.views, capture.photos, strict=True):

@@ -1,6 +1,7 @@
 """The check of a limb that turns before a still camera, whole and photo by photo."""
 
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,14 +29,8 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
     return make_capture(tmp_path_factory.mktemp("check") / "capture", OPTIONS)
 
 
-def lens_of(capture: Capture) -> Calibration:
-    covariance = np.diag([1.0, 1.0, 1.0, 1.0, 0.0, 1e-6, 1e-6, 1e-8, 1e-8, 0.0])
-    camera = capture.truth.views[0].camera
-    return Calibration(camera=camera, covariance=covariance, source="board")
-
-
 @pytest.fixture(scope="module")
-def whole(capture: Capture) -> CaptureCheck:
+def whole(capture: Capture, lens_of: Callable[[Capture], Calibration]) -> CaptureCheck:
     """What is told of all photos."""
     photos = list(capture.photos)
     return check_sources(photos, [lens_of(capture)], parse_board(DEFAULT_BOARD), Run())
@@ -58,7 +53,10 @@ def test_photos_of_a_turning_limb_are_placed_by_the_limb(
 
 @pytest.mark.slow
 def test_a_growing_folder_is_told_the_same_as_the_whole(
-    capture: Capture, whole: CaptureCheck, tmp_path: Path
+    capture: Capture,
+    whole: CaptureCheck,
+    tmp_path: Path,
+    lens_of: Callable[[Capture], Calibration],
 ) -> None:
     """What stands still is known better with each photo; matches of before must not be mixed in."""
     board = parse_board(DEFAULT_BOARD)
@@ -83,7 +81,9 @@ def test_a_growing_folder_is_told_the_same_as_the_whole(
 
 
 @pytest.mark.slow
-def test_a_board_that_stands_still_tells_no_size(tmp_path: Path) -> None:
+def test_a_board_that_stands_still_tells_no_size(
+    tmp_path: Path, lens_of: Callable[[Capture], Calibration]
+) -> None:
     options = replace(
         OPTIONS, coverage=CaptureOptions().coverage, turning=Turning(board_turns=False)
     )
@@ -95,7 +95,9 @@ def test_a_board_that_stands_still_tells_no_size(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_cast_that_was_turned_over_is_placed_in_both_poses(tmp_path: Path) -> None:
+def test_a_cast_that_was_turned_over_is_placed_in_both_poses(
+    tmp_path: Path, lens_of: Callable[[Capture], Calibration]
+) -> None:
     options = replace(
         OPTIONS, seed=72, photos=32, width_px=700, height_px=467, coverage=0.55,
         turning=TurnedOver(),

@@ -10,7 +10,13 @@ from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
 from limbgram.reconstruction.photos.reading import read_photos
-from limbgram.reconstruction.pipeline import PipelineOptions, Settled, by_the_limb, place_photos
+from limbgram.reconstruction.pipeline import (
+    PipelineOptions,
+    PlacedPhotos,
+    by_the_limb,
+    place_photos,
+    placed_photos,
+)
 from limbgram.reconstruction.scale.board import find_scene_board
 from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.synthetic import (
@@ -34,7 +40,7 @@ def taken(folder: Path, movement: Movement | None) -> Capture:
     return make_capture(folder / "capture", replace(OPTIONS, movement=movement))
 
 
-def settled(capture: Capture) -> Settled:
+def settled(capture: Capture) -> PlacedPhotos:
     camera = capture.truth.views[0].camera
     calibration = Calibration(camera=camera, covariance=np.diag(SIGMAS**2), source="board")
     photos = read_photos((capture.folder / "images",))
@@ -42,12 +48,12 @@ def settled(capture: Capture) -> Settled:
     run, options = Run(), PipelineOptions()
     found = find_board(photos, SCALE_BOARD.board, options.targets)
     placing = place_photos(photos, cameras, options, run, found)
-    return by_the_limb(photos, cameras, placing, found, options, run)
+    return by_the_limb(placed_photos(photos, cameras, placing, found, run), options, run)
 
 
 def test_a_step_is_found_and_the_limb_alone_places_the_photos(tmp_path: Path) -> None:
     capture = taken(tmp_path, Movement(shift_mm=8.0))
-    placing, found = settled(capture)
+    _, _, placing, found = settled(capture)
     movement, bending = placing.scene.movement, placing.scene.bending
     assert movement is not None
     assert movement.alone
@@ -71,7 +77,7 @@ def test_a_step_is_found_and_the_limb_alone_places_the_photos(tmp_path: Path) ->
 @pytest.mark.slow
 def test_a_drift_carries_the_board_along(tmp_path: Path) -> None:
     capture = taken(tmp_path, Movement(kind=MovementKind.DRIFT, shift_mm=8.0))
-    placing, found = settled(capture)
+    _, _, placing, found = settled(capture)
     assert placing.scene.movement is not None
     assert placing.scene.movement.kind == "drift"
     assert found is not None
@@ -83,7 +89,7 @@ def test_a_drift_carries_the_board_along(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_limb_that_keeps_still_changes_nothing(tmp_path: Path) -> None:
-    placing, found = settled(taken(tmp_path, None))
+    _, _, placing, found = settled(taken(tmp_path, None))
     movement, bending = placing.scene.movement, placing.scene.bending
     assert movement is not None
     assert bending is not None

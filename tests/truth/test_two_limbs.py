@@ -1,6 +1,7 @@
 """Two casts beside one board, and one that was turned there: told by check and reconstruction."""
 
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -38,19 +39,15 @@ OTHER = replace(CAST, kind=LimbKind.BULBOUS, paint=Paint.PRINT, photos=11)
 """In the same room beside the same board: these follow from the seed."""
 
 
-def lens_of(capture: Capture) -> Calibration:
-    covariance = np.diag([1.0, 1.0, 1.0, 1.0, 0.0, 1e-6, 1e-6, 1e-8, 1e-8, 0.0])
-    camera = capture.truth.views[0].camera
-    return Calibration(camera=camera, covariance=covariance, source="board")
-
-
 def placed(folder: Path, lens: Calibration) -> Placing:
     photos = read_photos([folder])
     cameras = cameras_for(photos, [lens])
     return place_photos(photos, cameras, DEFAULTS, Run(), find_board(photos, SCALE_BOARD.board))
 
 
-def test_two_casts_in_one_folder_are_refused_and_both_named(tmp_path: Path) -> None:
+def test_two_casts_in_one_folder_are_refused_and_both_named(
+    tmp_path: Path, lens_of: Callable[[Capture], Calibration]
+) -> None:
     folder = tmp_path / "both"
     folder.mkdir()
     for name, options in (("a", CAST), ("b", OTHER)):
@@ -72,7 +69,9 @@ def test_two_casts_in_one_folder_are_refused_and_both_named(tmp_path: Path) -> N
 
 
 def test_a_cast_turned_beside_its_board_is_told_in_two_poses(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    lens_of: Callable[[Capture], Calibration],
 ) -> None:
     """By 110 degrees about its axis, after the first of two rounds."""
     rounds, first = 18, 11

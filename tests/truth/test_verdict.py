@@ -30,14 +30,6 @@ def limbgram(*words: object) -> Result:
     return CliRunner().invoke(app, [str(word) for word in words])
 
 
-@pytest.fixture(scope="module")
-def folder(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A capture, its camera file and a finished case of all photos, which is green."""
-    folder = tmp_path_factory.mktemp("verdict")
-    shutil.copytree(finished, folder, dirs_exist_ok=True)
-    return folder
-
-
 def photos(folder: Path) -> list[Path]:
     return sorted((folder / "capture" / "images").iterdir())
 

@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -38,14 +37,6 @@ def limbgram(*words: object) -> Result:
 
 def last_run(case: Path) -> dict[str, Any]:
     return json.loads((case / "case.json").read_text("utf-8"))
-
-
-@pytest.fixture(scope="module")
-def folder(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A capture, its camera file and a finished case; spaces and umlauts in the names."""
-    folder = tmp_path_factory.mktemp("Fuß links")
-    shutil.copytree(finished, folder, dirs_exist_ok=True)
-    return folder
 
 
 def reconstruct(folder: Path, *words: object) -> Result:

@@ -23,6 +23,15 @@ export const usedFor = (kind: ExportKind): string => kind.used_for[language.valu
 
 /** Between what a number that may be asked of a kind has to lie, as the server checks it. */
 export function limitsOf(kind: string, name: string): { readonly min?: number; readonly max?: number } {
-  const field = exportKinds.value.find((one) => one.kind === kind)?.fields.find((one) => one.name === name);
+  const field = fieldOf(kind, name);
   return { ...(field?.least != null && { min: field.least }), ...(field?.most != null && { max: field.most }) };
 }
+
+/** What a number is where nobody says it; undefined until the server has answered. */
+export function usualOf(kind: string, name: string): number | undefined {
+  const field = fieldOf(kind, name);
+  return typeof field?.default === "number" ? field.default : (field?.usual ?? undefined);
+}
+
+/** One thing that may be asked of a kind. */
+export const fieldOf = (kind: string, name: string) => exportKinds.value.find((one) => one.kind === kind)?.fields.find((one) => one.name === name);

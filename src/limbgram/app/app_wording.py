@@ -14,7 +14,7 @@ from fastapi.responses import JSONResponse
 from limbgram.core.errors import AS_IS, printable
 from limbgram.findings import Finding, told
 
-_SENTENCES = "doubt facts headline line lines message notes photos_note problem"
+_SENTENCES = "headline line lines message notes photos_note problem"
 _REASONS = "reason reasons refusal remark remarks sentence told unreadable why"
 SAID = frozenset(f"{_SENTENCES} {_REASONS}".split())
 """Fields of answers that hold sentences for people; `note` is what they wrote themselves."""

@@ -52,7 +52,7 @@ class Verdict(BaseModel):
     headline: FindingReply = Field(description="Its value `verdict` says it without the light.")
     size_checked: bool = Field(description="A length that set no scale, and no print, confirms it.")
     reasons: list[FindingReply] = []
-    facts: str = ""
+    facts: list[FindingReply] = []
 
 
 class Step(BaseModel):
@@ -341,7 +341,7 @@ def case_reply(app_state: AppState, case: ShelvedCase) -> Case:
             headline=FindingReply.of(verdict.headline),
             size_checked=verdict.size_checked,
             reasons=[FindingReply.of(one) for one in verdict.reasons],
-            facts=verdict.facts,
+            facts=[FindingReply.of(one) for one in verdict.facts],
         )
     )
     steps = _steps(workspace, seen, progress, state)

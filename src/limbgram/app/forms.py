@@ -31,6 +31,10 @@ class FieldReply(BaseModel):
     unit: str = ""
     needed: bool = Field(description="Has no default.")
     default: Any = None
+    usual: float | None = Field(
+        default=None,
+        description="Taken where the default is null and neither a file nor a preset says it.",
+    )
     least: float | None = None
     most: float | None = None
     above: bool = Field(default=False, description="The least itself is not taken.")
@@ -46,6 +50,7 @@ class FieldReply(BaseModel):
             unit=one.unit,
             needed=one.required,
             default=None if one.default is MISSING else tree_of(one.default),
+            usual=one.usual,
             least=None if one.within is None else one.within.least,
             most=None if one.within is None else one.within.most,
             above=one.within is not None and one.within.above,

@@ -57,7 +57,9 @@ class LimbReply(BaseModel):
     size_mm: Coordinates = Field(description="Of its box: in the limb frame if it is aligned.")
     sock_mm: float
     stale: bool = Field(description="The case was computed again: take the new surface, or stay.")
-    doubt: str = Field(default="", description="Why nothing may be made of it unchecked.")
+    doubt: FindingReply | None = Field(
+        default=None, description="Why nothing may be made of it unchecked."
+    )
     notes: list[FindingReply] = []
 
 
@@ -249,7 +251,7 @@ def limb_reply(app_state: AppState, workspace: Workspace) -> LimbReply:
         size_mm=triple(np.ptp(places, axis=0)),
         sock_mm=limb.sock_mm,
         stale=workspace.is_stale(),
-        doubt=limb.doubt,
+        doubt=None if limb.doubt is None else FindingReply.of(limb.doubt),
         notes=_notes(app_state, limb),
     )
 

@@ -77,8 +77,13 @@ from limbgram.reconstruction.photos.quality import (
     common_fault,
     remarks,
 )
-from limbgram.reconstruction.pipeline import PipelineOptions, Placing, by_the_limb
-from limbgram.reconstruction.poses import Poses, Unplaced, board_of_object, place_object
+from limbgram.reconstruction.pipeline import (
+    PipelineOptions,
+    by_the_limb,
+    place_pairs,
+    placed_photos,
+)
+from limbgram.reconstruction.poses import Poses, Unplaced
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import Board
 from limbgram.reconstruction.targets.board_detection import find_board
@@ -156,21 +161,16 @@ class Coach:
                 cameras=cameras,
                 detections=detections,
             )
-            placed = place_object(unplaced, run)
+            placing = place_pairs(unplaced, still, run)
         except (CalibrationError, MatchingError, PlacementError) as refusal:
             return _refused(photos, refusal.finding, options)
-        if placed.lenses is not None:
-            small, cameras = placed.lenses.photos, placed.lenses.cameras
-        poses = placed.poses
-        placing = Placing(features, placed.matches, placed.pairs, placed.scene, still, poses)
-        if placed.scene.ring is not None and placed.scene.ring.closed:
+        placed = placed_photos(small, cameras, placing, detections, run)
+        if placing.scene.ring is not None and placing.scene.ring.closed:
             # while it is open, more photos are to come, and an arc bends as if the limb moved
-            settled = by_the_limb(small, cameras, placing, detections, PipelineOptions(), run)
-            placing, detections = settled.placing, settled.found
+            placed = by_the_limb(placed, PipelineOptions(), run)
+        small, cameras, placing, detections = placed
         findings: list[Finding] = []
         scene = placing.scene
-        if detections is not None and (still.groups or poses.sides):
-            detections = board_of_object(detections, still, poses)
         board_photos = None if detections is None else len(detections.photos)
         try:
             metric = to_millimetres(scene, detections, (), cameras=cameras)
@@ -193,7 +193,7 @@ class Coach:
         lenses = tuple(lenses_told(metric.scene, cameras))
         findings += [one for one in lenses if one.gravity is Gravity.FAULT]
         answer = _answer(seen, findings, board_photos, options)
-        turned = (*_turning_notes(still), *_turned_over_notes(poses, small))
+        turned = (*_turning_notes(still), *_turned_over_notes(placing.poses, small))
         said = (one for one in lenses if one.gravity is not Gravity.FAULT)
         notes = (*motion.notes(), *answer.notes, *turned, *lens_notes(small), *said)
         return replace(answer, notes=notes, kept_still=kept_still(metric.scene))

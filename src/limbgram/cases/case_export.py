@@ -70,7 +70,8 @@ class ExportedFile:
     """Share."""
     minutes: float | None = None
     """Of cutting."""
-    doubt: str = ""
+    doubt: Finding | None = None
+    """Why nothing may be made of it unchecked."""
     signed_by: str = ""
     notes: tuple[Finding, ...] = ()
 
@@ -92,7 +93,7 @@ def _exported(workspace: Workspace, work: Work, options: ExportOptions) -> Expor
     edits = len(work.done.ledger.lines)
     rectified = workspace.rectified(work.done.limb) if edits else None
     read = work.scan if rectified is None else read_shape(rectified)
-    if read.limb.doubt and not options.signed_by.strip():
+    if read.limb.doubt is not None and not options.signed_by.strip():
         raise CarveError("exported.red", doubt=read.limb.doubt)
     workspace.made(workspace.files)
     digits = digits_of(read.limb, options, version("limbgram"))

@@ -12,6 +12,7 @@ from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import UnitOfAll, require_output, shape_of
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
+from limbgram.findings import as_json, note, told
 from limbgram.services.compare import CompareRequest, FollowRequest, follow
 from limbgram.workbench.compare.comparison import Comparison
 from limbgram.workbench.compare.messages import (
@@ -60,9 +61,14 @@ def compare_command(
 
 def _doubted(limbs: Sequence[Limb], reply: Reply) -> Reply:
     """The same reply, which begins with what is to be said against a shape."""
-    doubts = [f"{limb.name}: {limb.doubt}" for limb in limbs if limb.doubt]
-    lines = (*(f"Note: {one}." for one in doubts), *reply.lines)
-    return replace(reply, lines=lines, content={**reply.content, "doubts": doubts})
+    doubts = [
+        note("compare.red_shape", name=limb.name, doubt=limb.doubt)
+        for limb in limbs
+        if limb.doubt is not None
+    ]
+    lines = (*(f"Note: {told(one)}" for one in doubts), *reply.lines)
+    content = {**reply.content, "doubts": [as_json(one) for one in doubts]}
+    return replace(reply, lines=lines, content=content)
 
 
 def _course(series: Series) -> bytes:

@@ -37,11 +37,11 @@ class Kinds:
 
     def options(self) -> list[inspect.Parameter]:
         """Each once, with the names of the kinds that have it."""
-        fields: dict[str, tuple[Declared, list[str]]] = {}
+        fields: dict[str, dict[str, Declared]] = {}
         for kind, request in self.requests.items():
             for field in declared(request):
-                fields.setdefault(field.name, (field, []))[1].append(kind)
-        return [_option(field, ", ".join(of)) for field, of in fields.values()]
+                fields.setdefault(field.name, {})[kind] = field
+        return [_option(next(iter(of.values())), of) for of in fields.values()]
 
     def made(self, given: dict[str, Any], kind: str) -> Any:
         """The request of a kind; takes the options of all kinds out of what was given.
@@ -153,10 +153,13 @@ def _options(request: Any) -> list[inspect.Parameter]:
     return [_option(one) for one in declared(request)] if kinds is None else kinds.options()
 
 
-def _option(field: Declared, of: str = "") -> inspect.Parameter:
+def _option(field: Declared, of: Mapping[str, Declared] | None = None) -> inspect.Parameter:
     """One option: None where nothing is typed, so that the request's own default stands.
 
     A truth value is a switch, which is off in every request that nobody switches.
+
+    Args:
+        of: The same field in each kind that has it.
     """
     several, words = field.several, _choices_of_each(field)
     each = bare(get_args(field.hint)[0]) if several else field.hint
@@ -164,11 +167,11 @@ def _option(field: Declared, of: str = "") -> inspect.Parameter:
     if words:  # typer knows several of an Enum, not of a Literal
         each = Enum(field.name, [(one, one) for one in words])
     hint = list[each] if several else each
-    meaning = f"{of}: {field.meaning}" if of else f"{field.meaning}{_limits(field)}"
+    meaning = f"{', '.join(of)}: {field.meaning}" if of else f"{field.meaning}{_limits(field)}"
     switch = field.hint is bool
     option = typer.Option(
         f"--{field.flag}",
-        help=meaning + (" Repeatable." if several else "") + _default(field),
+        help=meaning + (" Repeatable." if several else "") + _defaults(field, of),
         show_default=False,  # typer would put it in brackets of its own
         rich_help_panel=field.panel,
     )
@@ -188,8 +191,19 @@ def _limits(field: Declared) -> str:
     return f" From {limits.least:.12g} to {limits.most:.12g}."
 
 
+def _defaults(field: Declared, of: Mapping[str, Declared] | None) -> str:
+    """The default, and of which kind it is where kinds have different ones."""
+    by_kind = {kind: _default(one) for kind, one in (of or {"": field}).items()}
+    if len({*by_kind.values()}) > 1:
+        told = ", ".join(f"{kind} {value}" for kind, value in by_kind.items() if value)
+    else:
+        told = next(iter(by_kind.values()))
+    return f" Default: {told}." if told else ""
+
+
 def _default(field: Declared) -> str:
     value = field.default.value if isinstance(field.default, Enum) else field.default
+    value = field.usual if value is None else value
     if field.hint is bool or value in (None, MISSING, (), ""):
         return ""
-    return f" Default: {value:.12g}." if isinstance(value, float) else f" Default: {value}."
+    return f"{value:.12g}" if isinstance(value, float) else f"{value}"

@@ -1,10 +1,11 @@
 """Request fields: what a dataclass says of its own fields, for every door that asks for them.
 
 A request or an edit is a frozen dataclass: annotation and default say what may be given, the text
-under a field what it means, `Within` between what a number lies, `Flag` how the command line calls
-it where that is shorter, `Text` how it is written as a text, `Panel` the heading under which help
-shows a field where there are many. Command-line options, forms of the app, help and the checks of
-files are made of these; nothing is written twice.
+under a field what it means, `Within` between what a number lies, `Usual` what is taken where None
+leaves it to others, `Flag` how the command line calls it where that is shorter, `Text` how it is
+written as a text, `Panel` the heading under which help shows a field where there are many.
+Command-line options, forms of the app, help and the checks of files are made of these; nothing is
+written twice.
 
     spacing_mm: Annotated[float, Within(0.1, 50), Flag("spacing")] = 2.0
     \"\"\"Between slices.\"\"\"
@@ -43,6 +44,13 @@ class Within:
         return self.least <= value <= self.most and not (  # NaN is not
             self.above and value == self.least
         )
+
+
+@dataclass(frozen=True)
+class Usual:
+    """What is taken where a field is None and neither a file nor a preset says it."""
+
+    value: int | float
 
 
 @dataclass(frozen=True)
@@ -101,6 +109,8 @@ class Declared:
     meaning: str
     """The text under the field."""
     within: Within | None
+    usual: int | float | None
+    """Taken where it is None and nothing else says it."""
     text: Text | None
     flag: str
     """On the command line, without the two dashes."""
@@ -204,6 +214,7 @@ def _declared(name: str, hint: Any, default: Any, meaning: str) -> Declared:
         default=default,
         meaning=meaning,
         within=within_of(_each(plain)) or within_of(hint),
+        usual=next((one.value for one in _beside(hint) if isinstance(one, Usual)), None),
         text=text_of(_each(plain)) or text_of(hint),
         flag=flag,
         panel=next((one.title for one in _beside(hint) if isinstance(one, Panel)), None),

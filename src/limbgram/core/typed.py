@@ -188,6 +188,8 @@ def _one_of(tree: Any, parts: Sequence[Any], at: str, by: Strictness) -> Any:
 
 
 def _sequence(tree: Any, parts: Sequence[Any], at: str, by: Strictness) -> tuple[Any, ...]:
+    if isinstance(tree, str) and parts[0] is Finding:  # a sentence, as earlier versions kept it
+        tree = [tree] if tree else []
     if not isinstance(tree, list | tuple):
         raise Mismatch(f"{at or 'it'} must be a list in brackets, not {tree!r:.60}")
     items = cast(Sequence[Any], tree)

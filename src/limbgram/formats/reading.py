@@ -69,9 +69,9 @@ def read_shape(path: Path | str, mm_per_unit: float | None = None) -> ShapeFile:
     _require_one_side(soup.frame, record, path)
     limb = _limb(path, soup, record, factor)
     own = Origin(sha256=sha256, mm_per_unit=factor or 1.0, mesh_from_origin=Rigid.identity())
-    doubt = (record.doubt if record is not None else "") or doubt_of_name(path.name)
-    if doubt:
-        limb = replace(limb, doubt=doubt, notes=(note("said.as_is", message=doubt), *limb.notes))
+    doubt = (None if record is None else record.doubt) or doubt_of_name(path.name)
+    if doubt is not None:
+        limb = replace(limb, doubt=doubt, notes=(doubt, *limb.notes))
     limb = replace(limb, origins=(own, *(() if record is None else record.made_from)))
     if isinstance(found, OfAnother):
         limb = replace(limb, notes=(*limb.notes, _unused(path, found)))

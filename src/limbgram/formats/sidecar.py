@@ -19,6 +19,7 @@ from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import ContentError, json_of, read_content
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.typed import Strictness, value_of
+from limbgram.findings import Finding, as_json
 from limbgram.workbench.limb import KindName, Landmark, Limb, LimbFrame, Origin, Placed, Side
 
 LIMB_FILE_ENDING = ".limb.json"
@@ -85,7 +86,8 @@ class _LimbFile(_Head):
     sock_mm: float
     landmarks: tuple[_Mark, ...]
     kind: KindName | None = None
-    doubt: str = ""
+    doubt: Finding | None = None
+    """Earlier versions wrote a sentence."""
     made_from: tuple[_Origin, ...] = ()
 
 
@@ -109,7 +111,7 @@ class LimbRecord:
     """None also in files older than this entry."""
     made_from: tuple[Origin, ...]
     """The nearest first; none in files older than this entry."""
-    doubt: str = ""
+    doubt: Finding | None = None
 
 
 def limb_file_beside(mesh_path: Path) -> Path:
@@ -175,7 +177,7 @@ def encode_record(limb: Limb, mesh_name: str, mesh_hash: str, mm_per_unit: float
         "side": None if frame is None else frame.side,
         "limb_from_mesh": None if frame is None else _tree(frame.limb_from_mesh),
         "sock_mm": limb.sock_mm,
-        "doubt": limb.doubt,
+        "doubt": "" if limb.doubt is None else as_json(limb.doubt),
         "landmarks": [
             {
                 "name": mark.name,
@@ -255,7 +257,7 @@ def _record(file: _LimbFile) -> LimbRecord:
             )
             for one in file.made_from
         ),
-        doubt=file.doubt[:_LONGEST_DOUBT],
+        doubt=file.doubt and file.doubt.with_texts(lambda text: text[:_LONGEST_DOUBT]),
     )
 
 

@@ -71,6 +71,7 @@ from limbgram.reconstruction.photos.lenses import copies_of
 from limbgram.reconstruction.photos.photo import PhotoSet, naming_left_out
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 from limbgram.reconstruction.poses import (
+    PLACING,
     PlacingOptions,
     Poses,
     PosesOptions,
@@ -239,11 +240,8 @@ def _reconstructed(
     found = None if board is None else run(find_board, photos, board, options.targets)
     dictionary = capture.plates[0].dictionary if capture.plates else KIT_DICTIONARY
     placing = place_photos(photos, cameras, options, run, found, dictionary)
-    if placing.lenses is not None:
-        photos, cameras = placing.lenses.photos, placing.lenses.cameras
-    if found is not None and (placing.still.groups or placing.poses.sides):
-        found = run(board_of_object, found, placing.still, placing.poses)
-    placing, found = by_the_limb(photos, cameras, placing, found, options, run)
+    placed = by_the_limb(placed_photos(photos, cameras, placing, found, run), options, run)
+    photos, cameras, placing, found = placed
     distances = capture.distances
     if capture.plates:
         lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
@@ -489,43 +487,48 @@ def _by_reduced(
     return _lacking(scene) or Placing(features, matches, pairs, scene, still, followed=True)
 
 
-class Settled(NamedTuple):
-    """Photos placed by what holds still, and the board's corners as if it had."""
+class PlacedPhotos(NamedTuple):
+    """Placed photos with the lenses that hold for them, and the board's corners that count."""
 
+    photos: PhotoSet
+    cameras: Cameras
     placing: Placing
     found: BoardDetections | None
+    """As if the board had held still beside the limb."""
 
 
-def by_the_limb(
+def placed_photos(
     photos: PhotoSet,
     cameras: Cameras,
     placing: Placing,
     found: BoardDetections | None,
-    options: PipelineOptions,
     run: Run,
-) -> Settled:
+) -> PlacedPhotos:
+    """With the lenses that the photos told, and of an object that was turned its own board."""
+    if placing.lenses is not None:
+        photos, cameras = placing.lenses.photos, placing.lenses.cameras
+    if found is not None and (placing.still.groups or placing.poses.sides):
+        found = run(board_of_object, found, placing.still, placing.poses)
+    return PlacedPhotos(photos, cameras, placing, found)
+
+
+def by_the_limb(placed: PlacedPhotos, options: PipelineOptions, run: Run) -> PlacedPhotos:
     """The photos placed by the limb alone where it moved; and what their lenses explain."""
-    settled = _settled(photos, cameras, placing, found, options, run)
+    settled = _settled(placed, options, run)
     scene = settled.placing.scene
-    lenses = run(explain_lenses, scene, cameras, settled.found)
+    lenses = run(explain_lenses, scene, placed.cameras, settled.found)
     explained = replace(scene, lens_explanations=lenses)
     return settled._replace(placing=replace(settled.placing, scene=explained))
 
 
-def _settled(
-    photos: PhotoSet,
-    cameras: Cameras,
-    placing: Placing,
-    found: BoardDetections | None,
-    options: PipelineOptions,
-    run: Run,
-) -> Settled:
+def _settled(placed: PlacedPhotos, options: PipelineOptions, run: Run) -> PlacedPhotos:
     """The photos placed by the limb alone where it moved; otherwise as they are.
 
     An object that was turned before a still camera, or turned over, moved on purpose.
     """
+    photos, cameras, placing, found = placed
     if placing.still.groups or placing.poses.sides:
-        return Settled(placing, found)
+        return placed
 
     features, matches = placing.features, placing.matches  # those beside the limb too
     look = options.movement
@@ -541,7 +544,7 @@ def _settled(
 
     seen, sides = looked(placing)
     if not seen.movement.moved:
-        return Settled(told(placing, seen.movement, sides), found)
+        return placed._replace(placing=told(placing, seen.movement, sides))
     movement, scene = seen.movement, placing.scene
     if found is not None:
         movement = run(
@@ -556,20 +559,20 @@ def _settled(
         )
     alone = _by_limb_alone(photos, cameras, placing, sides, options, run)
     if alone is None:
-        return Settled(told(placing, movement, sides), found)
+        return placed._replace(placing=told(placing, movement, sides))
     if movement.pushed:
         sides = run(tell_sides, photos, features, alone.scene, found)
-        return Settled(told(alone, movement, sides), found)
+        return placed._replace(placing=told(alone, movement, sides))
     if movement.beside and found is not None and corners_agree_better(found, scene, alone.scene):
-        return Settled(told(placing, movement, sides), found)
+        return placed._replace(placing=told(placing, movement, sides))
     again, sides_alone = looked(alone)
     if not again.movement.moved:
-        return Settled(told(placing, movement, sides), found)
+        return placed._replace(placing=told(placing, movement, sides))
     by_limb = again.movement if movement.moved else limb_or_board(again.movement)
     alone = told(alone, replace(by_limb, alone=True), sides_alone)
     if found is not None:
         found = run(still_board, found, alone.scene, again)
-    return Settled(alone, found)
+    return placed._replace(placing=alone, found=found)
 
 
 def _by_limb_alone(
@@ -619,9 +622,27 @@ def _by_full_size(
         detections=found,
     )
     by = PlacingOptions(mapping=options.mapping, twoview=options.twoview, poses=options.poses)
-    placed = place_object(unplaced, run, by)
-    placing = Placing(features, placed.matches, placed.pairs, placed.scene, still, placed.poses)
-    return replace(placing, lenses=placed.lenses)
+    return place_pairs(unplaced, still, run, by)
+
+
+def place_pairs(
+    unplaced: Unplaced, still: Still, run: Run, options: PlacingOptions = PLACING
+) -> Placing:
+    """Photos placed by their verified pairs; what stands still is not among these.
+
+    Raises:
+        PlacementError: see `place_object`.
+    """
+    placed = place_object(unplaced, run, options)
+    return Placing(
+        features=unplaced.features,
+        matches=placed.matches,
+        pairs=placed.pairs,
+        scene=placed.scene,
+        still=still,
+        poses=placed.poses,
+        lenses=placed.lenses,
+    )
 
 
 def _lacking(scene: Scene) -> Finding | None:

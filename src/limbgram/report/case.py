@@ -24,7 +24,7 @@ def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
     return Report(
         title=title,
         banner=_verdict(summary.verdict),
-        note=summary.verdict.facts,
+        note=" ".join(map(told, summary.verdict.facts)),
         intended_use=summary.intended_use,
         sections=(
             Section(title="", blocks=(_TO_ACCURACY,)),

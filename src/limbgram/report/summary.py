@@ -17,7 +17,7 @@ from limbgram.core.geometry.lens import Camera
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Timing
 from limbgram.core.typed import Strictness, value_of
-from limbgram.findings import Finding, told
+from limbgram.findings import Finding, note, told
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.calibration.cameras import LensSource
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
@@ -49,7 +49,8 @@ class Verdict:
     light: Light
     headline: Finding
     reasons: tuple[Finding, ...]
-    facts: str
+    facts: tuple[Finding, ...]
+    """Scale and its check, photos placed, what was set aside, left out or mended."""
     size_checked: bool = False
     """Whether a length that owes nothing to what set the scale confirms the size; earlier versions
     did not say it."""
@@ -351,28 +352,25 @@ def facts(
     left_out: float = 0.0,
     others: int = 0,
     laid: int = 0,
-) -> str:
-    """The line below the verdict: scale, its check, photos placed, what was left out or mended."""
+) -> tuple[Finding, ...]:
+    """What stands below the verdict: scale, its check, photos placed, what was left out or mended.
+
+    Args:
+        left_out: Share of the measured surface.
+        others: Bodies of size beside the one that was meant.
+        laid: Points that went back among their neighbours.
+    """
     placed = sum(verdict.placed for verdict in verdicts)
-    parts = [_scale_sentence(scale), f"{placed} of {len(verdicts)} photos placed"]
+    found = [_scale_fact(scale), note("verdict.photos_placed", placed=placed, photos=len(verdicts))]
     if set_aside:
-        plural = "file was" if len(set_aside) == 1 else "files were"
-        parts.append(f"{len(set_aside)} {plural} set aside")
+        found.append(note("verdict.set_aside", files=len(set_aside)))
     if left_out > MOST_LEFT_OUT:
-        parts.append(
-            f"{left_out:.0%} of the measured surface was torn off or in crumbs, and is not in it: "
-            "look whether the wanted side is there"
-        )
+        found.append(note("verdict.torn_off", share=left_out))
     if laid:
-        point = "point of the surface" if laid == 1 else "points of the surface"
-        parts.append(
-            f"{laid:,} {point}, folded by the measurement, went back among the neighbours and "
-            "count as filled in"
-        )
+        found.append(note("verdict.laid_back", points=laid))
     if others:
-        plural = "body is" if others == 1 else "bodies are"
-        parts.append(f"{others} other {plural} kept in files of their own (see the parts)")
-    return "; ".join(parts) + "."
+        found.append(note("verdict.other_bodies", bodies=others))
+    return tuple(found)
 
 
 def left_out_share(mesh: Mesh) -> float:
@@ -385,23 +383,21 @@ def laid_back(mesh: Mesh) -> int:
     return 0 if mesh.repairs is None else mesh.repairs.laid_back
 
 
-def _scale_sentence(scale: Scale) -> str:
+def _scale_fact(scale: Scale) -> Finding:
     if scale.unit == "unitless":
-        return "NO SCALE: the size of this surface is not known"
-    source = "the board" if scale.source == "board" else "known distances"
+        return note("verdict.no_scale")
+    source = "board" if scale.source == "board" else "distances"
     checks = [length for length in scale.lengths if length.role == "check"]
     if not checks:
-        return f"Millimetres by {source}, not checked by any other length"
+        return note("verdict.scale_not_checked", source=source)
     worst = max(checks, key=lambda length: abs(length.error))
-    if len(checks) == 1:
-        return (
-            f"Millimetres by {source}, checked on 1 other length: it agrees to "
-            f"{abs(worst.error):.3%} ({worst.label})"
-        )
-    rms = math.sqrt(sum(length.error**2 for length in checks) / len(checks))
-    return (
-        f"Millimetres by {source}, checked on {len(checks)} other lengths: they agree to "
-        f"{rms:.3%} (worst {abs(worst.error):.3%}, {worst.label})"
+    return note(
+        "verdict.scale_checked",
+        source=source,
+        lengths=len(checks),
+        rms=math.sqrt(sum(length.error**2 for length in checks) / len(checks)),
+        worst=abs(worst.error),
+        label=worst.label,
     )
 
 

@@ -23,7 +23,7 @@ def summary_lines(summary: Summary) -> tuple[str, ...]:
     return (
         told(summary.verdict.headline),
         *_to_check(summary),
-        summary.verdict.facts,
+        " ".join(map(told, summary.verdict.facts)),
         *missing,
         *aside,
         f"Surface: {mesh.faces:,} triangles, {size} {unit}.",

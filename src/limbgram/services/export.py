@@ -18,7 +18,7 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
-from limbgram.core.request_fields import Flag, Within
+from limbgram.core.request_fields import Flag, Usual, Within
 from limbgram.core.spreadsheet import Decimal, Table, csv_of, xlsx_of
 from limbgram.findings import Finding, note
 from limbgram.formats.aop.cost import AopReport
@@ -36,10 +36,13 @@ from limbgram.formats.reading import ShapeFile
 from limbgram.formats.table import FORMATS, format_of
 from limbgram.workbench.anatomy.names import Language
 from limbgram.workbench.bodies import Apart, Outside, kept, left_out, without_loose
-from limbgram.workbench.carving.setup import FAST
+from limbgram.workbench.carving.mapping import MapOptions
+from limbgram.workbench.carving.setup import FAST, LIMITS, CarveOptions
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, Side
 
 _IN_LIMB = "in_limb_mm"
+_MAP = MapOptions()
+_CARVE = CarveOptions()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,11 +66,13 @@ class Drawing:
 class Aop:
     """A radius map, as carvers and programs of the trade take it."""
 
-    spokes: Annotated[int | None, Within(8, 3600)] = None
-    """Radii round a slice; without it an AOP's own spokes and slices, else 120."""
-    spacing_mm: Annotated[float | None, Within(0.1, 50), Flag("spacing")] = None
+    spokes: Annotated[int | None, Within(8, 3600), Usual(_MAP.spokes)] = None
+    """Radii round a slice; without it an AOP's own spokes and slices."""
+    spacing_mm: Annotated[
+        float | None, Within(0.1, 50), Usual(_MAP.spacing_mm), Flag("spacing")
+    ] = None
     """Between slices or sections, mm."""
-    distal_slices: Annotated[int | None, Within(0, 100)] = None
+    distal_slices: Annotated[int | None, Within(0, 100), Usual(_MAP.distal_slices)] = None
     """More slices at the rounded tip."""
     from_mm: float | None = None
     """Height of the first slice in the limb; not with --axis fit."""
@@ -114,7 +119,12 @@ class Gcode:
     """Fine, or fast: a 19 mm tool and ridges of 0.15 mm."""
     to_mm: float | None = None
     """Height of the last; not with --axis fit."""
-    tool_diameter_mm: Annotated[float | None, Flag("tool")] = None
+    tool_diameter_mm: Annotated[
+        float | None,
+        Within(*LIMITS["tool_diameter_mm"]),
+        Usual(_CARVE.tool_diameter_mm),
+        Flag("tool"),
+    ] = None
     """Diameter of the ball end, mm."""
     tool_reach_mm: Annotated[float | None, Flag("reach")] = None
     """Tool's tip to holder, mm."""

@@ -268,7 +268,7 @@ def _written(
     )
     told_of_it = Told(
         title=f"{preview.device.en}, {limb.side}" if limb.side != "none" else preview.device.en,
-        description=" ".join((*(told(one) for one in made.findings), limb.doubt)).strip(),
+        description=" ".join(told(one) for one in (*made.findings, limb.doubt) if one is not None),
         bed_from_mesh=bed_from(made.solid, bed),
     )
     drawing = device_drawing(made, limb.side)

@@ -24,7 +24,7 @@ from limbgram.synthetic.movement import MovementKind, bent, shares_of
 from limbgram.synthetic.options import DEFAULTS, CaptureOptions
 from limbgram.synthetic.props.board import PrintedBoard
 from limbgram.synthetic.props.limb import Limb
-from limbgram.synthetic.props.paint import bake
+from limbgram.synthetic.props.paint import Painting, bake
 from limbgram.synthetic.props.plates import lay_plates
 from limbgram.synthetic.props.room import (
     Panel,
@@ -162,17 +162,10 @@ def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
     """What stands before the camera: the limb, then the calibration board."""
     pixel_mm = options.distance_mm / ideal_camera(options).fx
     texel_mm = max(_FINEST_TEXEL_MM, pixel_mm / _TEXELS_PER_PIXEL)
-    skin = bake(
-        truth.limb,
-        options.paint,
-        options.coverage,
-        options.seed,
-        texel_mm,
-        options.spots,
-        pixel_mm,
-        options.bare,
-        options.uneven,
+    painting = Painting(
+        options.paint, options.coverage, options.spots, options.bare, options.uneven
     )
+    skin = bake(truth.limb, painting, options.seed, texel_mm, pixel_mm)
     stick(skin, truth.limb, options.stickers)
     room = make_room(options.seed, under_stand=True)
     if isinstance(options.turning, Turning):

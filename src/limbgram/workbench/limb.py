@@ -17,7 +17,7 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
-from limbgram.findings import Finding
+from limbgram.findings import Finding, doubt
 from limbgram.workbench.anatomy.centreline import Centreline, straight
 from limbgram.workbench.anatomy.directions import AnatomicalAxis, Anatomy
 from limbgram.workbench.anatomy.found import KIND_NAMED, KINDS, KindName
@@ -28,7 +28,6 @@ from limbgram.workbench.anatomy.names import by_identity, named
 __all__ = [
     "KINDS",
     "KIND_NAMED",
-    "RED",
     "AlignedLimb",
     "AnyLimb",
     "Kind",
@@ -47,11 +46,6 @@ __all__ = [
 
 Side = Literal["left", "right", "none"]
 _MARK = "-RED"
-RED = (
-    "this surface comes from a capture whose verdict is RED: much of the limb is missing, or its "
-    "size or shape may be wrong by a ply of sock or more; report.html of the case says why. Make "
-    "nothing from it unchecked"
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +91,7 @@ class Limb:
     origins: tuple[Origin, ...] = ()
     """Files that it is known to come from, the nearest first: by these a shape and what was made
     from it lie as they were made. Who gives the mesh other axes moves these along."""
-    doubt: str = ""
+    doubt: Finding | None = None
     """Why nothing may be made of it unchecked; kept in the limb file of whatever comes of it."""
     notes: tuple[Finding, ...] = ()
     """What was odd about that file and how it was taken."""
@@ -257,7 +251,7 @@ def marked_red(path: Path) -> Path:
     return path.with_name(f"{path.stem}{_MARK}{path.suffix}")
 
 
-def doubt_of_name(name: str) -> str:
-    """What a file's name says against it; empty where it says nothing."""
-    stem = Path(name).stem
-    return RED if stem.removesuffix("-unitless").endswith(_MARK) else ""
+def doubt_of_name(name: str) -> Finding | None:
+    """What a file's name says against it."""
+    stem = Path(name).stem.removesuffix("-unitless")
+    return doubt("verdict.red_shape") if stem.endswith(_MARK) else None

@@ -21,7 +21,7 @@ from limbgram.reconstruction.surface.brim import BrimOptions
 from limbgram.reconstruction.surface.resampling import refine
 from limbgram.synthetic.photographer import Lens, camera_of
 from limbgram.synthetic.props.limb import Limb, LimbKind, make_limb
-from limbgram.synthetic.props.paint import Paint, bake
+from limbgram.synthetic.props.paint import Paint, Painting, bake
 from limbgram.synthetic.props.room import make_room
 from limbgram.synthetic.rendering.developing import developed, softened
 from limbgram.synthetic.rendering.renderer import Stage, render
@@ -49,7 +49,7 @@ def limb_of(fin_mm: float) -> Limb:
 
 @cache
 def skin_of(fin_mm: float) -> np.ndarray:
-    return bake(limb_of(fin_mm), Paint.DABS, 0.55, SEED, TEXEL_MM)
+    return bake(limb_of(fin_mm), Painting(Paint.DABS, 0.55), SEED, TEXEL_MM)
 
 
 @cache

@@ -28,6 +28,8 @@ from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import SUFFIXES, ShapeFile, read_limb, read_shape
 from limbgram.services.export import EXPORTS
 from limbgram.workbench.anatomy.names import LANGUAGES
+from limbgram.workbench.carving.mapping import MapOptions
+from limbgram.workbench.carving.setup import CarveOptions
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.recipe import Recipe
 
@@ -290,6 +292,16 @@ def test_every_kind_of_file_is_offered_with_its_words_in_every_language(client: 
     assert {one["kind"] for one in kinds if one["mesh"]} >= {"stl", "3mf", "ply"}
     assert client.get(f"{API}/shape-files").json() == list(SUFFIXES)
     assert ".3mf" in SUFFIXES
+
+
+def test_what_is_usual_is_told_once_by_the_writers_own_options(client: TestClient) -> None:
+    kinds = client.get(f"{API}/exports").json()
+    told = {(one["kind"], field["name"]): field for one in kinds for field in one["fields"]}
+    assert told["aop", "spokes"]["usual"] == MapOptions().spokes == 120
+    assert told["aop", "spacing_mm"]["usual"] == MapOptions().spacing_mm == 2
+    assert told["aop", "spokes"]["default"] is None, "an AOP keeps its own grid"
+    assert told["gcode", "tool_diameter_mm"]["usual"] == CarveOptions().tool_diameter_mm == 12
+    assert (told["dxf", "spacing_mm"]["default"], told["dxf", "spacing_mm"]["usual"]) == (10, None)
 
 
 def test_another_side_is_not_handed_over(client: TestClient, aligned: str) -> None:

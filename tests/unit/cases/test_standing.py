@@ -20,7 +20,7 @@ from limbgram.cases.stage_cache import CachingRun
 from limbgram.cases.superseded import key_of
 from limbgram.core.errors import Cancelled, LimbgramError, ScaleError
 
-VERDICT = {"light": "green", "headline": "GREEN: 0.05 mm.", "reasons": [], "facts": ""}
+VERDICT = {"light": "green", "headline": "GREEN: 0.05 mm.", "reasons": [], "facts": []}
 Run = Callable[..., dict[str, Any]]
 
 

@@ -94,7 +94,9 @@ def test_a_red_surface_among_them_is_named_first(shapes, tmp_path: Path) -> None
     red = write_limb(beaker(1.01), tmp_path / "surface-RED.ply")
     words = ("compare", shapes["first"], str(red), *AS_IS)
     assert "verdict is RED" in RUNNER.invoke(app, list(words)).stdout.splitlines()[0]
-    assert answered(*words)["doubts"][0].startswith("surface-RED.ply: ")
+    (said,) = answered(*words)["doubts"]
+    assert (said["code"], said["values"]["name"]) == ("compare.red_shape", "surface-RED.ply")
+    assert said["values"]["doubt"]["code"] == "verdict.red_shape"
     assert answered("compare", shapes["first"], shapes["wide"], *AS_IS)["doubts"] == []
 
 

@@ -1,7 +1,7 @@
 """Options of the command line are what requests say that they take."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import pytest
 import typer
@@ -78,6 +78,13 @@ def test_help_says_meaning_default_and_choices() -> None:
     said = " ".join(asked("--help")[1].output.split())
     for part in ("Between levels.", "Default: 10.", "limb|fit", "What a wall holds."):
         assert part in said
+
+
+def test_help_says_of_which_kind_a_default_is_where_they_differ() -> None:
+    kinds = Kinds({"dxf": Drawing, "gcode": Program}, by="to")
+    told = [get_args(one.annotation)[1].help for one in kinds.options()]
+    assert told[0].endswith(" Default: dxf 10, gcode 2.")
+    assert told[1].endswith(" Default: 12.")
 
 
 @pytest.mark.parametrize(

@@ -121,6 +121,7 @@ def test_any_tree_is_read_or_refused(tree: object, hint: Any) -> None:
 class Said:
     headline: Finding
     reason: Finding | None = None
+    facts: tuple[Finding, ...] = ()
 
 
 def test_a_sentence_of_an_earlier_version_is_read_as_a_finding_of_its_words() -> None:
@@ -128,6 +129,8 @@ def test_a_sentence_of_an_earlier_version_is_read_as_a_finding_of_its_words() ->
     old = value_of({"headline": "GREEN. It is.", "reason": "So."}, Said)
     assert old == Said(headline=first, reason=second)
     assert value_of(tree_of(old), Said) == old
+    assert value_of({"headline": "GREEN. It is.", "facts": "So."}, Said).facts == (second,)
+    assert value_of({"headline": "GREEN. It is.", "facts": ""}, Said).facts == ()
     for tree in (3, {"code": "a.b"}, None):
         with pytest.raises(Mismatch):
             value_of({"headline": tree}, Said)

@@ -12,7 +12,7 @@ import trimesh
 from limbgram.core.errors import ExportError, ShapeFileError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.findings import told
+from limbgram.findings import doubt, note, told
 from limbgram.formats.export_checks import in_limb_frame
 from limbgram.formats.limb_file import write_limb, write_limb_file
 from limbgram.formats.ply import write_ply
@@ -59,15 +59,25 @@ def test_it_keeps_everything(tmp_path: Path, limb: Limb) -> None:
 def test_a_red_surface_is_told_by_its_name_and_by_what_is_made_of_it(
     tmp_path: Path, limb: Limb
 ) -> None:
-    assert read_limb(write_limb(limb, tmp_path / "surface.ply")).doubt == ""
+    assert read_limb(write_limb(limb, tmp_path / "surface.ply")).doubt is None
+    red = doubt("verdict.red_shape")
     for name in ("surface-RED.ply", "surface-RED-unitless.ply"):
         write_ply(limb.mesh, tmp_path / name, "mm")
-        red = read_limb(tmp_path / name)
-        assert "verdict is RED" in red.doubt
-        assert told(red.notes[0]) == red.doubt
-    again = read_limb(write_limb(red, tmp_path / "rectified.stl"))
-    assert again.doubt == red.doubt
-    assert told(again.notes[0]) == red.doubt
+        read = read_limb(tmp_path / name)
+        assert (read.doubt, read.notes[0]) == (red, red)
+    again = read_limb(write_limb(read, tmp_path / "rectified.stl"))
+    assert (again.doubt, again.notes[0]) == (red, red)
+
+
+def test_a_doubt_that_earlier_versions_kept_as_a_sentence_is_kept(
+    tmp_path: Path, limb: Limb
+) -> None:
+    path = write_limb(limb, tmp_path / "rectified.ply")
+    beside = path.with_name("rectified.limb.json")
+    record = json.loads(beside.read_text("utf-8"))
+    assert record["doubt"] == ""
+    beside.write_text(json.dumps({**record, "doubt": "its verdict is RED"}), "utf-8")
+    assert read_limb(path).doubt == note("said.as_is", message="its verdict is RED")
 
 
 def test_it_names_what_a_shape_was_made_from(tmp_path: Path, limb: Limb) -> None:
@@ -122,8 +132,8 @@ def test_that_of_a_file_beside_is_left_to_it(tmp_path: Path, limb: Limb) -> None
     trimesh.creation.box((90.0, 90.0, 210.0)).export(other)
     left = read_limb(other)
     assert (left.frame, left.sock_mm, left.landmarks) == (None, 0.0, ())
-    (note,) = left.notes
-    assert "scan.limb.json belongs to scan.ply and was not used" in told(note)
+    (said,) = left.notes
+    assert "scan.limb.json belongs to scan.ply and was not used" in told(said)
     assert read_limb(tmp_path / "scan.ply").notes == ()
     (tmp_path / "scan.ply").unlink()
     with pytest.raises(ShapeFileError, match="belongs to another shape"):

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from limbgram.core.typed import Mismatch, tree_of
-from limbgram.findings import note
+from limbgram.findings import note, told
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.photos.photo import Exif, Photo, SetAside
 from limbgram.reconstruction.scale.metric import LengthCheck, Scale
@@ -88,19 +88,30 @@ def scale(*lengths: LengthCheck, unit: str = "mm") -> Scale:
     return Scale(unit=unit, source=source, relative_sigma=1e-4, lengths=lengths)  # type: ignore[arg-type]
 
 
-def test_the_line_of_facts_says_scale_check_and_what_is_missing() -> None:
-    checked = facts(scale(length("control", 0.1), length("check", -0.002)), [], [])
-    assert "checked on 1 other length: it agrees to 0.200% (Acheck)" in checked
+def test_the_facts_say_scale_check_and_what_is_missing() -> None:
+    placed = note("verdict.photos_placed", placed=0, photos=0)
     several = facts(scale(length("check", 0.001), length("check", -0.002)), [], [])
-    assert "checked on 2 other lengths: they agree to 0.158% (worst 0.200%, Acheck)" in several
-    assert "not checked" in facts(scale(length("control", 0.0)), [], [])
-    assert facts(scale(unit="unitless"), [], []).startswith("NO SCALE")
-    assert "1 file was set aside" in facts(
-        scale(), [], [SetAside("a", note("said.as_is", message="b"))]
-    )
-    assert "31% of the measured surface" in facts(scale(), [], [], 0.31)
-    assert "surface" not in facts(scale(), [], [], 0.01)
-    assert "12 points of the surface, folded by the measurement" in facts(scale(), [], [], laid=12)
+    assert several[1:] == (placed,)
+    assert several[0].code == "verdict.scale_checked"
+    assert several[0].values == {
+        "source": "board",
+        "lengths": 2,
+        "rms": pytest.approx(math.sqrt((0.001**2 + 0.002**2) / 2)),
+        "worst": pytest.approx(0.002),
+        "label": "Acheck",
+    }
+    one = facts(scale(length("control", 0.1), length("check", -0.002)), [], [])
+    assert "checked on 1 other length: it agrees to 0.200% (Acheck)." in told(one[0])
+    alone = facts(scale(length("control", 0.0)), [], [])
+    assert alone == (note("verdict.scale_not_checked", source="board"), placed)
+    assert facts(scale(unit="unitless"), [], [])[0] == note("verdict.no_scale")
+    plain = scale()
+    aside = [SetAside("a", note("said.as_is", message="b"))]
+    assert facts(plain, [], aside)[2:] == (note("verdict.set_aside", files=1),)
+    assert facts(plain, [], [], 0.31)[2:] == (note("verdict.torn_off", share=0.31),)
+    assert facts(plain, [], [], 0.01)[2:] == ()
+    assert facts(plain, [], [], laid=12)[2:] == (note("verdict.laid_back", points=12),)
+    assert facts(plain, [], [], others=2)[2:] == (note("verdict.other_bodies", bodies=2),)
 
 
 def summary(light: Light) -> Summary:
@@ -111,7 +122,7 @@ def summary(light: Light) -> Summary:
             light=light,
             headline=note("verdict.headline", light=light, verdict=said),
             reasons=(first, note("said.as_is", message="another <reason>")),
-            facts="3 of 4 photos",
+            facts=(note("verdict.photos_placed", placed=3, photos=4),),
         ),
         intended_use="use",
         unit="mm",

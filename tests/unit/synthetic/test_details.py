@@ -9,7 +9,7 @@ from limbgram.core.errors import OptionsError
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.details import SkinDetails
 from limbgram.synthetic.props.limb import LimbKind, make_limb
-from limbgram.synthetic.props.paint import Paint, bake
+from limbgram.synthetic.props.paint import Paint, Painting, bake
 
 STEP_MM = 0.5
 SEED = 5
@@ -87,7 +87,7 @@ def test_details_need_a_mesh_that_carries_them() -> None:
 def test_uneven_paint_is_thin_on_one_side() -> None:
     limb = make_limb(LimbKind.TRANSTIBIAL, SEED, 2.0, 60.0)
     even, uneven = (
-        bake(limb, Paint.DABS, 0.5, SEED, 0.8, uneven=share)[100:-100, :, 3] > 20
+        bake(limb, Painting(Paint.DABS, 0.5, uneven=share), SEED, 0.8)[100:-100, :, 3] > 20
         for share in (0.0, 0.9)
     )
     eighths = [

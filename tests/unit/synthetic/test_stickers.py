@@ -10,7 +10,7 @@ from limbgram.core.geometry.lens import Camera, View
 from limbgram.reconstruction.targets.marks import marks_in
 from limbgram.synthetic import CaptureOptions, Paint, SockSticker, sticker_places_mm
 from limbgram.synthetic.props.limb import LimbKind, make_limb
-from limbgram.synthetic.props.paint import bake
+from limbgram.synthetic.props.paint import Painting, bake
 from limbgram.synthetic.props.room import make_room
 from limbgram.synthetic.props.stickers import stick
 from limbgram.synthetic.rendering.developing import developed, softened
@@ -37,7 +37,7 @@ def looking_at(place: np.ndarray, outward: np.ndarray) -> View:
 @pytest.mark.parametrize("which", [0, 1])
 def test_a_sticker_is_read_where_it_truly_is(which: int) -> None:
     limb = make_limb(LimbKind.TRANSTIBIAL, 7, 1.5, 60.0)
-    skin = bake(limb, Paint.NONE, 0.0, 7, 0.15)
+    skin = bake(limb, Painting(Paint.NONE), 7, 0.15)
     stick(skin, limb, STICKERS)
     place = sticker_places_mm(limb, STICKERS)[which]
     vertex = int(np.argmin(np.linalg.norm(limb.mesh.vertices_mm - place, axis=1)))

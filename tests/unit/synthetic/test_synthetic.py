@@ -14,7 +14,7 @@ from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind, Relief, make_limb
-from limbgram.synthetic.props.paint import Paint, SockSpot, bake
+from limbgram.synthetic.props.paint import Paint, Painting, SockSpot, bake
 from limbgram.synthetic.truth import stage_truth, surface_points
 
 TINY = CaptureOptions(photos=4, width_px=240, height_px=160, calibration_photos=2, mesh_step_mm=3.0)
@@ -115,16 +115,16 @@ def test_relief_is_as_high_and_as_fine_as_asked_for() -> None:
 @pytest.mark.parametrize("coverage", [0.2, 0.55])
 def test_paint_covers_the_share_that_was_asked_for(coverage: float) -> None:
     limb = make_limb(LimbKind.TRANSTIBIAL, 5, 2.0, 60.0)
-    painted = bake(limb, Paint.DABS, coverage, 5, 0.4)[200:-200, :, 3] > 20
+    painted = bake(limb, Painting(Paint.DABS, coverage), 5, 0.4)[200:-200, :, 3] > 20
     assert painted.mean() == pytest.approx(coverage, abs=0.05)
-    assert not (bake(limb, Paint.NONE, coverage, 5, 0.4)[..., 3] > 20).any()
+    assert not (bake(limb, Painting(Paint.NONE, coverage), 5, 0.4)[..., 3] > 20).any()
 
 
 def test_paint_is_left_out_in_patches() -> None:
     """Half of the dabs go, and what they leave bare hangs together."""
     limb = make_limb(LimbKind.TRANSTIBIAL, 5, 2.0, 60.0)
     even, patchy = (
-        bake(limb, Paint.DABS, coverage, 5, 0.8, bare=bare)[100:-100, :, 3] > 20
+        bake(limb, Painting(Paint.DABS, coverage, bare=bare), 5, 0.8)[100:-100, :, 3] > 20
         for coverage, bare in ((0.5, 0.0), (0.5, 0.5))
     )
     assert patchy.mean() < 0.75 * even.mean()
@@ -209,7 +209,7 @@ def test_a_board_printed_too_large_is_larger_in_truth_and_not_in_name() -> None:
 def test_a_spot_once_all_the_way_round_is_where_it_began() -> None:
     limb = make_limb(LimbKind.TRANSTIBIAL, 5, 2.0, 60.0)
     begun, round_again = (
-        bake(limb, Paint.NONE, 0.9, 5, 0.4, [SockSpot(around=around, height=0.5)])
+        bake(limb, Painting(Paint.NONE, 0.9, (SockSpot(around=around, height=0.5),)), 5, 0.4)
         for around in (0.0, 1.0)
     )
     np.testing.assert_array_equal(begun, round_again)
@@ -217,7 +217,7 @@ def test_a_spot_once_all_the_way_round_is_where_it_began() -> None:
 
 def test_a_printed_sock_lies_round_the_limb_without_a_seam() -> None:
     limb = make_limb(LimbKind.TRANSTIBIAL, 3, 3.0, 20.0)
-    texture = bake(limb, Paint.PRINT, 0.5, 3, 1.0, pixel_mm=0.8)[..., :3].astype(int)
+    texture = bake(limb, Painting(Paint.PRINT, 0.5), 3, 1.0, pixel_mm=0.8)[..., :3].astype(int)
     assert (texture[:, 0] == texture[:, -1]).all()
     tube = texture[len(texture) // 4 : len(texture) // 2]
     dark = (tube.sum(2) < 300).mean()

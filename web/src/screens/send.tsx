@@ -10,7 +10,7 @@ import { ROOT, type Schemas, api, taken } from "../api/client";
 import { Icon } from "../design/icons";
 import { Button, Chip, Notice, NumberField } from "../design/parts";
 import { Refusal } from "../design/refusal";
-import { type ExportKind, exportKinds, fileName, limitsOf, usedFor } from "../formats";
+import { type ExportKind, exportKinds, fieldOf, fileName, limitsOf, usedFor, usualOf } from "../formats";
 import { signed } from "../geometry/scales";
 import { sided } from "../limb-kinds";
 import { perform } from "../state/acts";
@@ -24,6 +24,24 @@ import type { RoomProps } from "./room";
 
 type Side = "left" | "right";
 
+/** What a person is asked of a kind of file; its unit, its limits and what it is usually, the server says. */
+const ASKED: Readonly<Record<string, readonly Asked[]>> = {
+  aop: [
+    { name: "spokes", label: "send.spokes", step: 10, decimals: 0 },
+    { name: "spacing_mm", label: "send.spacing", step: 0.5, decimals: 2 },
+    { name: "distal_slices", label: "send.distal", step: 2, decimals: 0 },
+  ],
+  dxf: [{ name: "spacing_mm", label: "send.sections", step: 5, decimals: 1 }],
+  gcode: [{ name: "tool_diameter_mm", label: "send.tool", step: 1, decimals: 1 }],
+};
+
+interface Asked {
+  readonly name: string;
+  readonly label: Parameters<typeof t>[0];
+  readonly step: number;
+  readonly decimals: number;
+}
+
 export function SendScreen({ room }: RoomProps) {
   const path = { params: { path: { case_id: room.id } } };
   const kind = useSignal("aop");
@@ -33,11 +51,8 @@ export function SendScreen({ room }: RoomProps) {
   const more = useSignal(false);
   /** Whether the fields of an AOP file's grid are open. */
   const grid = useSignal(false);
-  const spokes = useSignal(120);
-  const spacing = useSignal(2);
-  const distal = useSignal(0);
-  const sections = useSignal(10);
-  const tool = useSignal(12);
+  /** What was entered, by kind of file and field; the rest is as usual. */
+  const entered = useSignal<Readonly<Record<string, Record<string, number>>>>({});
   const written = useSignal<Schemas["ExportedFile"] | null>(null);
   const act = useAct();
   /** The file that is asked for now, and no other, is shown and saved. */
@@ -67,10 +82,11 @@ export function SendScreen({ room }: RoomProps) {
     if (!act.busy.value) void act.run(writeWanted).then(() => before.again());
   };
   /** What the receiver expects of a kind, as it stands in its fields. */
-  const howOf = (one: string): NonNullable<Schemas["NewExport"]["how"]> => {
-    if (one === "aop") return { spokes: spokes.value, spacing_mm: spacing.value, distal_slices: distal.value };
-    if (one === "gcode") return { tool_diameter_mm: tool.value };
-    return one === "dxf" ? { spacing_mm: sections.value } : {};
+  const howOf = (one: string): NonNullable<Schemas["NewExport"]["how"]> => Object.fromEntries((ASKED[one] ?? []).map(({ name }) => [name, valueOf(one, name)]));
+  const valueOf = (one: string, name: string): number | undefined => entered.value[one]?.[name] ?? usualOf(one, name);
+  const enter = (one: string, name: string, value: number) => {
+    entered.value = { ...entered.value, [one]: { ...entered.value[one], [name]: value } };
+    write();
   };
   /** One file after the other; what was wanted before and is not any more is not shown. */
   const writeWanted = async () => {
@@ -128,73 +144,29 @@ export function SendScreen({ room }: RoomProps) {
                 {t("send.more")}
               </button>
             )}
-            {kind.value === "aop" && !grid.value && (
+            {shown?.kind === "aop" && !grid.value && (
               <span class="soft small-note">
-                {t("send.grid", spokes.value, spacing.value)}{" "}
+                {t("send.grid", valueOf("aop", "spokes") ?? "", valueOf("aop", "spacing_mm") ?? "")}{" "}
                 <button type="button" class="linkish" onClick={() => (grid.value = true)}>
                   {t("send.grid.change")}
                 </button>
               </span>
             )}
           </p>
-          {((kind.value === "aop" && grid.value) || kind.value === "dxf" || kind.value === "gcode") && (
+          {ASKED[kind.value] && (kind.value !== "aop" || grid.value) && (
             <div class="own-board">
-              {kind.value === "aop" && grid.value && (
+              {ASKED[kind.value]?.map(({ name, label, step, decimals }) => (
                 <NumberField
-                  label={t("send.spokes")}
-                  unit=""
-                  step={10}
-                  decimals={0}
-                  {...limitsOf("aop", "spokes")}
-                  value={spokes.value}
-                  onChange={(v) => ((spokes.value = v), write())}
+                  key={kind.value + name}
+                  label={t(label)}
+                  unit={fieldOf(kind.value, name)?.unit ?? ""}
+                  step={step}
+                  decimals={decimals}
+                  {...limitsOf(kind.value, name)}
+                  value={valueOf(kind.value, name) ?? null}
+                  onChange={(value) => enter(kind.value, name, value)}
                 />
-              )}
-              {kind.value === "aop" && grid.value && (
-                <NumberField
-                  label={t("send.spacing")}
-                  unit="mm"
-                  step={0.5}
-                  decimals={2}
-                  {...limitsOf("aop", "spacing_mm")}
-                  value={spacing.value}
-                  onChange={(v) => ((spacing.value = v), write())}
-                />
-              )}
-              {kind.value === "aop" && grid.value && (
-                <NumberField
-                  label={t("send.distal")}
-                  unit=""
-                  step={2}
-                  decimals={0}
-                  {...limitsOf("aop", "distal_slices")}
-                  value={distal.value}
-                  onChange={(v) => ((distal.value = v), write())}
-                />
-              )}
-              {kind.value === "dxf" && (
-                <NumberField
-                  label={t("send.sections")}
-                  unit="mm"
-                  step={5}
-                  decimals={1}
-                  {...limitsOf("dxf", "spacing_mm")}
-                  value={sections.value}
-                  onChange={(v) => ((sections.value = v), write())}
-                />
-              )}
-              {kind.value === "gcode" && (
-                <NumberField
-                  label={t("send.tool")}
-                  unit="mm"
-                  step={1}
-                  decimals={1}
-                  min={1}
-                  max={60}
-                  value={tool.value}
-                  onChange={(v) => ((tool.value = v), write())}
-                />
-              )}
+              ))}
             </div>
           )}
         </Card>
@@ -322,7 +294,7 @@ export function SendScreen({ room }: RoomProps) {
           ))}
           {w?.doubt && (
             <section>
-              <Notice tone="red" title={w.doubt} />
+              <Notice tone="red" title={told(w.doubt as Finding)} />
             </section>
           )}
           <section>

@@ -104,6 +104,20 @@ class Paint(Enum):
 
 
 @dataclass(frozen=True)
+class Painting:
+    """What is painted on the sock, and how much of it."""
+
+    paint: Paint
+    coverage: float = 0.0
+    """Share of the sock that dabs hide."""
+    spots: tuple[SockSpot, ...] = ()
+    bare: float = 0.0
+    """Share of the dabs that is left out in patches."""
+    uneven: float = 0.0
+    """Share more of them that is left out on one side."""
+
+
+@dataclass(frozen=True)
 class _Dabs:
     """All dabs in the order in which they are laid on; one row each."""
 
@@ -119,36 +133,28 @@ class _Dabs:
 
 
 def bake(
-    limb: Limb,
-    paint: Paint,
-    coverage: float,
-    seed: int,
-    texel_mm: float,
-    spots: Sequence[SockSpot] = (),
-    pixel_mm: float = 0.3,
-    bare: float = 0.0,
-    uneven: float = 0.0,
+    limb: Limb, painting: Painting, seed: int, texel_mm: float, pixel_mm: float = 0.3
 ) -> UInt8[np.ndarray, "rows columns 4"]:
     """Paint the chart; the texel (r, c) lies at row r / fine, column c / fine of the chart.
 
-    A printed pattern is made for a camera whose pixel shows `pixel_mm`. Of dabs, a share `bare` is
-    left out in patches; on one side a share `uneven` more.
+    Args:
+        pixel_mm: What a pixel shows of the camera for which a printed pattern is made.
     """
     grid = limb.grid_mm
     step = float(np.linalg.norm(np.diff(grid[-200:, 0], axis=0), axis=1).mean())
     fine = max(1, round(step / texel_mm))
     rows, columns = (grid.shape[0] - 1) * fine + 1, (grid.shape[1] - 1) * fine + 1
     texture = np.empty((rows, columns, 4), np.uint8)
-    count = _dab_count(limb, coverage) if paint is Paint.DABS else 0
+    count = _dab_count(limb, painting.coverage) if painting.paint is Paint.DABS else 0
     dabs = _scatter(limb, count, np.random.default_rng((seed, 2)))
-    if bare > 0 and count:
-        dabs = _in_patches(dabs, bare, np.random.default_rng((seed, 4)))
-    if uneven > 0 and count:
-        dabs = _thinned(dabs, uneven, np.random.default_rng((seed, 44)))
-    dabs = _with_spots(dabs, limb, spots)
+    if painting.bare > 0 and count:
+        dabs = _in_patches(dabs, painting.bare, np.random.default_rng((seed, 4)))
+    if painting.uneven > 0 and count:
+        dabs = _thinned(dabs, painting.uneven, np.random.default_rng((seed, 44)))
+    dabs = _with_spots(dabs, limb, painting.spots)
     seeds = np.random.default_rng((seed, 3)).integers(0, 2**31, rows)
 
-    printed = _printed(limb, pixel_mm, seed) if paint is Paint.PRINT else None
+    printed = _printed(limb, pixel_mm, seed) if painting.paint is Paint.PRINT else None
 
     def lay_on(start: int) -> None:
         stop = min(start + _STRIP_ROWS, rows)

@@ -96,7 +96,7 @@ _ROUND_TIP_MM = 30.0
 
 _SMALLEST_BLANK_MM, _LARGEST_BLANK_MM = 1.0, 3000.0
 """No carver for limbs or torsos takes a larger one."""
-_LIMITS: dict[str, tuple[float, float]] = {
+LIMITS: dict[str, tuple[float, float]] = {
     "tool_diameter_mm": (1, 60),
     "tool_reach_mm": (5, 1000),
     "spigot_mm": (0, 100),
@@ -112,11 +112,12 @@ _LIMITS: dict[str, tuple[float, float]] = {
     "spindle_rpm": (0, 60_000),
     "clearance_mm": (1, 200),
 }
+"""Between what each value of a carver lies."""
 
 
 def check_options(options: CarveOptions) -> None:
     """Refuse values that no carver has."""
-    for name, (low, high) in _LIMITS.items():
+    for name, (low, high) in LIMITS.items():
         value = float(getattr(options, name))
         if not low <= value <= high:
             raise OptionsError(
