@@ -123,11 +123,11 @@ def _accuracy_row(label: str, one: Json) -> Sequence[str]:
         verdict,
         over(lambda t: t["rms_mm"], "{:.3f}") + " mm",
         over(lambda t: t["p95_mm"], "{:.3f}") + " mm",
-        over(lambda t: t["mean_mm"], "{:+.3f}") + " mm",
+        over(lambda t: t["mean_mm"], "{:+z.3f}") + " mm",
         over(lambda t: 100 * t["within"]["0.25 mm"], "{:.2f}") + " %",
-        over(lambda t: 100 * t["scale_error"], "{:+.3f}") + " %",
-        over(worst_girth_mm, "{:+.2f}") + " mm",
-        over(lambda t: 100 * t["volume_error"], "{:+.2f}") + " %",
+        over(lambda t: 100 * t["scale_error"], "{:+z.3f}") + " %",
+        over(worst_girth_mm, "{:+z.2f}") + " mm",
+        over(lambda t: 100 * t["volume_error"], "{:+z.2f}") + " %",
         "" if truth["sigma"] is None else over(lambda t: t["sigma"]["robust_spread"], "{:.2f}"),
         *cost,
     )
@@ -195,7 +195,7 @@ def _intervals(name: str) -> str:
             f"{_held(one)} of {one['figures']} ({_held(one) / one['figures']:.1%})",
             f"{one['too_little']}",
             f"{one['too_much']}",
-            f"{one['mean_error_over_sigma']:+.2f}",
+            f"{one['mean_error_over_sigma']:+z.2f}",
             f"{one['rms_error_over_sigma']:.2f}",
         )
         for setting, kinds in result(name)["settings"].items()

@@ -345,7 +345,7 @@ def told(lines: list[dict[str, Any]]) -> str:
         parts.append(
             f"{kind}: {held} of {len(ratios)} hold ({held / len(ratios):.1%}), {short} state too "
             f"little, {long} too much, "
-            f"error over sigma RMS {rms:.2f}, mean {mean:+.2f}"
+            f"error over sigma RMS {rms:.2f}, mean {mean:+z.2f}"
         )
     spreads = [line["spread"] for line in lines if "spread" in line]
     if spreads:
@@ -452,10 +452,10 @@ def table_of(lines: list[dict[str, Any]]) -> str:
                 continue
             cells += [
                 f"{len(ratios) - sum(missed(ratios))} of {len(ratios)}",
-                f"{np.mean(ratios):+.2f}",
+                f"{np.mean(ratios):+z.2f}",
             ]
         volume = ratios_of([line], "volume")
-        cells += [held_of([line], "area"), f"{volume[0]:+.2f}" if volume else "open"]
+        cells += [held_of([line], "area"), f"{volume[0]:+z.2f}" if volume else "open"]
         cells += [held_of([line], "slice")]
         tenths = line.get("tenths", [math.nan])
         cells += [f"{line['rms_mm']:.3f}", f"{line['spread']:.2f}"]
