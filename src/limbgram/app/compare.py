@@ -64,7 +64,7 @@ class ShapeName(BaseModel):
 
 @router.get("/cases/{case_id}/shapes")
 def list_shapes(workspace: WorkspaceHere) -> list[ShapeName]:
-    """Shapes of elsewhere that were sent to compare with."""
+    """Shapes that were sent from elsewhere, to compare with."""
     if not workspace.shapes.is_dir():
         return []
     files = sorted(

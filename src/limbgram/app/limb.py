@@ -107,7 +107,7 @@ class Guess(BaseModel):
 
 
 class Guesses(BaseModel):
-    """All of them, and why there are none of some kind."""
+    """All guesses, and why some kinds have none."""
 
     places: list[Guess]
     note: FindingReply | None = Field(default=None, description="Why stickers were not looked for.")

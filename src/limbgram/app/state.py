@@ -31,7 +31,7 @@ class News:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def tell(self, case_id: str, subject: str) -> None:
-        """Something of a subject changed: photos, check, job, work, case."""
+        """Tell that something of a subject changed: photos, check, job, work, case."""
         with self._lock:
             at = case_id, subject
             self._counts[at] = self._counts.get(at, 0) + 1

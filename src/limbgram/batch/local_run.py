@@ -33,7 +33,7 @@ class BatchOptions:
     at_once: Annotated[int | None, Within(1, 4096)] = None
     """Captures at a time, at most; without it one for each processor."""
     memory_gb: Annotated[float | None, Within(0.5, 65536), Flag("memory")] = None
-    """Memory for all together, GB: fewer begin at a time where it is little; without it three
+    """Memory for all captures together, GB: the less, the fewer at a time; without it three
     quarters of the machine's."""
     attempts: Annotated[int, Within(1, 10)] = 3
     """Attempts for a capture whose process dies."""

@@ -66,7 +66,7 @@ class ExportUse:
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """What is said of a capture."""
+    """What is done with a capture."""
 
     photos: str | None = None
     """Folder inside the capture in which its photos lie."""
@@ -194,7 +194,7 @@ def is_inside(name: str) -> bool:
 
 
 def require_complete(settings: Settings) -> None:
-    """Refuse steps that cannot follow: each needs what another one gives.
+    """Refuse a step whose input no step before it makes.
 
     Raises:
         OptionsError: says which, and what to add.

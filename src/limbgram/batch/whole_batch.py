@@ -62,7 +62,7 @@ class BatchRequest(BatchOptions):
     only: tuple[str, ...] = ()
     """Only the capture of this name."""
     part: str | None = None
-    """Of N jobs that share the work, such as those of a cluster's queue, job K: K/N. It does every
+    """K/N: job K of N that share the work, such as those of a cluster's queue. It does every
     Nth capture and writes no table; run the batch once more for that."""
     cluster: str | None = None
     """Give the captures to the workers of a Dask cluster: the address of its scheduler, such as

@@ -416,7 +416,7 @@ def _blur_px(
     focus: float,
     sharp_px: float,
 ) -> float:
-    """Of the worst place, as the sigma of a Gaussian."""
+    """Blur at the worst place, as the sigma of a Gaussian."""
     magnified = focal_mm / (focus - focal_mm)
     airy_px = _AIRY * _WAVELENGTH_MM * stop * (1 + magnified) / pitch_mm
     disc_px = _defocus_px(stop, focal_mm, pitch_mm, near, far, focus)

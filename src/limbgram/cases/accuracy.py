@@ -19,7 +19,7 @@ from limbgram.report.html import html_of
 
 
 def evidence_of(done: Reconstruction, setups: tuple[SetupCited, ...] = ()) -> Evidence:
-    """The evidence that the products of a case are."""
+    """The products of a case as evidence of its accuracy."""
     return Evidence(
         photos=done.photos,
         cameras=done.cameras,

@@ -662,7 +662,7 @@ def _end_process(process: int, case: CaseFolder) -> None:
 
 
 def _is_ours(process: int, case: CaseFolder) -> bool:
-    """Whether a process is the job of this case; a number may have passed to another since."""
+    """Whether a process is this case's job: its id may belong to another process by now."""
     try:
         words = Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")
     except OSError:

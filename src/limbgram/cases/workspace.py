@@ -331,7 +331,7 @@ class Workspace:
         return History((*kept.recipes[: kept.present + 1], now), kept.present + 1)
 
     def notes(self) -> tuple[str, ...]:
-        """What has to be said of files of the recipe that could not be read."""
+        """Notes on files of the recipe that could not be read."""
         aside = sorted(self.root.glob("history.unreadable-*.json"))
         found = [
             f"What undo went back to could not be read; it is kept in {one.name}." for one in aside

@@ -45,7 +45,7 @@ class _Member:
 
 
 def unpack(source: Path, folder: Path) -> Path:
-    """Unpack a zip into a folder; what lay there gives way. Returns where the photos lie.
+    """Unpack a zip into a folder, in place of what lay there. Returns where the photos lie.
 
     Raises:
         PhotoError: the zip cannot be trusted or read.

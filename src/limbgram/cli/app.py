@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _HELP = """Open the app in the browser: photos go in, a checked shape and its files come out.
 
-Only this machine can reach it. The link is good once; close the app with Ctrl-C. What is being
+Only this machine can reach it. The link works once; close the app with Ctrl-C. What is being
 computed then is continued when the app is opened again.
 
 With **--network**, browsers of the clinic's own network reach it too: encrypted, and only for users
@@ -248,7 +248,7 @@ def _users(cases: Path) -> "Users":
 
 
 def _journal(cases: Path, *, writing: bool = False) -> "Journal":
-    """The log; what is to be written down is not done where it cannot be."""
+    """The log of acts: an act that cannot be written down is not done."""
     with _libraries():
         from limbgram.app.journal import Journal
         from limbgram.app.users import ACCESS_FOLDER

@@ -58,7 +58,7 @@ def batch_command(
         bool, typer.Option("--json", help="Events as JSON lines on stderr, the table on stdout.")
     ] = False,
 ) -> Reply:
-    """Do a whole folder of captures: a case, measures and files of each, and one table.
+    """Reconstruct a folder of captures: a case, measures and files of each, and one table.
 
     A capture that fails stops no other. Ctrl-C stops all; the same command continues, and a later
     run computes only what has changed. batch.html, batch.csv and batch.json in the folder of the

@@ -85,7 +85,7 @@ def apply_command(
     unit: UnitOption = None,
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
-    """Do a recipe's edits to a scan, print the ledger and write the new shape."""
+    """Apply a recipe to a scan: print the ledger and write the new shape."""
     require_apart(out, scan)
     made = read_recipe(recipe)
     read = shape_of(scan, unit)

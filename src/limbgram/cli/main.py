@@ -25,7 +25,7 @@ from limbgram.core.run import NEUTRAL_FOLDER, no_search_for_garbage
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
 
-1. `limbgram print kit -o kit`; then the same with `--measured-mm` and what the ruler on it reads
+1. `limbgram print kit -o kit`; then again with `--measured-mm` and what a ruler reads on the print
 2. `limbgram calibrate BOARD_PHOTOS --board kit/checkerboard.json -o camera.json`
 3. `limbgram reconstruct PHOTOS --camera camera.json --board kit/scale-board.json -o CASE`
 4. open CASE/report.html; the files for other programs lie in CASE/deliverables
@@ -41,7 +41,7 @@ work in a browser.
 - **3**: photos, camera file or case folder cannot be read, or the folder not written
 - **4**: the photos cannot give the answer: the message says why and what to do
 - **5**: a file could not be written and verified
-- **6**: the system or a library ended the program; the case continues
+- **6**: the system or a library ended the program; the same command continues
 - **7**: done, and the verdict is RED: files are written and named so (surface-RED.stl); make
   nothing from them unchecked. GREEN and AMBER end with 0. Also: a kit that failed its test, and
   a `check` that did not answer GO
@@ -63,7 +63,7 @@ COMMANDS = {
     ),
     "batch": (
         "batch:batch_command",
-        "Do a whole folder of captures: a case, measures and files of each, and one table.",
+        "Reconstruct a folder of captures: a case, measures and files of each, and one table.",
     ),
     "accuracy": (
         "accuracy:accuracy_command",
@@ -75,7 +75,7 @@ COMMANDS = {
     ),
     "plan": (
         "plan:plan_command",
-        "Say how many photos, from how high and how far, at which aperture, how large to paint.",
+        "Plan a capture: number of photos, heights, distance, aperture, size of the paint.",
     ),
     "frames": (
         "frames:frames_command",
@@ -83,7 +83,7 @@ COMMANDS = {
     ),
     "masks": (
         "masks:masks_command",
-        "Write what of each photo a case took for the limb, as masks to correct and give back.",
+        "Write a case's masks, what it took for the limb in each photo, to correct and use again.",
     ),
     "undistort": (
         "undistort:undistort_command",
@@ -99,7 +99,7 @@ COMMANDS = {
     ),
     "print": (
         "print_sheets:print_command",
-        "Make sheets to print in true size, and files that know their measured size.",
+        "Make sheets to print at true size, and files that keep their measured sizes.",
     ),
     "demo": (
         "demo:demo_command",

@@ -21,7 +21,7 @@ def masks_command(
     ] = MARGIN_MM,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
 ) -> Reply:
-    """Write what of each photo a case took for the limb, as masks to correct and give back.
+    """Write a case's masks, what it took for the limb in each photo, to correct and use again.
 
     A mask is a PNG as large as its photo: white is used, black is not. Correct it in any paint
     program: paint black what is not the limb (a chair, a helper's arm, the other leg), and white

@@ -27,12 +27,12 @@ def plan_command(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
 ) -> Reply:
-    """Say how many photos, from how high and how far, at which aperture, how large to paint.
+    """Plan a capture: number of photos, heights, distance, aperture, size of the paint.
 
     The fewest photos are looked for that reach the sigma all round, with the formula that
     `limbgram check` uses. How sharp the photos will be follows from the board photos of the camera
-    file; without one, a good lens and a still hand are taken. What cannot be reached is refused
-    with what would reach it.
+    file; without one, a good lens and a still hand are taken. A sigma that cannot
+    be reached is refused, with what would reach it.
 
     Example: limbgram plan --sigma 0.05 --distance 900 --focal 35 --sensor 22.3 --pixels 6000x4000
     """

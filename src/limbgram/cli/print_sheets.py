@@ -36,7 +36,7 @@ def print_command(
         bool, typer.Option("--json", help="Reply as JSON.")
     ] = False,
 ) -> Reply:
-    """Make sheets to print in true size, and files that know their measured size.
+    """Make sheets to print at true size, and files that keep their measured sizes.
 
     Print at 100 %, measure the ruler, and run the command again with --measured-mm. Then give the
     file of a board to `reconstruct --board` or `calibrate --board`, and the file of bars, mat or

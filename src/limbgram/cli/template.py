@@ -49,7 +49,7 @@ Json = Annotated[bool, typer.Option("--json", help="Reply as JSON.")]
 @answered
 def learn_command(
     shapes: Annotated[
-        list[Path], typer.Argument(help="Before and after, before and after, and so on.")
+        list[Path], typer.Argument(help="Shapes in pairs: before, after, before, after.")
     ],
     out: Annotated[Path, typer.Option("-o", "--out", help="Where the template is written, JSON.")],
     name: Annotated[
@@ -103,7 +103,7 @@ def apply_command(
     unit: UnitOption = None,
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
-    """Do to a limb what a template tells, at the limb's own landmarks."""
+    """Apply a template to a limb, at the limb's own landmarks."""
     require_apart(out, shape)
     known = read_template(template)
     limb = shape_of(shape, unit).limb
@@ -142,7 +142,7 @@ def show_command(
     picture: Annotated[Path | None, typer.Option(help="Write it unrolled (PNG).")] = None,
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
-    """Say what a template does and where."""
+    """Show what a template does, and where."""
     require_output(picture, ".png", "a picture")
     known = read_template(template)
     written: list[Path] = []

@@ -26,13 +26,13 @@ class Axes:
     """Long axis, pointing proximally: +z; or fit. Without it an AOP's own axis and origin, else
     fit."""
     proximal: Annotated[Direction | None, DIRECTION] = None
-    """Roughly towards the body, if nothing else tells, or for a foot: +z."""
+    """Rough direction towards the body, such as +z: for a foot, and where nothing else tells it."""
     anterior: Annotated[Direction | None, DIRECTION] = None
-    """Roughly forwards, instead of landmarks or an AOP's own: +y or 0.2,-1,0."""
+    """Rough direction forwards, in place of landmarks or an AOP's own: +y or 0.2,-1,0."""
     plumb: Annotated[Pair | None, PAIR] = None
     """UPPER:LOWER landmarks to lie one above the other in the side view."""
     flexion_deg: Annotated[float, Within(-120, 120), Flag("flexion")] = 0.0
-    """Turn further, -120 to 120 degrees; positive takes the top backwards."""
+    """Turn further in the side view, degrees; positive takes the top backwards."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +42,7 @@ class AlignRequest(Axes):
     side: Side
     """Side of the patient: never guessed. none for a torso."""
     kind: KindName | None = None
-    """What the names of the landmarks mean; kept with the shape."""
+    """Kind of limb, which tells what the names of landmarks mean; kept with the shape."""
 
     @classmethod
     def of(cls, axes: Axes, side: Side, kind: KindName | None) -> "AlignRequest":

@@ -77,18 +77,18 @@ class Aop:
     from_mm: float | None = None
     """Height of the first slice in the limb; not with --axis fit."""
     to_mm: float | None = None
-    """Height of the last; not with --axis fit."""
+    """Height of the last slice; not with --axis fit."""
     axis: Literal["limb", "fit"] | None = None
     """The limb's own axis, or one fitted so that radii are single; this from end to end, without
     --from-mm and --to-mm."""
     profile: Profile = "mm"
-    """Whose habits."""
+    """The program whose dialect of AOP is written."""
     line_end: LineEnd = "lf"
     """End of lines."""
     list_spokes: bool = False
-    """Every angle one by one."""
+    """Write the angle of each spoke, not their spacing."""
     even_slices: bool = False
-    """The spacing in place of every height."""
+    """Write the spacing of the slices, not the height of each."""
 
     def options(self, own: Own | None) -> AopOptions:
         """As the writer takes them; an AOP keeps its own grid if nothing else is asked for."""
@@ -118,7 +118,7 @@ class Gcode:
     preset: Literal["fine", "fast"] = "fine"
     """Fine, or fast: a 19 mm tool and ridges of 0.15 mm."""
     to_mm: float | None = None
-    """Height of the last; not with --axis fit."""
+    """Height at which carving stops."""
     tool_diameter_mm: Annotated[
         float | None,
         Within(*LIMITS["tool_diameter_mm"]),
@@ -131,7 +131,7 @@ class Gcode:
     blank_diameter_mm: Annotated[float | None, Flag("blank")] = None
     """Diameter of the blank, mm."""
     blank_length_mm: Annotated[float | None, Flag("blank-length")] = None
-    """Length of it, mm."""
+    """Length of the blank, mm."""
     spigot_mm: Annotated[float | None, Flag("spigot")] = None
     """Radius of the stub left for a tailstock, mm."""
     mandrel_diameter_mm: Annotated[float | None, Flag("mandrel")] = None
@@ -145,26 +145,26 @@ class Gcode:
     plunge_mm_min: Annotated[float | None, Flag("plunge")] = None
     """Feed into the blank, mm/min."""
     turn_deg_min: Annotated[float | None, Flag("turn-rate")] = None
-    """Fastest turning, degrees/min."""
+    """Fastest turn of the rotary axis, degrees/min."""
     spindle_rpm: Annotated[int | None, Flag("spindle")] = None
-    """Turns a minute; 0 leaves it to you."""
+    """Speed of the spindle, turns a minute; 0 leaves it to the operator."""
     pattern: Literal["helix", "rings"] | None = None
-    """Way of finishing."""
+    """Path of the finishing pass."""
     a_turns: Literal["tool", "work"] | None = None
     """What turns counter-clockwise, seen from proximal, as A grows."""
     dialect: DialectName | None = None
-    """The control."""
+    """The control that reads the program."""
     winding: Winding | None = None
     """Unwind turns back in time; reset takes turns off by G92; rollover writes places within one
     turn, as the control must be set; continuous winds on."""
     a_limit_deg: Annotated[float | None, Flag("a-limit")] = None
-    """Degrees that A may count to either side."""
+    """How far A may turn to either side, degrees."""
     feed: Annotated[FeedMode | None, Flag("feed-mode")] = None
     """Inverse time (G93), or per minute; without it as the dialect does."""
     rotary_word: RotaryWord | None = None
     """Letter of the axis that turns about X; without it A, for grbl Y, as stock Grbl has no A."""
     tool_number: int | None = None
-    """Called by T, M6 and G43; 0 for no call."""
+    """Tool that T, M6 and G43 call; 0 for no call."""
     spindle_start_s: Annotated[float | None, Flag("spindle-start")] = None
     """Seconds to wait for the spindle."""
     coolant: Coolant | None = None
@@ -172,7 +172,7 @@ class Gcode:
     program_number: int | None = None
     """O number for fanuc."""
     write_machine: Path | None = None
-    """Keep all this as a machine file (.toml)."""
+    """Write these settings as a machine file (.toml)."""
 
     def set_up(self) -> Machine:
         """What was given, over the preset, over the machine file, over what is usual.

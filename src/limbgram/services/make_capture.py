@@ -67,7 +67,7 @@ class MakeRequest:
     relief: Annotated[float, _SKIN] = Relief.rms_mm
     """Height of the fine relief, root mean square, mm, 0 to 2; 0 is smooth."""
     detail: Annotated[tuple[Detail, ...], _SKIN] = ()
-    """What stands out of the skin besides, of usual height: the knit of the sock (0.1 mm), veins
+    """Details of the skin, each of its usual height: the knit of the sock (0.1 mm), veins
     (0.7), scars (0.7), wrinkles (1.0). A capture with knit takes longer."""
     photos: Annotated[int, Within(4, 60), _CAMERA] = CaptureOptions.photos
     """Photos of the limb."""

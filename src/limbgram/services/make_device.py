@@ -70,7 +70,7 @@ class MakeDeviceRequest:
     recipe: Path | None = None
     """Recipe that makes the positive of the limb (.toml)."""
     join: tuple[Path, ...] = ()
-    """A body to join, as a lock's housing (.stl), in the plate's frame: origin in the middle of its
+    """A body to join, such as a housing (.stl), in the plate's frame: origin in the middle of its
     lower face, Z up, Y forwards."""
     cut: tuple[Path, ...] = ()
     """A body to cut out, in the same frame."""

@@ -86,7 +86,7 @@ class MeasureRequest(SheetRequest):
     """Landmark of the limb to measure where a plane cuts several; without it the one that the long
     axis goes through."""
     sock_mm: Annotated[float | None, Within(0, 20), Flag("sock")] = None
-    """Thickness of the sock in the scan, mm, taken off first; without it nothing is."""
+    """Thickness of the sock in the scan, mm, taken off first; without it nothing is taken off."""
     tapes: Annotated[tuple[Annotated[TapeReading, READING], ...], AtMost(100), Flag("tape")] = ()
     """A girth that was read: HEIGHT=GIRTH, mm. It counts as read to 3 mm in 95 of 100; state
     another as HEIGHT=GIRTH+-2."""
@@ -95,7 +95,7 @@ class MeasureRequest(SheetRequest):
     unaligned: bool = False
     """Measure across the file's z, from its lowest point."""
     along: bool = False
-    """Measure also across the kind's centreline, which bends in a foot; lengths along it, too."""
+    """Also measure across the kind's centreline, which bends in a foot, and along it."""
     sheet: Annotated[bool, _SHEET] = False
     """Fill in the measuring sheet of the kind of limb, beside the levels."""
 
@@ -121,7 +121,7 @@ class MeasureFiles:
     """What is written of the table."""
 
     fit: Path | None = None
-    """Write the shape made to agree with the tape readings."""
+    """Write a shape whose girths agree with the tape readings."""
     xlsx: Path | None = None
     """Write the tables for a spreadsheet (.xlsx), a sheet each; with --sheet the measuring sheet
     too."""

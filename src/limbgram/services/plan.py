@@ -37,9 +37,9 @@ class PlanRequest:
     limb: LimbForm = LimbForm.LOWER_LEG
     """Rough form of the limb."""
     diameter_mm: Annotated[float | None, Flag("diameter")] = None
-    """Of the limb, mm, instead of --limb; with --length."""
+    """Diameter of the limb, mm, in place of --limb; give --length too."""
     length_mm: Annotated[float | None, Flag("length")] = None
-    """Of the limb, mm; with --diameter."""
+    """Length of the limb, mm; give --diameter too."""
     camera: Path | None = None
     """Camera file of `limbgram calibrate`."""
     focal_mm: Annotated[float | None, Flag("focal")] = None

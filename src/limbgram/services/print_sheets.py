@@ -40,7 +40,7 @@ class PrintRequest:
     first: int = SheetOptions.first
     """Number of the first sticker."""
     pixel_mm: float | None = None
-    """For the sock: what one pixel shows of the limb; 0.25 if nothing else is told."""
+    """For the sock: mm of the limb that a pixel shows; 0.25 without it and --distance-mm."""
     distance_mm: float | None = None
     """For the sock, instead: distance of the camera, with --camera, or with --focal-35mm and
     --width-px."""

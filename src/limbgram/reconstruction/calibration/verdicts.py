@@ -91,7 +91,7 @@ def refuse_undetermined(solution: Solution, inflation: float, max_focal_sigma: f
 def edge_sigmas_px(
     lens: Camera, covariance: Float64[np.ndarray, "lens lens"]
 ) -> Float64[np.ndarray, "4"]:
-    """How uncertain the lens leaves a ray's pixel in the four corners of the picture.
+    """What the lens leaves uncertain of a ray's pixel at the four corners of the picture.
 
     What a small turn of the camera or another focal length would make good over the whole
     picture does not count: this is the distortion's part.

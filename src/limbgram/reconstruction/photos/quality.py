@@ -371,7 +371,7 @@ def _fault(path: Path) -> Finding | None:
 
 
 def _begins_as_picture(path: Path) -> bool:
-    """Cameras and programs leave endings out, or add one."""
+    """Whether a file begins as a picture does: its ending may be missing or wrong."""
     if not path.is_file():
         return False
     try:

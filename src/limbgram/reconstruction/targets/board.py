@@ -132,7 +132,7 @@ class Board:
 
     @property
     def finding(self) -> Finding:
-        """What it is, as the value of another finding."""
+        """The board in words, as the value of another finding."""
         sizes: dict[str, Value] = {
             "columns": self.columns,
             "rows": self.rows,

@@ -176,7 +176,7 @@ class _Side(NamedTuple):
 
 
 def _side(read: MarkersRead, given: Board) -> _Side | None:
-    """None where too few markers lie as on the board."""
+    """A marker's usual side in a photo; None where too few markers lie as on the board."""
     squares = _squares(read.numbers, given.columns, _has_marker_first(given)) + 0.5
     if len(squares) < _FEWEST_FOR_RATIO:
         return None

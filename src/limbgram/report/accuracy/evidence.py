@@ -38,5 +38,5 @@ class Evidence:
 
     @property
     def unit(self) -> str:
-        """What a length is called."""
+        """Unit in which lengths are written."""
         return "mm" if self.metric.scale.unit == "mm" else "scene units"

@@ -54,7 +54,7 @@ class RadiusMap:
     def radius_at_mm(
         self, thetas_deg: Float64[np.ndarray, " k"], z_mm: Float64[np.ndarray, " k"]
     ) -> Float64[np.ndarray, " k"]:
-        """Between spokes and slices linearly; beyond the end slices that of the end."""
+        """Radius by linear interpolation; beyond an end slice, that slice's."""
         start = self.thetas_deg[0]
         around = np.append(self.thetas_deg, start + 360)
         turned = (thetas_deg - start) % 360 + start

@@ -195,7 +195,7 @@ def _strip(passed: _Pass, at_turn: int) -> Strip:
 
 @dataclass(frozen=True)
 class _Course:
-    """How a helix turns: both in turns."""
+    """The course of a helix: way along the axis and angle, both in turns."""
 
     done: Float64[np.ndarray, " k"]
     """On the way along the axis."""

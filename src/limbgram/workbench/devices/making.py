@@ -129,8 +129,10 @@ class Made:
 
 
 def device_named(name: str) -> Device:
-    """Raises:
-    EditError: there is none of that name.
+    """The device of this name.
+
+    Raises:
+        EditError: there is none.
     """
     known = devices()
     if name not in known:

@@ -180,7 +180,7 @@ def _without_spikes(limb: Limb) -> Limb:
 
 
 def _unmeasured(mesh: Mesh, moved: Bool[np.ndarray, " n"]) -> Mesh:
-    """The mesh with these vertices as ones that nothing measured."""
+    """The mesh with these vertices marked as unmeasured."""
     filled = moved if mesh.filled is None else mesh.filled | moved
     sigma = None if mesh.sigma_mm is None else np.where(moved, np.float32(np.nan), mesh.sigma_mm)
     shared = mesh.shared_mm

@@ -90,7 +90,7 @@ class Sole:
 
 
 def bump(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """1 at 0, nothing from -1 down and from 1 up, level there."""
+    """A smooth bump: 1 at 0; 0, and level, beyond -1 and 1."""
     x = np.clip(np.abs(share), 0, 1)
     return (1 - x * x) ** 2
 

@@ -183,7 +183,7 @@ def volume_change(before: Limb, after: Limb) -> VolumeChange | None:
 
 
 def _volume_ml(volumes: Volumes, low_mm: float, high_mm: float) -> float:
-    """Between two heights; beyond an end that is closed there is nothing more."""
+    """Volume between two heights; beyond a closed end there is none."""
     low_mm = DISTAL_END if low_mm < volumes.lowest.min() else low_mm
     high_mm = PROXIMAL_END if high_mm > volumes.tops[-1] else high_mm
     return volumes.between(low_mm, high_mm).value / 1000
