@@ -12,6 +12,8 @@ blames limb, board, camera or a photo (`BLAMES`), which photos were set aside, w
 how often the surroundings were refused, and the CPU seconds. What a capture truly has (the
 stabiliser of a phone that has one) is no false accusation. Rows that OUT holds already are not done
 again, and every row names the commit that it was measured on; `--table` writes OUT.md beside it.
+With `--surface` the surface of a fault that `reconstruct` does not tell is made, and the row says
+within how much of it 95 % lies, by the truth and as stated. More than stated is a lie.
 The things photographed are three kinds of limb, a gauge cylinder, and feet, trunks and boxes
 (`shapes`). `real` are sets of photographs of rigid things, whole and as people pass photos on: all
 that blames anything there is false. To bound the cost they are 1400 px long, and what is done to
@@ -38,6 +40,7 @@ from scipy.spatial.transform import Rotation
 
 from captures import machine
 from limbgram.cases.capture_check import check_sources
+from limbgram.cases.case_assessment import read_truth
 from limbgram.core.errors import LimbgramError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import PARAMETERS, Camera, View
@@ -49,6 +52,8 @@ from limbgram.reconstruction.movement import bending_found, lens_doubt, movement
 from limbgram.reconstruction.photo_lenses import lenses_told
 from limbgram.reconstruction.pipeline import Capture, reconstruct
 from limbgram.reconstruction.targets.board import Board
+from limbgram.report.accuracy.assessment import assess
+from limbgram.report.accuracy.evidence import Evidence
 from limbgram.synthetic import (
     PHONE,
     SCALE_BOARD,
@@ -69,6 +74,7 @@ from shapes import SHAPES, shape_of
 from tables import made_on, table
 
 DOORS = ("check", "reconstruct")
+_OVER_STATED = "error of 95 %, true / stated, mm"
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -172,6 +178,7 @@ def main() -> None:
     parser.add_argument("--strengths", nargs="*", help="these strengths, or ways, alone")
     parser.add_argument("--photos", type=Path, help="folder of sets of photographs")
     parser.add_argument("--doors", nargs="*", choices=DOORS, default=list(DOORS))
+    parser.add_argument("--surface", action="store_true", help="of faults that are not told")
     parser.add_argument("--minutes", type=float, default=1e9, help="stop after so long")
     parser.add_argument("--keep", type=Path, help="keep the captures here")
     parser.add_argument("--join", type=Path, nargs="*", default=[], help="take in these results")
@@ -194,7 +201,7 @@ def main() -> None:
         if case.name in result["captures"] or not wanted or time.monotonic() > end:
             continue
         result |= {"machine": machine()}
-        found = tried(case, chosen.doors, chosen.keep)
+        found = tried(case, chosen.doors, chosen.keep, surface=chosen.surface)
         result["captures"][case.name] = found | {"commit": result["machine"]["commit"][:12]}
         sys.stderr.write(f"{case.name}: {_in_short(found)}\n")
         chosen.out.write_text(json.dumps(result, indent=1) + "\n")
@@ -441,8 +448,14 @@ FAULTS: dict[str, dict[str, Case]] = {
 }
 
 
-def tried(case: Case, asked: Sequence[str] = DOORS, keep: Path | None = None) -> dict[str, Any]:
-    """The capture made, checked, and reconstructed up to its first dense stage."""
+def tried(
+    case: Case, asked: Sequence[str] = DOORS, keep: Path | None = None, *, surface: bool = False
+) -> dict[str, Any]:
+    """The capture made, checked, and reconstructed up to its first dense stage.
+
+    Args:
+        surface: Whether the surface is made where `reconstruct` does not tell a fault.
+    """
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         images, given = _given(case, folder)
@@ -455,7 +468,30 @@ def tried(case: Case, asked: Sequence[str] = DOORS, keep: Path | None = None) ->
             "reconstruct": lambda: _reconstructed(images, given, case.board),
         }
         found = {door: _timed(answer, case) for door, answer in doors.items() if door in asked}
-    return {"family": case.family, "row": case.row, "strength": case.strength, **found}
+        row: dict[str, Any] = {"family": case.family, "row": case.row, "strength": case.strength}
+        row |= found
+        if surface and "reconstruct" in found and outcome(row, "reconstruct") in _UNTOLD:
+            row["surface"] = _surface(images, given, case.board)
+    return row
+
+
+def _surface(
+    images: Path, given: tuple[Calibration, ...], board: Board | None
+) -> dict[str, float | None]:
+    """Within how many mm 95 % of the surface lies from the truth, and is stated to lie."""
+    made = reconstruct(Capture(sources=(images,), calibrations=given, board=board))
+    held = Evidence(
+        photos=made.photos,
+        cameras=made.cameras,
+        detections=made.detections,
+        metric=made.metric,
+        mesh=made.mesh,
+    )
+    figures = assess(held, read_truth(images.parent, held, "surface")).figures
+    stated, true = figures.expected, figures.truth
+    assert true is not None
+    known = None if np.isnan(stated.p95_mm) else round(stated.p95_mm, 4)
+    return {"true_p95_mm": round(true.p95_mm, 4), "stated_p95_mm": known}
 
 
 @dataclass(frozen=True)
@@ -719,6 +755,7 @@ def _by_messenger(folder: Path) -> None:
         _stored(file, lambda picture: picture, keep_exif=False, quality=70)
 
 
+_UNTOLD = ("silent", "undecided")
 _TWO = ("two casts beside one board",)
 """Of the clinic's folders, those that are not sound."""
 
@@ -749,14 +786,24 @@ def page(result: dict[str, Any]) -> str:
     parts = ["# What is said of sound captures, and of faults"]
     if "machine" in result:
         parts.append(made_on(result["machine"]))
-    heads = ("family", "row", "strength", "captures", *DOORS, "CPU s a door", "commit")
+    heads = (
+        "family",
+        "row",
+        "strength",
+        "captures",
+        *DOORS,
+        _OVER_STATED,
+        "CPU s a door",
+        "commit",
+    )
     rows: list[Sequence[str]] = []
     for family, row, strength in dict.fromkeys(_group(one) for one in captures.values()):
         own = [one for one in captures.values() if _group(one) == (family, row, strength)]
         cpu = np.median([one[door]["cpu_s"] for one in own for door in DOORS if door in one])
         counts = [_counted(outcome(one, door) for one in own if door in one) for door in DOORS]
         commits = ", ".join(dict.fromkeys(one["commit"] for one in own))
-        rows.append((family, row, strength, str(len(own)), *counts, f"{cpu:.0f}", commits))
+        over = ", ".join(_over_stated(one) for one in own if "surface" in one)
+        rows.append((family, row, strength, str(len(own)), *counts, over, f"{cpu:.0f}", commits))
     parts.append(table(heads, rows))
     answers = [(name, one, door) for name, one in captures.items() for door in DOORS if door in one]
     sound = [one for one in answers if not _is_fault(one[1])]
@@ -769,7 +816,28 @@ def page(result: dict[str, Any]) -> str:
         found = [one for one in asked if outcome(one[1], one[2]) in listed]
         parts.append(f"{title}: {len(found)} answers of {len(asked)}.")
         parts.append("\n".join(_line(*one) for one in found))
+    silent = [one for one in answers if one[2] == "reconstruct" and "surface" in one[1]]
+    silent = [one for one in silent if outcome(one[1], one[2]) == "silent"]
+    lies = [one for one in silent if _stated_too_little(one[1])]
+    parts.append(
+        f"Faults silent in reconstruct, true error beyond the stated one: {len(lies)} of "
+        f"{len(silent)} whose surface was made."
+    )
+    parts.append("\n".join(f"- {name}: {_over_stated(one)}" for name, one, _ in lies))
     return "\n\n".join(filter(None, parts)).rstrip() + "\n"
+
+
+def _over_stated(one: dict[str, Any]) -> str:
+    """True and stated error, and their ratio."""
+    true, stated = one["surface"]["true_p95_mm"], one["surface"]["stated_p95_mm"]
+    if stated is None:
+        return f"{true:.2f} / none stated"
+    return f"{true:.2f} / {stated:.2f} = {true / stated:.2f}"
+
+
+def _stated_too_little(one: dict[str, Any]) -> bool:
+    stated = one["surface"]["stated_p95_mm"]
+    return stated is not None and one["surface"]["true_p95_mm"] > stated
 
 
 def _line(name: str, one: dict[str, Any], door: str) -> str:

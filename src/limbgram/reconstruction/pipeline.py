@@ -539,7 +539,8 @@ def _settled(placed: PlacedPhotos, options: PipelineOptions, run: Run) -> Placed
         return seen, sides
 
     def told(one: Placing, movement: Movement, sides: Sides) -> Placing:
-        bent = run(find_bending, photos, features, matches, one.scene, sides, cameras, found, look)
+        seen = (photos, features, matches, one.scene, sides, cameras, found, look, movement)
+        bent = run(find_bending, *seen)
         return replace(one, scene=replace(one.scene, movement=movement, bending=bent.movement))
 
     seen, sides = looked(placing)

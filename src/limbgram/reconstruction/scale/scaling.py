@@ -25,6 +25,7 @@ from limbgram.reconstruction.scale.board import (
     SceneBoard,
     adjusted_with_board,
     find_scene_board,
+    foreign_by_points,
     foreign_lens,
 )
 from limbgram.reconstruction.scale.displaced_board import without_displaced_board
@@ -165,7 +166,7 @@ def to_millimetres(
     except ScaleError as refusal:
         if detections is None or cameras is None:
             raise
-        cause = foreign_lens(scene, detections, cameras)
+        cause = foreign_lens(scene, detections, cameras) or foreign_by_points(scene, cameras)
         if cause is None:
             raise
         raise ScaleError("board.unmeasured", cause=cause) from refusal
