@@ -198,8 +198,8 @@ def _truth(case: Path, source: Path) -> str:
     girth = max((one["error_mm"] for one in truth["girths"]), key=abs, default=math.nan)
     return (
         f"{covered:.0%} of the visible limb lies within 0.25 mm; scale "
-        f"{100 * truth['scale_error']:+z.2f} %, volume {100 * truth['volume_error']:+z.0f} %, worst "
-        f"girth {girth:+.1f} mm"
+        f"{100 * truth['scale_error']:+z.2f} %, volume {100 * truth['volume_error']:+z.0f} %, "
+        f"worst girth {girth:+z.1f} mm"
     )
 
 
