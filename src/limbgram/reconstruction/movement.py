@@ -196,12 +196,10 @@ def find_bending(
     cameras: Cameras,
     detections: BoardDetections | None = None,
     options: LookOptions = DEFAULTS,
-    movement: Movement | None = None,
 ) -> BodyMotion:
     """Whether the two halves of the limb's length kept still against each other.
 
-    Args:
-        movement: Of limb against surroundings. Where these may have kept still, they help.
+    Where the scene says that the limb may have kept still against its surroundings, they help.
     """
     if sides.unknown:
         return BodyMotion.unknown(len(scene.names), sides.unknown)
@@ -210,9 +208,9 @@ def find_bending(
     one = _Body("half", sides.among(matches.pairs, _HALVES[:1]))
     other = _Body("other half", sides.among(matches.pairs, _HALVES[1:]))
     found = _between("halves", one, other, seen, fewer)
-    if found.movement.moved or movement is None or not _may_be_still(movement):
+    if found.movement.moved or scene.movement is None or not _may_be_still(scene.movement):
         return found
-    return _against_all_else(seen, matches, sides, movement, fewer) or found
+    return _against_all_else(seen, matches, sides, scene.movement, fewer) or found
 
 
 def _may_be_still(movement: Movement) -> bool:

@@ -539,9 +539,9 @@ def _settled(placed: PlacedPhotos, options: PipelineOptions, run: Run) -> Placed
         return seen, sides
 
     def told(one: Placing, movement: Movement, sides: Sides) -> Placing:
-        seen = (photos, features, matches, one.scene, sides, cameras, found, look, movement)
-        bent = run(find_bending, *seen)
-        return replace(one, scene=replace(one.scene, movement=movement, bending=bent.movement))
+        scene = replace(one.scene, movement=movement)
+        bent = run(find_bending, photos, features, matches, scene, sides, cameras, found, look)
+        return replace(one, scene=replace(scene, bending=bent.movement))
 
     seen, sides = looked(placing)
     if not seen.movement.moved:
