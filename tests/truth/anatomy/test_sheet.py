@@ -26,6 +26,7 @@ ANGLES = (
     "toe_out_deg",
 )
 
+BY_SURFACE = ("hindfoot_deg", "forefoot_deg", "forefoot_adduction_deg")
 CALCANEUS = ("achilles insertion", "medial calcaneus", "lateral calcaneus")
 
 
@@ -53,13 +54,7 @@ def turned(
     [
         (("fibula head", "medial tibial condyle"), "lateral", "dorsiflexion_deg", -1),
         (("fibula head", "medial tibial condyle"), "lateral", "ankle_deg", 1),
-        (
-            ("achilles insertion", "medial calcaneus", "lateral calcaneus"),
-            "foot",
-            "hindfoot_deg",
-            1,
-        ),
-        (("first metatarsal head", "fifth metatarsal head"), "foot", "forefoot_deg", 1),
+        (("fibula head", "medial tibial condyle"), "foot", "hindfoot_deg", -1),
         (("lateral malleolus",), "plantar", "toe_out_deg", 1),
     ],
 )
@@ -73,12 +68,40 @@ def test_an_angle_follows_the_joint_with_one_sign_on_both_sides(
 ) -> None:
     limb = foot_of(left=left)
     axis = limb.axis(about).direction
-    at = limb.axis("shank").point_mm if about == "lateral" else limb.axis("ankle").point_mm
+    at = limb.axis("ankle" if about == "plantar" else "shank").point_mm
     # What lies distal of the shank stays where the turned landmarks tell it not.
     before = only(limb, figure)[figure].value
     sense = right_sign * (-1 if left else 1)
     after = only(turned(limb, names, axis, 7.0 * sense, at), figure)[figure].value
     assert after - before == pytest.approx(7.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("left", [False, True])
+def test_a_heel_that_was_turned_over_leans_by_that_more(foot_of: MakeLimb, left: bool) -> None:
+    """Surface and landmarks of the heel turned about the foot's axis; the frame stays."""
+    limb = foot_of(left=left)
+    axis, at = limb.axis("foot").direction, limb.landmark("heel").position_mm
+    over = turned(limb, CALCANEUS, axis, -7.0 if left else 7.0, at)
+    motion = Rigid.from_rotation_vector(np.radians(-7.0 if left else 7.0) * axis, np.zeros(3))
+    over = over.with_mesh(limb.mesh.with_vertices(motion.apply(limb.mesh.vertices_mm - at) + at))
+    before, after = (only(one, "hindfoot_deg")["hindfoot_deg"].value for one in (limb, over))
+    assert after - before == pytest.approx(7.0, abs=0.25)
+
+
+@pytest.mark.parametrize("body", ["adult_female", "adult_male", "child"])
+def test_angles_told_by_the_surface_hardly_hang_on_where_a_mark_was_made(
+    foot_of: MakeLimb, body: str
+) -> None:
+    """A line from the calcaneus to the insertion of the tendon would turn three times as far."""
+    limb = foot_of(body)
+    sides = [limb.landmark(f"{one} calcaneus").position_mm for one in ("medial", "lateral")]
+    way = limb.landmark("achilles insertion").position_mm - np.mean(sides, axis=0)
+    by_line = np.degrees(1.0 / (way @ limb.axis("plantar").direction))
+    assert by_line > 1.9
+    marks = tuple(replace(one, sigma_mm=1.0) for one in limb.landmarks)
+    for row in only(replace(limb, landmarks=marks), *BY_SURFACE).rows:
+        assert row.placing_sigma is not None
+        assert 0.02 < row.placing_sigma < by_line / 3
 
 
 def test_a_left_foot_has_the_figures_of_its_mirror_image(foot_of: MakeLimb) -> None:

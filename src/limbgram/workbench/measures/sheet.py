@@ -14,7 +14,7 @@ Fails   MeasureError: nobody said the kind, or the side of what has one. What la
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -229,9 +229,7 @@ def _measured(filling: _Filling, item: AnyItem) -> tuple[Figure, float | None]:
     match item:
         case Angle():
             pitch_mm = filling.options.shoe_heel_mm - filling.options.shoe_sole_mm
-            return subject.figure(
-                _by_landmarks(subject, lambda one: _angle_deg(one, item, pitch_mm))
-            )
+            return subject.figure(_angle(subject, item, pitch_mm))
         case Distance():
             return subject.figure(_by_landmarks(subject, lambda one: _distance_mm(one, item)))
         case Share():
@@ -253,6 +251,16 @@ def _by_landmarks(subject: Subject, what: Callable[[Anatomy], float]) -> Sensed:
     value = what(subject.anatomy)
     slopes = subject.slopes(lambda one: np.array([what(one)]))
     return Sensed(value=value, by_place={name: rows[:, 0] for name, rows in slopes.items()})
+
+
+def _angle(subject: Subject, item: Angle, pitch_mm: float) -> Sensed:
+    """By landmarks, and by the surface where it tells one of the directions."""
+
+    def what(anatomy: Anatomy) -> float:
+        return _angle_deg(anatomy, item, pitch_mm)
+
+    by_vertex = subject.by_surface(what, (item.of, item.to, item.about))
+    return replace(_by_landmarks(subject, what), by_vertex=by_vertex)
 
 
 def _angle_deg(anatomy: Anatomy, item: Angle, pitch_mm: float) -> float:
