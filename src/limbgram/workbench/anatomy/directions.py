@@ -177,7 +177,7 @@ class Anatomy:
 
     def _by_surface(self, one: OfSurface) -> Leaning:
         assert self.skin is not None, one.name
-        return _LINES[one.how](self.skin, self._part(one))
+        return self.skin.tell(_LINES[one.how], self._part(one))
 
     def _part(self, one: OfSurface) -> Part:
         start, end = self.at(one.start, one.name), self.at(one.end, one.name)

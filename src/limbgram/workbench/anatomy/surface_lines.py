@@ -13,6 +13,7 @@ Method  A line that halves a part goes by least squares through the middles of i
 Fails   MeasureError: there is no surface in the part, or it is open there.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -28,8 +29,8 @@ _SOFT = 0.25
 """Of a part's length: over which it fades in and out at both ends."""
 _LEAST_SHARE = 1e-4
 """Of the cube of a part's length, or of the square: less volume, or less skin, tells no line."""
-_ROUNDS, _CONVERGED = 30, 1e-10
-_STEP_RAD, _MOST_RAD = 1e-3, 0.8
+_ROUNDS, _CONVERGED = 30, 1e-9
+_FIRST_RAD, _STEP_RAD, _MOST_RAD = 1e-3, 1e-6, 0.8
 _LEAST_CHANGE = 0.15
 """Of the slope, for a radian by which a part is turned: of a ball, which every line through its
 middle halves, it does not change at all."""
@@ -59,6 +60,25 @@ class Skin:
         """Middles of its open edges."""
         return self.mesh.vertices_mm[boundary_half_edges(self.mesh.faces)].mean(1)
 
+    @cached_property
+    def first(self) -> dict[str, tuple[bytes, "Leaning"]]:
+        """What was told of each line when it was first asked for, and of which part: the next ask
+        for the same part while landmarks are moved that do not choose it."""
+        return {}
+
+    def tell(self, line: Callable[["Skin", "Part"], "Leaning"], part: "Part") -> "Leaning":
+        """A line of a part.
+
+        Raises:
+            MeasureError: there is none.
+        """
+        known = self.first.get(part.name)
+        if known is not None and known[0] == part.key:
+            return known[1]
+        found = line(self, part)
+        self.first.setdefault(part.name, (part.key, found))
+        return found
+
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
@@ -80,6 +100,13 @@ class Part:
     """How far its middle line goes aside for a millimetre along."""
     reach_mm: float | None = None
     """To both sides of the middle line; None for all."""
+
+    @property
+    def key(self) -> bytes:
+        """Equal for equal parts."""
+        numbers = (self.half_mm, self.whole_mm, self.none_mm, self.skew, self.reach_mm or -1.0)
+        vectors = (self.middle_mm, self.along, self.towards, self.fades_along)
+        return np.concatenate([*vectors, numbers]).tobytes()
 
     @property
     def aside(self) -> Vector3:
@@ -168,20 +195,19 @@ def halved_across(skin: Skin, part: Part) -> Leaning:
     Raises:
         MeasureError: there is none, the part is too round to have one, or the surface is open.
     """
-
-    def leaning(rad: float) -> float:
-        return halved(skin, part.turned(rad)).slope
-
-    rad, by_rad = 0.0, -1.0
-    for _ in range(_ROUNDS):
-        slope = leaning(rad)
-        if abs(slope) < _CONVERGED:
-            break
-        rad -= slope / by_rad
-        by_rad = (leaning(rad + _STEP_RAD) - leaning(rad - _STEP_RAD)) / (2 * _STEP_RAD)
+    found = halved(skin, part)
+    before_rad, before, by_rad = 0.0, found.slope, -1.0
+    rad = found.slope if abs(found.slope) > _FIRST_RAD else _FIRST_RAD
+    for _ in range(_ROUNDS):  # the secant method
+        found = halved(skin, part.turned(rad))
+        if abs(rad - before_rad) > _STEP_RAD:
+            by_rad = (found.slope - before) / (rad - before_rad)
         if not by_rad < -_LEAST_CHANGE or abs(rad) > _MOST_RAD:
             raise MeasureError("anatomy.round_part", name=part.name)
-    found = halved(skin, part.turned(rad))
+        if abs(found.slope) < _CONVERGED:
+            break
+        before_rad, before = rad, found.slope
+        rad -= found.slope / by_rad
     slope = float(np.tan(rad))
     return replace(found, slope=slope, pulls=found.pulls * (-(1 + slope**2) / by_rad))
 
