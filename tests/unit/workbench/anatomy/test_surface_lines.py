@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
@@ -164,3 +165,22 @@ def test_an_open_heel_and_an_empty_part_are_refused() -> None:
     away = np.linalg.norm(middles - [0.0, 45.0, 0.0], axis=1) < 8
     kept = halved(Skin(mesh=with_faces(mesh, mesh.faces[~away])), behind())
     assert kept.slope == pytest.approx(SLOPE, abs=1e-4)
+
+
+def test_large_triangles_tell_the_same_lines_as_the_small_ones_that_they_consist_of() -> None:
+    """A part of 30 mm, chosen out of triangles of 30 mm, and of the same plane ones quartered."""
+    made = trimesh.creation.box([60.0, 90.0, 120.0])
+    made = made.subdivide().subdivide()
+    slanted = np.array(made.vertices) @ np.array([[1.0, 0, 0], [0, 1, 0], [SLOPE, 0.05, 1]])
+    coarse = trimesh.Trimesh(slanted, made.faces, process=False)
+    fine = coarse.subdivide().subdivide().subdivide()
+    slopes = [
+        [
+            tell(Skin(mesh=Mesh(vertices_mm=np.array(one.vertices),
+                                faces=np.array(one.faces, np.int32))), part).slope
+            for tell, part in ((halved, behind(half_mm=15.0)), (under, below()))
+        ]
+        for one in (coarse, fine)
+    ]  # fmt: skip
+    np.testing.assert_allclose(slopes[0], slopes[1], atol=1e-3)
+    assert slopes[1][0] == pytest.approx(SLOPE, abs=1e-4)
