@@ -7,7 +7,8 @@ down, on the end where it is cut) and reconstructed once. Its landmarks are laid
 a stated error along it, drawn by 40 seeds; the angles of each draw, with their intervals, are held
 against those of the truth, and by how much each landmark turns them is told. With landmarks without
 error: lengths and girths; a joint turned as the workbench does it, against the same turn of the
-truth about the true axis, away from the band, and what of that the turn itself adds. At last a device is made of the first draw through the program's service, and its 3MF read back: the
+truth about the true axis, away from the band, and what of that the turn itself adds. At last a
+device is made of the first draw through the program's service, and its 3MF read back: the
 thickness, measured from the positive, against what was asked; PrusaSlicer. What stands in OUT is
 kept, and captures under --keep too, so that a run that was stopped goes on.
 """
