@@ -26,6 +26,7 @@ from limbgram.workbench.measures.lengths import on_triangles, vertex_gradient
 from limbgram.workbench.measures.levels import Figure, Level, Sigmas, Sloped, level_at
 
 STEP_LEAN = 1e-4
+"""By which slopes of lines that the surface tells are changed."""
 STEP_MM = 0.5
 """By which places are moved to tell slopes: beyond a facet's roughness, within a limb's bends."""
 TILT_RAD = 0.01
@@ -119,9 +120,8 @@ class Subject:
     def by_surface(
         self, what: Callable[[Anatomy], float], names: Iterable[str]
     ) -> Float64[np.ndarray, " n"]:
-        """Change of a figure for a millimetre of each vertex along its normal, through those axes
-
-        of these names that the surface tells; the landmarks stay."""
+        """Change of a figure for a millimetre of each vertex along its normal, while landmarks
+        stay: through those axes of these names that the surface tells."""
         gradient = np.zeros(len(self.sigmas.mesh))
         for name in dict.fromkeys(names):
             found = self.anatomy.leaning(name)
