@@ -258,7 +258,7 @@ class _Nodes:
         faces = mesh.faces[part.reached_by(mesh)]
         corners = mesh.vertices_mm[faces]
         places, shares = _places(_splits(corners, part.half_mm))
-        off = (np.einsum("kc,fcd->fkd", places, corners) - part.middle_mm).reshape(-1, 3)
+        off = (places @ (corners - part.middle_mm)).reshape(-1, 3)
         areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
         return cls(
             faces=faces,
@@ -298,11 +298,11 @@ class _Nodes:
 
 
 def _splits(corners_mm: Float64[np.ndarray, "f 3 3"], half_mm: float) -> int:
-    """How often triangles are quartered, so that their edges are half as long as a part fades."""
+    """How often triangles are quartered, so that their edges are no longer than a part fades."""
     if not len(corners_mm):
         return 0
     edges_mm = np.linalg.norm(corners_mm - np.roll(corners_mm, 1, axis=1), axis=2)
-    times = np.log2(float(np.median(edges_mm.max(1))) / (_SOFT * half_mm))
+    times = np.log2(float(np.median(edges_mm.max(1))) / (2 * _SOFT * half_mm))
     return int(np.clip(np.ceil(times), 0, _MOST_SPLIT))
 
 
