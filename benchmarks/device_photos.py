@@ -64,6 +64,8 @@ ELEVATIONS_DEG: Final = (28.0, 50.0, 2.0)
 up, nor the armpits of a trunk."""
 STEPPED_BACK = 1.2
 """A level photo sees the whole height of what fills the others."""
+FARTHEST_MM = 2500.0
+"""That the room allows."""
 UPSIDE_DOWN = np.diag([1.0, -1.0, -1.0])
 
 
@@ -146,6 +148,7 @@ def main() -> None:
             start = time.process_time()
             found = one(case, chosen, folder)
             found["cpu_s"] = round(time.process_time() - start)
+            found["commit"] = result["machine"]["commit"]
             result["cases"][case.name] = found
             chosen.out.write_text(json.dumps(result, indent=1) + "\n")
             chosen.out.with_suffix(".md").write_text(page(result))
@@ -163,7 +166,9 @@ def one(case: Case, chosen: argparse.Namespace, folder: Path) -> dict[str, Any]:
         elevations_deg=ELEVATIONS_DEG,
         width_px=chosen.width,
         height_px=chosen.width * 2 // 3,
-        distance_mm=STEPPED_BACK * distance_for(stood.shape, CaptureOptions.distance_mm),
+        distance_mm=min(
+            STEPPED_BACK * distance_for(stood.shape, CaptureOptions.distance_mm), FARTHEST_MM
+        ),
         calibration_photos=10,
         mesh_step_mm=1.2,
         samples=2,
@@ -497,10 +502,10 @@ def page(result: dict[str, Any]) -> str:
     parts += [f"{case.name}: not run." for case in CASES if case.name not in cases]
     parts.append(
         table(
-            ("limb", "photos placed", "RMS mm", "95 % mm", "CPU s"),
+            ("limb", "photos placed", "RMS mm", "95 % mm", "CPU s", "commit"),
             [
                 (name, f"{one['placed']} of {one['photos']}", f"{one['rms_mm']:.3f}",
-                 f"{one['p95_mm']:.3f}", str(one["cpu_s"]))
+                 f"{one['p95_mm']:.3f}", str(one["cpu_s"]), one["commit"])
                 for name, one in good.items()
             ],
         )
