@@ -505,7 +505,7 @@ def page(result: dict[str, Any]) -> str:
             ("limb", "photos placed", "RMS mm", "95 % mm", "CPU s", "commit"),
             [
                 (name, f"{one['placed']} of {one['photos']}", f"{one['rms_mm']:.3f}",
-                 f"{one['p95_mm']:.3f}", str(one["cpu_s"]), one["commit"])
+                 f"{one['p95_mm']:.3f}", str(one["cpu_s"]), one["commit"][:12])
                 for name, one in good.items()
             ],
         )
