@@ -62,10 +62,6 @@ SHARE = 0.95
 ELEVATIONS_DEG: Final = (28.0, 50.0, 2.0)
 """Of the rings of photos. The last looks level: nothing else sees the back of a foot that is held
 up, nor the armpits of a trunk."""
-STEPPED_BACK = 1.2
-"""A level photo sees the whole height of what fills the others."""
-FARTHEST_MM = 2500.0
-"""That the room allows."""
 UPSIDE_DOWN = np.diag([1.0, -1.0, -1.0])
 
 
@@ -166,9 +162,7 @@ def one(case: Case, chosen: argparse.Namespace, folder: Path) -> dict[str, Any]:
         elevations_deg=ELEVATIONS_DEG,
         width_px=chosen.width,
         height_px=chosen.width * 2 // 3,
-        distance_mm=min(
-            STEPPED_BACK * distance_for(stood.shape, CaptureOptions.distance_mm), FARTHEST_MM
-        ),
+        distance_mm=distance_for(stood.shape, CaptureOptions.distance_mm),
         calibration_photos=10,
         mesh_step_mm=1.2,
         samples=2,
