@@ -5,9 +5,10 @@
 A limb of exact landmarks (limbs.py) is painted, photographed by the project's own generator (upside
 down, on the end where it is cut) and reconstructed once. Its landmarks are laid on the surface with
 a stated error along it, drawn by 40 seeds; the angles of each draw, with their intervals, are held
-against those of the truth. With landmarks without error: lengths and girths; a joint turned as the
-workbench does it, against the same turn of the truth about the true axis, away from the band. At
-last a device is made of the first draw through the program's service, and its 3MF read back: the
+against those of the truth, and by how much each landmark turns them is told. With landmarks without
+error: lengths and girths; a joint turned as the workbench does it, against the same turn of the
+truth about the true axis, away from the band, and what of that the turn itself adds. At last a
+device is made of the first draw through the program's service, and its 3MF read back: the
 thickness, measured from the positive, against what was asked; PrusaSlicer. What stands in OUT is
 kept, and captures under --keep too, so that a run that was stopped goes on.
 """
@@ -40,7 +41,6 @@ from limbgram.report.alignment import by_cameras, by_surface, measured_samples, 
 from limbgram.services.make_device import MakeDeviceRequest, make
 from limbgram.synthetic import BentShape, CaptureOptions, distance_for, make_capture, stage_truth
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD
-from limbgram.workbench.anatomy.kind import Angle
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.fill import Fill
@@ -59,6 +59,9 @@ WITHIN_DEG = 0.5
 WITHIN_MM = 0.3
 THICKNESS_MM = 0.05
 SHARE = 0.95
+ELEVATIONS_DEG: Final = (28.0, 50.0, 2.0)
+"""Of the rings of photos. The last looks level: nothing else sees the back of a foot that is held
+up, nor the armpits of a trunk."""
 UPSIDE_DOWN = np.diag([1.0, -1.0, -1.0])
 
 
@@ -97,7 +100,13 @@ CASES: Final = (
         pole="second toe",
         turn=Repose(joint="ankle", by_deg=-6.0),
         device="posterior-leaf-spring",
-        values=(("wall_mm", 4.0), ("wall_lateral_mm", 22.0), ("wall_medial_mm", 25.0)),
+        values=(
+            ("wall_mm", 4.0),
+            ("wall_lateral_mm", 22.0),
+            ("wall_medial_mm", 25.0),
+            ("spring_height_mm", 21.0),
+            ("spring_width_mm", 24.0),
+        ),
     ),
     Case(
         name="trunk of the child, x 0.65",
@@ -118,7 +127,7 @@ def main() -> None:
     )
     parser.add_argument("data", type=Path)
     parser.add_argument("--only", nargs="*", type=int, help="these cases, from 0")
-    parser.add_argument("--photos", type=int, default=24)
+    parser.add_argument("--photos", type=int, default=32)
     parser.add_argument("--width", type=int, default=1500)
     parser.add_argument("--keep", type=Path, help="keep captures, surfaces and devices here")
     parser.add_argument("-o", "--out", type=Path, required=True)
@@ -135,6 +144,7 @@ def main() -> None:
             start = time.process_time()
             found = one(case, chosen, folder)
             found["cpu_s"] = round(time.process_time() - start)
+            found["commit"] = result["machine"]["commit"]
             result["cases"][case.name] = found
             chosen.out.write_text(json.dumps(result, indent=1) + "\n")
             chosen.out.with_suffix(".md").write_text(page(result))
@@ -148,7 +158,8 @@ def one(case: Case, chosen: argparse.Namespace, folder: Path) -> dict[str, Any]:
         scan=stood.shape,
         seed=case.seed,
         photos=chosen.photos,
-        rings=2,
+        rings=len(ELEVATIONS_DEG),
+        elevations_deg=ELEVATIONS_DEG,
         width_px=chosen.width,
         height_px=chosen.width * 2 // 3,
         distance_mm=distance_for(stood.shape, CaptureOptions.distance_mm),
@@ -171,6 +182,7 @@ def one(case: Case, chosen: argparse.Namespace, folder: Path) -> dict[str, Any]:
     found["landmarks_off_mm"] = surface.off_mm(true)
     found["measures"] = _measures(exact, measured)
     found["angles"] = {f"{sigma:g} mm": _angles(exact, surface, true, sigma) for sigma in PLACED_MM}
+    found["by_landmark"] = _by_landmark(exact)
     found["turned"] = _turned(case, exact, measured)
     found["device"] = _device(case, measured, folder)
     return found
@@ -318,11 +330,6 @@ def _limb_of(
     )
 
 
-def _names(limb: Limb, *, angles: bool) -> tuple[str, ...]:
-    """Figures of the form that the landmarks of these limbs tell."""
-    return tuple(one.name for one in limb.anatomy.kind.sheet if one.name.endswith("_deg") == angles)
-
-
 def _measures(exact: Limb, measured: Limb) -> dict[str, Any]:
     """Lengths, girths and angles with landmarks without error."""
     names = tuple(
@@ -349,10 +356,11 @@ def _angles(
     exact: Limb, surface: _Surface, true: dict[str, np.ndarray], sigma_mm: float
 ) -> dict[str, Any]:
     """Errors and intervals of the angles over the draws."""
-    names = tuple(one.name for one in exact.anatomy.kind.sheet if isinstance(one, Angle))
+    names = tuple(one.name for one in exact.anatomy.kind.sheet if one.name.endswith("_deg"))
     options = SheetOptions(only=names)
-    truth = {row.name: row.figure for row in measuring_sheet(exact, options).rows}
-    known = [name for name in names if truth.get(name) is not None]
+    rows = measuring_sheet(exact, options).rows
+    truth = {row.name: row.figure.value for row in rows if row.figure is not None}
+    known = [name for name in names if name in truth]
     off: dict[str, list[float]] = {name: [] for name in known}
     held: dict[str, list[bool]] = {name: [] for name in known}
     for seed in range(DRAWS):
@@ -364,17 +372,16 @@ def _angles(
         limb = replace(exact.with_mesh(surface.mesh), landmarks=marks)
         sheet = measuring_sheet(limb, replace(options, only=tuple(known)))
         for row in sheet.rows:
-            true_row = truth[row.name]
-            if row.figure is None or row.figure.interval is None or true_row is None:
+            if row.figure is None or row.figure.interval is None:
                 continue
-            error = row.figure.value - true_row.value
+            error = row.figure.value - truth[row.name]
             off[row.name].append(error)
             held[row.name].append(
                 bool(-row.figure.interval.above <= error <= row.figure.interval.below)
             )
     return {
         name: {
-            "true_deg": truth[name].value,
+            "true_deg": truth[name],
             "draws": len(off[name]),
             "rms_deg": float(np.sqrt(np.mean(np.square(off[name])))),
             "within": float(np.mean(np.abs(off[name]) <= WITHIN_DEG)),
@@ -385,12 +392,39 @@ def _angles(
     }
 
 
+def _by_landmark(exact: Limb) -> dict[str, dict[str, float]]:
+    """By how many degrees each angle of the truth changes for a millimetre of each landmark, in the
+    direction along the surface in which it changes most."""
+    names = tuple(one.name for one in exact.anatomy.kind.sheet if one.name.endswith("_deg"))
+    found: dict[str, dict[str, float]] = {name: {} for name in names}
+    for moved in exact.landmarks:
+        marks = tuple(
+            replace(one, sigma_mm=1.0 if one is moved else 0.0) for one in exact.landmarks
+        )
+        for row in measuring_sheet(replace(exact, landmarks=marks), SheetOptions(only=names)).rows:
+            if row.placing_sigma:
+                found[row.name][moved.name] = row.placing_sigma
+    return {
+        name: dict(sorted(slopes.items(), key=lambda one: -one[1]))
+        for name, slopes in found.items()
+    }
+
+
 def _turned(case: Case, exact: Limb, measured: Limb) -> dict[str, Any]:
-    """The turned surface against the truth, turned about its own axis; away from the band."""
+    """The turned surface against the truth, turned about its own axis; away from the band.
+
+    `added` is what the turn itself adds: how far a measured vertex lies from where the truth's own
+    turn takes it. The rest is what the surface was off before.
+    """
     turn = replace(case.turn, beyond=True)
     there, own = do_edit(exact, turn), do_edit(measured, turn)
-    plan = Turn.of(exact.anatomy, turn.joint, turn.by_deg * exact.anatomy.sense(), turn.band_mm)
+    plan, own_plan = (
+        Turn.of(one.anatomy, turn.joint, turn.by_deg * one.anatomy.sense(), turn.band_mm)
+        for one in (exact, measured)
+    )
     shares = plan.shares(measured.mesh.vertices_mm)
+    exactly_mm = plan.applied(measured.mesh.vertices_mm)
+    added_mm = np.linalg.norm(own_plan.applied(measured.mesh.vertices_mm) - exactly_mm, axis=1)
     seen = np.ones(len(shares), bool) if measured.mesh.filled is None else ~measured.mesh.filled
     found: dict[str, Any] = {"joint": turn.joint, "by_deg": turn.by_deg}
     for name, part in (
@@ -407,6 +441,9 @@ def _turned(case: Case, exact: Limb, measured: Limb) -> dict[str, Any]:
             "p99_mm": float(np.quantile(away, 0.99)),
             "largest_mm": float(away.max()),
             "p99_before_mm": float(np.quantile(before, 0.99)),
+            "within_before": float(np.mean(before <= WITHIN_MM)),
+            "added_p99_mm": float(np.quantile(added_mm[chosen], 0.99)),
+            "added_largest_mm": float(added_mm[chosen].max()),
         }
     return found
 
@@ -459,10 +496,10 @@ def page(result: dict[str, Any]) -> str:
     parts += [f"{case.name}: not run." for case in CASES if case.name not in cases]
     parts.append(
         table(
-            ("limb", "photos placed", "RMS mm", "95 % mm", "CPU s"),
+            ("limb", "photos placed", "RMS mm", "95 % mm", "CPU s", "commit"),
             [
                 (name, f"{one['placed']} of {one['photos']}", f"{one['rms_mm']:.3f}",
-                 f"{one['p95_mm']:.3f}", str(one["cpu_s"]))
+                 f"{one['p95_mm']:.3f}", str(one["cpu_s"]), one["commit"][:12])
                 for name, one in good.items()
             ],
         )
@@ -486,6 +523,16 @@ def page(result: dict[str, Any]) -> str:
                     ],
                 )
             )  # fmt: skip
+        parts.append(
+            table(
+                ("angle", "landmarks that it hangs on most, degrees for a millimetre"),
+                [
+                    (angle, ", ".join(f"{name} {by:.2f}" for name, by in [*slopes.items()][:4]))
+                    for angle, slopes in one["by_landmark"].items()
+                    if slopes
+                ],
+            )
+        )
         off = {key: row for key, row in one["measures"].items() if row is not None}
         lost = [key for key, row in one["measures"].items() if row is None]
         for ending, most, unit_is in (("_mm", WITHIN_MM, "mm"), ("_deg", WITHIN_DEG, "degrees")):
@@ -510,10 +557,13 @@ def page(result: dict[str, Any]) -> str:
         parts.append(
             f"{turned['joint']} turned by {turned['by_deg']:g} degrees, against the truth turned: "
             + "; ".join(
-                f"{part} {turned[part]['within']:.1%} within {WITHIN_MM} mm, "
+                f"{part} {turned[part]['within']:.1%} within {WITHIN_MM} mm "
+                f"({turned[part]['within_before']:.1%} before the turn), "
                 f"{turned[part]['p99_mm']:.3f} mm in 99 % "
                 f"({turned[part]['p99_before_mm']:.3f} before the turn), "
-                f"{turned[part]['largest_mm']:.3f} at most"
+                f"{turned[part]['largest_mm']:.3f} at most; the turn adds "
+                f"{turned[part]['added_p99_mm']:.3f} in 99 % and "
+                f"{turned[part]['added_largest_mm']:.3f} at most"
                 for part in ("distal", "proximal", "band")
             )
             + "."

@@ -61,6 +61,9 @@ class CaptureOptions:
     photos: int = 15
     rings: int = 1
     """Heights at which the photographer walks round, 1 to 3."""
+    elevations_deg: tuple[float, ...] = ()
+    """How high over the limb's middle each ring is walked; empty for the usual heights. A foot that
+    is held up shows its back only to a ring about as high as it stands."""
     filmed: bool = False
     """Whether the photos are the frames of a film: one walk of uneven speed in which each place
     follows from the one before."""
@@ -143,6 +146,15 @@ class CaptureOptions:
         )
         yield 1 <= self.rings <= 3, fault("made.rule.rings")
         yield self.photos >= 3 * self.rings, fault("made.rule.ring")
+        yield (
+            not self.elevations_deg
+            or (
+                len(self.elevations_deg) == self.rings
+                and all(-15 <= one <= 80 for one in self.elevations_deg)
+                and not (self.filmed or self.turning)
+            ),
+            fault("made.rule.elevations"),
+        )
         yield self.calibration_photos >= 0, fault("made.rule.calibration_photos")
 
     def _paint_rules(self) -> _Rules:

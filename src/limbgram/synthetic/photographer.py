@@ -60,15 +60,20 @@ def camera_of(lens: Lens, width_px: int, height_px: int, focus_mm: float) -> Cam
 
 
 def walk_round(
-    target: Vector3, distance_mm: float, photos: int, rings: int, seed: int
+    target: Vector3,
+    distance_mm: float,
+    photos: int,
+    rings: int,
+    seed: int,
+    elevations_deg: tuple[float, ...] = (),
 ) -> tuple[Rigid, ...]:
-    """Poses on `rings` irregular rings at different heights, the lowest ring the fullest."""
+    """Poses on `rings` irregular rings at different heights, the first ring the fullest."""
     rng = np.random.default_rng((seed, 4))
     shares = np.array([1.0, 0.6, 0.6])[:rings]
     counts = np.rint(shares / shares.sum() * photos).astype(int)
     counts[0] += photos - counts.sum()
     poses: list[Rigid] = []
-    for count, elevation_deg in zip(counts, _ELEVATIONS_DEG, strict=False):
+    for count, elevation_deg in zip(counts, elevations_deg or _ELEVATIONS_DEG, strict=False):
         start = rng.uniform(0, 360)
         for k in range(count):
             azimuth = np.radians(start + (k + rng.uniform(-0.16, 0.16)) * 360 / count)

@@ -153,7 +153,7 @@ def _cameras_from_room(
                 *walk_round(middle, distance_mm, photos - standing, rings, seed + 1),
             )
         case None:
-            return walk_round(target, distance_mm, photos, rings, seed)
+            return walk_round(target, distance_mm, photos, rings, seed, options.elevations_deg)
 
 
 def _what_stands_there(options: CaptureOptions) -> Limb:

@@ -24,6 +24,7 @@ from limbgram.workbench.anatomy.found import KIND_NAMED, KINDS, KindName
 from limbgram.workbench.anatomy.kind import Kind
 from limbgram.workbench.anatomy.landmark import Landmark, Placed
 from limbgram.workbench.anatomy.names import by_identity, named
+from limbgram.workbench.anatomy.surface_lines import Skin
 
 __all__ = [
     "KINDS",
@@ -154,6 +155,7 @@ class Limb:
             left=None if kind.sided and self.side == "none" else self.side == "left",
             frame=None if motion is None else motion.rotation,
             origin_mm=np.zeros(3) if motion is None else motion.inverse.translation,
+            skin=Skin(mesh=self.mesh),
         )
 
     def centreline(self) -> Centreline:

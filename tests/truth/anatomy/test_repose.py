@@ -65,7 +65,11 @@ def test_the_foot_is_turned_as_a_whole_about_the_ankle(foot_of: MakeLimb, left: 
 @pytest.mark.parametrize("left", [False, True])
 @pytest.mark.parametrize(
     ("about", "by_deg", "figure"),
-    [("ankle", 8.0, "dorsiflexion_deg"), ("hindfoot", 5.0, "hindfoot_deg")],
+    [
+        ("ankle", 8.0, "dorsiflexion_deg"),
+        ("hindfoot", 5.0, "hindfoot_deg"),
+        ("forefoot", 6.0, "forefoot_deg"),
+    ],
 )
 def test_the_sheet_reads_the_turn(
     foot_of: MakeLimb, about: str, by_deg: float, figure: str, left: bool

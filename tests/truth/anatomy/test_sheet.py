@@ -26,6 +26,7 @@ ANGLES = (
     "toe_out_deg",
 )
 
+BY_SURFACE = ("hindfoot_deg", "forefoot_deg", "forefoot_adduction_deg")
 CALCANEUS = ("achilles insertion", "medial calcaneus", "lateral calcaneus")
 
 
@@ -53,13 +54,7 @@ def turned(
     [
         (("fibula head", "medial tibial condyle"), "lateral", "dorsiflexion_deg", -1),
         (("fibula head", "medial tibial condyle"), "lateral", "ankle_deg", 1),
-        (
-            ("achilles insertion", "medial calcaneus", "lateral calcaneus"),
-            "foot",
-            "hindfoot_deg",
-            1,
-        ),
-        (("first metatarsal head", "fifth metatarsal head"), "foot", "forefoot_deg", 1),
+        (("fibula head", "medial tibial condyle"), "foot", "hindfoot_deg", -1),
         (("lateral malleolus",), "plantar", "toe_out_deg", 1),
     ],
 )
@@ -73,12 +68,40 @@ def test_an_angle_follows_the_joint_with_one_sign_on_both_sides(
 ) -> None:
     limb = foot_of(left=left)
     axis = limb.axis(about).direction
-    at = limb.axis("shank").point_mm if about == "lateral" else limb.axis("ankle").point_mm
+    at = limb.axis("ankle" if about == "plantar" else "shank").point_mm
     # What lies distal of the shank stays where the turned landmarks tell it not.
     before = only(limb, figure)[figure].value
     sense = right_sign * (-1 if left else 1)
     after = only(turned(limb, names, axis, 7.0 * sense, at), figure)[figure].value
     assert after - before == pytest.approx(7.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("left", [False, True])
+def test_a_heel_that_was_turned_over_leans_by_that_more(foot_of: MakeLimb, left: bool) -> None:
+    """Surface and landmarks of the heel turned about the foot's axis; the frame stays."""
+    limb = foot_of(left=left)
+    axis, at = limb.axis("foot").direction, limb.landmark("heel").position_mm
+    over = turned(limb, CALCANEUS, axis, -7.0 if left else 7.0, at)
+    motion = Rigid.from_rotation_vector(np.radians(-7.0 if left else 7.0) * axis, np.zeros(3))
+    over = over.with_mesh(limb.mesh.with_vertices(motion.apply(limb.mesh.vertices_mm - at) + at))
+    before, after = (only(one, "hindfoot_deg")["hindfoot_deg"].value for one in (limb, over))
+    assert after - before == pytest.approx(7.0, abs=0.25)
+
+
+@pytest.mark.parametrize("body", ["adult_female", "adult_male", "child"])
+def test_angles_told_by_the_surface_hardly_hang_on_where_a_mark_was_made(
+    foot_of: MakeLimb, body: str
+) -> None:
+    """A line from the calcaneus to the insertion of the tendon would turn three times as far."""
+    limb = foot_of(body)
+    sides = [limb.landmark(f"{one} calcaneus").position_mm for one in ("medial", "lateral")]
+    way = limb.landmark("achilles insertion").position_mm - np.mean(sides, axis=0)
+    by_line = np.degrees(1.0 / (way @ limb.axis("plantar").direction))
+    assert by_line > 1.9
+    marks = tuple(replace(one, sigma_mm=1.0) for one in limb.landmarks)
+    for row in only(replace(limb, landmarks=marks), *BY_SURFACE).rows:
+        assert row.placing_sigma is not None
+        assert 0.02 < row.placing_sigma < by_line / 3
 
 
 def test_a_left_foot_has_the_figures_of_its_mirror_image(foot_of: MakeLimb) -> None:
@@ -294,3 +317,81 @@ def test_a_head_without_a_tragion_says_so() -> None:
     row = measuring_sheet(replace(limb, landmarks=left)).rows[0]
     assert row.reason is not None
     assert "left tragion" in row.reason.values["names"]  # type: ignore[operator]
+
+
+def calf(top_mm: float, *, ripple_mm: float = 0.0, seed: int = 0) -> Limb:
+    """A shank of revolution, 320 mm long, thickest at a known height over the ankle axis."""
+    heights, around = np.linspace(-10.0, 320.0, 166), 2 * np.pi * np.arange(72) / 72
+    radii = 42 - 6e-4 * (heights - top_mm) ** 2
+    rng = np.random.default_rng(seed)
+    radii = radii[:, None] + ripple_mm * rng.normal(size=(len(heights), 1))
+    rings = np.stack(
+        [radii * np.cos(around), radii * np.sin(around), np.repeat(heights[:, None], 72, 1)], -1
+    )
+    ids = np.arange(rings[..., 0].size).reshape(rings.shape[:2])
+    after = np.roll(ids, -1, axis=1)
+    faces = [np.stack([ids[:-1], after[:-1], after[1:]], -1),
+             np.stack([ids[:-1], after[1:], ids[1:]], -1)]  # fmt: skip
+    mesh = Mesh(
+        vertices_mm=rings.reshape(-1, 3),
+        faces=np.concatenate(faces).reshape(-1, 3).astype(np.int32),
+        sigma_mm=np.full(rings[..., 0].size, max(ripple_mm, 1e-3), np.float32),
+    )
+    places = {
+        "medial malleolus": (-20.0, 0.0, 0.0),
+        "lateral malleolus": (20.0, 0.0, 0.0),
+        "fibula head": (30.0, 0.0, 300.0),
+        "medial tibial condyle": (-30.0, 0.0, 300.0),
+    }
+    marks = tuple(
+        Landmark(name=one, position_mm=np.array(at), sigma_mm=0.0) for one, at in places.items()
+    )
+    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
+    return Limb(mesh=mesh, landmarks=marks, frame=frame, kind="foot")
+
+
+@pytest.mark.parametrize("top_mm", [170.0, 191.3])
+def test_the_height_of_the_calfs_largest_girth_is_that_of_its_top(top_mm: float) -> None:
+    found = only(calf(top_mm), "calf_girth_height_mm", "calf_girth_mm")
+    assert found["calf_girth_height_mm"].value == pytest.approx(top_mm, abs=0.02)
+    assert found["calf_girth_mm"].value == pytest.approx(2 * np.pi * 42, abs=0.3)
+
+
+def test_a_rough_calf_keeps_the_height_of_its_top() -> None:
+    """Rings in and out by 0.05 mm: girths differ by 0.3, as they do within 9 mm of the top.
+
+    Through twenty of them the parabola's top is known to 0.9 mm (0.3 / (sqrt(20) 11) / 0.0075).
+    """
+    name = "calf_girth_height_mm"
+    offs = [only(calf(191.3, ripple_mm=0.05, seed=k), name)[name].value - 191.3 for k in range(12)]
+    assert 0.3 < np.sqrt(np.mean(np.square(offs))) < 2.0
+
+
+def test_the_height_of_a_girth_moves_with_the_skin_as_its_sigma_says() -> None:
+    limb = calf(191.3)
+    off_mm = limb.mesh.vertices_mm[:, 2] - 200.0
+    bump = 0.1 * np.exp(-((off_mm / 12) ** 2))
+    shared = bump[:, None].astype(np.float32)
+    told = only(limb.with_mesh(replace(limb.mesh, shared_mm=shared)), "calf_girth_height_mm")
+    moved = [
+        only(
+            limb.with_mesh(
+                limb.mesh.with_vertices(
+                    limb.mesh.vertices_mm + step * bump[:, None] * limb.mesh.vertex_normals()
+                )
+            ),
+            "calf_girth_height_mm",
+        )["calf_girth_height_mm"].value
+        for step in (1.0, -1.0)
+    ]
+    assert 0.5 * (moved[0] - moved[1]) > 0.2
+    sigma = told["calf_girth_height_mm"].sigma
+    assert sigma == pytest.approx(0.5 * (moved[0] - moved[1]), rel=0.15)
+
+
+def test_where_the_malleoli_were_marked_counts_in_the_height_of_a_girth() -> None:
+    limb = calf(191.3)
+    marks = tuple(replace(one, sigma_mm=2.0) for one in limb.landmarks)
+    row = only(replace(limb, landmarks=marks), "calf_girth_height_mm").rows[0]
+    # Two marks on upright skin, each off by 2 mm along it.
+    assert row.placing_sigma == pytest.approx(2.0 / np.sqrt(2), rel=0.05)

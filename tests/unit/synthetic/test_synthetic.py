@@ -56,6 +56,8 @@ def test_a_cancelled_capture_leaves_nothing(tmp_path: Path) -> None:
     [
         {"photos": 2},
         {"rings": 4},
+        {"elevations_deg": (28.0, 2.0)},
+        {"elevations_deg": (-40.0,)},
         {"coverage": 0.95},
         {"distance_mm": 100.0},
         {"shaken": (4,)},
@@ -193,6 +195,19 @@ def test_the_walk_goes_all_the_way_round_at_several_heights() -> None:
     steps = np.diff(np.append(angles, angles[0] + 360))
     assert 8 < steps.min() < steps.max() < 40
     assert centres[15:, 2].min() > centres[:15, 2].max()
+
+
+def test_a_ring_can_be_walked_as_low_as_the_limb_stands() -> None:
+    usual = stage_truth(replace(TINY, photos=24, rings=3))
+    low = stage_truth(replace(TINY, photos=24, rings=3, elevations_deg=(28.0, 50.0, 2.0)))
+    distance_mm = TINY.distance_mm
+    heights = np.array([view.centre_in_world[2] for view in low.views])
+    before = np.array([view.centre_in_world[2] for view in usual.views])
+    # The third ring stands 2 degrees over the limb's middle where it stood 40, each by up to 6.
+    fallen = (before - heights)[-7:] / distance_mm
+    assert fallen.min() > np.sin(np.radians(27)) - 0.05
+    assert fallen.max() < np.sin(np.radians(48)) + 0.05
+    np.testing.assert_array_equal(before[:-7], heights[:-7])
 
 
 def test_a_board_printed_too_large_is_larger_in_truth_and_not_in_name() -> None:

@@ -7,19 +7,38 @@ Fails   MeasureError: a landmark that is needed was not placed, the side is not 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.workbench.anatomy.centreline import Centreline, rounded
-from limbgram.workbench.anatomy.kind import Cross, Direction, Kind, Line, Mid, Plane, Square, Tilted
+from limbgram.workbench.anatomy.kind import (
+    Cross,
+    Direction,
+    Kind,
+    Line,
+    Mid,
+    OfSurface,
+    Plane,
+    Square,
+    Tilted,
+)
+from limbgram.workbench.anatomy.surface_lines import (
+    Leaning,
+    Part,
+    Skin,
+    halved,
+    halved_across,
+    under,
+)
 
 _LEAST_SINE = 0.05
 """Directions nearer to each other than 3 degrees tell no plane."""
 _LEAST_MM = 1.0
 """Places nearer to each other than this tell no line."""
+_LINES = {"halves": halved, "halves across": halved_across, "under": under}
 _OF_FRAME = {"right": 0, "anterior": 1, "long axis": 2}
 
 
@@ -51,6 +70,10 @@ class Anatomy:
     frame: Matrix3 | None
     """Rows: right, anterior and proximal; None for what is not aligned."""
     origin_mm: Vector3
+    skin: Skin | None = None
+    """The surface; None where landmarks alone are asked for."""
+    leant: Mapping[str, float] = field(default_factory=dict[str, float])
+    """What is added to the slope of lines that the surface tells: to see what hangs on them."""
 
     def at(self, mid: Mid, wanted_for: str = "") -> Vector3:
         """The middle of landmarks.
@@ -86,6 +109,19 @@ class Anatomy:
                 "anatomy.no_axis", name=name, kind=self.kind.name, names=tuple(known) or None
             )
         return self._spanned(known[name])
+
+    def leaning(self, name: str) -> Leaning | None:
+        """What the surface says of an axis; None for one that landmarks alone tell.
+
+        Raises:
+            MeasureError: a landmark that chooses the part is missing, or the surface is open there.
+        """
+        found = next((one for one in self.kind.directions if one.name == name), None)
+        return self._by_surface(found) if isinstance(found, OfSurface) else None
+
+    def with_lean(self, name: str, slope: float) -> "Anatomy":
+        """With a line that the surface tells leaning further."""
+        return replace(self, leant={name: slope})
 
     def centreline(self) -> Centreline:
         """The curve that a bent limb's sections go by.
@@ -133,6 +169,42 @@ class Anatomy:
                 return _axis(one.name, first.point_mm, rest, 0.0)
             case Tilted():
                 return self._tilted(one)
+            case OfSurface():
+                part, found = self._part(one), self._by_surface(one)
+                slope = found.slope + self.leant.get(one.name, 0.0)
+                leans = part.along + slope * part.towards
+                return _axis(one.name, found.middle_mm, leans, 2 * part.half_mm)
+
+    def _by_surface(self, one: OfSurface) -> Leaning:
+        assert self.skin is not None, one.name
+        return self.skin.tell(_LINES[one.how], self._part(one))
+
+    def _part(self, one: OfSurface) -> Part:
+        start, end = self.at(one.start, one.name), self.at(one.end, one.name)
+        whole, none = self.at(one.whole, one.name), self.at(one.none, one.name)
+        along, towards = self.axis(one.along).direction, self.axis(one.towards).direction
+        self._require_apart(one.name, float(np.linalg.norm(np.cross(along, towards))))
+        towards = towards - along * (towards @ along)
+        towards /= np.linalg.norm(towards)
+        aside = np.cross(along, towards)
+        middle, way = (start + end) / 2, end - start
+        half_mm = abs(float(way @ along)) / 2
+        fades = towards if one.how == "under" else aside
+        if half_mm < _LEAST_MM or abs((none - whole) @ fades) < _LEAST_MM:
+            names = _named(one.start, one.end, one.whole, one.none)
+            raise MeasureError("anatomy.on_point", name=one.name, names=names)
+        return Part(
+            name=one.name,
+            middle_mm=middle,
+            along=along,
+            towards=towards,
+            half_mm=half_mm,
+            fades_along=fades,
+            whole_mm=float((whole - middle) @ fades),
+            none_mm=float((none - middle) @ fades),
+            skew=float(way @ aside) / float(way @ along),
+            reach_mm=None if one.reach is None else one.reach * 2 * half_mm,
+        )
 
     def _tilted(self, one: Tilted) -> AnatomicalAxis:
         along, up = self.axis(one.along), self.axis(one.above).direction

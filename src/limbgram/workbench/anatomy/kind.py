@@ -16,11 +16,13 @@ that a limb of this kind is asked for follows from its fields. Places of the bod
 have are written once, in the kind that has most of them, and taken from there: `HEEL`,
 `TIBIAL_TUBERCLE.at(5)`.
 
-Directions are told by places and by each other, so they exist in any frame of the mesh:
+Directions are told by places, by the surface and by each other, so they exist in any frame of the
+mesh:
 
     Line("shank", start=Mid(("medial malleolus", "lateral malleolus")), end=Mid(...))
     Plane("plantar", through=(...), towards=Mid(...))
     Cross("lateral", "foot", "plantar")
+    OfSurface("heel bisection", how="halves across", along="plantar", ...)
 
 All are mirrored with the limb: what is lateral on a right one is lateral on a left one. So is the
 sense of an angle, and dorsiflexion, varus and toe-out have one sign on both. Every kind also has
@@ -130,7 +132,34 @@ class Tilted:
     """How far it points to the medial side of `along`, seen from above."""
 
 
-Direction = Line | Plane | Cross | Square | Tilted
+@dataclass(frozen=True, kw_only=True)
+class OfSurface:
+    """A line that the surface tells: landmarks only choose the part of it that counts.
+
+    So it hardly hangs on where along the surface they were placed. `surface_lines.py` finds it.
+    """
+
+    name: str
+    how: Literal["halves", "halves across", "under"]
+    """It goes through the middles of the part's sections square to `along`; of those square to the
+    line itself, as the bisection of a heel; or it is that of the plane that fits the part from
+    below."""
+    along: str
+    """The direction that the line lies next to."""
+    towards: str
+    """The direction in which it may lean; of what lies under a part, upwards."""
+    start: Mid
+    end: Mid
+    """The ends of the part along the line; it fades over a quarter of the way at both."""
+    whole: Mid
+    none: Mid
+    """The part is whole up to there and fades until there: along the direction square to the other
+    two, or upwards under a part."""
+    reach: float | None = None
+    """To both sides of the line from start to end, as a share of it; None for all."""
+
+
+Direction = Line | Plane | Cross | Square | Tilted | OfSurface
 
 
 @dataclass(frozen=True, kw_only=True)

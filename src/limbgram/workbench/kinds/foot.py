@@ -6,9 +6,15 @@ guidelines: malleoli, navicular and the fifth metatarsal's base are built up.
 Directions and signs. The ankle axis runs through the tips of the malleoli, the shank from their
 middle to that of fibula head and medial tibial condyle (or the tubercle); the plantar plane lies
 under heel and both metatarsal heads (through the heel and the heads themselves, where nobody marked
-the places under them), the foot's axis in it from heel to second toe. The hindfoot's
-varus and valgus are those of the heel's bisection, from the middle of both sides of the calcaneus
-to the insertion of the Achilles tendon. Build-ups are general trade knowledge, without a source.
+the places under them), the foot's axis in it from heel to second toe. Build-ups are general trade
+knowledge, without a source.
+
+Lines between places that lie near each other hang on where these were placed: by 2.5 degrees for a
+millimetre on a child's heel. So the surface tells them, and landmarks choose its parts: the heel's
+bisection goes through the middles of the heel's sections square to it, from the height of the
+calcaneus's sides to that of the Achilles tendon's insertion, behind those sides; the forefoot's
+varus and valgus are those of the plane under the metatarsal heads against it; adduction is the
+angle of the lines that halve the hindfoot and the forefoot, seen on the sole.
 
 The subtalar axis runs through the heel, 42 degrees above the plantar plane and 23 medially of the
 foot's axis: means as V. Inman gives them (The Joints of the Ankle, 1976); others have 16 degrees
@@ -26,6 +32,7 @@ from limbgram.workbench.anatomy.kind import (
     Kind,
     Line,
     Mid,
+    OfSurface,
     Place,
     Plane,
     Section,
@@ -254,10 +261,48 @@ KIND = Kind(
         Line(name="heel to instep", start=_HEEL, end=Mid(("instep",))),
         Cross(name="across heel and instep", first="heel to instep", second="lateral"),
         Line(name="heel to toe", start=_HEEL, end=_TOE),
-        Line(name="calcaneus", start=_CALCANEUS, end=Mid(("achilles insertion",))),
+        OfSurface(
+            name="heel bisection",
+            how="halves across",
+            along="plantar",
+            towards="lateral",
+            start=_CALCANEUS,
+            end=Mid(("achilles insertion",)),
+            whole=_HEEL,
+            none=_CALCANEUS,
+        ),
+        OfSurface(
+            name="under the forefoot",
+            how="under",
+            along="lateral",
+            towards="plantar",
+            start=_SOLE[1],
+            end=_SOLE[2],
+            whole=_SOLE[0],
+            none=_MALLEOLI,
+            reach=0.25,
+        ),
         Tilted(name="subtalar", along="foot", above="plantar", up_deg=42.0, medial_deg=23.0),
-        Line(name="hindfoot", start=_HEEL, end=_MIDFOOT, within="plantar"),
-        Line(name="forefoot", start=_MIDFOOT, end=_BALL, within="plantar"),
+        OfSurface(
+            name="hindfoot",
+            how="halves",
+            along="foot",
+            towards="lateral",
+            start=_HEEL,
+            end=_MIDFOOT,
+            whole=_SOLE[0],
+            none=_MALLEOLI,
+        ),
+        OfSurface(
+            name="forefoot",
+            how="halves",
+            along="foot",
+            towards="lateral",
+            start=_MIDFOOT,
+            end=_BALL,
+            whole=_SOLE[0],
+            none=_MALLEOLI,
+        ),
     ),
     centreline=Bent(
         nodes=(_KNEE, Mid(("medial malleolus", "lateral malleolus", "heel")), _BALL, _TOE),
@@ -295,17 +340,19 @@ KIND = Kind(
             en="Hindfoot, varus positive",
             de="Rückfuß, Varus positiv",
             of="shank",
-            to="calcaneus",
+            to="heel bisection",
             about="foot",
+            note="bisection of the heel's surface to the shank",
         ),
         Angle(
             name="forefoot_deg",
             en="Forefoot to hindfoot, varus positive",
             de="Vorfuß zum Rückfuß, Varus positiv",
-            of="calcaneus",
-            to="ball",
+            of="heel bisection",
+            to="under the forefoot",
             about="foot",
             zero_deg=90.0,
+            note="plane under the metatarsal heads to the bisection of the heel's surface",
         ),
         Angle(
             name="forefoot_adduction_deg",
@@ -314,6 +361,7 @@ KIND = Kind(
             of="hindfoot",
             to="forefoot",
             about="plantar",
+            note="lines that halve the surface of hindfoot and forefoot, seen on the sole",
         ),
         Angle(
             name="toe_out_deg",

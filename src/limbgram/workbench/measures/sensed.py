@@ -6,7 +6,7 @@ vertices, with the covariances that the mesh carries; the placing's by differenc
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,11 +19,14 @@ from limbgram.core.mesh.uncertainty import propagate
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.landmark import Placing
 from limbgram.workbench.anatomy.names import by_identity
+from limbgram.workbench.anatomy.surface_lines import Skin
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.lengths import on_triangles, vertex_gradient
 from limbgram.workbench.measures.levels import Figure, Level, Sigmas, Sloped, level_at
 
+STEP_LEAN = 1e-4
+"""By which slopes of lines that the surface tells are changed."""
 STEP_MM = 0.5
 """By which places are moved to tell slopes: beyond a facet's roughness, within a limb's bends."""
 TILT_RAD = 0.01
@@ -71,7 +74,7 @@ class Subject:
     def of(cls, limb: Limb, placing: Placing) -> "Subject":
         found = outer_bodies(limb.mesh)
         found.require_one_limb()
-        anatomy = limb.anatomy
+        anatomy = replace(limb.anatomy, skin=Skin(mesh=found.mesh))
         names = tuple(anatomy.places)
         normals: dict[str, Vector3] = {}
         sigmas = Sigmas.of(found.mesh)
@@ -113,6 +116,22 @@ class Subject:
         places = dict(self.anatomy.places)
         places[name] = places[name] + step
         return replace(self.anatomy, places=places)
+
+    def by_surface(
+        self, what: Callable[[Anatomy], float], names: Iterable[str]
+    ) -> Float64[np.ndarray, " n"]:
+        """Change of a figure for a millimetre of each vertex along its normal, while landmarks
+        stay: through those axes of these names that the surface tells."""
+        gradient = np.zeros(len(self.sigmas.mesh))
+        for name in dict.fromkeys(names):
+            found = self.anatomy.leaning(name)
+            if found is not None:
+                ahead, behind = (
+                    what(self.anatomy.with_lean(name, step)) for step in (STEP_LEAN, -STEP_LEAN)
+                )
+                by_lean = (ahead - behind) / (2 * STEP_LEAN)
+                gradient += by_lean * found.by_vertex(self.sigmas.normals)
+        return gradient
 
     def slopes(self, what: Callable[[Anatomy], Float64[np.ndarray, " k"]]) -> Slopes:
         """Change of what hangs on landmarks alone, by each landmark: rows by direction."""

@@ -14,11 +14,11 @@ Fails   MeasureError: nobody said the kind, or the side of what has one. What la
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, Int64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
@@ -34,6 +34,7 @@ from limbgram.workbench.anatomy.kind import (
     Distance,
     Extent,
     Extreme,
+    Mid,
     Section,
     Share,
 )
@@ -44,6 +45,7 @@ from limbgram.workbench.measures.levels import (
     Figure,
     Level,
     Refused,
+    Sigmas,
     Sloped,
     area_mm2,
     levels_at,
@@ -53,6 +55,8 @@ from limbgram.workbench.measures.levels import (
 from limbgram.workbench.measures.sensed import Cut, Sensed, Subject, across
 
 _EXTREME_STEP_MM = 2.0
+_FLAT_SHARE = 0.005
+_LEAST_WEIGHT = 1e-3
 _COLUMNS = ("name", "measure", "value", "unit", "sigma", "sigma_of_placing", "formula", "reason")
 _DIGITS = 6
 CENTRELINE = "centreline"
@@ -229,9 +233,7 @@ def _measured(filling: _Filling, item: AnyItem) -> tuple[Figure, float | None]:
     match item:
         case Angle():
             pitch_mm = filling.options.shoe_heel_mm - filling.options.shoe_sole_mm
-            return subject.figure(
-                _by_landmarks(subject, lambda one: _angle_deg(one, item, pitch_mm))
-            )
+            return subject.figure(_angle(subject, item, pitch_mm))
         case Distance():
             return subject.figure(_by_landmarks(subject, lambda one: _distance_mm(one, item)))
         case Share():
@@ -253,6 +255,16 @@ def _by_landmarks(subject: Subject, what: Callable[[Anatomy], float]) -> Sensed:
     value = what(subject.anatomy)
     slopes = subject.slopes(lambda one: np.array([what(one)]))
     return Sensed(value=value, by_place={name: rows[:, 0] for name, rows in slopes.items()})
+
+
+def _angle(subject: Subject, item: Angle, pitch_mm: float) -> Sensed:
+    """By landmarks, and by the surface where it tells one of the directions."""
+
+    def what(anatomy: Anatomy) -> float:
+        return _angle_deg(anatomy, item, pitch_mm)
+
+    by_vertex = subject.by_surface(what, (item.of, item.to, item.about))
+    return replace(_by_landmarks(subject, what), by_vertex=by_vertex)
 
 
 def _angle_deg(anatomy: Anatomy, item: Angle, pitch_mm: float) -> float:
@@ -373,39 +385,111 @@ def _moments(
 
 
 def _extreme(subject: Subject, item: Extreme) -> tuple[Figure, float | None]:
-    """The largest or smallest girth between two places.
+    """The largest or smallest girth between two places, or its height.
 
     There a girth does not change with its height, so that only the surface's errors and those of
-    the direction count. The height is told as far as the girth differs by more than its sigma.
+    the direction count.
     """
-    anatomy = subject.anatomy
-    ends = [anatomy.at(mid, item.name) for mid in item.between]
-    first = cut_of(
-        anatomy, Section(name=item.name, en="", de="", at=item.between[0], normal=item.normal)
-    )
-    turned = first.turned(subject.sigmas)
-    low, high = sorted(float(first.rotation[2] @ end) for end in ends)
-    heights = np.linspace(low, high, max(int((high - low) / _EXTREME_STEP_MM), 8) + 1).tolist()
-    levels = levels_at(turned.mesh, heights, _through(first, ends))
-    girths = np.array([_girth_mm(one) for one in levels])
-    sign = 1.0 if item.which == "largest" else -1.0
-    if np.isnan(girths).all():
-        raise MeasureError("measure.sheet.no_girth", names=item.between[0].of)
-    at = int(np.nanargmax(sign * girths))
-    if at in (0, len(girths) - 1) or np.isnan(girths[at - 1 : at + 2]).any():
-        raise MeasureError("measure.sheet.no_extreme", girth_mm=float(girths[at]))
-    level = levels[at]
-    assert isinstance(level, Level)
-    figure = turned.figure(level, tape_mm(level))
-    bend = abs(float(girths[at - 1] - 2 * girths[at] + girths[at + 1])) / _step(heights) ** 2
-    if item.height_from is None:
-        return figure, None
-    shift = _vertex(girths[at - 1 : at + 2]) * _step(heights)
-    start = float(first.rotation[2] @ anatomy.at(item.height_from, item.name))
-    if figure.sigma is None:
-        return Figure(heights[at] + shift - start, None), None
-    spread = math.sqrt(2 * figure.sigma / max(bend, 1e-9))
-    return Figure(heights[at] + shift - start, spread), None
+    found = _Extremum.of(subject, item)
+    if item.height_from is not None:
+        return subject.figure(found.height(subject, item, item.height_from))
+    return found.turned.figure(found.level, tape_mm(found.level)), None
+
+
+@dataclass(frozen=True)
+class _Extremum:
+    """Levels across a direction, and which of them has the largest or smallest girth."""
+
+    section: Section
+    first: Cut
+    turned: Sigmas
+    heights: Float64[np.ndarray, " k"]
+    """Along the direction, as in the turned surface."""
+    levels: tuple[Level | Refused, ...]
+    girths: Float64[np.ndarray, " k"]
+    at: int
+    largest: bool
+
+    @classmethod
+    def of(cls, subject: Subject, item: Extreme) -> "_Extremum":
+        """
+        Raises:
+            MeasureError: there is no girth between the places, or the extreme lies at an end.
+        """
+        ends = [subject.anatomy.at(mid, item.name) for mid in item.between]
+        section = Section(name=item.name, en="", de="", at=item.between[0], normal=item.normal)
+        first = cut_of(subject.anatomy, section)
+        turned = first.turned(subject.sigmas)
+        low, high = sorted(float(first.rotation[2] @ end) for end in ends)
+        heights = np.linspace(low, high, max(int((high - low) / _EXTREME_STEP_MM), 8) + 1)
+        levels = levels_at(turned.mesh, heights.tolist(), _through(first, ends))
+        girths = np.array([_girth_mm(one) for one in levels])
+        if np.isnan(girths).all():
+            raise MeasureError("measure.sheet.no_girth", names=item.between[0].of)
+        largest = item.which == "largest"
+        at = int(np.nanargmax(girths) if largest else np.nanargmin(girths))
+        if at in (0, len(girths) - 1) or np.isnan(girths[at - 1 : at + 2]).any():
+            raise MeasureError("measure.sheet.no_extreme", girth_mm=float(girths[at]))
+        return cls(section, first, turned, heights, levels, girths, at, largest)
+
+    @property
+    def level(self) -> Level:
+        level = self.levels[self.at]
+        assert isinstance(level, Level)
+        return level
+
+    def height(self, subject: Subject, item: Extreme, start: Mid) -> Sensed:
+        """How high over a place the parabola through the girths beside the extreme has its top.
+
+        Where girths hardly change, the largest of them tells little of the height; all that differ
+        from it by less than half a per cent tell it together, the nearer ones more.
+
+        Raises:
+            MeasureError: they have no top.
+        """
+        near, weights = self._beside()
+        along = self.heights[near] - self.heights[self.at]
+        columns = np.vander(along, 3, increasing=True)
+        rows = np.linalg.solve(columns.T @ (columns * weights[:, None]), columns.T * weights)
+        _, rise, bend = rows @ self.girths[near]
+        if not (bend < 0 if self.largest else bend > 0):
+            raise MeasureError("measure.sheet.no_extreme", girth_mm=float(self.girths[self.at]))
+        by_girth = rise * rows[2] / (2 * bend**2) - rows[1] / (2 * bend)
+        gradient = np.zeros(len(subject.sigmas.mesh))
+        for k, share in zip(near.tolist(), by_girth.tolist(), strict=True):
+            level = self.levels[k]
+            assert isinstance(level, Level)
+            gradient += share * self.turned.gradient(level, tape_mm(level))
+        middle = self.level.points_mm[self.level.outer].mean(0)
+        top_mm = self.heights[self.at] - rise / (2 * bend)
+        top = self.first.rotation.T @ np.append(middle, top_mm)
+
+        def over_start(anatomy: Anatomy) -> float:
+            up = cut_of(anatomy, self.section).rotation[2]
+            return float(up @ (top - anatomy.at(start, item.name)))
+
+        return replace(_by_landmarks(subject, over_start), by_vertex=gradient)
+
+    def _beside(self) -> tuple[Int64[np.ndarray, " n"], Float64[np.ndarray, " n"]]:
+        """The levels round the extreme, without a gap, and how much each counts.
+
+        What lies beside is told by means of five levels, so that no rough one begins or ends it.
+        """
+        means = np.full(len(self.girths), np.nan)
+        means[2:-2] = np.convolve(self.girths, np.full(5, 0.2), "valid")
+        at = self.at
+        if np.isfinite(means).any():
+            at = int(np.nanargmax(means) if self.largest else np.nanargmin(means))
+        else:
+            means[at] = self.girths[at]
+        differs = np.abs(means / means[at] - 1)
+        flat = differs < _FLAT_SHARE  # False where unknown
+        flat[at - 1 : at + 2] = np.isfinite(self.girths[at - 1 : at + 2])
+        steep = np.flatnonzero(~flat)
+        low = int(steep[steep < at].max(initial=-1)) + 1
+        high = int(steep[steep > at].min(initial=len(flat)))
+        counts = np.nan_to_num(1 - differs[low:high] / _FLAT_SHARE)
+        return np.arange(low, high), np.maximum(counts, _LEAST_WEIGHT)
 
 
 def _girth_mm(level: Level | Refused) -> float:
@@ -415,16 +499,6 @@ def _girth_mm(level: Level | Refused) -> float:
 def _through(first: Cut, ends: list[Vector3]) -> tuple[float, float]:
     x, y, _ = np.mean([first.rotation @ end for end in ends], axis=0).tolist()
     return x, y
-
-
-def _step(heights: list[float]) -> float:
-    return heights[1] - heights[0]
-
-
-def _vertex(three: Float64[np.ndarray, "3"]) -> float:
-    """Where the parabola through three even steps has its top, in steps from the middle one."""
-    bend = three[0] - 2 * three[1] + three[2]
-    return 0.0 if bend == 0 else float(np.clip((three[0] - three[2]) / (2 * bend), -1, 1))
 
 
 def _any_across(normal: Vector3) -> Vector3:
