@@ -15,11 +15,17 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import find_edges
 
 _MOST_EXACT = 4000
 """Vertices up to which every pair is counted; beyond, a figure is even enough for areas."""
 _REACHES = 2.5
 """Pairs further apart than this many reaches are independent."""
+
+_NEAR_MM = 10.0
+"""As far from the rim of a filled patch it matters how the measured surface bends."""
+_EDGES = 100
+"""So many edges within that tell it; of a fine mesh not all are asked."""
 
 
 def propagate(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float | None:
@@ -42,8 +48,9 @@ def filled_sigma_mm(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> Float64[np.nd
     """One standard deviation of each filled vertex along its normal; 0 elsewhere.
 
     A patch goes on with the bend of its rim. The true surface may bend more or less, by about as
-    much as the whole surface bends (k = 1 / mean distance of its tangent planes from its middle):
-    at a distance d from the rim of a patch of half width h it is k (h d - d^2 / 2) away.
+    much as the measured surface bends near by, as at toes, and no less than the whole surface does
+    (k = 1 / mean distance of its tangent planes from its middle): at a distance d from the rim of a
+    patch of half width h it is k (h d - d^2 / 2) away.
     """
     sigma = np.zeros(len(mesh))
     if not filled.any() or filled.all():
@@ -52,7 +59,8 @@ def filled_sigma_mm(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> Float64[np.nd
     distance, nearest = KDTree(mesh.vertices_mm[~filled]).query(mesh.vertices_mm[filled])
     half = np.zeros(patch)
     np.maximum.at(half, of_vertex, distance)
-    bulge = (half[of_vertex] * distance - distance**2 / 2) * _bend(mesh)
+    bend = np.maximum(_bend_near(mesh, filled, np.flatnonzero(~filled)[nearest]), _bend(mesh))
+    bulge = (half[of_vertex] * distance - distance**2 / 2) * bend
     rim = np.zeros(len(distance))
     if mesh.sigma_mm is not None:
         rim = mesh.sigma_mm[~filled][nearest].astype(np.float64)
@@ -119,3 +127,24 @@ def _bend(mesh: Mesh) -> float:
     middle = areas @ mesh.vertices_mm / areas.sum()
     distance = np.einsum("ij,ij->i", mesh.vertices_mm - middle, normals)
     return float(areas.sum() / max(float(areas @ np.abs(distance)), 1e-12))
+
+
+def _bend_near(
+    mesh: Mesh, filled: Bool[np.ndarray, " n"], vertices: Int64[np.ndarray, " k"]
+) -> Float64[np.ndarray, " k"]:
+    """RMS of the curvatures along the measured edges round each of these vertices, 1/mm."""
+    ends = find_edges(mesh.faces).ends
+    ends = ends[~filled[ends].any(axis=1)]
+    near_by = np.pi * _NEAR_MM**2 * len(ends) / max(mesh.area_mm2(), 1e-12)
+    ends = ends[:: max(1, int(near_by / _EDGES))]
+    way = mesh.vertices_mm[ends[:, 1]] - mesh.vertices_mm[ends[:, 0]]
+    normals = mesh.vertex_normals()
+    turned = ((normals[ends[:, 1]] - normals[ends[:, 0]]) * way).sum(axis=1)
+    square = (turned / np.maximum((way**2).sum(axis=1), 1e-12)) ** 2
+    rim, at = np.unique(vertices, return_inverse=True)
+    middles = KDTree(mesh.vertices_mm[ends].mean(axis=1))
+    pairs = KDTree(mesh.vertices_mm[rim]).sparse_distance_matrix(
+        middles, _NEAR_MM, output_type="coo_matrix"
+    )
+    count = np.maximum(np.bincount(pairs.row, minlength=len(rim)), 1)
+    return np.sqrt(np.bincount(pairs.row, square[pairs.col], len(rim)) / count)[at]

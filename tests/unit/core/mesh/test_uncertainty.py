@@ -81,6 +81,23 @@ def test_two_patches_do_not_add_up() -> None:
     assert propagate(mesh, filled.astype(float)) == pytest.approx(np.hypot(above, below), rel=1e-6)
 
 
+def test_a_filled_tip_is_as_unsure_as_what_is_round_it_bends() -> None:
+    """A toe of 8 mm beside a body of 60 mm: each tip by the bend round it."""
+    toe, body = trimesh.creation.icosphere(4, 8.0), trimesh.creation.icosphere(5, 60.0)
+    toe.apply_translation((0, 0, 100.0))
+    both = trimesh.util.concatenate([toe, body])
+    vertices = np.array(both.vertices)
+    tips = {8.0: vertices - [0, 0, 108.0], 60.0: vertices - [0, 0, -60.0]}
+    away_mm = {radius: np.linalg.norm(off, axis=1) for radius, off in tips.items()}
+    filled = np.min([*away_mm.values()], axis=0) < 5.0
+    sigma = np.where(filled, np.nan, 0.0).astype(np.float32)
+    mesh = Mesh(vertices_mm=vertices, faces=np.array(both.faces, np.int32), sigma_mm=sigma)
+    told = filled_sigma_mm(mesh, filled)
+    assert told[away_mm[8.0] < 5.0].max() == pytest.approx(5.0**2 / 2 / 8.0, rel=0.15)
+    of_body = told[away_mm[60.0] < 5.0].max()  # the toe shifts the middle: the whole is 1 / 45
+    assert 5.0**2 / 2 / 60.0 * 0.9 < of_body < 5.0**2 / 2 / 40.0
+
+
 @pytest.mark.parametrize("corner", [0, 1, 2])
 def test_two_filled_vertices_on_one_edge_are_one_patch(corner: int) -> None:
     """Whichever side of its triangle that edge is. A measured triangle beside it gives the bend."""
