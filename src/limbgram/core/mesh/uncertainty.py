@@ -48,7 +48,8 @@ def filled_sigma_mm(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> Float64[np.nd
     """One standard deviation of each filled vertex along its normal; 0 elsewhere.
 
     A patch goes on with the bend of its rim. The true surface may bend more or less, by about as
-    much as the measured surface bends near by, as at toes, and no less than the whole surface does
+    much as the measured surface bends near by, as at toes, no more than a half ball over the patch
+    (k = 1 / h), and no less than the whole surface does
     (k = 1 / mean distance of its tangent planes from its middle): at a distance d from the rim of a
     patch of half width h it is k (h d - d^2 / 2) away.
     """
@@ -59,7 +60,8 @@ def filled_sigma_mm(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> Float64[np.nd
     distance, nearest = KDTree(mesh.vertices_mm[~filled]).query(mesh.vertices_mm[filled])
     half = np.zeros(patch)
     np.maximum.at(half, of_vertex, distance)
-    bend = np.maximum(_bend_near(mesh, filled, np.flatnonzero(~filled)[nearest]), _bend(mesh))
+    near = _bend_near(mesh, filled, np.flatnonzero(~filled)[nearest])
+    bend = np.maximum(np.minimum(near, 1 / np.maximum(half, 1e-12)[of_vertex]), _bend(mesh))
     bulge = (half[of_vertex] * distance - distance**2 / 2) * bend
     rim = np.zeros(len(distance))
     if mesh.sigma_mm is not None:
