@@ -36,10 +36,8 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def folder(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of it for the tests of one file."""
-    folder = tmp_path_factory.mktemp("Fuß links")
-    shutil.copytree(finished, folder, dirs_exist_ok=True)
-    return folder
+    """A copy of it for the tests of one file, in a folder of the same name."""
+    return shutil.copytree(finished, tmp_path_factory.mktemp("copy") / finished.name)
 
 
 @pytest.fixture(scope="session")
