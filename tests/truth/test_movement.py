@@ -88,16 +88,6 @@ def test_a_drift_carries_the_board_along(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_limb_that_leans_over_is_bent(tmp_path: Path) -> None:
-    bends = Movement(kind=MovementKind.BEND, shift_mm=8.0)  # in the last six of the photos
-    bending = settled(taken(tmp_path, bends)).placing.scene.bending
-    assert bending is not None
-    assert bending.kind == "step"
-    first_bent = int(np.flatnonzero(np.diff(bending.group))[0]) + 1
-    assert abs(first_bent - PHOTOS // 2) <= 1
-
-
-@pytest.mark.slow
 def test_a_limb_that_keeps_still_changes_nothing(tmp_path: Path) -> None:
     _, _, placing, found = settled(taken(tmp_path, None))
     movement, bending = placing.scene.movement, placing.scene.bending

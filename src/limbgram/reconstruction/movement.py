@@ -38,7 +38,7 @@ from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
 from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
-from limbgram.reconstruction.mapping.quadratic import CLEARLY, FALSE_ALARM
+from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
 from limbgram.reconstruction.mapping.solution import SHARED_ERROR, adjust
@@ -197,51 +197,14 @@ def find_bending(
     detections: BoardDetections | None = None,
     options: LookOptions = DEFAULTS,
 ) -> BodyMotion:
-    """Whether the two halves of the limb's length kept still against each other.
-
-    Where the scene says that the limb may have kept still against its surroundings, they help.
-    """
+    """Whether the two halves of the limb's length kept still against each other."""
     if sides.unknown:
         return BodyMotion.unknown(len(scene.names), sides.unknown)
-    fewer = replace(options, pair_matches=options.half_matches)
-    seen = _Seen(photos, features, scene, cameras, millimetre(detections, scene))
     one = _Body("half", sides.among(matches.pairs, _HALVES[:1]))
     other = _Body("other half", sides.among(matches.pairs, _HALVES[1:]))
-    found = _between("halves", one, other, seen, fewer)
-    if found.movement.moved or scene.movement is None or not _may_be_still(scene.movement):
-        return found
-    return _against_all_else(seen, matches, sides, scene.movement, fewer) or found
-
-
-def _may_be_still(movement: Movement) -> bool:
-    """Whether the surroundings were looked at, and the limb may have kept still against them."""
-    undecided = movement.kind == "unknown" and movement.reason is None
-    return (movement.kind == "still" or undecided) and not (movement.beside or movement.pushed)
-
-
-def _against_all_else(
-    seen: "_Seen", matches: Matches, sides: Sides, movement: Movement, options: LookOptions
-) -> BodyMotion | None:
-    """The half that moved against the other one and the surroundings together; None of neither.
-
-    Few of a half's points are seen by three photos of a sparse walk, and what two show of a ring
-    bends with a half that leaned over: a ring placed by half a limb alone fits a lean of 8 mm to
-    0.05 px. Surroundings hold it. A limb that moved as one moves each half against all else as
-    well, and explains more than either then does. A sway is no bending here: half of a cylinder
-    with few points, which kept still, slipped by 1 mm from photo to photo.
-    """
-    whole = max((one.score for one in movement.explanations), default=0.0)
-    best, best_score = None, max(whole, 0.0) + CLEARLY
-    for half in _HALVES:
-        own = _Body("half", sides.among(matches.pairs, (half,)))
-        others = (*_ROOM, *(one for one in _HALVES if one != half))
-        rest = _Body("room", sides.among(matches.pairs, others))
-        found = _between("halves", own, rest, seen, options)
-        listed = found.movement.explanations
-        score = max((one.score for one in listed if one.told), default=0.0)
-        if score > best_score and all(one.kind != "sway" for one in listed):
-            best, best_score = found, score
-    return best
+    fewer = replace(options, pair_matches=options.half_matches)
+    seen = _Seen(photos, features, scene, cameras, millimetre(detections, scene))
+    return _between("halves", one, other, seen, fewer)
 
 
 def millimetre(detections: BoardDetections | None, scene: Scene) -> float | None:

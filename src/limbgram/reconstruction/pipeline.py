@@ -539,9 +539,8 @@ def _settled(placed: PlacedPhotos, options: PipelineOptions, run: Run) -> Placed
         return seen, sides
 
     def told(one: Placing, movement: Movement, sides: Sides) -> Placing:
-        scene = replace(one.scene, movement=movement)
-        bent = run(find_bending, photos, features, matches, scene, sides, cameras, found, look)
-        return replace(one, scene=replace(scene, bending=bent.movement))
+        bent = run(find_bending, photos, features, matches, one.scene, sides, cameras, found, look)
+        return replace(one, scene=replace(one.scene, movement=movement, bending=bent.movement))
 
     seen, sides = looked(placing)
     if not seen.movement.moved:
