@@ -290,9 +290,12 @@ def find_board(
 def _of_this_ratio(
     found: BoardDetections, read: Sequence[MarkersRead], board: Board
 ) -> BoardDetections:
-    """The corners, unless the markers fill their squares otherwise than was given."""
+    """The corners, unless the markers fill their squares otherwise than was given.
+
+    Photos that share a fault do not tell it: burnt white eats into the black of markers.
+    """
     ratio = other_ratio(read, board)
-    if ratio is None:
+    if ratio is None or found.cause is not None:
         return found
     cause = fault(
         "board.other_ratio",

@@ -211,3 +211,17 @@ def test_a_ratio_that_a_ruler_may_miss_by_is_taken(
     photos = photos_of(tmp_path, painted(paint, printed))
     given = replace(printed, marker_mm=printed.marker_mm * (1.0 + off))
     assert len(find_board(photos, given).photos) == len(photos.photos)
+
+
+def test_burnt_photos_are_blamed_and_not_the_board_whose_markers_they_thin(
+    paint: Callable[..., np.ndarray], tmp_path: Path
+) -> None:
+    """White that burns out eats into black, so that markers look narrower than they are."""
+    printed = board("7x5")
+    photos = photos_of(tmp_path, painted(paint, printed))
+    burnt = replace(photos, photos=tuple(replace(one, burnt=0.9) for one in photos.photos))
+    given = replace(printed, marker_mm=8.8)
+    for seen, said in ((photos, "board.other_ratio"), (burnt, "photo.most_overexposed")):
+        cause = find_board(seen, given).cause
+        assert cause is not None
+        assert cause.code == said
