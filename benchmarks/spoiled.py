@@ -152,7 +152,7 @@ def tried(one: Spoiled, source: Path, camera: Path, folder: Path) -> dict[str, A
         "title": one.title,
         "photos": len(photos),
         "exit_code": run.returncode,
-        "terminal": [line for line in run.stdout.splitlines() if line],
+        "terminal": [line.replace(str(case), "case") for line in run.stdout.splitlines() if line],
         "refusal": "" if finished else _refusal(run.stderr),
         "says": _first_line(run.stdout) if finished else _refusal(run.stderr),
         "page": _banner(case / "report.html") if finished else None,
