@@ -164,7 +164,7 @@ class Mesh:
         of_face = np.einsum("fkd,fkd->f", corners - corners.mean(1, keepdims=True), normals) / 8
         thirds_mm2 = lengths(self.face_normals()) / 6
         sums = _shared_out(of_face * thirds_mm2, self.faces, len(self))
-        return sums / np.maximum(self.vertex_areas_mm2(), 1e-12)
+        return sums / np.maximum(_shared_out(thirds_mm2, self.faces, len(self)), 1e-12)
 
 
 def unit(vectors: Points3) -> Points3:

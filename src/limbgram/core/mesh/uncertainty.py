@@ -14,6 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges
 
@@ -21,7 +22,6 @@ _MOST_EXACT = 4000
 """Vertices up to which every pair is counted; beyond, a figure is even enough for areas."""
 _REACHES = 2.5
 """Pairs further apart than this many reaches are independent."""
-
 _NEAR_MM = 10.0
 """As far from the rim of a filled patch it matters how the measured surface bends."""
 _EDGES = 100
@@ -60,8 +60,10 @@ def filled_sigma_mm(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> Float64[np.nd
     distance, nearest = KDTree(mesh.vertices_mm[~filled]).query(mesh.vertices_mm[filled])
     half = np.zeros(patch)
     np.maximum.at(half, of_vertex, distance)
-    near = _bend_near(mesh, filled, np.flatnonzero(~filled)[nearest])
-    bend = np.maximum(np.minimum(near, 1 / np.maximum(half, 1e-12)[of_vertex]), _bend(mesh))
+    normals = mesh.vertex_normals()
+    near = _bend_near(mesh, normals, filled, np.flatnonzero(~filled)[nearest])
+    most = 1 / np.maximum(half, 1e-12)[of_vertex]
+    bend = np.maximum(np.minimum(near, most), _bend(mesh, normals))
     bulge = (half[of_vertex] * distance - distance**2 / 2) * bend
     rim = np.zeros(len(distance))
     if mesh.sigma_mm is not None:
@@ -123,16 +125,19 @@ def _patches(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> tuple[int, Int64[np.
     return int(count), of_vertex.astype(np.int64)
 
 
-def _bend(mesh: Mesh) -> float:
+def _bend(mesh: Mesh, normals: Points3) -> float:
     """Typical curvature of the surface, 1/mm."""
-    normals, areas = mesh.vertex_normals(), mesh.vertex_areas_mm2()
+    areas = mesh.vertex_areas_mm2()
     middle = areas @ mesh.vertices_mm / areas.sum()
     distance = np.einsum("ij,ij->i", mesh.vertices_mm - middle, normals)
     return float(areas.sum() / max(float(areas @ np.abs(distance)), 1e-12))
 
 
 def _bend_near(
-    mesh: Mesh, filled: Bool[np.ndarray, " n"], vertices: Int64[np.ndarray, " k"]
+    mesh: Mesh,
+    normals: Points3,
+    filled: Bool[np.ndarray, " n"],
+    vertices: Int64[np.ndarray, " k"],
 ) -> Float64[np.ndarray, " k"]:
     """RMS of the curvatures along the measured edges round each of these vertices, 1/mm."""
     ends = find_edges(mesh.faces).ends
@@ -140,7 +145,6 @@ def _bend_near(
     near_by = np.pi * _NEAR_MM**2 * len(ends) / max(mesh.area_mm2(), 1e-12)
     ends = ends[:: max(1, int(near_by / _EDGES))]
     way = mesh.vertices_mm[ends[:, 1]] - mesh.vertices_mm[ends[:, 0]]
-    normals = mesh.vertex_normals()
     turned = ((normals[ends[:, 1]] - normals[ends[:, 0]]) * way).sum(axis=1)
     square = (turned / np.maximum((way**2).sum(axis=1), 1e-12)) ** 2
     rim, at = np.unique(vertices, return_inverse=True)

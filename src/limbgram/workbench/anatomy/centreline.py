@@ -46,10 +46,7 @@ class Centreline:
     def at(self, along_mm: float) -> OnCentreline:
         """The place so far from the proximal end; beyond the ends the curve goes on straight."""
         held = float(np.clip(along_mm, 0.0, self.length_mm))
-        point, direction = (
-            np.array([np.interp(held, self.lengths_mm, column) for column in given.T])
-            for given in (self.points_mm, self.directions)
-        )
+        point, direction = self._between_nodes(held)
         direction /= np.linalg.norm(direction)
         return OnCentreline(point + (along_mm - held) * direction, direction)
 
@@ -68,16 +65,20 @@ class Centreline:
             across: Way that becomes x, as to the right; it is nowhere along the curve.
         """
         along = self.nearest_mm(points_mm)
-        held = np.clip(along, 0.0, self.length_mm)
-        middle, direction = (
-            np.column_stack([np.interp(held, self.lengths_mm, column) for column in given.T])
-            for given in (self.points_mm, self.directions)
-        )
+        middle, direction = self._between_nodes(np.clip(along, 0.0, self.length_mm))
         up = -unit(direction)
         x = unit(across - (up @ across)[:, None] * up)
         off = points_mm - middle
         y = np.cross(up, x)
         return np.column_stack([(off * x).sum(1), (off * y).sum(1), self.length_mm - along])
+
+    def _between_nodes(self, along_mm: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points and directions so far from the proximal end; directions lack a little of 1."""
+        point, direction = (
+            np.stack([np.interp(along_mm, self.lengths_mm, column) for column in given.T], axis=-1)
+            for given in (self.points_mm, self.directions)
+        )
+        return point, direction
 
     def nearest_mm(self, points_mm: Points3) -> Float64[np.ndarray, " n"]:
         """How far along the curve the plane across it lies that holds each point.

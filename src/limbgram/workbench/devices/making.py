@@ -252,8 +252,7 @@ def _carried_over(shell: Mesh, wall: Wall, solid: Mesh) -> Float64[np.ndarray, "
 def _opening(body: Body, slot: Slot, values: Mapping[str, float]) -> Opening:
     place = place_point(body, slot.name, slot.at, values)
     up = np.array([0.0, 0.0, 1.0])
-    face = tree_on(body.mesh).closest(place[None]).faces[0]
-    normal = unit(body.mesh.face_normals()[face][None])[0]
+    normal = _normal_at(body, place)
     along = up if slot.upright else np.cross(up, normal)
     return Opening(
         name=slot.name,
@@ -344,15 +343,21 @@ def _lettered(preview: Preview, shell: Mesh, text: str) -> Part:
         raise EditError("device.lettering.draped", text=text)
     label, body = preview.device.label, preview.body
     place = place_point(body, "lettering", label.at, preview.values)
-    face = tree_on(body.mesh).closest(place[None]).faces[0]
-    outward = unit(body.mesh.face_normals()[face][None])[0]
-    up = np.array([0.0, 0.0, 1.0])
-    runs = {
-        "up": up,
-        "round": np.cross(up, outward),
-        "ahead": body.directions("foot", "lettering")[1] if label.runs == "ahead" else up,
-    }[label.runs]
+    outward, up = _normal_at(body, place), np.array([0.0, 0.0, 1.0])
+    match label.runs:
+        case "up":
+            runs = up
+        case "round":
+            runs = np.cross(up, outward)
+        case "ahead":
+            runs = body.directions("foot", "lettering")[1]
     return lettering(shell, text, place, outward, runs)
+
+
+def _normal_at(body: Body, place_mm: Vector3) -> Vector3:
+    """Outward, of the face that lies nearest."""
+    face = tree_on(body.mesh).closest(place_mm[None]).faces[0]
+    return unit(body.mesh.face_normals()[face][None])[0]
 
 
 def _widths(body: Body, device: Device, values: Mapping[str, float]) -> Sequence[Finding]:
