@@ -67,15 +67,9 @@ class LimbChart:
     curve: Centreline | None = None
     """In the limb frame; None where the limb is straight, along z."""
 
-    def straightened(self, points_in_limb: Points3) -> Points3:
-        """Places of the limb as it would be if it were straight."""
-        if self.curve is None:
-            return points_in_limb
-        return self.curve.straightened(points_in_limb, _RIGHT)
-
     def own(self, points_in_limb: Points3) -> Chart:
         """Height and angle without any pull."""
-        x, y, z = self.straightened(points_in_limb).T
+        x, y, z = _straightened(points_in_limb, self.curve).T
         angle = np.arctan2(self.lateral * x, y)
         wall = (z - self.dome_mm) / (self.reference_mm - self.dome_mm)
         down = np.arctan2(np.maximum(self.dome_mm - z, 0), np.hypot(x, y))
@@ -127,17 +121,8 @@ def plain_chart(limb: Limb, reference: str, along: Along) -> LimbChart:
             meant=likeliest(reference, names),
         )
     curve = limb.centreline().moved(limb.limb_from_mesh) if along == "centreline" else None
-    chart = LimbChart(
-        tip_mm=0.0,
-        dome_mm=0.0,
-        reference_mm=0.0,
-        lateral=lateral_of(limb.side),
-        centres=np.empty((0, 2)),
-        weights=np.empty((0, 2)),
-        curve=curve,
-    )
-    top = float(chart.straightened(limb.landmark_in_limb_mm(mark)[None])[0, 2])
-    tip, dome = _end_of(limb, chart, top)
+    top = float(_straightened(limb.landmark_in_limb_mm(mark)[None], curve)[0, 2])
+    tip, dome = _end_of(limb, curve, top)
     if dome is None or top - dome < _SHORTEST_MM:
         raise MeasureError(
             "template.limb.low_reference",
@@ -145,13 +130,26 @@ def plain_chart(limb: Limb, reference: str, along: Along) -> LimbChart:
             reference=reference,
             above_mm=top - tip,
         )
-    return replace(chart, tip_mm=tip, dome_mm=dome, reference_mm=top)
+    return LimbChart(
+        tip_mm=tip,
+        dome_mm=dome,
+        reference_mm=top,
+        lateral=lateral_of(limb.side),
+        centres=np.empty((0, 2)),
+        weights=np.empty((0, 2)),
+        curve=curve,
+    )
 
 
-def _end_of(limb: AlignedLimb, chart: LimbChart, top: float) -> tuple[float, float | None]:
+def _straightened(points_in_limb: Points3, curve: Centreline | None) -> Points3:
+    """Places of the limb as it would be if it were straight."""
+    return points_in_limb if curve is None else curve.straightened(points_in_limb, _RIGHT)
+
+
+def _end_of(limb: AlignedLimb, curve: Centreline | None, top: float) -> tuple[float, float | None]:
     """Heights of the distal end and of its dome's middle; None where it is no dome."""
     in_limb = limb.mesh_in_limb
-    straight = in_limb.with_vertices(chart.straightened(in_limb.vertices_mm))
+    straight = in_limb.with_vertices(_straightened(in_limb.vertices_mm, curve))
     tip = float(straight.vertices_mm[:, 2].min())
     rings = np.arange(tip + _RINGS_MM, max(top, tip + 2 * _RINGS_MM), _RINGS_MM)
     radii = spoke_radii(straight, rings, _SPOKES).radii_mm
