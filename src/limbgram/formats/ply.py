@@ -46,6 +46,7 @@ _WRITTEN = {
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 """A face as it is written, a list of uchar and int."""
 _COLOUR = ("red", "green", "blue")
+_LOST, _ACROSS = ("lost", "lost_sigma"), ("lost_across_x", "lost_across_y", "lost_across_z")
 _SIGMA, _OLD_SIGMA, _QUALITY = "scalar_sigma", "sigma", "quality"
 """CloudCompare shows what begins with scalar_, MeshLab quality: sigma stands under both names.
 MeshLab's colour scale takes no NaN, so there -1 says that a vertex has no sigma. Files from before
@@ -105,7 +106,9 @@ def write_ply(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = Fals
     if mesh.shared_mm is not None:
         columns |= {f"shared_{k}": part.astype("<f4") for k, part in enumerate(mesh.shared_mm.T)}
     if mesh.lost_length is not None:
-        columns |= dict(zip(("lost", "lost_sigma"), mesh.lost_length.T.astype("<f4")))
+        columns |= dict(zip(_LOST, mesh.lost_length.T.astype("<f4")))
+    if mesh.lost_across is not None:
+        columns |= dict(zip(_ACROSS, mesh.lost_across.T.astype("<f4")))
     path = target(path, unit, unscaled=unscaled)
     rows, faces = _rows(columns), _face_rows(mesh)
 
@@ -330,7 +333,8 @@ def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
         filled=None if filled is None else filled.astype(np.bool_),
         sigma_mm=sigma,
         shared_mm=_shared(rows, names),
-        lost_length=_lost(rows, names),
+        lost_length=_lost(rows, names, _LOST),
+        lost_across=_lost(rows, names, _ACROSS),
     )
 
 
@@ -345,12 +349,12 @@ def _shared(rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
     return shared
 
 
-def _lost(rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
-    """Columns lost and lost_sigma, as our own files have them."""
-    if not {"lost", "lost_sigma"} <= set(names):
+def _lost(rows: np.ndarray, names: tuple[str, ...], columns: tuple[str, ...]) -> np.ndarray | None:
+    """What our own files say of lost length."""
+    if not set(columns) <= set(names):
         return None
-    lost = np.column_stack([rows["lost"], rows["lost_sigma"]]).astype(np.float32)
-    if not np.isfinite(lost).all() or (lost[:, 1] < 0).any():
+    lost = np.column_stack([rows[column] for column in columns]).astype(np.float32)
+    if not np.isfinite(lost).all() or (columns == _LOST and (lost[:, 1] < 0).any()):
         raise ContentError("file.ply.lost")
     return lost
 

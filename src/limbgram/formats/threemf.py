@@ -102,7 +102,7 @@ def write_3mf(
 
     def check(written: Path) -> None:
         read = read_3mf(written.read_bytes(), path.name).mesh
-        lying = mesh.with_vertices(told.bed_from_mesh.apply(mesh.vertices_mm))
+        lying = mesh.moved(told.bed_from_mesh)
         require_same_triangles(path.name, read.vertices_mm[read.faces], lying, 4 * _PRECISION)
 
     return write_file(path, encode, check)

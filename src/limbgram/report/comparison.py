@@ -56,7 +56,7 @@ def compare_with_truth(mesh: Mesh, centres_mm: Points3, truth: Truth) -> TruthCo
     """Compare a surface with the truth; `centres_mm` are its cameras in the truth's order."""
     samples = mesh.vertices_mm[measured_samples(mesh)]
     fit = by_surface(samples, truth, by_cameras(centres_mm, truth))
-    placed = mesh.with_vertices(fit.truth_from_world.apply(mesh.vertices_mm))
+    placed = mesh.moved(fit.truth_from_world)
     off_mm, seen = signed_mm(fit.truth_from_world.apply(samples), truth)
     off_mm = off_mm[seen]
     back = TriangleTree.of(placed.vertices_mm, placed.faces)

@@ -188,7 +188,7 @@ class AlignedLimb(Limb):
     @property
     def mesh_in_limb(self) -> Mesh:
         """The mesh with its vertices in the limb frame."""
-        return self.mesh.with_vertices(self.limb_from_mesh.apply(self.mesh.vertices_mm))
+        return self.mesh.moved(self.limb_from_mesh)
 
     @property
     def landmarks_in_limb_mm(self) -> Points3:

@@ -17,8 +17,14 @@ def uncertain(mesh: Mesh) -> Mesh:
     sigma[3] = np.nan
     shared = random.normal(size=(len(mesh), 3)).astype(np.float32)
     lost = random.uniform(0, 1e-3, (len(mesh), 2)).astype(np.float32)
+    across = random.normal(0, 1e-3, (len(mesh), 3)).astype(np.float32)
     return replace(
-        mesh, sigma_mm=sigma, shared_mm=shared, correlation_mm=1.0 / 3.0, lost_length=lost
+        mesh,
+        sigma_mm=sigma,
+        shared_mm=shared,
+        correlation_mm=1.0 / 3.0,
+        lost_length=lost,
+        lost_across=across,
     )
 
 
@@ -32,6 +38,7 @@ def test_ply_keeps_sigmas_shared_errors_and_their_reach(mesh: Mesh, tmp_path: Pa
     np.testing.assert_array_equal(read.shared_mm, known.shared_mm)
     assert read.correlation_mm == known.correlation_mm
     np.testing.assert_array_equal(read.lost_length, known.lost_length)
+    np.testing.assert_array_equal(read.lost_across, known.lost_across)
 
 
 def test_glb_keeps_sigmas(mesh: Mesh, tmp_path: Path) -> None:

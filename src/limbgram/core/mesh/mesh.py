@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8, UInt16
 
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.core.kernels import njit
 from limbgram.core.notebook import brief, library
 
@@ -99,7 +100,10 @@ class Mesh:
     lost_length: Float32[np.ndarray, "n 2"] | None = None
     """How much longer a line along the limb is than along this surface, per length, both at the
     smoothing length (`core/geometry/smoothed_length`): fine relief that is lost, less what noise
-    adds. Expected, and one standard deviation of it."""
+    adds. Expected over all ways, and one standard deviation of it."""
+    lost_across: Float32[np.ndarray, "n 3"] | None = None
+    """The way across the folds that were lost, as long as what a line across them loses more than
+    `lost_length`, and one along them less; one at an angle t to it, that times cos 2t."""
     repairs: Repairs | None = None
 
     __repr__ = brief
@@ -108,7 +112,17 @@ class Mesh:
         return len(self.vertices_mm)
 
     def with_vertices(self, vertices_mm: Points3) -> "Mesh":
+        """The same surface elsewhere, bent or shifted; what runs along it turns little by that."""
         return replace(self, vertices_mm=vertices_mm)
+
+    def moved(self, motion: Rigid | Similarity) -> "Mesh":
+        """The mesh in another frame."""
+        across = self.lost_across
+        return replace(
+            self,
+            vertices_mm=motion.apply(self.vertices_mm),
+            lost_across=None if across is None else across @ motion.rotation.T.astype(np.float32),
+        )
 
     def face_normals(self) -> Float64[np.ndarray, "f 3"]:
         """Twice the area along the outward normal."""

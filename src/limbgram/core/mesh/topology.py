@@ -320,6 +320,7 @@ def taking_vertices(mesh: Mesh, idx: Integer[np.ndarray, " k"]) -> Mesh:
         sigma_mm=None if mesh.sigma_mm is None else mesh.sigma_mm[idx],
         shared_mm=None if mesh.shared_mm is None else mesh.shared_mm[idx],
         lost_length=None if mesh.lost_length is None else mesh.lost_length[idx],
+        lost_across=None if mesh.lost_across is None else mesh.lost_across[idx],
     )
 
 

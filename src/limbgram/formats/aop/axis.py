@@ -102,7 +102,7 @@ def _through_bands(mesh: Mesh, middle: Float64[np.ndarray, "3"]) -> Line:
 
 def _cost(mesh: Mesh, motion: Rigid, options: MapOptions) -> float:
     """Share of bad rays, and in small part what is lost at the tip and how far off sections lie."""
-    moved = mesh.with_vertices(motion.apply(mesh.vertices_mm))
+    moved = mesh.moved(motion)
     heights = moved.vertices_mm[:, 2]
     low, high = float(heights.min()), float(heights.max())
     top = high - _BRIM_SHARE * (high - low) if options.to_mm is None else options.to_mm

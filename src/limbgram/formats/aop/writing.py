@@ -103,7 +103,7 @@ def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, Mapped]:
     """The motion to the file's axis, the mesh there, and its radii."""
     if options.own is not None:
         axis_from_limb = options.own.limb_from_file.inverse
-        moved = mesh.with_vertices(axis_from_limb.apply(mesh.vertices_mm))
+        moved = mesh.moved(axis_from_limb)
         return axis_from_limb, moved, map_radii_on(moved, options.own.grid, options.map)
     if options.axis == "fit":
         try:
@@ -129,7 +129,7 @@ def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, Mapped]:
 def _mapped_round(
     axis_from_limb: Rigid, mesh: Mesh, options: AopOptions
 ) -> tuple[Rigid, Mesh, Mapped]:
-    moved = mesh.with_vertices(axis_from_limb.apply(mesh.vertices_mm))
+    moved = mesh.moved(axis_from_limb)
     return axis_from_limb, moved, map_radii(moved, options.map)
 
 

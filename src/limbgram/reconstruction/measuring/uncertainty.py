@@ -90,8 +90,12 @@ hardly matters to a smoothed line: for 0.8, 1.8 and 2.25 mm theory says 9, 23 an
 seen of relief that ends at 5 mm, 7, 29 and 38 if at 2.5 mm, 8, 30 and 39 if nowhere (14, 30, 39;
 26, 63, 77; and 70 to 160 without smoothing, where captures of relief that ends at 5 mm had 12 to 15
 at 0.8 mm and 23 to 40 at 1.7 to 2.2 mm)."""
-_LOST_SLOPE_SIGMA = 0.2
-"""Standard deviation of the factor, as a fraction."""
+_LOST_SLOPE_SIGMA, _FOLDED_SIGMA = 0.25, 0.3
+"""Standard deviation of the factor, and of what of it lies across folds, as a fraction."""
+_ALL_WAYS = 0.15
+"""Waves of all ways show so much more of their squared slope one way, by chance and because photos
+from round a limb see its relief less well round it than along it. With it contours round creased
+skin err by 0.09 mm, without by 0.13 mm, and by 0.14 mm if folds count as waves of all ways."""
 _NOISE_KEPT = 2.7
 """The plate's noise keeps 1 / (1 + (smoothing plate / plate)^this) of its squared slope along a
 smoothed line: 0.50, 0.75, 0.90, 0.94 for 0.8 to 2.25 mm, where theory (white data noise through
@@ -111,9 +115,11 @@ _WRINKLED_SLOPE, _WRINKLED_SLOPE_PER_MM, _WRINKLED_DETAIL = 0.5, 0.43, 2.0
 """How much more slope is lost there: so much, and so much for each millimetre of the plate's length
 (captures ask for 1.4 at 2.1 mm, and theory for less than one below 1 mm, where most of it is finer
 than the smoothing length); and how much more energy, by theory."""
-_NOISE_SLOPE_SIGMA = 0.3
+_NOISE_SLOPE_SIGMA = 0.17
 """Standard deviation, as a fraction, of the squared slope of the noise: what photos get wrong alike
-is steeper or less so than what they get wrong apart."""
+is steeper or less so than what they get wrong apart. This and the two above make the errors of 120
+contours (`intervals.py`, 24 captures in five settings) the most likely; folds told too little of
+themselves there, so that 0.3 is a bound."""
 _DRAWS = 4
 """Of relief that stands off the plate unseen."""
 _LEAST_SEEN = 0.01
@@ -149,6 +155,8 @@ class LocalErrors:
     """Errors of two vertices d apart are alike by exp(-(d / reach)^2)."""
     lost_length: Float64[np.ndarray, "n 2"]
     """As `Mesh.lost_length` has it."""
+    lost_across: Float64[np.ndarray, "n 3"]
+    """As `Mesh.lost_across` has it."""
     left: Float64[np.ndarray, " n"]
     """What the rounds leave of an error of the given surface, 0 to 1."""
     creases_mm: Float64[np.ndarray, "n 2"]
@@ -200,18 +208,14 @@ def local_errors(
     in_taken = _noise(steep, equations, pool, loud, WIDE_RINGS)
     steepness = pool.energy(_squared_slope(thin_plate, usual.taken), WIDE_RINGS)
     relief = np.maximum(steepness - in_taken, 0.0)
-    one_way = np.minimum(_one_way(mesh, usual.taken, pool) * steepness, relief)
+    across, more_one_way = _one_way(mesh, usual.taken, seen, pool)
+    folded = np.clip((more_one_way - _ALL_WAYS) * steepness, 0.0, relief)
+    slope = _LostSlope.of(equations, wrinkled)
     return LocalErrors(
         variance_mm2=variance,
         reach_mm=_CORRELATION_LENGTHS * _usual_length_mm(thin_plate, equations),
-        lost_length=_lost_length(
-            relief,
-            one_way,
-            in_taken,
-            roughened,
-            equations,
-            wrinkled,
-        ),
+        lost_length=slope.length(relief, folded, in_taken, roughened),
+        lost_across=slope.times / 4 * folded[:, None] * across,
         left=left,
         creases_mm=_within(lost_creases_mm(mesh, seen, equations, usual), variance, pool),
     )
@@ -382,48 +386,65 @@ def _bands(
     return found
 
 
-def _lost_length(
-    relief: Float64[np.ndarray, " n"],
-    one_way: Float64[np.ndarray, " n"],
-    in_taken: Float64[np.ndarray, " n"],
-    roughened: Float64[np.ndarray, " n"],
-    equations: JointEquations,
-    wrinkled: float,
-) -> Float64[np.ndarray, "n 2"]:
-    """How much longer a line along the limb is, and the standard deviation of that, per length.
+@dataclass(frozen=True)
+class _LostSlope:
+    """What squared slope lengthens a line by that the plate took."""
 
-    Both lines are smoothed (`core/geometry/smoothed_length`); flat faces are finer and add nothing.
+    times: float
+    """Squared slope that the plate took over that of (1 - H) H x of the usual plate."""
+    noise_kept: float
+    """Of the squared slope of the noise on the surface, by a smoothed line."""
 
-    Args:
-        relief: squared slope of (1 - H) H x, the usual plate's.
-        one_way: what of it lies one way more than the other: folds lengthen a line across them by
-            twice the mean of all directions, and one along them not at all.
-        in_taken: squared slope of the noise, as taken off beside it.
-        roughened: squared slope of the noise on the surface.
-        wrinkled: whether relief stays high at short waves, 0 to 1.
-    """
-    length_mm = equations.length_mm
-    more = 1 + (_WRINKLED_SLOPE + _WRINKLED_SLOPE_PER_MM * length_mm - 1) * wrinkled
-    factor = more * max(_LOST_SLOPE + _LOST_SLOPE_PER_MM * length_mm, 0.0)
-    factor *= equations.stiffness_share**_SLOPE_BY_SHARE
-    lost = factor / 4 * relief
-    roughened = roughened / (1 + (PLATE_MM / equations.measuring_length_mm) ** _NOISE_KEPT)
-    sigma = np.sqrt(
-        (_LOST_SLOPE_SIGMA * lost) ** 2
-        + (factor / 4 * one_way) ** 2 / 2
-        + (factor / 4 * _NOISE_SLOPE_SIGMA * in_taken) ** 2
-        + (_NOISE_SLOPE_SIGMA / 4 * roughened) ** 2
-    )
-    return np.column_stack([lost - roughened / 4, sigma])
+    @classmethod
+    def of(cls, equations: JointEquations, wrinkled: float) -> "_LostSlope":
+        """For that plate; `wrinkled`: whether relief stays high at short waves, 0 to 1."""
+        length_mm = equations.length_mm
+        more = 1 + (_WRINKLED_SLOPE + _WRINKLED_SLOPE_PER_MM * length_mm - 1) * wrinkled
+        times = more * max(_LOST_SLOPE + _LOST_SLOPE_PER_MM * length_mm, 0.0)
+        return cls(
+            times * equations.stiffness_share**_SLOPE_BY_SHARE,
+            1 / (1 + (PLATE_MM / equations.measuring_length_mm) ** _NOISE_KEPT),
+        )
+
+    def length(
+        self,
+        relief: Float64[np.ndarray, " n"],
+        folded: Float64[np.ndarray, " n"],
+        in_taken: Float64[np.ndarray, " n"],
+        roughened: Float64[np.ndarray, " n"],
+    ) -> Float64[np.ndarray, "n 2"]:
+        """How much longer a line along the limb is, and the standard deviation of that, per length.
+
+        Both lines are smoothed (`core/geometry/smoothed_length`); flat faces are finer and add
+        nothing. Relief of slope s lengthens a line by s^2 / 4 over all ways.
+
+        Args:
+            relief: squared slope of (1 - H) H x, the usual plate's.
+            folded: what of it lies across folds more than along them.
+            in_taken: squared slope of the noise, as taken off beside it.
+            roughened: squared slope of the noise on the surface.
+        """
+        lost, roughened = self.times / 4 * relief, self.noise_kept / 4 * roughened
+        variance = (
+            (_LOST_SLOPE_SIGMA * lost) ** 2
+            + (_FOLDED_SIGMA * self.times / 4 * folded) ** 2
+            + (_NOISE_SLOPE_SIGMA * self.times / 4 * in_taken) ** 2
+            + (_NOISE_SLOPE_SIGMA * roughened) ** 2
+        )
+        return np.column_stack([lost - roughened, np.sqrt(variance)])
 
 
-def _one_way(mesh: Mesh, lift: Float64[np.ndarray, " n"], pool: Pool) -> Float64[np.ndarray, " n"]:
-    """Share of the squared slope that lies one way more than across it: 0 of waves of all
-    directions, 1 of folds side by side. Noise, which lies all ways, takes away from it."""
-    products = products_of_slopes(mesh, lift)
-    ways = np.linalg.eigvalsh(pooled_products(mesh, products, pool, WIDE_RINGS))
-    whole = np.maximum(ways.sum(1), np.finfo(float).tiny)
-    return np.clip((2 * ways[:, 2] - ways.sum(1)) / whole, 0.0, 1.0)
+def _one_way(
+    mesh: Mesh, lift: Float64[np.ndarray, " n"], seen: SeenSurface, pool: Pool
+) -> tuple[Float64[np.ndarray, "n 3"], Float64[np.ndarray, " n"]]:
+    """The way that most of the squared slope lies, and its share there less that across it: 0 of
+    waves of all ways, 1 of folds side by side. Noise, which lies all ways, takes away from it."""
+    products = pooled_products(mesh, products_of_slopes(mesh, lift), pool, WIDE_RINGS)
+    flat = seen.axes[:, :2]
+    squares, ways = np.linalg.eigh(np.einsum("nai,nij,nbj->nab", flat, products, flat))
+    whole = np.maximum(squares.sum(1), np.finfo(float).tiny)
+    across = np.einsum("na,nai->ni", ways[:, :, 1], flat)
+    return across, np.clip((squares[:, 1] - squares[:, 0]) / whole, 0.0, 1.0)
 
 
 def _squared_slope(
@@ -644,4 +665,5 @@ def with_sigma(
         shared_sources=(SCALE, *cameras * (CAMERAS,), OFFSET, FACES, *creases * (CREASES,)),
         correlation_mm=local.reach_mm,
         lost_length=local.lost_length.astype(np.float32),
+        lost_across=local.lost_across.astype(np.float32),
     )

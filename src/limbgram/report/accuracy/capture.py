@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import GreyImage
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS
 from limbgram.findings import Finding, told
@@ -277,7 +278,8 @@ def _girth(mesh: Mesh, plane: TapePlane) -> Figure | None:
     """The surface's girth there, as a measuring table has it; None where it has none."""
     axis = plane.axis
     upright = Rotation.align_vectors(Z_AXIS[None], axis.direction[None])[0]
-    turned = mesh.with_vertices(upright.apply(mesh.vertices_mm - axis.point_mm))
+    rotation = upright.as_matrix()
+    turned = mesh.moved(Rigid(rotation, -rotation @ axis.point_mm))
     level = levels_at(turned, [plane.along_mm - float(axis.point_mm @ axis.direction)])[0]
     if isinstance(level, Refused):
         return None

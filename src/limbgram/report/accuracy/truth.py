@@ -78,7 +78,7 @@ def truth_figures(mesh: Mesh, known: KnownTruth, pixel_mm: float) -> Compared:
         # Sections are cut across our own vertical: the truth's frame may lie anyhow.
         truth = truth.moved(from_anywhere(samples, truth).inverse)
     pose, scale_error = _aligned(samples, centres_mm, truth, alignment)
-    placed = mesh.with_vertices(pose.apply(mesh.vertices_mm))
+    placed = mesh.moved(pose)
     all_mm, seen = signed_mm(placed.vertices_mm, truth)
     compared = seen & measured_vertices(mesh)
     if not compared.any():

@@ -94,7 +94,7 @@ def stood(mesh: Mesh, name: str) -> Stood:
     heights = (rim - middle) @ up
     start = middle + (float(heights.max()) + _CLEAR_MM) * up
     world_from_mesh = Rigid(turn, -turn @ start)
-    level = mesh.with_vertices(world_from_mesh.apply(mesh.vertices_mm))
+    level = mesh.moved(world_from_mesh)
     level = largest_piece(keep_positive(level, level.vertices_mm[:, 2]).mesh)[0]
     return Stood(level, _farthest(level), world_from_mesh, float(np.ptp(heights)) + _CLEAR_MM)
 

@@ -124,7 +124,7 @@ def read_scan(path: Path | str, mm_per_unit: float | None = None) -> Scan | Bent
 def _straight(shape: ShapeFile, mesh: Mesh, apart: tuple[Finding, ...], name: str) -> Scan:
     frame = shape.limb.frame
     world_from_mesh = _upright(mesh, frame, name)
-    standing = mesh.with_vertices(world_from_mesh.apply(mesh.vertices_mm))
+    standing = mesh.moved(world_from_mesh)
     rays = _cast_all(standing, name)
     rings = _rings(rays, _edge_mm(mesh), name)
     notes = list(apart)

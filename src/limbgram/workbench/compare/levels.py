@@ -157,7 +157,7 @@ def alike_in_detail(meshes: Sequence[Mesh]) -> list[Mesh]:
     """All with what fine relief they lost, or none: one's alone would pass for a difference."""
     if all(mesh.lost_length is not None for mesh in meshes):
         return list(meshes)
-    return [replace(mesh, lost_length=None) for mesh in meshes]
+    return [replace(mesh, lost_length=None, lost_across=None) for mesh in meshes]
 
 
 def _open_below(mesh_in_limb: Mesh) -> bool:

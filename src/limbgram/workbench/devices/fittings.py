@@ -118,7 +118,7 @@ def pointing(place_mm: Vector3, way: Vector3) -> Rigid:
 
 
 def _placed(name: str, solid: Mesh, motion: Rigid, how: Literal["join", "cut"]) -> Part:
-    placed = solid.with_vertices(motion.apply(solid.vertices_mm))
+    placed = solid.moved(motion)
     return Part(solid=placed, how=how, name=name)
 
 

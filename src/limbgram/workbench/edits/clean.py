@@ -181,16 +181,18 @@ def _without_spikes(limb: Limb) -> Limb:
 
 def _unmeasured(mesh: Mesh, moved: Bool[np.ndarray, " n"]) -> Mesh:
     """The mesh with these vertices marked as unmeasured."""
-    filled = moved if mesh.filled is None else mesh.filled | moved
+
+    def zeroed(values: np.ndarray | None) -> np.ndarray | None:
+        return None if values is None else np.where(moved[:, None], np.float32(0), values)
+
     sigma = None if mesh.sigma_mm is None else np.where(moved, np.float32(np.nan), mesh.sigma_mm)
-    shared = mesh.shared_mm
-    lost = mesh.lost_length
     return replace(
         mesh,
-        filled=filled,
+        filled=moved if mesh.filled is None else mesh.filled | moved,
         sigma_mm=sigma,
-        shared_mm=None if shared is None else np.where(moved[:, None], np.float32(0), shared),
-        lost_length=None if lost is None else np.where(moved[:, None], np.float32(0), lost),
+        shared_mm=zeroed(mesh.shared_mm),
+        lost_length=zeroed(mesh.lost_length),
+        lost_across=zeroed(mesh.lost_across),
     )
 
 

@@ -136,6 +136,12 @@ def _with_points_on_edges(
             new = np.rint(new)
         return np.concatenate([values, new.astype(values.dtype)])
 
+    across = mesh.lost_across
+    if across is not None:  # folds run both ways: either sign says the same
+        opposed = np.einsum("kd,kd->k", across[first], across[second]) < 0
+        between = np.where(opposed[:, None], -across[second], across[second]) - across[first]
+        new = across[first] + shares[:, None] * between
+        across = np.concatenate([across, new.astype(across.dtype)])
     places = mesh.vertices_mm
     return replace(
         mesh,
@@ -145,4 +151,5 @@ def _with_points_on_edges(
         sigma_mm=grown(mesh.sigma_mm),
         shared_mm=grown(mesh.shared_mm),
         lost_length=grown(mesh.lost_length),
+        lost_across=across,
     )

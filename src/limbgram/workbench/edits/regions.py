@@ -358,6 +358,7 @@ def with_added(mesh: Mesh, places_mm: Points3, like: Int64[np.ndarray, " k"], fa
         sigma_mm=longer(mesh.sigma_mm, np.nan),
         shared_mm=longer(mesh.shared_mm, 0.0),
         lost_length=longer(mesh.lost_length, 0.0),
+        lost_across=longer(mesh.lost_across, 0.0),
     )
 
 

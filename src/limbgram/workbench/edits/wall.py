@@ -370,6 +370,7 @@ def _told(mesh: Mesh, solid: Mesh, like: Int64[np.ndarray, " k"]) -> Mesh:
         sigma_mm=repeated(mesh.sigma_mm),
         shared_mm=repeated(mesh.shared_mm),
         lost_length=repeated(mesh.lost_length),
+        lost_across=repeated(mesh.lost_across),
     )
 
 

@@ -20,6 +20,7 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.kind import Mid
@@ -89,8 +90,8 @@ _Valued = tuple[float, Float64[np.ndarray, " n"]]
 
 
 def _values(sigmas: Sigmas, rotation: Matrix3, origin: Vector3) -> dict[str, _Valued]:
-    mesh = sigmas.mesh.with_vertices((sigmas.mesh.vertices_mm - origin) @ rotation.T)
-    turned = Sigmas(mesh, sigmas.normals @ rotation.T)
+    turned = sigmas.moved(Rigid(rotation, -rotation @ origin))
+    mesh = turned.mesh
     _require_whole(turned)
     top_mm = float(mesh.vertices_mm[:, 2].max())
     level = level_at(mesh, top_mm * MEASURING_LEVEL / LEVELS)

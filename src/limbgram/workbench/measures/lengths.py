@@ -13,7 +13,7 @@ from jaxtyping import Float64, Int32
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.smoothed_length import smoothed_length
 from limbgram.core.mesh.closest_point import TriangleTree
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.uncertainty import propagate
 from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 from limbgram.workbench.measures.levels import Figure, Sigmas
@@ -66,14 +66,12 @@ def over_surface(sigmas: Sigmas, path_mm: Points3) -> Figure:
     """Length of a way over the limb, as it is measured."""
     smooth = smoothed_length(path_mm, closed=False)
     figure = _figure(sigmas, smooth.value_mm, path_mm, smooth.slopes)
-    lost = sigmas.mesh.lost_length
-    if figure.sigma is None or lost is None:
+    if figure.sigma is None:
         return figure
-    middles = (path_mm[1:] + path_mm[:-1]) / 2
-    along = np.linalg.norm(np.diff(path_mm, axis=0), axis=1)
+    middles, steps = (path_mm[1:] + path_mm[:-1]) / 2, np.diff(path_mm, axis=0)
     ids, shares = on_triangles(sigmas.mesh, middles)
-    more, sigma = along @ np.einsum("pk,pkc->pc", shares, lost.astype(np.float64)[ids])
-    return Figure(figure.value + float(more), math.hypot(figure.sigma, float(sigma)))
+    more, sigma = sigmas.lost_mm(ids, shares, unit(steps), np.linalg.norm(steps, axis=1))
+    return Figure(figure.value + more, math.hypot(figure.sigma, sigma))
 
 
 def _slopes(path_mm: Points3) -> Points3:

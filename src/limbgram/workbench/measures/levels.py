@@ -24,6 +24,7 @@ from jaxtyping import Bool, Float64, Int32, Int64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.smoothed_length import SmoothedLength, smoothed_length, taut_length
 from limbgram.core.interval import Interval, plus_minus
 from limbgram.core.mesh.mesh import Mesh, unit
@@ -201,6 +202,9 @@ class Sigmas:
     def of(cls, mesh_in_limb: Mesh) -> "Sigmas":
         return cls(mesh_in_limb, mesh_in_limb.vertex_normals())
 
+    def moved(self, motion: Rigid) -> "Sigmas":
+        return Sigmas(self.mesh.moved(motion), self.normals @ motion.rotation.T)
+
     def figure(self, level: Level, sloped: Sloped) -> Figure:
         """The measure of the limb: the surface's own, and what a line along it has lost."""
         if self.mesh.sigma_mm is None:
@@ -208,10 +212,36 @@ class Sigmas:
         sigma = propagate(self.mesh, self.gradient(level, sloped))
         if sigma is None or sloped.along_mm is None or self.mesh.lost_length is None:
             return Figure(sloped.value, sigma)
-        ends = self.mesh.lost_length.astype(np.float64)[level.crossed]
-        at = level.shares[:, None]
-        lost_mm, sigma_mm = sloped.along_mm @ ((1 - at) * ends[:, 0] + at * ends[:, 1])
-        return Figure(sloped.value + float(lost_mm), math.hypot(sigma, float(sigma_mm)))
+        parts = np.column_stack([1 - level.shares, level.shares])
+        x, y, _ = np.einsum("ke,kei->ik", parts, self.normals[level.crossed])
+        ways = unit(np.column_stack([-y, x, np.zeros(len(x))]))
+        lost_mm, lost_sigma_mm = self.lost_mm(level.crossed, parts, ways, sloped.along_mm)
+        return Figure(sloped.value + lost_mm, math.hypot(sigma, lost_sigma_mm))
+
+    def lost_mm(
+        self,
+        vertices: Int32[np.ndarray, "k c"],
+        shares: Float64[np.ndarray, "k c"],
+        ways: Points3,
+        along_mm: Float64[np.ndarray, " k"],
+    ) -> tuple[float, float]:
+        """How much longer a line over the limb is than over this surface, and its sigma.
+
+        Args:
+            vertices: Between which each piece of the line lies, and their shares in it.
+            ways: Of the pieces, unit vectors along the surface.
+            along_mm: Their lengths.
+        """
+        lost, across = self.mesh.lost_length, self.mesh.lost_across
+        if lost is None:
+            return 0.0, 0.0
+        ends = lost.astype(np.float64)[vertices]
+        if across is not None:
+            folds = across.astype(np.float64)[vertices]
+            size = np.maximum(np.linalg.norm(folds, axis=-1), np.finfo(float).tiny)
+            ends[..., 0] += 2 * np.einsum("kcd,kd->kc", folds, ways) ** 2 / size - size
+        more, sigma = along_mm @ np.einsum("kc,kcf->kf", shares, ends)
+        return float(more), float(sigma)
 
     def gradient(self, level: Level, sloped: Sloped) -> Float64[np.ndarray, " n"]:
         """Change of the figure for a millimetre of each vertex along its normal.

@@ -158,13 +158,11 @@ class Cut:
 
     def level(self, sigmas: Sigmas) -> Level:
         x, y, height = self.through_mm.tolist()
-        turned = sigmas.mesh.with_vertices(sigmas.mesh.vertices_mm @ self.rotation.T)
-        return level_at(turned, height, (x, y))
+        return level_at(self.turned(sigmas).mesh, height, (x, y))
 
     def turned(self, sigmas: Sigmas) -> Sigmas:
         """The surface in that frame."""
-        mesh = sigmas.mesh.with_vertices(sigmas.mesh.vertices_mm @ self.rotation.T)
-        return Sigmas(mesh, sigmas.normals @ self.rotation.T)
+        return sigmas.moved(Rigid(self.rotation, np.zeros(3)))
 
     def nudged(self, offset_mm: float, tilt_rad: float, roll_rad: float, turn_rad: float) -> "Cut":
         """Another plane near this one: moved along its normal, tilted about its x and its y, and

@@ -289,4 +289,4 @@ def upright(limb: Limb) -> Mesh:
     if limb.frame is None:
         return limb.mesh
     motion = limb.frame.limb_from_mesh
-    return limb.mesh.with_vertices(moved_by(motion, limb.mesh.vertices_mm))
+    return limb.mesh.moved(motion).with_vertices(moved_by(motion, limb.mesh.vertices_mm))

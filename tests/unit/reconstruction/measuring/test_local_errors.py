@@ -197,20 +197,26 @@ def test_a_line_gets_back_what_lost_relief_took_and_gives_what_noise_added(
 
 
 @pytest.mark.parametrize(("turn_rad", "times"), [(0.0, 2.0), (np.pi / 2, 0.0)])
-def test_folds_that_all_run_one_way_make_a_line_less_sure(turn_rad: float, times: float) -> None:
-    """Across them it lost twice what it lost in the mean of all directions, along them nothing."""
+def test_a_line_across_folds_gets_back_twice_as_much_and_one_along_them_nothing(
+    turn_rad: float, times: float
+) -> None:
+    """As what it lost in the mean of all directions."""
     truly: list[float] = []
     told: list[np.ndarray] = []
     for seed in range(3):
         found = solved(0.1, seed, 0.3, turn_rad=turn_rad)
         lift, inside = found.mesh.vertices_mm[:, 2], _inside()
         truly.append(_longer(lift - found.errors_mm) - _longer(lift))
-        lost = _local(found.mesh, found.seen, found.equations).lost_length
-        told.append(lost[inside].mean(0))
-    expected, sigma = np.mean(told, axis=0)
+        local = _local(found.mesh, found.seen, found.equations)
+        across = local.lost_across[inside]
+        size = np.linalg.norm(across, axis=1)
+        along_x = 2 * across[:, 0] ** 2 / size - size
+        told.append(np.array([*local.lost_length[inside].mean(0), along_x.mean()]))
+    expected, sigma, more = np.mean(told, axis=0)
     assert times - 0.7 < np.mean(truly) / expected < times + 0.7
-    assert abs(expected - np.mean(truly)) < 1.96 * sigma
-    assert 0.6 * expected < sigma < 1.1 * expected
+    assert (expected + more) / expected == pytest.approx(times, abs=0.3)
+    assert abs(expected + more - np.mean(truly)) < 1.96 * sigma
+    assert sigma < 0.5 * expected
 
 
 @pytest.mark.parametrize(("growth", "shortest_mm"), [(1.0, 4.0), (0.2, 2.5), (0.0, 2.5)])

@@ -496,6 +496,32 @@ def test_a_girth_is_the_limbs_own_and_not_the_smoothed_surfaces(cylinder: Mesh) 
     assert Sigmas.of(unknown).figure(level, contour_mm(level)).value == bare
 
 
+@pytest.mark.parametrize(("turn_deg", "times"), [(0.0, 2.0), (90.0, 0.0), (45.0, 1.0)])
+def test_a_girth_across_folds_lost_twice_as_much_and_one_along_them_nothing(
+    cylinder: Mesh, turn_deg: float, times: float
+) -> None:
+    """Folds of the same slope, at an angle to the girth, in whichever frame they were measured."""
+    count, lost = len(cylinder), np.array([4e-4, 1e-4], np.float32)
+    x, y, _ = cylinder.vertex_normals().T
+    turn = np.radians(turn_deg)
+    across = np.column_stack([-y * np.cos(turn), x * np.cos(turn), np.full(count, np.sin(turn))])
+    across[::2] *= -1  # a fold has no front: either sign says the same
+    folded = replace(
+        cylinder,
+        sigma_mm=np.zeros(count, np.float32),
+        lost_length=np.tile(lost, (count, 1)),
+        lost_across=(lost[0] * across).astype(np.float32),
+    )
+    elsewhere = Rigid.from_rotation_vector(np.array([0.3, -1.2, 0.7]), np.array([5.0, 6.0, 7.0]))
+    back = folded.moved(elsewhere).moved(elsewhere.inverse)
+    level = level_at(back, 101.0)
+    for measure in (contour_mm, tape_mm):
+        bare = measure(level).value
+        figure = Sigmas.of(back).figure(level, measure(level))
+        assert figure.value / bare - 1 == pytest.approx(times * 4e-4, abs=1e-5)
+        assert figure.sigma == pytest.approx(1e-4 * bare, rel=0.05)
+
+
 @pytest.mark.parametrize(("across_mm", "named"), [(3.0, False), (8.0, True)])
 def test_a_crumb_beside_the_limb_is_no_limb(cylinder: Mesh, across_mm: float, named: bool) -> None:
     """A pin beside a leg of 100 mm takes no part in its figures; one of 8 mm is named."""
