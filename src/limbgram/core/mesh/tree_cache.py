@@ -5,7 +5,9 @@ normals that tell a side. Those of the few meshes that were asked last are kept,
 than its mesh.
 """
 
+from collections.abc import Callable
 from threading import RLock
+from typing import Generic, TypeVar
 from weakref import ref
 
 from limbgram.core.mesh.closest_point import TriangleTree
@@ -15,10 +17,37 @@ from limbgram.core.mesh.signed_distance import SignedSurface
 MOST_KEPT = 4
 """Meshes; of one of 250,000 triangles the tree takes 30 MB, and what tells the side as much."""
 
-_KEPT: "dict[int, tuple[ref[Mesh], SignedSurface]]" = {}
-"""By the number of the object, the last asked last."""
-_LOCK = RLock()
-"""A mesh may end while its thread holds it."""
+Made = TypeVar("Made")
+
+
+class ByMesh(Generic[Made]):
+    """What was made of a mesh, made once."""
+
+    def __init__(self, make: Callable[[Mesh], Made]) -> None:
+        self._make = make
+        self._kept: dict[int, tuple[ref[Mesh], Made]] = {}
+        """By the number of the object, the last asked last."""
+        self._lock = RLock()
+        """A mesh may end while its thread holds it."""
+
+    def __call__(self, mesh: Mesh) -> Made:
+        number = id(mesh)
+        with self._lock:
+            kept = self._kept.pop(number, None)
+            if kept is None or kept[0]() is not mesh:
+                kept = ref(mesh, lambda _: self._forget(number)), self._make(mesh)
+            self._kept[number] = kept
+            while len(self._kept) > MOST_KEPT:
+                del self._kept[next(iter(self._kept))]
+        return kept[1]
+
+    def _forget(self, number: int) -> None:
+        with self._lock:
+            self._kept.pop(number, None)
+
+
+signed_on = ByMesh(lambda mesh: SignedSurface(mesh.vertices_mm, mesh.faces))
+"""A mesh, ready to be asked on which side places lie."""
 
 
 def tree_on(mesh: Mesh) -> TriangleTree:
@@ -28,22 +57,3 @@ def tree_on(mesh: Mesh) -> TriangleTree:
         ValueError: it has no face.
     """
     return signed_on(mesh).tree
-
-
-def signed_on(mesh: Mesh) -> SignedSurface:
-    """A mesh, ready to be asked on which side places lie."""
-    number = id(mesh)
-    with _LOCK:
-        known, surface = _KEPT.pop(number, (None, None))
-        if known is None or surface is None or known() is not mesh:
-            known = ref(mesh, lambda _: _forget(number))
-            surface = SignedSurface(mesh.vertices_mm, mesh.faces)
-        _KEPT[number] = known, surface
-        while len(_KEPT) > MOST_KEPT:
-            del _KEPT[next(iter(_KEPT))]
-    return surface
-
-
-def _forget(number: int) -> None:
-    with _LOCK:
-        _KEPT.pop(number, None)

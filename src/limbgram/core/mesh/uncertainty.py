@@ -7,6 +7,7 @@ patches, each of which is wrong as one piece.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -17,6 +18,7 @@ from scipy.spatial import KDTree
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges
+from limbgram.core.mesh.tree_cache import ByMesh
 
 _MOST_EXACT = 4000
 """Vertices up to which every pair is counted; beyond, a figure is even enough for areas."""
@@ -40,7 +42,9 @@ def propagate(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float | None:
     if mesh.shared_mm is not None:
         variance += float(np.sum((gradient @ mesh.shared_mm.astype(np.float64)) ** 2))
     if np.any(gradient[~known]):
-        variance += _filled_variance(mesh, gradient, ~known)
+        fills = _fills(mesh)
+        pulls = (gradient * fills.sigma_mm)[~known]
+        variance += float(np.sum(np.bincount(fills.patch, pulls) ** 2))  # each as one piece
     return math.sqrt(variance)
 
 
@@ -102,13 +106,21 @@ def _local_square(mesh: Mesh, touched: Int64[np.ndarray, " k"]) -> Float64[np.nd
     return np.maximum(square, 0.0)
 
 
-def _filled_variance(
-    mesh: Mesh, gradient: Float64[np.ndarray, " n"], filled: Bool[np.ndarray, " n"]
-) -> float:
-    """Each patch as one piece."""
-    patch, of_vertex = _patches(mesh, filled)
-    pulls = (gradient * filled_sigma_mm(mesh, filled))[filled]
-    return float(np.sum(np.bincount(of_vertex, pulls, patch) ** 2))
+class _Fills(NamedTuple):
+    sigma_mm: Float64[np.ndarray, " n"]
+    """Of each filled vertex; 0 elsewhere."""
+    patch: Int64[np.ndarray, " k"]
+    """Of each filled vertex."""
+
+
+def _fills_of(mesh: Mesh) -> _Fills:
+    sigma = np.zeros(len(mesh), np.float32) if mesh.sigma_mm is None else mesh.sigma_mm
+    filled = ~np.isfinite(sigma)
+    return _Fills(filled_sigma_mm(mesh, filled), _patches(mesh, filled)[1])
+
+
+_fills = ByMesh(_fills_of)
+"""Every figure that crosses a fill asks for them."""
 
 
 def _patches(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> tuple[int, Int64[np.ndarray, " k"]]:

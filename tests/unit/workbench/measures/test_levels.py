@@ -11,6 +11,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.compare.levels import changes_by_level
+from limbgram.workbench.edits.fineness import refine_where
 from limbgram.workbench.measures.levels import (
     MEASURES,
     Level,
@@ -533,3 +534,14 @@ def test_a_crumb_beside_the_limb_is_no_limb(cylinder: Mesh, across_mm: float, na
     assert len(level.others) == (1 if named else 0)
     for measure in (tape_mm, contour_mm, ml_mm, area_mm2):
         assert measure(level).value == pytest.approx(measure(alone).value, rel=EXACT)
+
+
+def test_folds_of_either_sign_keep_their_way_where_faces_are_split(cylinder: Mesh) -> None:
+    """Half of the vertices say the same way with the other sign: a mean of both would be none."""
+    across = np.tile(np.array([0.0, 0.0, 3e-4], np.float32), (len(cylinder), 1))
+    across[::2] *= -1
+    known = replace(cylinder, lost_across=across)
+    split = refine_where(known, np.ones(len(cylinder.faces), np.bool_), 3.0)
+    assert len(split) > len(known)
+    assert split.lost_across is not None
+    np.testing.assert_allclose(np.abs(split.lost_across[:, 2]), 3e-4, rtol=1e-6)
