@@ -51,6 +51,7 @@ from limbgram.core.errors import (
     ScaleError,
 )
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.lens import Camera
 from limbgram.core.interval import COVER
 from limbgram.core.run import Run
 from limbgram.findings import Finding, Gravity, fault, note
@@ -79,9 +80,11 @@ from limbgram.reconstruction.photos.quality import (
 )
 from limbgram.reconstruction.pipeline import (
     PipelineOptions,
+    PlacedPhotos,
     by_the_limb,
     place_pairs,
     placed_photos,
+    with_files_that_fit,
 )
 from limbgram.reconstruction.poses import Poses, Unplaced
 from limbgram.reconstruction.scale.scaling import to_millimetres
@@ -112,6 +115,8 @@ class _Verified(NamedTuple):
 
     by: Int32[np.ndarray, "m 2"]
     """The matches that were tried."""
+    lenses: tuple[Camera, Camera]
+    """With which."""
     pair: VerifiedPair | None
 
 
@@ -151,23 +156,27 @@ class Coach:
             still = run(find_still, features)
             features = still.moving(features)
             self._forget_changed(small, still)
-            matches, pairs = self._pairs(small, features, still, cameras, run)
             detections = None if self._board is None else run(find_board, small, self._board)
-            unplaced = Unplaced(
-                photos=small,
-                features=features,
-                matches=matches,
-                pairs=pairs,
-                cameras=cameras,
-                detections=detections,
-            )
-            placing = place_pairs(unplaced, still, run)
+
+            def place(cameras: Cameras) -> PlacedPhotos:
+                matches, pairs = self._pairs(small, features, still, cameras, run)
+                unplaced = Unplaced(
+                    photos=small,
+                    features=features,
+                    matches=matches,
+                    pairs=pairs,
+                    cameras=cameras,
+                    detections=detections,
+                )
+                placing = place_pairs(unplaced, still, run)
+                placed = placed_photos(small, cameras, placing, detections, run)
+                if placing.scene.ring is None or not placing.scene.ring.closed:
+                    return placed  # more photos are to come, and an arc bends as if the limb moved
+                return by_the_limb(placed, PipelineOptions(), run)
+
+            placed = with_files_that_fit(small, cameras, place, run)
         except (CalibrationError, MatchingError, PlacementError) as refusal:
             return _refused(photos, refusal.finding, options)
-        placed = placed_photos(small, cameras, placing, detections, run)
-        if placing.scene.ring is not None and placing.scene.ring.closed:
-            # while it is open, more photos are to come, and an arc bends as if the limb moved
-            placed = by_the_limb(placed, PipelineOptions(), run)
         small, cameras, placing, detections = placed
         findings: list[Finding] = []
         scene = placing.scene
@@ -245,9 +254,15 @@ class Coach:
         matched = [_renumbered(self._matched[named(c.first, c.second)], c) for c in candidates]
         matches = still.moving_matches(joined(small, matched))
 
+        def lenses(pair: PairMatches) -> tuple[Camera, Camera]:
+            first, second = (small.photos[k].camera_idx for k in (pair.first, pair.second))
+            return cameras.calibrations[first].camera, cameras.calibrations[second].camera
+
         def known(pair: PairMatches) -> bool:
             before = self._verified.get(named(pair.first, pair.second))
-            return before is not None and np.array_equal(before.by, pair.keypoint_idx)
+            if before is None or before.lenses != lenses(pair):
+                return False
+            return np.array_equal(before.by, pair.keypoint_idx)
 
         fresh = [pair for pair in matches.pairs if not known(pair)]
         if fresh:
@@ -255,7 +270,8 @@ class Coach:
             found = {(one.matches.first, one.matches.second): one for one in held.verified}
             for pair in fresh:
                 own = found.get((pair.first, pair.second))
-                self._verified[named(pair.first, pair.second)] = _Verified(pair.keypoint_idx, own)
+                tried = _Verified(pair.keypoint_idx, lenses(pair), own)
+                self._verified[named(pair.first, pair.second)] = tried
         verified: list[VerifiedPair] = []
         for pair in matches.pairs:
             kept = self._verified[named(pair.first, pair.second)].pair

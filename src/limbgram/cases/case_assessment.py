@@ -22,7 +22,7 @@ from jaxtyping import Float64
 from scipy.spatial import KDTree
 
 from limbgram.cases.accuracy import write_accuracy
-from limbgram.cases.case_record import CaseRecord, read_record
+from limbgram.cases.case_record import CaseRecord, StageEntry, read_record
 from limbgram.cases.certificates import cited_setups
 from limbgram.cases.encoding import unsealed
 from limbgram.cases.fingerprint import file_sha256
@@ -64,27 +64,26 @@ def kept_evidence(case: CaseFolder) -> Evidence:
             finished with.
     """
     record = _finished(case)
-    keys = {stage.stage: stage.key for stage in record.stages}
-    tapes = keys.get("hold_tapes")
+    kept = _kept_stages(record)
     # where object and surroundings moved apart, the board counts only where it kept its place
     boards = ("still_board", "board_of_object", "find_board")
-    board = next((one for one in boards if one in keys), "find_board")
-    metric = _read(case, keys, "to_millimetres", MetricScene)
-    photos, cameras = (
-        _read(case, keys, "read_photos", PhotoSet),
-        _read(case, keys, "cameras_for", Cameras),
-    )
+    board = next((one for one in boards if one in kept), "find_board")
+    metric = _read(case, kept, "to_millimetres", MetricScene)
+    given = "without_files" if "without_files" in kept else "cameras_for"
+    photos, cameras = _read(case, kept, "read_photos", PhotoSet), _read(case, kept, given, Cameras)
     two = len(metric.scene.cameras) != len(cameras.calibrations)  # the photos told of two lenses
-    if two or "by_cut" in keys:
-        lenses = _read(case, keys, "by_lens" if two else "by_cut", ByLens)
+    if two or "by_cut" in kept:
+        lenses = _read(case, kept, "by_lens" if two else "by_cut", ByLens)
         photos, cameras = lenses.photos, lenses.cameras
     return Evidence(
         photos=replace(photos, set_aside=record.set_aside),
         cameras=cameras,
-        detections=_read(case, keys, board, BoardDetections) if board in keys else None,
+        detections=_read(case, kept, board, BoardDetections) if board in kept else None,
         metric=metric,
-        mesh=_read(case, keys, "measure", Mesh),
-        tapes=TapeWitnesses() if tapes is None else _read(case, keys, "hold_tapes", TapeWitnesses),
+        mesh=_read(case, kept, "measure", Mesh),
+        tapes=_read(case, kept, "hold_tapes", TapeWitnesses)
+        if "hold_tapes" in kept
+        else TapeWitnesses(),
         setups=cited_setups(case, _day_of(record)),
     )
 
@@ -126,13 +125,28 @@ def _finished(case: CaseFolder) -> CaseRecord:
     return record
 
 
-def _read(case: CaseFolder, keys: dict[str, str], stage: str, hint: type[T]) -> T:
-    folder = case.stages / stage
+_BEFORE_PLACING = ("read_photos", "cameras_for", "find_board")
+
+
+def _kept_stages(record: CaseRecord) -> dict[str, StageEntry]:
+    """By the name of the stage, its first run that counts.
+
+    Where photos were placed again without a camera file, what was placed with it does not count.
+    """
+    runs = list(record.stages)
+    again = next((k for k, one in enumerate(runs) if one.stage == "without_files"), 0)
+    counted = [one for one in runs[:again] if one.stage in _BEFORE_PLACING] + runs[again:]
+    return {one.stage.split("-")[0]: one for one in reversed(counted)}
+
+
+def _read(case: CaseFolder, kept: dict[str, StageEntry], stage: str, hint: type[T]) -> T:
+    entry = kept[stage]
+    folder = case.stages / entry.stage
     try:
-        kept, _ = read_product(folder, keys[stage], hint, case.root)
+        product, _ = read_product(folder, entry.key, hint, case.root)
     except LookupError as error:
         raise CaseError("case.stage_altered", folder=str(folder)) from error
-    return cast(T, kept)
+    return cast(T, product)
 
 
 _FEWEST_CAMERAS = 3

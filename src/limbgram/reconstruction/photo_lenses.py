@@ -29,6 +29,11 @@ def explain_lenses(
     return lens_explanations(scene, cameras.calibrations, limb, mm)
 
 
+def files_contradicted(scene: Scene) -> Iterator[Explanation]:
+    """That photos have another focal length than their camera file, where it is a fact."""
+    return (one for one in scene.lens_explanations if one.kind == "camera file" and one.told)
+
+
 def lenses_told(scene: Scene, cameras: Cameras) -> Iterator[Finding]:
     """Facts among them, in words."""
     for one in scene.lens_explanations:
@@ -36,8 +41,11 @@ def lenses_told(scene: Scene, cameras: Cameras) -> Iterator[Finding]:
             continue
         if one.kind == "camera file":
             camera = scene.camera_idx[one.photos[0]]
-            given_px = cameras.calibrations[camera].camera.fx
-            yield foreign_camera(given_px, (1.0 + one.effect) * given_px, "placed")
+            given = cameras.calibrations[camera]
+            given_px = (given.instead_of or given).camera.fx
+            by_effect_px = (1.0 + one.effect) * given_px  # while the file still pulls at it
+            found_px = by_effect_px if given.instead_of is None else scene.cameras[camera].fx
+            yield foreign_camera(given_px, found_px, "placed")
         else:
             yield own_lens_told(scene, one)
 

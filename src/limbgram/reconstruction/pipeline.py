@@ -24,6 +24,7 @@ from limbgram.reconstruction.calibration.cameras import (
     CameraOptions,
     Cameras,
     cameras_for,
+    without_files,
 )
 from limbgram.reconstruction.dense.estimation import estimate_depth
 from limbgram.reconstruction.dense.fusion import FusionOptions, fuse
@@ -66,7 +67,7 @@ from limbgram.reconstruction.movement import (
     told_from_board,
     without_what_moved_beside,
 )
-from limbgram.reconstruction.photo_lenses import explain_lenses
+from limbgram.reconstruction.photo_lenses import explain_lenses, files_contradicted, lenses_told
 from limbgram.reconstruction.photos.lenses import copies_of
 from limbgram.reconstruction.photos.photo import PhotoSet, naming_left_out
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
@@ -239,8 +240,12 @@ def _reconstructed(
     board = capture.board
     found = None if board is None else run(find_board, photos, board, options.targets)
     dictionary = capture.plates[0].dictionary if capture.plates else KIT_DICTIONARY
-    placing = place_photos(photos, cameras, options, run, found, dictionary)
-    placed = by_the_limb(placed_photos(photos, cameras, placing, found, run), options, run)
+
+    def place(cameras: Cameras) -> PlacedPhotos:
+        placing = place_photos(photos, cameras, options, run, found, dictionary)
+        return by_the_limb(placed_photos(photos, cameras, placing, found, run), options, run)
+
+    placed = with_files_that_fit(photos, cameras, place, run)
     photos, cameras, placing, found = placed
     distances = capture.distances
     if capture.plates:
@@ -510,6 +515,31 @@ def placed_photos(
     if found is not None and (placing.still.groups or placing.poses.sides):
         found = run(board_of_object, found, placing.still, placing.poses)
     return PlacedPhotos(photos, cameras, placing, found)
+
+
+def with_files_that_fit(
+    photos: PhotoSet, cameras: Cameras, place: Callable[[Cameras], PlacedPhotos], run: Run
+) -> PlacedPhotos:
+    """Photos placed with the camera files given, but those that they contradict as a fact.
+
+    A file of another focal length bends the scene, and all sigmas that rest on it are too small.
+
+    Raises:
+        PlacementError: `place` raised it, or without that file the photos cannot be placed.
+    """
+    placed = place(cameras)
+    facts = tuple(files_contradicted(placed.placing.scene))
+    if not facts:
+        return placed
+    wrong = tuple(sorted({photos.photos[one.photos[0]].camera_idx for one in facts}))
+    try:
+        freed = place(run(without_files, cameras, photos.cameras, wrong))
+    except (MatchingError, PlacementError) as refusal:
+        told = next(lenses_told(placed.placing.scene, placed.cameras))
+        raise PlacementError.of(told) from refusal
+    scene = freed.placing.scene
+    explained = replace(scene, lens_explanations=(*facts, *scene.lens_explanations))
+    return freed._replace(placing=replace(freed.placing, scene=explained))
 
 
 def by_the_limb(placed: PlacedPhotos, options: PipelineOptions, run: Run) -> PlacedPhotos:

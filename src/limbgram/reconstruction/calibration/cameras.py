@@ -58,6 +58,8 @@ class Calibration:
     rms_px: float = float("nan")
     edge_px: float | None = None
     """Width of the sharpest edges in a typical one of the calibration photos."""
+    instead_of: "Calibration | None" = None
+    """The camera file that was given and that the photos contradict."""
 
     @property
     def sigmas(self) -> Float64[np.ndarray, " lens"]:
@@ -220,6 +222,18 @@ class FocalGuess:
     focal_px: float
     relative_sigma: float
     source: Literal["exif", "guess"]
+
+
+def without_files(
+    cameras: Cameras, groups: tuple[CameraGroup, ...], wrong: tuple[int, ...]
+) -> Cameras:
+    """These cameras as if no file of theirs had been given."""
+    return Cameras(
+        tuple(
+            replace(from_exif(group), instead_of=one) if idx in wrong else one
+            for idx, (one, group) in enumerate(zip(cameras.calibrations, groups, strict=True))
+        )
+    )
 
 
 def focal_from_exif(

@@ -497,12 +497,3 @@ def foreign_lens(scene: Scene, detections: BoardDetections, cameras: Cameras) ->
         if abs(shown_px - camera.fx) > limit_px:
             return foreign_camera(camera.fx, shown_px, "board")
     return None
-
-
-def foreign_by_points(scene: Scene, cameras: Cameras) -> Finding | None:
-    """The same by the points of the photos, where another focal length is a fact."""
-    for one in scene.lens_explanations:
-        if one.kind == "camera file" and one.told:
-            given_px = cameras.calibrations[scene.camera_idx[one.photos[0]]].camera.fx
-            return foreign_camera(given_px, (1.0 + one.effect) * given_px, "placed")
-    return None

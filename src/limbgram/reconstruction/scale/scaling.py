@@ -25,7 +25,6 @@ from limbgram.reconstruction.scale.board import (
     SceneBoard,
     adjusted_with_board,
     find_scene_board,
-    foreign_by_points,
     foreign_lens,
 )
 from limbgram.reconstruction.scale.displaced_board import without_displaced_board
@@ -166,7 +165,7 @@ def to_millimetres(
     except ScaleError as refusal:
         if detections is None or cameras is None:
             raise
-        cause = foreign_lens(scene, detections, cameras) or foreign_by_points(scene, cameras)
+        cause = foreign_lens(scene, detections, cameras)
         if cause is None:
             raise
         raise ScaleError("board.unmeasured", cause=cause) from refusal

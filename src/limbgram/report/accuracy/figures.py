@@ -376,6 +376,18 @@ LENS_SOURCES: dict[LensSource, str] = {
 
 
 @dataclass(frozen=True, kw_only=True)
+class ContradictedFile:
+    """A camera file that the photos contradict, and that was not used."""
+
+    given_px: float
+    """Its focal length."""
+    shown_px: float
+    """That of the photos."""
+    sigmas: float
+    """How many sigmas of both lie between them."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class LensFigures:
     """A camera of the capture."""
 
@@ -387,6 +399,7 @@ class LensFigures:
     calibration_rms_px: float
     parameters: tuple[LensParameter, ...]
     correlations: Correlations | None
+    contradicted: ContradictedFile | None = None
 
     @property
     def name(self) -> str:

@@ -502,6 +502,15 @@ def _cameras(figures: Figures) -> Iterator[Criterion]:
     """What the photos say against the calibrations that were given."""
     limit_px = max(LENS_PATTERN.green, _PATTERN_SIGMAS * figures.network.sigma0_robust_px)
     for camera, lens in zip(figures.residuals.by_camera, figures.cameras, strict=True):
+        file = lens.contradicted
+        if file is not None:
+            yield LENS.judge(
+                "verdict.lens.not_used",
+                file.sigmas,
+                camera=lens.name,
+                given_px=file.given_px,
+                shown_px=file.shown_px,
+            )
         if lens.source != "board":
             continue
         free = [one for one in lens.parameters if math.isfinite(one.contradicted_sigmas)]

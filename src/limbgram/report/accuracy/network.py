@@ -22,6 +22,7 @@ from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import (
     Angles,
     CameraResiduals,
+    ContradictedFile,
     Correlations,
     LensFigures,
     LensParameter,
@@ -366,6 +367,15 @@ def camera_figures(evidence: Evidence) -> tuple[LensFigures, ...]:
     )
 
 
+def _contradicted(given: Calibration, camera: Camera, sigma_px: float) -> ContradictedFile | None:
+    """The camera file in whose place the lens was found from the photos."""
+    if given.instead_of is None:
+        return None
+    file_px, file_sigma_px = given.instead_of.camera.fx, float(given.instead_of.sigmas[0])
+    off = abs(camera.fx - file_px) / math.hypot(file_sigma_px, sigma_px)
+    return ContradictedFile(given_px=file_px, shown_px=camera.fx, sigmas=off)
+
+
 def _camera(
     idx: int,
     given: Calibration,
@@ -378,6 +388,7 @@ def _camera(
         camera=idx,
         label=given.label,
         source=given.source,
+        contradicted=_contradicted(given, camera, float(sigmas[0])),
         width_px=camera.width_px,
         height_px=camera.height_px,
         calibration_rms_px=given.rms_px,

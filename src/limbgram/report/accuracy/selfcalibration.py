@@ -63,11 +63,13 @@ def _focal_sigma(lens: LensFigures) -> float:
 def _finding(found: Sequence[LensFigures], focal: float, sigma_mm: float) -> Finding:
     exif = tuple(one.name for one in found if one.source == "exif")
     guess = tuple(one.name for one in found if one.source == "guess")
+    not_used = any(one.contradicted is not None for one in found)
     focal_percent = 100 * COVER * focal if math.isfinite(focal) else None
     fine_focal = focal_percent is not None and focal_percent < _FINE_PERCENT
     if not math.isfinite(sigma_mm):
         return note(
             "verdict.no_camera_file.cost_unknown",
+            not_used=not_used,
             exif=exif or None,
             guess=guess or None,
             focal_percent=focal_percent,
@@ -75,6 +77,7 @@ def _finding(found: Sequence[LensFigures], focal: float, sigma_mm: float) -> Fin
         )
     return note(
         "verdict.no_camera_file",
+        not_used=not_used,
         exif=exif or None,
         guess=guess or None,
         focal_percent=focal_percent,
