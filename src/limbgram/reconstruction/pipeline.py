@@ -535,8 +535,9 @@ def with_files_that_fit(
     try:
         freed = place(run(without_files, cameras, photos.cameras, wrong))
     except (MatchingError, PlacementError) as refusal:
-        told = next(lenses_told(placed.placing.scene, placed.cameras))
-        raise PlacementError.of(told) from refusal
+        told = lenses_told(placed.placing.scene, placed.cameras)
+        foreign = next(one for one in told if one.code == "lens.foreign")
+        raise PlacementError.of(foreign) from refusal
     scene = freed.placing.scene
     explained = replace(scene, lens_explanations=(*facts, *scene.lens_explanations))
     return freed._replace(placing=replace(freed.placing, scene=explained))

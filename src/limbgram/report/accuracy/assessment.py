@@ -113,7 +113,10 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
         expected=expectation(surface, lengths, network, movement),
     )
     uncalibrated = self_calibration(figures.cameras, figures.expected, evidence.unit)
-    judged = criteria(figures, evidence.setups, uncalibrated)
+    # a setup was proved with its camera file: without that it says nothing of the case
+    unused = any(lens.contradicted is not None for lens in figures.cameras)
+    setups = () if unused else evidence.setups
+    judged = criteria(figures, setups, uncalibrated)
     return Assessment(
         case=evidence.name,
         unit=evidence.unit,
@@ -122,9 +125,9 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
         size_checked=size_is_checked(figures),
         reasons=tuple(one.finding for one in reasons(judged)),
         criteria=judged,
-        findings=findings(figures, evidence.setups, uncalibrated),
+        findings=findings(figures, setups, uncalibrated),
         figures=figures,
         self_calibration=uncalibrated,
-        setups=evidence.setups,
+        setups=setups,
         off_mm=None if compared is None else compared.off_mm,
     )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from limbgram.core.errors import MatchingError
+from limbgram.core.errors import MatchingError, PlacementError
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.core.run import Run
 from limbgram.findings import note
@@ -16,11 +16,17 @@ from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, fr
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.limb_groups import LimbGroups
 from limbgram.reconstruction.mapping.ring import ring_of, without_photos
-from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
+from limbgram.reconstruction.mapping.scene import Explanation, PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import Matches
 from limbgram.reconstruction.matching.static_background import Still
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
-from limbgram.reconstruction.pipeline import PipelineOptions, Placing, place_photos
+from limbgram.reconstruction.pipeline import (
+    PipelineOptions,
+    PlacedPhotos,
+    Placing,
+    place_photos,
+    with_files_that_fit,
+)
 from limbgram.reconstruction.targets.board import KIT_DICTIONARY
 from limbgram.reconstruction.targets.marks import MarkDetections
 from limbgram.reconstruction.twoview.pairs import Pairs
@@ -130,6 +136,66 @@ def test_a_lens_that_no_board_calibrated_asks_for_the_full_size(ring: Scene) -> 
     placing = place_photos(photos(), cameras, PipelineOptions(), run)
     assert run.called == FULL_SIZE
     assert placing.scene.full_size == note("placing.reduced.lens")
+
+
+CONTRADICTED = Explanation(
+    bodies="lenses",
+    kind="camera file",
+    photos=(0,),
+    numbers=1,
+    score=88.0,
+    chance=1e-16,
+    effect=-0.03,
+    low=0.028,
+    high=0.032,
+    variance_before=1.0,
+    variance_after=0.2,
+)
+
+
+@pytest.mark.parametrize(("told", "camera_files"), [(True, ["board", "guess"]), (False, ["board"])])
+def test_a_camera_file_is_left_out_where_the_photos_contradict_it_as_a_fact(
+    ring: Scene, told: bool, camera_files: list[str]
+) -> None:
+    lens = Camera(width_px=1500, height_px=1000, fx=2000.0, fy=2000.0, cx=750.0, cy=500.0)
+    given = Calibration(camera=lens, covariance=np.zeros((LENS_SIZE, LENS_SIZE)), source="board")
+    shown = replace(CONTRADICTED, failed=() if told else ("size",))
+    group = CameraGroup(label="", width_px=1500, height_px=1000, exif=Exif())
+    tried: list[Cameras] = []
+
+    def place(cameras: Cameras) -> PlacedPhotos:
+        scene = replace(ring, lens_explanations=() if tried else (shown,))
+        tried.append(cameras)
+        placing = Placing(showing(1), NO_MATCHES, Pairs((), 0), scene, Still())
+        return PlacedPhotos(photos(), cameras, placing, None)
+
+    found = with_files_that_fit(
+        replace(photos(), cameras=(group,)), Cameras((given,)), place, Run()
+    )
+    assert [one.calibrations[0].source for one in tried] == camera_files
+    assert found.placing.scene.lens_explanations == (shown,)  # said either way
+    assert found.cameras.calibrations[0].instead_of == (given if told else None)
+
+
+def test_photos_that_only_a_wrong_camera_file_places_are_refused_with_both_focal_lengths(
+    ring: Scene,
+) -> None:
+    lens = Camera(width_px=1500, height_px=1000, fx=2000.0, fy=2000.0, cx=750.0, cy=500.0)
+    given = Calibration(camera=lens, covariance=np.zeros((LENS_SIZE, LENS_SIZE)), source="board")
+    group = CameraGroup(label="", width_px=1500, height_px=1000, exif=Exif())
+
+    def place(cameras: Cameras) -> PlacedPhotos:
+        if cameras.calibrations[0].source != "board":
+            raise PlacementError("placing.none")
+        scene = replace(ring, lens_explanations=(CONTRADICTED,))
+        placing = Placing(showing(1), NO_MATCHES, Pairs((), 0), scene, Still())
+        return PlacedPhotos(photos(), cameras, placing, None)
+
+    with pytest.raises(PlacementError) as refusal:
+        with_files_that_fit(replace(photos(), cameras=(group,)), Cameras((given,)), place, Run())
+    assert refusal.value.finding.code == "lens.foreign"
+    assert refusal.value.finding.values["given_px"] == 2000.0
+    assert refusal.value.finding.values["shown_px"] == pytest.approx(1940.0)
 
 
 def test_sparse_paint_asks_for_the_full_size_at_once(ring: Scene) -> None:

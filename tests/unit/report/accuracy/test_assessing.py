@@ -22,6 +22,7 @@ from limbgram.cli.accuracy import accuracy_lines
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.run import Timing
 from limbgram.formats.ply import write_ply
+from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
 from limbgram.report.accuracy.evidence import Evidence
 
@@ -62,6 +63,37 @@ def test_a_finished_case_gets_json_page_and_pdf(with_sigmas: Evidence, tmp_path:
     assert tree["headline"]["sentence"].startswith("GREEN. Surface: 95 % within 0.20 mm")
     assert f"How accurate is {told}?" in case.accuracy("html").read_text("utf-8")
     assert case.accuracy("pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_case_placed_again_without_its_camera_file_is_assessed_by_what_was_placed_last(
+    with_sigmas: Evidence, tmp_path: Path
+) -> None:
+    """What was found with the file, boards among it, does not count any more."""
+    case = CaseFolder(tmp_path / "case")
+    case.root.mkdir()
+    keep(case, with_sigmas)
+    (given,) = with_sigmas.cameras.calibrations
+    file = replace(given, camera=replace(given.camera, fx=1.03 * given.camera.fx))
+    freed = Cameras((replace(given, source="exif", instead_of=file),))
+    key = "key of without_files"
+    write_product(case.stages / "without_files", key, freed, Cameras, TIMING, None, case.root)
+    measured = case.stages / "measure"
+    measured.rename(case.stages / "measure-2")
+    before = ["read_photos", "cameras_for", "still_board"]
+    record_as(case, "finished", [*before, "without_files", "to_millimetres", "measure"])
+    record = json.loads(case.record.read_text("utf-8"))
+    record["stages"][-1]["stage"] = "measure-2"
+    case.record.write_text(json.dumps(record), "utf-8")
+    evidence = kept_evidence(case)
+    assert evidence.cameras.calibrations[0].instead_of is not None
+    assert evidence.detections is None
+    found = assess_case(case, None, "surface").tree
+    assert found["light"] == "amber"
+    (lens,) = (one for one in found["criteria"] if one["key"] == "lens")
+    assert lens["finding"]["code"] == "verdict.lens.not_used"
+    assert lens["finding"]["values"]["given_px"] == pytest.approx(1.03 * given.camera.fx)
+    assert lens["finding"]["values"]["shown_px"] == pytest.approx(given.camera.fx)
+    assert found["self_calibration"]["finding"]["values"]["not_used"] is True
 
 
 def test_a_mesh_file_in_the_same_frame_is_a_truth(with_sigmas: Evidence, tmp_path: Path) -> None:
