@@ -199,7 +199,7 @@ class Coach:
         seen = Seen(photos, small, metric, limb, looked_at, found)
         motion = motion_told(metric, limb)
         findings += motion.findings(cameras)
-        lenses = tuple(lenses_told(metric.scene, cameras))
+        lenses = tuple(lenses_told(metric.scene, cameras, photos))
         findings += [one for one in lenses if one.gravity is Gravity.FAULT]
         answer = _answer(seen, findings, board_photos, options)
         turned = (*_turning_notes(still), *_turned_over_notes(placing.poses, small))

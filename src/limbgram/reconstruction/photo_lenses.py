@@ -14,6 +14,7 @@ from limbgram.reconstruction.hypotheses.lenses import lens_explanations
 from limbgram.reconstruction.mapping.own import largest_px
 from limbgram.reconstruction.mapping.scene import Explanation, Scene
 from limbgram.reconstruction.movement import millimetre
+from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import BoardDetections
 
@@ -34,30 +35,35 @@ def files_contradicted(scene: Scene) -> Iterator[Explanation]:
     return (one for one in scene.lens_explanations if one.kind == "camera file" and one.told)
 
 
-def lenses_told(scene: Scene, cameras: Cameras) -> Iterator[Finding]:
-    """Facts among them, in words."""
+def lenses_told(scene: Scene, cameras: Cameras, photos: PhotoSet) -> Iterator[Finding]:
+    """Facts among them, in words.
+
+    Args:
+        photos: In whose pixels lengths are told; the scene's own may be reduced.
+    """
     for one in scene.lens_explanations:
         if not one.told:
             continue
+        camera = scene.camera_idx[one.photos[0]]
+        larger = photos.photos[one.photos[0]].width_px / scene.cameras[camera].width_px
         if one.kind == "camera file":
-            camera = scene.camera_idx[one.photos[0]]
             given = cameras.calibrations[camera]
             given_px = (given.instead_of or given).camera.fx
             by_effect_px = (1.0 + one.effect) * given_px  # while the file still pulls at it
             found_px = by_effect_px if given.instead_of is None else scene.cameras[camera].fx
-            yield foreign_camera(given_px, found_px, "placed")
+            yield foreign_camera(larger * given_px, larger * found_px, "placed")
         else:
-            yield own_lens_told(scene, one)
+            yield own_lens_told(scene, one, larger)
 
 
-def own_lens_told(scene: Scene, one: Explanation) -> Finding:
-    """A kind of deviation in words."""
+def own_lens_told(scene: Scene, one: Explanation, larger: float = 1.0) -> Finding:
+    """A kind of deviation in words; `larger`: pixels told of for each of the scene's."""
     match one.kind:
         case "principal point":
-            return note("lens.own.principal_point", most_px=largest_px(scene, one.kind))
+            return note("lens.own.principal_point", most_px=larger * largest_px(scene, one.kind))
         case "focal length":
             return doubt("lens.own.focal_length", share=one.effect)
         case "rolling shutter":
-            return note("lens.own.rolling_shutter", most_px=largest_px(scene, one.kind))
+            return note("lens.own.rolling_shutter", most_px=larger * largest_px(scene, one.kind))
         case _:
             raise ValueError(f"{one.kind} is no lens of single photos")

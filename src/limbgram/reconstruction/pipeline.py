@@ -535,7 +535,7 @@ def with_files_that_fit(
     try:
         freed = place(run(without_files, cameras, photos.cameras, wrong))
     except (MatchingError, PlacementError) as refusal:
-        told = lenses_told(placed.placing.scene, placed.cameras)
+        told = lenses_told(placed.placing.scene, placed.cameras, photos)
         foreign = next(one for one in told if one.code == "lens.foreign")
         raise PlacementError.of(foreign) from refusal
     scene = freed.placing.scene

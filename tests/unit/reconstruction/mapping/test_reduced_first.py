@@ -191,8 +191,9 @@ def test_photos_that_only_a_wrong_camera_file_places_are_refused_with_both_focal
         placing = Placing(showing(1), NO_MATCHES, Pairs((), 0), scene, Still())
         return PlacedPhotos(photos(), cameras, placing, None)
 
+    taken = replace(photos(width_px=ring.cameras[0].width_px), cameras=(group,))
     with pytest.raises(PlacementError) as refusal:
-        with_files_that_fit(replace(photos(), cameras=(group,)), Cameras((given,)), place, Run())
+        with_files_that_fit(taken, Cameras((given,)), place, Run())
     assert refusal.value.finding.code == "lens.foreign"
     assert refusal.value.finding.values["given_px"] == 2000.0
     assert refusal.value.finding.values["shown_px"] == pytest.approx(1940.0)
