@@ -1,7 +1,8 @@
 /** The two scales of colour: how sure a point is, and how far two surfaces differ. Fixed ranges. */
+import figures from "../api/figures.json";
 
 /** ± in mm that hold in 95 of 100 (two sigma), where the colours of "how sure" stand. */
-export const SURE_STOPS_MM = [0, 0.06, 0.12, 0.2, 0.32, 0.5] as const;
+export const SURE_STOPS_MM: readonly number[] = figures.SURE_STOPS_MM;
 export const SURE_COLOURS = ["#F6F4F7", "#ECE5F1", "#C4ACD4", "#9B70B2", "#6E3A8A", "#42165C"] as const;
 
 /** Limits of the bands of a difference, in mm; the middle band lies within the first. */

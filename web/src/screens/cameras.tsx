@@ -4,6 +4,7 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 
 import { ROOT, Refused, type Schemas, api, note, refusedBy, taken } from "../api/client";
 import { listen } from "../api/events";
+import figures from "../api/figures.json";
 import { Button, Chip, Confirm, Empty, NumberField, Segments } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { newOffer, perform } from "../state/acts";
@@ -174,7 +175,13 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
             </Button>
             <Button
               go={!ready}
-              off={busy || act.busy.value ? t("cameras.calibrating") : one.photos < 3 ? t("cameras.few") : null}
+              off={
+                busy || act.busy.value
+                  ? t("cameras.calibrating")
+                  : one.photos < figures.FEWEST_BOARD_PHOTOS
+                    ? t("cameras.few", figures.FEWEST_BOARD_PHOTOS)
+                    : null
+              }
               onClick={() => void calibrate()}
             >
               {t("cameras.calibrate")}

@@ -1,0 +1,37 @@
+"""Client figures: numbers that the page draws and judges by, from the one place where each stands.
+
+`python -m limbgram.app.client_figures web/src/api/figures.json` writes them; a test keeps that file
+what it would write.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+from limbgram.app.known_lengths import Ruler
+from limbgram.core.geometry.smoothed_length import SMOOTHING_MM
+from limbgram.formats.printed_size import MOST_OFF
+from limbgram.reconstruction.calibration.board import CalibrationOptions
+from limbgram.report.drawings.coverage import SURENESS_MM
+
+
+def figures() -> dict[str, float | list[float]]:
+    return {
+        "SMOOTHING_MM": SMOOTHING_MM,
+        "SURE_STOPS_MM": list(SURENESS_MM),
+        "RULER_MM": float(Ruler.model_fields["drawn_mm"].default),
+        "RULER_MOST_OFF": MOST_OFF,
+        "FEWEST_BOARD_PHOTOS": CalibrationOptions().min_photos,
+    }
+
+
+def text_of_figures() -> str:
+    return json.dumps(figures(), indent=2) + "\n"
+
+
+def main() -> None:
+    Path(sys.argv[1]).write_text(text_of_figures(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
