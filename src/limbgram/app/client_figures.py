@@ -7,18 +7,30 @@ what it would write.
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
-from limbgram.app.known_lengths import Ruler
+from limbgram.app.known_lengths import BoardSpec, Ruler
 from limbgram.core.geometry.smoothed_length import SMOOTHING_MM
 from limbgram.formats.printed_size import MOST_OFF
+from limbgram.formats.sheets.kinds import LENS_BOARD
 from limbgram.reconstruction.calibration.board import CalibrationOptions
 from limbgram.report.drawings.coverage import SURENESS_MM
 
 
-def figures() -> dict[str, float | list[float]]:
+def figures() -> dict[str, Any]:
+    printed = BoardSpec().model_dump(exclude={"ruler"})
+    lens = BoardSpec(
+        kind="checkerboard",
+        columns=LENS_BOARD.columns,
+        rows=LENS_BOARD.rows,
+        square_mm=LENS_BOARD.square_mm,
+        marker_mm=0.0,
+    ).model_dump(exclude={"ruler"})
     return {
         "SMOOTHING_MM": SMOOTHING_MM,
         "SURE_STOPS_MM": list(SURENESS_MM),
+        "PRINTED_BOARD": printed,
+        "LENS_BOARD": lens,
         "RULER_MM": float(Ruler.model_fields["drawn_mm"].default),
         "RULER_MOST_OFF": MOST_OFF,
         "FEWEST_BOARD_PHOTOS": CalibrationOptions().min_photos,

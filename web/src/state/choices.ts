@@ -59,7 +59,8 @@ export function tapesOf({ board, tape }: Choices): Schemas["Tape"][] {
   return board === "none" || !tape?.girth_mm || tape.height_mm === null ? [] : [{ height_mm: tape.height_mm, girth_mm: tape.girth_mm }];
 }
 
-const PRINTED: Schemas["BoardSpec"] = { kind: "charuco", columns: 7, rows: 5, square_mm: 30, marker_mm: 22, dictionary: "4X4_50", ruler: null };
+/** The board that the program prints. */
+export const PRINTED = { ...figures.PRINTED_BOARD, ruler: null } as Schemas["BoardSpec"];
 
 /** The board as the server wants it: null looks for none. */
 export function boardOf(caseId: string): Schemas["BoardSpec"] | null {
