@@ -318,10 +318,8 @@ def kept(folder: Path) -> dict[str, dict[str, list[bool]]]:
         read((folder / name).read_bytes(), name)
         for read, name in ((read_ply, "all.ply"), (read_glb, "all.glb"))
     )
-    our_quads = [
-        read((folder / name).read_bytes(), name).mesh
-        for read, name in ((read_obj, "quad.obj"), (read_ply, "quad.ply"))
-    ]
+    obj_ours = read_obj((folder / "quad.obj").read_bytes(), "quad.obj").mesh
+    ply_ours = read_ply((folder / "quad.ply").read_bytes(), "quad.ply").mesh
     ply, obj, quads = (
         trimesh.load_mesh(folder / name, process=False)
         for name in ("all.ply", "quad.obj", "quad.ply")
@@ -343,21 +341,21 @@ def kept(folder: Path) -> dict[str, dict[str, list[bool]]]:
             "sigma": [_has(our_ply.mesh.sigma_mm, sigma), _has(raw["scalar_sigma"], sigma)],
             "unit": [our_ply.stated_unit == "mm", "mm" in str(ply.units)],
             "double precision": [
-                _has(our_quads[1].vertices_mm, corners),
+                _has(ply_ours.vertices_mm, corners),
                 _has(quads.vertices, corners),
             ],
-            "quads": [len(our_quads[1].faces) == 2, len(quads.faces) == 2],
+            "quads": [len(ply_ours.faces) == 2, len(quads.faces) == 2],
         },
         "obj": {
             "colours": [
-                _has(our_quads[0].colours, obj_colours),
+                _has(obj_ours.colours, obj_colours),
                 _has(obj.visual.vertex_colors[:, :3], obj_colours),
             ],
             "double precision": [
-                _has(our_quads[0].vertices_mm, corners),
+                _has(obj_ours.vertices_mm, corners),
                 _has(obj.vertices, corners),
             ],
-            "quads": [len(our_quads[0].faces) == 2, len(obj.faces) == 2],
+            "quads": [len(obj_ours.faces) == 2, len(obj.faces) == 2],
         },
         "glb": {
             "colours": [
