@@ -15,6 +15,7 @@ from limbgram.formats.printed_size import MOST_OFF
 from limbgram.formats.sheets.kinds import LENS_BOARD
 from limbgram.reconstruction.calibration.board import CalibrationOptions
 from limbgram.report.drawings.coverage import SURENESS_MM
+from limbgram.report.drawings.differences import EDGES_MM
 
 
 def figures() -> dict[str, Any]:
@@ -29,6 +30,7 @@ def figures() -> dict[str, Any]:
     return {
         "SMOOTHING_MM": SMOOTHING_MM,
         "SURE_STOPS_MM": list(SURENESS_MM),
+        "DIFFERENCE_LIMITS_MM": list(EDGES_MM[:4]),
         "PRINTED_BOARD": printed,
         "LENS_BOARD": lens,
         "RULER_MM": float(Ruler.model_fields["drawn_mm"].default),
