@@ -254,15 +254,13 @@ function SureLegend() {
 }
 
 function DifferenceLegend({ wider, against, ends, hatched }: { wider: number; against: string; ends: readonly [string, string]; hatched?: string }) {
-  /** The first, third and fourth limit on both sides; more would not be read. */
-  const [near, , far, farthest] = DIFFERENCE_LIMITS_MM;
+  /** The first and the last limit on both sides; more would stand on each other. */
+  const [near, , , far] = DIFFERENCE_LIMITS_MM;
   const ticks = [
-    [1, -farthest],
-    [2, -far],
+    [1, -far],
     [4, -near],
     [5, near],
-    [7, far],
-    [8, farthest],
+    [8, far],
   ] as const;
   const text = (mm: number) => (mm === 0.25 ? "¼" : mm === 0.5 ? "½" : mm.toFixed(Number.isInteger(mm) ? 0 : 1));
   return (
