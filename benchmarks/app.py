@@ -358,7 +358,7 @@ def varied(parameters: dict[str, Any], number: int) -> dict[str, Any]:
 
 
 def table(results: dict[str, Any]) -> str:
-    lines = [
+    return "\n".join((
         "# app",
         "",
         made_on(results["machine"]),
@@ -388,6 +388,15 @@ def table(results: dict[str, Any]) -> str:
             for one in results["uploads"]
         ),
         "",
+        *_edits(results),
+        "",
+        *_frames(results),
+        "",
+    ))  # fmt: skip
+
+
+def _edits(results: dict[str, Any]) -> Iterator[str]:
+    yield from (
         made_on(results["edits_machine"]),
         "",
         f"Load of the system when edits began {results['load']:.1f}, and when they ended "
@@ -397,17 +406,17 @@ def table(results: dict[str, Any]) -> str:
         "",
         "| edit | preview | computed in a preview | keep | answer, kB | refused |",
         "|---|---|---|---|---|---|",
-    ]
+    )
     for kind, one in results["edits"].items():
         cells = [
             f"{statistics.median(times):.0f}, {max(times):.0f}" if times else "-"
             for times in (one["preview_ms"], one["preview_cpu_ms"], one["keep_ms"])
         ]
-        lines.append(
-            f"| {kind} | {' | '.join(cells)} | {one['bytes'] / 1000:.0f} | {len(one['failed'])} |"
-        )
-    lines += [
-        "",
+        yield f"| {kind} | {' | '.join(cells)} | {one['bytes'] / 1000:.0f} | {len(one['failed'])} |"
+
+
+def _frames(results: dict[str, Any]) -> Iterator[str]:
+    yield from (
         made_on(results["frames_machine"]),
         "",
         f"The limb is turned by the mouse for {TURNED_S:g} s in a window of 1440 x 900; a frame "
@@ -422,8 +431,7 @@ def table(results: dict[str, Any]) -> str:
             f"{one['load']:.1f} |"
             for one in results["frames"]
         ),
-    ]
-    return "\n".join(lines) + "\n"
+    )
 
 
 if __name__ == "__main__":

@@ -351,10 +351,20 @@ def page(results: Result) -> str:
         f"have kept still, of {unknown} nothing was said, and "
         f"{len(looked) - still - unknown} were said to have moved.",
     ]
+    said.append(_by_capture(results["captures"]))
+    wrong = [seed for seed, line in sorted(results["captures"].items())
+             if line in bad or line in held_back or line in green_back]  # fmt: skip
+    said += [f"Seed {seed}: {results['captures'][seed]['headline']}" for seed in wrong]
+    if "timing" in results:
+        said.append(_timing(results["timing"]))
+    return "\n\n".join(said) + "\n"
+
+
+def _by_capture(captures: Result) -> str:
     heads = ("seed", "limb", "paint", "photos", "left out", "answer", "came", "sigma mm", "check",
              "plan", "cells", "seen expected", "measured", "CPU s", "commit")  # fmt: skip
     rows: list[list[str]] = []
-    for seed, line in sorted(results["captures"].items()):
+    for seed, line in sorted(captures.items()):
         came = {0: "good", 7: "red"}.get(line["exit_code"], "refused")
         row = [seed, line["limb"], line["paint"], str(line["photos"]), str(line["left_out"])]
         row += ["GO" if line["go"] else "not yet", came]
@@ -372,22 +382,18 @@ def page(results: Result) -> str:
             row += [""] * 6
         cpu_s = f"{line['check_cpu_s']:.0f}" if "check_cpu_s" in line else ""
         rows.append([*row, cpu_s, line["commit"]])
-    said.append(table(heads, rows))
-    wrong = [seed for seed, line in sorted(results["captures"].items())
-             if line in bad or line in held_back or line in green_back]  # fmt: skip
-    said += [f"Seed {seed}: {results['captures'][seed]['headline']}" for seed in wrong]
-    if "timing" in results:
-        time_s = results["timing"]
-        whole, each = time_s["whole"], time_s["each"]
-        wall_s = ", ".join(f"{one['wall_s']:g}" for one in each)
-        cpu_s = ", ".join(f"{one['cpu_s']:g}" for one in each)
-        said.append(
-            f"A whole check of {len(each) + 1} photos took {whole['cpu_s']} CPU s, "
-            f"{whole['wall_s']} s on the clock at load {time_s['load']}. Photo by photo, from the "
-            f"second on: {cpu_s} "
-            f"CPU s; {wall_s} s on the clock."
-        )
-    return "\n\n".join(said) + "\n"
+    return table(heads, rows)
+
+
+def _timing(time_s: Result) -> str:
+    whole, each = time_s["whole"], time_s["each"]
+    wall_s = ", ".join(f"{one['wall_s']:g}" for one in each)
+    cpu_s = ", ".join(f"{one['cpu_s']:g}" for one in each)
+    return (
+        f"A whole check of {len(each) + 1} photos took {whole['cpu_s']} CPU s, "
+        f"{whole['wall_s']} s on the clock at load {time_s['load']}. Photo by photo, from the "
+        f"second on: {cpu_s} CPU s; {wall_s} s on the clock."
+    )
 
 
 def explained(captures: Result) -> str:

@@ -18,6 +18,7 @@ import json
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -505,81 +506,88 @@ def page(result: dict[str, Any]) -> str:
         )
     )  # fmt: skip
     for name, one in good.items():
-        parts.append(f"## {name}")
-        for placed, angles in one["angles"].items():
-            held = np.mean([row["held"] for row in angles.values()])
-            within = np.mean([row["within"] for row in angles.values()])
-            parts.append(
-                f"Landmarks placed with {placed} along the surface, {DRAWS} draws: intervals of "
-                f"95 % hold in {held:.1%}; within {WITHIN_DEG} degrees {within:.1%}."
-            )
-            parts.append(
-                table(
-                    ("angle", "true", "RMS of the error", f"within {WITHIN_DEG}", "held"),
-                    [
-                        (angle, f"{row['true_deg']:.2f}", f"{row['rms_deg']:.2f}",
-                         f"{row['within']:.0%}", f"{row['held']:.1%}")
-                        for angle, row in angles.items()
-                    ],
-                )
-            )  # fmt: skip
-        parts.append(
-            table(
-                ("angle", "landmarks that it hangs on most, degrees for a millimetre"),
-                [
-                    (angle, ", ".join(f"{name} {by:.2f}" for name, by in [*slopes.items()][:4]))
-                    for angle, slopes in one["by_landmark"].items()
-                    if slopes
-                ],
-            )
-        )
-        off = {key: row for key, row in one["measures"].items() if row is not None}
-        lost = [key for key, row in one["measures"].items() if row is None]
-        for ending, most, unit_is in (("_mm", WITHIN_MM, "mm"), ("_deg", WITHIN_DEG, "degrees")):
-            own = [abs(row["off"]) for key, row in off.items() if key.endswith(ending)]
-            parts.append(
-                f"Landmarks without error: {sum(one <= most for one in own)} of {len(own)} "
-                f"within {most} {unit_is}."
-            )
-        if lost:
-            parts.append(f"Not measured on the surface: {', '.join(lost)}.")
-        parts.append(
-            table(
-                ("measure", "true", "error", "sigma"),
-                [
-                    (key, f"{row['true']:.2f}", f"{row['off']:+.3f}",
-                     "" if row["sigma"] is None else f"{row['sigma']:.3f}")
-                    for key, row in off.items()
-                ],
-            )
-        )  # fmt: skip
-        turned, device = one["turned"], one["device"]
-        parts.append(
-            f"{turned['joint']} turned by {turned['by_deg']:g} degrees, against the truth turned: "
-            + "; ".join(
-                f"{part} {turned[part]['within']:.1%} within {WITHIN_MM} mm "
-                f"({turned[part]['within_before']:.1%} before the turn), "
-                f"{turned[part]['p99_mm']:.3f} mm in 99 % "
-                f"({turned[part]['p99_before_mm']:.3f} before the turn), "
-                f"{turned[part]['largest_mm']:.3f} at most; the turn adds "
-                f"{turned[part]['added_p99_mm']:.3f} in 99 % and "
-                f"{turned[part]['added_largest_mm']:.3f} at most"
-                for part in ("distal", "proximal", "band")
-            )
-            + "."
-        )
-        if device["refused"]:
-            parts.append(f"{device['name']}: refused. {device['refused']}")
-            continue
-        parts.append(
-            f"{device['name']}, printed, {device['asked_mm']:g} mm: off by "
-            f"{device['off_mm']:.3f} mm in 99 of 100 places by its own proof, "
-            f"{device['outer_off_p99_mm']:.3f} mm of the 3MF's outer side from the positive; "
-            f"PrusaSlicer: manifold {'yes' if device['manifold'] else 'no'}, "
-            f"{'repaired' if device['repaired'] else 'no repair'}, "
-            f"{'sliced' if device['sliced'] else 'not sliced'}."
-        )
+        measures = [*_angles(one), *_measures(one["measures"])]
+        parts += [f"## {name}", *measures, _turned(one["turned"]), _device(one["device"])]
     return "\n\n".join(parts) + "\n"
+
+
+def _angles(one: dict[str, Any]) -> Iterator[str]:
+    """Angles with their intervals, and what they hang on."""
+    for placed, angles in one["angles"].items():
+        held = np.mean([row["held"] for row in angles.values()])
+        within = np.mean([row["within"] for row in angles.values()])
+        yield (
+            f"Landmarks placed with {placed} along the surface, {DRAWS} draws: intervals of "
+            f"95 % hold in {held:.1%}; within {WITHIN_DEG} degrees {within:.1%}."
+        )
+        yield table(
+            ("angle", "true", "RMS of the error", f"within {WITHIN_DEG}", "held"),
+            [
+                (angle, f"{row['true_deg']:.2f}", f"{row['rms_deg']:.2f}",
+                 f"{row['within']:.0%}", f"{row['held']:.1%}")
+                for angle, row in angles.items()
+            ],
+        )  # fmt: skip
+    yield table(
+        ("angle", "landmarks that it hangs on most, degrees for a millimetre"),
+        [
+            (angle, ", ".join(f"{name} {by:.2f}" for name, by in [*slopes.items()][:4]))
+            for angle, slopes in one["by_landmark"].items()
+            if slopes
+        ],
+    )
+
+
+def _measures(measures: dict[str, Any]) -> Iterator[str]:
+    """Measures from landmarks without error, against the truth."""
+    off = {key: row for key, row in measures.items() if row is not None}
+    lost = [key for key, row in measures.items() if row is None]
+    for ending, most, unit_is in (("_mm", WITHIN_MM, "mm"), ("_deg", WITHIN_DEG, "degrees")):
+        own = [abs(row["off"]) for key, row in off.items() if key.endswith(ending)]
+        yield (
+            f"Landmarks without error: {sum(one <= most for one in own)} of {len(own)} "
+            f"within {most} {unit_is}."
+        )
+    if lost:
+        yield f"Not measured on the surface: {', '.join(lost)}."
+    yield table(
+        ("measure", "true", "error", "sigma"),
+        [
+            (key, f"{row['true']:.2f}", f"{row['off']:+.3f}",
+             "" if row["sigma"] is None else f"{row['sigma']:.3f}")
+            for key, row in off.items()
+        ],
+    )  # fmt: skip
+
+
+def _turned(turned: dict[str, Any]) -> str:
+    return (
+        f"{turned['joint']} turned by {turned['by_deg']:g} degrees, against the truth turned: "
+        + "; ".join(
+            f"{part} {turned[part]['within']:.1%} within {WITHIN_MM} mm "
+            f"({turned[part]['within_before']:.1%} before the turn), "
+            f"{turned[part]['p99_mm']:.3f} mm in 99 % "
+            f"({turned[part]['p99_before_mm']:.3f} before the turn), "
+            f"{turned[part]['largest_mm']:.3f} at most; the turn adds "
+            f"{turned[part]['added_p99_mm']:.3f} in 99 % and "
+            f"{turned[part]['added_largest_mm']:.3f} at most"
+            for part in ("distal", "proximal", "band")
+        )
+        + "."
+    )
+
+
+def _device(device: dict[str, Any]) -> str:
+    if device["refused"]:
+        return f"{device['name']}: refused. {device['refused']}"
+    return (
+        f"{device['name']}, printed, {device['asked_mm']:g} mm: off by "
+        f"{device['off_mm']:.3f} mm in 99 of 100 places by its own proof, "
+        f"{device['outer_off_p99_mm']:.3f} mm of the 3MF's outer side from the positive; "
+        f"PrusaSlicer: manifold {'yes' if device['manifold'] else 'no'}, "
+        f"{'repaired' if device['repaired'] else 'no repair'}, "
+        f"{'sliced' if device['sliced'] else 'not sliced'}."
+    )
 
 
 if __name__ == "__main__":

@@ -313,32 +313,18 @@ def damaged(name: str, who: int, count: int, seed: int) -> dict[str, Any]:
 def kept(folder: Path) -> dict[str, dict[str, list[bool]]]:
     """What our reader, then trimesh, gives of files that hold more than triangles."""
     mesh = ball()
-    write_ply(mesh, folder / "all.ply", "mm")
-    write_glb(mesh, folder / "all.glb", "mm")
-    corners = np.array([[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 1e-7]]) + 1000
-    lines = [f"v {' '.join(map(repr, place))} 1 0 0.5" for place in corners.tolist()]
-    (folder / "quad.obj").write_text("\n".join([*lines, "f 1 2 3 4", ""]))
-    quad = b"ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty double x\n"
-    quad += b"property double y\nproperty double z\nelement face 1\n"
-    quad += b"property list uchar int vertex_indices\nend_header\n"
-    quad += corners.tobytes() + b"\4" + np.arange(4, dtype="<i4").tobytes()
-    (folder / "quad.ply").write_bytes(quad)
+    corners = _write_kept(mesh, folder)
     our_ply, our_glb = (
         read((folder / name).read_bytes(), name)
         for read, name in ((read_ply, "all.ply"), (read_glb, "all.glb"))
     )
-    our_quads = [
-        read((folder / name).read_bytes(), name).mesh
-        for read, name in ((read_obj, "quad.obj"), (read_ply, "quad.ply"))
-    ]
+    obj_ours = read_obj((folder / "quad.obj").read_bytes(), "quad.obj").mesh
+    ply_ours = read_ply((folder / "quad.ply").read_bytes(), "quad.ply").mesh
     ply, obj, quads = (
         trimesh.load_mesh(folder / name, process=False)
         for name in ("all.ply", "quad.obj", "quad.ply")
     )
     (glb,) = trimesh.load_scene(folder / "all.glb", process=False).geometry.values()
-
-    def has(held: Any, wanted: np.ndarray) -> bool:
-        return held is not None and np.array_equal(np.asarray(held).reshape(wanted.shape), wanted)
 
     sigma, colours = mesh.sigma_mm, mesh.colours
     assert sigma is not None
@@ -349,40 +335,59 @@ def kept(folder: Path) -> dict[str, dict[str, list[bool]]]:
     return {
         "ply": {
             "colours": [
-                has(our_ply.mesh.colours, colours),
-                has(ply.visual.vertex_colors[:, :3], colours),
+                _has(our_ply.mesh.colours, colours),
+                _has(ply.visual.vertex_colors[:, :3], colours),
             ],
-            "sigma": [has(our_ply.mesh.sigma_mm, sigma), has(raw["scalar_sigma"], sigma)],
+            "sigma": [_has(our_ply.mesh.sigma_mm, sigma), _has(raw["scalar_sigma"], sigma)],
             "unit": [our_ply.stated_unit == "mm", "mm" in str(ply.units)],
             "double precision": [
-                has(our_quads[1].vertices_mm, corners),
-                has(quads.vertices, corners),
+                _has(ply_ours.vertices_mm, corners),
+                _has(quads.vertices, corners),
             ],
-            "quads": [len(our_quads[1].faces) == 2, len(quads.faces) == 2],
+            "quads": [len(ply_ours.faces) == 2, len(quads.faces) == 2],
         },
         "obj": {
             "colours": [
-                has(our_quads[0].colours, obj_colours),
-                has(obj.visual.vertex_colors[:, :3], obj_colours),
+                _has(obj_ours.colours, obj_colours),
+                _has(obj.visual.vertex_colors[:, :3], obj_colours),
             ],
             "double precision": [
-                has(our_quads[0].vertices_mm, corners),
-                has(obj.vertices, corners),
+                _has(obj_ours.vertices_mm, corners),
+                _has(obj.vertices, corners),
             ],
-            "quads": [len(our_quads[0].faces) == 2, len(obj.faces) == 2],
+            "quads": [len(obj_ours.faces) == 2, len(obj.faces) == 2],
         },
         "glb": {
             "colours": [
-                has(our_glb.mesh.colours, colours),
-                has(glb.visual.vertex_colors[:, :3], colours),
+                _has(our_glb.mesh.colours, colours),
+                _has(glb.visual.vertex_colors[:, :3], colours),
             ],
             "sigma": [
-                has(our_glb.mesh.sigma_mm, metres),
-                has(glb.vertex_attributes.get("_SIGMA"), metres),
+                _has(our_glb.mesh.sigma_mm, metres),
+                _has(glb.vertex_attributes.get("_SIGMA"), metres),
             ],
             "unit": [our_glb.stated_unit == "m", glb.units == "m"],
         },
     }
+
+
+def _has(held: Any, wanted: np.ndarray) -> bool:
+    return held is not None and np.array_equal(np.asarray(held).reshape(wanted.shape), wanted)
+
+
+def _write_kept(mesh: Mesh, folder: Path) -> np.ndarray:
+    """Write the mesh, and one face of four corners, double precise; the corners."""
+    write_ply(mesh, folder / "all.ply", "mm")
+    write_glb(mesh, folder / "all.glb", "mm")
+    corners = np.array([[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 1e-7]]) + 1000
+    lines = [f"v {' '.join(map(repr, place))} 1 0 0.5" for place in corners.tolist()]
+    (folder / "quad.obj").write_text("\n".join([*lines, "f 1 2 3 4", ""]))
+    quad = b"ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty double x\n"
+    quad += b"property double y\nproperty double z\nelement face 1\n"
+    quad += b"property list uchar int vertex_indices\nend_header\n"
+    quad += corners.tobytes() + b"\4" + np.arange(4, dtype="<i4").tobytes()
+    (folder / "quad.ply").write_bytes(quad)
+    return corners
 
 
 # The table.

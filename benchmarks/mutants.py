@@ -608,7 +608,7 @@ _KNOWING: dict[str, tuple[Change, ...]] = {
 
 
 def readers() -> dict[str, Reader]:
-    """All readers with their whole files."""
+    """All readers with their whole files. Long, as it is one list: an entry for each reader."""
     mesh = _mesh()
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="left")
     marks = (Landmark(name="fibula head", position_mm=mesh.vertices_mm[3]),)

@@ -27,7 +27,7 @@ from captures import LIMBGRAM, machine, timed
 from limbgram.cases.scoring import LEAST_PHOTOS, centres_mm, read_truth_mesh
 from limbgram.core.run import Run
 from limbgram.formats.camera import read_camera
-from limbgram.reconstruction.mapping.own import largest_px
+from limbgram.reconstruction.mapping.lens_deviations import largest_px
 from limbgram.reconstruction.pipeline import DEFAULTS, reconstruct
 from limbgram.report.accuracy.truth import KnownTruth, truth_figures
 from limbgram.report.alignment import Truth

@@ -16,6 +16,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -58,7 +59,6 @@ def main() -> None:
     asked.add_argument("--tasks", type=int, default=300, help="empty tasks for the scheduler")
     asked.add_argument("--case-s", type=float, default=60.0, help="of a case in the simulation")
     asked.add_argument("-o", "--out", type=Path, required=True)
-    asked.add_argument("--page", type=Path, help="write the page there, too")
     options = asked.parse_args()
     report: dict[str, Any] = {
         "load_before": round(os.getloadavg()[0], 1),
@@ -75,9 +75,7 @@ def main() -> None:
                "stub_s": options.seconds}  # fmt: skip
     options.out.write_text(json.dumps(report, indent=1) + "\n")
     page = page_of(report)
-    for place in (options.out.with_suffix(".md"), options.page):
-        if place is not None:
-            place.write_text(page)
+    options.out.with_suffix(".md").write_text(page)
     sys.stdout.write(page)
 
 
@@ -258,17 +256,25 @@ def two_workers(start_s: float) -> list[dict[str, Any]]:
 
 
 def page_of(report: dict[str, Any]) -> str:
-    parts = report["parts_s"]
-    two = report["one_case_on_two"]
-    enough = [row["set"] for row in two if row["with_costs"] >= NEEDED]
-    alone = next((row["seconds"] for row in report["here"] if row["workers"] == 1), None)
+    made_on, load = report["machine"], report["load_before"]
     return "\n".join((
         "# How a batch scales",
         "",
         "A laboratory notebook: made by `benchmarks/scaling.py`, each figure measured once, on a "
-        "machine with "
-        f"{report['machine']['cores']} cores that had other work (load {report['load_before']}).",
+        f"machine with {made_on['cores']} cores that had other work (load {load}).",
         "",
+        *_on_one_machine(report),
+        *_on_many_machines(report),
+        *_on_two_workers(report["one_case_on_two"]),
+        json.dumps(made_on),
+        "",
+    ))  # fmt: skip
+
+
+def _on_one_machine(report: dict[str, Any]) -> Iterator[str]:
+    parts = report["parts_s"]
+    alone = next((row["seconds"] for row in report["here"] if row["workers"] == 1), None)
+    yield from (
         "## On one machine",
         "",
         f"{report['captures']} captures of a stub that sleeps for {report['stub_s']:g} s, each in "
@@ -276,12 +282,11 @@ def page_of(report: dict[str, Any]) -> str:
         "",
         "| workers | s | speed-up | beside the work, s a case |",
         "|---|---|---|---|",
-        *(
-            f"| {row['workers']} | {row['seconds']} | "
-            f"{'' if alone is None else format(alone / row['seconds'], '.2f')} | "
-            f"{row['overhead_a_case_s']} |"
-            for row in report["here"]
-        ),
+    )
+    for row in report["here"]:
+        faster = "" if alone is None else format(alone / row["seconds"], ".2f")
+        yield f"| {row['workers']} | {row['seconds']} | {faster} | {row['overhead_a_case_s']} |"
+    yield from (
         "",
         f"Beside the work a case costs: starting its process ({parts['start']:.1f} s of one "
         f"processor, most of it loading programs), a task of the scheduler "
@@ -289,6 +294,11 @@ def page_of(report: dict[str, Any]) -> str:
         f"bringing {CASE_MB} MB in {CASE_FILES} files to the disk ({parts['bring']:.1f} s), and "
         f"accepting it ({1000 * parts['accept']:.1f} ms).",
         "",
+    )
+
+
+def _on_many_machines(report: dict[str, Any]) -> Iterator[str]:
+    yield from (
         "## On many machines, simulated",
         "",
         f"Cases of {report['case_s']:g} s on average, {PHOTOS_MB} MB of photos in and {CASE_MB} MB "
@@ -298,12 +308,18 @@ def page_of(report: dict[str, Any]) -> str:
         "",
         "| workers | store, MB/s | cases an hour | efficiency | fullest | busy |",
         "|---|---|---|---|---|---|",
-        *(
+    )
+    for row in report["simulated"]:
+        yield (
             f"| {row['workers']} | {row['store_mb_a_s']:g} | {row['cases_an_hour']:,} | "
             f"{row['efficiency']:.0%} | {row['fullest']} | {row['busy'][row['fullest']]:.0%} |"
-            for row in report["simulated"]
-        ),
-        "",
+        )
+    yield ""
+
+
+def _on_two_workers(rows: list[dict[str, Any]]) -> Iterator[str]:
+    enough = [row["set"] for row in rows if row["with_costs"] >= NEEDED]
+    yield from (
         "## One case on two workers",
         "",
         "If the stages that work photo by photo or pair by pair were parted between two workers "
@@ -314,20 +330,20 @@ def page_of(report: dict[str, Any]) -> str:
         "",
         "| capture | photos x MP | s | at most | with costs |",
         "|---|---|---|---|---|",
-        *(
+    )
+    for row in rows:
+        yield (
             f"| {row['set']} | {row['photos']} x {row['megapixels']:.0f} | {row['seconds']} | "
             f"{row['at_most']} | {row['with_costs']} |"
-            for row in two
-        ),
+        )
+    yield from (
         "",
-        f"{len(enough)} of {len(two)} captures could reach {NEEDED} even so"
+        f"{len(enough)} of {len(rows)} captures could reach {NEEDED} even so"
         f"{': ' + ', '.join(enough) if enough else ''}. An ordinary capture cannot; for the large "
         "ones this is a bound, not a measurement. A machine with twice the processors brings the "
         "same without moving anything, and it was not built: one case stays on one machine.",
         "",
-        json.dumps(report["machine"]),
-        "",
-    ))  # fmt: skip
+    )
 
 
 if __name__ == "__main__":

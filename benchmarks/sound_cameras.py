@@ -26,9 +26,9 @@ from captures import machine
 from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
-from limbgram.reconstruction.mapping.answering import scores_of
-from limbgram.reconstruction.mapping.halves import A_NUMBER, explained_by_two_bodies
+from limbgram.reconstruction.mapping.lens_selection import scores_of
 from limbgram.reconstruction.mapping.solution import adjust
+from limbgram.reconstruction.mapping.two_bodies import A_NUMBER, explained_by_two_bodies
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import DEFAULTS, place_photos
 from limbgram.synthetic import (

@@ -1,12 +1,16 @@
 """The examples run as they stand, and what they print agrees with the shapes that they make."""
 
+import ast
+import json
 import math
 import re
 import runpy
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+from matplotlib import pyplot
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -45,3 +49,28 @@ def test_the_others_run(
     assert "The limb shrinks" in said
     assert (tmp_path / "socket.stl").stat().st_size > 84
     assert (tmp_path / "stump.aop").is_file()
+
+
+def test_the_notebook_runs_and_shows_what_it_shows_here(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [str(EXAMPLES), *sys.path])
+    cells = json.loads((EXAMPLES / "first_steps.ipynb").read_text("utf-8"))["cells"]
+    names: dict[str, Any] = {}
+    shown = 0
+    for cell in cells:
+        if cell["cell_type"] != "code":
+            continue
+        *before, last = ast.parse("".join(cell["source"])).body
+        exec(compile(ast.Module(before, []), "cell", "exec"), names)
+        if not isinstance(last, ast.Expr):
+            exec(compile(ast.Module([last], []), "cell", "exec"), names)
+            continue
+        value = eval(compile(ast.Expression(last.value), "cell", "eval"), names)
+        for html in (one["data"].get("text/html") for one in cell["outputs"]):
+            if html is not None:
+                assert value._repr_html_() == "".join(html)
+                shown += 1
+    assert shown == 2
+    pyplot.close("all")

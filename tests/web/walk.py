@@ -134,7 +134,8 @@ def test_photos_become_a_checked_file_by_clicks_alone(
     box = page.locator(".limb-canvas").bounding_box()
     assert box is not None
     middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.click(middle[0], middle[1] - 90)
+    with page.expect_response(lambda answer: "/limb/places/" in answer.url):
+        page.mouse.click(middle[0], middle[1] - 90)
     page.locator(".places-list li.placed").first.wait_for()
     for _ in range(3):
         picked_again_lies_where_it_was(app, case_id)

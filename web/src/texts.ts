@@ -570,7 +570,7 @@ const TEXTS = {
   "cameras.sending": ["Sending {0} of {1}", "Sendet {0} von {1}"],
   "cameras.calibrate": ["Calibrate", "Kalibrieren"],
   "cameras.calibrating": ["Calibrating", "Kalibriert"],
-  "cameras.few": ["3 photos of the board are the least", "3 Brettfotos sind das Mindeste"],
+  "cameras.few": ["{0} photos of the board are the least", "{0} Brettfotos sind das Mindeste"],
   "cameras.file": ["Camera file", "Kameradatei"],
   "cameras.age": ["{0} {0:day|days} old", "{0} {0:Tag|Tage} alt"],
   "cameras.today": ["Calibrated today", "Heute kalibriert"],

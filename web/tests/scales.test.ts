@@ -7,6 +7,7 @@ test("the scale of differences is symmetric, and pale within a quarter of a mill
   expect(bandOf(-0.25)).toBe(4);
   for (const mm of [0.3, 0.7, 1.5, 3]) expect(bandOf(mm) + bandOf(-mm)).toBe(8);
   expect(bandOf(9)).toBe(8);
+  expect(bandOf(0.45)).toBe(6); // beyond the 0.40 mm that the report draws, too
   expect(bandOf(3, 2)).toBe(7);
 });
 

@@ -9,7 +9,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException as StarletteHTTPException
 
-from limbgram.app.app_wording import finding_for_app, plain
+from limbgram.app.app_wording import finding_for_app, without_folders
 from limbgram.core.errors import (
     CaseError,
     ExportError,
@@ -87,9 +87,8 @@ def refused(status: int, kind: str, finding: Finding, root: Path | None = None) 
 def refusal(
     status: int, kind: str, message: str, where: str = "", found: FindingReply | None = None
 ) -> JSONResponse:
-    content = Refusal(
-        kind=kind, message=printable(plain(message)), where=printable(where), finding=found
-    )
+    said = printable(without_folders(message))
+    content = Refusal(kind=kind, message=said, where=printable(where), finding=found)
     return JSONResponse(content.model_dump(), status_code=status)
 
 

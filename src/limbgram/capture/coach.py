@@ -35,7 +35,7 @@ from limbgram.capture.answer import (
 from limbgram.capture.camera_positions import Stand, stand_of
 from limbgram.capture.coverage import Seen, shown_by
 from limbgram.capture.limb_in_photos import Looked, LookedAt, limb_shown, look_at_limb
-from limbgram.capture.motion_told import kept_still, motion_told
+from limbgram.capture.limb_motion import kept_still, limb_motion
 from limbgram.capture.photos_to_add import (
     first_direction_rad,
     gaps_deg,
@@ -197,7 +197,7 @@ class Coach:
             limb, found = metric.scene.points_in_world, False
         looked_at = run(look_at_limb, photos, small, features, metric, limb, self._seen)
         seen = Seen(photos, small, metric, limb, looked_at, found)
-        motion = motion_told(metric, limb)
+        motion = limb_motion(metric, limb)
         findings += motion.findings(cameras)
         lenses = tuple(lenses_told(metric.scene, cameras, photos))
         findings += [one for one in lenses if one.gravity is Gravity.FAULT]

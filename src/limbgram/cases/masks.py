@@ -41,6 +41,7 @@ _DRAWN_PX = 1600
 _DRAWING_MB = 150.0
 _THUMB_PX = 300
 _COLUMNS = 5
+"""Of the overview: layout alone."""
 _LINE_PX = 20
 _DIMMED = 0.3
 _OUTLINE = (217, 130, 43)

@@ -15,7 +15,7 @@ from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.typed import value_of
 from limbgram.findings import Finding, fault, note
 
-_FAR = 0.05
+MOST_OFF = 0.05
 """A print may be this share off; beyond, the rule was misread or another page was printed to."""
 _UNEQUAL = 0.001
 """Of a print's two directions against each other: as much as a scale may be wrong at all."""
@@ -43,13 +43,13 @@ class PrintedSize:
 
     def __post_init__(self) -> None:
         for way, one in (("across", self.across), ("down", self.down)):
-            if one is not None and not abs(one.growth - 1) <= _FAR:
+            if one is not None and not abs(one.growth - 1) <= MOST_OFF:
                 raise OptionsError(
                     "file.print.off",
                     way=way,
                     drawn_mm=one.drawn_mm,
                     measured_mm=one.measured_mm,
-                    most_share=_FAR,
+                    most_share=MOST_OFF,
                 )
         if self.down is not None and abs(self.down.growth / self.across.growth - 1) > _UNEQUAL:
             raise OptionsError(

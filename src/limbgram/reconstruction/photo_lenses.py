@@ -11,7 +11,7 @@ import numpy as np
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
 from limbgram.reconstruction.hypotheses.lenses import lens_explanations
-from limbgram.reconstruction.mapping.own import largest_px
+from limbgram.reconstruction.mapping.lens_deviations import largest_px
 from limbgram.reconstruction.mapping.scene import Explanation, Scene
 from limbgram.reconstruction.movement import millimetre
 from limbgram.reconstruction.photos.photo import PhotoSet

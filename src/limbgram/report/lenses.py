@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from limbgram.findings import told
-from limbgram.reconstruction.mapping.own import largest_px
+from limbgram.reconstruction.mapping.lens_deviations import largest_px
 from limbgram.reconstruction.mapping.scene import Deviation, Scene
 from limbgram.reconstruction.photo_lenses import own_lens_told
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from limbgram.app.client_figures import text_of_figures
 from limbgram.app.openapi import document, text_of
 from limbgram.app.recipe import list_kinds
 from limbgram.findings import LANGUAGES
@@ -13,6 +14,13 @@ KEPT = Path(__file__).parents[3] / "web" / "openapi.json"
 def test_the_kept_description_is_that_of_the_server() -> None:
     assert KEPT.read_text("utf-8") == text_of(document()), (
         "web/openapi.json is old: python -m limbgram.app.openapi web/openapi.json"
+    )
+
+
+def test_the_client_draws_and_judges_by_the_servers_figures() -> None:
+    kept = KEPT.parent / "src" / "api" / "figures.json"
+    assert kept.read_text("utf-8") == text_of_figures(), (
+        f"{kept.name} is old: python -m limbgram.app.client_figures web/src/api/figures.json"
     )
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 import signal
 import sys
 import threading
@@ -9,12 +10,15 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from limbgram.batch import attempt as attempting
+from limbgram.batch import local_run
 from limbgram.batch.attempt import Outcome, Plan, StepOutcome, WrittenFile, worst_of
+from limbgram.batch.attempt_process import _elsewhere_if_full
 from limbgram.batch.captures import Capture
 from limbgram.batch.local_run import BatchOptions, BatchRun, _share
 from limbgram.batch.memory import MemoryGate
@@ -193,6 +197,32 @@ def test_a_fault_in_a_thread_of_ours_is_not_lost(
     monkeypatch.setattr(attempting, "need_mb", broken)
     with pytest.raises(ZeroDivisionError):
         batch.wait()
+
+
+def test_a_batch_keeps_to_three_quarters_of_the_machine_unless_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(local_run, "machine_mb", lambda: 16_000.0)
+    assert BatchOptions().memory_mb == 12_000.0
+    assert BatchOptions(memory_gb=2.0).memory_mb == 2048.0
+
+
+@pytest.mark.parametrize(("free_mb", "state"), [(110, "refused"), (90, "died")])
+def test_a_refusal_on_a_full_disk_is_the_machines_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, free_mb: int, state: str
+) -> None:
+    """Two photos take up to 100 MB while their case is made; with less, another machine may do."""
+    folder = tmp_path / "in"
+    folder.mkdir()
+    for name in ("a.jpg", "b.jpg"):
+        (folder / name).write_bytes(b"\xff\xd8\xff")
+    plan = Plan(
+        capture=Capture(name="a", path=folder, kind="folder"),
+        job=Job(case=tmp_path / "out", sources=()),
+    )
+    refused = Outcome(name="a", source="a", state="refused", kind="CaseError", finding=note("x.y"))
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=free_mb * 2**20))
+    assert _elsewhere_if_full(refused, plan, tmp_path).state == state
 
 
 def test_memory_is_shared_by_those_at_work() -> None:

@@ -9,7 +9,7 @@ from PIL import Image
 
 from limbgram.capture.answer import CheckedPhoto
 from limbgram.capture.limb_in_photos import limb_shown, look_at_limb
-from limbgram.capture.motion_told import motion_told
+from limbgram.capture.limb_motion import limb_motion
 from limbgram.capture.photos_to_add import missing_round
 from limbgram.core.errors import RegionError
 from limbgram.core.geometry.frames import Rigid
@@ -97,7 +97,7 @@ def test_without_a_size_a_movement_is_a_share_of_the_limb(unit: str, far: float)
     )
     across = np.random.default_rng(2).uniform(-20.0, 20.0, (400, 2))
     limb = np.column_stack([across, np.linspace(0.0, 200.0, 400)])
-    told = motion_told(MetricScene(scene=scene, scale=scale), limb)
+    told = limb_motion(MetricScene(scene=scene, scale=scale), limb)
     (said,) = told.findings(Cameras(()))
     how = said.values["how"]
     assert isinstance(how, Finding)

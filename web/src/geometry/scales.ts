@@ -1,11 +1,12 @@
 /** The two scales of colour: how sure a point is, and how far two surfaces differ. Fixed ranges. */
+import figures from "../api/figures.json";
 
 /** ± in mm that hold in 95 of 100 (two sigma), where the colours of "how sure" stand. */
-export const SURE_STOPS_MM = [0, 0.06, 0.12, 0.2, 0.32, 0.5] as const;
+export const SURE_STOPS_MM: readonly number[] = figures.SURE_STOPS_MM;
 export const SURE_COLOURS = ["#F6F4F7", "#ECE5F1", "#C4ACD4", "#9B70B2", "#6E3A8A", "#42165C"] as const;
 
-/** Limits of the bands of a difference, in mm; the middle band lies within the first. */
-export const DIFFERENCE_LIMITS_MM = [0.25, 0.5, 1, 2] as const;
+/** Limits of the bands of a difference, in mm, as in the pictures of the report; the middle band lies within the first. */
+export const DIFFERENCE_LIMITS_MM: readonly number[] = figures.DIFFERENCE_LIMITS_MM;
 export const DIFFERENCE_COLOURS = ["#123E80", "#215EAA", "#5892CE", "#96BCE0", "#F2F1EF", "#ECB8A6", "#DD7860", "#B2342E", "#7E1420"] as const;
 
 /** Which of the nine bands a difference lies in; `wider` doubles the limits on both sides. */

@@ -10,6 +10,7 @@
  *
  * The server measures the figures that are kept. This one follows the hand while a level is dragged.
  */
+import figures from "../api/figures.json";
 import { IDENTITY, type Rigid, type Vec3, apply } from "./vectors";
 
 export interface Section {
@@ -99,7 +100,7 @@ function holdsAxis(loop: readonly Vec3[]): boolean {
   return inside;
 }
 
-const SMOOTHING_MM = 5;
+const { SMOOTHING_MM } = figures;
 const EVEN_STEPS = 16;
 
 /** A closed line (its first point repeated) at even steps through the spline filter. */

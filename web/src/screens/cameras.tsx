@@ -4,12 +4,14 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 
 import { ROOT, Refused, type Schemas, api, note, refusedBy, taken } from "../api/client";
 import { listen } from "../api/events";
-import { Button, Chip, Confirm, Empty, NumberField, Segments } from "../design/parts";
+import figures from "../api/figures.json";
+import { Button, Chip, Confirm, Empty } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { t, when } from "../texts";
 import { told } from "../words";
+import { BoardForm, CHECKERBOARD } from "./board-form";
 
 type Camera = Schemas["CameraReply"];
 
@@ -79,15 +81,7 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
   const input = useRef<HTMLInputElement>(null);
   const sent = useSignal<[number, number] | null>(null);
   const removing = useSignal(false);
-  const board = useSignal<Schemas["BoardSpec"]>({
-    kind: "checkerboard",
-    columns: 14,
-    rows: 10,
-    square_mm: 10,
-    marker_mm: 0,
-    dictionary: "4X4_50",
-    ruler: null,
-  });
+  const board = useSignal(CHECKERBOARD);
   const path = { params: { path: { camera_id: one.id } } };
   const add = (files: File[]) =>
     act.run(async () => {
@@ -111,7 +105,6 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
     });
   const busy = one.state === "calibrating";
   const ready = one.calibrated !== "" && one.focal_mm !== undefined;
-  const set = (part: Partial<Schemas["BoardSpec"]>) => (board.value = { ...board.value, ...part });
   return (
     <section class="card camera-card">
       <div class="row-head">
@@ -174,7 +167,13 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
             </Button>
             <Button
               go={!ready}
-              off={busy || act.busy.value ? t("cameras.calibrating") : one.photos < 3 ? t("cameras.few") : null}
+              off={
+                busy || act.busy.value
+                  ? t("cameras.calibrating")
+                  : one.photos < figures.FEWEST_BOARD_PHOTOS
+                    ? t("cameras.few", figures.FEWEST_BOARD_PHOTOS)
+                    : null
+              }
               onClick={() => void calibrate()}
             >
               {t("cameras.calibrate")}
@@ -190,55 +189,7 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
               {t("cameras.sending", sent.value[0] + 1, sent.value[1])}
             </p>
           )}
-          <div class="setting">
-            <span>{t("board.kind")}</span>
-            <Segments
-              label={t("board.kind")}
-              value={board.value.kind}
-              options={[
-                { value: "checkerboard", text: t("board.checkerboard") },
-                { value: "charuco", text: t("board.charuco") },
-              ]}
-              onChange={(kind) =>
-                set(
-                  kind === "charuco"
-                    ? { kind, columns: 7, rows: 5, square_mm: 30, marker_mm: 22 }
-                    : { kind, columns: 14, rows: 10, square_mm: 10, marker_mm: 0 },
-                )
-              }
-            />
-          </div>
-          <div class="own-board">
-            <NumberField
-              label={t(board.value.kind === "charuco" ? "board.columns" : "board.corners.across")}
-              unit=""
-              step={1}
-              decimals={0}
-              min={2}
-              value={board.value.columns}
-              onChange={(columns) => set({ columns })}
-            />
-            <NumberField
-              label={t(board.value.kind === "charuco" ? "board.rows" : "board.corners.down")}
-              unit=""
-              step={1}
-              decimals={0}
-              min={2}
-              value={board.value.rows}
-              onChange={(rows) => set({ rows })}
-            />
-            <NumberField label={t("board.square")} unit="mm" decimals={2} min={1} value={board.value.square_mm} onChange={(square_mm) => set({ square_mm })} />
-            {board.value.kind === "charuco" && (
-              <NumberField
-                label={t("board.marker")}
-                unit="mm"
-                decimals={2}
-                min={1}
-                value={board.value.marker_mm}
-                onChange={(marker_mm) => set({ marker_mm })}
-              />
-            )}
-          </div>
+          <BoardForm board={board} />
         </div>
         {one.certificate && <img src={one.certificate} alt={t("cameras.certificate")} loading="lazy" />}
       </div>

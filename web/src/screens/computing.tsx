@@ -109,26 +109,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
             <Refusal refused={act.refused.value} />
           </section>
           <section class="tab">
-            <ol class="stages">
-              {one.stages.map((s, i) => (
-                <li key={s.name} class={s.state}>
-                  <span class="n">{s.state === "done" ? <Icon name="tick" small /> : i + 1}</span>
-                  <span class="grow">
-                    {tOr(`stage.${s.name}`, s.title)}
-                    {s.state === "running" && s.total > 0 && (
-                      <svg class="stage-bar" viewBox="0 0 100 4" preserveAspectRatio="none" role="img" aria-label={`${s.done} / ${s.total}`}>
-                        <rect class="all" width="100" height="4" />
-                        <rect class="part" width={(100 * s.done) / s.total} height="4" />
-                      </svg>
-                    )}
-                    {expert.value && <span class="mono"> {s.name}</span>}
-                  </span>
-                  <span class="num faint small">
-                    {s.state === "done" ? duration(s.seconds) : s.state === "running" && s.total ? `${s.done} / ${s.total}` : ""}
-                  </span>
-                </li>
-              ))}
-            </ol>
+            <Stages stages={one.stages} />
           </section>
         </div>
         {stopping.value && (
@@ -183,6 +164,29 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
         </div>
       </aside>
     </div>
+  );
+}
+
+function Stages({ stages }: { stages: Schemas["JobReply"]["stages"] }) {
+  return (
+    <ol class="stages">
+      {stages.map((s, i) => (
+        <li key={s.name} class={s.state}>
+          <span class="n">{s.state === "done" ? <Icon name="tick" small /> : i + 1}</span>
+          <span class="grow">
+            {tOr(`stage.${s.name}`, s.title)}
+            {s.state === "running" && s.total > 0 && (
+              <svg class="stage-bar" viewBox="0 0 100 4" preserveAspectRatio="none" role="img" aria-label={`${s.done} / ${s.total}`}>
+                <rect class="all" width="100" height="4" />
+                <rect class="part" width={(100 * s.done) / s.total} height="4" />
+              </svg>
+            )}
+            {expert.value && <span class="mono"> {s.name}</span>}
+          </span>
+          <span class="num faint small">{s.state === "done" ? duration(s.seconds) : s.state === "running" && s.total ? `${s.done} / ${s.total}` : ""}</span>
+        </li>
+      ))}
+    </ol>
   );
 }
 

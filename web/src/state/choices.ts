@@ -7,6 +7,7 @@
 import { signal } from "@preact/signals";
 
 import type { Schemas } from "../api/client";
+import figures from "../api/figures.json";
 
 export interface Choices {
   readonly cameras: readonly string[];
@@ -19,11 +20,9 @@ export interface Choices {
   readonly tape: { readonly height_mm: number | null; readonly girth_mm: number | null } | null;
 }
 
-/** How long that ruler was drawn. */
-export const RULER_MM = 250;
+/** How long that ruler was drawn, and how far off a print may be, as a share: beyond, the rule was misread. */
+export const { RULER_MM, RULER_MOST_OFF } = figures;
 const RULER_KEY = "limbgram.ruler";
-/** As the server refuses: from 5 % off the rule was misread, or another page was printed to. */
-const FAR = 0.05;
 
 const NONE: Choices = { cameras: [], board: "printed", poisson: false, unscaled: false, ruler_mm: null, tape: null };
 const changed = signal(0);
@@ -50,7 +49,7 @@ export function keepChoices(caseId: string, part: Partial<Choices>): void {
 export const rulerOf = ({ ruler_mm }: Choices) => ruler_mm ?? Number(localStorage.getItem(RULER_KEY) ?? RULER_MM);
 
 /** Whether no print of the board can be so large or so small. */
-export const rulerFar = (ruler_mm: number) => !(Math.abs(ruler_mm / RULER_MM - 1) <= FAR);
+export const rulerFar = (ruler_mm: number) => !(Math.abs(ruler_mm / RULER_MM - 1) <= RULER_MOST_OFF);
 
 /** Whether a taped girth was begun and is not whole. */
 export const tapeLacks = ({ board, tape }: Choices) => board !== "none" && tape !== null && !(tape.height_mm !== null && tape.girth_mm);
@@ -60,7 +59,8 @@ export function tapesOf({ board, tape }: Choices): Schemas["Tape"][] {
   return board === "none" || !tape?.girth_mm || tape.height_mm === null ? [] : [{ height_mm: tape.height_mm, girth_mm: tape.girth_mm }];
 }
 
-const PRINTED: Schemas["BoardSpec"] = { kind: "charuco", columns: 7, rows: 5, square_mm: 30, marker_mm: 22, dictionary: "4X4_50", ruler: null };
+/** The board that the program prints. */
+export const PRINTED = { ...figures.PRINTED_BOARD, ruler: null } as Schemas["BoardSpec"];
 
 /** The board as the server wants it: null looks for none. */
 export function boardOf(caseId: string): Schemas["BoardSpec"] | null {

@@ -9,7 +9,7 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 
 import { Icon } from "../design/icons";
 import { Button, Segments } from "../design/parts";
-import { DIFFERENCE_COLOURS } from "../geometry/scales";
+import { DIFFERENCE_COLOURS, DIFFERENCE_LIMITS_MM, SURE_STOPS_MM } from "../geometry/scales";
 import { cut, heightsOf } from "../geometry/section";
 import type { Rigid } from "../geometry/vectors";
 import { language, t } from "../texts";
@@ -243,9 +243,9 @@ function SureLegend() {
       <div>{t("sure.what")}</div>
       <div class="bar sure" />
       <div class="scale">
-        {["0", ".06", ".12", ".20", ".32", ".50"].map((text, i) => (
-          <span key={text} class={`at-${i}`}>
-            {text}
+        {SURE_STOPS_MM.map((mm, i) => (
+          <span key={mm} class={`at-${i}`}>
+            {mm ? mm.toFixed(2).slice(1) : "0"}
           </span>
         ))}
       </div>
@@ -254,9 +254,15 @@ function SureLegend() {
 }
 
 function DifferenceLegend({ wider, against, ends, hatched }: { wider: number; against: string; ends: readonly [string, string]; hatched?: string }) {
-  const text = (mm: number) => (mm === 0.25 ? "¼" : mm === 0.5 ? "½" : String(mm));
-  const ticks = [-2, -1, -0.25, 0.25, 1, 2] as const;
-  const at = { [-2]: 1, [-1]: 2, [-0.25]: 4, [0.25]: 5, [1]: 7, [2]: 8 } as Record<number, number>;
+  /** The first and the last limit on both sides; more would stand on each other. */
+  const [near, , , far] = DIFFERENCE_LIMITS_MM;
+  const ticks = [
+    [1, -far],
+    [4, -near],
+    [5, near],
+    [8, far],
+  ] as const;
+  const text = (mm: number) => (mm === 0.25 ? "¼" : mm === 0.5 ? "½" : mm.toFixed(Number.isInteger(mm) ? 0 : 1));
   return (
     <div class="legend wide">
       <b>{against}</b>
@@ -271,8 +277,8 @@ function DifferenceLegend({ wider, against, ends, hatched }: { wider: number; ag
         ))}
       </div>
       <div class="scale">
-        {ticks.map((mm) => (
-          <span key={mm} style={{ left: `${(at[mm] / 9) * 100}%` }}>
+        {ticks.map(([at, mm]) => (
+          <span key={mm} style={{ left: `${(at / 9) * 100}%` }}>
             {(mm < 0 ? "−" : "+") + text(Math.abs(mm) * wider)}
           </span>
         ))}

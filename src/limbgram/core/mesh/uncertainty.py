@@ -23,7 +23,7 @@ from limbgram.core.mesh.tree_cache import ByMesh
 _MOST_EXACT = 4000
 """Vertices up to which every pair is counted; beyond, a figure is even enough for areas."""
 _REACHES = 2.5
-"""Pairs further apart than this many reaches are independent."""
+"""Pairs further apart than this many reaches are independent: they correlate by exp(-6.25)."""
 _NEAR_MM = 10.0
 """As far from the rim of a filled patch it matters how the measured surface bends."""
 _EDGES = 100

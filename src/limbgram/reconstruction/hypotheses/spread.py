@@ -6,7 +6,7 @@ Out     the spread of each number of a photo's lens deviation, and what is left 
 Method  Restricted maximum likelihood (Patterson and Thompson 1971): poses, lenses and motions are
         flat, deviations are normal about nought, and the variance of each number maximises the
         likelihood of what is left. It is bounded by what single photos of real cameras do
-        (`mapping.own.WIDE`), and where the photos tell nothing of it, it is that of a usual phone.
+        (`lens_deviations.WIDE`); where the photos tell nothing of it, it is that of a usual phone.
 """
 
 from dataclasses import dataclass

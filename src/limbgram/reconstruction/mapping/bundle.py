@@ -9,7 +9,7 @@ from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, turned
 from limbgram.core.interval import MAD_TO_SIGMA
-from limbgram.reconstruction.mapping.own import Ties
+from limbgram.reconstruction.mapping.lens_deviations import Ties
 from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, Scene
 
 _FEWEST_RAYS = 2

@@ -21,7 +21,13 @@ from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.core.interval import COVER
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.bundle import Bundle
-from limbgram.reconstruction.mapping.own import DEVIATIONS, WIDE, Ties, basis_of, numbers_of
+from limbgram.reconstruction.mapping.lens_deviations import (
+    DEVIATIONS,
+    WIDE,
+    Ties,
+    basis_of,
+    numbers_of,
+)
 from limbgram.reconstruction.mapping.quadratic import (
     ALMOST_NONE,
     CLEARLY,
@@ -38,7 +44,7 @@ from limbgram.reconstruction.mapping.scene import Rule, Scene
 from limbgram.reconstruction.mapping.solution import LensPrior, reduced_equations
 
 OWN = sum(numbers_of(kind) for kind in DEVIATIONS) + 2
-"""Numbers of a photo's lens deviation: those of `mapping.own`, and k1 and k2, which change with
+"""Numbers of a photo's lens deviation: those of `lens_deviations`, and k1 and k2, which change with
 the distance that a lens is focused at."""
 MOST = np.array([*(WIDE[kind] for kind in DEVIATIONS for _ in range(numbers_of(kind))), 0.02, 0.04])
 _USUAL = {"principal point": 0.0025, "focal length": 0.0005, "rolling shutter": 0.001}

@@ -31,9 +31,9 @@ from limbgram.reconstruction.calibration.cameras import (
     from_exif,
 )
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.mapping.answering import answered
 from limbgram.reconstruction.mapping.chains import along_chains
 from limbgram.reconstruction.mapping.lens_evidence import LensEvidence, zoomed_photos
+from limbgram.reconstruction.mapping.lens_selection import with_supported_lenses
 from limbgram.reconstruction.mapping.scene import Ring, Scene
 from limbgram.reconstruction.mapping.solution import Adjusted, Unheld, adjust
 from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
@@ -389,7 +389,7 @@ def _as_asked(
 ) -> Adjusted:
     if options.board_lenses == "hold" or options.photo_lenses == "never":
         return adjusted
-    return answered(adjusted, before, cameras.calibrations, options.outlier_sigmas)
+    return with_supported_lenses(adjusted, before, cameras.calibrations, options.outlier_sigmas)
 
 
 def _scene_of(adjusted: Adjusted) -> Scene:

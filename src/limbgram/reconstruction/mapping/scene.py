@@ -216,7 +216,7 @@ class JoinedByMarks:
 
 @dataclass(frozen=True, kw_only=True)
 class OwnLenses:
-    """What the lens of every photo has for itself, beside that of its camera (see mapping.own)."""
+    """What each photo's lens has beside that of its camera (`lens_deviations`)."""
 
     deviations: tuple[Deviation, ...]
     """The kinds that the residuals asked for, the most telling first."""

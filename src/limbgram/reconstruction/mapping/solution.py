@@ -22,12 +22,12 @@ from limbgram.core.run import track
 from limbgram.reconstruction.calibration.cameras import Calibration, squared
 from limbgram.reconstruction.mapping.body import Body, BodyEquations
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
+from limbgram.reconstruction.mapping.lens_deviations import Ties
 from limbgram.reconstruction.mapping.normals import (
     point_steps,
     reduce_equations,
     robust_cost,
 )
-from limbgram.reconstruction.mapping.own import Ties
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.unfolded import Held, Pictures
 

@@ -17,8 +17,8 @@ Method  Points that three photos or more see stay where the scene has them. A ph
         suspected, and their fit is done anew with points that the other photos alone hold: there
         both showed 6 %, at more than 40 sigmas.
         Where many photos were zoomed no others are left to tell them by. Their residuals then ask
-        for focal lengths of their own (answering.py); solved for in one adjustment, seven of 14
-        photos zoomed by 5 % show 4.7 to 4.9 %, and the others 0.0 to 0.2 %. Two groups, one of
+        for focal lengths of their own (lens_selection.py); solved for in one adjustment, seven of
+        14 photos zoomed by 5 % show 4.7 to 4.9 %, and the others 0.0 to 0.2 %. Two groups, one of
         them tight, are a zoom; one group that is off is the file of another camera.
 """
 
@@ -34,7 +34,7 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.findings import Finding, doubt
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
-from limbgram.reconstruction.mapping.own import numbers_of
+from limbgram.reconstruction.mapping.lens_deviations import numbers_of
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.solution import SHARED_ERROR
 from limbgram.reconstruction.photos.photo import first_of

@@ -210,6 +210,7 @@ _REACH_SIGMAS = 5.0
 _CELLS_ACROSS = 12
 _ZONES = 5
 _FEWEST_IN_CELL = 5
+"""Residuals without which a cell of the picture tells no pattern; a matter of smoothness."""
 
 
 def residual_figures(scene: Scene) -> ResidualFigures:

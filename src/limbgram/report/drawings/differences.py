@@ -21,7 +21,7 @@ from limbgram.report.drawings.views import BESIDE, letter_corners
 from limbgram.workbench.compare.comparison import Comparison
 from limbgram.workbench.compare.messages import IQR_LIMIT_MM, MRE_LIMIT_MM
 
-_EDGES_MM = (MRE_LIMIT_MM, IQR_LIMIT_MM, 0.8, 1.6, 3.2, 6.4)
+EDGES_MM = (MRE_LIMIT_MM, IQR_LIMIT_MM, 0.8, 1.6, 3.2, 6.4)
 _OUTSIDE = ("#fbe3d2", "#f6bd98", "#e88a63", "#cf5246", "#a51f33", "#67001f")
 _INSIDE = ("#dbe9f3", "#aed0e6", "#77aed3", "#3f86bd", "#22609d", "#0b2f5f")
 _ALIKE = "#f3f2ee"
@@ -52,7 +52,7 @@ def difference_pictures(comparison: Comparison) -> Drawing:
     upper, lower = np.asarray(figure.subfigures(2, 1))
     bands = ListedColormap((*reversed(_INSIDE[:-1]), _ALIKE, *_OUTSIDE[:-1]))
     bands = bands.with_extremes(under=_INSIDE[-1], over=_OUTSIDE[-1])
-    edges = (*(-edge for edge in reversed(_EDGES_MM)), *_EDGES_MM)
+    edges = (*(-edge for edge in reversed(EDGES_MM)), *EDGES_MM)
     away = ScalarMappable(BoundaryNorm(edges, bands.N), bands)
     turned = ListedColormap(_TURNED[:-1]).with_extremes(over=_TURNED[-1])
     angles = ScalarMappable(BoundaryNorm(_ANGLES_DEG, turned.N), turned)

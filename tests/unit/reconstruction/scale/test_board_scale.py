@@ -1,6 +1,8 @@
 """Scale from a board, against a room whose measures are known."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.scene import Explanation, Movement, Scene
 from limbgram.reconstruction.scale.board import find_scene_board
 from limbgram.reconstruction.scale.ruler import stretch_by_cameras
-from limbgram.reconstruction.scale.scaling import check_scene_board, to_millimetres
+from limbgram.reconstruction.scale.scaling import _moved, check_scene_board, to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections
 
 
@@ -229,3 +231,16 @@ def test_a_camera_file_that_is_not_theirs_is_why_a_board_is_not_measured(capture
             to_millimetres(scene, unseen, cameras=Cameras((known,)))
         assert refusal.value.finding.code == code
         assert ("5390 px" in str(refusal.value)) == (not failed)  # 5500 px less 2 %
+
+
+@pytest.mark.parametrize(("sigma_px", "told"), [(0.05, False), (0.25, False), (0.4, True)])
+def test_corners_that_miss_each_other_tell_of_a_board_that_moved(
+    sigma_px: float, told: bool
+) -> None:
+    """Those of boards that kept still miss each other by 0.05 to 0.15 px."""
+    board: Any = SimpleNamespace(corners=SimpleNamespace(set_aside=(), sigma_px=sigma_px))
+    scene: Any = SimpleNamespace(movement=None)
+    found = _moved(board, scene)
+    assert (found is not None) == told
+    if found is not None:
+        assert found.code == "board.probably_moved"

@@ -7,7 +7,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View, fold_of
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.visibility import incidence_cosines
-from limbgram.reconstruction.scale.visibility import in_frame
+from limbgram.reconstruction.scale.visibility import aim_of, in_frame
 
 FOLDED = Camera(width_px=1600, height_px=1200, fx=1250.0, fy=1250.0, cx=799.5, cy=599.5, k2=-0.58)
 """Its distortion turns back 0.766 from the axis, and shows at most 0.613; corners are at 0.8."""
@@ -64,3 +64,14 @@ def test_the_surface_is_seen_by_the_same_rule() -> None:
     np.testing.assert_array_equal(seen, view.shows(wall.vertices_mm, margin_px=4.0))
     assert seen[(aside < 0.76) & (np.abs(y) < 220.0)].all()
     assert not seen[aside > 0.77].any()
+
+
+@pytest.mark.parametrize(("aside", "weight"), [(1 / 3, 0.41), (1 / 2, 0.135), (2.0, 0.0)])
+def test_photos_look_at_what_their_frames_hold_in_the_middle(aside: float, weight: float) -> None:
+    """A point in the middle, and one so many half frames beside it, which counts as much less."""
+    camera = Camera(width_px=1600, height_px=1200, fx=1200.0, fy=1200.0, cx=799.5, cy=599.5)
+    half = 500.0 * 600 / 1200
+    points = np.array([[0.0, 0.0, 500.0], [aside * half, 0.0, 500.0]])
+    aim = aim_of([View("", camera, Rigid.identity())], points)
+    assert aim.point[0] / (aside * half - aim.point[0]) == pytest.approx(weight, abs=0.005)
+    assert aim.reach == pytest.approx(half, rel=0.02)

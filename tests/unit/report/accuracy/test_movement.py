@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from limbgram.findings import note, told
-from limbgram.reconstruction.mapping.own import with_room_for
+from limbgram.reconstruction.mapping.lens_deviations import with_room_for
 from limbgram.reconstruction.mapping.scene import Explanation, Movement
 from limbgram.reconstruction.movement import moved_mm, movement_found, movement_remark
 from limbgram.report.accuracy.assessment import Assessment, assess

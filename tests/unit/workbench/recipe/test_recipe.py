@@ -315,3 +315,13 @@ def test_every_kind_of_edit_has_a_name_for_people() -> None:
 def test_an_edit_that_is_all_default_says_what_it_does() -> None:
     made = make_edit("sock", {}, "The new edit")
     assert described(Entry(edit=made)) == "sock: thickness_mm = 0.3"
+
+
+def test_a_recipe_holds_a_thousand_edits_and_no_more() -> None:
+    one = '[[edit]]\ndo = "offset"\ndistance_mm = 1.0\n'
+    head = 'format = "limbgram recipe"\nversion = 2\n'
+    assert len(parse_recipe(head + 1000 * one, "long").entries) == 1000
+    with pytest.raises(OptionsError) as refused:
+        parse_recipe(head + 1001 * one, "long")
+    assert refused.value.finding.code == "recipe.file.edits"
+    assert refused.value.finding.values["most"] == 1000

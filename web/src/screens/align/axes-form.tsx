@@ -1,6 +1,6 @@
 /** What tells the axes: the front, which end is up, the flexion; or degrees by hand once they are set. */
 import { Notice, NumberField, Segments } from "../../design/parts";
-import type { ByHand } from "../../geometry/byhand";
+import type { AxesTurn } from "../../geometry/axes-turn";
 import { t } from "../../texts";
 import { said } from "../edit-words";
 import { type Axes, towardsViewer } from "./axes";
@@ -64,7 +64,7 @@ export function AxesForm({ subject, axes }: { subject: Subject; axes: Axes }) {
 
 function ByHandForm({ axes: { byHand } }: { axes: Axes }) {
   const now = byHand.value;
-  const turn = (part: Partial<ByHand>) => (byHand.value = { ...byHand.value, ...part });
+  const turn = (part: Partial<AxesTurn>) => (byHand.value = { ...byHand.value, ...part });
   return (
     <>
       <h3>{t("align.by.hand")}</h3>
@@ -106,7 +106,7 @@ function ByHandForm({ axes: { byHand } }: { axes: Axes }) {
 }
 
 /** What the hand turned, each way in words with its degrees. */
-export function handWords(by: ByHand): string {
+export function handWords(by: AxesTurn): string {
   const rows: readonly { readonly deg: number; readonly plus: string; readonly minus: string }[] = [
     { deg: by.turn_deg, plus: t("align.turned.left"), minus: t("align.turned.right") },
     { deg: by.flex_deg, plus: t("align.flexed.back"), minus: t("align.flexed.front") },

@@ -4,7 +4,7 @@ import { useRef } from "preact/hooks";
 import { Vector3 } from "three";
 
 import type { Schemas } from "../../api/client";
-import { type ByHand, STILL, turned } from "../../geometry/byhand";
+import { type AxesTurn, STILL, turned } from "../../geometry/axes-turn";
 import { type Vec3, scale, sub, xyz } from "../../geometry/vectors";
 import { sided } from "../../limb-kinds";
 import { perform } from "../../state/acts";
@@ -20,14 +20,14 @@ export interface Axes {
   /** Towards whoever looked, where that is the front. */
   readonly front: Signal<Vec3 | null>;
   /** What a hand turned since the axes were set; not kept yet. */
-  readonly byHand: Signal<ByHand>;
+  readonly byHand: Signal<AxesTurn>;
   /** What lacks before they can be set, in words. */
   readonly lacks: string | null;
   readonly set: () => void;
   /** Keep what the hand turned: the axes as they are shown are stated to the server. */
   readonly keepByHand: () => void;
   /** What a hand does to the handles of the axes. */
-  readonly drag: (by: ByHand, done: boolean) => void;
+  readonly drag: (by: AxesTurn, done: boolean) => void;
 }
 
 export function useAxes(subject: Subject, { places, known }: Placing): Axes {
@@ -35,9 +35,9 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
   const flexion_deg = useSignal(0);
   const flipped = useSignal(false);
   const front = useSignal<Vec3 | null>(null);
-  const byHand = useSignal<ByHand>(STILL);
+  const byHand = useSignal<AxesTurn>(STILL);
   /** What was turned when the hand took a handle. */
-  const from = useRef<ByHand | null>(null);
+  const from = useRef<AxesTurn | null>(null);
   const sideLacks = (!side || side === "none") && sided(kind);
   const facing = places.some((one) => known.find((k) => k.name === one.name && k.facing !== "none"));
   const lacks = !kind ? t("align.kind.first") : sideLacks ? t("align.side.first") : !facing && !front.value ? t("align.places.first") : null;
@@ -77,7 +77,7 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
         subject.saved.value = t("align.by.hand.kept");
       });
     });
-  const drag = (by: ByHand, done: boolean) => {
+  const drag = (by: AxesTurn, done: boolean) => {
     const begun = (from.current ??= byHand.value);
     byHand.value = {
       turn_deg: tenth(begun.turn_deg + by.turn_deg),

@@ -9,7 +9,7 @@ import { useMemo } from "preact/hooks";
 
 import { Button, Chip } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
-import { STILL, isStill, turned } from "../../geometry/byhand";
+import { STILL, isStill, turned } from "../../geometry/axes-turn";
 import { go, href } from "../../state/route";
 import { t } from "../../texts";
 import { Stage, type Shown } from "../../viewer/stage";

@@ -13,7 +13,7 @@ import { tapeLacks } from "../../state/choices";
 import { go, href } from "../../state/route";
 import { filesOf, forgetDone } from "../../state/uploads";
 import { bytes, t } from "../../texts";
-import { CaptureOptions } from "../capture-options";
+import { CaptureOptions } from "./options";
 import { coachWords } from "../coach-words";
 import { Dial, HIGH_DEG } from "../dial";
 import { Expected } from "../expected";

@@ -2,9 +2,9 @@
 import type { Schemas } from "../../api/client";
 import { t } from "../../texts";
 import { wordsOf } from "../edit-words";
-import type { Bench } from "./bench";
+import type { Workspace } from "./workspace";
 
-export function Against({ bench: { base, mode }, edits }: { bench: Bench; edits: readonly Schemas["EditReply"][] }) {
+export function Against({ workspace: { base, mode }, edits }: { workspace: Workspace; edits: readonly Schemas["EditReply"][] }) {
   if (edits.length < 2) return null;
   const choose = (edit: string) => {
     base.against(edit ? Number(edit) : null);

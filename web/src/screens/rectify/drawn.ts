@@ -5,17 +5,17 @@ import { circleOn } from "../../geometry/circle";
 import { vec3 } from "../../geometry/vectors";
 import type { Handle, Line, Mark } from "../../viewer/overlay";
 import { term } from "../../words";
-import type { Bench } from "./bench";
+import type { Workspace } from "./workspace";
 import { wayOf } from "./draft";
 
 const LEAST_RING_MM = 0.5;
 
-export function linesOf({ hand, edit, trimline }: Bench): Line[] {
+export function linesOf({ drawing, edit, trimline }: Workspace): Line[] {
   const within = edit.draft.value?.within ?? [];
-  const drawing = hand.drawing.value;
-  const lines: Line[] = brushRings(hand).map((points) => ({ points, closed: true, look: "draft" }));
+  const line = drawing.line.value;
+  const lines: Line[] = brushRings(drawing).map((points) => ({ points, closed: true, look: "draft" }));
   if (within.length) lines.push({ points: within.map((p) => new Vector3(...p)), closed: true, look: "region" });
-  if (drawing.length) lines.push({ points: drawing, closed: false, look: "draft", knots: hand.corners.current.length > 0 });
+  if (line.length) lines.push({ points: line, closed: false, look: "draft", knots: drawing.corners.current.length > 0 });
   if (trimline.points.value.length) {
     lines.push({ points: trimline.drawn, closed: false, look: "trimline" });
     lines.push({ points: trimline.points.value, closed: false, look: "knots", knots: true });
@@ -24,13 +24,13 @@ export function linesOf({ hand, edit, trimline }: Bench): Line[] {
 }
 
 /** The brush's rim and where its edge begins to fall off, round the place under the hand. */
-function brushRings({ over, drawing, size, soft }: Bench["hand"]): Vector3[][] {
+function brushRings({ over, line, size, soft }: Workspace["drawing"]): Vector3[][] {
   const hit = over.value;
-  if (!hit || drawing.value.length) return [];
+  if (!hit || line.value.length) return [];
   return [size.value, size.value - soft.value].filter((radius_mm) => radius_mm > LEAST_RING_MM).map((radius_mm) => circleOn(hit.point, hit.normal, radius_mm));
 }
 
-export function marksOf({ limb, edit }: Bench): Mark[] {
+export function marksOf({ limb, edit }: Workspace): Mark[] {
   const chosen = edit.draft.value?.at;
   return (limb?.reply.places ?? []).map((one) => ({
     name: one.name,
@@ -41,7 +41,7 @@ export function marksOf({ limb, edit }: Bench): Mark[] {
 }
 
 /** The handle by which the depth of the open edit is dragged. */
-export function handleOf({ edit }: Bench): Handle | null {
+export function handleOf({ edit }: Workspace): Handle | null {
   const draft = edit.draft.value;
   return draft && { point: new Vector3(...draft.anchor), normal: new Vector3(...draft.normal), depth_mm: wayOf(draft) * draft.depth_mm };
 }

@@ -4,12 +4,12 @@ import { Refusal } from "../../design/refusal";
 import { signed } from "../../geometry/scales";
 import { t } from "../../texts";
 import { askedBy, said } from "../edit-words";
-import { type Bench, keepDrawn } from "./bench";
+import { type Workspace, keepDrawn } from "./workspace";
 import { type Draft, wayOf } from "./draft";
 import { type Girth, toneOf, volumeOf } from "./effect";
 
-export function EditForm({ bench, draft, girth }: { bench: Bench; draft: Draft; girth: Girth | null }) {
-  const { edit, trial, keeping } = bench;
+export function EditForm({ workspace, draft, girth }: { workspace: Workspace; draft: Draft; girth: Girth | null }) {
+  const { edit, trial, keeping } = workspace;
   const { change } = edit;
   return (
     <section class="edit">
@@ -51,11 +51,11 @@ export function EditForm({ bench, draft, girth }: { bench: Bench; draft: Draft; 
           <NumberField label={t("flat")} unit="mm" step={1} decimals={1} min={0} max={100} value={draft.flat_mm} onChange={(flat_mm) => change({ flat_mm })} />
         )}
       </div>
-      <Effect girth={girth} volume_ml={volumeOf(bench)} waits={trial.waits.value} />
+      <Effect girth={girth} volume_ml={volumeOf(workspace)} waits={trial.waits.value} />
       {trial.tried.value?.line?.concerns.map((one) => (
         <Notice key={said(one.finding)} tone="amber" title={said(one.finding)} />
       ))}
-      <Asked bench={bench} draft={draft} />
+      <Asked workspace={workspace} draft={draft} />
       {edit.asksDepth.value && (
         <Notice
           tone="amber"
@@ -64,7 +64,7 @@ export function EditForm({ bench, draft, girth }: { bench: Bench; draft: Draft; 
         />
       )}
       <div class="acts">
-        <Button go class="grow" off={keeping.now.value ? t("loading") : trial.refused.value ? t("refused.first") : null} onClick={() => keepDrawn(bench)}>
+        <Button go class="grow" off={keeping.now.value ? t("loading") : trial.refused.value ? t("refused.first") : null} onClick={() => keepDrawn(workspace)}>
           {t("keep.edit")}
         </Button>
         <Button onClick={edit.drop}>{t("drop.edit")}</Button>
@@ -91,7 +91,7 @@ function Effect({ girth, volume_ml, waits }: { girth: Girth | null; volume_ml: n
 }
 
 /** Why the server does not make it: what it asks a word for can be said to be meant. */
-function Asked({ bench: { edit, trial }, draft }: { bench: Bench; draft: Draft }) {
+function Asked({ workspace: { edit, trial }, draft }: { workspace: Workspace; draft: Draft }) {
   const refused = trial.refused.value;
   const asked = askedBy(refused?.finding ?? null);
   if (!asked) return <Refusal refused={refused} />;

@@ -2,7 +2,7 @@
 import { useMemo } from "preact/hooks";
 
 import { cut, heightsOf } from "../../geometry/section";
-import type { Bench } from "./bench";
+import type { Workspace } from "./workspace";
 import { wayOf } from "./draft";
 import { changed } from "./ledger";
 
@@ -13,7 +13,7 @@ export interface Girth {
 }
 
 /** The girth at the level, of the server's answer; while the hand drags, of what this page moved. */
-export function useGirth({ limb, base, level, edit, trial, viewer }: Bench): Girth | null {
+export function useGirth({ limb, base, level, edit, trial, viewer }: Workspace): Girth | null {
   const { data } = base;
   const height_mm = level.value;
   const heights = useMemo(() => (limb && data ? heightsOf(data.positions, limb.frame) : null), [limb, data]);
@@ -32,7 +32,7 @@ export function useGirth({ limb, base, level, edit, trial, viewer }: Bench): Gir
 }
 
 /** By how much the edit changes the volume, mL: of the server's answer, until then of this page's preview. */
-export function volumeOf({ edit, trial }: Bench): number | null {
+export function volumeOf({ edit, trial }: Workspace): number | null {
   const line = trial.tried.value?.line;
   if (line) return changed(line.volume);
   const draft = edit.draft.value;

@@ -1,2 +1,2 @@
-export { openWith } from "./hand";
+export { openWith } from "./drawing";
 export { RectifyScreen } from "./screen";

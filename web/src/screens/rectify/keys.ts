@@ -1,13 +1,13 @@
 /** Keys of this screen, and the wheel that is the brush's size. */
 import { useEffect } from "preact/hooks";
 
-import { type Bench, keepDrawn } from "./bench";
-import { SIZE_MM, SOFT_MM, sizeBy } from "./hand";
+import { type Workspace, keepDrawn } from "./workspace";
+import { SIZE_MM, SOFT_MM, sizeBy } from "./drawing";
 
-export function useKeys(bench: Bench): void {
+export function useKeys(workspace: Workspace): void {
   useEffect(() => {
-    const key = (event: KeyboardEvent) => onKey(bench, event);
-    const wheel = (event: WheelEvent) => onWheel(bench, event);
+    const key = (event: KeyboardEvent) => onKey(workspace, event);
+    const wheel = (event: WheelEvent) => onWheel(workspace, event);
     addEventListener("keydown", key);
     // Before the canvas takes it for coming nearer.
     addEventListener("wheel", wheel, { capture: true, passive: false });
@@ -18,8 +18,8 @@ export function useKeys(bench: Bench): void {
   });
 }
 
-function onKey(bench: Bench, event: KeyboardEvent): void {
-  const { hand, edit, trimline, recipe } = bench;
+function onKey(workspace: Workspace, event: KeyboardEvent): void {
+  const { drawing, edit, trimline, recipe } = workspace;
   const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement;
   const letter = event.ctrlKey || event.metaKey ? event.key.toLowerCase() : "";
   if (letter === "z" && !typing) {
@@ -30,17 +30,17 @@ function onKey(bench: Bench, event: KeyboardEvent): void {
     event.preventDefault();
     recipe.redo();
   } else if (event.key === "Escape") edit.drop();
-  else if (event.key === "Enter" && edit.draft.value && !typing && !(event.target instanceof HTMLButtonElement)) keepDrawn(bench);
+  else if (event.key === "Enter" && edit.draft.value && !typing && !(event.target instanceof HTMLButtonElement)) keepDrawn(workspace);
   else if (event.key === "Backspace" && !typing && trimline.points.value.length) trimline.back();
-  else if (event.key === "[" && !typing) sizeBy(hand.size, -1, SIZE_MM);
-  else if (event.key === "]" && !typing) sizeBy(hand.size, 1, SIZE_MM);
-  else if (event.key === ";" && !typing) sizeBy(hand.soft, -1, SOFT_MM);
-  else if (event.key === "'" && !typing) sizeBy(hand.soft, 1, SOFT_MM);
+  else if (event.key === "[" && !typing) sizeBy(drawing.size, -1, SIZE_MM);
+  else if (event.key === "]" && !typing) sizeBy(drawing.size, 1, SIZE_MM);
+  else if (event.key === ";" && !typing) sizeBy(drawing.soft, -1, SOFT_MM);
+  else if (event.key === "'" && !typing) sizeBy(drawing.soft, 1, SOFT_MM);
 }
 
-function onWheel({ hand, viewer }: Bench, event: WheelEvent): void {
-  if (!event.altKey || hand.tool.value !== "brush" || event.target !== viewer.current?.canvas) return;
+function onWheel({ drawing, viewer }: Workspace, event: WheelEvent): void {
+  if (!event.altKey || drawing.tool.value !== "brush" || event.target !== viewer.current?.canvas) return;
   event.preventDefault();
   event.stopImmediatePropagation();
-  sizeBy(hand.size, -Math.sign(event.deltaY || event.deltaX), SIZE_MM);
+  sizeBy(drawing.size, -Math.sign(event.deltaY || event.deltaX), SIZE_MM);
 }

@@ -17,7 +17,7 @@ import type { SurfaceData } from "../../viewer/surface";
 import type { Viewer } from "../../viewer/viewer";
 import type { Base } from "./base";
 import { type Draft, type EditBody, bodyOf, pulled, wayOf } from "./draft";
-import type { Hand } from "./hand";
+import type { Drawing } from "./drawing";
 import type { Trial } from "./trial";
 import type { Trimline } from "./trimline";
 
@@ -46,7 +46,7 @@ interface Around {
   readonly level: Signal<number | null>;
   readonly base: Base;
   readonly trial: Trial;
-  readonly hand: Hand;
+  readonly drawing: Drawing;
   readonly trimline: Trimline;
   readonly keeping: Keeping;
 }
@@ -58,7 +58,7 @@ export interface Keeping {
   readonly offer: Offer;
 }
 
-export function useOpenEdit({ viewer, level, base, trial, hand, trimline, keeping }: Around): OpenEdit {
+export function useOpenEdit({ viewer, level, base, trial, drawing, trimline, keeping }: Around): OpenEdit {
   const draft = useSignal<Draft | null>(null);
   const asksDepth = useSignal(false);
   const previewed = useSignal(0);
@@ -89,7 +89,7 @@ export function useOpenEdit({ viewer, level, base, trial, hand, trimline, keepin
     if (keeping.now.value) return;
     draft.value = next;
     trial.tried.value = null;
-    hand.drawing.value = [];
+    drawing.line.value = [];
     level.value = base.limb ? Math.round(apply(base.limb.frame, next.anchor)[2]) : null;
     void trial.ask(bodyOf(next));
   };
@@ -108,7 +108,7 @@ export function useOpenEdit({ viewer, level, base, trial, hand, trimline, keepin
     trial.waits.value = false;
     keeping.offer.over();
     draft.value = null;
-    hand.drawing.value = [];
+    drawing.line.value = [];
     trimline.clear();
     const surface = drawnBase();
     if (!surface) return;

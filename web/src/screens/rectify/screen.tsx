@@ -21,11 +21,11 @@ import { OtherEdit } from "../other-edit";
 import type { RoomProps } from "../room";
 import { TemplateEdits } from "../templates";
 import { Against } from "./against";
-import { type Bench, unkept, useBench } from "./bench";
+import { type Workspace, unkept, useWorkspace } from "./workspace";
 import { handleOf, linesOf, marksOf } from "./drawn";
 import { DepthCard, EditForm } from "./edit-form";
 import { type Girth, useGirth } from "./effect";
-import { HandForm, TrimlineForm } from "./hand-form";
+import { DrawingForm, TrimlineForm } from "./drawing-form";
 import { useKeys } from "./keys";
 import { changed } from "./ledger";
 import { LedgerTable } from "./ledger-table";
@@ -34,12 +34,12 @@ import { useTool } from "./tool";
 import { ToolBar } from "./tool-bar";
 
 export function RectifyScreen({ room }: RoomProps) {
-  const bench = useBench(room);
-  const { mode, level, limb, ledger, base, edit, keeping } = bench;
-  useKeys(bench);
-  const tool = useTool(bench);
-  const girth = useGirth(bench);
-  const shown = useShown(bench);
+  const workspace = useWorkspace(room);
+  const { mode, level, limb, ledger, base, edit, keeping } = workspace;
+  useKeys(workspace);
+  const tool = useTool(workspace);
+  const girth = useGirth(workspace);
+  const shown = useShown(workspace);
   const draft = edit.draft.value;
   return (
     <div class="work">
@@ -49,37 +49,37 @@ export function RectifyScreen({ room }: RoomProps) {
         mode={mode}
         modes={["surface", "difference", "sure"]}
         level={level}
-        marks={marksOf(bench)}
-        lines={linesOf(bench)}
-        handle={handleOf(bench)}
+        marks={marksOf(workspace)}
+        lines={linesOf(workspace)}
+        handle={handleOf(workspace)}
         onHandle={edit.pull}
         against={base.before === null ? scanWords(limb?.reply.sock_mm ?? 0, ledger.book?.recipe.edits ?? []) : t("against.before", base.before)}
         tool={draft || keeping.now.value ? null : tool}
-        onReady={(made) => (bench.viewer.current = made)}
-        keys={draft ? t("rectify.keys.open") : t(`rectify.keys.${bench.hand.tool.value}` as TextKey)}
-        tools={<ToolBar bench={bench} />}
+        onReady={(made) => (workspace.viewer.current = made)}
+        keys={draft ? t("rectify.keys.open") : t(`rectify.keys.${workspace.drawing.tool.value}` as TextKey)}
+        tools={<ToolBar workspace={workspace} />}
       >
         {draft && <DepthCard draft={draft} girth={girth} />}
-        {bench.limbRefused.value && (
+        {workspace.limbRefused.value && (
           <div class="stage-note">
-            <Refusal refused={bench.limbRefused.value} />
+            <Refusal refused={workspace.limbRefused.value} />
           </div>
         )}
       </Stage>
       <aside class="pane" aria-label={t("step.rectify")}>
         <h1 class="unseen">{t("step.rectify")}</h1>
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
-          <ToolForm bench={bench} girth={girth} />
-          <Recipe bench={bench} />
+          <ToolForm workspace={workspace} girth={girth} />
+          <Recipe workspace={workspace} />
         </div>
-        <Next bench={bench} />
+        <Next workspace={workspace} />
       </aside>
     </div>
   );
 }
 
 /** The limb as the trial would make it, else as it is, with its colours. */
-function useShown({ limb, trial, base }: Bench): Shown | null {
+function useShown({ limb, trial, base }: Workspace): Shown | null {
   const tried = trial.tried.value;
   return useMemo(() => {
     if (!limb) return null;
@@ -89,21 +89,21 @@ function useShown({ limb, trial, base }: Bench): Shown | null {
 }
 
 /** The edit that is open, or the form of the tool in the hand. */
-function ToolForm({ bench, girth }: { bench: Bench; girth: Girth | null }) {
-  const { room, limb, hand, edit, trial, trimline, keeping, recipe } = bench;
-  const tool = hand.tool.value;
+function ToolForm({ workspace, girth }: { workspace: Workspace; girth: Girth | null }) {
+  const { room, limb, drawing, edit, trial, trimline, keeping, recipe } = workspace;
+  const tool = drawing.tool.value;
   const draft = edit.draft.value;
   const tried = trial.tried.value;
   const [waits, refused, busy] = [trial.waits.value, trial.refused.value, keeping.now.value];
   return (
     <>
-      {draft && <EditForm bench={bench} draft={draft} girth={girth} />}
-      {!draft && trimline.points.value.length > 0 && <TrimlineForm bench={bench} />}
-      {!unkept(bench) && (tool === "region" || tool === "brush" || tool === "place") && <HandForm bench={bench} />}
+      {draft && <EditForm workspace={workspace} draft={draft} girth={girth} />}
+      {!draft && trimline.points.value.length > 0 && <TrimlineForm workspace={workspace} />}
+      {!unkept(workspace) && (tool === "region" || tool === "brush" || tool === "place") && <DrawingForm workspace={workspace} />}
       {(tool === "levels" || tool === "other") && (
         <OtherEdit
           key={tool}
-          first={tool === "levels" ? "reduction" : (hand.first ?? "sock")}
+          first={tool === "levels" ? "reduction" : (drawing.first ?? "sock")}
           only={tool === "levels" ? "levels" : null}
           places={limb?.reply.places.map((one) => one.name) ?? []}
           busy={busy}
@@ -132,14 +132,14 @@ function ToolForm({ bench, girth }: { bench: Bench; girth: Girth | null }) {
 }
 
 /** What was kept: the recipe, what the colours are against, and the ledger. */
-function Recipe({ bench }: { bench: Bench }) {
-  const { ledger, recipe, trial, level } = bench;
+function Recipe({ workspace }: { workspace: Workspace }) {
+  const { ledger, recipe, trial, level } = workspace;
   const { book } = ledger;
   return (
     <>
       <Refusal refused={recipe.refused ?? ledger.asked.refused.value} />
       {book && <RecipeList book={book} listed={ledger.listed} recipe={recipe} />}
-      {book && <Against bench={bench} edits={book.recipe.edits} />}
+      {book && <Against workspace={workspace} edits={book.recipe.edits} />}
       {book?.refusal && <Refusal refused={new Refused("", said(book.refusal), 422, book.refusal as Finding)} />}
       {book?.ledger && book.ledger.lines.length > 0 && (
         <LedgerTable ledger={book.ledger} line={trial.tried.value?.line ?? null} level={level.value} onLevel={(height_mm) => (level.value = height_mm)} />
@@ -148,17 +148,17 @@ function Recipe({ bench }: { bench: Bench }) {
   );
 }
 
-function Next({ bench }: { bench: Bench }) {
-  const open = unkept(bench);
+function Next({ workspace }: { workspace: Workspace }) {
+  const open = unkept(workspace);
   const lacks = open && t(open === "edit" ? "rectify.open" : "trimline.open");
   return (
     <div class="next">
       <Button
-        go={!open && !["template", "levels", "other"].includes(bench.hand.tool.value)}
+        go={!open && !["template", "levels", "other"].includes(workspace.drawing.tool.value)}
         big
         off={lacks}
         trailing={open ? undefined : "next"}
-        onClick={() => go(href.step(bench.room.id, "send"))}
+        onClick={() => go(href.step(workspace.room.id, "send"))}
       >
         {lacks ?? t("rectify.next")}
       </Button>

@@ -1,8 +1,8 @@
 /** The tools of this screen, beside the limb. */
 import { Icon, type IconName } from "../../design/icons";
 import { type TextKey, t } from "../../texts";
-import type { Bench } from "./bench";
-import type { ToolName } from "./hand";
+import type { Workspace } from "./workspace";
+import type { ToolName } from "./drawing";
 
 const TOOLS: readonly { name: ToolName; icon: IconName }[] = [
   { name: "place", icon: "place" },
@@ -14,11 +14,11 @@ const TOOLS: readonly { name: ToolName; icon: IconName }[] = [
   { name: "other", icon: "more" },
 ];
 
-export function ToolBar({ bench: { hand, edit } }: { bench: Bench }) {
+export function ToolBar({ workspace: { drawing, edit } }: { workspace: Workspace }) {
   const take = (name: ToolName) => {
     edit.drop();
-    hand.corners.current = [];
-    hand.tool.value = name;
+    drawing.corners.current = [];
+    drawing.tool.value = name;
   };
   return (
     <div class="tools" role="toolbar" aria-label={t("rectify.tools")}>
@@ -26,8 +26,8 @@ export function ToolBar({ bench: { hand, edit } }: { bench: Bench }) {
         <button
           key={name}
           type="button"
-          class={`tool ${hand.tool.value === name ? "on" : ""}`}
-          aria-pressed={hand.tool.value === name}
+          class={`tool ${drawing.tool.value === name ? "on" : ""}`}
+          aria-pressed={drawing.tool.value === name}
           onClick={() => take(name)}
         >
           <Icon name={icon} />

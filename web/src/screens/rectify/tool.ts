@@ -2,25 +2,25 @@
 import { useEffect, useMemo, useRef } from "preact/hooks";
 
 import type { Tool } from "../../viewer/viewer";
-import type { Bench } from "./bench";
+import type { Workspace } from "./workspace";
 import { brushTool } from "./tools/brush";
 import { placeTool } from "./tools/place";
 import { regionTool } from "./tools/region";
 import { trimlineTool } from "./tools/trimline";
 
 /** The tool of the hand; null where edits are not drawn on the limb. It is made once a kind; what it works on is of the latest render. */
-export function useTool(bench: Bench): Tool | null {
-  const { viewer, hand, edit, limb } = bench;
-  const what = hand.tool.value;
+export function useTool(workspace: Workspace): Tool | null {
+  const { viewer, drawing, edit, limb } = workspace;
+  const what = drawing.tool.value;
   const drawn = edit.draft.value !== null;
   useEffect(() => {
     const v = viewer.current;
     if (!v) return;
-    v.onHover = what === "brush" && !drawn ? (hit) => (hand.over.value = hit) : null;
-    hand.over.value = null;
+    v.onHover = what === "brush" && !drawn ? (hit) => (drawing.over.value = hit) : null;
+    drawing.over.value = null;
   }, [what, drawn, limb]);
-  const latest = useRef(bench);
-  latest.current = bench;
+  const latest = useRef(workspace);
+  latest.current = workspace;
   return useMemo(() => {
     const now = () => latest.current;
     if (what === "place") return placeTool(now);

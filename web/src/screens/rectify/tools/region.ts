@@ -3,9 +3,9 @@ import { apart, middleOf, thinned } from "../../../geometry/region";
 import { triple, xyz } from "../../../geometry/vectors";
 import type { Hit } from "../../../viewer/surface";
 import type { Tool } from "../../../viewer/viewer";
-import type { Bench } from "../bench";
+import type { Workspace } from "../workspace";
 import { begun } from "../draft";
-import type { Touch } from "../hand";
+import type { Touch } from "../drawing";
 import { CLOSE_PX } from "../trimline";
 import { strokeTool } from "./stroke";
 
@@ -13,9 +13,9 @@ const LEAST_EDGE_MM = 4;
 /** Of the way from the line to the middle, so that the depth is reached there. */
 const MOST_EDGE = 0.8;
 
-export function regionTool(now: () => Bench): Tool {
+export function regionTool(now: () => Workspace): Tool {
   const close = (round: readonly Touch[]) => {
-    const { size } = now().hand;
+    const { size } = now().drawing;
     openRegion(
       now(),
       round.map((one) => one.hit),
@@ -23,7 +23,7 @@ export function regionTool(now: () => Bench): Tool {
     );
   };
   const pressed = (touch: Touch) => {
-    const { corners, drawing } = now().hand;
+    const { corners, line } = now().drawing;
     const [first, , third] = corners.current;
     if (third && Math.hypot(first.x - touch.x, first.y - touch.y) < CLOSE_PX) {
       const round = corners.current;
@@ -31,19 +31,19 @@ export function regionTool(now: () => Bench): Tool {
       close(round);
     } else {
       corners.current = [...corners.current, touch];
-      drawing.value = corners.current.map((one) => one.point);
+      line.value = corners.current.map((one) => one.point);
     }
   };
   return strokeTool(now, close, pressed);
 }
 
 /** Open an edit within a line; `falloff_mm` is its soft edge, of the distance from the line to its middle. */
-export function openRegion({ viewer, base, hand, edit }: Bench, round: readonly Hit[], falloff_mm: (reach_mm: number) => number): void {
+export function openRegion({ viewer, base, drawing, edit }: Workspace, round: readonly Hit[], falloff_mm: (reach_mm: number) => number): void {
   const within = apart(thinned(round).map((hit) => xyz(hit.point)));
   const surface = viewer.current?.surface;
   const middle = surface && base.data ? middleOf(within, base.data.positions) : null;
   if (!surface || !middle) {
-    hand.drawing.value = [];
+    drawing.line.value = [];
     return;
   }
   const { seed, anchor, reach_mm } = middle;

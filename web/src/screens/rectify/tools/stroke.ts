@@ -1,14 +1,14 @@
 /** A hand that draws on the limb: the way it went, or the one press where it hardly moved. */
 import type { Tool } from "../../../viewer/viewer";
-import type { Bench } from "../bench";
-import type { Touch } from "../hand";
+import type { Workspace } from "../workspace";
+import type { Touch } from "../drawing";
 
 /** The hand's way is noted so often, px. */
 const STEP_PX = 5;
 /** Fewer are a press. */
 const LEAST_TOUCHES = 8;
 
-export function strokeTool(now: () => Bench, drawn: (touches: readonly Touch[]) => void, pressed: (touch: Touch) => void): Tool {
+export function strokeTool(now: () => Workspace, drawn: (touches: readonly Touch[]) => void, pressed: (touch: Touch) => void): Tool {
   let way: Touch[] = [];
   return {
     press(hit, event) {
@@ -19,7 +19,7 @@ export function strokeTool(now: () => Bench, drawn: (touches: readonly Touch[]) 
       const last = way[way.length - 1];
       if (!hit || Math.hypot(event.clientX - last.x, event.clientY - last.y) < STEP_PX) return;
       way.push({ point: hit.point, x: event.clientX, y: event.clientY, hit });
-      now().hand.drawing.value = way.map((one) => one.point);
+      now().drawing.line.value = way.map((one) => one.point);
     },
     release() {
       if (way.length < LEAST_TOUCHES) {
@@ -28,7 +28,7 @@ export function strokeTool(now: () => Bench, drawn: (touches: readonly Touch[]) 
     },
     cancel() {
       way = [];
-      now().hand.drawing.value = [];
+      now().drawing.line.value = [];
     },
   };
 }

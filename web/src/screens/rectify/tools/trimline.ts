@@ -1,10 +1,10 @@
 /** Points of a trimline are set one after the other, dragged, and put into the line; the first one closes it. */
 import type { Tool } from "../../../viewer/viewer";
-import type { Bench } from "../bench";
-import type { Touch } from "../hand";
+import type { Workspace } from "../workspace";
+import type { Touch } from "../drawing";
 import { LEAST_TRIM } from "../trimline";
 
-export function trimlineTool(now: () => Bench): Tool {
+export function trimlineTool(now: () => Workspace): Tool {
   let pressed: Touch | null = null;
   /** Which point is dragged. */
   let dragged: number | null = null;
@@ -28,7 +28,7 @@ export function trimlineTool(now: () => Bench): Tool {
     cancel() {
       pressed = null;
       dragged = null;
-      now().hand.drawing.value = [];
+      now().drawing.line.value = [];
     },
   };
 }

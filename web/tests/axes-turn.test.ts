@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 
-import { STILL, turned } from "../src/geometry/byhand";
+import { STILL, turned } from "../src/geometry/axes-turn";
 import { IDENTITY, type Vec3, apply, cross, dot } from "../src/geometry/vectors";
 
 const near = (a: Vec3, b: Vec3) => a.forEach((v, i) => expect(v).toBeCloseTo(b[i], 9));

@@ -1,4 +1,4 @@
-"""Own lenses: per-photo deviations from the camera's lens: stabiliser, focus, rolling shutter.
+"""Lens deviations: per-photo deviations from the camera's lens: stabiliser, focus, rolling shutter.
 
 A camera's lens is one for all its photos. Three faults of real cameras break that: an optical
 stabiliser moves the picture on the sensor (principal point), autofocus changes the focal length,

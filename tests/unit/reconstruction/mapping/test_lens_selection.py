@@ -10,15 +10,19 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.lenses import lens_explanations
-from limbgram.reconstruction.mapping.answering import answered, asked_for, scores_of
-from limbgram.reconstruction.mapping.halves import A_NUMBER, explained_by_two_bodies
-from limbgram.reconstruction.mapping.own import Ties, basis_of, with_own, with_room_for
+from limbgram.reconstruction.mapping.lens_deviations import Ties, basis_of, with_own, with_room_for
+from limbgram.reconstruction.mapping.lens_selection import (
+    scores_of,
+    supported_kind,
+    with_supported_lenses,
+)
 from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Observations, Scene
 from limbgram.reconstruction.mapping.solution import (
     Adjusted,
     adjust,
     falls_apart,
 )
+from limbgram.reconstruction.mapping.two_bodies import A_NUMBER, explained_by_two_bodies
 
 MakeScene = Callable[..., Scene]
 LENS = Camera(width_px=900, height_px=900, fx=700.0, fy=700.0, cx=450.0, cy=450.0, k1=-0.05)
@@ -73,18 +77,18 @@ def test_photos_of_one_lens_ask_for_nothing(make_scene: MakeScene, seed: int) ->
         "principal point", "focal length", "rolling shutter",
     ]  # fmt: skip
     assert all(0.0 < one.fall < one.freedom for one in scores), "counted in inflated sigmas"
-    assert answered(first, plain, [CALIBRATED], 4.0) is first
+    assert with_supported_lenses(first, plain, [CALIBRATED], 4.0) is first
 
 
 def test_a_stabiliser_is_found_and_solved_for(make_scene: MakeScene) -> None:
     scene = near(make_scene)
     faulty, shifts = stabilised(scene, 3, 2.0)
     before = fixed(faulty)
-    asked = asked_for(before, [CALIBRATED])
+    asked = supported_kind(before, [CALIBRATED])
     assert asked is not None
     assert asked.deviation == "principal point"
     assert asked.chance < 1e-12
-    after = answered(before, faulty, [CALIBRATED], 4.0)
+    after = with_supported_lenses(before, faulty, [CALIBRATED], 4.0)
     assert before.sigma_px > 1.1 * after.sigma_px
     assert 0.9 * NOISE_PX < after.sigma_px < 1.1 * NOISE_PX
     own = after.scene.own
@@ -116,7 +120,7 @@ def test_what_moved_half_of_the_points_is_no_lens(
     faulty = taken(scene, seed, swaying)
     before = fixed(faulty)
     assert (min(one.chance for one in scores_of(before, [CALIBRATED])) < 1e-6) is asks
-    assert answered(before, faulty, [CALIBRATED], 4.0) is before
+    assert with_supported_lenses(before, faulty, [CALIBRATED], 4.0) is before
 
 
 def stepped(scene: Scene, share: float, at: int, seed: int = 3) -> tuple[Scene, np.ndarray]:
@@ -191,13 +195,13 @@ def test_too_few_photos_ask_for_nothing(make_scene: MakeScene) -> None:
     few = make_scene(photos=5, points=200, lenses=(LENS,))
     adjusted = fixed(few)
     assert scores_of(adjusted, [CALIBRATED]) == ()
-    assert asked_for(adjusted, [CALIBRATED]) is None
+    assert supported_kind(adjusted, [CALIBRATED]) is None
 
 
 def test_the_covariance_has_a_lens_for_every_photo(make_scene: MakeScene) -> None:
     scene = near(make_scene)
     faulty, shifts = stabilised(scene, 4, 2.0)
-    after = answered(fixed(faulty), faulty, [CALIBRATED], 4.0)
+    after = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0)
     rows = (POSE_SIZE + len(PARAMETERS)) * PHOTOS
     assert after.covariance.shape == (rows, rows)
     assert after.lens_covariance.shape == (1, LENS_SIZE, LENS_SIZE)
@@ -220,7 +224,7 @@ def test_refocusing_is_told_from_a_stabiliser(make_scene: MakeScene) -> None:
         return replace(scene.view(k), camera=lens).project(points)
 
     faulty = taken(scene, 5, breathing)
-    after = answered(fixed(faulty), faulty, [CALIBRATED], 4.0)
+    after = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0)
     own = after.scene.own
     assert own is not None
     assert own.deviations == ("focal length",)
@@ -248,7 +252,7 @@ def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
 
     faulty = taken(scene, 6, rolling)
     before = fixed(faulty)
-    after = answered(before, faulty, [CALIBRATED], 4.0)
+    after = with_supported_lenses(before, faulty, [CALIBRATED], 4.0)
     own = after.scene.own
     assert own is not None
     assert own.deviations[0] == "rolling shutter"
@@ -261,7 +265,7 @@ def test_lenses_of_single_photos_are_held_unless_they_are_solved_for(
 ) -> None:
     scene = near(make_scene)
     faulty, _ = stabilised(scene, 7, 2.0)
-    found = answered(fixed(faulty), faulty, [CALIBRATED], 4.0).scene
+    found = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0).scene
     held = adjust(found, [CALIBRATED]).scene
     assert held.own is not None
     assert found.own is not None
@@ -338,7 +342,7 @@ def test_a_stabiliser_is_a_fact_where_it_matters_on_the_limb(
     """A turn of the camera takes most of what it does."""
     scene = near(make_scene)
     faulty, shifts = stabilised(scene, 3, sigma_px)
-    after = answered(fixed(faulty), faulty, [CALIBRATED], 4.0)
+    after = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0)
     (one,) = told(after.scene)
     assert one.kind == "principal point"
     assert one.told is fact
@@ -351,7 +355,7 @@ def test_a_stabiliser_is_a_fact_where_it_matters_on_the_limb(
 def test_what_an_uncalibrated_lens_was_freed_for_is_no_fact(make_scene: MakeScene) -> None:
     by_exif = replace(CALIBRATED, source="exif")
     faulty, _ = stabilised(near(make_scene), 3, 4.0)
-    after = answered(adjust(faulty, [by_exif]), faulty, [by_exif], 4.0)
+    after = with_supported_lenses(adjust(faulty, [by_exif]), faulty, [by_exif], 4.0)
     assert after.scene.own is not None
     (one,) = told(after.scene, by_exif)
     assert one.failed == ("model",)
@@ -366,7 +370,7 @@ def test_what_all_photos_have_alike_is_the_camera_file(make_scene: MakeScene) ->
         return replace(scene.view(k), camera=longer).project(points)
 
     faulty = taken(scene, 5, seen)
-    found = told(answered(fixed(faulty), faulty, [CALIBRATED], 4.0).scene)
+    found = told(with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0).scene)
     facts = {one.kind: one for one in found if one.told}
     assert {*facts} == {"camera file"}
     assert facts["camera file"].low < 0.01 < facts["camera file"].high

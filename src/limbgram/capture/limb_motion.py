@@ -1,4 +1,4 @@
-"""Motion told: how the limb moved and bent between the photos, in a unit that means something."""
+"""Limb motion: how the limb moved and bent between the photos, in a unit that means something."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from limbgram.reconstruction.scale.metric import MetricScene
 
 
 @dataclass(frozen=True)
-class MotionTold:
+class LimbMotion:
     """How the limb moved and bent, in a unit that means something to people."""
 
     scene: Scene
@@ -45,14 +45,14 @@ class MotionTold:
             yield bending_found(scene.bending, scene.names, unit)
 
 
-def motion_told(metric: MetricScene, limb: Points3) -> MotionTold:
+def limb_motion(metric: MetricScene, limb: Points3) -> LimbMotion:
     """In mm, or as shares of the limb's length where nothing gives a size.
 
     Args:
         limb: Points of what the cameras aim at.
     """
     scene, unit = in_told_unit(metric, limb)
-    return MotionTold(scene, unit)
+    return LimbMotion(scene, unit)
 
 
 def kept_still(scene: Scene) -> bool | None:

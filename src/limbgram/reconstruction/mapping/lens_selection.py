@@ -1,7 +1,7 @@
-"""Answering: per-photo lens deviations, freed only where a score test on the residuals asks.
+"""Lens selection: per-photo lens deviations, free only where a score test supports them.
 
 In      a scene, the calibrations, and the adjustment with one lens for all photos of a camera.
-Out     that adjustment, or one in which every photo has a little of a lens for itself (own.py).
+Out     that adjustment, or one with deviations of single photos (lens_deviations.py).
 Method  A score test (Rao 1948) for each kind: how far one Gauss-Newton step would lower the sum of
         squares if every photo had its numbers of that kind, all else free too. In photos of one
         lens the fall follows chi-squared with as many degrees of freedom as there are numbers; it
@@ -9,7 +9,7 @@ Method  A score test (Rao 1948) for each kind: how far one Gauss-Newton step wou
         to 0.4 a number. What is asked for is a chance of one in a million: 1.5 a number of 60
         photos with four each, 2.8 of 15 with two, 6.8 of 6 with one.
         A kind that asks must also explain more than halves of the points that move against each
-        other would (halves.py), by Akaike's criterion (1974): a body that moved asks for own
+        other would (two_bodies.py), by Akaike's criterion (1974): a body that moved asks for own
         lenses too, and with them would be hidden instead of told.
         Of the kinds that pass, the one with the lowest Bayesian information criterion (Schwarz
         1978) is set free, the scene adjusted with its numbers drawn to nought by the spread that
@@ -25,8 +25,7 @@ import numpy as np
 
 from limbgram.core.interval import chi_square_tail
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.mapping.halves import A_NUMBER, explained_by_two_bodies
-from limbgram.reconstruction.mapping.own import (
+from limbgram.reconstruction.mapping.lens_deviations import (
     DEVIATIONS,
     beyond_cameras,
     numbers_of,
@@ -36,6 +35,7 @@ from limbgram.reconstruction.mapping.own import (
 )
 from limbgram.reconstruction.mapping.scene import Deviation, Scene
 from limbgram.reconstruction.mapping.solution import Adjusted, adjust, predicted_falls
+from limbgram.reconstruction.mapping.two_bodies import A_NUMBER, explained_by_two_bodies
 from limbgram.reconstruction.mapping.zoom import zoomed_by_own
 
 _FALSE_ALARM = 1e-6
@@ -46,18 +46,18 @@ _OBSERVATIONS = 30_000
 """So many suffice for the test: limb_ring15 has 27,600."""
 
 
-def answered(
+def with_supported_lenses(
     fixed: Adjusted, scene: Scene, priors: Sequence[Calibration], outlier_sigmas: float
 ) -> Adjusted:
-    """The adjustment with what its residuals ask for; itself where they ask for nothing.
+    """The adjustment with the kinds that its residuals support; itself where they support none.
 
     Args:
         fixed: The scene adjusted with one lens for all photos of a camera.
         scene: Before, with the observations that this one may have dropped.
     """
     best, start = fixed, scene
-    while (asked := asked_for(best, priors)) is not None:
-        room = with_room_for(start, asked.deviation, asked.chance)
+    while (kind := supported_kind(best, priors)) is not None:
+        room = with_room_for(start, kind.deviation, kind.chance)
         trial = adjust(room, priors, outlier_sigmas=outlier_sigmas, solve_own=True)
         if trial.sigma_px >= best.sigma_px:
             break
@@ -72,8 +72,8 @@ def answered(
 
 
 @dataclass(frozen=True)
-class Asked:
-    """A kind of deviation that residuals ask for."""
+class LensScore:
+    """A kind of deviation, and how much of the residuals it explains."""
 
     deviation: Deviation
     fall: float
@@ -83,11 +83,11 @@ class Asked:
 
     @property
     def chance(self) -> float:
-        """That photos of one lens ask for as much."""
+        """That as much is explained in photos of one lens."""
         return min(1.0, len(DEVIATIONS) * chi_square_tail(self.fall, self.freedom))
 
 
-def asked_for(adjusted: Adjusted, priors: Sequence[Calibration]) -> Asked | None:
+def supported_kind(adjusted: Adjusted, priors: Sequence[Calibration]) -> LensScore | None:
     """The kind that explains most of what an adjusted scene leaves.
 
     None where chance, or bodies that move against each other, would explain as much.
@@ -101,7 +101,7 @@ def asked_for(adjusted: Adjusted, priors: Sequence[Calibration]) -> Asked | None
     return min(true, key=lambda one: one.freedom * np.log(observations) - one.fall, default=None)
 
 
-def scores_of(adjusted: Adjusted, priors: Sequence[Calibration]) -> tuple[Asked, ...]:
+def scores_of(adjusted: Adjusted, priors: Sequence[Calibration]) -> tuple[LensScore, ...]:
     """How much each kind that is not free yet would explain."""
     base = with_own(adjusted.scene)
     placed = len(base.placed)
@@ -112,6 +112,6 @@ def scores_of(adjusted: Adjusted, priors: Sequence[Calibration]) -> tuple[Asked,
     scenes = [base, *(with_room_for(base, one) for one in left)]
     falls = predicted_falls(scenes, priors, adjusted.sigma_px, _OBSERVATIONS)
     return tuple(
-        Asked(kind, float(fall - falls[0]), numbers_of(kind) * placed)
+        LensScore(kind, float(fall - falls[0]), numbers_of(kind) * placed)
         for kind, fall in zip(left, falls[1:], strict=True)
     )

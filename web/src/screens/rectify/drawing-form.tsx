@@ -4,13 +4,13 @@ import { nearestVertex } from "../../geometry/nearest";
 import { triple, vec3 } from "../../geometry/vectors";
 import { type TextKey, t } from "../../texts";
 import { term } from "../../words";
-import type { Bench } from "./bench";
+import type { Workspace } from "./workspace";
 import { begun } from "./draft";
-import { SIZE_MM, SOFT_MM } from "./hand";
+import { SIZE_MM, SOFT_MM } from "./drawing";
 import { LEAST_TRIM } from "./trimline";
 
-export function HandForm({ bench }: { bench: Bench }) {
-  const { tool, size, soft } = bench.hand;
+export function DrawingForm({ workspace }: { workspace: Workspace }) {
+  const { tool, size, soft } = workspace.drawing;
   const brush = tool.value === "brush";
   return (
     <section class="small-note by-drawing">
@@ -38,14 +38,14 @@ export function HandForm({ bench }: { bench: Bench }) {
             onChange={(value) => (soft.value = value)}
           />
         )}
-        {tool.value === "place" && <AtLandmark bench={bench} />}
+        {tool.value === "place" && <AtLandmark workspace={workspace} />}
       </div>
     </section>
   );
 }
 
 /** An edit at a landmark that is chosen by its name. */
-function AtLandmark({ bench: { limb, base, viewer, hand, edit } }: { bench: Bench }) {
+function AtLandmark({ workspace: { limb, base, viewer, drawing, edit } }: { workspace: Workspace }) {
   const places = limb?.reply.places ?? [];
   const choose = (name: string) => {
     const one = places.find((p) => p.name === name);
@@ -53,7 +53,7 @@ function AtLandmark({ bench: { limb, base, viewer, hand, edit } }: { bench: Benc
     if (!one || !base.data || !surface) return;
     const anchor = vec3(one.position_mm);
     const seed = nearestVertex(base.data.positions, anchor);
-    edit.open(begun({ at: one.name, anchor, seed, normal: triple(surface.normals, seed), falloff_mm: hand.size.value }));
+    edit.open(begun({ at: one.name, anchor, seed, normal: triple(surface.normals, seed), falloff_mm: drawing.size.value }));
   };
   if (!places.length) return null;
   return (
@@ -73,7 +73,7 @@ function AtLandmark({ bench: { limb, base, viewer, hand, edit } }: { bench: Benc
   );
 }
 
-export function TrimlineForm({ bench: { trimline, keeping, edit, recipe } }: { bench: Bench }) {
+export function TrimlineForm({ workspace: { trimline, keeping, edit, recipe } }: { workspace: Workspace }) {
   const count = trimline.points.value.length;
   return (
     <section class="edit">

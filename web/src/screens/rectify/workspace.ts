@@ -1,4 +1,4 @@
-/** Everything that the parts of this screen share: the limb and its recipe, the hand, and the edit that is open. */
+/** Everything that the parts of this screen share: the limb and its recipe, the tool, and the edit that is open. */
 import { type Signal, useSignal } from "@preact/signals";
 import type { RefObject } from "preact";
 import { useMemo, useRef } from "preact/hooks";
@@ -11,14 +11,14 @@ import { type Limb, useLimb } from "../limb";
 import type { Room } from "../room";
 import { type Base, useBase } from "./base";
 import { bodyOf } from "./draft";
-import { type Hand, useHand } from "./hand";
+import { type Drawing, useDrawing } from "./drawing";
 import { type Ledger, useLedger } from "./ledger";
 import { type Keeping, type OpenEdit, useOpenEdit } from "./open-edit";
 import { type RecipeChanges, useRecipeChanges } from "./recipe-changes";
 import { type Trial, useTrial } from "./trial";
 import { type Trimline, useTrimline } from "./trimline";
 
-export interface Bench {
+export interface Workspace {
   readonly room: Room;
   readonly viewer: RefObject<Viewer | null>;
   readonly mode: Signal<Mode>;
@@ -29,7 +29,7 @@ export interface Bench {
   readonly limbRefused: Asked<unknown>["refused"];
   readonly ledger: Ledger;
   readonly base: Base;
-  readonly hand: Hand;
+  readonly drawing: Drawing;
   readonly trial: Trial;
   readonly trimline: Trimline;
   readonly edit: OpenEdit;
@@ -37,28 +37,28 @@ export interface Bench {
   readonly recipe: RecipeChanges;
 }
 
-export function useBench(room: Room): Bench {
+export function useWorkspace(room: Room): Workspace {
   const { limb, asked } = useLimb(room, "rectified");
   const viewer = useRef<Viewer | null>(null);
   const mode = useSignal<Mode>("difference");
   const level = useSignal<number | null>(null);
-  const hand = useHand();
+  const drawing = useDrawing();
   const ledger = useLedger(room);
   const base = useBase(room, limb, ledger.book);
   const trial = useTrial(room.id, base, viewer);
   const trimline = useTrimline(viewer, limb);
   const keeping: Keeping = { now: useSignal(false), offer: useMemo(newOffer, []) };
-  const edit = useOpenEdit({ viewer, level, base, trial, hand, trimline, keeping });
+  const edit = useOpenEdit({ viewer, level, base, trial, drawing, trimline, keeping });
   const recipe = useRecipeChanges(room, { ledger, base, trial, keeping, drop: edit.drop, again: asked.again });
-  return { room, viewer, mode, level, limb, limbRefused: asked.refused, ledger, base, hand, trial, trimline, edit, keeping, recipe };
+  return { room, viewer, mode, level, limb, limbRefused: asked.refused, ledger, base, drawing, trial, trimline, edit, keeping, recipe };
 }
 
 /** What is drawn and not kept: leaving the page would lose it. */
-export const unkept = ({ edit, trimline }: Bench): "edit" | "trimline" | null =>
+export const unkept = ({ edit, trimline }: Workspace): "edit" | "trimline" | null =>
   edit.draft.value ? "edit" : trimline.points.value.length > 0 ? "trimline" : null;
 
 /** Keep the edit that is drawn. */
-export function keepDrawn({ edit, recipe }: Bench): void {
+export function keepDrawn({ edit, recipe }: Workspace): void {
   const now = edit.draft.value;
   if (now) void recipe.add(bodyOf(now));
 }

@@ -1,4 +1,4 @@
-"""Halves: how well two independently moving groups of points would explain the residuals.
+"""Two bodies: how well two independently moving groups of points would explain the residuals.
 
 In      an adjusted scene, and the calibrations.
 Out     by how much the sum of squares would fall if some of the points moved against the others
@@ -28,7 +28,7 @@ from jaxtyping import Bool
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.mapping.own import with_own
+from limbgram.reconstruction.mapping.lens_deviations import with_own
 from limbgram.reconstruction.mapping.solution import Adjusted, falls_apart
 
 _NEAR = 3.0

@@ -6,18 +6,18 @@
  */
 import { type Rigid, type Vec3, dot } from "./vectors";
 
-export interface ByHand {
+export interface AxesTurn {
   readonly turn_deg: number;
   readonly flex_deg: number;
   readonly lean_deg: number;
 }
 
-export const STILL: ByHand = { turn_deg: 0, flex_deg: 0, lean_deg: 0 };
+export const STILL: AxesTurn = { turn_deg: 0, flex_deg: 0, lean_deg: 0 };
 
-export const isStill = (by: ByHand) => by.turn_deg === 0 && by.flex_deg === 0 && by.lean_deg === 0;
+export const isStill = (by: AxesTurn) => by.turn_deg === 0 && by.flex_deg === 0 && by.lean_deg === 0;
 
 /** The frame after the hand: first leaned, then flexed, then turned about the long axis. */
-export function turned(frame: Rigid, by: ByHand): Rigid {
+export function turned(frame: Rigid, by: AxesTurn): Rigid {
   const q = rotationOf(by);
   const [a, b, c] = frame.rotation;
   const columns: readonly Vec3[] = [0, 1, 2].map((k): Vec3 => [a[k], b[k], c[k]]);
@@ -26,7 +26,7 @@ export function turned(frame: Rigid, by: ByHand): Rigid {
   return { rotation: [row(q[0]), row(q[1]), row(q[2])], translation: [dot(q[0], t), dot(q[1], t), dot(q[2], t)] };
 }
 
-function rotationOf({ turn_deg, flex_deg, lean_deg }: ByHand): readonly [Vec3, Vec3, Vec3] {
+function rotationOf({ turn_deg, flex_deg, lean_deg }: AxesTurn): readonly [Vec3, Vec3, Vec3] {
   const [ct, st] = sweep(turn_deg);
   const [cf, sf] = sweep(flex_deg);
   const [cl, sl] = sweep(lean_deg);

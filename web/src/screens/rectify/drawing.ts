@@ -1,4 +1,4 @@
-/** What a hand has on: the tool, how wide it is, and what it draws now. */
+/** What is drawn with: the tool, how wide it is, and the line that it draws now. */
 import { type Signal, signal, useSignal } from "@preact/signals";
 import type { RefObject } from "preact";
 import { useEffect, useMemo, useRef } from "preact/hooks";
@@ -16,7 +16,7 @@ export interface Touch {
   readonly hit: Hit;
 }
 
-export interface Hand {
+export interface Drawing {
   /** The edit by numbers with which the screen was opened. */
   readonly first: "wall" | null;
   readonly tool: Signal<ToolName>;
@@ -24,31 +24,32 @@ export interface Hand {
   readonly size: Signal<number>;
   /** Of the brush: how wide its edge falls off, mm. */
   readonly soft: Signal<number>;
-  readonly drawing: Signal<readonly Vector3[]>;
+  /** The line under the hand. */
+  readonly line: Signal<readonly Vector3[]>;
   /** The corners of a region that were set by single presses. */
   readonly corners: RefObject<readonly Touch[]>;
   /** Where the brush would touch the limb now. */
   readonly over: Signal<Hit | null>;
 }
 
-/** Sizes of the hand in mm: the least and the most. */
+/** Sizes of the tool, mm: the least and the most. */
 export const SIZE_MM = [4, 60] as const;
 export const SOFT_MM = [1, 60] as const;
 
 /** The edit by numbers with which the screen opens, where another one sends somebody here for it. */
 export const openWith = signal<"wall" | null>(null);
 
-export function useHand(): Hand {
+export function useDrawing(): Drawing {
   /** Asked once: what the screen was opened for. */
   const first = useMemo(() => openWith.value, []);
   useEffect(() => void (openWith.value = null), []);
   const tool = useSignal<ToolName>(first ? "other" : "region");
   const size = useSignal(14);
   const soft = useSignal(8);
-  const drawing = useSignal<readonly Vector3[]>([]);
+  const line = useSignal<readonly Vector3[]>([]);
   const corners = useRef<readonly Touch[]>([]);
   const over = useSignal<Hit | null>(null);
-  return { first, tool, size, soft, drawing, corners, over };
+  return { first, tool, size, soft, line, corners, over };
 }
 
 /** Set a size by so much, within its limits. */

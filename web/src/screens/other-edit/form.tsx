@@ -7,32 +7,20 @@
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 
-import type { Refused } from "../api/client";
-import { Button } from "../design/parts";
-import { Refusal } from "../design/refusal";
-import { signed } from "../geometry/scales";
-import { expert } from "../state/settings";
-import { type Parameter, choiceOf, groupOf, helpOf, kinds, labelOf, nameOf, purposeOf } from "../edits";
-import { t } from "../texts";
-import { term } from "../words";
+import type { Refused } from "../../api/client";
+import { Button } from "../../design/parts";
+import { Refusal } from "../../design/refusal";
+import { signed } from "../../geometry/scales";
+import { expert } from "../../state/settings";
+import { type Parameter, groupOf, helpOf, kinds, labelOf, nameOf, purposeOf } from "../../edits";
+import { t } from "../../texts";
+import { Field } from "./field";
+import { FIRST_LEVELS, LevelRows } from "./level-rows";
+import { numberOf, rangeOf, valueOf } from "./values";
 
 /** The edits that have forms of their own. */
 const LEARNED = "learned";
 const TRY_AFTER_MS = 600;
-/** The server's words for what is either. */
-const YES_OR_NO = "true or false";
-/** As long as no limb is: a range up to there says nothing. */
-const LONGEST = 2000;
-const FIRST_LEVELS: readonly Level[] = [
-  { height: "", amount: "" },
-  { height: "", amount: "" },
-];
-
-interface Level {
-  readonly height: string;
-  readonly amount: string;
-}
-
 interface Body {
   readonly kind: string;
   readonly parameters: Record<string, unknown>;
@@ -118,10 +106,6 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
     given.value = { ...given.value, [name]: value };
     change();
   };
-  const setLevel = (number: number, part: Partial<Level>) => {
-    levels.value = levels.value.map((row, i) => (i === number ? { ...row, ...part } : row));
-    change();
-  };
   const onEnter = (event: KeyboardEvent) => event.key === "Enter" && !lacks.length && keep();
   return (
     <section class="edit other-edit">
@@ -153,88 +137,11 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
         </select>
       </span>
       {one && <p class="soft small-note">{purposeOf(one.kind)}</p>}
-      {byLevels && (
-        <div class="level-rows" role="group" aria-label={t("other.levels")}>
-          <div class="level-row small soft" aria-hidden="true">
-            <span>{t("other.height")}</span>
-            <span>{t(one?.kind === "increase" ? "other.larger" : "other.smaller")}</span>
-          </div>
-          {levels.value.map((row, i) => (
-            <div key={i} class="level-row">
-              <span class="field">
-                <input
-                  aria-label={`${t("other.height")} ${i + 1}`}
-                  inputMode="decimal"
-                  placeholder={["40", "200"][i] ?? ""}
-                  value={row.height}
-                  onInput={(event) => setLevel(i, { height: event.currentTarget.value })}
-                  onKeyDown={onEnter}
-                />
-                <span class="u">mm</span>
-              </span>
-              <span class="field">
-                <input
-                  aria-label={`${t("other.amount")} ${i + 1}`}
-                  inputMode="decimal"
-                  placeholder={["1", "3"][i] ?? ""}
-                  value={row.amount}
-                  onInput={(event) => setLevel(i, { amount: event.currentTarget.value })}
-                  onKeyDown={onEnter}
-                />
-                <span class="u">%</span>
-              </span>
-              <Button
-                bare
-                icon="close"
-                class="icon-only"
-                label={t("other.level.off", i + 1)}
-                off={levels.value.length > 1 ? null : t("other.level")}
-                onClick={() => {
-                  levels.value = levels.value.filter((_, k) => k !== i);
-                  change();
-                }}
-              />
-            </div>
-          ))}
-          <button type="button" class="linkish" onClick={() => (levels.value = [...levels.value, { height: "", amount: "" }])}>
-            {t("other.level.add")}
-          </button>
-          <p class="small faint">{t("other.levels.between")}</p>
-        </div>
-      )}
+      {byLevels && one && <LevelRows kind={one.kind} levels={levels} onChange={change} onKeyDown={onEnter} />}
       {fields.map((p) => (
         <label key={p.name} class="stacked">
           <span>{labelOf(one?.kind ?? "", p.name)}</span>
-          <span class="field">
-            {choicesOf(p).length > 0 ? (
-              <select value={given.value[p.name] ?? usual(p)} onChange={(event) => set(p.name, event.currentTarget.value)}>
-                {p.needed && <option value="">{t("choose")}</option>}
-                {choicesOf(p).map((choice) => (
-                  <option key={choice} value={choice}>
-                    {wordOf(one?.kind ?? "", choice)}
-                  </option>
-                ))}
-              </select>
-            ) : p.name === "above" ? (
-              <select value={given.value[p.name] ?? ""} onChange={(event) => set(p.name, event.currentTarget.value)}>
-                <option value="">{term("distal end")}</option>
-                {places.map((name) => (
-                  <option key={name} value={name}>
-                    {term(name)}
-                  </option>
-                ))}
-              </select>
-            ) : (
-              <input
-                inputMode="decimal"
-                placeholder={usual(p)}
-                value={given.value[p.name] ?? ""}
-                onInput={(event) => set(p.name, event.currentTarget.value)}
-                onKeyDown={onEnter}
-              />
-            )}
-            {p.unit && <span class="u">{p.unit === "deg" ? "°" : p.unit}</span>}
-          </span>
+          <Field kind={one?.kind ?? ""} parameter={p} value={given.value[p.name]} places={places} onValue={(value) => set(p.name, value)} onKeyDown={onEnter} />
           <span class="small faint">{[helpOf(one?.kind ?? "", p.name), rangeOf(p)].filter(Boolean).join(" ")}</span>
         </label>
       ))}
@@ -260,36 +167,4 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
       {lacks.length > 0 && <p class="small faint">{t("other.lacks", lacks.join(", "))}</p>}
     </section>
   );
-}
-
-/** The words that a parameter may be, where it may be only some. */
-export function choicesOf(p: Pick<Parameter, "choices" | "expected">): readonly string[] {
-  return p.expected === YES_OR_NO ? ["true", "false"] : (p.choices ?? []);
-}
-
-const wordOf = (kind: string, choice: string) => (choice === "true" ? t("yes") : choice === "false" ? t("no") : (choiceOf(kind, choice) ?? term(choice)));
-
-/** What counts where nothing is said. */
-const usual = (p: Parameter): string => (p.default === null || p.default === undefined || Array.isArray(p.default) ? "" : String(p.default));
-
-/** Between what a number may lie, where that is no matter of course. */
-export function rangeOf(p: Pick<Parameter, "least" | "most" | "above" | "unit">): string {
-  if (typeof p.least !== "number" || typeof p.most !== "number" || p.most >= LONGEST) return "";
-  const most = p.unit ? `${p.most}\u00a0${p.unit === "deg" ? "°" : p.unit}` : `${p.most}`;
-  return t(p.above ? "other.range.above" : "other.range", p.least, most);
-}
-
-const numberOf = (text: string) => Number(text.trim().replace(",", ".").replace("−", "-"));
-
-/** What was typed as the server wants it: a number, a list of numbers, yes or no, or a word. */
-export function valueOf(text: string, p: Pick<Parameter, "expected" | "several">): unknown {
-  if (p.expected === YES_OR_NO) return text === "true";
-  const parts = text
-    .split(/[,;]\s*|\s+/)
-    .filter(Boolean)
-    .map((part) => part.replace("−", "-"));
-  const numbers = parts.map(Number);
-  if (p.several) return numbers.every(Number.isFinite) ? numbers : parts;
-  const one = Number(text.replace(",", ".").replace("−", "-"));
-  return Number.isFinite(one) ? one : text;
 }

@@ -1,0 +1,2 @@
+export { OtherEdit } from "./form";
+export { choicesOf, rangeOf, valueOf } from "./values";

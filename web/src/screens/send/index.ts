@@ -1,0 +1,2 @@
+export { madeOf } from "./made-of";
+export { SendScreen } from "./screen";

@@ -1,0 +1,1 @@
+export { TemplateEdits } from "./screen";
