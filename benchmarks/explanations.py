@@ -102,8 +102,8 @@ BLAMES: dict[str, tuple[str, ...]] = {
 UNDECIDED = ("movement.unknown", "movement.shape.unknown", "board.stretched_or_lens")
 """Codes that name a second cause beside the first, and what would decide."""
 ASKS = (
-    "placing.too_few", "placing.no_start", "placing.photo.other_group", "placing.photo.alone",
-    "placing.photo.few_agree", "placing.photo.loose",
+    "placing.too_few", "placing.torn", "placing.no_start", "placing.photo.other_group",
+    "placing.photo.alone", "placing.photo.few_agree", "placing.photo.loose",
 )  # fmt: skip
 """Codes that blame nothing: photos stand too far apart, or show too little, to be joined."""
 _SMALL = CaptureOptions(
