@@ -44,6 +44,7 @@ from limbgram.reconstruction.mapping.following import FollowingOptions, follow_p
 from limbgram.reconstruction.mapping.movement import BodyMotion
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Movement, Scene
+from limbgram.reconstruction.mapping.verdicts import refuse_torn
 from limbgram.reconstruction.matching.coded_marks import Coded
 from limbgram.reconstruction.matching.matching import (
     Matches,
@@ -662,9 +663,12 @@ def place_pairs(
     """Photos placed by their verified pairs; what stands still is not among these.
 
     Raises:
-        PlacementError: see `place_object`.
+        PlacementError: see `place_object`; a scene that its own pairs tear.
     """
     placed = place_object(unplaced, run, options)
+    if not placed.poses.sides:
+        cameras = unplaced.cameras if placed.lenses is None else placed.lenses.cameras
+        refuse_torn(placed.scene, placed.pairs, cameras)
     return Placing(
         features=unplaced.features,
         matches=placed.matches,

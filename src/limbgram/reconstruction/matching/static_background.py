@@ -6,7 +6,8 @@ Method  Two keypoints of two photos coincide if they lie at the same pixel and l
         scale, direction and descriptor. Photos of which many of the largest keypoints coincide were
         taken by a still camera, up to a small shift and growth that all share (a tripod that was
         touched, a stabiliser; a focus found anew). Where these move it far, what coincides lies all
-        over the picture: a patch of it is moved alike by many a walk.
+        over the picture: a patch of it is moved alike by many a walk. A photo that coincides with
+        most of such a group belongs to it all the same.
         Such photos are believed to show a turning object only if there are at least four of them
         and if other keypoints of theirs match with a movement; photos of a limb and a camera that
         both stood still, or one photo twice, are left alone. What moves the picture of each photo
@@ -61,6 +62,8 @@ _TOUCHED_SHARE = 0.002
 """Move from which what coincides must lie all over the picture; dirt and watermarks need not."""
 _ALL_OVER = 0.1
 """Standard deviation, the narrow way, of what coincides, as a share of the longer side."""
+_MOST = 0.5
+"""Share of a group with which a photo must coincide to be of its place, wherever in the picture."""
 _LEAST_COINCIDING = 12
 """Keypoints of that survey that coincide in two photos of a still camera."""
 _LEAST_MOVING = 16
@@ -236,7 +239,7 @@ def _groups(features: Features, side_px: float, options: StillOptions) -> list[_
     row = _Row.of(features, range(count), options.survey_keypoints)
     pairs = row.near(max(_LEAST_PX, _MOVE_SHARE * side_px))
     between = row.photo[pairs[:, 0]] * count + row.photo[pairs[:, 1]]
-    joined: list[Int64[np.ndarray, "k 2"]] = []
+    joined, everywhere = list[Int64[np.ndarray, "k 2"]](), list[bool]()
     for code in np.unique(between):
         own = pairs[between == code]
         first, second = own.T
@@ -247,20 +250,50 @@ def _groups(features: Features, side_px: float, options: StillOptions) -> list[_
         here, there = row.xy_px[together.T]
         moved_px = float(np.median(np.linalg.norm(there - here, axis=1)))
         touched = moved_px < max(_LEAST_PX, _TOUCHED_SHARE * side_px)
-        if touched or _breadth(here) > _ALL_OVER * side_px:
-            joined.append(together)
+        joined.append(together)
+        everywhere.append(touched or _breadth(here) > _ALL_OVER * side_px)
     if not joined:
         return []
     ends = row.photo[np.array([one[0] for one in joined])]
-    graph = sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), (count, count))
-    label = csgraph.connected_components(graph, directed=False)[1]
-    groups = [tuple(np.flatnonzero(label == k).tolist()) for k in range(int(label.max()) + 1)]
     coinciding = np.concatenate(joined)
     return [
-        _Group(group, _moves(group, row, coinciding[np.isin(row.photo[coinciding[:, 0]], group)]))
-        for group in groups
-        if len(group) >= options.least_photos
+        _Group(group, _moves(group, row, coinciding[_inside(group, row.photo[coinciding])]))
+        for group in _joined_photos(ends, np.array(everywhere), count, options)
     ]
+
+
+def _inside(group: Sequence[int], ends: Int64[np.ndarray, "k 2"]) -> Bool[np.ndarray, " k"]:
+    """Which pairs lie in a group."""
+    return np.asarray(np.isin(ends, group).all(axis=1), np.bool_)
+
+
+def _joined_photos(
+    ends: Int64[np.ndarray, "k 2"],
+    everywhere: Bool[np.ndarray, " k"],
+    count: int,
+    options: StillOptions,
+) -> list[tuple[int, ...]]:
+    """Groups by the pairs that coincide all over the picture, and who coincides with most of one.
+
+    A room that shows keypoints in a part of the picture passes that test in some pairs and fails it
+    in others. What coincides with most photos of one place was taken from there.
+
+    Args:
+        ends: Photos of the pairs that coincide anywhere.
+        everywhere: Which of them do all over the picture.
+    """
+    linked = np.zeros((count, count), bool)
+    linked[ends, ends[:, ::-1]] = True
+    far = ends[everywhere]
+    graph = sparse.coo_array((np.ones(len(far)), far.T), (count, count))
+    label = csgraph.connected_components(graph, directed=False)[1]
+    sizes = np.bincount(label)
+    large = np.flatnonzero(sizes >= options.least_photos)
+    share = np.array([linked[:, label == k].mean(axis=1) for k in large]).reshape(-1, count)
+    for photo in np.flatnonzero(sizes[label] < options.least_photos).tolist():
+        if len(large) and share[:, photo].max() > _MOST:
+            label[photo] = large[np.argmax(share[:, photo])]
+    return [tuple(np.flatnonzero(label == k).tolist()) for k in large.tolist()]
 
 
 def _moves(

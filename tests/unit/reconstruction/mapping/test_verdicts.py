@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.findings import note, told
@@ -20,9 +21,11 @@ from limbgram.reconstruction.mapping.verdicts import (
     agreed_places,
     by_found_lenses,
     contradicted,
+    contradicting_share,
     found_lenses,
     judge,
     photo_points,
+    refuse_torn,
 )
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
@@ -148,6 +151,34 @@ def test_pairs_that_contradict_each_other_contradict_no_photo(
         make_pair(0, 1, np.zeros((40, 2)), relative(scene, 0, 1)),
     )
     assert contradicted(scene, Pairs(verified, ())).tolist() == [False, False, False, wrong]
+
+
+@pytest.mark.parametrize(("wrong", "torn"), [(24, False), (26, True)])
+def test_a_scene_without_some_photos_is_torn_where_a_quarter_of_the_matches_contradict(
+    make_scene: MakeScene, make_pair: MakePair, wrong: int, torn: bool
+) -> None:
+    """Of 100 matches between three placed photos so many turn photo 2 as if it stood at photo 0."""
+    scene = make_scene(photos=4)
+    given = Calibration(camera=LENS, covariance=np.eye(LENS_SIZE), source="board")
+    same = Rigid.from_rotation_vector(np.zeros(3), np.array([1.0, 0.0, 0.0]))
+    verified = (
+        make_pair(0, 1, np.zeros((50, 2)), relative(scene, 0, 1)),
+        make_pair(1, 2, np.zeros((50 - wrong, 2)), relative(scene, 1, 2)),
+        make_pair(0, 2, np.zeros((wrong, 2)), same),
+        make_pair(0, 2, np.zeros((900, 2)), same, kind="planar"),
+        make_pair(2, 3, np.zeros((900, 2)), same),
+    )
+    pairs, cameras = Pairs(verified, ()), Cameras((given,) * len(scene.cameras))
+    refuse_torn(scene, pairs, cameras)  # all photos are placed
+    without = replace(scene, camera_from_world=(*scene.camera_from_world[:3], None))
+    assert contradicting_share(without, pairs) == pytest.approx(wrong / 100)
+    if not torn:
+        refuse_torn(without, pairs, cameras)
+        return
+    with pytest.raises(PlacementError) as refusal:
+        refuse_torn(without, pairs, cameras)
+    assert refusal.value.finding.code == "placing.torn"
+    assert refusal.value.finding.values["count"] == 3
 
 
 LENS = Camera(width_px=900, height_px=700, fx=700.0, fy=700.0, cx=449.5, cy=349.5, k1=0.05)

@@ -132,6 +132,32 @@ def test_a_patch_that_is_shifted_alike_is_no_room() -> None:
         assert len(find_still(features).groups) == groups
 
 
+def test_a_photo_that_shows_a_patch_of_the_room_belongs_to_it() -> None:
+    """The rest of the room is hidden in it, by the hand that turns the limb."""
+    rng = np.random.default_rng(6)
+    shifts = (5.0 * np.array([0, 1, 0, 1, 2, 0, 1, 0, 1])).tolist()
+    walk = (60.0 * np.arange(9)).tolist()
+    features = one_scale(photos(9, rng, moving=walk, room=shifts))
+    seen = features.keypoints[4]
+    shown = (np.abs(seen.xy_px - SIDES_PX / 2) < 150.0).all(axis=1)
+    keypoints = [one.some(shown) if k == 4 else one for k, one in enumerate(features.keypoints)]
+    still = find_still(Features(tuple(keypoints)))
+    assert still.photos == tuple(range(9))
+    np.testing.assert_allclose(still.moves[4].shift_px, [shifts[4], 0.0], atol=0.3)
+
+
+def test_a_photo_that_shares_a_patch_with_few_of_a_place_was_taken_elsewhere() -> None:
+    rng = np.random.default_rng(7)
+    shifts, walk = [0.0] * 8 + [5.0], (60.0 * np.arange(9)).tolist()
+    features = one_scale(photos(9, rng, moving=walk, room=shifts))
+    inside = [(np.abs(one.xy_px - SIDES_PX / 2) < 150.0).all(axis=1) for one in features.keypoints]
+    keypoints = [
+        one.some(shown if k == 8 else ~shown if 2 < k < 8 else np.ones(len(one), bool))
+        for k, (one, shown) in enumerate(zip(features.keypoints, inside, strict=True))
+    ]
+    assert find_still(Features(tuple(keypoints))).photos == tuple(range(8))
+
+
 def test_a_walk_round_keeps_every_keypoint() -> None:
     rng = np.random.default_rng(3)
     walk = [25.0 * k for k in range(8)]
