@@ -196,6 +196,7 @@ def local_errors(
     wrinkled = _wrinkled(usual, thin_plate, equations, painted)
     per_seen = _LOST_PER_SEEN * (1 + (_WRINKLED_DETAIL - 1) * wrinkled) * share**_DETAIL_BY_SHARE
     variance = noise + per_seen * np.maximum(detail, 0.0) * free
+    variance += _chord(seen, pool) ** 2
     variance += _given(left, equations, thin_plate) * seen.pixel_mm**2
 
     steep = [_squared_slope(thin_plate, probe) for probe in probes]
@@ -463,6 +464,16 @@ def _noise(
     """Energy of the photos' disagreement, and of what they get wrong alike."""
     unseen = times_unseen(equations.photos)
     return unseen * loud * pool.energy(np.sum(energies, axis=0) / (PROBES * loud), rings)
+
+
+def _chord(seen: SeenSurface, pool: Pool) -> Float64[np.ndarray, " n"]:
+    """How far vertices stand out where faces are flat and the surface is round: edge^2 / 8 R.
+
+    Of a mesh as coarse as its relief that is most of what single vertices err by, in whichever way
+    the photos lay the faces; what they all share of it is a source of its own (`FACES`).
+    """
+    edge2 = seen.thin_plate.area_mm2 * 2 / np.sqrt(3)
+    return edge2 / 8 * np.abs(pool.mean((seen.quadric[:, 0] + seen.quadric[:, 2]) / 2))
 
 
 _CAMERA_MODES, _WEAKER_MODES = 6, 5

@@ -106,7 +106,8 @@ def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
     run = Told({**products, **told})
     lens = Camera(width_px=1500, height_px=1000, fx=2000.0, fy=2000.0, cx=750.0, cy=500.0)
     given = Calibration(camera=lens, covariance=np.zeros((LENS_SIZE, LENS_SIZE)), source="board")
-    return place_photos(photos(), Cameras((given,)), PipelineOptions(), run), run.called
+    cameras = Cameras((given,) * len(ring.cameras))
+    return place_photos(photos(), cameras, PipelineOptions(), run), run.called
 
 
 def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -> None:

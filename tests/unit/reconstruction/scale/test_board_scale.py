@@ -9,9 +9,8 @@ import pytest
 
 from limbgram.core.errors import ScaleError
 from limbgram.core.geometry.frames import fit_similarity
-from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
-from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
-from limbgram.reconstruction.mapping.scene import Explanation, Movement, Scene
+from limbgram.core.geometry.lens import POSE_SIZE
+from limbgram.reconstruction.mapping.scene import Movement, Scene
 from limbgram.reconstruction.scale.board import find_scene_board
 from limbgram.reconstruction.scale.ruler import stretch_by_cameras
 from limbgram.reconstruction.scale.scaling import _moved, check_scene_board, to_millimetres
@@ -214,23 +213,6 @@ def test_too_few_corners_are_refused(capture) -> None:
         to_millimetres(capture.scene, replace(detections, photos=few))
     with pytest.raises(ScaleError, match="Only 0 corners"):
         to_millimetres(capture.scene, replace(detections, photos=()))
-
-
-def test_a_camera_file_that_is_not_theirs_is_why_a_board_is_not_measured(capture) -> None:
-    (lens,), photos = capture.scene.cameras, tuple(range(12))
-    known = Calibration(camera=lens, covariance=np.zeros((LENS_SIZE,) * 2), source="board")
-    shorter = Explanation(
-        bodies="lenses", kind="camera file", photos=photos, numbers=1, score=50.0, chance=1e-9,
-        effect=-0.02, low=0.015, high=0.025, variance_before=1.0, variance_after=0.2,
-    )  # fmt: skip
-    unseen = replace(capture.detections(), photos=())
-    for failed, code in (((), "board.unmeasured"), (("model",), "board.few_corners")):
-        listed = (replace(shorter, failed=failed),)
-        scene = replace(capture.scene, lens_explanations=listed)
-        with pytest.raises(ScaleError) as refusal:
-            to_millimetres(scene, unseen, cameras=Cameras((known,)))
-        assert refusal.value.finding.code == code
-        assert ("5390 px" in str(refusal.value)) == (not failed)  # 5500 px less 2 %
 
 
 @pytest.mark.parametrize(("sigma_px", "told"), [(0.05, False), (0.25, False), (0.4, True)])

@@ -74,7 +74,7 @@ def done(
         features=None,
         matches=None,
         pairs=None,
-        scene=None,
+        scene=SimpleNamespace(lens_explanations=()),
         still=Still(),
         poses=Poses(),
         lenses=None,
