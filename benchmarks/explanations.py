@@ -617,7 +617,8 @@ def _reconstructed(images: Path, given: tuple[Calibration, ...], board: Board | 
         if scene.bending is not None:
             lens = lens_doubt(scene, products["cameras_for"])
             said.append(bending_found(scene.bending, scene.names, "mm", lens))
-        said += lenses_told(scene, products["cameras_for"])
+        cameras = products.get("without_files", products["cameras_for"])
+        said += lenses_told(scene, cameras, photos)
         for one in scene.verdicts:
             said += [finding for finding in (one.reason, one.remark) if finding is not None]
         unplaced = [one.name for one in scene.verdicts if not one.placed]
