@@ -611,13 +611,13 @@ def _reconstructed(images: Path, given: tuple[Calibration, ...], board: Board | 
     unplaced: list[str] = []
     if metric is not None:
         scene = metric.scene
+        cameras = products.get("without_files", products["cameras_for"])
         aside += metric.scale.set_aside
         if scene.movement is not None:
             said.append(movement_found(scene.movement, scene.names, "mm"))
         if scene.bending is not None:
-            lens = lens_doubt(scene, products["cameras_for"])
+            lens = lens_doubt(scene, cameras)
             said.append(bending_found(scene.bending, scene.names, "mm", lens))
-        cameras = products.get("without_files", products["cameras_for"])
         said += lenses_told(scene, cameras, photos)
         for one in scene.verdicts:
             said += [finding for finding in (one.reason, one.remark) if finding is not None]
