@@ -30,9 +30,15 @@ def explain_lenses(
     return lens_explanations(scene, cameras.calibrations, limb, mm)
 
 
-def files_contradicted(scene: Scene) -> Iterator[Explanation]:
-    """That photos have another focal length than their camera file, where it is a fact."""
-    return (one for one in scene.lens_explanations if one.kind == "camera file" and one.told)
+def files_contradicted(scene: Scene) -> tuple[Explanation, ...]:
+    """That photos have another focal length than their camera file, where it is a fact.
+
+    Photos that differ in focal length from each other were zoomed: that says nothing of the file.
+    """
+    told = [one for one in scene.lens_explanations if one.told]
+    if any(one.kind == "focal length" for one in told):
+        return ()
+    return tuple(one for one in told if one.kind == "camera file")
 
 
 def lenses_told(scene: Scene, cameras: Cameras, photos: PhotoSet) -> Iterator[Finding]:

@@ -529,8 +529,8 @@ def with_files_that_fit(
         PlacementError: `place` raised it, or without that file the photos cannot be placed.
     """
     placed = place(cameras)
-    facts = tuple(files_contradicted(placed.placing.scene))
-    if not facts:
+    facts = files_contradicted(placed.placing.scene)
+    if not facts or placed.placing.lenses is not None:  # with the file the photos told of a zoom
         return placed
     wrong = tuple(sorted({photos.photos[one.photos[0]].camera_idx for one in facts}))
     try:

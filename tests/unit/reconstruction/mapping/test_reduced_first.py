@@ -19,6 +19,7 @@ from limbgram.reconstruction.mapping.ring import ring_of, without_photos
 from limbgram.reconstruction.mapping.scene import Explanation, PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import Matches
 from limbgram.reconstruction.matching.static_background import Still
+from limbgram.reconstruction.photo_lenses import files_contradicted
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.pipeline import (
     PipelineOptions,
@@ -152,6 +153,15 @@ CONTRADICTED = Explanation(
     variance_before=1.0,
     variance_after=0.2,
 )
+
+
+ZOOMED = replace(CONTRADICTED, kind="focal length", score=841425.0, effect=0.107)
+
+
+def test_photos_that_were_zoomed_say_nothing_of_their_camera_file(ring: Scene) -> None:
+    scene = replace(ring, lens_explanations=(ZOOMED, CONTRADICTED))
+    assert files_contradicted(scene) == ()
+    assert files_contradicted(replace(ring, lens_explanations=(CONTRADICTED,))) == (CONTRADICTED,)
 
 
 @pytest.mark.parametrize(("told", "camera_files"), [(True, ["board", "guess"]), (False, ["board"])])
