@@ -154,10 +154,18 @@ def changes_by_level(
 
 
 def alike_in_detail(meshes: Sequence[Mesh]) -> list[Mesh]:
-    """All with what fine relief they lost, or none: one's alone would pass for a difference."""
-    if all(mesh.lost_length is not None for mesh in meshes):
-        return list(meshes)
-    return [replace(mesh, lost_length=None, lost_across=None) for mesh in meshes]
+    """All with what fine relief they lost, and which way it lay, or none: one's alone would pass
+    for a difference."""
+    lost = all(mesh.lost_length is not None for mesh in meshes)
+    ways = lost and all(mesh.lost_across is not None for mesh in meshes)
+    return [
+        replace(
+            mesh,
+            lost_length=mesh.lost_length if lost else None,
+            lost_across=mesh.lost_across if ways else None,
+        )
+        for mesh in meshes
+    ]
 
 
 def _open_below(mesh_in_limb: Mesh) -> bool:

@@ -107,7 +107,13 @@ def test_what_one_scan_lost_is_no_difference(make_limb) -> None:
     sigma = np.full(len(bare), 0.01, np.float32)
     lost = np.tile(np.float32([1e-3, 1e-4]), (len(bare), 1))
     scan = replace(bare, sigma_mm=sigma, lost_length=lost)
+    upright = np.tile(np.float32([0.0, 0.0, 1e-3]), (len(bare), 1))  # folds that girths run along
+    told = replace(scan, lost_across=upright)
     heights = (100.0, 150.0)
+    own = changes_by_level(told, told, heights).levels[0].measures["contour_mm"]
+    older = changes_by_level(told, scan, heights).levels[0].measures["contour_mm"]
+    assert abs(older.difference) < 1e-9  # a scan from before which way was kept
+    assert own.first.value < older.first.value
     for second, more in ((bare, 0.0), (scan, 1e-3)):
         measures = changes_by_level(scan, second, heights).levels[0].measures
         own = changes_by_level(bare, bare, heights).levels[0].measures["contour_mm"].first.value
