@@ -102,8 +102,9 @@ class Mesh:
     smoothing length (`core/geometry/smoothed_length`): fine relief that is lost, less what noise
     adds. Expected over all ways, and one standard deviation of it."""
     lost_across: Float32[np.ndarray, "n 3"] | None = None
-    """The way across the folds that were lost, as long as what a line across them loses more than
-    `lost_length`, and one along them less; one at an angle t to it, that times cos 2t."""
+    """A vector across the folds that were lost. Its length is what a line across them lost beyond
+    `lost_length`, per length; a line at an angle t to it lost cos 2t times that beyond it, so that
+    one along the folds lost less. Either sign says the same."""
     repairs: Repairs | None = None
 
     __repr__ = brief

@@ -57,23 +57,7 @@ def filled_sigma_mm(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> Float64[np.nd
     (k = 1 / mean distance of its tangent planes from its middle): at a distance d from the rim of a
     patch of half width h it is k (h d - d^2 / 2) away.
     """
-    sigma = np.zeros(len(mesh))
-    if not filled.any() or filled.all():
-        return sigma
-    patch, of_vertex = _patches(mesh, filled)
-    distance, nearest = KDTree(mesh.vertices_mm[~filled]).query(mesh.vertices_mm[filled])
-    half = np.zeros(patch)
-    np.maximum.at(half, of_vertex, distance)
-    normals = mesh.vertex_normals()
-    near = _bend_near(mesh, normals, filled, np.flatnonzero(~filled)[nearest])
-    most = 1 / np.maximum(half, 1e-12)[of_vertex]
-    bend = np.maximum(np.minimum(near, most), _bend(mesh, normals))
-    bulge = (half[of_vertex] * distance - distance**2 / 2) * bend
-    rim = np.zeros(len(distance))
-    if mesh.sigma_mm is not None:
-        rim = mesh.sigma_mm[~filled][nearest].astype(np.float64)
-    sigma[filled] = np.hypot(bulge, rim)
-    return sigma
+    return _fills_among(mesh, filled).sigma_mm
 
 
 def _local_variance(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float:
@@ -113,10 +97,32 @@ class _Fills(NamedTuple):
     """Of each filled vertex."""
 
 
+def _fills_among(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> _Fills:
+    sigma = np.zeros(len(mesh))
+    if not filled.any():
+        return _Fills(sigma, np.zeros(0, np.int64))
+    patch, of_vertex = _patches(mesh, filled)
+    if filled.all():
+        return _Fills(sigma, of_vertex)
+    distance, nearest = KDTree(mesh.vertices_mm[~filled]).query(mesh.vertices_mm[filled])
+    half = np.zeros(patch)
+    np.maximum.at(half, of_vertex, distance)
+    normals = mesh.vertex_normals()
+    near = _bend_near(mesh, normals, filled, np.flatnonzero(~filled)[nearest])
+    most = 1 / np.maximum(half, 1e-12)[of_vertex]
+    bend = np.maximum(np.minimum(near, most), _bend(mesh, normals))
+    bulge = (half[of_vertex] * distance - distance**2 / 2) * bend
+    rim = np.zeros(len(distance))
+    if mesh.sigma_mm is not None:
+        rim = mesh.sigma_mm[~filled][nearest].astype(np.float64)
+    sigma[filled] = np.hypot(bulge, rim)
+    return _Fills(sigma, of_vertex)
+
+
 def _fills_of(mesh: Mesh) -> _Fills:
-    sigma = np.zeros(len(mesh), np.float32) if mesh.sigma_mm is None else mesh.sigma_mm
-    filled = ~np.isfinite(sigma)
-    return _Fills(filled_sigma_mm(mesh, filled), _patches(mesh, filled)[1])
+    """Of a mesh that carries sigmas: those without one are filled."""
+    assert mesh.sigma_mm is not None
+    return _fills_among(mesh, ~np.isfinite(mesh.sigma_mm))
 
 
 _fills = ByMesh(_fills_of)

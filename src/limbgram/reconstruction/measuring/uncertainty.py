@@ -388,7 +388,7 @@ def _bands(
 
 @dataclass(frozen=True)
 class _LostSlope:
-    """What squared slope lengthens a line by that the plate took."""
+    """How much longer a line is for the squared slope that the plate took off."""
 
     times: float
     """Squared slope that the plate took over that of (1 - H) H x of the usual plate."""

@@ -154,18 +154,16 @@ def changes_by_level(
 
 
 def alike_in_detail(meshes: Sequence[Mesh]) -> list[Mesh]:
-    """All with what fine relief they lost, and which way it lay, or none: one's alone would pass
-    for a difference."""
-    lost = all(mesh.lost_length is not None for mesh in meshes)
-    ways = lost and all(mesh.lost_across is not None for mesh in meshes)
-    return [
-        replace(
-            mesh,
-            lost_length=mesh.lost_length if lost else None,
-            lost_across=mesh.lost_across if ways else None,
-        )
-        for mesh in meshes
-    ]
+    """All with what fine relief they lost, and which way it lay, or none of them.
+
+    One's alone would pass for a difference.
+    """
+    found = list(meshes)
+    if any(mesh.lost_length is None for mesh in found):
+        found = [replace(mesh, lost_length=None) for mesh in found]
+    if any(mesh.lost_across is None for mesh in found):
+        found = [replace(mesh, lost_across=None) for mesh in found]
+    return found
 
 
 def _open_below(mesh_in_limb: Mesh) -> bool:
