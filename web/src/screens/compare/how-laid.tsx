@@ -1,8 +1,9 @@
 /** Which of the case's shapes is compared, how the two are laid on each other, and how far apart levels lie. */
 import type { Signal } from "@preact/signals";
 
-import { NumberField, Segments } from "../../design/parts";
+import { Segments } from "../../design/parts";
 import { t } from "../../texts";
+import { SpacingField } from "../spacing-field";
 import { type Way, WAYS, type Which } from "./compared";
 
 interface Props {
@@ -44,16 +45,7 @@ export function HowLaid({ of, onlyScan, onOf, way, spacing_mm }: Props) {
         </span>
         <span class="small faint">{t(`compare.way.how.${way.value}`)}</span>
       </label>
-      <NumberField
-        label={t("measure.spacing")}
-        unit="mm"
-        step={5}
-        decimals={1}
-        min={1}
-        max={200}
-        value={spacing_mm.value}
-        onChange={(value) => (spacing_mm.value = value)}
-      />
+      <SpacingField spacing={spacing_mm} />
     </section>
   );
 }

@@ -3,6 +3,7 @@ import { Button, NumberField, Segments } from "../../design/parts";
 import { expert } from "../../state/settings";
 import { t } from "../../texts";
 import { told } from "../../words";
+import { SpacingField } from "../spacing-field";
 import type { Measured } from "./measured";
 
 export function MeasureSettings({ measured, edited, onSheet }: { measured: Measured; edited: boolean; onSheet: () => void }) {
@@ -10,16 +11,7 @@ export function MeasureSettings({ measured, edited, onSheet }: { measured: Measu
   return (
     <section>
       <div class="row2">
-        <NumberField
-          label={t("measure.spacing")}
-          unit="mm"
-          step={5}
-          decimals={1}
-          min={1}
-          max={200}
-          value={spacing.value}
-          onChange={(value) => (spacing.value = value)}
-        />
+        <SpacingField spacing={spacing} />
         <NumberField
           label={t("measure.sock")}
           unit="mm"
