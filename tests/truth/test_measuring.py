@@ -187,7 +187,7 @@ def test_given_filled_vertices_are_never_called_measured(ball: Ball) -> None:
         read_photos([ball.photos]),
         ball.metric,
         given,
-        MeasureOptions(patch_halvings=(), joint_rounds=0),
+        MeasureOptions(joint_rounds=0),
     )
     assert result.filled is not None
     assert result.filled[filled].all()

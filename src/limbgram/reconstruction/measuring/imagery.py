@@ -21,7 +21,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import cast
 
-import cv2
 import numpy as np
 from jaxtyping import Float32, Float64, Int32, Int64, UInt8, UInt16
 from scipy.ndimage import spline_filter
@@ -78,8 +77,6 @@ _MARGIN_PX = 24
 """Pixels kept round the projected surface: room for windows and for moves."""
 
 
-_ALIGNED_PX = 8
-"""Crops begin at multiples of this, so that they can be halved further."""
 _SUMMING_BYTES = 5.0
 """A pixel of a photo while its crop is halved."""
 _COEFFICIENT_BYTES, _PATCH_BYTES = 4, 1
@@ -92,7 +89,7 @@ class Crop:
 
     x0: int
     y0: int
-    """Of the reduced photo; multiples of 8."""
+    """Of the reduced photo."""
     pixels: UInt8[np.ndarray, "h w"] | UInt16[np.ndarray, "h w"]
     """Grey levels; of a reduced photo the sums of 4^halvings pixels, so that nothing is rounded."""
     halvings: int = 0
@@ -100,7 +97,7 @@ class Crop:
 
 @dataclass(frozen=True, kw_only=True)
 class Imagery:
-    """Reduced grey crops of several photos.
+    """Grey crops of several photos.
 
     A pixel (x, y) of photo k is at ((x + 0.5) * factor - 0.5 - x0, ...) of its crop.
     """
@@ -118,10 +115,9 @@ def load_crops(
     photos: Sequence[Photo], views: Sequence[View], points_mm: Points3, halvings: int = 0
 ) -> list[Crop]:
     """Grey crop of each photo round `points_mm`, halved `halvings` times."""
-    aligned_px = _ALIGNED_PX << halvings
 
     def crop(k: int) -> Crop:
-        box = _box(views[k], points_mm, aligned_px)
+        box = _box(views[k], points_mm, 1 << halvings)
         if box is None:
             return Crop(x0=0, y0=0, pixels=np.zeros((8, 8), np.uint8), halvings=halvings)
         x0, y0, x1, y1 = box
@@ -138,7 +134,7 @@ def load_crops(
 
 def imagery_mb(views: Sequence[View], points_mm: Points3, halvings: int = 0) -> float:
     """What crops round `points_mm` and their coefficients will take."""
-    boxes = [_box(view, points_mm, _ALIGNED_PX << halvings) for view in views]
+    boxes = [_box(view, points_mm, 1 << halvings) for view in views]
     pixels = sum((x1 - x0) * (y1 - y0) for x0, y0, x1, y1 in filter(None, boxes)) >> 2 * halvings
     crop_bytes = 1 if halvings == 0 else 2
     return pixels * (crop_bytes + _COEFFICIENT_BYTES + _PATCH_BYTES) / 2**20
@@ -166,38 +162,23 @@ def _summed(pixels: GreyImage, halvings: int) -> UInt16[np.ndarray, "rows column
     return summed
 
 
-def prepare(crops: Sequence[Crop], views: Sequence[View], halvings: int) -> Imagery:
-    """Halve the crops `halvings` times more, and filter them for interpolation."""
+def prepare(crops: Sequence[Crop], views: Sequence[View]) -> Imagery:
+    """The crops filtered for interpolation."""
     table = np.zeros((len(crops), 5), np.int64)
-    shapes = [crop.pixels.shape for crop in crops]
-    total = sum((height >> halvings) * (width >> halvings) for height, width in shapes)
-    coefficients = np.empty(total, np.float32)
+    coefficients = np.empty(sum(crop.pixels.size for crop in crops), np.float32)
     start = 0
     for k, crop in enumerate(crops):
-        reduced = _halved(crop, halvings)
-        height, width = reduced.shape
-        place = coefficients[start : start + reduced.size].reshape(height, width)
-        _spline_coefficients(reduced, place)
-        table[k] = start, crop.x0 >> halvings, crop.y0 >> halvings, width, height
-        start += reduced.size
-    already = crops[0].halvings if crops else 0
+        height, width = crop.pixels.shape
+        place = coefficients[start : start + crop.pixels.size].reshape(height, width)
+        _spline_coefficients(crop.pixels * np.float32(0.25**crop.halvings), place)
+        table[k] = start, crop.x0, crop.y0, width, height
+        start += crop.pixels.size
     return Imagery(
         coefficients=coefficients,
         crops=table,
-        factor=0.5 ** (already + halvings),
+        factor=0.5 ** (crops[0].halvings if crops else 0),
         views=np.stack([view.packed for view in views]),
     )
-
-
-def _halved(crop: Crop, halvings: int) -> FloatImage:
-    reduced = crop.pixels.astype(np.float32)
-    reduced *= np.float32(0.25**crop.halvings)
-    for _ in range(halvings):
-        height, width = (reduced.shape[0] // 2) * 2, (reduced.shape[1] // 2) * 2
-        reduced = cv2.resize(
-            reduced[:height, :width], (width // 2, height // 2), interpolation=cv2.INTER_AREA
-        )
-    return reduced
 
 
 def _spline_coefficients(pixels: FloatImage, result: FloatImage) -> None:

@@ -26,7 +26,7 @@ from limbgram.core.mesh.topology import boundary_half_edges, with_any, with_face
 from limbgram.core.run import track
 from limbgram.reconstruction.measuring.edge_overshoot import without_overshoot
 from limbgram.reconstruction.measuring.grain import grained
-from limbgram.reconstruction.measuring.imagery import Crop, Imagery, load_crops, prepare
+from limbgram.reconstruction.measuring.imagery import Imagery, load_crops, prepare
 from limbgram.reconstruction.measuring.measurement_pass import (
     JointEquations,
     MatchingOptions,
@@ -56,9 +56,8 @@ _GRAZING_DEG = 85.0
 
 _RIM_RINGS = 8
 """Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
-_BRIM_ROUNDS = 2
-"""Rounds at each size, half and full, in which a closed notch is measured from its rim
-inwards."""
+_BRIM_ROUNDS = 4
+"""Rounds in which a closed notch is measured from its rim inwards."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,11 +68,8 @@ class MeasureOptions:
     """Reductions of the photos for the whole measurement, which then holds 1 / 4^n of the pixels;
     every size below is relative to it."""
 
-    patch_halvings: tuple[int, ...] = (1,)
-    """Photo reductions of the rounds of patches before the one at full size; 1 is half size."""
-
     joint_rounds: int = 2
-    """Rounds at full size in which all vertices are measured at once."""
+    """Rounds after the one of patches, in which all vertices are measured at once."""
 
     brim: BrimOptions = field(default_factory=BrimOptions)
     """What counts as a notch of the open end, to be closed."""
@@ -101,16 +97,11 @@ def measure(
     at_rim = np.zeros(len(mesh), bool)
     at_rim[boundary_half_edges(mesh.faces).ravel()] = True
     rim = _near(at_rim, mesh.faces, _RIM_RINGS + 1)
-    nowhere = np.zeros(len(mesh), bool)
-    for halvings in track(options.patch_halvings):
-        reduced = prepare(crops, views, halvings)
-        mesh, _ = _by_patches(mesh, reduced, views, seen_by, nowhere, matching)
-        del reduced  # or it stays beside the photos of full size
-    imagery = prepare(crops, views, 0)
+    imagery = prepare(crops, views)
+    del crops  # all photos are in the imagery a second time
     mesh, believed = _by_patches(mesh, imagery, views, seen_by, rim, matching)
     mesh = cut_back(mesh, rim & ~believed, _RIM_RINGS)
-    mesh, guessed = _with_even_brim(mesh, crops, imagery, views, options)
-    del crops  # all photos are in them a second time
+    mesh, guessed = _with_even_brim(mesh, imagery, views, options)
     seen_by, unseen = _seen_by(mesh, views, matching)
     mesh, found = _jointly(mesh, imagery, views, seen_by, options)
     mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
@@ -217,15 +208,10 @@ def _seen_by(
 
 
 def _with_even_brim(
-    mesh: Mesh,
-    crops: Sequence[Crop],
-    full: Imagery,
-    views: Sequence[View],
-    options: MeasureOptions,
+    mesh: Mesh, imagery: Imagery, views: Sequence[View], options: MeasureOptions
 ) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
     """The brim's notches closed, and of what closes them measured what the photos show.
 
-    A closed notch starts pixels off: photos of half size lead to it, those of full size measure.
     Also tells which vertices, in a notch or elsewhere, were guessed before that.
     """
     whole = level_brim(mesh, options.brim)
@@ -234,13 +220,12 @@ def _with_even_brim(
     matching, guessed = options.matching, whole.filled
     part, chosen = _part(whole, _near(guessed, whole.faces))
     good = np.zeros(len(part), bool)
-    for imagery in (prepare(crops, views, 1), full):
-        seen_by, _ = _seen_by(whole, views, matching, chosen)
-        for _ in track(range(_BRIM_ROUNDS)):
-            seen = look(part, imagery, views, seen_by)
-            moves, good = match_within(part, imagery, seen, guessed[chosen], matching)
-            part = _moved(part, moves, seen, matching)
-            whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
+    seen_by, _ = _seen_by(whole, views, matching, chosen)
+    for _ in track(range(_BRIM_ROUNDS)):
+        seen = look(part, imagery, views, seen_by)
+        moves, good = match_within(part, imagery, seen, guessed[chosen], matching)
+        part = _moved(part, moves, seen, matching)
+        whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
     return replace(whole, filled=_put(guessed, chosen[good], np.False_)), guessed
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
-from limbgram.reconstruction.measuring.imagery import Crop, Imagery, prepare
+from limbgram.reconstruction.measuring.imagery import Crop, Imagery, _summed, prepare
 
 CAMERA = Camera(
     width_px=400, height_px=300, fx=1010.0, fy=1000.0, cx=199.0, cy=151.0, skew=0.7,
@@ -47,6 +47,7 @@ def painted() -> Painted:
         grey = (100 + 10 * k) + (7 + k) * paint + random.normal(0, 1.0, x.shape)
         pixels = np.clip(np.rint(grey), 0, 255).astype(np.uint8)
         views.append(view)
-        crops.append(Crop(x0=LEFT_PX, y0=TOP_PX, pixels=pixels))
-    imagery = prepare(crops, views, halvings=1)
+        halved = Crop(x0=LEFT_PX // 2, y0=TOP_PX // 2, pixels=_summed(pixels, 1), halvings=1)
+        crops.append(halved)
+    imagery = prepare(crops, views)
     return Painted(views, imagery, np.stack([view.packed for view in views]))
