@@ -506,7 +506,7 @@ def page(result: dict[str, Any]) -> str:
         )
     )  # fmt: skip
     for name, one in good.items():
-        measures = [*_angles(one), *_measures(one["measures"])]
+        measures = [*_angles(one), *_measures_drawn(one["measures"])]
         parts += [f"## {name}", *measures, _turned(one["turned"]), _device(one["device"])]
     return "\n\n".join(parts) + "\n"
 
@@ -538,7 +538,7 @@ def _angles(one: dict[str, Any]) -> Iterator[str]:
     )
 
 
-def _measures(measures: dict[str, Any]) -> Iterator[str]:
+def _measures_drawn(measures: dict[str, Any]) -> Iterator[str]:
     """Measures from landmarks without error, against the truth."""
     off = {key: row for key, row in measures.items() if row is not None}
     lost = [key for key, row in measures.items() if row is None]

@@ -214,11 +214,33 @@ def test_pixels_between_far_vertices_serve_too(ball: Ball) -> None:
     assert 0.5 * rms_few < rms_many < 0.93 * rms_few
     assert few.sigma_mm is not None
     assert many.sigma_mm is not None
-    # Both stand out alike where faces are flat: each vertex by itself, and all of them together.
-    flat_mm2 = _flatness_mm(start) ** 2 * (1 + 1 / 3)
+    flat_mm2 = _flatness_mm(start) ** 2  # vertices of both stand out alike where faces are flat
     noise_few = np.sqrt(np.nanmedian(few.sigma_mm) ** 2 - flat_mm2)
     noise_many = np.sqrt(np.nanmedian(many.sigma_mm) ** 2 - flat_mm2)
     assert noise_many < 0.9 * noise_few
+
+
+def test_flat_faces_hold_the_volume_of_the_ball(ball: Ball) -> None:
+    """Vertices stand out by the chordal deviation, and the faces between them make up for it."""
+    photos = read_photos([ball.photos])
+    for subdivisions in (5, 4):
+        result = measure(photos, ball.metric, _start(0.1 * PIXEL_MM, subdivisions))
+        assert result.filled is not None
+        measured = ~result.filled
+        faces = result.faces[measured[result.faces].all(1)]
+        corners = result.vertices_mm[faces]
+        volume_mm3 = np.abs(np.linalg.det(corners)).sum() / 6
+        radius_mm = np.cbrt(3 * volume_mm3 / _solid_angles(corners).sum())
+        chordal_mm = result.chordal_deviations_mm()[measured].mean()
+        assert _errors_mm(result)[measured].mean() == pytest.approx(chordal_mm, rel=0.15)
+        assert abs(radius_mm - RADIUS_MM) < 0.15 * chordal_mm
+
+
+def _solid_angles(corners: np.ndarray) -> np.ndarray:
+    """Of triangles (f, 3, 3) seen from the origin, after van Oosterom and Strackee 1983."""
+    a, b, c = np.moveaxis(corners / np.linalg.norm(corners, axis=2, keepdims=True), 1, 0)
+    sides = (a * b).sum(1) + (b * c).sum(1) + (c * a).sum(1)
+    return 2 * np.arctan2(np.abs((a * np.cross(b, c)).sum(1)), 1 + sides)
 
 
 def _flatness_mm(mesh: Mesh) -> float:

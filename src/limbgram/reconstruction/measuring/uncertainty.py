@@ -24,9 +24,8 @@ Method  Noise: what single photos pull the surface by, each solved through the t
         being how far along the plane photo k moves for a millimetre along the normal, t and s
         their means (texture alike in all directions). The scale is set anew from the board in each
         case, and what only moves the surface as a whole is taken off: a shape has no place.
-        Faces: photos are sampled at vertices and a little round them, so that the surface lies
-        between having its vertices on the limb, and its flat faces: anything from nothing to
-        the faces' chordal deviation.
+        Faces: photos are sampled all over the flat faces, which therefore lie in the limb as
+        deep as their vertices stand out of it; a fifth of the chordal deviation is left.
         docs/method.
 """
 
@@ -469,8 +468,8 @@ def _noise(
 def _chord(seen: SeenSurface, pool: Pool) -> Float64[np.ndarray, " n"]:
     """How far vertices stand out where faces are flat and the surface is round: edge^2 / 8 R.
 
-    Of a mesh as coarse as its relief that is most of what single vertices err by, in whichever way
-    the photos lay the faces; what they all share of it is a source of its own (`FACES`).
+    Of a mesh as coarse as its relief that is most of what single vertices err by; what measures of
+    the faces have of it is a source of its own (`FACES`).
     """
     edge2 = seen.thin_plate.area_mm2 * 2 / np.sqrt(3)
     return edge2 / 8 * np.abs(pool.mean((seen.quadric[:, 0] + seen.quadric[:, 2]) / 2))
@@ -630,6 +629,9 @@ def _displace(
 SCALE, CAMERAS, OFFSET = "scale", "cameras and lens", "offset of the whole surface"
 FACES, CREASES = "flat faces", "lost depth of creases"
 """Sources of what all vertices share, as `Mesh.shared_sources` has them."""
+_FACES_LEFT = 0.2
+"""Standard deviation of how far flat faces as a whole lie off the limb, in chordal deviations. On a
+ball 0.05 to 0.07 of them for edges of 4 to 8 pixels, -0.25 to -0.30 for edges of 15."""
 OFFSET_PX = 0.006
 """How far the whole surface may lie in or out by the way photos are sampled, in pixels: volumes of
 53 small captures (seeds 6000 to 7088) say -0.007 px for thighs, -0.003 for shanks and 0.003 for
@@ -657,7 +659,7 @@ def with_sigma(
     measured = ~filled & (equations.photos > 1)
     shared = shared_errors(mesh, seen.axes, seen.seen_by, measured, metric)
     offset_mm = OFFSET_PX * seen.pixel_mm
-    faces_mm = mesh.chordal_deviations_mm() / np.sqrt(3)  # anything from 0 to it: its RMS
+    faces_mm = _FACES_LEFT * mesh.chordal_deviations_mm()
     modes_mm = np.column_stack([shared.modes_mm, offset_mm, faces_mm, local.creases_mm])
     cameras, creases = shared.modes_mm.shape[1] - 1, local.creases_mm.shape[1]
     variance = local.variance_mm2 + shared.rest_mm2 + (modes_mm[:, :-creases] ** 2).sum(1)
