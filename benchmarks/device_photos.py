@@ -506,12 +506,17 @@ def page(result: dict[str, Any]) -> str:
         )
     )  # fmt: skip
     for name, one in good.items():
-        measures = [*_angles(one), *_measures_drawn(one["measures"])]
-        parts += [f"## {name}", *measures, _turned(one["turned"]), _device(one["device"])]
+        measures = [*_angles_drawn(one), *_measures_drawn(one["measures"])]
+        parts += [
+            f"## {name}",
+            *measures,
+            _turned_drawn(one["turned"]),
+            _device_drawn(one["device"]),
+        ]
     return "\n\n".join(parts) + "\n"
 
 
-def _angles(one: dict[str, Any]) -> Iterator[str]:
+def _angles_drawn(one: dict[str, Any]) -> Iterator[str]:
     """Angles with their intervals, and what they hang on."""
     for placed, angles in one["angles"].items():
         held = np.mean([row["held"] for row in angles.values()])
@@ -560,7 +565,7 @@ def _measures_drawn(measures: dict[str, Any]) -> Iterator[str]:
     )  # fmt: skip
 
 
-def _turned(turned: dict[str, Any]) -> str:
+def _turned_drawn(turned: dict[str, Any]) -> str:
     return (
         f"{turned['joint']} turned by {turned['by_deg']:g} degrees, against the truth turned: "
         + "; ".join(
@@ -577,7 +582,7 @@ def _turned(turned: dict[str, Any]) -> str:
     )
 
 
-def _device(device: dict[str, Any]) -> str:
+def _device_drawn(device: dict[str, Any]) -> str:
     if device["refused"]:
         return f"{device['name']}: refused. {device['refused']}"
     return (
