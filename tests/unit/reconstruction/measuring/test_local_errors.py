@@ -370,7 +370,7 @@ def _longer(lift: np.ndarray) -> float:
 
 
 def test_where_no_photos_agree_the_given_surface_keeps_its_error() -> None:
-    """In the middle of a wide gap that surface is wrong by nearly half a pixel.
+    """In the middle of a wide gap that surface is wrong by a third of a pixel.
 
     The plate carries the paint's height into a narrow gap; where there is paint nothing changes.
     """
@@ -385,7 +385,7 @@ def test_where_no_photos_agree_the_given_surface_keeps_its_error() -> None:
         painted = _inside() & (away_mm > radius_mm + 12 * EDGE_MM)
         assert np.max(added[painted]) < 0.02
     assert added_px[0] < 0.05
-    assert 0.3 < added_px[1] < 0.5
+    assert 0.25 < added_px[1] < 0.4
 
 
 def test_a_guess_over_bare_skin_stays_one_and_a_guess_in_paint_was_measured() -> None:
