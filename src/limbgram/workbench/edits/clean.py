@@ -106,7 +106,7 @@ class Clean(Edit):
             EditError: nothing is asked for.
         """
         if not (self.spikes or self.scraps_mm or self.sheets_mm or self.holes_mm):
-            raise EditError("edit.nothing_asked", what=self.title)
+            raise EditError("edit.nothing_asked")
 
     def apply(self, limb: Limb) -> Limb:
         """The limb without what its scanner left.
@@ -114,13 +114,12 @@ class Clean(Edit):
         Raises:
             EditError: what is closed would fold.
         """
-        what = self.title
         cleared = _without_scraps(limb, self)
         smooth = _without_spikes(cleared) if self.spikes else cleared
         whole = _without_holes(smooth, self) if self.holes_mm else smooth
         if whole is limb:
             return replace(limb, notes=(*limb.notes, note("edit.clean.nothing")))
-        require_sound(what, cleared.mesh, whole.mesh)
+        require_sound(cleared.mesh, whole.mesh)
         return whole
 
 
