@@ -358,18 +358,8 @@ def _between(mesh: Mesh, other: Mesh, border: np.ndarray, sign: float) -> _Solid
 
 def _told(mesh: Mesh, solid: Mesh, like: Int64[np.ndarray, " k"]) -> Mesh:
     """A wall whose second skin and rim are told to be as sure as what they are like."""
-
-    def repeated(values: np.ndarray | None) -> np.ndarray | None:
-        return None if values is None else np.concatenate([values, values[like]])
-
-    return replace(
-        solid,
-        filled=repeated(mesh.filled),
-        sigma_mm=repeated(mesh.sigma_mm),
-        shared_mm=repeated(mesh.shared_mm),
-        lost_length=repeated(mesh.lost_length),
-        lost_across=repeated(mesh.lost_across),
-    )
+    known = mesh.of_vertices(lambda _, values: np.concatenate([values, values[like]]))
+    return replace(solid, **known)
 
 
 def _require_sound(mesh: Mesh, wall: _Solid, tried: _Tried) -> _Tried:
