@@ -9,24 +9,22 @@ stands beside what the certificate says, and beside the size error that the exac
 and spheres give without any fit of a sphere.
 """
 
-import argparse
 import json
 import subprocess
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from captures import LIMBGRAM, machine, read_poses
+from captures import LIMBGRAM, read_poses
+from harness import asking, machine, made_on, table, working_in, write
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.formats.reading import read_limb
 from limbgram.synthetic import CaptureOptions, make_capture
 from limbgram.synthetic.props.gauges import BallBar, Gauge, GaugeCylinder, middles_mm
 from limbgram.synthetic.truth import BASE_MM
-from tables import made_on, table
 
 Result = dict[str, Any]
 _NEAR = 0.04
@@ -103,17 +101,11 @@ cylinder = {name = "C", diameter_mm = 100.0, uncertainty_mm = 0.004, form_mm = 0
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser = asking(__doc__, keep="captures and cases")
     parser.add_argument("--photos", type=int, default=15)
     parser.add_argument("--width", type=int, default=1200)
-    parser.add_argument("--keep", type=Path, help="keep captures and cases here")
     chosen = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = chosen.keep or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_in(chosen.keep) as folder:
         results: Result = {
             "machine": machine(),
             "photos": chosen.photos,
@@ -124,8 +116,7 @@ def main() -> None:
             sys.stderr.write(f"{trial.name}\n")
             found = tried(trial, folder / f"trial-{number + 1}", chosen.photos, chosen.width)
             results["trials"][trial.name] = found
-            chosen.out.write_text(json.dumps(results, indent=1) + "\n")
-            chosen.out.with_suffix(".md").write_text(_page(results))
+            write(chosen.out, results, _page(results))
 
 
 def tried(trial: Trial, folder: Path, photos: int, width: int) -> Result:

@@ -31,14 +31,13 @@ from typing import Any
 import httpx
 import numpy as np
 
-from captures import machine
+from harness import machine, made_on
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import with_faces
 from limbgram.formats.ply import write_ply
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
 from limbgram.workbench.edits.fineness import refine_where
-from tables import made_on
 
 API = "/api/v1"
 RESULTS = Path(__file__).parent / "results" / "app.json"

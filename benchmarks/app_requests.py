@@ -22,10 +22,9 @@ from typing import Any
 import numpy as np
 
 from app import API, App, case_of, started
-from captures import machine
+from harness import machine, made_on
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
-from tables import made_on
 
 RESULTS = Path(__file__).parent / "results" / "app_requests.json"
 DOCUMENT = Path(__file__).parents[1] / "web" / "openapi.json"

@@ -26,12 +26,11 @@ import threading
 import time
 import zipfile
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from captures import machine
+from harness import asking, machine, working_in, write
 from kills import COMMAND, contents, difference, done
 
 HERE = Path(__file__).parent
@@ -72,7 +71,7 @@ RENDERED = {
 
 
 def main() -> None:
-    asked = argparse.ArgumentParser(description=__doc__)
+    asked = asking(__doc__)
     asked.add_argument("--captures", type=int, default=6, help="good ones")
     asked.add_argument("--kills", type=int, help="10 if not given, with --data none")
     asked.add_argument("--every-s", type=float, default=8.0, help="between kills, on average")
@@ -83,17 +82,13 @@ def main() -> None:
     asked.add_argument("--data", type=Path, help="do the captures that lie there instead")
     asked.add_argument("--sets", nargs="+", help="only these of DATA, if not all")
     asked.add_argument("--keep", type=Path, help="work in this folder, and keep it")
-    asked.add_argument("-o", "--out", type=Path, required=True)
     options = asked.parse_args()
     if options.kills is None:
         options.kills = 10 if options.data is None else 0
-    with TemporaryDirectory() as scratch:
-        folder = options.keep or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_in(options.keep) as folder:
         report = killed_and_not(folder, options) if options.data is None else real(folder, options)
     report = {**report, "seed": options.seed, "machine": machine()}
-    options.out.write_text(json.dumps(report, indent=1) + "\n")
-    options.out.with_suffix(".md").write_text(page(report))
+    write(options.out, report, page(report))
     sys.stdout.write(page(report))
     if report["wrong"]:
         raise SystemExit(1)

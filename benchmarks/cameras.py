@@ -24,7 +24,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from captures import machine, one_set
+from captures import one_set
+from harness import asking, machine
 from limbgram.core.files import write_bytes
 from limbgram.synthetic import PHONE, CaptureOptions, Fault, make_capture, with_faults
 
@@ -90,9 +91,7 @@ def _faults_of(said: str) -> list[Fault]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = asking(__doc__, keep="captures and case folders")
     known = [IDEAL, *(one.value for one in Fault), ALL]
     parser.add_argument("--setups", nargs="*", choices=list(SETUPS), default=list(SETUPS))
     parser.add_argument(
@@ -100,8 +99,6 @@ def main() -> None:
     )
     parser.add_argument("--strength", type=float, default=1.0, help="times what is usual")
     parser.add_argument("--seeds", nargs="*", type=int, default=[41, 42])
-    parser.add_argument("--keep", type=Path, help="keep captures and case folders here")
-    parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
     results: dict[str, Any] = {"machine": machine(), "captures": {}}
     if chosen.out.exists():

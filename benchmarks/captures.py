@@ -13,7 +13,6 @@ deliverables/surface.stl as well. OUT.md and OUT.png are written beside OUT.json
 import argparse
 import json
 import os
-import platform
 import shlex
 import subprocess
 import sys
@@ -21,14 +20,13 @@ import tempfile
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-import limbgram
+from harness import asking, machine, write
 from limbgram.cases.deliverables import surface_of
 from limbgram.core.errors import RED_EXIT_CODE
 from limbgram.core.geometry.frames import Rigid, angle_between_deg, fit_similarity
@@ -53,13 +51,10 @@ REPEATED = (
 """Figures against the truth that are kept of a repeat."""
 JUDGED = (0, RED_EXIT_CODE)
 """Exit codes of a program that went all the way: green or amber, and red."""
-LIBRARIES = ("limbgram", "numpy", "numba", "opencv-python-headless", "pycolmap", "scipy")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = asking(__doc__, keep="captures and case folders")
     parser.add_argument("data", type=Path, nargs="*")
     parser.add_argument("--judge", help="command that scores: RESULT SET --align rigid ...")
     parser.add_argument("--sets", nargs="*", help="only these, by folder name")
@@ -71,8 +66,6 @@ def main() -> None:
     parser.add_argument(
         "--repeats", type=int, default=0, help="more runs of a set, each without one of its photos"
     )
-    parser.add_argument("--keep", type=Path, help="keep captures and case folders here")
-    parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
     results: dict[str, Any] = {"machine": machine(), "sets": {}}
     chosen.out.parent.mkdir(parents=True, exist_ok=True)
@@ -87,7 +80,7 @@ def main() -> None:
             if chosen.rivals and camera.exists():
                 result["rivals"] = against_rivals(source, camera, folder / f"{source.name}_rivals")
             results["sets"][source.name] = result
-            chosen.out.write_text(json.dumps(results, indent=1) + "\n")
+            write(chosen.out, results)
             write_tables(results, chosen.out)
 
 
@@ -266,26 +259,6 @@ def against_poses(ours: dict[str, Rigid], theirs: dict[str, Rigid]) -> dict[str,
         "centres_rms_percent_of_radius": float(100 * np.sqrt(np.mean(misses**2)) / radius),
         "rotation_mean_deg": float(np.mean(turns)),
         "rotation_max_deg": float(np.max(turns)),
-    }
-
-
-def machine() -> dict[str, Any]:
-    """What the figures were measured on."""
-    measured = Path(limbgram.__file__).parent  # which PYTHONPATH may have chosen
-    commit = subprocess.run(
-        ["git", "-C", str(measured), "rev-parse", "HEAD"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return {
-        "system": platform.platform(),
-        "processor": platform.processor() or platform.machine(),
-        "cores": os.cpu_count(),
-        "memory_gb": os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30,
-        "python": platform.python_version(),
-        "versions": {name: version(name) for name in LIBRARIES},
-        "commit": commit.stdout.strip(),
     }
 
 

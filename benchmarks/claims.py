@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from cost_tables import BY_PHOTOS, BY_PIXELS, cost_table, finished, least
-from tables import table
+from harness import table
 
 Json = dict[str, Any]
 

@@ -13,7 +13,6 @@ CuraEngine needs Cura's definitions of printers (CURA_ENGINE_SEARCH_PATH names a
 FreeCAD's legacy importer its library, which FreeCAD fetches into its folder of user data.
 """
 
-import argparse
 import json
 import os
 import re
@@ -30,7 +29,7 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from captures import machine
+from harness import asking, machine, made_on, write
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.mesh.mesh import Mesh
@@ -46,7 +45,6 @@ from limbgram.report.record.sources import ShapeSource
 from limbgram.services.export import Aop, Drawing, Gcode, export
 from limbgram.services.report import ReportRequest, Subject, report
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
-from tables import made_on
 
 RADIUS_MM, HALF_HEIGHT_MM = 80.0, 120.0
 SIZE_MM = (2 * RADIUS_MM, 2 * RADIUS_MM, 2 * HALF_HEIGHT_MM)
@@ -97,8 +95,7 @@ class Seen:
 
 
 def main() -> None:
-    asked = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    asked.add_argument("-o", "--out", type=Path, required=True)
+    asked = asking(__doc__.splitlines()[0])
     asked.add_argument("--python", action="append", default=[], help="another interpreter")
     given = asked.parse_args()
     with tempfile.TemporaryDirectory() as name:
@@ -123,8 +120,7 @@ def main() -> None:
         "seen": sorted(rows, key=lambda row: order.index(row["program"])),
         "skipped": skipped,
     }
-    given.out.write_text(json.dumps(found, indent=1) + "\n")
-    given.out.with_suffix(".md").write_text(as_markdown(found))
+    write(given.out, found, as_markdown(found))
 
 
 def _kept(out: Path, skipped: set[str]) -> list[dict[str, Any]]:

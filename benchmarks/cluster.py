@@ -31,8 +31,8 @@ import numpy as np
 import psutil
 
 from batch import SETTINGS
-from captures import machine
 from crew import NET, Crew, cable, crew_of, far_network, lay_stubs, small_disk, stub_sha256
+from harness import asking, machine, write
 from kills import COMMAND, contents, difference, done
 from limbgram.batch.attempt import Plan
 from limbgram.batch.captures import find_captures
@@ -42,7 +42,7 @@ from limbgram.cases.job_messages import Job
 
 
 def main() -> None:
-    asked = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    asked = asking(__doc__.partition("\n")[0])
     asked.add_argument("what", choices=("kills", "bytes"))
     asked.add_argument("--count", type=int, default=40, help="captures of the stub")
     asked.add_argument("--captures", type=int, default=2, help="captures that are reconstructed")
@@ -52,13 +52,12 @@ def main() -> None:
     asked.add_argument("--workers", type=int, nargs="*", default=[1, 2, 4])
     asked.add_argument("--seed", type=int, default=1)
     asked.add_argument("--made", type=Path, help="folder that has capture/ and camera.json")
-    asked.add_argument("-o", "--out", type=Path, required=True)
     options = asked.parse_args()
     with TemporaryDirectory(prefix="limbgram-cluster-", ignore_cleanup_errors=True) as scratch:
         tried = kills if options.what == "kills" else same_bytes
         report = tried(Path(scratch), options)
     report = {**report, "seed": options.seed, "machine": machine()}
-    options.out.write_text(json.dumps(report, indent=1) + "\n")
+    write(options.out, report)
     page = page_of_kills(report) if options.what == "kills" else page_of_bytes(report)
     options.out.with_suffix(".md").write_text(page)
     sys.stdout.write(page)

@@ -30,7 +30,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial import KDTree
 
-from captures import JUDGED, machine, timed
+from captures import JUDGED, timed
+from harness import asking, found_before, machine, made_on, table, write
 from limbgram.capture.answer import CaptureCheck
 from limbgram.capture.camera_positions import Stand
 from limbgram.capture.plan import LimbForm, PlannedCamera, Sock, board_edge_px, form_of, shown_by
@@ -48,7 +49,6 @@ from limbgram.synthetic.photographer import Lens, camera_of
 from limbgram.synthetic.props.board import SCALE_BOARD
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import Paint
-from tables import made_on, table
 
 Result = dict[str, Any]
 LIMBGRAM = str(Path(sys.executable).with_name("limbgram"))
@@ -69,32 +69,28 @@ MOVED = re.compile("limb moved|limb bent|lie otherwise|lie elsewhere|lay elsewhe
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = asking(__doc__, keep="captures and cases")
     parser.add_argument("--first", type=int, default=7000, help="first seed")
     parser.add_argument("--count", type=int, default=18)
-    parser.add_argument("--keep", type=Path, help="keep captures and cases here")
     parser.add_argument("--plan-again", action="store_true")
     parser.add_argument("--timing", nargs=2, metavar=("PHOTOS", "CAMERA"), type=Path)
     parser.add_argument("--growing", nargs=2, type=Path, help=argparse.SUPPRESS)
-    parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
     if chosen.growing:
         sys.stdout.write(json.dumps(growing(*chosen.growing)))
         return
-    results: Result = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
+    results: Result = found_before(chosen.out, {})
     results |= {"machine": machine()}
     captures: Result = results.setdefault("captures", {})
     with tempfile.TemporaryDirectory() as scratch:
         if chosen.timing:
             results["timing"] = timing(*chosen.timing)
-            write(results, chosen.out)
+            write(chosen.out, results, page(results))
             return
         if chosen.plan_again:
             for seed, line in captures.items():
                 plan_again(int(seed), line, Path(scratch) / seed)
-                write(results, chosen.out)
+                write(chosen.out, results, page(results))
             return
         for seed in range(chosen.first, chosen.first + chosen.count):
             if str(seed) in captures:
@@ -102,7 +98,7 @@ def main() -> None:
             found = one(seed, (chosen.keep or Path(scratch)) / str(seed))
             captures[str(seed)] = found | {"commit": results["machine"]["commit"][:12]}
             sys.stderr.write(f"{seed}: {json.dumps(captures[str(seed)])[:300]}\n")
-            write(results, chosen.out)
+            write(chosen.out, results, page(results))
 
 
 def options_of(seed: int) -> CaptureOptions:
@@ -308,12 +304,6 @@ def growing(photos: Path, camera: Path) -> list[Result]:
                         {"go": found.go, "wall_s": round(wall_s, 1), "cpu_s": round(cpu_s, 1)}
                     )
     return each
-
-
-def write(results: Result, out: Path) -> None:
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(json.dumps(results, indent=1) + "\n")
-    out.with_suffix(".md").write_text(page(results))
 
 
 def page(results: Result) -> str:

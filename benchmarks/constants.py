@@ -7,9 +7,7 @@ copy of the sources by half of itself, and runs the tests that mirror its folder
 test notices, nothing that is kept holds the number: its test is missing.
 """
 
-import argparse
 import ast
-import json
 import os
 import random
 import shutil
@@ -20,7 +18,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from captures import machine
+from harness import asking, machine, write
 
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "src" / "limbgram"
@@ -87,11 +85,10 @@ def is_noticed(constant: Constant, copy: Path, limit_s: float) -> bool | None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = asking(__doc__)
     parser.add_argument("--seed", type=int, default=31)
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--limit", type=float, default=600.0, help="Seconds for each.")
-    parser.add_argument("-o", "--out", type=Path, required=True)
     asked = parser.parse_args()
     drawn = random.Random(asked.seed).sample(list(constants()), asked.count)
     told: list[dict[str, object]] = []
@@ -102,7 +99,7 @@ def main() -> None:
         for one in drawn:
             noticed = is_noticed(one, copy, asked.limit)
             told.append({**asdict(one), "changed": one.changed, "noticed": noticed})
-            asked.out.write_text(json.dumps(kept, indent=1) + "\n")
+            write(asked.out, kept)
             print(one.module, one.name, one.value, "->", one.changed, noticed, flush=True)  # noqa: T201
 
 

@@ -13,9 +13,7 @@ LimbgramError that says why; anything else is a fault of ours, and so is a file 
 than 60 s of the processor or 6 GB.
 """
 
-import argparse
 import io
-import json
 import multiprocessing
 import os
 import re
@@ -36,14 +34,13 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from captures import machine
+from harness import asking, found_before, machine, made_on, write
 from limbgram.core.errors import LimbgramError, PhotoError
 from limbgram.findings import told
 from limbgram.formats.table import format_of
 from limbgram.formats.triangle_soup import sound_mesh
 from limbgram.reconstruction.photos.decoding import load_colour
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
-from tables import made_on
 
 LIMIT_S, LIMIT_BYTES = 60, 6 << 30
 _LARGEST = 200 << 20
@@ -195,13 +192,10 @@ def markdown(found: dict[str, Any]) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = asking((__doc__ or "").splitlines()[0])
     parser.add_argument("collections", nargs="+", help="NAME=FOLDER")
-    parser.add_argument("-o", "--out", type=Path, required=True)
     asked = parser.parse_args()
-    found: dict[str, Any] = {"machines": {}, "collections": {}}
-    if asked.out.exists():
-        found = json.loads(asked.out.read_text("utf-8"))
+    found = found_before(asked.out, {"machines": {}, "collections": {}})
     done: list[Tried] = []
     for typed in asked.collections:
         name, _, folder = typed.partition("=")
@@ -209,8 +203,7 @@ def main() -> int:
         found["machines"][name] = machine()
         found["collections"][name] = [asdict(one) for one in tried_now]
         done += tried_now
-    asked.out.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
-    asked.out.with_suffix(".md").write_text(markdown(found), "utf-8")
+    write(asked.out, found, markdown(found))
     return int(any(one.outcome in ("crashed", "hung") for one in done))
 
 

@@ -12,7 +12,6 @@ Method  Machines differ, so cost is a ratio: CPU seconds of `limbgram reconstruc
         adds seconds. Calibration is not part of a run: a camera is calibrated once.
 """
 
-import argparse
 import json
 import os
 import shutil
@@ -28,8 +27,9 @@ from typing import Any
 from PIL import Image
 
 import limbgram
-from captures import HERE, JUDGED, LIMBGRAM, accuracy, count_photos, machine, timed
+from captures import HERE, JUDGED, LIMBGRAM, accuracy, count_photos, timed
 from cost_tables import write_cost
+from harness import asking, machine, write
 from sweep import Setting, paper, phone
 
 Result = dict[str, Any]
@@ -105,9 +105,7 @@ _SOURCES: Mapping[str, Given | Setting | Resized] = {
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = asking(__doc__)
     parser.add_argument("data", type=Path, help="folder of rendered/SET and photos/SET")
     parser.add_argument("--sets", nargs="*", choices=[*SETS, WARM_UP], default=[*SETS, WARM_UP])
     parser.add_argument(
@@ -116,7 +114,6 @@ def main() -> None:
     parser.add_argument("--captures", type=Path, help="keep captures here, or find them here")
     parser.add_argument("--before", type=Path, help="an earlier OUT.json to set beside this one")
     parser.add_argument("--only-captures", action="store_true", help="make them and stop")
-    parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
     results: Result = {"machine": machine(), "sets": {}}
     if chosen.before is not None:
@@ -137,7 +134,7 @@ def main() -> None:
                 repeats = chosen.repeats if SETS[name].rival else 1
                 one = costs(sources[name], SETS[name].rival, repeats, Path(scratch) / name)
                 results["sets"][name] = {"what": SETS[name].what} | one
-            chosen.out.write_text(json.dumps(results, indent=1) + "\n", "utf-8")
+            write(chosen.out, results)
             write_cost(results, chosen.out)
 
 
@@ -219,7 +216,7 @@ def _resize_picks(picks: Path, out: Path, photos: set[str], factor: float) -> No
                 for pick in distance[end]
                 if pick["photo"] in photos
             ]
-    out.write_text(json.dumps(tree, indent=1) + "\n", "utf-8")
+    write(out, tree)
 
 
 def costs(source: Path, rival: bool, repeats: int, scratch: Path) -> Result:

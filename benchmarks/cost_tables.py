@@ -14,8 +14,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
+from harness import made_on, table
 from limbgram.core.errors import RED_EXIT_CODE
-from tables import made_on, table
 
 Result = dict[str, Any]
 BY_PHOTOS = ("p15x1", "p30x1", "p60x1")

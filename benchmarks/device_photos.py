@@ -25,8 +25,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from captures import machine
 from devices import sliced
+from harness import asking, machine, made_on, table, write
 from intervals import names_placed, truth_of
 from limbgram.core.errors import LimbgramError
 from limbgram.core.geometry.frames import Rigid
@@ -51,7 +51,6 @@ from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
 from limbgram.workbench.recipe.file import encode_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe
 from limbs import body_of, ten_of, trunk_of
-from tables import made_on, table
 
 DRAWS = 40
 PLACED_MM: Final = (0.5, 2.0)
@@ -123,15 +122,11 @@ CASES: Final = (
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = asking(__doc__, keep="captures, surfaces and devices")
     parser.add_argument("data", type=Path)
     parser.add_argument("--only", nargs="*", type=int, help="these cases, from 0")
     parser.add_argument("--photos", type=int, default=32)
     parser.add_argument("--width", type=int, default=1500)
-    parser.add_argument("--keep", type=Path, help="keep captures, surfaces and devices here")
-    parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
     result: dict[str, Any] = {"machine": machine(), "cases": {}}
     if chosen.out.exists():
@@ -147,8 +142,7 @@ def main() -> None:
             found["cpu_s"] = round(time.process_time() - start)
             found["commit"] = result["machine"]["commit"]
             result["cases"][case.name] = found
-            chosen.out.write_text(json.dumps(result, indent=1) + "\n")
-            chosen.out.with_suffix(".md").write_text(page(result))
+            write(chosen.out, result, page(result))
             sys.stderr.write(f"{case.name}: {json.dumps(found)[:2000]}\n")
 
 

@@ -29,7 +29,7 @@ import matplotlib
 import numpy as np
 from matplotlib import pyplot as plt
 
-from captures import machine
+from harness import machine, made_on, table, write
 from limbgram.core.errors import LimbgramError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.threemf import Told, write_3mf
@@ -39,7 +39,6 @@ from limbgram.workbench.devices.device import Device, devices
 from limbgram.workbench.devices.making import Order, make_device
 from limbgram.workbench.devices.presets.straps import CALF_STRAP
 from limbs import Subject, ten_of
-from tables import made_on, table
 
 CLINIC = Path(__file__).resolve().parents[1] / "docs" / "clinic"
 PICTURES: Final = {"orthoses": ("foot", "torso"), "sockets": ("transtibial", "transfemoral")}
@@ -101,8 +100,7 @@ def limbs(chosen: argparse.Namespace) -> None:
                 row["commit"] = result["machine"]["commit"]
                 rows[f"{device.name} / {subject.name}"] = row
                 sys.stderr.write(f"{device.name} / {subject.name}: {_cell(row)} {row['cpu_s']}\n")
-                chosen.out.write_text(json.dumps(result, indent=1) + "\n")
-                chosen.out.with_suffix(".md").write_text(page(result))
+                write(chosen.out, result, page(result))
 
 
 def pictures(data: Path, folder: Path) -> None:

@@ -23,7 +23,6 @@ and lenses mixed, bursts, films, stools, which are sound, and two limbs in one f
 refused.
 """
 
-import argparse
 import json
 import shutil
 import sys
@@ -39,7 +38,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 from scipy.spatial.transform import Rotation
 
-from captures import machine
+from harness import asking, machine, made_on, table, write
 from limbgram.cases.capture_check import check_sources
 from limbgram.cases.case_assessment import read_truth
 from limbgram.core.errors import LimbgramError
@@ -72,7 +71,6 @@ from limbgram.synthetic import (
 )
 from limbgram.synthetic.props.gauges import GaugeCylinder
 from shapes import SHAPES, shape_of
-from tables import made_on, table
 
 DOORS = ("check", "reconstruct")
 _OVER_STATED = "error of 95 %, true / stated, mm"
@@ -174,10 +172,7 @@ class _UntilDepth(Run):
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser = asking(__doc__, keep="the captures")
     parser.add_argument("--family", choices=("sound", "real", "faults", "clinic"))
     parser.add_argument("--first", type=int, default=1, help="first seed")
     parser.add_argument("--count", type=int, default=1, help="seeds")
@@ -187,7 +182,6 @@ def main() -> None:
     parser.add_argument("--doors", nargs="*", choices=DOORS, default=list(DOORS))
     parser.add_argument("--surface", action="store_true", help="of faults that are not told")
     parser.add_argument("--minutes", type=float, default=1e9, help="stop after so long")
-    parser.add_argument("--keep", type=Path, help="keep the captures here")
     parser.add_argument("--join", type=Path, nargs="*", default=[], help="take in these results")
     parser.add_argument("--table", action="store_true", help="write the table alone")
     chosen = parser.parse_args()
@@ -198,7 +192,7 @@ def main() -> None:
         captures = result["captures"] | other["captures"]
         result = result | other | {"captures": captures}
     if chosen.join:
-        chosen.out.write_text(json.dumps(result, indent=1) + "\n")
+        write(chosen.out, result)
     end = time.monotonic() + 60 * chosen.minutes
     cases = [] if chosen.table else _cases(chosen.family, chosen.first, chosen.count, chosen.photos)
     for case in cases:
@@ -211,8 +205,8 @@ def main() -> None:
         found = tried(case, chosen.doors, chosen.keep, surface=chosen.surface)
         result["captures"][case.name] = found | {"commit": result["machine"]["commit"][:12]}
         sys.stderr.write(f"{case.name}: {_in_short(found)}\n")
-        chosen.out.write_text(json.dumps(result, indent=1) + "\n")
-    chosen.out.with_suffix(".md").write_text(page(result))
+        write(chosen.out, result)
+    write(chosen.out, result, page(result))
 
 
 def _read(file: Path) -> dict[str, Any]:

@@ -11,7 +11,6 @@ is, and of its STL as it is read back; and both surfaces are laid on the truth. 
 already is kept, so that a run that was stopped goes on. OUT.md is written beside OUT.json.
 """
 
-import argparse
 import json
 import sys
 import tempfile
@@ -24,7 +23,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from captures import machine
+from harness import asking, machine, made_on, table, write
 from intervals import SETTINGS, names_placed, options_of, truth_of
 from limbgram.core.errors import LimbgramError
 from limbgram.core.mesh.folds import Unfolded, find_branching, find_folds
@@ -49,7 +48,6 @@ from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD
 from limbgram.synthetic.props.details import SkinDetails
 from limbgram.synthetic.props.scan import distance_for, read_scan
 from limbgram.synthetic.truth import stage_truth
-from tables import made_on, table
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -83,11 +81,8 @@ def _let_be(mesh: Mesh) -> Unfolded:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = asking(__doc__)
     parser.add_argument("--kinds", nargs="*", default=list(KINDS), choices=KINDS)
-    parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
     out: Path = chosen.out
     kept: dict[str, Any] = json.loads(out.read_text())["captures"] if out.exists() else {}
@@ -95,8 +90,7 @@ def main() -> None:
         if name not in kept:
             kept[name] = one(options)
             found = {"machine": machine(), "captures": kept}
-            out.write_text(json.dumps(found, indent=1) + "\n")
-            out.with_suffix(".md").write_text(page(found))
+            write(out, found, page(found))
             sys.stderr.write(f"{name}: {kept[name]}\n")
 
 

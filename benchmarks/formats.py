@@ -12,9 +12,7 @@ writes formats.json, and formats.md beside it. Three things are compared:
 - what a reader gives of a file that holds more than triangles.
 """
 
-import argparse
 import io
-import json
 import multiprocessing
 import os
 import resource
@@ -35,7 +33,7 @@ from ezdxf.addons.r12writer import r12writer
 from trimesh.exchange.gltf import export_glb
 from trimesh.exchange.stl import export_stl, export_stl_ascii
 
-from captures import machine
+from harness import asking, found_before, machine, made_on, write
 from limbgram.core.errors import LimbgramError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
@@ -46,7 +44,6 @@ from limbgram.formats.ply import read_ply, write_ply
 from limbgram.formats.reading import read_limb
 from limbgram.formats.stl import read_stl, write_stl
 from mutants import mutant, readers
-from tables import made_on
 
 ROUND, RINGS = 500, 251
 """Of the sphere: 250,000 triangles."""
@@ -431,12 +428,11 @@ def markdown(found: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser = asking((__doc__ or "").splitlines()[0])
     parser.add_argument("--mutants", type=int, default=300)
     parser.add_argument("--only", choices=("speed", "kept", "damaged"), help="the rest stays")
     asked = parser.parse_args()
-    found: dict[str, Any] = json.loads(asked.out.read_text()) if asked.out.exists() else {}
+    found: dict[str, Any] = found_before(asked.out, {})
     found |= {
         "machine": machine(),
         "triangles": len(ball().faces),
@@ -458,7 +454,7 @@ def main() -> None:
         if asked.only in (None, part):
             with tempfile.TemporaryDirectory() as place:
                 found[part] = work(Path(place))
-            asked.out.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
+            write(asked.out, found)
     if {"kept", "damaged"} <= set(found):
         asked.out.with_suffix(".md").write_text(markdown(found), "utf-8")
 

@@ -37,7 +37,7 @@ from typing import Any
 
 import numpy as np
 
-from captures import machine
+from harness import machine, made_on, table
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.scoring import LEAST_PHOTOS, read_truth_mesh
 from limbgram.cases.stage_cache import CachingRun
@@ -66,7 +66,6 @@ from limbgram.workbench.measures.levels import (
     levels_at,
     tape_mm,
 )
-from tables import made_on, table
 
 SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)
 """Heights of the girths, as shares of the seen height."""

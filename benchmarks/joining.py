@@ -7,7 +7,6 @@ the room. The same photos are placed by paint alone and by paint and marks. What
 is not done again; each line keeps its commit.
 """
 
-import argparse
 import json
 import sys
 import tempfile
@@ -17,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from captures import machine
+from harness import asking, found_before, machine, made_on, table, write
 from limbgram.core.errors import LimbgramError
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.run import Run
@@ -28,7 +27,6 @@ from limbgram.reconstruction.pipeline import PipelineOptions, place_photos
 from limbgram.reconstruction.targets.marks import MarkOptions
 from limbgram.synthetic import Capture, CaptureOptions, Turning, make_capture
 from limbgram.synthetic.props.stickers import SockSticker
-from tables import made_on, table
 
 GOLDEN = 0.381966
 NO_MARKS = MarkOptions(min_side_px=1e9)
@@ -37,14 +35,11 @@ SIGMAS = np.array([0.7, 0.7, 1.0, 1.0, 0.0, 2e-3, 4e-2, 1e-4, 1e-4, 0.0])
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser = asking(__doc__)
     parser.add_argument("--first", type=int, default=5, help="first seed")
     parser.add_argument("--seeds", type=int, default=2)
     chosen = parser.parse_args()
-    found: dict[str, Any] = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
+    found: dict[str, Any] = found_before(chosen.out, {})
     found = {"runs": {}} | found | {"machine": machine()}
     for seed in range(chosen.first, chosen.first + chosen.seeds):
         if str(seed) in found["runs"]:
@@ -52,8 +47,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             run = one(seed, Path(folder) / "capture")
         found["runs"][str(seed)] = run | {"commit": found["machine"]["commit"][:12]}
-        chosen.out.write_text(json.dumps(found, indent=1) + "\n")
-        chosen.out.with_suffix(".md").write_text(page(found))
+        write(chosen.out, found, page(found))
         sys.stderr.write(f"{seed}: {json.dumps(run)[:200]}\n")
 
 

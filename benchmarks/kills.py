@@ -24,7 +24,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from captures import machine
+from harness import machine
 
 COMMAND = (sys.executable, "-P", "-c", "from limbgram.cli.main import app; app()")
 _TIMED = ("case.json", "summary.json", "report.html", "stage.json", "log.txt", ".lock")

@@ -11,7 +11,6 @@ one part of an earlier result. The pictures of docs/clinic/kit.md are made of
 the same sheets and photos.
 """
 
-import argparse
 import json
 import subprocess
 import sys
@@ -26,7 +25,8 @@ import numpy as np
 import pypdfium2
 from PIL import Image
 
-from captures import LIMBGRAM, machine, one_set, read_poses
+from captures import LIMBGRAM, one_set, read_poses
+from harness import asking, found_before, machine, made_on, write
 from limbgram.cases.scoring import LEAST_PHOTOS, read_truth_mesh
 from limbgram.core.errors import LimbgramError
 from limbgram.core.geometry.frames import Rigid, fit_similarity
@@ -47,7 +47,6 @@ from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.paint import Paint
 from limbgram.synthetic.props.stickers import SockSticker
 from limbgram.synthetic.truth import Truth, stage_truth
-from tables import made_on
 
 Result = dict[str, Any]
 DPI = 300
@@ -90,14 +89,12 @@ _NEAR_MM = 15.0
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = asking(__doc__, keep="captures and cases")
     parser.add_argument("--only", choices=PARTS, help="one part; the others stay as they are")
     parser.add_argument("--shots", type=int, default=40, help="marks of each kind")
     parser.add_argument("--photos", type=int, default=12, help="of the socks' captures")
-    parser.add_argument("--keep", type=Path, help="keep captures and cases here")
-    parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
-    results: Result = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
+    results: Result = found_before(chosen.out, {})
     results["machine"] = machine()
     with tempfile.TemporaryDirectory() as scratch:
         folder = chosen.keep or Path(scratch)
@@ -113,8 +110,7 @@ def main() -> None:
                 results[part] = stickers(folder, chosen.photos)
             else:
                 pictures(folder)
-            chosen.out.write_text(json.dumps(results, indent=1) + "\n")
-            chosen.out.with_suffix(".md").write_text(_page(results))
+            write(chosen.out, results, _page(results))
 
 
 def sheets() -> Result:

@@ -9,7 +9,6 @@ Every second limb is painted sparsely, so that the room counts for more. What OU
 not done again.
 """
 
-import argparse
 import json
 import shutil
 import sys
@@ -22,12 +21,12 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from captures import JUDGED, LIMBGRAM, accuracy, machine, timed
+from captures import JUDGED, LIMBGRAM, accuracy, timed
+from harness import asking, found_before, machine, made_on, table, write
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.synthetic import CaptureOptions, make_capture
 from limbgram.synthetic.props.board import SCALE_BOARD
-from tables import made_on, table
 
 SMALL = CaptureOptions(
     photos=14, width_px=900, height_px=600, calibration_photos=12, mesh_step_mm=1.0, samples=2
@@ -44,14 +43,10 @@ LEFT_WHOLE = 2
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser = asking(__doc__, keep="captures and cases")
     parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--keep", type=Path, help="keep captures and cases here")
     chosen = parser.parse_args()
-    found: dict[str, Any] = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
+    found: dict[str, Any] = found_before(chosen.out, {})
     found = {"runs": {}} | found | {"machine": machine()}
     with tempfile.TemporaryDirectory() as scratch:
         for seed in range(FIRST_SEED, FIRST_SEED + chosen.seeds):
@@ -60,8 +55,7 @@ def main() -> None:
             folder = (chosen.keep or Path(scratch)) / str(seed)
             folder.mkdir(parents=True, exist_ok=True)
             found["runs"][str(seed)] = one(seed, folder)
-            chosen.out.write_text(json.dumps(found, indent=1) + "\n")
-            chosen.out.with_suffix(".md").write_text(page(found))
+            write(chosen.out, found, page(found))
             sys.stderr.write(f"{seed}: {json.dumps(found['runs'][str(seed)])}\n")
 
 

@@ -14,7 +14,6 @@ import argparse
 import json
 import statistics
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -23,7 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from captures import LIMBGRAM, accuracy, machine, timed
+from captures import LIMBGRAM, accuracy, timed
+from harness import asking, found_before, machine, made_on, table, working_in, write
 from limbgram.core.run import Run
 from limbgram.formats.camera import read_camera
 from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
@@ -32,7 +32,6 @@ from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import PipelineOptions, place_photos
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.synthetic import CaptureOptions, Movement, MovementKind, make_capture
-from tables import made_on, table
 
 _BOARD = "charuco:7x5:30:22:4X4_50"
 _FIRST_SEED = 301
@@ -81,25 +80,19 @@ class Setting:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser = asking(__doc__, keep="captures and cases")
     parser.add_argument("--seeds", type=int, default=6, help="captures of each kind")
     parser.add_argument("--surfaces", type=int, default=2, help="surfaces of each of four kinds")
     parser.add_argument("--only", nargs="*", help="these movements alone, KIND:MM")
     parser.add_argument("--minutes", type=float, default=1e9, help="stop after so long")
-    parser.add_argument("--keep", type=Path, help="keep captures and cases here")
     chosen = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = chosen.keep or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_in(chosen.keep) as folder:
         work(chosen, folder)
 
 
 def work(chosen: argparse.Namespace, folder: Path) -> None:
     """Everything that is not there yet, written after each."""
-    known: dict[str, Any] = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
+    known: dict[str, Any] = found_before(chosen.out, {})
     result = {"looks": {}, "surfaces": {}} | known | {"machine": machine()}
     camera_file = camera_of(folder)
     camera = read_camera(camera_file)
@@ -118,8 +111,7 @@ def work(chosen: argparse.Namespace, folder: Path) -> None:
             if surface
             else looked(setting, source, camera)
         ) | {"commit": result["machine"]["commit"][:12]}
-        chosen.out.write_text(json.dumps(result, indent=1) + "\n")
-        chosen.out.with_suffix(".md").write_text(page(result))
+        write(chosen.out, result, page(result))
         sys.stderr.write(f"{setting.name}: {json.dumps(part[setting.name])[:200]}\n")
 
 

@@ -43,7 +43,7 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from captures import machine
+from harness import machine, made_on
 from limbgram.cases.case_assessment import cited
 from limbgram.cases.encoding import sealed
 from limbgram.cases.folder import CaseFolder
@@ -75,7 +75,6 @@ from limbgram.workbench.recipe.recipe import Entry, Recipe
 from limbgram.workbench.templates.fields import ANGLES, node_heights
 from limbgram.workbench.templates.files import encode_template, read_template
 from limbgram.workbench.templates.template import Template, TemplateMark
-from tables import made_on
 
 LIMIT_S = 5.0
 """Of processor time for one mutant; a whole file of this size is read in milliseconds."""

@@ -21,7 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from captures import LIMBGRAM, accuracy, machine, one_set, timed
+from captures import LIMBGRAM, accuracy, one_set, timed
+from harness import machine, write
 
 RESULTS = Path(__file__).parent / "results"
 RENDERED = ("limb_ring15", "foot_ring24")
@@ -89,7 +90,7 @@ def main() -> None:
     ran = {name: run_set(name, chosen.data) for name in chosen.sets}
     if chosen.out is not None:
         kept = {"machine": machine(), "sets": ran}
-        chosen.out.write_text(json.dumps(kept, indent=1) + "\n", "utf-8")
+        write(chosen.out, kept)
     outside = False
     for name, one in ran.items():
         findings = judged(figures_of(committed(name)), figures_of(one))

@@ -10,10 +10,8 @@ counted where anything is set free) and a limb that steps by 8 mm between the ph
 and with a stabilised lens: what is said of its movement. What OUT holds already is not done again.
 """
 
-import argparse
 import json
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -23,7 +21,8 @@ from typing import Any
 import numpy as np
 
 import limbgram
-from captures import LIMBGRAM, machine, timed
+from captures import LIMBGRAM, timed
+from harness import asking, found_before, machine, made_on, table, working_in, write
 from limbgram.cases.scoring import LEAST_PHOTOS, centres_mm, read_truth_mesh
 from limbgram.core.run import Run
 from limbgram.formats.camera import read_camera
@@ -40,7 +39,6 @@ from limbgram.synthetic import (
     make_capture,
     with_faults,
 )
-from tables import made_on, table
 
 _CAPTURE = CaptureOptions(
     photos=14, width_px=1000, height_px=750, distance_mm=500.0, lens=PHONE, calibration_photos=10,
@@ -77,21 +75,15 @@ class Setting:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser = asking(__doc__, keep="captures")
     parser.add_argument("--seeds", type=int, nargs="*", default=[41, 42])
     parser.add_argument("--faults", nargs="*", default=list(_FAULTS), choices=list(_FAULTS))
-    parser.add_argument("--keep", type=Path, help="keep captures here")
     parser.add_argument("--minutes", type=float, default=1e9, help="stop after so long")
     chosen = parser.parse_args()
     end = time.monotonic() + 60 * chosen.minutes
-    known: dict[str, Any] = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
+    known: dict[str, Any] = found_before(chosen.out, {})
     result: dict[str, Any] = {"captures": {}} | known | {"machine": machine()}
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = chosen.keep or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_in(chosen.keep) as folder:
         for setting in _settings(chosen.seeds, chosen.faults):
             found = result["captures"].setdefault(setting.name, {})
             for way in _WAYS:
@@ -99,8 +91,7 @@ def main() -> None:
                     continue
                 found[way] = _one(setting, folder, way)
                 sys.stderr.write(f"{setting.name}, {way}: {json.dumps(found[way])}\n")
-                chosen.out.write_text(json.dumps(result, indent=1) + "\n")
-                chosen.out.with_suffix(".md").write_text(_page(result))
+                write(chosen.out, result, _page(result))
 
 
 def _settings(seeds: list[int], faults: list[str]) -> Iterator[Setting]:

@@ -25,8 +25,8 @@ from typing import Any
 import numpy as np
 from distributed import Client
 
-from captures import machine
 from crew import crew_of, lay_stubs
+from harness import asking, machine, write
 from limbgram.batch.attempt import Plan
 from limbgram.batch.attempt_process import order_of
 from limbgram.batch.captures import find_captures
@@ -52,13 +52,12 @@ NEEDED = 1.6
 
 
 def main() -> None:
-    asked = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    asked = asking(__doc__.partition("\n")[0])
     asked.add_argument("--captures", type=int, default=8)
     asked.add_argument("--seconds", type=float, default=8.0, help="that the stub sleeps")
     asked.add_argument("--workers", type=int, nargs="*", default=[1, 2, 4])
     asked.add_argument("--tasks", type=int, default=300, help="empty tasks for the scheduler")
     asked.add_argument("--case-s", type=float, default=60.0, help="of a case in the simulation")
-    asked.add_argument("-o", "--out", type=Path, required=True)
     options = asked.parse_args()
     report: dict[str, Any] = {
         "load_before": round(os.getloadavg()[0], 1),
@@ -73,7 +72,7 @@ def main() -> None:
     report["one_case_on_two"] = two_workers(report["parts_s"]["start"])
     report |= {"machine": machine(), "case_s": options.case_s, "captures": options.captures,
                "stub_s": options.seconds}  # fmt: skip
-    options.out.write_text(json.dumps(report, indent=1) + "\n")
+    write(options.out, report)
     page = page_of(report)
     options.out.with_suffix(".md").write_text(page)
     sys.stdout.write(page)

@@ -25,7 +25,8 @@ from typing import Any
 
 import numpy as np
 
-from captures import LIMBGRAM, accuracy, machine, read_poses, timed
+from captures import LIMBGRAM, accuracy, read_poses, timed
+from harness import asking, found_before, machine, made_on, table, working_in, write
 from limbgram.cases.stage_cache import read_product
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.formats.marks_file import PrintedKind, write_marks
@@ -42,7 +43,6 @@ from limbgram.synthetic import (
 )
 from limbgram.synthetic.rendering.renderer import seen
 from sweep import phone
-from tables import made_on, table
 
 Result = dict[str, Any]
 SETS = ("limb_ring15", "foot_ring24")
@@ -76,19 +76,13 @@ def generated() -> tuple[Made, ...]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = asking(__doc__, keep="captures and cases")
     parser.add_argument("data", type=Path, nargs="?", help="folder with the rendered captures")
     parser.add_argument("--sets", nargs="*", default=list(SETS))
     parser.add_argument("--made", type=int, default=3, help="captures of the generator")
-    parser.add_argument("--keep", type=Path, help="keep captures and cases here")
-    parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = chosen.keep or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
-        results: Result = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
+    with working_in(chosen.keep) as folder:
+        results: Result = found_before(chosen.out, {})
         results = {"captures": {}} | results | {"machine": machine()}
         for name, source, options in _captures(chosen, folder):
             found: Result = results["captures"].setdefault(name, {})
@@ -99,8 +93,7 @@ def main() -> None:
                 found[way] = _one(source, case, words) | made
                 if options is not None and "--known-distance" in words:
                     found[way]["tapes"] = _more_tapes(source, case, _Taped.of(options))
-                chosen.out.write_text(json.dumps(results, indent=1) + "\n")
-                chosen.out.with_suffix(".md").write_text(_page(results))
+                write(chosen.out, results, _page(results))
 
 
 def _captures(

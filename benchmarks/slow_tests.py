@@ -18,8 +18,7 @@ from typing import Any
 
 import pytest
 
-from captures import machine
-from tables import made_on, table
+from harness import machine, made_on, table
 
 ROOT = Path(__file__).parents[1]
 

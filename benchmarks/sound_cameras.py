@@ -11,7 +11,6 @@ should be. Beside them stand a stabiliser and a rolling shutter, which should be
 holds already is not done again.
 """
 
-import argparse
 import json
 import sys
 import tempfile
@@ -22,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from captures import machine
+from harness import asking, found_before, machine, made_on, table, write
 from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
@@ -42,7 +41,6 @@ from limbgram.synthetic import (
     make_capture,
     with_faults,
 )
-from tables import made_on, table
 
 _SMALL = CaptureOptions(
     photos=12,
@@ -82,16 +80,13 @@ KINDS: dict[str, CaptureOptions] = {
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser = asking(__doc__)
     parser.add_argument("--seeds", type=int, nargs="*", default=[51])
     parser.add_argument("--kinds", nargs="*", default=list(KINDS), choices=list(KINDS))
     parser.add_argument("--minutes", type=float, default=1e9, help="stop after so long")
     chosen = parser.parse_args()
     end = time.monotonic() + 60 * chosen.minutes
-    known: dict[str, Any] = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
+    known: dict[str, Any] = found_before(chosen.out, {})
     result: dict[str, Any] = {"captures": {}} | known | {"machine": machine()}
     for seed in chosen.seeds:
         for kind in chosen.kinds:
@@ -100,8 +95,7 @@ def main() -> None:
                 continue
             result["captures"][name] = found = _one(kind, seed)
             sys.stderr.write(f"{name}: {json.dumps(found)}\n")
-            chosen.out.write_text(json.dumps(result, indent=1) + "\n")
-            chosen.out.with_suffix(".md").write_text(_page(result))
+            write(chosen.out, result, _page(result))
 
 
 def _one(kind: str, seed: int) -> dict[str, Any]:

@@ -7,14 +7,12 @@ are taken away, damaged or mirrored, the board's size or the camera file is stat
 goes through the command line. A green verdict with exit code 0 on any of them is a defect.
 """
 
-import argparse
 import json
 import math
 import re
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,7 +21,8 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageEnhance, ImageFilter, ImageOps
 
-from captures import LIMBGRAM, accuracy, machine, read_poses, timed
+from captures import LIMBGRAM, accuracy, read_poses, timed
+from harness import asking, machine, working_in, write
 from limbgram.core.geometry.frames import fit_similarity
 
 Photos = Sequence[Path]
@@ -111,16 +110,10 @@ CAPTURES = (
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = asking(__doc__, keep="the case folders")
     parser.add_argument("source", type=Path)
-    parser.add_argument("--keep", type=Path, help="keep the case folders here")
-    parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = chosen.keep or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_in(chosen.keep) as folder:
         camera = folder / "camera.json"
         board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
         timed([LIMBGRAM, "calibrate", str(chosen.source / "calibration"), *board])
@@ -129,7 +122,7 @@ def main() -> None:
             captures.append(tried(one, chosen.source, camera, folder / f"{number}"))
             sys.stderr.write(f"{one.title}: exit {captures[-1]['exit_code']}\n")
             result = {"machine": machine(), "of": chosen.source.name, "captures": captures}
-            chosen.out.write_text(json.dumps(result, indent=1) + "\n")
+            write(chosen.out, result)
 
 
 def tried(one: Spoiled, source: Path, camera: Path, folder: Path) -> dict[str, Any]:

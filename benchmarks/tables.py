@@ -15,6 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
+from harness import made_on, table
 from limbgram.core.errors import RED_EXIT_CODE
 
 Result = dict[str, Any]
@@ -34,16 +35,6 @@ def write_tables(results: Result, out: Path) -> None:
     swept = [one for one in results["sets"].values() if "setting" in one and _fine(one)]
     if swept:
         _plot(swept, out.with_suffix(".png"))
-
-
-def made_on(machine: Result) -> str:
-    """What `captures.machine` found out, as a line."""
-    versions = ", ".join(f"{name} {number}" for name, number in machine["versions"].items())
-    return (
-        f"{machine['processor']}, {machine['cores']} cores, {machine['memory_gb']:.0f} GB; "
-        f"{machine['system']}; Python {machine['python']}; commit {machine['commit'][:12]}; "
-        f"{versions}"
-    )
 
 
 def _fine(one: Result) -> bool:
@@ -140,14 +131,6 @@ def _rivals(sets: Result) -> str:
                 )
             )
     return "## Rivals on the same photos and calibration\n\n" + table(heads, rows) if rows else ""
-
-
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Markdown; a bar in a cell would end it."""
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join(
-        "| " + " | ".join(cell.replace("|", "/") for cell in row) + " |" for row in lines
-    )
 
 
 def _plot(swept: Sequence[Result], path: Path) -> None:

@@ -8,16 +8,15 @@ results are written after each with its commit, and a run goes on where an earli
 `failed` must not be. A red surface may lie too far from the truth to be compared.
 """
 
-import argparse
 import json
 import shutil
 import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from captures import JUDGED, LIMBGRAM, accuracy, machine, timed
+from captures import JUDGED, LIMBGRAM, accuracy, timed
+from harness import asking, found_before, machine, working_in, write
 from limbgram.synthetic import CaptureOptions, TurnedOver, Turning, make_capture
 
 SMALL = CaptureOptions(
@@ -51,22 +50,14 @@ light warns of it."""
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser = asking(__doc__, keep="captures and cases")
     parser.add_argument("--first", type=int, default=71, help="first seed")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--only", nargs="*", help="these cases alone")
-    parser.add_argument("--keep", type=Path, help="keep captures and cases here")
     chosen = parser.parse_args()
-    found: dict[str, Any] = {"runs": []}
-    if chosen.out.exists():
-        found = json.loads(chosen.out.read_text("utf-8"))
+    found = found_before(chosen.out, {"runs": []})
     found["machine"] = machine()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = chosen.keep or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_in(chosen.keep) as folder:
         camera = calibrated(folder)
         for seed in range(chosen.first, chosen.first + chosen.seeds):
             for name in chosen.only or CASES:
@@ -74,8 +65,7 @@ def main() -> None:
                     continue
                 made = {"commit": found["machine"]["commit"][:12]}
                 found["runs"].append(one(name, seed, camera, folder) | made)
-                chosen.out.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
-                chosen.out.with_suffix(".md").write_text(table(found), "utf-8")
+                write(chosen.out, found, table(found))
                 sys.stderr.write(f"{name}, seed {seed}: {found['runs'][-1]['outcome']}\n")
 
 

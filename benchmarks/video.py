@@ -14,7 +14,6 @@ import json
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from captures import LIMBGRAM, accuracy, machine, read_poses, timed
+from captures import LIMBGRAM, accuracy, read_poses, timed
+from harness import asking, machine, working_in, write
 from limbgram.synthetic import CaptureOptions, make_capture
 
 RATE = 30
@@ -33,10 +33,7 @@ _SHAKEN = (2, 3, 4)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser = asking(__doc__, keep="captures and cases")
     parser.add_argument("--frames", type=int, default=108, help="of the film")
     parser.add_argument("--count", type=int, default=24, help="frames to take")
     parser.add_argument("--width", type=int, default=1200)
@@ -45,11 +42,8 @@ def main() -> None:
     parser.add_argument(
         "--choice-only", action="store_true", help="make no surfaces: only look at what is chosen"
     )
-    parser.add_argument("--keep", type=Path, help="keep captures and cases here")
     chosen = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = chosen.keep or Path(scratch)
-        folder.mkdir(parents=True, exist_ok=True)
+    with working_in(chosen.keep) as folder:
         compare(chosen, folder)
 
 
@@ -79,7 +73,7 @@ def compare(chosen: argparse.Namespace, folder: Path) -> None:
 
     def keep(name: str, run: dict[str, Any]) -> None:
         result["runs"][name] = run
-        chosen.out.write_text(json.dumps(result, indent=1) + "\n")
+        write(chosen.out, result)
         sys.stderr.write(f"{name}: done\n")
 
     if camera is not None:

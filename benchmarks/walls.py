@@ -14,7 +14,6 @@ Nothing here is random; the surfaces are those of the sets' own seeds.
 """
 
 import argparse
-import json
 import sys
 import time
 from collections.abc import Iterator
@@ -23,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from captures import machine
+from harness import asking, found_before, machine, made_on, table, write
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.crossings import find_crossings
@@ -37,7 +36,6 @@ from limbgram.workbench.edits.regions import moved_by
 from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb, LimbFrame
-from tables import made_on, table
 
 THICKNESSES_MM = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
 SIDES = ("outward", "inward")
@@ -58,25 +56,21 @@ SHORT_MM = 0.05
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = asking(__doc__)
     parser.add_argument("cases", type=Path)
     parser.add_argument("--shapes", nargs="*", default=list(SHAPES), choices=SHAPES)
     parser.add_argument("--thicknesses", nargs="*", type=float, default=THICKNESSES_MM)
     parser.add_argument("--sides", nargs="*", default=list(SIDES), choices=SIDES)
-    parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
     out: Path = chosen.out
-    before: dict[str, Any] = json.loads(out.read_text()) if out.exists() else {}
+    before: dict[str, Any] = found_before(out, {})
     kept: dict[str, Any] = before.get("walls", {})
     remarks = {"remarks": before["remarks"]} if "remarks" in before else {}
     here = machine()
     for name, shape, cut_mm, edit in walls(chosen, kept):
         kept[name] = one(shape, cut_mm, edit) | {"commit": here["commit"][:12]}
         found = {"machine": here, "walls": kept, **remarks}
-        out.write_text(json.dumps(found, indent=1) + "\n")
-        out.with_suffix(".md").write_text(page(found))
+        write(out, found, page(found))
         sys.stderr.write(f"{name}: {kept[name]}\n")
 
 

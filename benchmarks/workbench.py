@@ -21,8 +21,8 @@ import numpy as np
 import trimesh
 
 import limbgram
-from captures import machine
 from commands import Rows, Tried, done, run
+from harness import machine, made_on, table
 from limbgram.core.errors import LimbgramError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
@@ -34,7 +34,6 @@ from limbgram.workbench.edits.regions import roughness_mm
 from limbgram.workbench.edits.smoothing import Smoothing
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
-from tables import made_on, table
 
 PLANES = 240
 SHAPES = {

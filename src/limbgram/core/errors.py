@@ -38,6 +38,8 @@ What is told to people goes through `printable`: names of files come from anywhe
 import errno
 import re
 import unicodedata
+from collections.abc import Generator
+from contextlib import contextmanager
 from typing import Any, Self
 
 from limbgram.findings import Finding, Value, fault, told
@@ -176,6 +178,19 @@ class Cancelled(LimbgramError):
     """The user asked to stop; what is finished is kept."""
 
     exit_code = 130
+
+
+@contextmanager
+def refusals_about(what: str) -> Generator[None]:
+    """Let refusals of edits say what was being made, the subject of their sentences.
+
+    Helpers do not know for whom they work; who runs them does. The innermost name counts.
+    """
+    try:
+        yield
+    except EditError as error:
+        error.finding = error.finding.about(what)
+        raise
 
 
 def in_words(message: str) -> Finding:

@@ -52,6 +52,10 @@ class Finding:
         values = {name: _changed(value, change) for name, value in self.values.items()}
         return Finding(self.code, self.gravity, values)
 
+    def about(self, what: str) -> "Finding":
+        """The same with `what` as the subject of its sentence, unless it has one."""
+        return Finding(self.code, self.gravity, {"what": what, **self.values})
+
     @classmethod
     def from_tree(cls, tree: object) -> "Finding":
         """What `tree` wrote.

@@ -14,14 +14,15 @@ import math
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from jaxtyping import Shaped
 
 from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import ContentError, other, other_count, require, write_file
-from limbgram.core.mesh.mesh import Cloud, Mesh
+from limbgram.core.mesh.mesh import VERTEX_FIELDS, Cloud, Mesh
+from limbgram.core.mesh.vertex_fields import VertexField
 from limbgram.findings import fault
 from limbgram.formats.format import Format
 from limbgram.formats.triangle_soup import Soup, fans_of, of_polygons, require_corners
@@ -46,11 +47,11 @@ _WRITTEN = {
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 """A face as it is written, a list of uchar and int."""
 _COLOUR = ("red", "green", "blue")
-_LOST, _ACROSS = ("lost", "lost_sigma"), ("lost_across_x", "lost_across_y", "lost_across_z")
-_SIGMA, _OLD_SIGMA, _QUALITY = "scalar_sigma", "sigma", "quality"
+_QUALITY = "quality"
 """CloudCompare shows what begins with scalar_, MeshLab quality: sigma stands under both names.
-MeshLab's colour scale takes no NaN, so there -1 says that a vertex has no sigma. Files from before
-call it sigma."""
+MeshLab's colour scale takes no NaN, so there -1 says that a vertex has no sigma."""
+_KINDS = {"colour": "u1", "mark": "u1", "number": "<f4"}
+"""What the fields of vertices are written as."""
 
 
 @dataclass
@@ -96,19 +97,12 @@ def read_ply(content: bytes, name: str) -> Soup:
 def write_ply(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
     """Write the mesh with all that is known of its vertices, and read it back."""
     columns = dict(zip("xyz", mesh.vertices_mm.T.astype("<f4")))
-    if mesh.colours is not None:
-        columns |= dict(zip(_COLOUR, mesh.colours.T))
-    if mesh.filled is not None:
-        columns["filled"] = mesh.filled.astype(np.uint8)
-    if mesh.sigma_mm is not None:
-        columns[_SIGMA] = mesh.sigma_mm.astype("<f4")
-        columns[_QUALITY] = np.where(np.isnan(mesh.sigma_mm), -1.0, mesh.sigma_mm).astype("<f4")
-    if mesh.shared_mm is not None:
-        columns |= {f"shared_{k}": part.astype("<f4") for k, part in enumerate(mesh.shared_mm.T)}
-    if mesh.lost_length is not None:
-        columns |= dict(zip(_LOST, mesh.lost_length.T.astype("<f4")))
-    if mesh.lost_across is not None:
-        columns |= dict(zip(_ACROSS, mesh.lost_across.T.astype("<f4")))
+    for name, one in VERTEX_FIELDS.items():
+        values = getattr(mesh, name)
+        if values is not None:
+            columns |= _columns(one, values)
+        if name == "sigma_mm" and values is not None:
+            columns[_QUALITY] = np.where(np.isnan(values), -1.0, values).astype("<f4")
     path = target(path, unit, unscaled=unscaled)
     rows, faces = _rows(columns), _face_rows(mesh)
 
@@ -316,47 +310,46 @@ def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
         if len(polygons) and not 0 <= polygons.min() <= polygons.max() < 2**31:
             raise ContentError("file.face.vertex")
         faces = polygons.astype(np.int32)
-    colours = None
-    if set(_COLOUR) <= set(names) and all(rows.dtype[name] == np.uint8 for name in _COLOUR):
-        colours = np.column_stack([rows[name] for name in _COLOUR])
-    named = next((one for one in (_SIGMA, _OLD_SIGMA) if one in names), None)
-    sigma = None if named is None else rows[named].astype(np.float32)
-    if sigma is not None and ((sigma < 0) | np.isinf(sigma)).any():
-        raise ContentError("file.ply.sigma")
-    filled = rows["filled"] if "filled" in names else None
-    if filled is not None and not np.isin(filled, (0, 1)).all():
-        raise ContentError("file.ply.filled")
-    return Mesh(
-        vertices_mm=np.column_stack([rows[axis] for axis in "xyz"]).astype(np.float64),
-        faces=faces,
-        colours=colours,
-        filled=None if filled is None else filled.astype(np.bool_),
-        sigma_mm=sigma,
-        shared_mm=_shared(rows, names),
-        lost_length=_lost(rows, names, _LOST),
-        lost_across=_lost(rows, names, _ACROSS),
-    )
+    known: dict[str, Any] = {name: _field(one, rows, names) for name, one in VERTEX_FIELDS.items()}
+    places = np.column_stack([rows[axis] for axis in "xyz"]).astype(np.float64)
+    return Mesh(vertices_mm=places, faces=faces, **known)
 
 
-def _shared(rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
-    """Columns shared_0, shared_1, ... as our own files have them."""
-    parts = [rows[name] for k in range(len(names)) if (name := f"shared_{k}") in names]
-    if not parts:
+def _columns(one: VertexField, values: np.ndarray) -> dict[str, np.ndarray]:
+    """What is known of vertices as columns."""
+    parts = values.reshape(len(values), -1).astype(_KINDS[one.kind]).T
+    names = [f"{one.columns[0]}{k}" for k in range(len(parts))] if one.counted else one.columns
+    return dict(zip(names, parts, strict=True))
+
+
+def _field(one: VertexField, rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
+    """What the columns of one field say; None where the file has none."""
+    columns = _columns_of(one, names)
+    if not columns or (one.kind == "colour" and any(rows.dtype[k] != np.uint8 for k in columns)):
         return None
-    shared = np.column_stack(parts).astype(np.float32)
-    if np.isinf(shared).any():
-        raise ContentError("file.ply.shared")
-    return shared
+    parts = [rows[column] for column in columns]
+    if one.kind == "mark":
+        if not np.isin(parts, (0, 1)).all():
+            raise ContentError("file.ply.mark", column=columns[0])
+        parts = [part.astype(np.bool_) for part in parts]
+    elif one.kind == "number":
+        parts = [part.astype(np.float32) for part in parts]
+        least = one.least or [-np.inf] * len(parts)
+        for column, part, low in zip(columns, parts, least, strict=True):
+            told = np.isfinite(part) | (np.isnan(part) & (not one.known_everywhere))
+            if not told.all() or (part < low).any():
+                bound = float(low) if math.isfinite(low) else None
+                raise ContentError("file.ply.number", column=column, least=bound)
+    return parts[0] if one.flat else np.column_stack(parts)
 
 
-def _lost(rows: np.ndarray, names: tuple[str, ...], columns: tuple[str, ...]) -> np.ndarray | None:
-    """What our own files say of lost length."""
-    if not set(columns) <= set(names):
-        return None
-    lost = np.column_stack([rows[column] for column in columns]).astype(np.float32)
-    if not np.isfinite(lost).all() or (columns == _LOST and (lost[:, 1] < 0).any()):
-        raise ContentError("file.ply.lost")
-    return lost
+def _columns_of(one: VertexField, names: tuple[str, ...]) -> list[str]:
+    """The columns of a field that a file has; none where it lacks one of them."""
+    if one.counted:
+        counted = (f"{one.columns[0]}{k}" for k in range(len(names)))
+        return [name for name in counted if name in names]
+    found = (all_of for all_of in (one.columns, one.older) if all_of and set(all_of) <= set(names))
+    return list(next(found, ()))
 
 
 def _correlation(head: bytes) -> float | None:

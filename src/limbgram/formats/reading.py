@@ -171,12 +171,12 @@ def _factor(soup: Soup, record: LimbRecord | None, asked: float | None, name: st
 def _scaled(mesh: Mesh, factor: float) -> Mesh:
     if factor == 1.0:
         return mesh
-    sigma = None if mesh.sigma_mm is None else (mesh.sigma_mm * factor).astype("f4")
-    shared = None if mesh.shared_mm is None else (mesh.shared_mm * factor).astype("f4")
+    known = mesh.of_vertices(
+        lambda one, values: (values * factor).astype("f4") if one.in_mm else values
+    )
     return replace(
         mesh,
         vertices_mm=mesh.vertices_mm * factor,
-        sigma_mm=sigma,
-        shared_mm=shared,
         correlation_mm=None if mesh.correlation_mm is None else mesh.correlation_mm * factor,
+        **known,
     )

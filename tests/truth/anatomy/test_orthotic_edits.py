@@ -26,14 +26,14 @@ SIDES = [False, True]
 
 def steps(limb: Limb, after: Limb) -> np.ndarray:
     """How each vertex moved, in the frame of the sole: lateral, forward, up."""
-    sole = Sole.of(limb, "the test")
+    sole = Sole.of(limb)
     assert len(after.mesh) == len(limb.mesh)
     return (after.mesh.vertices_mm - limb.mesh.vertices_mm) @ sole.rotation.T
 
 
 @pytest.mark.parametrize("left", SIDES)
 def test_a_board_makes_heel_and_ball_flat(foot_of: MakeLimb, left: bool) -> None:
-    sole = Sole.of(foot_of(left=left), "the test")
+    sole = Sole.of(foot_of(left=left))
     limb = sole.limb
     after = do_edit(limb, PlantarBoard(depth_mm=3.0, blend_mm=2.0))
     moved = steps(limb, after)
@@ -47,7 +47,7 @@ def test_a_board_makes_heel_and_ball_flat(foot_of: MakeLimb, left: bool) -> None
 
 @pytest.mark.parametrize("left", SIDES)
 def test_an_arch_fill_adds_under_the_medial_arch(foot_of: MakeLimb, left: bool) -> None:
-    sole = Sole.of(foot_of(left=left), "the test")
+    sole = Sole.of(foot_of(left=left))
     limb = sole.limb
     after = do_edit(limb, ArchFill(depth_mm=3.2))
     moved = steps(limb, after)
@@ -64,7 +64,7 @@ def test_an_arch_fill_adds_under_the_medial_arch(foot_of: MakeLimb, left: bool) 
 @pytest.mark.parametrize("on", ["medial", "lateral"])
 @pytest.mark.parametrize("left", SIDES)
 def test_a_skive_takes_a_slanting_flat_off_one_side(foot_of: MakeLimb, left: bool, on: str) -> None:
-    sole = Sole.of(foot_of(left=left), "the test")
+    sole = Sole.of(foot_of(left=left))
     limb = sole.limb
     after = do_edit(limb, HeelSkive(depth_mm=4.0, border=on))  # type: ignore[arg-type]
     moved = steps(limb, after)
@@ -84,7 +84,7 @@ def test_a_skive_takes_a_slanting_flat_off_one_side(foot_of: MakeLimb, left: boo
 
 @pytest.mark.parametrize("left", SIDES)
 def test_an_expansion_widens_the_lateral_border_and_the_heel(foot_of: MakeLimb, left: bool) -> None:
-    sole = Sole.of(foot_of(left=left), "the test")
+    sole = Sole.of(foot_of(left=left))
     limb = sole.limb
     moved = steps(limb, do_edit(limb, Expansion(lateral_mm=4.0, heel_mm=3.0, height_mm=60.0)))
     assert 3.5 < moved[sole.points_mm[:, 1] > 0.4 * sole.length_mm, 0].max() <= 4.0 + 1e-9

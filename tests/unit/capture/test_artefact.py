@@ -86,3 +86,21 @@ def test_an_artefact_of_nothing_is_refused(tmp_path: Path) -> None:
         read_artefact(
             written(tmp_path, 'format = "limbgram artefact"\nversion = 1\nname = "nothing"')
         )
+
+
+@pytest.mark.parametrize(
+    ("old", "within", "beyond"),
+    [
+        # A twentieth of 50.012 mm is 2.5006 mm, of 400 mm 20 mm.
+        ("uncertainty_mm = 0.004, form_mm", "uncertainty_mm = 2.5, form_mm",
+         "uncertainty_mm = 2.51, form_mm"),
+        ("form_mm = 0.003", "form_mm = 2.5", "form_mm = 2.51"),
+        ("uncertainty_mm = 0.05", "uncertainty_mm = 19.9", "uncertainty_mm = 20.1"),
+    ],
+)  # fmt: skip
+def test_a_calibrated_value_is_known_to_a_twentieth_of_it(
+    tmp_path: Path, old: str, within: str, beyond: str
+) -> None:
+    read_artefact(written(tmp_path, GOOD.replace(old, within)))
+    with pytest.raises(CaseError):
+        read_artefact(written(tmp_path, GOOD.replace(old, beyond)))

@@ -23,6 +23,8 @@ MAKERS = re.compile(
     r"[A-Z]\w*(Error|Died|Refused|Cancelled)|Cancelled|note|doubt|fault|Finding|judge|says|missing"
 )
 """What is called with a code first and values behind it."""
+ABOUT = {"EditError": frozenset({"what"})}
+"""What the runner of an edit or a device adds; see core.errors.refusals_about and its tests."""
 
 
 def calls() -> Iterator[tuple[str, frozenset[str] | None, str]]:
@@ -39,7 +41,8 @@ def calls() -> Iterator[tuple[str, frozenset[str] | None, str]]:
             if not MAKERS.fullmatch(maker):
                 continue
             handed_on = any(keyword.arg is None for keyword in node.keywords)
-            names = frozenset(keyword.arg for keyword in node.keywords if keyword.arg)
+            given = frozenset(keyword.arg for keyword in node.keywords if keyword.arg)
+            names = given | ABOUT.get(maker, frozenset())
             for code in codes_of(node.args[0]):
                 yield code, None if handed_on else names, f"{file.name}:{node.lineno}"
 

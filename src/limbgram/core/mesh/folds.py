@@ -9,7 +9,7 @@ Method    Each vertex of a fold goes back to the mean of its neighbours, all of 
           folds, a ring more of the surface goes back with it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Int64
@@ -27,6 +27,7 @@ from limbgram.core.mesh.topology import (
     corner_fans,
     find_edges,
     is_edge_manifold,
+    unmeasured_at,
     with_any,
     with_faces,
 )
@@ -203,7 +204,7 @@ def unfolded(mesh: Mesh, options: FoldOptions = MEASURED) -> Unfolded:
         folds = find_folds(mesh, options, with_any(back, mesh.faces))
     moved_mm = lengths(mesh.vertices_mm - before)
     return Unfolded(
-        mesh=_guessed(mesh, back) if back.any() else mesh,
+        mesh=unmeasured_at(mesh, back) if back.any() else mesh,
         vertices=int(back.sum()),
         farthest_mm=float(moved_mm.max(initial=0.0)),
         left=find_folds(mesh, options) if back.any() else folds,
@@ -288,13 +289,3 @@ def _relaxed(mesh: Mesh, back: Bool[np.ndarray, " n"]) -> Points3:
     matrix = sparse.csc_array(sparse.csr_array(system)[solved][:, solved])
     vertices[moved] = splu(matrix).solve(right[solved])
     return vertices
-
-
-def _guessed(mesh: Mesh, chosen: Bool[np.ndarray, " n"]) -> Mesh:
-    """The mesh with these vertices as ones that no photo measured."""
-    sigma_mm = mesh.sigma_mm
-    return replace(
-        mesh,
-        filled=chosen if mesh.filled is None else mesh.filled | chosen,
-        sigma_mm=None if sigma_mm is None else np.where(chosen, np.float32(np.nan), sigma_mm),
-    )

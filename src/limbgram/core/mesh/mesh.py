@@ -1,6 +1,7 @@
 """Cloud and Mesh: the oriented points that a surface is made of, and the surface itself."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -9,6 +10,7 @@ from jaxtyping import Bool, Float32, Float64, UInt8, UInt16
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.core.kernels import njit
+from limbgram.core.mesh.vertex_fields import VertexField, of_vertices, vertex_fields
 from limbgram.core.notebook import brief, library
 
 if TYPE_CHECKING:
@@ -85,23 +87,48 @@ class Mesh:
 
     vertices_mm: Points3
     faces: Faces
-    colours: UInt8[np.ndarray, "n 3"] | None = None
-    filled: Bool[np.ndarray, " n"] | None = None
+    colours: UInt8[np.ndarray, "n 3"] | None = field(
+        default=None, metadata=of_vertices("colour", "red", "green", "blue")
+    )
+    filled: Bool[np.ndarray, " n"] | None = field(
+        default=None, metadata=of_vertices("mark", "filled", unmeasured=True)
+    )
     """True at vertices that no photo measured: the part closed by us."""
-    sigma_mm: Float32[np.ndarray, " n"] | None = None
+    sigma_mm: Float32[np.ndarray, " n"] | None = field(
+        default=None,
+        metadata=of_vertices(
+            "number",
+            "scalar_sigma",
+            older=("sigma",),
+            unmeasured=np.nan,
+            least=(0.0,),
+            known_everywhere=False,
+            in_mm=True,
+        ),
+    )
     """One standard deviation along the normal; NaN at filled vertices."""
-    shared_mm: Float32[np.ndarray, "n k"] | None = None
+    shared_mm: Float32[np.ndarray, "n k"] | None = field(
+        default=None,
+        metadata=of_vertices("number", "shared_", counted=True, known_everywhere=False, in_mm=True),
+    )
     """Displacement along the normal for one standard deviation of each of k sources of error
     that all vertices share (scale, cameras); part of `sigma_mm`."""
     shared_sources: tuple[str, ...] = ()
     """What each column of `shared_mm` comes from; a source may have several. Empty: not known."""
     correlation_mm: float | None = None
     """Distance over which the rest of the error is alike."""
-    lost_length: Float32[np.ndarray, "n 2"] | None = None
+    lost_length: Float32[np.ndarray, "n 2"] | None = field(
+        default=None, metadata=of_vertices("number", "lost", "lost_sigma", least=(-np.inf, 0.0))
+    )
     """How much longer a line along the limb is than along this surface, per length, both at the
     smoothing length (`core/geometry/smoothed_length`): fine relief that is lost, less what noise
     adds. Expected over all ways, and one standard deviation of it."""
-    lost_across: Float32[np.ndarray, "n 3"] | None = None
+    lost_across: Float32[np.ndarray, "n 3"] | None = field(
+        default=None,
+        metadata=of_vertices(
+            "number", "lost_across_x", "lost_across_y", "lost_across_z", axis=True
+        ),
+    )
     """A vector across the folds that were lost. Its length is what a line across them lost beyond
     `lost_length`, per length; a line at an angle t to it lost cos 2t times that beyond it, so that
     one along the folds lost less. Either sign says the same."""
@@ -118,12 +145,19 @@ class Mesh:
 
     def moved(self, motion: Rigid | Similarity) -> "Mesh":
         """The mesh in another frame."""
-        across = self.lost_across
-        return replace(
-            self,
-            vertices_mm=motion.apply(self.vertices_mm),
-            lost_across=None if across is None else across @ motion.rotation.T.astype(np.float32),
-        )
+        rotation = motion.rotation.T.astype(np.float32)
+        known = self.of_vertices(lambda one, values: values @ rotation if one.axis else values)
+        return replace(self, vertices_mm=motion.apply(self.vertices_mm), **known)
+
+    def of_vertices(
+        self, change: Callable[[VertexField, np.ndarray], np.ndarray | None]
+    ) -> dict[str, Any]:
+        """What is known of each vertex, changed field by field, to be put in by `replace`."""
+        known = {name: (one, getattr(self, name)) for name, one in VERTEX_FIELDS.items()}
+        return {
+            name: None if values is None else change(one, values)
+            for name, (one, values) in known.items()
+        }
 
     def face_normals(self) -> Float64[np.ndarray, "f 3"]:
         """Twice the area along the outward normal."""
@@ -180,6 +214,10 @@ class Mesh:
         thirds_mm2 = lengths(self.face_normals()) / 6
         sums = _shared_out(of_face * thirds_mm2, self.faces, len(self))
         return sums / np.maximum(_shared_out(thirds_mm2, self.faces, len(self)), 1e-12)
+
+
+VERTEX_FIELDS = vertex_fields(Mesh)
+"""What is known of each vertex, in the order in which files have it."""
 
 
 def unit(vectors: Points3) -> Points3:

@@ -312,16 +312,14 @@ def with_faces(mesh: Mesh, faces: Faces) -> Mesh:
 
 def taking_vertices(mesh: Mesh, idx: Integer[np.ndarray, " k"]) -> Mesh:
     """Vertices idx with all that is known about them; the faces are left as they are."""
-    return replace(
-        mesh,
-        vertices_mm=mesh.vertices_mm[idx],
-        colours=None if mesh.colours is None else mesh.colours[idx],
-        filled=None if mesh.filled is None else mesh.filled[idx],
-        sigma_mm=None if mesh.sigma_mm is None else mesh.sigma_mm[idx],
-        shared_mm=None if mesh.shared_mm is None else mesh.shared_mm[idx],
-        lost_length=None if mesh.lost_length is None else mesh.lost_length[idx],
-        lost_across=None if mesh.lost_across is None else mesh.lost_across[idx],
-    )
+    known = mesh.of_vertices(lambda _, values: values[idx])
+    return replace(mesh, vertices_mm=mesh.vertices_mm[idx], **known)
+
+
+def unmeasured_at(mesh: Mesh, chosen: Bool[np.ndarray, " n"]) -> Mesh:
+    """The mesh with these vertices marked as ones that no photo measured."""
+    known = mesh.of_vertices(lambda one, values: one.at_unmeasured(values, chosen))
+    return replace(mesh, **known | {"filled": chosen if mesh.filled is None else known["filled"]})
 
 
 def volume_mm3(mesh: Mesh) -> float:

@@ -9,6 +9,7 @@ Method  Split, collapse, flip, smooth along the surface, return to it (Botsch, K
 Fails   SurfaceError: the mesh is not a manifold.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -464,14 +465,7 @@ def refine(mesh: Mesh, edge_mm: float) -> Mesh:
             work.vertices[~fixed] = nearest.points_mm[~fixed]
             on_face = nearest.faces
     result = taking_vertices(mesh, _nearest_corners(mesh, on_face, work.vertices))
-    return Mesh(
-        vertices_mm=work.vertices,
-        faces=work.faces,
-        colours=result.colours,
-        filled=result.filled,
-        sigma_mm=result.sigma_mm,
-        repairs=mesh.repairs,
-    )
+    return replace(result, vertices_mm=work.vertices, faces=work.faces)
 
 
 def even_out(work: Triangles, edge: float) -> Triangles:

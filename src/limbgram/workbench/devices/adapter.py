@@ -19,7 +19,6 @@ from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.fittings import Part, hole, plate, pyramid
 from limbgram.workbench.devices.shell import Layout
 
-_WHAT = "adapter"
 _REACH = 0.35
 """Share of the socket's height up to which the end is drawn out towards the plate."""
 _SUNK_MM = 2.0
@@ -56,7 +55,7 @@ def plate_of(body: Body, layout: Layout, values: Mapping[str, float]) -> Plate:
     Raises:
         EditError: nobody said which side the limb is of.
     """
-    out = body.outward(_WHAT)
+    out = body.outward()
     up, ahead = _line_of(values, out)
     turn = np.radians(values["toe_out_deg"])
     sideways = unit((out - (out @ up) * up)[None])[0]
@@ -65,13 +64,13 @@ def plate_of(body: Body, layout: Layout, values: Mapping[str, float]) -> Plate:
     covered = layout.positive.vertices_mm[layout.beyond_mm < 0]
     thickest_mm = float(layout.thickness_mm[layout.beyond_mm < 0].max())
     low, high = float(covered[:, 2].min()), float(covered[:, 2].max())
-    middle = body.middle_mm(low + 0.5 * (high - low), _WHAT)
+    middle = body.middle_mm(low + 0.5 * (high - low))
     top = float((covered @ up).min()) - thickest_mm - values["build_mm"]
     place = middle + (top - middle @ up) * up
     place = place - values["inset_mm"] * sideways + values["forward_mm"] * ahead
     origin = place - values["plate_height_mm"] * up
     motion = Rigid(np.column_stack([np.cross(foot, up), foot, up]), origin)
-    inner = body.middle_mm(low + _REACH * (high - low), _WHAT)
+    inner = body.middle_mm(low + _REACH * (high - low))
     near = np.abs(covered[:, 2] - inner[2]) < 0.05 * (high - low)
     inner_radius = float(np.linalg.norm((covered[near] - inner)[:, :2], axis=1).min())
     block = RoundCone(

@@ -41,11 +41,11 @@ class Body:
     limb: AlignedLimb
 
     @classmethod
-    def of(cls, limb: Limb, what: str) -> "Body":
+    def of(cls, limb: Limb) -> "Body":
         """Raises:
         EditError: the limb is not aligned.
         """
-        return cls(limb.aligned(EditError("edit.not_aligned", what=what)).in_limb_frame())
+        return cls(limb.aligned(EditError("edit.not_aligned")).in_limb_frame())
 
     @property
     def mesh(self) -> Mesh:
@@ -55,47 +55,47 @@ class Body:
     def right(self) -> bool:
         return self.limb.side == "right"
 
-    def place_mm(self, name: str, what: str) -> Vector3:
+    def place_mm(self, name: str) -> Vector3:
         """Where a landmark lies.
 
         Raises:
             EditError: the limb has none of that name.
         """
-        return position_mm(self.limb, name, "limb", what)
+        return position_mm(self.limb, name, "limb")
 
-    def outward(self, what: str) -> Vector3:
+    def outward(self) -> Vector3:
         """Lateral.
 
         Raises:
             EditError: nobody said which side the limb is of.
         """
         if self.limb.side == "none":
-            raise EditError("device.no_side", what=what)
+            raise EditError("device.no_side")
         return np.array([1.0 if self.right else -1.0, 0.0, 0.0])
 
-    def require_sides(self, names: Iterable[str], what: str) -> None:
+    def require_sides(self, names: Iterable[str]) -> None:
         """Refuse pairs of landmarks that lie the wrong way round: confused, or the other limb.
 
         Raises:
             EditError: names both.
         """
-        known = {name: self.place_mm(name, what) for name in names}
+        known = {name: self.place_mm(name) for name in names}
         for outer, inner in _pairs(known):
-            out = np.array([1.0, 0, 0]) if outer.startswith("right ") else self.outward(what)
+            out = np.array([1.0, 0, 0]) if outer.startswith("right ") else self.outward()
             if (known[outer] - known[inner]) @ out <= 0:
-                raise EditError("device.wrong_side", what=what, outer=outer, inner=inner)
+                raise EditError("device.wrong_side", outer=outer, inner=inner)
 
-    def directions(self, axes: Axes, what: str) -> Float64[np.ndarray, "3 3"]:
+    def directions(self, axes: Axes) -> Float64[np.ndarray, "3 3"]:
         """Rows: to the right, forwards and up."""
-        return np.eye(3) if axes == "limb" else self._stand(what).directions
+        return np.eye(3) if axes == "limb" else self._stand().directions
 
-    def sole_mm(self, what: str) -> float:
+    def sole_mm(self) -> float:
         """How high the plane that the foot stands on lies along its own upward direction."""
-        return self._stand(what).height_mm
+        return self._stand().height_mm
 
-    def _stand(self, what: str) -> "_Stand":
+    def _stand(self) -> "_Stand":
         heel, first, fifth, toe = (
-            self.place_mm(name, what)
+            self.place_mm(name)
             for name in ("heel", "first metatarsal head", "fifth metatarsal head", "second toe")
         )
         stand = _plane(np.stack([heel, first, fifth]), heel, toe)
@@ -103,7 +103,7 @@ class Body:
             stand = _lowered(self.mesh, stand, np.stack([heel, first, fifth]), toe)
         return stand
 
-    def middle_mm(self, height_mm: float, what: str) -> Vector3:
+    def middle_mm(self, height_mm: float) -> Vector3:
         """Middle of the largest section at a height; one that is open is closed straight.
 
         Raises:
@@ -114,7 +114,6 @@ class Body:
             heights = self.mesh.vertices_mm[:, 2]
             raise EditError(
                 "device.trim.off_limb",
-                name=what,
                 point_mm=(0.0, 0.0, height_mm),
                 lowest_mm=float(heights.min()),
                 highest_mm=float(heights.max()),

@@ -114,7 +114,7 @@ def cover(
 
 def _beyond_edge(mesh: Mesh, edge: Edge) -> Float64[np.ndarray, " n"]:
     try:
-        sides = find_sides(mesh, [edge.curve], edge.name)
+        sides = find_sides(mesh, [edge.curve])
     except EditError as error:
         x, y, z = _nearest_itself_mm(edge.curve).tolist()
         raise EditError("device.trim.crosses", name=edge.name, point_mm=(x, y, z)) from error

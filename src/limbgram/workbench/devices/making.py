@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial import KDTree
 
-from limbgram.core.errors import EditError
+from limbgram.core.errors import EditError, refusals_about
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.tree_cache import tree_on
@@ -156,8 +156,15 @@ def preview_device(limb: Limb, order: Order) -> Preview:
         raise EditError("device.kind", name=device.en, kind=device.kind, limb=limb.kind)
     values = values_of(device.measures(made), order.values)
     positive = replay(order.recipe, limb).limb if order.recipe.entries else limb
-    body = Body.of(positive, device.en)
-    body.require_sides(device.trim.landmarks(), device.en)
+    with refusals_about(device.en):
+        return _previewed(positive, order, device, made, values)
+
+
+def _previewed(
+    positive: Limb, order: Order, device: Device, made: Fabrication, values: Mapping[str, float]
+) -> Preview:
+    body = Body.of(positive)
+    body.require_sides(device.trim.landmarks())
     drawn = draw_trim(body, device.trim, values, order.free)
     asked = [slot for slot in device.slots if amount_of(slot.width_mm, values) > 0]
     openings = [_opening(body, slot, values) for slot in asked]
@@ -204,7 +211,8 @@ def make_device(limb: Limb, order: Order) -> Made:
         parts.append(drilled)
     alignment = None
     if device.adapter:
-        plate = plate_of(body, preview.layout, values)
+        with refusals_about("adapter"):
+            plate = plate_of(body, preview.layout, values)
         alignment = plate.alignment
         blocks.append(plate.block)
         parts += plate.parts
@@ -311,7 +319,8 @@ def _line(body: Body, places: Sequence[Vector3]) -> Float64[np.ndarray, "k 3"]:
 def _seat(body: Body, seat: Seat, layout: Layout, values: Mapping[str, float]) -> tuple[Boss, Part]:
     """Its boss, and the hole through it and the wall."""
     place = place_point(body, seat.name, seat.at, values)
-    axis = body.place_mm(seat.axis[1], seat.name) - body.place_mm(seat.axis[0], seat.name)
+    with refusals_about(seat.name):
+        axis = body.place_mm(seat.axis[1]) - body.place_mm(seat.axis[0])
     found = tree_on(layout.positive).closest(place[None])
     outward = layout.positive.face_normals()[found.faces[0]]
     axis = unit((axis * np.sign(axis @ outward))[None])[0]
@@ -350,7 +359,7 @@ def _lettered(preview: Preview, shell: Mesh, text: str) -> Part:
         case "round":
             runs = np.cross(up, outward)
         case "ahead":
-            runs = body.directions("foot", "lettering")[1]
+            runs = body.directions("foot")[1]
     return lettering(shell, text, place, outward, runs)
 
 
@@ -363,8 +372,8 @@ def _normal_at(body: Body, place_mm: Vector3) -> Vector3:
 def _widths(body: Body, device: Device, values: Mapping[str, float]) -> Sequence[Finding]:
     found: list[Finding] = []
     for one in device.widths:
-        place = body.place_mm(one.at, device.en)
-        out = body.outward(device.en)
+        place = body.place_mm(one.at)
+        out = body.outward()
         ends = [body.met_mm(place, look) for look in (out, -out)]
         if ends[0] is None or ends[1] is None:
             continue

@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 from scipy.spatial import KDTree
 
-from limbgram.core.errors import EditError, MeasureError
+from limbgram.core.errors import EditError, MeasureError, refusals_about
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import unit
 from limbgram.core.mesh.topology import boundary_half_edges
@@ -222,11 +222,12 @@ def draw_trim(
     handles: list[Handle] = []
     for loop in trim.loops:
         placed = [_placed(body, loop, point, values, free) for point in loop.points]
-        what = f"{trim.name}, {loop.name}"
+        with refusals_about(f"{trim.name}, {loop.name}"):
+            curve = _curve(body, loop, np.stack(placed))
         edges.append(
             Edge(
                 name=loop.name,
-                curve=_curve(body, loop, np.stack(placed), what),
+                curve=curve,
                 keeps_mm=place_point(body, loop.name, loop.keeps, values),
             )
         )
@@ -324,14 +325,14 @@ def measures_of(point: TrimPoint) -> tuple[str, ...]:
 def _placed(
     body: Body, loop: Loop, point: TrimPoint, values: Mapping[str, float], free: Free
 ) -> Vector3:
-    what = f"{loop.name}: {point.name}"
-    if what in free:
-        place = np.array(free[what], np.float64)
+    name = f"{loop.name}: {point.name}"
+    if name in free:
+        place = np.array(free[name], np.float64)
         nearest = tree_on(body.mesh).closest(place[None])
         if not nearest.distances_mm[0] <= _FARTHEST_FREE_MM:
             raise EditError(
                 "device.trim.free_off",
-                name=what,
+                name=name,
                 off_mm=float(nearest.distances_mm[0]),
                 most_mm=_FARTHEST_FREE_MM,
             )
@@ -348,12 +349,17 @@ def place_point(body: Body, of: str, point: TrimPoint, values: Mapping[str, floa
     Raises:
         EditError: a landmark is missing, or the surface is not there.
     """
-    what = f"{of}: {point.name}"
-    base = body.place_mm(point.at, what)
+    with refusals_about(f"{of}: {point.name}"):
+        return _seen_at(body, point, values)
+
+
+def _seen_at(body: Body, point: TrimPoint, values: Mapping[str, float]) -> Vector3:
+    """What is seen of the surface where a point is looked for."""
+    base = body.place_mm(point.at)
     if point.towards:
-        base = base + point.share * (body.place_mm(point.towards, what) - base)
-    right, ahead, up = body.directions(point.axes, what)
-    out = right if _is_trunk(body.limb) else right * body.outward(what)[0]
+        base = base + point.share * (body.place_mm(point.towards) - base)
+    right, ahead, up = body.directions(point.axes)
+    out = right if _is_trunk(body.limb) else right * body.outward()[0]
     aim = (
         base
         + amount_of(point.up_mm, values) * up
@@ -361,12 +367,12 @@ def place_point(body: Body, of: str, point: TrimPoint, values: Mapping[str, floa
         + amount_of(point.out_mm, values) * out
     )
     if point.above_sole_mm is not None:
-        up = body.directions("foot", what)[2]
-        high = body.sole_mm(what) + amount_of(point.above_sole_mm, values)
+        up = body.directions("foot")[2]
+        high = body.sole_mm() + amount_of(point.above_sole_mm, values)
         aim = aim + (high - aim @ up) * up
     if point.around_deg is not None:
         angle = np.radians(amount_of(point.around_deg, values))
-        aim = body.middle_mm(float(aim[2]), what)
+        aim = body.middle_mm(float(aim[2]))
         look = -(np.cos(angle) * ahead + np.sin(angle) * out)
         far_mm = amount_of(point.round_mm, values)
         met = body.met_mm(aim, look) if far_mm else None
@@ -385,9 +391,9 @@ def place_point(body: Body, of: str, point: TrimPoint, values: Mapping[str, floa
         }[point.seen]
     met = body.met_mm(aim, look)
     if met is None:
-        raise _missed(body, what, point, aim, look)
+        raise _missed(body, point, aim, look)
     if point.above_sole_mm is not None and point.seen in ("lateral", "medial"):
-        return _beside_sole(body, met, look, body.directions("foot", what)[2])
+        return _beside_sole(body, met, look, body.directions("foot")[2])
     return met
 
 
@@ -405,7 +411,7 @@ def _beside_sole(body: Body, met_mm: Vector3, look: Vector3, up: Vector3) -> Vec
     return met_mm
 
 
-def _missed(body: Body, what: str, point: TrimPoint, aim_mm: Vector3, look: Vector3) -> EditError:
+def _missed(body: Body, point: TrimPoint, aim_mm: Vector3, look: Vector3) -> EditError:
     """Why nothing is seen at a point: the limb is too slender, or does not reach there."""
     lowest_mm, highest_mm = body.mesh.vertices_mm[:, 2].min(), body.mesh.vertices_mm[:, 2].max()
     place: tuple[float, ...] = tuple(aim_mm.tolist())
@@ -413,14 +419,12 @@ def _missed(body: Body, what: str, point: TrimPoint, aim_mm: Vector3, look: Vect
     if beside_mm > 0 and lowest_mm < aim_mm[2] < highest_mm:
         return EditError(
             "device.trim.beside_limb",
-            name=what,
             point_mm=place,
             beside_mm=beside_mm,
             measures=measures_of(point) or None,
         )
     return EditError(
         "device.trim.off_limb",
-        name=what,
         point_mm=place,
         lowest_mm=float(lowest_mm),
         highest_mm=float(highest_mm),
@@ -431,13 +435,13 @@ def _is_trunk(limb: Limb) -> bool:
     return limb.kind == "torso"
 
 
-def _curve(body: Body, loop: Loop, placed: Points3, what: str) -> Curve:
+def _curve(body: Body, loop: Loop, placed: Points3) -> Curve:
     border = np.unique(boundary_half_edges(body.mesh.faces))
     open_edge = KDTree(body.mesh.vertices_mm[border]) if len(border) else None
     try:
         curve = fair_curve(body.mesh, placed)
     except MeasureError as error:
-        raise EditError("device.trim.apart", name=what) from error
+        raise EditError("device.trim.apart") from error
     if open_edge is not None:
         near = open_edge.query(curve.points_mm)[0]
         at = int(np.argmin(near))

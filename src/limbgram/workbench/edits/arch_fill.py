@@ -49,7 +49,7 @@ class ArchFill(Edit):
         Raises:
             EditError: a landmark is missing.
         """
-        sole = Sole.of(limb, self.title)
+        sole = Sole.of(limb)
         x, y, z = sole.points_mm.T
         along = bump((y - sole.arch[1]) / (self.along * sole.length_mm))
         across = ramp((sole.lateral_mm - x) / (sole.lateral_mm - sole.medial_mm))

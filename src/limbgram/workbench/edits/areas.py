@@ -89,26 +89,23 @@ class Area(Edit):
             EditError: it is neither, or both, or a region that is no ring.
         """
         if (self.at is None) == (not self.within):
-            raise EditError("edit.region.place", what=self.title)
+            raise EditError("edit.region.place")
         if self.within:
-            require_ring(self.within, self.title)
+            require_ring(self.within)
 
 
 def pushed(limb: Limb, edit: Area, sign: float) -> Limb:
     """The limb with the area moved along its normals: outwards by sign 1, inwards by -1."""
-    what = edit.title
     given = limb.mesh
     limb, weight = (
-        _in_a_region(limb, edit, what)
-        if edit.at is None
-        else _round_a_place(limb, edit, edit.at, what)
+        _in_a_region(limb, edit) if edit.at is None else _round_a_place(limb, edit, edit.at)
     )
     largest = float(weight.max(initial=0.0))
     if largest <= 0:
-        raise EditError("edit.region.empty", what=what)
+        raise EditError("edit.region.empty")
     step = sign * edit.depth_mm * (weight / largest)[:, None]
     changed = displaced(limb, limb.mesh.vertices_mm + step * calm_normals_on(limb.mesh, given))
-    require_sound(what, limb.mesh, changed.mesh)
+    require_sound(limb.mesh, changed.mesh)
     return changed
 
 
@@ -118,15 +115,15 @@ def fading(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
     return 1 - x * x * x * (10 + x * (6 * x - 15))
 
 
-def _in_a_region(limb: Limb, edit: Area, what: str) -> tuple[Limb, Float64[np.ndarray, " n"]]:
+def _in_a_region(limb: Limb, edit: Area) -> tuple[Limb, Float64[np.ndarray, " n"]]:
     """The limb fine enough, and the share of the depth at each vertex."""
-    picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.within])
-    curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
+    picked = np.stack([position_mm(limb, place, edit.positions_in) for place in edit.within])
+    curve = draw_curve(limb.mesh, on_surface(limb, picked))
     mesh = fine_along(limb.mesh, curve, _edge_mm(edit))
-    coarse = _depth_within(mesh, curve, what)
+    coarse = _depth_within(mesh, curve)
     fades = (coarse > 0) & (coarse < edit.falloff_mm)
     mesh = refine_where(mesh, np.asarray(fades[mesh.faces].any(1)), _edge_mm(edit))
-    depth = _depth_within(mesh, curve, what)
+    depth = _depth_within(mesh, curve)
     within = depth > 0
     full = min(edit.falloff_mm, float(depth.max(initial=0.0)))
     return limb.with_mesh(mesh), fading(1 - depth / max(full, 1e-12)) * within
@@ -136,20 +133,18 @@ def _edge_mm(edit: Area) -> float:
     return max(edit.falloff_mm / _FINENESS, _FINEST_MM)
 
 
-def _depth_within(mesh: Mesh, curve: Curve, what: str) -> Float64[np.ndarray, " n"]:
+def _depth_within(mesh: Mesh, curve: Curve) -> Float64[np.ndarray, " n"]:
     """Distance of each vertex from the curve, over the surface; 0 outside it."""
-    sides = find_sides(mesh, (curve,), what)
+    sides = find_sides(mesh, (curve,))
     within = inside(mesh, sides)
     start = np.where(within, np.abs(sides.signed_mm), np.inf)
     depth = distances_from(mesh, start, within, np.inf)
     return np.where(within & np.isfinite(depth), depth, 0.0)
 
 
-def _round_a_place(
-    limb: Limb, edit: Area, place: Place, what: str
-) -> tuple[Limb, Float64[np.ndarray, " n"]]:
+def _round_a_place(limb: Limb, edit: Area, place: Place) -> tuple[Limb, Float64[np.ndarray, " n"]]:
     """The limb fine enough, and the share of the depth at each vertex."""
-    point = on_surface(limb, position_mm(limb, place, edit.positions_in, what)[None], what)[0]
+    point = on_surface(limb, position_mm(limb, place, edit.positions_in)[None])[0]
     reach = edit.flat_mm + edit.falloff_mm
 
     def close(mesh: Mesh) -> Bool[np.ndarray, " f"]:

@@ -9,17 +9,17 @@ from limbgram.workbench.edits.regions import points_in_limb_frame
 from limbgram.workbench.limb import Limb
 
 
-def brim_loop(limb: Limb, what: str) -> Int64[np.ndarray, " b"]:
+def brim_loop(limb: Limb) -> Int64[np.ndarray, " b"]:
     """The proximal opening: the longest loop of open edges in the upper half of the limb.
 
     Raises:
         EditError: the shape is closed there.
     """
-    heights = points_in_limb_frame(limb, what)[:, 2]
+    heights = points_in_limb_frame(limb)[:, 2]
     middle = (heights.min() + heights.max()) / 2
     upper = [loop for loop in boundary_loops(limb.mesh.faces) if heights[loop].mean() > middle]
     if not upper:
-        raise EditError("edit.no_brim", what=what)
+        raise EditError("edit.no_brim")
     ends = limb.mesh.vertices_mm
     lengths = [np.linalg.norm(ends[loop] - ends[np.roll(loop, -1)], axis=1).sum() for loop in upper]
     return upper[int(np.argmax(lengths))].astype(np.int64)

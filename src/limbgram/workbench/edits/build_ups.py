@@ -71,7 +71,7 @@ class BuildUps(Edit):
         skipped = set(self.without)
         wanted = {one: mm for one, mm in presets.items() if one in marks and one not in skipped}
         if not wanted:
-            raise EditError("edit.build_ups.none", what=self.title, names=tuple(presets))
+            raise EditError("edit.build_ups.none", names=tuple(presets))
         for name, height_mm in wanted.items():
             one = Relieve(
                 at=marks[name].name,

@@ -12,12 +12,12 @@ from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
-from jaxtyping import Bool, Int32
+from jaxtyping import Int32
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.folds import find_points
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_loops
+from limbgram.core.mesh.topology import boundary_loops, unmeasured_at
 from limbgram.core.request_fields import Within
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings
@@ -106,7 +106,7 @@ class Clean(Edit):
             EditError: nothing is asked for.
         """
         if not (self.spikes or self.scraps_mm or self.sheets_mm or self.holes_mm):
-            raise EditError("edit.nothing_asked", what=self.title)
+            raise EditError("edit.nothing_asked")
 
     def apply(self, limb: Limb) -> Limb:
         """The limb without what its scanner left.
@@ -114,13 +114,12 @@ class Clean(Edit):
         Raises:
             EditError: what is closed would fold.
         """
-        what = self.title
         cleared = _without_scraps(limb, self)
         smooth = _without_spikes(cleared) if self.spikes else cleared
         whole = _without_holes(smooth, self) if self.holes_mm else smooth
         if whole is limb:
             return replace(limb, notes=(*limb.notes, note("edit.clean.nothing")))
-        require_sound(what, cleared.mesh, whole.mesh)
+        require_sound(cleared.mesh, whole.mesh)
         return whole
 
 
@@ -176,24 +175,7 @@ def _without_spikes(limb: Limb) -> Limb:
     highest_mm = float(np.linalg.norm(vertices - mesh.vertices_mm, axis=1).max())
     laid = displaced(limb, vertices)
     said = note("edit.clean.spikes", count=int(moved.sum()), highest_mm=highest_mm)
-    return _noted(laid.with_mesh(_unmeasured(laid.mesh, moved)), [said])
-
-
-def _unmeasured(mesh: Mesh, moved: Bool[np.ndarray, " n"]) -> Mesh:
-    """The mesh with these vertices marked as unmeasured."""
-
-    def zeroed(values: np.ndarray | None) -> np.ndarray | None:
-        return None if values is None else np.where(moved[:, None], np.float32(0), values)
-
-    sigma = None if mesh.sigma_mm is None else np.where(moved, np.float32(np.nan), mesh.sigma_mm)
-    return replace(
-        mesh,
-        filled=moved if mesh.filled is None else mesh.filled | moved,
-        sigma_mm=sigma,
-        shared_mm=zeroed(mesh.shared_mm),
-        lost_length=zeroed(mesh.lost_length),
-        lost_across=zeroed(mesh.lost_across),
-    )
+    return _noted(laid.with_mesh(unmeasured_at(laid.mesh, moved)), [said])
 
 
 def _without_holes(limb: Limb, edit: Clean) -> Limb:

@@ -43,7 +43,7 @@ def enclosure(mesh: Mesh) -> Finding:
     )
 
 
-def kept_closed(what: str, before: Mesh, after: Mesh) -> Mesh:
+def kept_closed(before: Mesh, after: Mesh) -> Mesh:
     """The shape after an edit, closed where it was closed before.
 
     Raises:
@@ -52,28 +52,28 @@ def kept_closed(what: str, before: Mesh, after: Mesh) -> Mesh:
     if is_watertight(after.faces) or not is_watertight(before.faces):
         return after
     if not len(after.faces) or not is_edge_manifold(after.faces):
-        raise EditError("edit.branches", what=what)
-    closed = joined(sheets_apart(after), what)
+        raise EditError("edit.branches")
+    closed = joined(sheets_apart(after))
     if len(boundary_half_edges(closed.faces)):
         closed = spanned(closed)
         closed = with_faces(closed, closed.faces)
     left = boundary_half_edges(closed.faces)
     if len(left):
         point_mm = tuple(closed.vertices_mm[left[0, 0]].tolist())
-        raise EditError("edit.opened", what=what, open_edges=len(left), point_mm=point_mm)
+        raise EditError("edit.opened", open_edges=len(left), point_mm=point_mm)
     return closed
 
 
-def joined(mesh: Mesh, what: str) -> Mesh:
+def joined(mesh: Mesh) -> Mesh:
     """Closed where openings lie in one plane, or run against each other; its own faces come first.
 
     Raises:
         EditError: an outline crosses itself.
     """
-    return _with_strips(_capped(mesh, what))
+    return _with_strips(_capped(mesh))
 
 
-def _capped(mesh: Mesh, what: str) -> Mesh:
+def _capped(mesh: Mesh) -> Mesh:
     """Without the openings that lie in planes, those in one plane together; the longest first."""
     while True:
         loops = [loop.astype(np.int64) for loop in boundary_loops(mesh.faces)]
@@ -83,7 +83,7 @@ def _capped(mesh: Mesh, what: str) -> Mesh:
         on_it = np.zeros(len(mesh), np.bool_)
         for loop in loops:
             on_it[loop] = plane.holds(mesh.vertices_mm[loop]).all()
-        capped = cap(mesh, on_it, what)
+        capped = cap(mesh, on_it)
         if len(boundary_half_edges(capped.faces)) == len(boundary_half_edges(mesh.faces)):
             return mesh
         mesh = capped

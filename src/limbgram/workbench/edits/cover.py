@@ -148,7 +148,7 @@ class _Edge:
         return places
 
 
-def covered(apart: Apart, planes: tuple[Plane, ...], what: str) -> Covered:
+def covered(apart: Apart, planes: tuple[Plane, ...]) -> Covered:
     """The wall over a skin.
 
     Raises:
@@ -161,7 +161,7 @@ def covered(apart: Apart, planes: tuple[Plane, ...], what: str) -> Covered:
     like = np.asarray(KDTree(mesh.vertices_mm).query(over.vertices_mm)[1], np.int64)
     turned = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[:, ::-1])
     skins = with_added(turned, over.vertices_mm, like, over.faces + np.int32(len(mesh)))
-    solid = joined(skins, what)
+    solid = joined(skins)
     own = len(skins.faces)
     solid = mended(solid, solid.faces[:own], solid.faces[own:])
     added = solid.vertices_mm[len(mesh) :]

@@ -63,7 +63,7 @@ def keep_positive(mesh: Mesh, values_mm: Float64[np.ndarray, " n"]) -> Cut:
     return Cut(with_faces(division.mesh, kept), signs[used] == 0)
 
 
-def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
+def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"]) -> Mesh:
     """Close the openings whose vertices all lie on the cut; inner loops become holes of the cap.
 
     Raises:
@@ -72,7 +72,7 @@ def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
     loops = boundary_loops(mesh.faces)
     flat = [loop.astype(np.int64) for loop in loops if on_cut[loop].all()]
     if any(on_cut[loop].sum() > 1 and not on_cut[loop].all() for loop in loops) or not flat:
-        raise EditError("edit.cap.brim", what=what)
+        raise EditError("edit.cap.brim")
     # A cap's faces run against the loops, so its outward side looks away from what was kept.
     rings = [loop[::-1] for loop in flat]
     areas = np.stack([loop_area(mesh.vertices_mm[ring]) for ring in rings])
@@ -88,7 +88,7 @@ def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
         corners = np.concatenate(drawn)[path]
         cut = np.empty((len(path) - 2, 3), np.int64)
         if _cut_ears(corners, cut) != len(cut):
-            raise EditError("edit.cap.crosses", what=what)
+            raise EditError("edit.cap.crosses")
         faces.append(ring[cut])
     return _made_even(mesh, np.concatenate(faces).astype(np.int32), normal)
 

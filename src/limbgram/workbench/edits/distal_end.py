@@ -63,7 +63,7 @@ class DistalEnd(Edit):
             EditError: it is shortened so.
         """
         if self.lengthen_mm <= -self.height_mm / 2:
-            raise EditError("edit.end.shortened", what=self.title, height_mm=self.height_mm)
+            raise EditError("edit.end.shortened", height_mm=self.height_mm)
 
     def apply(self, limb: Limb) -> Limb:
         """Lengthen, shorten or round the distal end.
@@ -71,24 +71,23 @@ class DistalEnd(Edit):
         Raises:
             EditError: numbers that make no sense, or a surface that would fold.
         """
-        what = self.title
-        points = points_in_limb_frame(limb, what)
+        points = points_in_limb_frame(limb)
         low, high = float(points[:, 2].min()), float(points[:, 2].max())
         if self.height_mm >= high - low:
-            raise EditError("edit.end.beyond", what=what, length_mm=high - low)
+            raise EditError("edit.end.beyond", length_mm=high - low)
         top = low + self.height_mm
         depth = np.clip((top - points[:, 2]) / self.height_mm, 0, 1)
-        target = points + self.roundness * _towards_round(limb, points, top, self.height_mm, what)
+        target = points + self.roundness * _towards_round(limb, points, top, self.height_mm)
         target[:, 2] -= self.lengthen_mm * (1 - fading(depth))
-        axes = axes_in_mesh(limb, what)
+        axes = axes_in_mesh(limb)
         step = np.einsum("nj,jk->nk", target - points, axes)
         return displaced(limb, limb.mesh.vertices_mm + step)
 
 
-def _towards_round(limb: Limb, points: Points3, top: float, height: float, what: str) -> Points3:
+def _towards_round(limb: Limb, points: Points3, top: float, height: float) -> Points3:
     """Ways of the vertices below a height to the half ellipsoid on the section there."""
     below = points[:, 2] < top
-    centre = middles_mm(limb, np.array([[0.0, 0.0, top]]), what)[0, :2]
+    centre = middles_mm(limb, np.array([[0.0, 0.0, top]]))[0, :2]
     around = points[:, :2] - centre
     radius = np.linalg.norm(around, axis=1)
     rim = _rim_radius(limb, points, top, centre, around)

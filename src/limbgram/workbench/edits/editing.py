@@ -8,7 +8,7 @@ from typing import Final, cast
 
 import numpy as np
 
-from limbgram.core.errors import EditError
+from limbgram.core.errors import EditError, refusals_about
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import declared
 from limbgram.findings import LANGUAGES, doubt
@@ -59,25 +59,23 @@ def require_sense(edit: Edit) -> None:
     Raises:
         EditError: an amount out of its range, or lists of different lengths.
     """
-    for field in declared(type(edit)):
-        for number in _numbers(getattr(edit, field.name)):
-            if field.within is not None and not field.within.holds(number):
-                raise EditError(
-                    "edit.out_of_range",
-                    what=edit.title,
-                    name=field.name,
-                    number=number,
-                    least=field.within.least,
-                    most=field.within.most,
-                    above=field.within.above,
-                    unit=field.unit or None,
-                    meaning=field.meaning or None,
-                )
-            if field.name.endswith("_mm") and not abs(number) <= LONGEST_MM:
-                raise EditError(
-                    "edit.longer_than_limb", what=edit.title, name=field.name, length_mm=number
-                )
-    edit.check()
+    with refusals_about(edit.title):
+        for field in declared(type(edit)):
+            for number in _numbers(getattr(edit, field.name)):
+                if field.within is not None and not field.within.holds(number):
+                    raise EditError(
+                        "edit.out_of_range",
+                        name=field.name,
+                        number=number,
+                        least=field.within.least,
+                        most=field.within.most,
+                        above=field.within.above,
+                        unit=field.unit or None,
+                        meaning=field.meaning or None,
+                    )
+                if field.name.endswith("_mm") and not abs(number) <= LONGEST_MM:
+                    raise EditError("edit.longer_than_limb", name=field.name, length_mm=number)
+        edit.check()
 
 
 def do_edit(limb: Limb, edit: Edit) -> Limb:
@@ -90,17 +88,17 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
             solid that cannot be closed again.
     """
     require_sense(edit)
-    if edit.about.kinds and limb.kind not in edit.about.kinds:
-        raise EditError(
-            "edit.kind",
-            what=edit.title,
-            kind=None if limb.kind is None else limb.kind,
-            kinds=edit.about.kinds,
-        )
-    after = edit.apply(limb)
-    after = after.with_mesh(kept_closed(edit.title, limb.mesh, after.mesh))
-    if edit.about.guarded:
-        require_sound(edit.title, limb.mesh, after.mesh)
+    with refusals_about(edit.title):
+        if edit.about.kinds and limb.kind not in edit.about.kinds:
+            raise EditError(
+                "edit.kind",
+                kind=limb.kind,
+                kinds=edit.about.kinds,
+            )
+        after = edit.apply(limb)
+        after = after.with_mesh(kept_closed(limb.mesh, after.mesh))
+        if edit.about.guarded:
+            require_sound(limb.mesh, after.mesh)
     return _landmarks_on_it(limb, after, moved=edit.about.effect.moves_skin)
 
 

@@ -53,7 +53,7 @@ class Expansion(Edit):
         Raises:
             EditError: a landmark is missing.
         """
-        sole = Sole.of(limb, self.title)
+        sole = Sole.of(limb)
         x, y, z = sole.points_mm.T
         length, edge = sole.length_mm, sole.lateral_mm
         low = 1 - ramp(2 * z / self.height_mm - 1)

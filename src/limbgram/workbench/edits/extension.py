@@ -55,12 +55,11 @@ class Extension(Edit):
         Raises:
             EditError: no open brim, or a wall that would cut through the limb.
         """
-        what = self.title
-        loop = brim_loop(limb, what)
-        points = points_in_limb_frame(limb, what)
+        loop = brim_loop(limb)
+        points = points_in_limb_frame(limb)
         start = points[loop]
         rise = start[:, 2].max() + self.length_mm - start[:, 2]
-        slope = _slope(limb, loop, points, what)
+        slope = _slope(limb, loop, points)
         edge = np.linalg.norm(np.roll(start, -1, axis=0) - start, axis=1)
         rows = max(2, int(np.ceil(rise.max() / max(float(np.median(edge)), 0.5))))
         rows = min(rows, _MOST_ROWS)
@@ -80,18 +79,18 @@ class Extension(Edit):
         one = np.stack([ahead[:-1], here[:-1], here[1:]], axis=-1)
         two = np.stack([ahead[:-1], here[1:], ahead[1:]], axis=-1)
         faces = np.concatenate([one.reshape(-1, 3), two.reshape(-1, 3)]).astype(np.int32)
-        places = moved_by(require_frame(limb, what).limb_from_mesh.inverse, ring.reshape(-1, 3))
+        places = moved_by(require_frame(limb).limb_from_mesh.inverse, ring.reshape(-1, 3))
         like = np.tile(loop, rows).astype(np.int64)
         return limb.with_mesh(with_added(limb.mesh, places, like, faces))
 
 
 def _slope(
-    limb: Limb, loop: Int64[np.ndarray, " b"], points: Float64[np.ndarray, "n 3"], what: str
+    limb: Limb, loop: Int64[np.ndarray, " b"], points: Float64[np.ndarray, "n 3"]
 ) -> Float64[np.ndarray, "b 3"]:
     """At each vertex of the brim: direction outwards (x, y), and mm outwards for each mm up."""
-    motion = require_frame(limb, what).limb_from_mesh
+    motion = require_frame(limb).limb_from_mesh
     normals = np.einsum("nj,ij->ni", calm_normals(limb.mesh)[loop], motion.rotation)
-    outward = (points - middles_mm(limb, points, what))[loop, :2]
+    outward = (points - middles_mm(limb, points))[loop, :2]
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
     across = (normals[:, :2] * outward).sum(1)
     steep = np.clip(-normals[:, 2] / np.maximum(across, 0.2), -_STEEPEST, _STEEPEST)

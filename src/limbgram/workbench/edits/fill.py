@@ -59,8 +59,7 @@ class Fill(Edit):
         Raises:
             EditError: there is none that can be filled.
         """
-        what = self.title
-        found = _to_fill(limb, self, what)
+        found = _to_fill(limb, self)
         grown = _filled(limb.mesh, found, bent=False)
         domed = bool(found.brim) and bool(spoilt_vertices(limb.mesh, grown).any())
         if domed:
@@ -84,7 +83,7 @@ class _ToFill:
     """Holes that cannot."""
 
 
-def _to_fill(limb: Limb, edit: Fill, what: str) -> _ToFill:
+def _to_fill(limb: Limb, edit: Fill) -> _ToFill:
     mesh = limb.mesh
     upright = mesh.vertices_mm
     if limb.frame is not None:
@@ -95,12 +94,10 @@ def _to_fill(limb: Limb, edit: Fill, what: str) -> _ToFill:
     own = _of_scraps(mesh, loops)
     loops = [loop for loop, of_scrap in zip(loops, own, strict=True) if not of_scrap]
     if not loops:
-        raise EditError(
-            "edit.fill.no_hole", what=what, scraps=any(own), brim=openings.brim is not None
-        )
+        raise EditError("edit.fill.no_hole", scraps=any(own), brim=openings.brim is not None)
     whole = [loop for loop in loops if not _touches_itself(mesh, loop)]
     if not whole:
-        raise EditError("edit.fill.touching", what=what)
+        raise EditError("edit.fill.touching")
     return _ToFill(
         holes=[loop for loop in whole if loop is not openings.brim],
         brim=[loop for loop in whole if loop is openings.brim],

@@ -120,36 +120,9 @@ def _with_points_on_edges(
     mesh: Mesh, ends: Int64[np.ndarray, "k 2"], shares: Float64[np.ndarray, " k"]
 ) -> Mesh:
     """The mesh with more vertices, each between two; all that is known is blended."""
-    first, second = ends.T
-
-    def blend(values: np.ndarray) -> np.ndarray:
-        share = shares.reshape(-1, *[1] * (values.ndim - 1))
-        return values[first] + share * (values[second].astype(np.float64) - values[first])
-
-    def grown(values: np.ndarray | None) -> np.ndarray | None:
-        if values is None:
-            return None
-        new = blend(values)
-        if values.dtype == np.bool_:
-            new = values[first] | values[second]
-        elif values.dtype == np.uint8:
-            new = np.rint(new)
-        return np.concatenate([values, new.astype(values.dtype)])
-
-    across = mesh.lost_across
-    if across is not None:  # folds run both ways: either sign says the same
-        opposed = np.einsum("kd,kd->k", across[first], across[second]) < 0
-        between = np.where(opposed[:, None], -across[second], across[second]) - across[first]
-        new = across[first] + shares[:, None] * between
-        across = np.concatenate([across, new.astype(across.dtype)])
-    places = mesh.vertices_mm
-    return replace(
-        mesh,
-        vertices_mm=np.concatenate([places, blend(places)]),
-        colours=grown(mesh.colours),
-        filled=grown(mesh.filled),
-        sigma_mm=grown(mesh.sigma_mm),
-        shared_mm=grown(mesh.shared_mm),
-        lost_length=grown(mesh.lost_length),
-        lost_across=across,
+    first, second = mesh.vertices_mm[ends[:, 0]], mesh.vertices_mm[ends[:, 1]]
+    known = mesh.of_vertices(
+        lambda one, values: np.concatenate([values, one.between(values, ends, shares)])
     )
+    places = first + shares[:, None] * (second - first)
+    return replace(mesh, vertices_mm=np.concatenate([mesh.vertices_mm, places]), **known)

@@ -56,23 +56,22 @@ class Flare(Edit):
         Raises:
             EditError: no open brim, or a surface that would fold.
         """
-        what = self.title
-        loop = brim_loop(limb, what)
+        loop = brim_loop(limb)
         reached = np.isfinite(_from_brim_mm(limb, loop, self.height_mm))
         close = np.asarray(reached[limb.mesh.faces].any(1))
         edge_mm = max(self.height_mm / _FINENESS, _FINEST_MM)
         limb = limb.with_mesh(refine_where(limb.mesh, close, edge_mm))
-        distance = _from_brim_mm(limb, brim_loop(limb, what), self.height_mm)
+        distance = _from_brim_mm(limb, brim_loop(limb), self.height_mm)
         weight = np.clip(1 - distance / self.height_mm, 0, 1) ** 2
-        points = points_in_limb_frame(limb, what)
-        outward = points - middles_mm(limb, points, what)
+        points = points_in_limb_frame(limb)
+        outward = points - middles_mm(limb, points)
         outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
-        x_axis, y_axis, _ = axes_in_mesh(limb, what)
+        x_axis, y_axis, _ = axes_in_mesh(limb)
         step = (
             self.depth_mm * weight[:, None] * (outward[:, :1] * x_axis + outward[:, 1:2] * y_axis)
         )
         changed = displaced(limb, limb.mesh.vertices_mm + step)
-        require_sound(what, limb.mesh, changed.mesh)
+        require_sound(limb.mesh, changed.mesh)
         return changed
 
 

@@ -21,24 +21,24 @@ _NEAR = 2.0
 Finder = Callable[[Mesh, Bool[np.ndarray, " f"]], Int64[np.ndarray, "k 2"]]
 
 
-def require_sound(what: str, before: Mesh, after: Mesh) -> None:
+def require_sound(before: Mesh, after: Mesh) -> None:
     """Refuse an edit that leaves no manifold, or adds folds or crossings.
 
     Raises:
         EditError: says how many triangles are concerned, and where.
     """
     if not np.isfinite(after.vertices_mm).all():
-        raise EditError("edit.no_numbers", what=what)
+        raise EditError("edit.no_numbers")
     same_faces = np.array_equal(before.faces, after.faces)
     moved = _moved_faces(before, after)
     if not same_faces and not (is_edge_manifold(after.faces) and is_vertex_manifold(after.faces)):
-        raise EditError("edit.branches", what=what)
+        raise EditError("edit.branches")
     for how, find in _FINDERS:
         pairs = _added(before, after, find, moved)
         if len(pairs):
             place = after.vertices_mm[after.faces[pairs[0]]].reshape(-1, 3).mean(0)
             raise EditError(
-                "edit.unsound", what=what, count=len(pairs), how=how, point_mm=tuple(place.tolist())
+                "edit.unsound", count=len(pairs), how=how, point_mm=tuple(place.tolist())
             )
 
 

@@ -59,12 +59,12 @@ class HeelSkive(Edit):
         Raises:
             EditError: a landmark is missing, or the surface has no heel.
         """
-        sole = Sole.of(limb, self.title)
+        sole = Sole.of(limb)
         x, y, z = sole.points_mm.T
         front = 1 - ramp(y / (self.reach * sole.length_mm) * 2 - 1)
         heel = sole.plantar & (front > 0)
         if not heel.any():
-            raise EditError("edit.heel_skive.no_heel", what=self.title)
+            raise EditError("edit.heel_skive.no_heel")
         outwards = x if self.border == "lateral" else -x
         cut = outwards * np.tan(np.radians(self.tilt_deg)) - z
         # As deep as no vertex moves farther than was asked, and one moves as far.

@@ -75,39 +75,36 @@ class Levels(Edit):
         if len(heights) != len(self.per_cent) or not len(heights):
             raise EditError(
                 "edit.levels.unpaired",
-                what=self.title,
                 heights=len(heights),
                 per_cent=len(self.per_cent),
             )
         if (np.diff(heights) <= 0).any():
-            raise EditError("edit.levels.order", what=self.title)
+            raise EditError("edit.levels.order")
 
 
-def change_by_levels(limb: Limb, what: str, edit: Levels, sign: float) -> Limb:
+def change_by_levels(limb: Limb, edit: Levels, sign: float) -> Limb:
     """Scale sections by sign times the per cent."""
     heights, per_cent = np.array(edit.heights_mm), np.array(edit.per_cent)
-    base = height_mm(limb, 0.0, edit.above, what)
-    points = points_in_limb_frame(limb, what)
+    base = height_mm(limb, 0.0, edit.above)
+    points = points_in_limb_frame(limb)
     change = sign * np.interp(points[:, 2], base + heights, per_cent) / 100
     factor = 1 + change if edit.of == "girth" else np.sqrt(1 + change)
-    step = (factor - 1)[:, None] * (points - middles_mm(limb, points, what))
-    return displaced(limb, limb.mesh.vertices_mm + _across(limb, step, what))
+    step = (factor - 1)[:, None] * (points - middles_mm(limb, points))
+    return displaced(limb, limb.mesh.vertices_mm + _across(limb, step))
 
 
-def require_on_limb(limb: Limb, edit: Levels, what: str) -> None:
+def require_on_limb(limb: Limb, edit: Levels) -> None:
     """Refuse levels none of which the shape has; some beyond its ends are of a longer limb."""
-    heights = points_in_limb_frame(limb, what)[:, 2]
+    heights = points_in_limb_frame(limb)[:, 2]
     low, high = float(heights.min()), float(heights.max())
-    levels = height_mm(limb, 0.0, edit.above, what) + np.array(edit.heights_mm)
+    levels = height_mm(limb, 0.0, edit.above) + np.array(edit.heights_mm)
     near = (levels >= low - _LEVEL_TOLERANCE_MM) & (levels <= high + _LEVEL_TOLERANCE_MM)
     if not near.any() and not levels.min() < low < levels.max():
         nearest = levels.min() if levels.min() > high else levels.max()
-        raise EditError(
-            "edit.levels.off_shape", what=what, low_mm=low, high_mm=high, nearest_mm=nearest
-        )
+        raise EditError("edit.levels.off_shape", low_mm=low, high_mm=high, nearest_mm=nearest)
 
 
-def _across(limb: Limb, step: Float64[np.ndarray, "n 3"], what: str) -> Float64[np.ndarray, "n 3"]:
+def _across(limb: Limb, step: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:
     """Displacements in the limb frame, without their part along the axis, in the mesh's frame."""
-    x_axis, y_axis, _ = axes_in_mesh(limb, what)
+    x_axis, y_axis, _ = axes_in_mesh(limb)
     return step[:, :1] * x_axis + step[:, 1:2] * y_axis

@@ -101,13 +101,12 @@ class Liner(Edit):
         Raises:
             EditError: a height is given that nothing counts by.
         """
-        what = self.title
         if not LINERS[self.name].tapers and (self.proximal_mm is not None or self.above):
-            raise EditError("edit.liner.even", what=what)
+            raise EditError("edit.liner.even")
         if self.proximal_mm is None and self.above:
-            raise EditError("edit.liner.above", what=what, above=self.above)
+            raise EditError("edit.liner.above", above=self.above)
         if self.proximal_mm is not None and self.proximal_mm <= 0 and not self.above:
-            raise EditError("edit.liner.at_end", what=what, height_mm=self.proximal_mm)
+            raise EditError("edit.liner.at_end", height_mm=self.proximal_mm)
 
     def apply(self, limb: Limb) -> Limb:
         """Reduce for a liner.
@@ -115,20 +114,17 @@ class Liner(Edit):
         Raises:
             EditError: the height makes no sense on this limb.
         """
-        what = self.title
         made = LINERS[self.name]
         per_cent = made.least_per_cent + self.share * (made.most_per_cent - made.least_per_cent)
-        heights = points_in_limb_frame(limb, what)[:, 2]
+        heights = points_in_limb_frame(limb)[:, 2]
         low, high = float(heights.min()), float(heights.max())
         if not made.tapers:
             levels = Reduction(heights_mm=(low,), per_cent=(per_cent,), of=made.of)
-            return change_by_levels(limb, what, levels, -1.0)
+            return change_by_levels(limb, levels, -1.0)
         if self.proximal_mm is not None:
-            high = height_mm(limb, self.proximal_mm, self.above, what)
+            high = height_mm(limb, self.proximal_mm, self.above)
             top = float(heights.max())
             if not low < high <= low + _MOST_LENGTHS * (top - low):
-                raise EditError(
-                    "edit.liner.off_shape", what=what, height_mm=high, low_mm=low, top_mm=top
-                )
+                raise EditError("edit.liner.off_shape", height_mm=high, low_mm=low, top_mm=top)
         levels = Reduction(heights_mm=(low, high), per_cent=(0.0, per_cent), of=made.of)
-        return change_by_levels(limb, what, levels, -1.0)
+        return change_by_levels(limb, levels, -1.0)

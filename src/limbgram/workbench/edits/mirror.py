@@ -45,14 +45,12 @@ class Mirror(Edit):
         Raises:
             EditError: the limb is not aligned, has no side, or has the confirmed side already.
         """
-        what = self.title
-        frame = require_frame(limb, what)
+        frame = require_frame(limb)
         if frame.side == "none":
-            raise EditError("edit.mirror.no_side", what=what)
+            raise EditError("edit.mirror.no_side")
         if frame.side == self.confirmed_side:
             raise EditError(
                 "edit.mirror.side",
-                what=what,
                 side=frame.side,
                 other="left" if frame.side == "right" else "right",
             )

@@ -85,7 +85,7 @@ def offset(mesh: Mesh, distance_mm: float) -> Mesh:
         return mesh
     found = Offsetting(mesh).by_places(np.full(len(mesh), float(distance_mm)), None)
     require_not_turned(mesh, found, distance_mm)
-    require_sound(f"The offset by {distance_mm:g} mm", mesh, found.mesh)
+    require_sound(mesh, found.mesh)
     return found.mesh
 
 

@@ -74,8 +74,7 @@ def set_in(limb: Limb, oval: Oval, sign: float) -> Limb:
     Raises:
         EditError: no such place, or the surface would fold or cut through itself.
     """
-    what = oval.title
-    middle = on_surface(limb, position_mm(limb, oval.at, "limb", what)[None], what)[0]
+    middle = on_surface(limb, position_mm(limb, oval.at, "limb")[None])[0]
     half = np.array([oval.width_mm, oval.height_mm]) / 2
     reach = float(half.max()) * 1.5
 
@@ -90,7 +89,7 @@ def set_in(limb: Limb, oval: Oval, sign: float) -> Limb:
     near = distance < max(_NORMAL_SHARE * float(half.min()), 2 * edge_mm)
     outward = (mesh.vertex_normals() * (mesh.vertex_areas_mm2() * near)[:, None]).sum(0)
     outward /= np.linalg.norm(outward)
-    up = axes_in_mesh(limb, what)[2]
+    up = axes_in_mesh(limb)[2]
     up = up - outward * (up @ outward)
     up /= np.linalg.norm(up)
     off = mesh.vertices_mm - middle
@@ -98,5 +97,5 @@ def set_in(limb: Limb, oval: Oval, sign: float) -> Limb:
     share = fading((across - 1 + oval.edge) / oval.edge) * np.isfinite(distance)
     step = sign * oval.depth_mm * share[:, None] * outward
     changed = displaced(limb, mesh.vertices_mm + step)
-    require_sound(what, mesh, changed.mesh)
+    require_sound(mesh, changed.mesh)
     return changed

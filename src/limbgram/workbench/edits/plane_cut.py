@@ -87,16 +87,15 @@ class PlaneCut(Edit):
         Raises:
             EditError: the plane misses the shape, or cannot be closed.
         """
-        what = self.title
-        level = height_mm(limb, self.height_mm, self.above, what)
-        points = points_in_limb_frame(limb, what)
-        middle = middles_mm(limb, np.array([[0.0, 0.0, level]]), what)[0]
+        level = height_mm(limb, self.height_mm, self.above)
+        points = points_in_limb_frame(limb)
+        middle = middles_mm(limb, np.array([[0.0, 0.0, level]]))[0]
         tilt = np.tan(np.radians([self.right_deg, self.forward_deg]))
         normal = np.array([tilt[0], tilt[1], 1.0])
         normal /= np.linalg.norm(normal)
         values = ((points - middle) * normal).sum(1) * (1.0 if self.keep == "proximal" else -1.0)
         if not (values > ON_IT_MM).any() or not (values < -ON_IT_MM).any():
             low, high = float(points[:, 2].min()), float(points[:, 2].max())
-            raise EditError("edit.cut.misses", what=what, height_mm=level, low_mm=low, high_mm=high)
+            raise EditError("edit.cut.misses", height_mm=level, low_mm=low, high_mm=high)
         cut = keep_positive(limb.mesh, values)
-        return limb.with_mesh(cap(cut.mesh, cut.on_cut, what) if self.capped else cut.mesh)
+        return limb.with_mesh(cap(cut.mesh, cut.on_cut) if self.capped else cut.mesh)

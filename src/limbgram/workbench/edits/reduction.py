@@ -40,5 +40,5 @@ class Reduction(Levels):
         Raises:
             EditError: the levels make no sense on this limb.
         """
-        require_on_limb(limb, self, self.title)
-        return change_by_levels(limb, self.title, self, -1.0)
+        require_on_limb(limb, self)
+        return change_by_levels(limb, self, -1.0)

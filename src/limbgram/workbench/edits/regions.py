@@ -80,13 +80,13 @@ class Sides:
     """Distance to the curve of the vertices near it, positive to the left; infinite elsewhere."""
 
 
-def require_frame(limb: Limb, what: str) -> LimbFrame:
+def require_frame(limb: Limb) -> LimbFrame:
     """The limb's frame.
 
     Raises:
         EditError: the limb has not been aligned.
     """
-    return limb.aligned(EditError("edit.not_aligned", what=what)).frame
+    return limb.aligned(EditError("edit.not_aligned")).frame
 
 
 def moved_by(motion: Rigid, points: Points3) -> Points3:
@@ -94,17 +94,17 @@ def moved_by(motion: Rigid, points: Points3) -> Points3:
     return np.einsum("nj,ij->ni", points, motion.rotation) + motion.translation
 
 
-def points_in_limb_frame(limb: Limb, what: str) -> Points3:
+def points_in_limb_frame(limb: Limb) -> Points3:
     """The mesh's vertices in the limb frame."""
-    return moved_by(require_frame(limb, what).limb_from_mesh, limb.mesh.vertices_mm)
+    return moved_by(require_frame(limb).limb_from_mesh, limb.mesh.vertices_mm)
 
 
-def axes_in_mesh(limb: Limb, what: str) -> Float64[np.ndarray, "3 3"]:
+def axes_in_mesh(limb: Limb) -> Float64[np.ndarray, "3 3"]:
     """Rows: directions of the limb's X, Y and Z in the mesh's frame."""
-    return require_frame(limb, what).limb_from_mesh.rotation
+    return require_frame(limb).limb_from_mesh.rotation
 
 
-def position_mm(limb: Limb, place: Place, frame: FrameName, what: str) -> Vector3:
+def position_mm(limb: Limb, place: Place, frame: FrameName) -> Vector3:
     """A place in the mesh's frame.
 
     Raises:
@@ -117,7 +117,6 @@ def position_mm(limb: Limb, place: Place, frame: FrameName, what: str) -> Vector
         names = tuple(mark.name for mark in limb.landmarks)
         raise EditError(
             "edit.landmark.none",
-            what=what,
             name=place,
             names=names or None,
             meant=likeliest(place, names),
@@ -125,22 +124,22 @@ def position_mm(limb: Limb, place: Place, frame: FrameName, what: str) -> Vector
     point = np.array(place, np.float64)
     if frame == "mesh":
         return point
-    return moved_by(require_frame(limb, what).limb_from_mesh.inverse, point[None])[0]
+    return moved_by(require_frame(limb).limb_from_mesh.inverse, point[None])[0]
 
 
-def require_ring(places: Sequence[Place], what: str) -> None:
+def require_ring(places: Sequence[Place]) -> None:
     """Refuse places that make no closed curve.
 
     Raises:
         EditError: fewer than three, or one of them twice in a row.
     """
     if len(places) < _LEAST_POINTS:
-        raise EditError("edit.ring.few", what=what, least=_LEAST_POINTS)
+        raise EditError("edit.ring.few", least=_LEAST_POINTS)
     if any(one == other for one, other in pairwise((*places, places[0]))):
-        raise EditError("edit.ring.twice", what=what)
+        raise EditError("edit.ring.twice")
 
 
-def on_surface(limb: Limb, points_mm: Points3, what: str) -> Points3:
+def on_surface(limb: Limb, points_mm: Points3) -> Points3:
     """Points in the mesh's frame moved to the nearest places on the surface.
 
     Raises:
@@ -151,19 +150,18 @@ def on_surface(limb: Limb, points_mm: Points3, what: str) -> Points3:
     if closest.distances_mm[worst] > _FARTHEST_MM:
         raise EditError(
             "edit.point.off_surface",
-            what=what,
             point_mm=tuple(points_mm[worst].tolist()),
             off_mm=float(closest.distances_mm[worst]),
         )
     return closest.points_mm
 
 
-def height_mm(limb: Limb, height: float, above: str, what: str) -> float:
+def height_mm(limb: Limb, height: float, above: str) -> float:
     """A height along the limb's axis: above its origin, or above a landmark if one is named."""
     if not above:
         return height
-    point = position_mm(limb, above, "mesh", what)
-    base = moved_by(require_frame(limb, what).limb_from_mesh, point[None])[0, 2]
+    point = position_mm(limb, above, "mesh")
+    base = moved_by(require_frame(limb).limb_from_mesh, point[None])[0, 2]
     return float(base) + height
 
 
@@ -186,13 +184,13 @@ def displaced(limb: Limb, vertices_mm: Points3) -> Limb:
     return replace(limb, mesh=new, landmarks=marks)
 
 
-def middles_mm(limb: Limb, points: Points3, what: str) -> Points3:
+def middles_mm(limb: Limb, points: Points3) -> Points3:
     """For points in the limb frame: the middle of the section at the height of each.
 
     The line follows the centroids of whole sections, and is made smooth; where sections are
     open (at a slanting brim) or shrink (at the distal end) it goes on along the axis.
     """
-    vertices = points_in_limb_frame(limb, what)
+    vertices = points_in_limb_frame(limb)
     mesh = limb.mesh.with_vertices(vertices)
     low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
     heights = low + (high - low) * (np.arange(_LEVELS) + 0.5) / _LEVELS
@@ -213,7 +211,7 @@ def middles_mm(limb: Limb, points: Points3, what: str) -> Points3:
     return np.stack([x, y, points[:, 2]], axis=1)
 
 
-def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
+def draw_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
     """The smooth closed curve on the surface through picked points.
 
     Raises:
@@ -222,11 +220,11 @@ def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
     from scipy.interpolate import CubicSpline  # a tenth of a second, for curves alone
 
     if len(picked_mm) < _LEAST_POINTS:
-        raise EditError("edit.ring.few", what=what, least=_LEAST_POINTS)
+        raise EditError("edit.ring.few", least=_LEAST_POINTS)
     ring = np.concatenate([picked_mm, picked_mm[:1]])
     gaps = np.linalg.norm(np.diff(ring, axis=0), axis=1)
     if gaps.min() < 1e-6:
-        raise EditError("edit.ring.twice", what=what)
+        raise EditError("edit.ring.twice")
     # Centripetal spacing keeps the spline from looping where points lie unevenly.
     knots = np.concatenate([[0.0], np.cumsum(np.sqrt(gaps))])
     spline = CubicSpline(knots, ring, bc_type="periodic")
@@ -248,14 +246,12 @@ def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
             else int(np.argmax(closest.distances_mm))
         )
         segment = int(np.searchsorted(knots, even[worst], side="right"))
-        raise EditError(
-            "edit.curve.leaves", what=what, first=segment, second=segment % len(picked_mm) + 1
-        )
+        raise EditError("edit.curve.leaves", first=segment, second=segment % len(picked_mm) + 1)
     normals = mesh.vertex_normals()[mesh.faces[closest.faces]].mean(1)
     return Curve(closest.points_mm, _smoothed(normals))
 
 
-def find_sides(mesh: Mesh, curves: Sequence[Curve], what: str) -> Sides:
+def find_sides(mesh: Mesh, curves: Sequence[Curve]) -> Sides:
     """Tell the two sides of a curve apart; of a wall, which is cut through, those of two curves.
 
     Raises:
@@ -280,7 +276,7 @@ def find_sides(mesh: Mesh, curves: Sequence[Curve], what: str) -> Sides:
     lefts = np.bincount(part[sign > 0], minlength=parts)
     rights = np.bincount(part[sign < 0], minlength=parts)
     if ((lefts > 0) & (rights > 0)).any() or not lefts.any() or not rights.any():
-        raise EditError("edit.curve.no_parting", what=what)
+        raise EditError("edit.curve.no_parting")
     return Sides((lefts > 0)[part], signed)
 
 
@@ -341,24 +337,13 @@ def with_added(mesh: Mesh, places_mm: Points3, like: Int64[np.ndarray, " k"], fa
         like: For each new vertex, an old one whose colour it takes.
         faces: Of old and new vertices; new ones count on from the old.
     """
-
-    def longer(values: np.ndarray | None, added: np.ndarray | float | bool) -> np.ndarray | None:
-        if values is None:
-            return None
-        new = np.broadcast_to(np.asarray(added, values.dtype), (len(like), *values.shape[1:]))
-        return np.concatenate([values, new])
-
-    filled = np.zeros(len(mesh), np.bool_) if mesh.filled is None else mesh.filled
+    if mesh.filled is None:
+        mesh = replace(mesh, filled=np.zeros(len(mesh), np.bool_))
     return replace(
         mesh,
         vertices_mm=np.concatenate([mesh.vertices_mm, places_mm]),
         faces=np.concatenate([mesh.faces, faces]).astype(np.int32),
-        colours=None if mesh.colours is None else longer(mesh.colours, mesh.colours[like]),
-        filled=longer(filled, True),
-        sigma_mm=longer(mesh.sigma_mm, np.nan),
-        shared_mm=longer(mesh.shared_mm, 0.0),
-        lost_length=longer(mesh.lost_length, 0.0),
-        lost_across=longer(mesh.lost_across, 0.0),
+        **mesh.of_vertices(lambda one, values: one.with_unmeasured(values, like)),
     )
 
 

@@ -125,19 +125,14 @@ class Repose(Edit):
             anatomy = self._tilted(limb.anatomy)
             turn = Turn.of(anatomy, self.joint, self.by_deg * anatomy.sense(), self.band_mm)
         except MeasureError as error:
-            raise EditError(
-                "edit.repose.not_told", what=self.title, reason=error.finding
-            ) from error
+            raise EditError("edit.repose.not_told", reason=error.finding) from error
         points = turn.applied(limb.mesh.vertices_mm)
         strain = largest_strain(limb.mesh.faces, limb.mesh.vertices_mm, points)
         if strain > MOST_STRAIN_ACCEPTED:
-            raise EditError(
-                "edit.repose.torn", what=self.title, strain=strain, most=MOST_STRAIN_ACCEPTED
-            )
+            raise EditError("edit.repose.torn", strain=strain, most=MOST_STRAIN_ACCEPTED)
         if not self.beyond and (strain > MOST_STRAIN or abs(self.by_deg) > MOST_DEG):
             raise EditError(
                 "edit.repose.beyond",
-                what=self.title,
                 by_deg=self.by_deg,
                 strain=strain,
                 most_deg=MOST_DEG,
@@ -157,7 +152,7 @@ class Repose(Edit):
             return anatomy
         axis = JOINTS[self.joint].axis
         if not any(isinstance(one, Tilted) and one.name == axis for one in anatomy.kind.directions):
-            raise EditError("edit.repose.told_by_landmarks", what=self.title, joint=self.joint)
+            raise EditError("edit.repose.told_by_landmarks", joint=self.joint)
         kind = anatomy.kind.tilted(axis, self.axis_up_deg, self.axis_medial_deg)
         return replace(anatomy, kind=kind)
 

@@ -66,13 +66,12 @@ class Roll(Edit):
         Raises:
             EditError: the limb is not aligned, or has no landmark of the name.
         """
-        what = self.title
-        points = points_in_limb_frame(limb, what)
-        middle = height_mm(limb, self.at_mm, self.above, what)
-        outward = points - middles_mm(limb, points, what)
+        points = points_in_limb_frame(limb)
+        middle = height_mm(limb, self.at_mm, self.above)
+        outward = points - middles_mm(limb, points)
         outward[:, 2] = 0.0
         outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
         aside = self.front + (1 - self.front) * outward[:, 0] ** 2
         depth = self.depth_mm * bump((points[:, 2] - middle) / self.band_mm) * aside
-        axes = axes_in_mesh(limb, what)
+        axes = axes_in_mesh(limb)
         return displaced(limb, limb.mesh.vertices_mm - (depth[:, None] * outward) @ axes)

@@ -99,10 +99,9 @@ class Smoothing(Edit):
         Raises:
             EditError: numbers that make no sense, or a surface that would fold.
         """
-        what = self.title
-        free = freedom(limb, self, what)
+        free = freedom(limb, self)
         if not (free > 0).any():
-            raise EditError("edit.smoothing.nothing", what=what)
+            raise EditError("edit.smoothing.nothing")
         smooth = calmed(limb.mesh, free, self.passes)
         spoilt = np.ones(len(smooth), np.bool_)
         for _ in range(_RETREATS):
@@ -114,14 +113,14 @@ class Smoothing(Edit):
                 spoilt[limb.mesh.faces[with_any(spoilt, limb.mesh.faces)]] = True
             free[spoilt] = 0.0
             if not free.any():
-                raise EditError("edit.smoothing.folds", what=what)
+                raise EditError("edit.smoothing.folds")
             smooth = calmed(limb.mesh, free, self.passes)
         before, after = volume_mm3(limb.mesh), volume_mm3(smooth)
         if not abs(after - before) <= _VOLUME_KEPT * abs(before) + _TOUCH_MM3:
-            raise EditError("edit.smoothing.volume", what=what, change_ml=(after - before) / 1000)
+            raise EditError("edit.smoothing.volume", change_ml=(after - before) / 1000)
         changed = displaced(limb, smooth.vertices_mm)
         if spoilt.any():  # else this very shape was found sound above
-            require_sound(what, limb.mesh, changed.mesh)
+            require_sound(limb.mesh, changed.mesh)
         return changed
 
 
@@ -158,7 +157,7 @@ def with_volume(mesh: Mesh, wanted_mm3: float, free: Float64[np.ndarray, " n"]) 
     return mesh
 
 
-def freedom(limb: Limb, edit: Smoothing, what: str) -> Float64[np.ndarray, " n"]:
+def freedom(limb: Limb, edit: Smoothing) -> Float64[np.ndarray, " n"]:
     """1 where the surface may move, 0 at the brim and round the places to leave."""
     mesh = limb.mesh
     free = np.ones(len(mesh))
@@ -170,7 +169,7 @@ def freedom(limb: Limb, edit: Smoothing, what: str) -> Float64[np.ndarray, " n"]
         free *= 1 - fading((distance - edit.brim_mm) / max(edit.brim_mm, 1e-6))
         free[brim] = 0.0
     for place in edit.leave:
-        point = on_surface(limb, position_mm(limb, place, edit.positions_in, what)[None], what)[0]
+        point = on_surface(limb, position_mm(limb, place, edit.positions_in)[None])[0]
         ramp = edit.leave_mm / 3
         distance = distances_from_point(mesh, point, edit.leave_mm + ramp)
         free *= 1 - fading((distance - edit.leave_mm) / ramp)

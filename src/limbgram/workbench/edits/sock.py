@@ -28,7 +28,7 @@ class Sock(Edit):
     """As worn: about 0.3 for a nylon sheath, 2.3 for a thick terry sock."""
 
     words = spoken(
-        en=Words(name="Take sock off", title="The sock"),
+        en=Words(name="Take sock off", title="The removal of the sock"),
         de=Words(
             name="Strumpf abziehen",
             title="Das Abziehen des Strumpfs",

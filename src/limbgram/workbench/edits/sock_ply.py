@@ -39,6 +39,6 @@ class SockPly(Edit):
         per_cent = (PLY_VOLUME_PER_CENT * abs(self.plies),)
         if self.plies < 0:
             less = Reduction(heights_mm=(0.0,), per_cent=per_cent, of="volume")
-            return change_by_levels(limb, self.title, less, -1.0)
+            return change_by_levels(limb, less, -1.0)
         more = Increase(heights_mm=(0.0,), per_cent=per_cent, of="volume")
-        return change_by_levels(limb, self.title, more, 1.0)
+        return change_by_levels(limb, more, 1.0)

@@ -44,7 +44,7 @@ class Sole:
     """Of the navicular, in this frame."""
 
     @classmethod
-    def of(cls, limb: Limb, what: str) -> "Sole":
+    def of(cls, limb: Limb) -> "Sole":
         """The frame of a foot.
 
         Raises:
@@ -54,14 +54,14 @@ class Sole:
             anatomy = limb.anatomy
             up, forward = anatomy.axis("plantar"), anatomy.axis("foot").direction
             rotation = np.stack([anatomy.axis("lateral").direction, forward, up.direction])
-            heel = anatomy.at(Mid(("heel",)), what)
+            heel = anatomy.at(Mid(("heel",)))
             origin = heel - up.direction * ((heel - up.point_mm) @ up.direction)
             marks = [
-                rotation @ (anatomy.at(Mid((name,)), what) - origin)
+                rotation @ (anatomy.at(Mid((name,))) - origin)
                 for name in ("first metatarsal head", "fifth metatarsal head", "navicular")
             ]
         except MeasureError as error:
-            raise EditError("edit.repose.not_told", what=what, reason=error.finding) from error
+            raise EditError("edit.repose.not_told", reason=error.finding) from error
         length_mm = float((marks[0][1] + marks[1][1]) / 2)
         high = (limb.mesh.vertices_mm - origin) @ rotation[2]
         low = np.asarray((high < _LOW * length_mm)[limb.mesh.faces].any(1))

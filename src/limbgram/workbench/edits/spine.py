@@ -92,9 +92,9 @@ class Spine(Edit):
         lists = [one for one in (self.right_mm, self.forward_mm, self.turn_deg) if one]
         rising = all(low < high for low, high in zip(self.heights_mm, self.heights_mm[1:]))
         if len(self.heights_mm) < 2 or not rising or not lists:
-            raise EditError("edit.spine.heights", what=self.title)
+            raise EditError("edit.spine.heights")
         if any(len(one) != len(self.heights_mm) or one[0] != 0 for one in lists):
-            raise EditError("edit.spine.lists", what=self.title, levels=len(self.heights_mm))
+            raise EditError("edit.spine.lists", levels=len(self.heights_mm))
 
     def apply(self, limb: Limb) -> Limb:
         """Move the levels, and tell how far the surface was strained.
@@ -102,10 +102,9 @@ class Spine(Edit):
         Raises:
             EditError: the limb is not aligned, or the strain is beyond what is done.
         """
-        what = self.title
-        frame = require_frame(limb, what)
-        base = height_mm(limb, 0.0, self.above, what)
-        points = points_in_limb_frame(limb, what)
+        frame = require_frame(limb)
+        base = height_mm(limb, 0.0, self.above)
+        points = points_in_limb_frame(limb)
         z = points[:, 2] - base
         half = np.radians(self._at(self.turn_deg, z)) / 2
         shift = np.column_stack([self._at(self.right_mm, z), self._at(self.forward_mm, z)])
@@ -114,7 +113,7 @@ class Spine(Edit):
         back = moved_by(frame.limb_from_mesh.inverse, after)
         strain = largest_strain(limb.mesh.faces, limb.mesh.vertices_mm, back)
         if strain > (MOST_STRAIN_ACCEPTED if self.beyond else MOST_STRAIN):
-            raise EditError("edit.spine.strain", what=what, strain=strain, most=MOST_STRAIN)
+            raise EditError("edit.spine.strain", strain=strain, most=MOST_STRAIN)
         moved = displaced(limb, back)
         return replace(moved, notes=(*moved.notes, note("edit.spine.done", strain=strain)))
 

@@ -83,12 +83,12 @@ class ToeBridge(Edit):
             up = limb.anatomy.axis("plantar").direction
             forward = limb.anatomy.axis("foot").direction
             first, fifth, toe = (
-                limb.anatomy.at(Mid((name,)), self.title)
+                limb.anatomy.at(Mid((name,)))
                 for name in ("first metatarsal head", "fifth metatarsal head", "second toe")
             )
         except MeasureError as error:
             reason = error.finding
-            raise EditError("edit.repose.not_told", what=self.title, reason=reason) from error
+            raise EditError("edit.repose.not_told", reason=reason) from error
         ahead = np.cross(first - fifth, up)
         ahead = unit((ahead * np.sign(ahead @ forward))[None])[0]
         return limb.with_mesh(_bridged(limb.mesh, _Across(first, ahead, toe), self))
@@ -178,12 +178,12 @@ def _bridged(mesh: Mesh, across: _Across, asked: ToeBridge) -> Mesh:
     Raises:
         EditError: it does not reach beyond it, or is open there.
     """
-    gap_mm, what = asked.gap_mm, asked.title
+    gap_mm = asked.gap_mm
     radius_mm = 0.5 * gap_mm
     cell_mm = min(radius_mm / _CELLS, _COARSEST_MM)
     toes = across.of_toes(mesh, 0.0)
     if not toes.any():
-        raise EditError("edit.toe_bridge.no_toes", what=what)
+        raise EditError("edit.toe_bridge.no_toes")
     near = mesh.vertices_mm[across.of_toes(mesh, -1.5 * gap_mm)]
     grid = _Grid.round(near, radius_mm + 2 * cell_mm, cell_mm)
     field = _Closed.of(SignedSurface(mesh.vertices_mm, mesh.faces), grid, radius_mm)
@@ -195,7 +195,7 @@ def _bridged(mesh: Mesh, across: _Across, asked: ToeBridge) -> Mesh:
     anew = largest_piece(keep_positive(settled, beyond - _STRIP * cell_mm).mesh)[0]
     along = across.along_mm(mesh.vertices_mm)
     behind = keep_positive(mesh, np.where(toes, -along, np.maximum(np.abs(along), ON_IT_MM))).mesh
-    one, two = _edge(behind, across, 0.0, what), _edge(anew, across, _STRIP * cell_mm, what)[::-1]
+    one, two = _edge(behind, across, 0.0), _edge(anew, across, _STRIP * cell_mm)[::-1]
     between = strip(behind.vertices_mm[one], anew.vertices_mm[two])
     like = np.asarray(KDTree(behind.vertices_mm).query(anew.vertices_mm)[1], np.int64)
     numbers = np.concatenate([one, len(behind) + two])
@@ -215,7 +215,7 @@ def _settled(field: _Closed, points_mm: Points3, cell_mm: float) -> Points3:
     return places
 
 
-def _edge(mesh: Mesh, across: _Across, along_mm: float, what: str) -> Int64[np.ndarray, " k"]:
+def _edge(mesh: Mesh, across: _Across, along_mm: float) -> Int64[np.ndarray, " k"]:
     """The one open edge that lies so far along.
 
     Raises:
@@ -225,7 +225,7 @@ def _edge(mesh: Mesh, across: _Across, along_mm: float, what: str) -> Int64[np.n
     found = [loop for loop in boundary_loops(mesh.faces) if (off[loop] < ON_IT_MM).any()]
     if len(found) != 1 or not (off[found[0]] < ON_IT_MM).all():
         x, y, z = across.through_mm.tolist()
-        raise EditError("edit.toe_bridge.parted", what=what, point_mm=(x, y, z))
+        raise EditError("edit.toe_bridge.parted", point_mm=(x, y, z))
     return found[0].astype(np.int64)
 
 

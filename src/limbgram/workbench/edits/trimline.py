@@ -85,7 +85,7 @@ class Trimline(Edit):
     )
 
     def check(self) -> None:
-        require_ring(self.through, self.title)
+        require_ring(self.through)
 
     def apply(self, limb: Limb) -> Limb:
         """Cut along a curve; triangles across it are split, so the new brim follows it.
@@ -93,16 +93,13 @@ class Trimline(Edit):
         Raises:
             EditError: the curve does not part the surface in two.
         """
-        what = self.title
-        picked = np.stack(
-            [position_mm(limb, place, self.positions_in, what) for place in self.through]
-        )
-        curves = _curves(limb, picked, what)
+        picked = np.stack([position_mm(limb, place, self.positions_in) for place in self.through])
+        curves = _curves(limb, picked)
         fine = limb.mesh
         for curve in curves:
             fine = fine_along(fine, curve, _EDGE_MM)
-        sides = find_sides(fine, curves, what)
-        heights = points_in_limb_frame(limb.with_mesh(fine), what)[:, 2]
+        sides = find_sides(fine, curves)
+        heights = points_in_limb_frame(limb.with_mesh(fine))[:, 2]
         left_is_kept = _is_kept(fine, sides.left, heights, self.keep)
         apart = np.where(
             np.isfinite(sides.signed_mm), sides.signed_mm, np.where(sides.left, 1e3, -1e3)
@@ -111,7 +108,7 @@ class Trimline(Edit):
         return limb.with_mesh(cut.mesh)
 
 
-def _curves(limb: Limb, picked_mm: Points3, what: str) -> tuple[Curve, ...]:
+def _curves(limb: Limb, picked_mm: Points3) -> tuple[Curve, ...]:
     """The curve through the points; of a wall also where a cut straight through it comes out.
 
     Of a wall the curve is drawn on the outside, on whichever side of it its points lie.
@@ -119,26 +116,26 @@ def _curves(limb: Limb, picked_mm: Points3, what: str) -> tuple[Curve, ...]:
     mesh = limb.mesh
     wall = wall_of(mesh) if is_watertight(mesh.faces) else None
     if wall is None:
-        return (draw_curve(mesh, on_surface(limb, picked_mm, what), what),)
-    outside = with_faces(mesh, mesh.faces[_looks_out(limb, what)])
-    on_it = on_surface(limb.with_mesh(outside), picked_mm, what)
-    curve = draw_curve(outside, on_it, what)
+        return (draw_curve(mesh, on_surface(limb, picked_mm)),)
+    outside = with_faces(mesh, mesh.faces[_looks_out(limb)])
+    on_it = on_surface(limb.with_mesh(outside), picked_mm)
+    curve = draw_curve(outside, on_it)
     step_mm = curve.length_mm / len(curve.points_mm)
     normals = gaussian_filter1d(curve.normals, _CALM * wall.median_mm / step_mm, 0, mode="wrap")
     across = replace(curve, normals=unit(normals))
-    return across, replace(across, points_mm=_other_side_mm(mesh, across, wall.median_mm, what))
+    return across, replace(across, points_mm=_other_side_mm(mesh, across, wall.median_mm))
 
 
-def _looks_out(limb: Limb, what: str) -> Bool[np.ndarray, " f"]:
+def _looks_out(limb: Limb) -> Bool[np.ndarray, " f"]:
     """Faces of a wall that look away from the middle of the limb."""
-    points = points_in_limb_frame(limb, what)
+    points = points_in_limb_frame(limb)
     corners = points[limb.mesh.faces]
     places = corners.mean(1)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(((places - middles_mm(limb, places, what)) * normals).sum(1) > 0)
+    return np.asarray(((places - middles_mm(limb, places)) * normals).sum(1) > 0)
 
 
-def _other_side_mm(mesh: Mesh, curve: Curve, usual_mm: float, what: str) -> Points3:
+def _other_side_mm(mesh: Mesh, curve: Curve, usual_mm: float) -> Points3:
     """Where straight ways in from a curve come out of a wall.
 
     Raises:
@@ -156,7 +153,7 @@ def _other_side_mm(mesh: Mesh, curve: Curve, usual_mm: float, what: str) -> Poin
     lost = ~((met >= 0) & (reach_mm < _MOST_ACROSS * usual_mm))
     if lost.any():
         point_mm = tuple(curve.points_mm[int(lost.argmax())].tolist())
-        raise EditError("edit.trimline.no_wall", what=what, point_mm=point_mm)
+        raise EditError("edit.trimline.no_wall", point_mm=point_mm)
     return starts + reach_mm[:, None] * ways
 
 

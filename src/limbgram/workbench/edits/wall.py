@@ -117,7 +117,6 @@ class Wall(Edit):
         if not self.thickness_mm >= self.least_mm:
             raise EditError(
                 "edit.wall.thickness_asked",
-                what=self.title,
                 least_mm=self.least_mm,
                 thickness_mm=self.thickness_mm,
             )
@@ -129,12 +128,11 @@ class Wall(Edit):
             EditError: the shape is closed already, or the wall would cut through itself, or be
                 thinner somewhere than its least.
         """
-        what = self.title
         mesh = limb.mesh
         border = boundary_half_edges(mesh.faces)
         parts = face_components(mesh.faces)
         if len(np.unique(parts[_faces_at(mesh, border)])) <= int(parts.max()):
-            raise EditError("edit.wall.closed", what=what)
+            raise EditError("edit.wall.closed")
         made = _made(mesh, self)
         if made.refusal is not None:
             raise made.refusal
@@ -254,7 +252,7 @@ def _moved(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
         require_not_turned(mesh, found, sign * edit.thickness_mm)
     except EditError as error:
         tried = replace(tried, refusal=error)
-    tried = _require_sound(mesh, edit, wall, tried)
+    tried = _require_sound(mesh, wall, tried)
     return replace(tried, notes=(*tried.notes, *_aslant(mesh, planes, wall)))
 
 
@@ -262,7 +260,7 @@ def _covered(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
     """The wall whose second skin lies over the first one, or under it, as far from it as asked."""
     upwards = mesh if edit.side == "outward" else replace(mesh, faces=mesh.faces[:, ::-1])
     try:
-        found = covered(Apart(upwards, edit.thickness_mm), planes, edit.title)
+        found = covered(Apart(upwards, edit.thickness_mm), planes)
     except EditError as error:
         return _Tried(mesh, np.zeros(len(mesh), np.bool_), 0.0, error)
     like = np.concatenate([np.arange(len(mesh)), found.like])
@@ -360,24 +358,14 @@ def _between(mesh: Mesh, other: Mesh, border: np.ndarray, sign: float) -> _Solid
 
 def _told(mesh: Mesh, solid: Mesh, like: Int64[np.ndarray, " k"]) -> Mesh:
     """A wall whose second skin and rim are told to be as sure as what they are like."""
-
-    def repeated(values: np.ndarray | None) -> np.ndarray | None:
-        return None if values is None else np.concatenate([values, values[like]])
-
-    return replace(
-        solid,
-        filled=repeated(mesh.filled),
-        sigma_mm=repeated(mesh.sigma_mm),
-        shared_mm=repeated(mesh.shared_mm),
-        lost_length=repeated(mesh.lost_length),
-        lost_across=repeated(mesh.lost_across),
-    )
+    known = mesh.of_vertices(lambda _, values: np.concatenate([values, values[like]]))
+    return replace(solid, **known)
 
 
-def _require_sound(mesh: Mesh, edit: Wall, wall: _Solid, tried: _Tried) -> _Tried:
+def _require_sound(mesh: Mesh, wall: _Solid, tried: _Tried) -> _Tried:
     """The same, refused where it folds or passes through itself."""
     try:
-        require_sound(edit.title, mesh, wall.solid)
+        require_sound(mesh, wall.solid)
     except EditError as error:
         spoilt = wall.on_skin(spoilt_vertices(mesh, wall.solid))
         return replace(tried, spoilt=spoilt | tried.spoilt, refusal=error)
@@ -386,7 +374,7 @@ def _require_sound(mesh: Mesh, edit: Wall, wall: _Solid, tried: _Tried) -> _Trie
 
 def _finished(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
     """The wall by a level, with all that there is to say of it."""
-    tried = _require_sound(mesh, edit, wall, _thick_enough(mesh, edit, wall))
+    tried = _require_sound(mesh, wall, _thick_enough(mesh, edit, wall))
     tried = _require_joined(wall, tried)
     return replace(tried, notes=(*tried.notes, *_thick_places(mesh, edit, wall)))
 

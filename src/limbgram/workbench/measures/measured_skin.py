@@ -13,13 +13,13 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.errors import MeasureError, OptionsError, refusals_about
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import face_components, find_edges, with_faces
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.edits.offset import offset
-from limbgram.workbench.edits.sock import THICKEST_SOCK_MM
+from limbgram.workbench.edits.sock import THICKEST_SOCK_MM, Sock
 from limbgram.workbench.limb import AlignedLimb, AnyLimb, Limb
 from limbgram.workbench.measures.levels import Level, whole_levels_at
 
@@ -81,7 +81,8 @@ def without_sock(limb: AnyLimb, sock_mm: float) -> AnyLimb:
         raise OptionsError("measure.sock.less", off_mm=limb.sock_mm, sock_mm=sock_mm)
     if sock_mm == limb.sock_mm:
         return limb
-    mesh = offset(limb.mesh, limb.sock_mm - sock_mm)
+    with refusals_about(Sock.title):
+        mesh = offset(limb.mesh, limb.sock_mm - sock_mm)
     marks = limb.landmarks
     if marks:
         tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)

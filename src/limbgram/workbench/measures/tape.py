@@ -193,8 +193,8 @@ def _with_landmarks_moved(limb: AlignedLimb, scaling: _Scaling) -> AlignedLimb:
 
 def _unmeasured(limb: AlignedLimb) -> AlignedLimb:
     """The limb without sigmas: they told of the surface that the photos measured."""
-    mesh = replace(limb.mesh, sigma_mm=None, shared_mm=None, correlation_mm=None, lost_length=None)
-    return limb.with_mesh(mesh)
+    known = limb.mesh.of_vertices(lambda one, values: None if one.kind == "number" else values)
+    return limb.with_mesh(replace(limb.mesh, correlation_mm=None, **known))
 
 
 def _middle(level: Level) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float64, Int64
 from scipy.spatial import KDTree
 
-from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.errors import MeasureError, OptionsError, refusals_about
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.anatomy.names import by_identity, identity_of
@@ -107,7 +107,8 @@ def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> App
     moved = strength * read_field(template.displacement_mm, template.heights, places)
     vertices = mesh.vertices_mm + moved[:, None] * mesh.vertex_normals()
     after = mesh.with_vertices(vertices)
-    require_sound(f"The template {template.name!r}", mesh, after)
+    with refusals_about(f"The template {template.name!r}"):
+        require_sound(mesh, after)
     landmarks = _carried(limb, vertices - mesh.vertices_mm)
     made = replace(limb.with_mesh(after), landmarks=landmarks)
     pressures = at_places(limb, made).pressures

@@ -194,4 +194,8 @@ def test_a_landmark_on_the_wrong_side_is_refused(bodies: dict[str, Limb]) -> Non
     for limb in (replace(foot, landmarks=marks), other):
         with pytest.raises(EditError) as refused:
             preview_device(limb, Order(device="solid-afo"))
-        assert refused.value.finding.code == "device.wrong_side"
+        found = refused.value.finding
+        assert (found.code, found.values["what"]) == (
+            "device.wrong_side",
+            "Solid ankle-foot orthosis",
+        )

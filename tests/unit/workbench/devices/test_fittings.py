@@ -87,7 +87,7 @@ def test_a_body_that_is_open_or_apart_is_refused_by_name() -> None:
 
 
 def socket_of(limb: Limb) -> tuple[Body, Layout]:
-    body = Body.of(limb, "test")
+    body = Body.of(limb)
     covered = Covered(positive=body.mesh, beyond_mm=body.mesh.vertices_mm[:, 2] - 170.0)
     thick = np.full(len(body.mesh), 5.0)
     return body, Layout(positive=covered.positive, beyond_mm=covered.beyond_mm, thickness_mm=thick)

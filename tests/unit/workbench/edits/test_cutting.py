@@ -63,7 +63,7 @@ def jagged_ring(seed: int) -> Mesh:
 def test_no_triangle_of_a_cap_is_turned_over(seed: int) -> None:
     ring = jagged_ring(seed)
     upper = ring.vertices_mm[:, 2] == 0
-    capped = cap(ring, upper, "The cut")
+    capped = cap(ring, upper)
     added = replace(capped, faces=capped.faces[len(ring.faces) :])
     assert (added.face_normals()[:, 2] > 0).all()
     edge = ring.vertices_mm[upper]
@@ -133,7 +133,7 @@ def test_the_new_brim_follows_the_trimline(limb: Limb, keep: str, order: int) ->
     # Through 16 points a spline meets the wave to a few hundredths; the rest is the cut's own.
     np.testing.assert_allclose(rim[:, 2], 110 + 20 * np.cos(2 * angle), atol=0.12)
     picked = limb.frame.limb_from_mesh.inverse.apply(np.array(wave()))
-    line = draw_curve(limb.mesh, picked, "the test").points_mm
+    line = draw_curve(limb.mesh, picked).points_mm
     away = np.linalg.norm(cut.mesh.vertices_mm[loops[-1]][:, None] - line[None], axis=2).min(1)
     if keep == "distal":
         assert away.max() < 0.3  # the line's own points are half a millimetre apart

@@ -29,13 +29,13 @@ def test_a_crossing_of_the_scan_excuses_none_elsewhere_however_far_the_edit_move
     pushed = before.vertices_mm.copy()
     pushed[pushed[:, 2] < -40, 2] += 150  # the pole through the opposite wall
     with pytest.raises(EditError, match="pass through each other"):
-        require_sound("The push", before, before.with_vertices(pushed))
+        require_sound(before, before.with_vertices(pushed))
 
 
 def test_a_crossing_of_the_scan_is_no_reason_to_refuse_what_leaves_it_as_it_is() -> None:
     before = ball_beside_crossing_balls()
     along = before.vertices_mm + np.array([150.0, 0.0, 0.0])
-    require_sound("The shift", before, before.with_vertices(along))
+    require_sound(before, before.with_vertices(along))
 
 
 def test_a_new_face_on_old_vertices_that_lies_on_another_is_refused() -> None:
@@ -43,7 +43,7 @@ def test_a_new_face_on_old_vertices_that_lies_on_another_is_refused() -> None:
     before = Mesh(vertices_mm=square, faces=np.array([[0, 1, 2], [0, 2, 3]], np.int32))
     double = np.concatenate([before.faces, np.array([[1, 0, 3]], np.int32)])
     with pytest.raises(EditError, match="fold over"):
-        require_sound("The filling", before, replace(before, faces=double))
+        require_sound(before, replace(before, faces=double))
 
 
 def test_a_crossing_of_the_scan_stays_excused_where_vertices_are_numbered_anew() -> None:
@@ -51,4 +51,4 @@ def test_a_crossing_of_the_scan_stays_excused_where_vertices_are_numbered_anew()
     before = ball_beside_crossing_balls()
     turned = np.random.default_rng(1).permutation(len(before))
     faces = np.argsort(turned)[before.faces].astype(np.int32)
-    require_sound("The cut", before, Mesh(vertices_mm=before.vertices_mm[turned], faces=faces))
+    require_sound(before, Mesh(vertices_mm=before.vertices_mm[turned], faces=faces))

@@ -138,7 +138,7 @@ def test_every_edit_of_a_solid_leaves_a_solid_or_is_refused(solid: Limb, kind: t
 def test_an_edit_that_leaves_no_surface_of_a_solid_is_refused(solid: Limb) -> None:
     none = replace(solid.mesh, faces=solid.mesh.faces[:0])
     with pytest.raises(EditError) as refused:
-        kept_closed("The edit", solid.mesh, none)
+        kept_closed(solid.mesh, none)
     assert refused.value.finding.code == "edit.branches"
 
 

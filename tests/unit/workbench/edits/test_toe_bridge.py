@@ -58,7 +58,7 @@ def test_a_ball_of_half_the_gap_rolls_over_what_is_filled(bridged: Limb) -> None
     """It touches both toes: how deep it reaches between them follows from their radii."""
     radius, after = RADIUS_MM, bridged
     rise = np.sqrt((TOE_MM + radius) ** 2 - (APART_MM / 2) ** 2)
-    body = Body.of(after, "test")
+    body = Body.of(after)
     for sign, look in ((1, -1.0), (-1, 1.0)):
         met = body.met_mm(np.array([0.0, 150.0, 0.0]), np.array([0.0, 0.0, look]))
         assert met is not None
@@ -75,7 +75,7 @@ def test_what_has_no_gap_stays_and_landmarks_with_it(two_toes: Limb, bridged: Li
     off = tree_on(two_toes.mesh).closest(after.mesh.vertices_mm).distances_mm
     assert off[~after.mesh.filled].max() < 0.1
     assert 100 < after.mesh.filled.sum() < 0.3 * len(after.mesh)
-    inside = Body.of(after, "test").mesh.vertices_mm[after.mesh.filled]
+    inside = Body.of(after).mesh.vertices_mm[after.mesh.filled]
     assert inside[:, 1].min() > 95
     beyond = inside[inside[:, 1] > 135]  # where the toes have left the foot
     assert len(beyond) > 50

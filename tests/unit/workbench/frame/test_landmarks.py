@@ -130,10 +130,10 @@ def test_a_misspelt_name_gets_a_question(name: str) -> None:
     with pytest.raises(MeasureError, match='Was "fibula head" meant'):
         landmark(limb, name)
     with pytest.raises(EditError, match='Was "fibula head" meant'):
-        position_mm(limb, name, "limb", "The edit")
+        position_mm(limb, name, "limb")
     for written in ("Fibula Head", "fibulahead", " fibula head", "Wadenbeinköpfchen"):
         assert landmark(limb, written) is marks[1]
-        np.testing.assert_array_equal(position_mm(limb, written, "limb", "The edit"), PLACES[1])
+        np.testing.assert_array_equal(position_mm(limb, written, "limb"), PLACES[1])
     with pytest.raises(MeasureError) as refused:
         landmark(limb, "umbilicus")
     assert "meant" not in str(refused.value)
