@@ -45,6 +45,8 @@ class Sensed:
     """For a millimetre of each landmark in each direction."""
     lost: tuple[float, float] = (0.0, 0.0)
     """What fine relief the surface lost adds to it, and its sigma."""
+    beyond: float = 0.0
+    """What of its variance goes beyond first order; below nothing where that overstates it."""
 
 
 class _Used(dict[str, Vector3]):
@@ -103,6 +105,7 @@ class Subject:
             places = np.stack([self.anatomy.places[name] for name in sensed.by_place])
             gradient += vertex_gradient(self.sigmas, places, np.stack([*sensed.by_place.values()]))
         surface = propagate(self.sigmas.mesh, gradient) or 0.0
+        surface = math.sqrt(max(surface**2 + sensed.beyond, 0.0))
         return Figure(value, math.hypot(surface, placing, sensed.lost[1])), placing
 
     def _placing(self, name: str, gradient: Vector3) -> float:
@@ -220,12 +223,14 @@ def across(
         )
         figure, gradient = turned.figure(level, sloped), turned.gradient(level, sloped)
         surface = propagate(turned.mesh, gradient) or 0.0
-        relief = math.sqrt(max((figure.sigma or 0.0) ** 2 - surface**2, 0.0))
+        beyond = turned.beyond_foremost(level, sloped.reaches)
+        relief = math.sqrt(max((figure.sigma or 0.0) ** 2 - surface**2 - beyond, 0.0))
         found[name] = Sensed(
             value=sloped.value,
             by_vertex=gradient,
             by_place={place: rows @ by_way for place, rows in slopes.items()},
             lost=(figure.value - sloped.value, relief),
+            beyond=beyond,
         )
     return found
 
