@@ -506,12 +506,12 @@ def page(result: dict[str, Any]) -> str:
         )
     )  # fmt: skip
     for name, one in good.items():
-        measures = [*_angles(one), *_measures(one["measures"])]
-        parts += [f"## {name}", *measures, _turned(one["turned"]), _device(one["device"])]
+        measures = [*_angles_told(one), *_measures_told(one["measures"])]
+        parts += [f"## {name}", *measures, _turned_told(one["turned"]), _device_told(one["device"])]
     return "\n\n".join(parts) + "\n"
 
 
-def _angles(one: dict[str, Any]) -> Iterator[str]:
+def _angles_told(one: dict[str, Any]) -> Iterator[str]:
     """Angles with their intervals, and what they hang on."""
     for placed, angles in one["angles"].items():
         held = np.mean([row["held"] for row in angles.values()])
@@ -538,7 +538,7 @@ def _angles(one: dict[str, Any]) -> Iterator[str]:
     )
 
 
-def _measures(measures: dict[str, Any]) -> Iterator[str]:
+def _measures_told(measures: dict[str, Any]) -> Iterator[str]:
     """Measures from landmarks without error, against the truth."""
     off = {key: row for key, row in measures.items() if row is not None}
     lost = [key for key, row in measures.items() if row is None]
@@ -560,7 +560,7 @@ def _measures(measures: dict[str, Any]) -> Iterator[str]:
     )  # fmt: skip
 
 
-def _turned(turned: dict[str, Any]) -> str:
+def _turned_told(turned: dict[str, Any]) -> str:
     return (
         f"{turned['joint']} turned by {turned['by_deg']:g} degrees, against the truth turned: "
         + "; ".join(
@@ -577,7 +577,7 @@ def _turned(turned: dict[str, Any]) -> str:
     )
 
 
-def _device(device: dict[str, Any]) -> str:
+def _device_told(device: dict[str, Any]) -> str:
     if device["refused"]:
         return f"{device['name']}: refused. {device['refused']}"
     return (

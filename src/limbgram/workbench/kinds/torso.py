@@ -71,6 +71,7 @@ RIGHT_ILIAC_SPINE = Place(
     en=("right asis",),
     de=("rechter Darmbeinstachel", "Darmbeinstachel rechts", "SIAS rechts"),
     facing="anterior",
+    half="right",
     level=2,
 )
 LEFT_ILIAC_SPINE = Place(
@@ -78,6 +79,7 @@ LEFT_ILIAC_SPINE = Place(
     en=("left asis",),
     de=("linker Darmbeinstachel", "Darmbeinstachel links", "SIAS links"),
     facing="anterior",
+    half="left",
     level=2,
 )
 SACRUM = Place("sacrum", de=("Kreuzbein",), facing="posterior", level=2)
@@ -133,29 +135,35 @@ RIGHT_SCAPULAR_SPINE = Place(
     en=("right spine of the scapula",),
     de=("rechte Schulterblattgräte", "Schulterblattgräte rechts"),
     facing="posterior",
+    half="right",
 )
 LEFT_SCAPULAR_SPINE = Place(
     "left scapular spine",
     en=("left spine of the scapula",),
     de=("linke Schulterblattgräte", "Schulterblattgräte links"),
     facing="posterior",
+    half="left",
 )
 RIGHT_INFERIOR_ANGLE = Place(
     "right inferior angle",
     en=("right inferior angle of the scapula",),
     de=("rechter unterer Schulterblattwinkel", "unterer Schulterblattwinkel rechts"),
     facing="posterior",
+    half="right",
 )
 LEFT_INFERIOR_ANGLE = Place(
     "left inferior angle",
     en=("left inferior angle of the scapula",),
     de=("linker unterer Schulterblattwinkel", "unterer Schulterblattwinkel links"),
     facing="posterior",
+    half="left",
 )
 RIGHT_NIPPLE = Place(
-    "right nipple", de=("rechte Brustwarze", "Brustwarze rechts"), facing="anterior"
+    "right nipple", de=("rechte Brustwarze", "Brustwarze rechts"), facing="anterior", half="right"
 )
-LEFT_NIPPLE = Place("left nipple", de=("linke Brustwarze", "Brustwarze links"), facing="anterior")
+LEFT_NIPPLE = Place(
+    "left nipple", de=("linke Brustwarze", "Brustwarze links"), facing="anterior", half="left"
+)
 RIGHT_WAIST = Place(
     "right waist",
     en=("waist right",),
