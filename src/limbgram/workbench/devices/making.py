@@ -157,6 +157,7 @@ def preview_device(limb: Limb, order: Order) -> Preview:
     values = values_of(device.measures(made), order.values)
     positive = replay(order.recipe, limb).limb if order.recipe.entries else limb
     body = Body.of(positive, device.en)
+    body.require_marked(device.trim.landmarks(), device.en)
     body.require_sides(device.trim.landmarks(), device.en)
     drawn = draw_trim(body, device.trim, values, order.free)
     asked = [slot for slot in device.slots if amount_of(slot.width_mm, values) > 0]

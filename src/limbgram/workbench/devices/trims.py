@@ -366,7 +366,7 @@ def place_point(body: Body, of: str, point: TrimPoint, values: Mapping[str, floa
         aim = aim + (high - aim @ up) * up
     if point.around_deg is not None:
         angle = np.radians(amount_of(point.around_deg, values))
-        aim = body.middle_mm(float(aim[2]), what)
+        aim = body.middle_mm(float(aim[2]), what, point.at)
         look = -(np.cos(angle) * ahead + np.sin(angle) * out)
         far_mm = amount_of(point.round_mm, values)
         met = body.met_mm(aim, look) if far_mm else None
@@ -421,6 +421,7 @@ def _missed(body: Body, what: str, point: TrimPoint, aim_mm: Vector3, look: Vect
     return EditError(
         "device.trim.off_limb",
         name=what,
+        at=point.at,
         point_mm=place,
         lowest_mm=float(lowest_mm),
         highest_mm=float(highest_mm),
