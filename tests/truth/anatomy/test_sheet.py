@@ -249,6 +249,30 @@ def test_a_turned_chest_is_told_in_degrees(trunk_of: MakeLimb) -> None:
     )
 
 
+def test_a_section_that_runs_into_the_brim_tells_its_height_in_the_limb(
+    trunk_of: MakeLimb,
+) -> None:
+    """Though its plane is square to a line that leans, in a mesh whose origin lies elsewhere."""
+    limb = trunk_of()
+    low_mm = float(limb.mesh.vertices_mm[:, 2].min())
+    limb = replace(
+        limb,
+        landmarks=tuple(
+            replace(one, position_mm=np.array([*one.position_mm[:2], low_mm + 4.0]))
+            if one.name.endswith("trochanter")
+            else one
+            for one in limb.landmarks
+        ),
+        frame=LimbFrame(
+            limb_from_mesh=Rigid(np.eye(3), np.array([0.0, 0.0, -low_mm])), side="none"
+        ),
+    )
+    (row,) = only(limb, "trochanter_girth_mm").rows
+    assert row.reason is not None
+    assert row.reason.code == "measure.level.open"
+    assert row.reason.values["height_mm"] == pytest.approx(4.0, abs=1e-6)
+
+
 HALF = np.array([70.0, 90.0, 80.0])
 """Of an ellipsoid: right, front, up."""
 

@@ -5,7 +5,13 @@ bony prominences; axillae for the vessels and nerves that run through them.
 
 Directions: the trunk's axis from sacrum to seventh cervical vertebra, and to the patient's right
 along the iliac spines, square to it. Lengths of the sheet count along the trunk's axis from the
-waist. Build-ups are general trade knowledge, without a source.
+waist.
+
+Its sections follow no bent centreline. Forms of the trade take girths and widths at levels told
+from the waist (oandpacademy.com), and a brace's counter-rotation works square to the transverse
+plane (M. Rigo, 2017, doi 10.1186/s13013-017-0114-2), so that rotation by level is that of a level
+section. Square to a curved spine, a girth would change with the side bend alone. Build-ups are
+general trade knowledge, without a source.
 """
 
 from limbgram.workbench.anatomy.kind import (
