@@ -111,7 +111,8 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
 
 def _form_lines(form: MeasuringSheet) -> Iterator[str]:
     """The measuring sheet, a figure a line."""
-    yield f"Measuring sheet: {KIND_NAMED[form.kind].words['en']}, {form.side}."
+    side = "" if form.side == "none" else f", {form.side}"
+    yield f"Measuring sheet: {KIND_NAMED[form.kind].words['en']}{side}."
     for row in form.rows:
         value = told(row.reason) if row.reason is not None else ""
         if row.figure is not None:

@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, Union, cast, get_args, get_origin
 
 from limbgram.core.errors import AS_IS, LimbgramError
 from limbgram.core.request_fields import Text, Within, bare, text_of, within_of
@@ -225,6 +225,8 @@ def _may_be(tree: object, hint: Any) -> bool:
 
 def words_of_type(hint: Any) -> str:
     """What belongs there, for people."""
+    if get_origin(hint) is Annotated:
+        return words_of_type(get_args(hint)[0])
     if get_origin(hint) is Literal:
         choices = get_args(hint)
         return f"{'one of ' if len(choices) > 1 else ''}{', '.join(map(str, choices))}"

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import KDTree
+from scipy.special import ndtri
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.uncertainty import filled_sigma_mm
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.sheet import MeasuringSheet, SheetOptions, measuring_sheet
@@ -247,6 +249,30 @@ def test_a_turned_chest_is_told_in_degrees(trunk_of: MakeLimb) -> None:
     )
 
 
+def test_a_section_that_runs_into_the_brim_tells_its_height_in_the_limb(
+    trunk_of: MakeLimb,
+) -> None:
+    """Though its plane is square to a line that leans, in a mesh whose origin lies elsewhere."""
+    limb = trunk_of()
+    low_mm = float(limb.mesh.vertices_mm[:, 2].min())
+    limb = replace(
+        limb,
+        landmarks=tuple(
+            replace(one, position_mm=np.array([*one.position_mm[:2], low_mm + 4.0]))
+            if one.name.endswith("trochanter")
+            else one
+            for one in limb.landmarks
+        ),
+        frame=LimbFrame(
+            limb_from_mesh=Rigid(np.eye(3), np.array([0.0, 0.0, -low_mm])), side="none"
+        ),
+    )
+    (row,) = only(limb, "trochanter_girth_mm").rows
+    assert row.reason is not None
+    assert row.reason.code == "measure.level.open"
+    assert row.reason.values["height_mm"] == pytest.approx(4.0, abs=1e-6)
+
+
 HALF = np.array([70.0, 90.0, 80.0])
 """Of an ellipsoid: right, front, up."""
 
@@ -309,6 +335,34 @@ def test_a_heads_figures_have_closed_forms(skew_deg: float) -> None:
     share = between / (2 * np.pi)
     assert sheet["volume_left_front_ml"].value == pytest.approx(whole * share, rel=5e-3)
     assert sheet["symmetry_per_cent"].value == pytest.approx(100.0, abs=0.1)
+
+
+@pytest.mark.parametrize("at", [(8.0, 87.0), (14.0, 85.0)])
+def test_a_heads_length_holds_though_a_fill_lies_beside_its_foremost_place(
+    at: tuple[float, float],
+) -> None:
+    """60 true heads, whose forehead bulges by what nobody measured there; landmarks are exact."""
+    limb = ellipsoid(0.0)
+    marks = tuple(replace(one, sigma_mm=1e-6) for one in limb.landmarks)
+    limb = replace(limb, landmarks=marks)
+    level_mm = 0.3 * HALF[2]
+    middle = np.array([*np.array(at) * np.sqrt(1 - 0.3**2), level_mm])
+    filled = np.linalg.norm(limb.mesh.vertices_mm - middle, axis=1) < 14.0
+    sigma = np.where(filled, np.nan, 0.05).astype(np.float32)
+    measured = replace(limb.mesh, sigma_mm=sigma, filled=filled, correlation_mm=2.0)
+    names = ("length_mm", "cranial_ratio_per_cent")
+    told = only(limb.with_mesh(measured), *names)
+    bulge = filled_sigma_mm(measured, filled)[:, None] * measured.vertex_normals()
+    held = dict.fromkeys(names, 0)
+    for size in ndtri((np.arange(60) + 0.5) / 60):
+        true = only(
+            limb.with_mesh(limb.mesh.with_vertices(limb.mesh.vertices_mm + size * bulge)), *names
+        )
+        for name in names:
+            reach = told[name].interval
+            assert reach is not None
+            held[name] += abs(true[name].value - told[name].value) <= reach.above
+    assert all(0.93 <= count / 60 <= 0.97 for count in held.values()), held
 
 
 def test_a_head_without_a_tragion_says_so() -> None:

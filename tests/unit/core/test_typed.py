@@ -3,13 +3,21 @@
 import json
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from limbgram.core.typed import Mismatch, Strictness, any_value_of, tree_of, value_of
+from limbgram.core.request_fields import Within
+from limbgram.core.typed import (
+    Mismatch,
+    Strictness,
+    any_value_of,
+    tree_of,
+    value_of,
+    words_of_type,
+)
 from limbgram.findings import Finding, note
 
 
@@ -134,3 +142,7 @@ def test_a_sentence_of_an_earlier_version_is_read_as_a_finding_of_its_words() ->
     for tree in (3, {"code": "a.b"}, None):
         with pytest.raises(Mismatch):
             value_of({"headline": tree}, Said)
+
+
+def test_a_bounded_number_is_a_number_to_people() -> None:
+    assert words_of_type(Annotated[float, Within(0, 80)]) == "a number"

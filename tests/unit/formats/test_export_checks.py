@@ -121,7 +121,8 @@ def test_landmarks_speak_against_a_kept_side_or_front(limb: Limb, turn_deg: int)
             continue
         with pytest.raises(MeasureError, match="degrees from where it belongs"):
             admit(told, side)
-        with pytest.raises(MeasureError, match=f"side '{side}'"):
+        told_side = "The front is wrong" if side == "none" else f"side '{side}'"
+        with pytest.raises(MeasureError, match=told_side):
             sure_in_limb_frame(told)
 
 

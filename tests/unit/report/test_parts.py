@@ -119,3 +119,21 @@ def test_an_inside_is_drawn_as_its_cast() -> None:
         for mesh in (solid, hollow)
     )
     np.testing.assert_array_equal(of_hollow, of_solid)
+
+
+def test_views_of_a_limb_are_named_by_the_patients_sides() -> None:
+    """A toe forwards lies where the corner says F: right of the heel, seen from the right."""
+    shank = trimesh.creation.box((20.0, 20.0, 100.0))
+    toe = trimesh.creation.box((10.0, 60.0, 10.0))
+    toe.apply_translation((0.0, 35.0, -40.0))
+    both = trimesh.util.concatenate([shank, toe])
+    mesh = Mesh(vertices_mm=np.array(both.vertices), faces=np.array(both.faces, np.int32))
+    figure = sides_figure(mesh, None, in_mm=False, sides=True)
+    found: dict[str, float] = {}
+    for axes in figure.axes:
+        picture = np.asarray(axes.get_images()[0].get_array())
+        drawn = (picture != picture[0, 0]).any(axis=2)
+        low = drawn[int(0.85 * len(drawn)) : int(0.95 * len(drawn))].any(axis=0).nonzero()[0].mean()
+        high = drawn[: len(drawn) // 2].any(axis=0).nonzero()[0].mean()
+        found[axes.get_title()] = np.sign(np.round((low - high) / 10))
+    assert found == {"patient's right": 1, "front": 0, "patient's left": -1, "back": 0}

@@ -3,17 +3,19 @@
 A figure changes by g_i for a millimetre of vertex i along its outward normal. Three kinds of
 error: shared by all vertices (scale, cameras), which add up with their signs and never average
 out; local ones, alike by exp(-(d / reach)^2) at two vertices d apart; and those of filled
-patches, each of which is wrong as one piece.
+patches, each of which is wrong as one piece. How far a surface reaches is no such figure: where its
+foremost vertex errs, or a patch beside it bulges, another one is foremost.
 """
 
 import math
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int64
+from jaxtyping import Bool, Float64, Int64, Integer
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
+from scipy.special import ndtri
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
@@ -28,6 +30,12 @@ _NEAR_MM = 10.0
 """As far from the rim of a filled patch it matters how the measured surface bends."""
 _EDGES = 100
 """So many edges within that tell it; of a fine mesh not all are asked."""
+_DRAWS, _SEED = 4000, 33
+_MOST_SIGMAS = 4.0
+"""No draw goes further."""
+_SLOTS = np.linspace(-_MOST_SIGMAS, _MOST_SIGMAS, 161)
+"""Where the reach of a piece is asked, in its sigmas: between them it is nearly straight."""
+_REACH_95 = float(ndtri(0.975))
 
 
 def propagate(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float | None:
@@ -58,6 +66,63 @@ def filled_sigma_mm(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> Float64[np.nd
     patch of half width h it is k (h d - d^2 / 2) away.
     """
     return _fills_among(mesh, filled).sigma_mm
+
+
+def beyond_foremost_mm2(
+    mesh: Mesh,
+    reach_mm: Float64[np.ndarray, " k"],
+    vertices: Integer[np.ndarray, "k c"],
+    weights: Float64[np.ndarray, "k c"],
+) -> float:
+    """Variance of how far places of a surface reach, beyond what the foremost has by itself.
+
+    The surface errs in pieces, each as one: filled patches, and measured neighbourhoods as wide as
+    errors are alike. Each draw moves all pieces and asks which place is foremost then. As a patch
+    that lies behind can come forward but not hold others back, the draws lie on one side. The
+    variance is that of a normal error, 95 % of which lie as near to the surface's own reach as of
+    the draws; below nothing where others keep the reach from falling as the foremost place may.
+
+    vertices: between which each place lies; weights: change of its reach for a millimetre of each.
+    """
+    if mesh.sigma_mm is None:
+        return 0.0
+    filled = ~np.isfinite(mesh.sigma_mm)
+    spread = np.sqrt(_local_square(mesh, np.arange(len(mesh))))
+    if filled.any():
+        spread[filled] = _fills(mesh).sigma_mm[filled]
+    slopes = (weights * spread[vertices]).sum(1)
+    most = np.abs(slopes) * _MOST_SIGMAS
+    foremost = int(reach_mm.argmax())
+    near = np.flatnonzero(reach_mm + most >= (reach_mm - most).max())
+    near = near[np.argsort(-reach_mm[near], kind="stable")]
+    draws = np.full(_DRAWS, -np.inf)
+    random = np.random.default_rng(_SEED)
+    shares = ndtri((np.arange(_DRAWS) + 0.5) / _DRAWS)
+    for piece in _pieces(mesh, vertices[near], filled):
+        places = near[piece]
+        by_slot = (reach_mm[places, None] + slopes[places, None] * _SLOTS).max(0)
+        np.maximum(draws, np.interp(random.permutation(shares), _SLOTS, by_slot), out=draws)
+    off = np.quantile(np.abs(draws - reach_mm[foremost]), 0.95) / _REACH_95
+    return float(off) ** 2 - float(slopes[foremost]) ** 2
+
+
+def _pieces(
+    mesh: Mesh, vertices: Integer[np.ndarray, "k c"], filled: Bool[np.ndarray, " n"]
+) -> list[Int64[np.ndarray, " p"]]:
+    """Places that err as one: of one patch, and measured ones round the first that none has yet."""
+    patch = np.full(len(mesh), -1)
+    if filled.any():
+        patch[filled] = _fills(mesh).patch
+    of_place = patch[vertices].max(1)
+    found = [np.flatnonzero(of_place == one) for one in np.unique(of_place) if one >= 0]
+    left = of_place < 0
+    points = mesh.vertices_mm[vertices[:, 0]]
+    while left.any():
+        at = points[int(left.argmax())]
+        taken = left & (((points - at) ** 2).sum(1) <= (mesh.correlation_mm or 0.0) ** 2)
+        found.append(np.flatnonzero(taken))
+        left &= ~taken
+    return found
 
 
 def _local_variance(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float:

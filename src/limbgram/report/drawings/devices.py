@@ -24,7 +24,7 @@ def device_drawing(made: Made, side: Side) -> Drawing:
         f"({one.within.least:g} to {one.within.most:g})"
         for one in measures
     ]
-    figure = range_map(made.solid, made.thickness_mm, "thickness of the wall, mm")
+    figure = range_map(made.solid, made.thickness_mm, "thickness of the wall, mm", sides=True)
     title = device.en if side == "none" else f"{device.en}, {side}"
     _with_lines(figure, title, lines, [told(one) for one in made.findings])
     return Drawing(figure, f"{title}. {NOT_TESTED}")

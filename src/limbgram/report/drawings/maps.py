@@ -39,14 +39,25 @@ def least_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str) -> Figu
     return _map(mesh, values, ends, "YlOrRd_r", label, in_mm=True)
 
 
-def range_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str) -> Figure:
+def range_map(
+    mesh: Mesh, values: Float64[np.ndarray, " n"], label: str, *, sides: bool = False
+) -> Figure:
     """Figures in millimetres from the least, dark, to the largest, light; half a millimetre apart
-    at least, so that what is one thickness looks like one."""
+    at least, so that what is one thickness looks like one.
+
+    sides: of the mesh in the limb frame, so that its views are the patient's sides.
+    """
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
     middle, half = (low + high) / 2, max((high - low) / 2, _LEAST_RANGE_MM / 2)
     return _map(
-        mesh, values, Normalize(middle - half, middle + half), "YlOrRd_r", label, in_mm=True
+        mesh,
+        values,
+        Normalize(middle - half, middle + half),
+        "YlOrRd_r",
+        label,
+        in_mm=True,
+        sides=sides,
     )
 
 
@@ -62,12 +73,13 @@ def _map(
     colours: str,
     label: str,
     in_mm: bool,
+    sides: bool = False,
 ) -> Figure:
     known = np.isfinite(values)
     shades = ScalarMappable(norm, mpl.colormaps[colours])
     paint = 255.0 * np.asarray(shades.to_rgba(np.where(known, values, 0.0)))[:, :3]
     paint[~known] = _UNKNOWN
-    figure = sides_figure(mesh, paint, in_mm=in_mm, room_in=_BAR_IN)
+    figure = sides_figure(mesh, paint, in_mm=in_mm, room_in=_BAR_IN, sides=sides)
     width_in, height_in = figure.get_size_inches()
     place = axes_at(figure, 0.2, height_in - _BAR_IN + 0.1, width_in - 0.4, 0.16)
     bar = figure.colorbar(shades, cax=place, orientation="horizontal")

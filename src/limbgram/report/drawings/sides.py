@@ -10,16 +10,26 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import faces_inwards
 from limbgram.report.drawings.drawing import BELOW_PX, FAINT, axes_at, bare, scale_bar
 from limbgram.report.drawings.shading import Frame, looking_along, shade
+from limbgram.report.drawings.views import BESIDE, letter_corners
 
 _AZIMUTHS_DEG = (0, 90, 180, 270)
+_SIDES = ("patient's right", "front", "patient's left", "back")
+"""From where a mesh in the limb frame is looked at."""
 _HEIGHT_PX = 520
 _WIDTH_IN, _GAP_IN, _TITLE_IN = 10.5, 0.1, 0.3
 
 
 def sides_figure(
-    mesh: Mesh, paint: Float64[np.ndarray, "n 3"] | None, *, in_mm: bool, room_in: float = 0.05
+    mesh: Mesh,
+    paint: Float64[np.ndarray, "n 3"] | None,
+    *,
+    in_mm: bool,
+    room_in: float = 0.05,
+    sides: bool = False,
 ) -> Figure:
     """Four sides of a mesh in clay or in the paint of its vertices; `room_in` is kept below.
+
+    sides: it lies in the limb frame, so that its views are the patient's sides.
 
     The inside of a thing is drawn as a cast of it would look: all else would be its back.
     """
@@ -33,7 +43,7 @@ def sides_figure(
     across_in = (_WIDTH_IN - _GAP_IN) / 4 - _GAP_IN
     along_in = across_in * (height_px + BELOW_PX) / width_px
     figure = bare(_WIDTH_IN, _TITLE_IN + along_in + room_in)
-    for number, azimuth_deg in enumerate(_AZIMUTHS_DEG):
+    for number, (azimuth_deg, side) in enumerate(zip(_AZIMUTHS_DEG, _SIDES, strict=True)):
         left_in = _GAP_IN + number * (across_in + _GAP_IN)
         axes = axes_at(figure, left_in, _TITLE_IN, across_in, along_in)
         frame = Frame(
@@ -45,7 +55,9 @@ def sides_figure(
         )
         axes.imshow(shade(mesh, frame, paint))
         axes.set_axis_off()
-        axes.set_title(f"{azimuth_deg}°", fontsize=9, color=FAINT, y=1.0)
+        axes.set_title(side if sides else f"{azimuth_deg}°", fontsize=9, color=FAINT, y=1.0)
+        if sides:
+            letter_corners(axes, BESIDE[azimuth_deg])
         if in_mm:
             scale_bar(axes, frame)
     return figure

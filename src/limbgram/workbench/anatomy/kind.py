@@ -48,6 +48,9 @@ class Place:
     de: tuple[str, ...] = ()
     """Names in German, the first of which is shown."""
     facing: Facing = "none"
+    half: Literal["right", "left", "none"] = "none"
+    """Half of the patient in which one of a pair in front or behind lies, on a limb that has both:
+    an iliac spine lies as far to its side as forwards."""
     level: int | None = None
     """Order along the limb: one of higher level lies more proximal; equal ones tell nothing. None
     where the name is understood, and not asked for."""

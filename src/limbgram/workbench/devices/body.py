@@ -20,6 +20,7 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import square_to
 from limbgram.core.mesh.mesh import Mesh, lengths, unit
 from limbgram.core.mesh.sections import Z_AXIS, centroid_mm, cut
+from limbgram.workbench.anatomy.names import named
 from limbgram.workbench.edits.regions import position_mm
 from limbgram.workbench.limb import AlignedLimb, Limb
 
@@ -73,6 +74,16 @@ class Body:
             raise EditError("device.no_side")
         return np.array([1.0 if self.right else -1.0, 0.0, 0.0])
 
+    def require_marked(self, names: Iterable[str], wanted_for: str) -> None:
+        """Refuse a limb that lacks landmarks.
+
+        Raises:
+            EditError: names all that it lacks.
+        """
+        lacks = tuple(name for name in names if named(name, self.limb.landmarks) is None)
+        if lacks:
+            raise EditError("anatomy.missing", names=lacks, wanted_for=wanted_for)
+
     def require_sides(self, names: Iterable[str]) -> None:
         """Refuse pairs of landmarks that lie the wrong way round: confused, or the other limb.
 
@@ -103,8 +114,10 @@ class Body:
             stand = _lowered(self.mesh, stand, np.stack([heel, first, fifth]), toe)
         return stand
 
-    def middle_mm(self, height_mm: float) -> Vector3:
+    def middle_mm(self, height_mm: float, at: str | None = None) -> Vector3:
         """Middle of the largest section at a height; one that is open is closed straight.
+
+        at: landmark that told the height, for the refusal.
 
         Raises:
             EditError: there is no section at that height.
@@ -114,6 +127,7 @@ class Body:
             heights = self.mesh.vertices_mm[:, 2]
             raise EditError(
                 "device.trim.off_limb",
+                at=at,
                 point_mm=(0.0, 0.0, height_mm),
                 lowest_mm=float(heights.min()),
                 highest_mm=float(heights.max()),

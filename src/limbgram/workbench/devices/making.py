@@ -164,6 +164,7 @@ def _previewed(
     positive: Limb, order: Order, device: Device, made: Fabrication, values: Mapping[str, float]
 ) -> Preview:
     body = Body.of(positive)
+    body.require_marked(device.trim.landmarks(), device.en)
     body.require_sides(device.trim.landmarks())
     drawn = draw_trim(body, device.trim, values, order.free)
     asked = [slot for slot in device.slots if amount_of(slot.width_mm, values) > 0]

@@ -372,7 +372,7 @@ def _seen_at(body: Body, point: TrimPoint, values: Mapping[str, float]) -> Vecto
         aim = aim + (high - aim @ up) * up
     if point.around_deg is not None:
         angle = np.radians(amount_of(point.around_deg, values))
-        aim = body.middle_mm(float(aim[2]))
+        aim = body.middle_mm(float(aim[2]), point.at)
         look = -(np.cos(angle) * ahead + np.sin(angle) * out)
         far_mm = amount_of(point.round_mm, values)
         met = body.met_mm(aim, look) if far_mm else None
@@ -425,6 +425,7 @@ def _missed(body: Body, point: TrimPoint, aim_mm: Vector3, look: Vector3) -> Edi
         )
     return EditError(
         "device.trim.off_limb",
+        at=point.at,
         point_mm=place,
         lowest_mm=float(lowest_mm),
         highest_mm=float(highest_mm),

@@ -25,7 +25,7 @@ from limbgram.core.mesh.axis import Axis, AxisOptions, axis_along, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops
 from limbgram.findings import Finding, doubt, note
-from limbgram.workbench.anatomy.kind import Facing, Place
+from limbgram.workbench.anatomy.kind import Place
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.frame.landmarks import (
     known_anywhere,
@@ -35,7 +35,7 @@ from limbgram.workbench.frame.landmarks import (
 )
 from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, KindName, Limb, LimbFrame, Side
 
-_OUTWARD: dict[Facing, complex] = {"anterior": 1j, "posterior": -1j, "right": 1, "left": -1}
+_OUTWARD: dict[str, complex] = {"anterior": 1j, "posterior": -1j, "right": 1, "left": -1}
 """In the limb frame, x + i y; medial and lateral follow from the side."""
 _SAME_FRONT_DEG = 10.0
 _SAME_TILT_DEG, _SAME_PLACE_MM = 0.01, 0.01
@@ -235,7 +235,12 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
         off_deg = _between_deg(complex(x, y), expected)
         if off_deg > most_deg:
             raise MeasureError(
-                "align.landmark.elsewhere", name=mark.name, off_deg=off_deg, side=options.side
+                "align.landmark.elsewhere",
+                name=mark.name,
+                off_deg=off_deg,
+                side=options.side,
+                right_mm=float(x),
+                anterior_mm=float(y),
             )
 
 
@@ -263,7 +268,8 @@ def outward(known: Place | None, side: Side) -> complex:
     if known.facing in ("medial", "lateral"):
         lateral = {"right": 1, "left": -1, "none": 0}[side]
         return lateral if known.facing == "lateral" else -lateral
-    return _OUTWARD.get(known.facing, 0)
+    direction = _OUTWARD.get(known.facing, 0) + _OUTWARD.get(known.half, 0)
+    return direction / abs(direction) if direction else 0
 
 
 def _axis(limb: Limb, options: AlignOptions) -> Axis:

@@ -5,7 +5,13 @@ bony prominences; axillae for the vessels and nerves that run through them.
 
 Directions: the trunk's axis from sacrum to seventh cervical vertebra, and to the patient's right
 along the iliac spines, square to it. Lengths of the sheet count along the trunk's axis from the
-waist. Build-ups are general trade knowledge, without a source.
+waist.
+
+Its sections follow no bent centreline. Forms of the trade take girths and widths at levels told
+from the waist (oandpacademy.com), and a brace's counter-rotation works square to the transverse
+plane (M. Rigo, 2017, doi 10.1186/s13013-017-0114-2), so that rotation by level is that of a level
+section. Square to a curved spine, a girth would change with the side bend alone. Build-ups are
+general trade knowledge, without a source.
 """
 
 from limbgram.workbench.anatomy.kind import (
@@ -71,6 +77,7 @@ RIGHT_ILIAC_SPINE = Place(
     en=("right asis",),
     de=("rechter Darmbeinstachel", "Darmbeinstachel rechts", "SIAS rechts"),
     facing="anterior",
+    half="right",
     level=2,
 )
 LEFT_ILIAC_SPINE = Place(
@@ -78,6 +85,7 @@ LEFT_ILIAC_SPINE = Place(
     en=("left asis",),
     de=("linker Darmbeinstachel", "Darmbeinstachel links", "SIAS links"),
     facing="anterior",
+    half="left",
     level=2,
 )
 SACRUM = Place("sacrum", de=("Kreuzbein",), facing="posterior", level=2)
@@ -133,29 +141,35 @@ RIGHT_SCAPULAR_SPINE = Place(
     en=("right spine of the scapula",),
     de=("rechte Schulterblattgräte", "Schulterblattgräte rechts"),
     facing="posterior",
+    half="right",
 )
 LEFT_SCAPULAR_SPINE = Place(
     "left scapular spine",
     en=("left spine of the scapula",),
     de=("linke Schulterblattgräte", "Schulterblattgräte links"),
     facing="posterior",
+    half="left",
 )
 RIGHT_INFERIOR_ANGLE = Place(
     "right inferior angle",
     en=("right inferior angle of the scapula",),
     de=("rechter unterer Schulterblattwinkel", "unterer Schulterblattwinkel rechts"),
     facing="posterior",
+    half="right",
 )
 LEFT_INFERIOR_ANGLE = Place(
     "left inferior angle",
     en=("left inferior angle of the scapula",),
     de=("linker unterer Schulterblattwinkel", "unterer Schulterblattwinkel links"),
     facing="posterior",
+    half="left",
 )
 RIGHT_NIPPLE = Place(
-    "right nipple", de=("rechte Brustwarze", "Brustwarze rechts"), facing="anterior"
+    "right nipple", de=("rechte Brustwarze", "Brustwarze rechts"), facing="anterior", half="right"
 )
-LEFT_NIPPLE = Place("left nipple", de=("linke Brustwarze", "Brustwarze links"), facing="anterior")
+LEFT_NIPPLE = Place(
+    "left nipple", de=("linke Brustwarze", "Brustwarze links"), facing="anterior", half="left"
+)
 RIGHT_WAIST = Place(
     "right waist",
     en=("waist right",),

@@ -65,8 +65,17 @@ def cranial_figures(subject: Subject) -> Mapping[str, Sensed]:
         ]
         for name, slope in zip(names, np.stack(rows).T, strict=True):
             found[name][place] = slope
+    turned, level = _measuring_level(subject.sigmas, *_frame(subject.anatomy))
+    beyond = {
+        name: turned.beyond_foremost(level, one.reaches) for name, one in _of_level(level).items()
+    }
     return {
-        name: Sensed(value=value, by_vertex=gradient, by_place=found[name])
+        name: Sensed(
+            value=value,
+            by_vertex=gradient,
+            by_place=found[name],
+            beyond=beyond.get(name, 0.0),
+        )
         for name, (value, gradient) in here.items()
     }
 
@@ -90,11 +99,7 @@ _Valued = tuple[float, Float64[np.ndarray, " n"]]
 
 
 def _values(sigmas: Sigmas, rotation: Matrix3, origin: Vector3) -> dict[str, _Valued]:
-    turned = sigmas.moved(Rigid(rotation, -rotation @ origin))
-    mesh = turned.mesh
-    _require_whole(turned)
-    top_mm = float(mesh.vertices_mm[:, 2].max())
-    level = level_at(mesh, top_mm * MEASURING_LEVEL / LEVELS)
+    turned, level = _measuring_level(sigmas, rotation, origin)
     sloped = _of_level(level)
     values = {name: (one.value, turned.gradient(level, one)) for name, one in sloped.items()}
     volumes = {name: _quadrant(turned, *signs) for name, signs in _QUADRANTS.items()}
@@ -108,6 +113,14 @@ def _values(sigmas: Sigmas, rotation: Matrix3, origin: Vector3) -> dict[str, _Va
         _sum(volumes["left front"], volumes["left back"]),
     )
     return values
+
+
+def _measuring_level(sigmas: Sigmas, rotation: Matrix3, origin: Vector3) -> tuple[Sigmas, Level]:
+    """The surface in the head's frame, and its section at the measuring level."""
+    turned = sigmas.moved(Rigid(rotation, -rotation @ origin))
+    _require_whole(turned)
+    top_mm = float(turned.mesh.vertices_mm[:, 2].max())
+    return turned, level_at(turned.mesh, top_mm * MEASURING_LEVEL / LEVELS)
 
 
 def _of_level(level: Level) -> dict[str, Sloped]:
@@ -186,7 +199,11 @@ def _mixed(*parts: tuple[Sloped, float]) -> Sloped:
 def _per_cent(part: Sloped, whole: Sloped) -> Sloped:
     value = 100 * part.value / whole.value
     slopes = (100 * part.slopes - value * whole.slopes) / whole.value
-    return Sloped(value, slopes)
+    shares = ((part, 100 / whole.value), (whole, value / whole.value))
+    reaches = tuple(
+        one._replace(times=one.times * share) for of, share in shares for one in of.reaches
+    )
+    return Sloped(value, slopes, reaches=reaches)
 
 
 def _sum(one: _Valued, other: _Valued) -> _Valued:

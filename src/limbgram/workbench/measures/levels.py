@@ -18,6 +18,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int32, Int64
@@ -30,7 +31,7 @@ from limbgram.core.interval import Interval, plus_minus
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.sections import Section, cut, holds, of_one_limb
 from limbgram.core.mesh.topology import boundary_half_edges
-from limbgram.core.mesh.uncertainty import propagate
+from limbgram.core.mesh.uncertainty import beyond_foremost_mm2, propagate
 from limbgram.findings import Finding, fault
 
 _LEAST_AREA_MM2 = 1e-6
@@ -85,6 +86,15 @@ class Level:
         return self.depth[self.loop] == 0
 
 
+class Reach(NamedTuple):
+    """How far an outline reaches in one direction."""
+
+    x: float
+    y: float
+    times: float
+    """How often it counts in a measure."""
+
+
 @dataclass(frozen=True)
 class Sloped:
     """A measure of a level and its change for a millimetre of each point in x and y."""
@@ -93,6 +103,8 @@ class Sloped:
     slopes: Float64[np.ndarray, "k 2"]
     along_mm: Float64[np.ndarray, " k"] | None = None
     """Length along the surface that belongs to each point, for a measure that is such a length."""
+    reaches: tuple[Reach, ...] = ()
+    """What of it is told by foremost points."""
 
 
 Measure = Callable[[Level], Sloped | None]
@@ -209,8 +221,9 @@ class Sigmas:
         """The measure of the limb: the surface's own, and what a line along it has lost."""
         if self.mesh.sigma_mm is None:
             return Figure(sloped.value, None)
-        sigma = propagate(self.mesh, self.gradient(level, sloped))
-        if sigma is None or sloped.along_mm is None or self.mesh.lost_length is None:
+        sigma = propagate(self.mesh, self.gradient(level, sloped)) or 0.0
+        sigma = math.sqrt(max(sigma**2 + self.beyond_foremost(level, sloped.reaches), 0.0))
+        if sloped.along_mm is None or self.mesh.lost_length is None:
             return Figure(sloped.value, sigma)
         parts = np.column_stack([1 - level.shares, level.shares])
         x, y, _ = np.einsum("ke,kei->ik", parts, self.normals[level.crossed])
@@ -250,14 +263,36 @@ class Sigmas:
         further the more the surface leans. How the edges lie has no part in it: along one that
         nearly lies in the plane a point would slide without end.
         """
+        total = self._by_ends(level, sloped.slopes).ravel()
+        return np.bincount(level.crossed.ravel(), total, len(self.mesh))
+
+    def beyond_foremost(self, level: Level, reaches: tuple[Reach, ...]) -> float:
+        """Variance of what foremost points tell, beyond what these have by themselves: another may
+        be foremost where they err, or where a fill beside them bulges."""
+        outer = level.outer
+        each = [
+            one.times**2
+            * beyond_foremost_mm2(
+                self.mesh,
+                (level.points_mm @ (one.x, one.y))[outer],
+                level.crossed[outer],
+                self._by_ends(level, np.tile((one.x, one.y), (len(outer), 1)))[outer],
+            )
+            for one in reaches
+        ]
+        return sum(each)
+
+    def _by_ends(
+        self, level: Level, slopes: Float64[np.ndarray, "k 2"]
+    ) -> Float64[np.ndarray, "k 2"]:
+        """For a millimetre of the vertices at both ends of each point's edge."""
         ends = self.normals[level.crossed]
         parts = np.column_stack([1 - level.shares, level.shares])
         normal = unit(np.einsum("ke,ked->kd", parts, ends))
         steep = np.maximum((normal[:, :2] ** 2).sum(1), np.finfo(float).tiny)
-        change = (sloped.slopes * normal[:, :2]).sum(1) / steep
+        change = (slopes * normal[:, :2]).sum(1) / steep
         along = np.einsum("ked,kd->ke", ends, normal)
-        total = (parts * along * change[:, None]).ravel()
-        return np.bincount(level.crossed.ravel(), total, len(self.mesh))
+        return parts * along * change[:, None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -557,7 +592,9 @@ def _caliper(level: Level, axis: int) -> Sloped:
     low, high = int(np.nanargmin(along)), int(np.nanargmax(along))
     slopes = np.zeros_like(level.points_mm)
     slopes[low, axis], slopes[high, axis] = -1.0, 1.0
-    return Sloped(float(along[high] - along[low]), slopes)
+    x, y = np.eye(2)[axis].tolist()
+    reaches = (Reach(x, y, 1.0), Reach(-x, -y, 1.0))
+    return Sloped(float(along[high] - along[low]), slopes, reaches=reaches)
 
 
 def _through(level: Level, axis: int) -> Sloped | None:

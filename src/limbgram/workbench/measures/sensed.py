@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float64
 
+from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import unit
@@ -45,6 +46,8 @@ class Sensed:
     """For a millimetre of each landmark in each direction."""
     lost: tuple[float, float] = (0.0, 0.0)
     """What fine relief the surface lost adds to it, and its sigma."""
+    beyond: float = 0.0
+    """What of its variance goes beyond first order; below nothing where that overstates it."""
 
 
 class _Used(dict[str, Vector3]):
@@ -103,6 +106,7 @@ class Subject:
             places = np.stack([self.anatomy.places[name] for name in sensed.by_place])
             gradient += vertex_gradient(self.sigmas, places, np.stack([*sensed.by_place.values()]))
         surface = propagate(self.sigmas.mesh, gradient) or 0.0
+        surface = math.sqrt(max(surface**2 + sensed.beyond, 0.0))
         return Figure(value, math.hypot(surface, placing, sensed.lost[1])), placing
 
     def _placing(self, name: str, gradient: Vector3) -> float:
@@ -204,11 +208,15 @@ def across(
     slopes = subject.slopes(lambda one: first.ways_to(cut_of(one)))
     turned = first.turned(subject.sigmas)
     x, y, height = first.through_mm.tolist()
-    level = level_at(turned.mesh, height, (x, y))
     steps = np.diag(WAYS) if slopes else np.empty((0, len(WAYS)))
-    beside = [
-        tuple(first.nudged(*way).level(subject.sigmas) for way in (step, -step)) for step in steps
-    ]
+    try:
+        level = level_at(turned.mesh, height, (x, y))
+        beside = [
+            tuple(first.nudged(*way).level(subject.sigmas) for way in (step, -step))
+            for step in steps
+        ]
+    except MeasureError as error:
+        raise _told_in_limb(error, subject.anatomy, first) from error
     found: dict[str, Sensed] = {}
     for name, measure in measures.items():
         sloped = measure(level)
@@ -220,15 +228,33 @@ def across(
         )
         figure, gradient = turned.figure(level, sloped), turned.gradient(level, sloped)
         surface = propagate(turned.mesh, gradient) or 0.0
-        relief = math.sqrt(max((figure.sigma or 0.0) ** 2 - surface**2, 0.0))
+        beyond = turned.beyond_foremost(level, sloped.reaches)
+        relief = math.sqrt(max((figure.sigma or 0.0) ** 2 - surface**2 - beyond, 0.0))
         found[name] = Sensed(
             value=sloped.value,
             by_vertex=gradient,
             by_place={place: rows @ by_way for place, rows in slopes.items()},
             lost=(figure.value - sloped.value, relief),
+            beyond=beyond,
         )
     return found
 
 
+def _told_in_limb(error: MeasureError, anatomy: Anatomy, section: Cut) -> MeasureError:
+    """The same refusal with heights over the limb frame's origin, where people look for them."""
+    if anatomy.frame is None:
+        return error
+    place_mm = section.rotation.T @ section.through_mm
+    height_mm = float((place_mm - anatomy.origin_mm) @ anatomy.frame[_OF_HEIGHT])
+    lift_mm = height_mm - float(section.through_mm[_OF_HEIGHT])
+    values = {
+        name: value + lift_mm if name in _HEIGHTS and isinstance(value, float) else value
+        for name, value in error.finding.values.items()
+    }
+    return MeasureError.of(replace(error.finding, values=values))
+
+
+_OF_HEIGHT = 2
+_HEIGHTS = ("height_mm", "low_mm", "high_mm")
 WAYS = (STEP_MM, TILT_RAD, TILT_RAD, TILT_RAD)
 """Steps of `Cut.nudged`."""

@@ -23,6 +23,7 @@ from jaxtyping import Float64, Int64
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import HOLDS
+from limbgram.core.mesh.uncertainty import beyond_foremost_mm2
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Cell, Table
 from limbgram.findings import Finding, note, told
@@ -303,25 +304,33 @@ def _extent(subject: Subject, item: Extent) -> Sensed:
     """How far the surface reaches along a direction, of what lies below a place."""
     points = subject.sigmas.mesh.vertices_mm
 
-    def ends(anatomy: Anatomy) -> tuple[int, int, Vector3]:
-        along, up = anatomy.axis(item.along).direction, anatomy.axis(item.up).direction
-        heights = points @ up
-        below = heights <= anatomy.at(item.below, item.name) @ up
-        if not below.any():
-            raise MeasureError("measure.sheet.nothing_below", names=item.below.of)
-        reach = np.where(below, points @ along, np.nan)
-        return int(np.nanargmin(reach)), int(np.nanargmax(reach)), along
-
-    low, high, along = ends(subject.anatomy)
+    along, up = (subject.anatomy.axis(name).direction for name in (item.along, item.up))
+    heights = points @ up
+    below = heights <= subject.anatomy.at(item.below, item.name) @ up
+    if not below.any():
+        raise MeasureError("measure.sheet.nothing_below", names=item.below.of)
+    reach = np.where(below, points @ along, np.nan)
+    low, high = int(np.nanargmin(reach)), int(np.nanargmax(reach))
     way = points[high] - points[low]
     gradient = np.zeros(len(points))
     gradient[high] += subject.sigmas.normals[high] @ along
     gradient[low] -= subject.sigmas.normals[low] @ along
     slopes = subject.slopes(lambda one: one.axis(item.along).direction)
+    ids = np.flatnonzero(below)
+    beyond = [
+        beyond_foremost_mm2(
+            subject.sigmas.mesh,
+            points[ids] @ way_out,
+            ids[:, None],
+            (subject.sigmas.normals[ids] @ way_out)[:, None],
+        )
+        for way_out in (along, -along)
+    ]
     return Sensed(
         value=float(way @ along),
         by_vertex=gradient,
         by_place={name: rows @ way for name, rows in slopes.items()},
+        beyond=sum(beyond),
     )
 
 

@@ -185,6 +185,30 @@ def test_orders_that_cannot_be_meant_are_refused(
     assert refused.value.finding.code == code
 
 
+def test_all_landmarks_that_lack_are_named_at_once(bodies: dict[str, Limb]) -> None:
+    foot = bodies["foot"]
+    lacks = ("lateral malleolus", "second toe")
+    limb = replace(foot, landmarks=tuple(one for one in foot.landmarks if one.name not in lacks))
+    with pytest.raises(EditError) as refused:
+        preview_device(limb, Order(device="solid-afo"))
+    told = refused.value.finding
+    assert told.code == "anatomy.missing"
+    assert set(told.values["names"]) == set(lacks)  # type: ignore[arg-type]
+
+
+def test_a_point_off_the_limb_is_refused_with_its_landmark(bodies: dict[str, Limb]) -> None:
+    """The fibula head marked at the sole: the upper edge would lie below it."""
+    foot = bodies["foot"]
+    heel = foot.landmark("heel").position_mm
+    marks = tuple(
+        replace(one, position_mm=heel) if one.name == "fibula head" else one
+        for one in foot.landmarks
+    )
+    with pytest.raises(EditError, match="placed by the landmark fibula head") as refused:
+        preview_device(replace(foot, landmarks=marks), Order(device="posterior-leaf-spring"))
+    assert refused.value.finding.code == "device.trim.off_limb"
+
+
 def test_a_landmark_on_the_wrong_side_is_refused(bodies: dict[str, Limb]) -> None:
     foot = bodies["foot"]
     swapped = {"lateral malleolus": "medial malleolus", "medial malleolus": "lateral malleolus"}

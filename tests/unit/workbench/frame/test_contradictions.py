@@ -45,6 +45,33 @@ def test_landmarks_speak_against_a_side_also_without_their_kind(
         align(limb, replace(right, anterior=-FRONT))
 
 
+def trunk(spine_mm: float, forward_mm: float) -> Limb:
+    """An elliptic trunk of 340 x 220 mm with iliac spines, so far beside and before its axis."""
+    tube = trimesh.creation.cylinder(1.0, 500.0, sections=64)
+    vertices = np.asarray(tube.vertices, float) * (170.0, 110.0, 1.0)
+    places = {
+        "right iliac spine": (spine_mm, forward_mm, -100.0),
+        "left iliac spine": (-spine_mm, forward_mm, -100.0),
+    }
+    marks = tuple(
+        Landmark(name=name, position_mm=np.array(at, float)) for name, at in places.items()
+    )
+    mesh = Mesh(vertices_mm=vertices, faces=np.asarray(tube.faces, np.int32))
+    return Limb(mesh=mesh, landmarks=marks)
+
+
+def test_iliac_spines_lie_in_front_and_each_in_its_half() -> None:
+    """A flat trunk has them further beside than before its axis; swapped ones are told."""
+    options = AlignOptions(side="none", kind="torso", axis=UP)
+    for front in (None, FRONT):
+        turned = replace(options, anterior=front)
+        for forward_mm in (40.0, 105.0):
+            found = rotation(align(trunk(120.0, forward_mm), turned))
+            np.testing.assert_allclose(found, np.eye(3), atol=1e-6)
+    with pytest.raises(MeasureError, match="right and left were taken for each other"):
+        align(trunk(-120.0, 60.0), replace(options, anterior=FRONT))
+
+
 def test_a_name_lies_on_one_side_in_every_template() -> None:
     for kind in KINDS:
         for row in NAMES[kind]:
