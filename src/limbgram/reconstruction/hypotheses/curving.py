@@ -135,15 +135,11 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
     away = [np.linalg.norm(view.centre_in_world - middle) for view in scene.views]
     distance = float(np.median(away))
     floor = FLOOR * distance if mm is None else FLOOR_MM * mm
-    held: dict[Rule, bool] = {
-        "lens": _beats_lens(evidence, spread, term, one.fall, noise),
-        "model": scene.own is None,
-        "size": effect.low >= floor,
-        "one photo": _stands_without_any(seen, term, photos),
-        "lenses of photos": _stands_among(
-            evidence.curves(np.minimum(MANY_TIMES * spread, MOST)), term
-        ),
-    }
+    failed = _failed(evidence, spread, term, one.fall, noise)
+    if scene.own is not None:
+        failed.append("model")
+    if effect.low < floor:
+        failed.append("size")
     after = term.course > 0.0 if term.kind == "step" else np.ones(photos, bool)
     fewer = after if after.sum() * 2 <= photos or term.kind == "drift" else ~after
     cost = FIELD * np.log(evidence.facts) + 2.0 * np.log(len(terms))
@@ -162,7 +158,7 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
             high=effect.high,
             variance_before=every.variance,
             variance_after=rest,
-            failed=tuple(rule for rule, holds in held.items() if not holds),
+            failed=tuple(failed),
             floor=floor,
         ),
         course=course,
@@ -271,6 +267,19 @@ def _columns(term: Term) -> Float64[np.ndarray, "c 4"]:
 def _stands_among(seen: Quadratic, term: Term) -> bool:
     """Whether chance alone does not explain it."""
     return chance_of(Fall.of(seen), Fall.of(seen.along(_columns(term))), 1) <= FALSE_ALARM
+
+
+def _failed(
+    evidence: _Evidence, spread: Float64[np.ndarray, "9"], term: Term, fall: float, noise: float
+) -> list[Rule]:
+    """The rules of lenses and of single photos that a term does not stand."""
+    wider = evidence.curves(np.minimum(MANY_TIMES * spread, MOST))
+    held: dict[Rule, bool] = {
+        "lens": _beats_lens(evidence, spread, term, fall, noise),
+        "one photo": _stands_without_any(evidence.curves(spread), term, evidence.photos),
+        "lenses of photos": _stands_among(wider, term),
+    }
+    return [rule for rule, holds in held.items() if not holds]
 
 
 def _beats_lens(
