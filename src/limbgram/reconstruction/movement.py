@@ -36,6 +36,7 @@ from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
+from limbgram.reconstruction.hypotheses.curving import Curving, curving
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
 from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
 from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
@@ -99,6 +100,9 @@ _TWO = 2
 _BESIDE, _HALVES, _ON_LIMB, _ON_BOARD = 0, (1, 2), (1, 2, 3), 4
 _ROOM = (_BESIDE, _ON_BOARD)
 """Numbers of Sides.keypoints."""
+_BENT_SIGMAS = 16.0
+"""Of what contradicts a rigid limb and still tells how it bends: weighted down, not left out. A
+lean of 8 mm is 1.6 px where paint is sure to 0.03 px."""
 _FAR_PX = 1e3
 """Of matches that make no point."""
 _BOARD_MARGIN = 2.0
@@ -197,14 +201,30 @@ def find_bending(
     detections: BoardDetections | None = None,
     options: LookOptions = DEFAULTS,
 ) -> BodyMotion:
-    """Whether the two halves of the limb's length kept still against each other."""
+    """Whether the two halves of the limb's length kept still against each other, and its curvature
+    is alike in all photos."""
     if sides.unknown:
         return BodyMotion.unknown(len(scene.names), sides.unknown)
     one = _Body("half", sides.among(matches.pairs, _HALVES[:1]))
     other = _Body("other half", sides.among(matches.pairs, _HALVES[1:]))
     fewer = replace(options, pair_matches=options.half_matches)
     seen = _Seen(photos, features, scene, cameras, millimetre(detections, scene))
-    return _between("halves", one, other, seen, fewer)
+    found = _between("halves", one, other, seen, fewer)
+    limb = _thinned(sides.among(matches.pairs, _ON_LIMB), options.pair_matches)
+    bent = _curving(limb, seen, options)
+    return found if bent is None else replace(found, movement=bent.beside(found.movement))
+
+
+def _curving(limb: list[PairMatches], seen: "_Seen", options: LookOptions) -> Curving | None:
+    """The likeliest change of the limb's curvature, of the photos placed by the limb alone."""
+    scene, cameras = seen.scene, seen.cameras
+    try:
+        placed = _placed_by(seen.features, limb, scene, cameras, seen.photos, options, _BENT_SIGMAS)
+        if placed is None:
+            return None
+        return curving(_in_frame_of(scene, placed), cameras.calibrations, seen.mm)
+    except np.linalg.LinAlgError:  # a photo loses all its points
+        return None
 
 
 def millimetre(detections: BoardDetections | None, scene: Scene) -> float | None:
@@ -574,6 +594,7 @@ def _placed_by(
     cameras: Cameras,
     photos: PhotoSet,
     options: LookOptions,
+    outlier_sigmas: float = 4.0,
 ) -> Scene | None:
     """The photos placed by these matches alone, from where the scene has them; lenses held."""
     if not any(len(pair) for pair in pairs):
@@ -584,18 +605,19 @@ def _placed_by(
         scene = _retracked(scene, places_px, pairs, reach_px)
         if len(scene.placed) < 2:
             return None
-        scene = _adjusted(scene, cameras)
+        scene = _adjusted(scene, cameras, outlier_sigmas)
     while loose := {*scene.placed} - {*joined_photos(scene)}:
         scene = without_photos(scene, loose)
         if len(scene.placed) < 2:
             return None
-        scene = _adjusted(scene, cameras)
+        scene = _adjusted(scene, cameras, outlier_sigmas)
     return scene
 
 
-def _adjusted(scene: Scene, cameras: Cameras) -> Scene:
+def _adjusted(scene: Scene, cameras: Cameras, outlier_sigmas: float) -> Scene:
     """With the covariance of its photos; lenses held."""
-    adjusted = adjust(scene, _held(scene, cameras), rounds=2)
+    held = _held(scene, cameras)
+    adjusted = adjust(scene, held, rounds=2, outlier_sigmas=outlier_sigmas)
     return replace(adjusted.scene, camera_covariance=adjusted.covariance)
 
 

@@ -32,10 +32,10 @@ FLOOR = 0.00025
 """Motion of a point from which it matters, of the cameras' distance, where no board tells
 millimetres: 0.25 mm from 1 m."""
 FLOOR_MM = 0.25
-_FEWEST_PHOTOS = 10
-_MOST_PHOTOS = 60
+FEWEST_PHOTOS = 10
+MOST_PHOTOS = 60
 """Searched: the time goes with their third power, and is 5 s for 50."""
-_BEYOND_CHANCE = 0.5
+BEYOND_CHANCE = 0.5
 """Chance below which something that is not known is said not to fit (`Movement.misfit`)."""
 
 
@@ -55,7 +55,7 @@ def movement_between(
     photos = _evenly(both)
     tied = np.minimum(tied_points(first), tied_points(second))
     while True:
-        if len(photos) < _FEWEST_PHOTOS:
+        if len(photos) < FEWEST_PHOTOS:
             few = note("movement.unknown.few_shown", photos=len(photos))
             return BodyMotion.unknown(len(first.names), few)
         evidence = evidence_of(first, second, photos, priors)
@@ -75,9 +75,9 @@ def movement_between(
 
 def _evenly(photos: tuple[int, ...]) -> tuple[int, ...]:
     """At most as many as can be searched in seconds."""
-    if len(photos) <= _MOST_PHOTOS:
+    if len(photos) <= MOST_PHOTOS:
         return photos
-    chosen = np.linspace(0, len(photos) - 1, _MOST_PHOTOS).round().astype(int)
+    chosen = np.linspace(0, len(photos) - 1, MOST_PHOTOS).round().astype(int)
     return tuple(photos[k] for k in chosen.tolist())
 
 
@@ -113,7 +113,7 @@ def stood_with_first(
     """
     told = second.movement.group >= 0
     photos = tuple(k for k in sorted({*first.placed} & {*third.placed}) if told[k])
-    if len(photos) < _FEWEST_PHOTOS:
+    if len(photos) < FEWEST_PHOTOS:
         return False
     evidence = evidence_of(first, third, photos, priors)
     found = explained(evidence, "limb and board", FLOOR * evidence.distance)
@@ -132,7 +132,7 @@ def _told(found: Explained, middle: Float64[np.ndarray, "3"], photos: int) -> Bo
     facts = tuple(one for one in found.told if one.kind != "photo")
     motions = np.zeros((photos, MOVE))
     if found.undecided and not facts:
-        chance = min(found.undecided[0].chance, _BEYOND_CHANCE)
+        chance = min(found.undecided[0].chance, BEYOND_CHANCE)
         unknown = BodyMotion.unknown(photos, None, chance)
         listed = replace(unknown.movement, explanations=found.explanations)
         return replace(unknown, movement=listed)

@@ -327,10 +327,10 @@ class SceneEquations:
         rows = np.array([*poses, *lenses.tolist(), *own])
         parts = [
             _equations(bundle.with_points(part), lens_idx, basis, sigma_px)
-            for part in _clusters(bundle.points)
+            for part in clusters_of(bundle.points)
         ]
         firm = np.arange(POSE_SIZE * len(bundle.views))
-        inflation = _inflation(
+        inflation = inflation_of(
             [normal[np.ix_(firm, firm)] for normal, _ in parts], [g[firm] for _, g in parts]
         )
         normal = np.sum([one for one, _ in parts], axis=0) / inflation
@@ -349,7 +349,7 @@ def _equations(
     return normal / sigma_px**2, right / sigma_px**2
 
 
-def _clusters(points: Points3) -> list[np.ndarray]:
+def clusters_of(points: Points3) -> list[np.ndarray]:
     """Neighbouring points together: halved at the median of the longest side, again and again."""
     parts = [np.arange(len(points))]
     while len(parts) < CLUSTERS:
@@ -367,7 +367,7 @@ def _clusters(points: Points3) -> list[np.ndarray]:
     return list(masks)
 
 
-def _inflation(
+def inflation_of(
     normals: Sequence[Float64[np.ndarray, "p p"]], rights: Sequence[Float64[np.ndarray, " p"]]
 ) -> float:
     """Variance of the clusters' pulls over what independent observations would have; 1 at least.

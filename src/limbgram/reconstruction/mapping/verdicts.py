@@ -116,8 +116,8 @@ CONTRADICTION_DEG = 15.0
 
 
 _TORN = 0.25
-"""Contradicting share of a torn scene. It was 0.06 to 0.14 in sound ones and 0.34 to 0.41 in rings
-that were folded."""
+"""Contradicting share of a torn scene. It was at most 0.09 in 44 sound or spoiled ones that placed
+all photos, 0.06 to 0.17 in sound ones that left some out, and 0.34 to 0.41 in folded rings."""
 
 
 def found_lenses(scene: Scene, cameras: Cameras) -> Cameras:

@@ -16,6 +16,8 @@ from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
 
 DISTANCE_MM = 1000.0
+HALF_MM = 100.0
+ASIDE = np.array([0.8, 0.6, 0.0])
 LENS = Camera(
     width_px=1200, height_px=900, fx=1500.0, fy=1500.0, cx=600.0, cy=450.0, k1=-0.05, k2=0.02
 )
@@ -53,6 +55,9 @@ class Taken:
     """Turn (rad) and shift (mm) of the second body in each photo (n, 6)."""
     turn_deg: float = 360.0
     """Of the walk."""
+    bows_mm: np.ndarray | None = None
+    """By photo (n), how far both ends of a limb of 200 mm are bowed aside."""
+    outlier_sigmas: float = 4.0
 
     @property
     def calibration(self) -> Calibration:
@@ -95,8 +100,10 @@ def bodies(taken: Taken) -> Bodies:
     own = np.zeros((taken.photos, OWN)) if taken.own is None else taken.own
     motions = np.zeros((taken.photos, 6)) if taken.motions is None else taken.motions
     limb, room = cloud(rng, taken.points, 40.0, 110.0), cloud(rng, taken.points, 120.0, 280.0)
+    if taken.bows_mm is not None:
+        limb = np.column_stack([0.5 * limb[:, :2], rng.uniform(-HALF_MM, HALF_MM, len(limb))])
     return Bodies(
-        placed(taken, limb, poses, own, 0.0 * motions, rng),
+        placed(taken, limb, poses, own, 0.0 * motions, rng, taken.bows_mm),
         placed(taken, room, poses, own, motions, rng),
         taken.calibration,
     )
@@ -109,6 +116,7 @@ def placed(
     own: np.ndarray,
     motions: np.ndarray,
     rng: np.random.Generator,
+    bows_mm: np.ndarray | None = None,
 ) -> Scene:
     """A body's scene; each point is seen from one side."""
     basis = lens_basis(LENS)
@@ -120,7 +128,10 @@ def placed(
         seen = np.flatnonzero(facing @ to_camera > -0.1)
         lens = taken.true_lens.with_parameters(taken.true_lens.packed + basis @ own[k])
         turn = Rigid.from_rotation_vector(motions[k, :3], motions[k, 3:])
-        xy_px = lens.project(pose.apply(turn.apply(points[seen])))
+        shown = turn.apply(points[seen])
+        if bows_mm is not None:
+            shown += bows_mm[k] * ((shown[:, 2:] / HALF_MM) ** 2 @ ASIDE[None])
+        xy_px = lens.project(pose.apply(shown))
         common = near[np.ix_(seen, seen)] @ rng.normal(size=(len(seen), 2))
         common /= np.sqrt(near[np.ix_(seen, seen)].sum(axis=1, keepdims=True))
         alone = rng.normal(size=xy_px.shape)
@@ -143,7 +154,7 @@ def placed(
         verdicts=(),
     )
     held = replace(taken.calibration, covariance=np.zeros((LENS_SIZE, LENS_SIZE)))
-    return adjust(scene, [held], rounds=2).scene
+    return adjust(scene, [held], rounds=2, outlier_sigmas=taken.outlier_sigmas).scene
 
 
 @pytest.fixture(scope="session")

@@ -73,7 +73,7 @@ def test_a_photo_that_few_points_hold_is_left_out(take: Take) -> None:
 def test_of_many_photos_some_are_searched_and_the_others_follow(
     take: Take, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("limbgram.reconstruction.hypotheses.bodies._MOST_PHOTOS", 16)
+    monkeypatch.setattr("limbgram.reconstruction.hypotheses.bodies.MOST_PHOTOS", 16)
     far = np.linspace(0.0, 4.0, 24)
     for sizes_mm, kind in ((np.where(far > 2.0, 2.0, 0.0), "step"), (far, "drift")):
         found = seen(

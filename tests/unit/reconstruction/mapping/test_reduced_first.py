@@ -14,6 +14,7 @@ from limbgram.core.run import Run
 from limbgram.findings import note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, from_exif
 from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.lens_groups import ByLens
 from limbgram.reconstruction.limb_groups import LimbGroups
 from limbgram.reconstruction.mapping.ring import ring_of, without_photos
 from limbgram.reconstruction.mapping.scene import Explanation, PhotoVerdict, Scene
@@ -186,6 +187,26 @@ def test_a_camera_file_is_left_out_where_the_photos_contradict_it_as_a_fact(
     assert [one.calibrations[0].source for one in tried] == camera_files
     assert found.placing.scene.lens_explanations == (shown,)  # said either way
     assert found.cameras.calibrations[0].instead_of == (given if told else None)
+
+
+def test_a_camera_file_is_kept_where_the_photos_told_of_two_lenses(ring: Scene) -> None:
+    lens = Camera(width_px=1500, height_px=1000, fx=2000.0, fy=2000.0, cx=750.0, cy=500.0)
+    given = Calibration(camera=lens, covariance=np.zeros((LENS_SIZE, LENS_SIZE)), source="board")
+    group = CameraGroup(label="", width_px=1500, height_px=1000, exif=Exif())
+    taken = replace(photos(), cameras=(group,))
+    two = ByLens(replace(taken, cameras=(group, group)), Cameras((given, given)))
+    tried: list[Cameras] = []
+
+    def place(cameras: Cameras) -> PlacedPhotos:
+        tried.append(cameras)
+        scene = replace(ring, lens_explanations=(CONTRADICTED,))
+        placing = Placing(showing(1), NO_MATCHES, Pairs((), 0), scene, Still(), lenses=two)
+        return PlacedPhotos(two.photos, two.cameras, placing, None)
+
+    found = with_files_that_fit(taken, Cameras((given,)), place, Run())
+    assert [one.calibrations for one in tried] == [(given,)]  # placed once, by the file
+    assert found.cameras is two.cameras
+    assert found.placing.scene.lens_explanations == (CONTRADICTED,)
 
 
 def test_photos_that_only_a_wrong_camera_file_places_are_refused_with_both_focal_lengths(

@@ -1,0 +1,90 @@
+"""Curving: limbs bowed by known amounts in known photos, and lenses that look alike."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from limbgram.reconstruction.hypotheses.curving import Curving, curving
+from limbgram.reconstruction.mapping.lens_evidence import OWN
+from limbgram.reconstruction.mapping.scene import Movement
+
+Take = Callable[..., Any]
+N = 14
+LATER = (np.arange(N) >= 9).astype(float)
+
+
+def found(take: Take, bows_mm: np.ndarray, **options: Any) -> Curving | None:
+    taken = take(bows_mm=bows_mm, points=400, outlier_sigmas=16.0, **options)
+    return curving(taken.limb, [taken.calibration], 1.0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_rigid_limb_is_not_bent(take: Take, seed: int) -> None:
+    assert found(take, np.zeros(N), seed=seed) is None
+    assert found(take, np.zeros(N), seed=seed, shared=0.4) is None
+
+
+@pytest.mark.parametrize("bow_mm", [1.0, 4.0])
+def test_a_limb_that_bows_between_two_photos(take: Take, bow_mm: float) -> None:
+    bent = found(take, bow_mm * LATER)
+    assert bent is not None
+    one = bent.explanation
+    assert (one.bodies, one.kind, one.photos, one.told) == (
+        "halves",
+        "step",
+        (9, 10, 11, 12, 13),
+        True,
+    )
+    at_end_mm = (
+        0.98**2 * bow_mm
+    )  # the ends' last points beyond 0.98 of the half length count as there
+    assert one.low < at_end_mm < one.high
+    assert one.effect == pytest.approx(at_end_mm, rel=0.15)
+    assert bent.course.tolist() == LATER.tolist()
+
+
+def test_a_limb_that_bows_slowly(take: Take) -> None:
+    bent = found(take, np.linspace(0.0, 4.0, N))
+    assert bent is not None
+    assert (bent.explanation.kind, bent.explanation.told) == ("drift", True)
+    assert bent.explanation.effect == pytest.approx(4.0, rel=0.2)
+
+
+@pytest.mark.parametrize("number", range(OWN))
+def test_a_lens_that_changes_between_two_photos_bends_no_limb(take: Take, number: int) -> None:
+    own = np.zeros((N, OWN))
+    own[:, number] = 3e-3 * LATER if number != 2 else 5e-3 * LATER
+    bent = found(take, np.zeros(N), own=own)
+    assert bent is None or not bent.explanation.told
+
+
+def test_one_photo_alone_bends_no_limb(take: Take) -> None:
+    bent = found(take, 6.0 * (np.arange(N) == 5))
+    assert bent is None or "one photo" in bent.explanation.failed
+
+
+def test_a_lens_that_no_board_calibrated_is_not_asked(take: Take) -> None:
+    assert found(take, 4.0 * LATER, by_exif=True) is None
+
+
+def test_what_is_told_beside_the_halves(take: Take) -> None:
+    bent = found(take, 4.0 * LATER)
+    assert bent is not None
+    told = bent.beside(Movement.unknown(N))
+    assert (told.kind, told.moved, told.explanations) == ("step", True, (bent.explanation,))
+    assert told.group.tolist() == LATER.astype(int).tolist()
+    assert told.largest == pytest.approx(4.0, rel=0.2)
+    assert np.flatnonzero(told.shift).tolist() == [9, 10, 11, 12, 13]
+    # 4 mm bowed over half a length of 100 mm: the end's slope is 2 x 4 / 100
+    assert np.nanmax(told.turn_deg) == pytest.approx(np.degrees(0.08), rel=0.3)
+
+
+def test_what_is_not_decided_beside_the_halves(take: Take) -> None:
+    bent = found(take, 4.0 * LATER)
+    assert bent is not None
+    doubted = replace(bent, explanation=replace(bent.explanation, failed=("lens",)))
+    assert doubted.beside(Movement.unknown(N)).misfit
+    assert doubted.beside(Movement.unknown(N)).undecided == (doubted.explanation,)
