@@ -15,6 +15,7 @@ from limbgram.core.mesh.mesh import Mesh, Repairs
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.measuring.measurement_pass import MatchingOptions
+from limbgram.reconstruction.measuring.uncertainty import GAPS
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
 
@@ -234,6 +235,14 @@ def test_flat_faces_hold_the_volume_of_the_ball(ball: Ball) -> None:
         chordal_mm = result.chordal_deviations_mm()[measured].mean()
         assert _errors_mm(result)[measured].mean() == pytest.approx(chordal_mm, rel=0.15)
         assert abs(radius_mm - RADIUS_MM) < 0.15 * chordal_mm
+
+
+def test_paint_all_over_leaves_no_gaps(ball: Ball) -> None:
+    result = measure(read_photos([ball.photos]), ball.metric, _start(0.1 * PIXEL_MM))
+    assert result.shared_mm is not None
+    assert result.filled is not None
+    gaps_mm = result.shared_mm[~result.filled, result.shared_sources.index(GAPS)]
+    assert np.quantile(gaps_mm, 0.95) < 0.005 * PIXEL_MM
 
 
 def _solid_angles(corners: np.ndarray) -> np.ndarray:

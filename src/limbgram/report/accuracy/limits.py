@@ -14,7 +14,14 @@ from limbgram.capture.setup import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.core.tape import AGREES_SIGMAS, sigmas_apart
 from limbgram.findings import Finding, Gravity, doubt, fault, note
-from limbgram.reconstruction.measuring.uncertainty import CAMERAS, CREASES, FACES, OFFSET, SCALE
+from limbgram.reconstruction.measuring.uncertainty import (
+    CAMERAS,
+    CREASES,
+    FACES,
+    GAPS,
+    OFFSET,
+    SCALE,
+)
 from limbgram.report.accuracy.figures import Figures, SurfaceSigma
 from limbgram.report.accuracy.judgement import (
     FAR_SCALE,
@@ -55,6 +62,7 @@ _PARTS = {
     FAR_SCALE: "far_scale",
     OFFSET: "offset",
     FACES: "faces",
+    GAPS: "gaps",
     CREASES: "creases",
     UNNAMED: "unnamed",
 }
