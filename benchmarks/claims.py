@@ -192,6 +192,7 @@ def _intervals(name: str) -> str:
         "fine": "relief down to waves of 2.5 mm",
         "sharp": "twice the resolution",
         "sparse": "8 % painted",
+        "bare": "5 % painted",
         "patchy": "half of the paint left out in patches",
         "wrinkled": "15 % painted, wrinkles down to 3 mm",
         "shapes": "scans of other limbs, dense to little paint",
