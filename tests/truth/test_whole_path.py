@@ -19,7 +19,14 @@ from limbgram.cases.masks import mask_of
 from limbgram.cases.scoring import score_case
 from limbgram.cli.main import app
 from limbgram.core.mesh.closest_point import TriangleTree
-from limbgram.reconstruction.measuring.uncertainty import CAMERAS, CREASES, FACES, OFFSET, SCALE
+from limbgram.reconstruction.measuring.uncertainty import (
+    CAMERAS,
+    CREASES,
+    FACES,
+    GAPS,
+    OFFSET,
+    SCALE,
+)
 
 ROOT = Path(__file__).parents[2]
 README, GUIDE = ROOT / "README.md", ROOT / "docs" / "library" / "index.md"
@@ -98,10 +105,11 @@ def test_the_programs_of_the_guide_run_and_make_the_same_surface(
 def test_the_expected_error_has_a_part_from_every_source(folder: Path) -> None:
     tree = json.loads((folder / "case" / "accuracy.json").read_text("utf-8"))
     budget = {one["part"]: one["sigma_mm"] for one in tree["expected"]["budget"]}
-    assert set(budget) == {"image measurement", SCALE, CAMERAS, OFFSET, FACES, CREASES}
+    assert set(budget) == {"image measurement", SCALE, CAMERAS, OFFSET, FACES, GAPS, CREASES}
     assert 1e-4 < budget[CAMERAS] < 0.08
     assert min(budget[part] for part in budget if part != CREASES) > 1e-5
     assert 0 <= budget[CREASES] < 0.07  # a smooth limb has hardly any
+    assert budget[GAPS] < 0.02  # painted all over
     assert np.hypot.reduce([*budget.values()]) == pytest.approx(
         tree["expected"]["rms_mm"], rel=1e-3
     )

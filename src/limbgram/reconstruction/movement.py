@@ -7,7 +7,8 @@ Method  The region of the limb, as the scene shows it, parts the keypoints of ev
         on the limb and those beside it. From the matches of each kind, also those that the scene
         had no use for, the photos are placed anew, lenses held: once by the limb, once by the
         surroundings. The search over hypotheses (`hypotheses`) compares the two. So it does the two
-        halves of the limb's length: a limb that bends is no rigid body.
+        halves of the limb's length, and asks whether its curvature changes: a limb that bends is no
+        rigid body.
         Where limb and surroundings moved against each other, photos placed by the board's corners
         alone tell whether the board kept still with the limb. Then only other things were moved:
         the photos stay where all that kept still has them, if the corners agree better there.
