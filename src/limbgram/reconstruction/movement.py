@@ -43,7 +43,7 @@ from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
 from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
-from limbgram.reconstruction.mapping.solution import SHARED_ERROR, adjust
+from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, SHARED_ERROR, adjust
 from limbgram.reconstruction.mapping.tracks import with_tracks
 from limbgram.reconstruction.mapping.verdicts import agreed_by
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
@@ -595,7 +595,7 @@ def _placed_by(
     cameras: Cameras,
     photos: PhotoSet,
     options: LookOptions,
-    outlier_sigmas: float = 4.0,
+    outlier_sigmas: float = OUTLIER_SIGMAS,
 ) -> Scene | None:
     """The photos placed by these matches alone, from where the scene has them; lenses held."""
     if not any(len(pair) for pair in pairs):

@@ -43,6 +43,7 @@ from limbgram.reconstruction.mapping.lens_evidence import (
     eliminated,
     inflation_of,
     lens_basis,
+    packed,
 )
 from limbgram.reconstruction.mapping.quadratic import (
     CLEARLY,
@@ -131,11 +132,8 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
     rest = (every.fall - one.fall) / max(every.freedom - one.freedom, 1)
     noise = max(1.0, rest)
     effect = field.effect(seen, term, noise)
-    middle = np.median(scene.points_in_world, axis=0)
-    away = [np.linalg.norm(view.centre_in_world - middle) for view in scene.views]
-    distance = float(np.median(away))
-    floor = FLOOR * distance if mm is None else FLOOR_MM * mm
-    failed = _failed(evidence, spread, term, one.fall, noise)
+    floor = FLOOR * _distance(scene) if mm is None else FLOOR_MM * mm
+    failed = _failed(evidence, spread, seen, term, one.fall, noise)
     if scene.own is not None:
         failed.append("model")
     if effect.low < floor:
@@ -164,6 +162,12 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
         course=course,
         turn_deg=effect.turn_deg,
     )
+
+
+def _distance(scene: Scene) -> float:
+    """Of the cameras, to the middle of the points."""
+    middle = np.median(scene.points_in_world, axis=0)
+    return float(np.median([np.linalg.norm(one.centre_in_world - middle) for one in scene.views]))
 
 
 @dataclass(frozen=True)
@@ -270,13 +274,18 @@ def _stands_among(seen: Quadratic, term: Term) -> bool:
 
 
 def _failed(
-    evidence: _Evidence, spread: Float64[np.ndarray, "9"], term: Term, fall: float, noise: float
+    evidence: _Evidence,
+    spread: Float64[np.ndarray, "9"],
+    seen: Quadratic,
+    term: Term,
+    fall: float,
+    noise: float,
 ) -> list[Rule]:
-    """The rules of lenses and of single photos that a term does not stand."""
+    """The rules of lenses and of single photos that a term does not stand; seen: of that spread."""
     wider = evidence.curves(np.minimum(MANY_TIMES * spread, MOST))
     held: dict[Rule, bool] = {
         "lens": _beats_lens(evidence, spread, term, fall, noise),
-        "one photo": _stands_without_any(evidence.curves(spread), term, evidence.photos),
+        "one photo": _stands_without_any(seen, term, evidence.photos),
         "lenses of photos": _stands_among(wider, term),
     }
     return [rule for rule, holds in held.items() if not holds]
@@ -316,8 +325,7 @@ def _evidence(scene: Scene, priors: Sequence[Calibration], field: _Field) -> _Ev
     prior = LensPrior.of(priors, hold_board_lenses=False)
     lens = slice(first, first + lenses)
     normal[lens, lens] += np.where(np.outer(prior.free, prior.free), prior.information, 0.0)
-    packed = np.concatenate([one.packed for one in scene.cameras])
-    right[lens] += prior.information @ np.where(prior.free, prior.packed - packed, 0.0)
+    right[lens] += prior.information @ np.where(prior.free, prior.packed - packed(scene), 0.0)
     known = np.ones(first + lenses, bool)
     known[lens] = prior.free
     kept = np.arange(first + lenses, len(right))

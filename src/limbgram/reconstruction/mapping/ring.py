@@ -35,7 +35,7 @@ from limbgram.reconstruction.mapping.chains import along_chains
 from limbgram.reconstruction.mapping.lens_evidence import LensEvidence, zoomed_photos
 from limbgram.reconstruction.mapping.lens_selection import with_supported_lenses
 from limbgram.reconstruction.mapping.scene import Ring, Scene
-from limbgram.reconstruction.mapping.solution import Adjusted, Unheld, adjust
+from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, Adjusted, Unheld, adjust
 from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
 from limbgram.reconstruction.mapping.verdicts import (
     agreed_places,
@@ -73,7 +73,7 @@ class MappingOptions:
     """Whether lenses calibrated with a board move within their covariance or stay as they are."""
     photo_lenses: Literal["as asked", "never"] = "as asked"
     """Whether single photos get lenses of their own where the residuals ask for them."""
-    outlier_sigmas: float = 4.0
+    outlier_sigmas: float = OUTLIER_SIGMAS
     """Observations beyond this many standard deviations are dropped."""
     mapper_matches: int = 400
     """Most matches of a pair that the mapper gets; the final adjustment takes all."""

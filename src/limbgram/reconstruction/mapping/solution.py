@@ -35,6 +35,8 @@ _ITERATIONS = 40
 _ROUGH_GAIN = 1e-3
 _FINE_GAIN = 1e-5
 _GAUGE_FREEDOM = 7
+OUTLIER_SIGMAS = 4.0
+"""Observations further off than this contradict the scene."""
 _ALMOST_NONE = 1e-8
 """Damping that keeps equations solvable whose world frame is free."""
 _TINY = 1e-300
@@ -80,7 +82,7 @@ def adjust(
     priors: Sequence[Calibration],
     *,
     hold_board_lenses: bool = False,
-    outlier_sigmas: float = 4.0,
+    outlier_sigmas: float = OUTLIER_SIGMAS,
     rounds: int = 3,
     body: Body | None = None,
     solve_own: bool = False,

@@ -26,7 +26,8 @@ Method  Noise: what single photos pull the surface by, each solved through the t
         case, and what only moves the surface as a whole is taken off: a shape has no place.
         Faces: photos are sampled all over the flat faces, which therefore lie in the limb as
         deep as their vertices stand out of it; a fifth of the chordal deviation is left.
-        Gaps: the plate flattens what lies between paint, in all gaps alike.
+        Gaps: depth maps span what lies between paint as chords do, in all gaps alike, and the
+        rounds take back about a half.
         docs/method.
 """
 
@@ -636,8 +637,8 @@ _FACES_LEFT = 0.2
 ball 0.05 to 0.07 of them for edges of 4 to 8 pixels, -0.25 to -0.30 for edges of 15."""
 _SUNK_PX = 0.13
 """How far the surface lies in or out in all gaps between paint alike, in pixels where all of an
-error of the given surface is left: the plate flattens them. Slopes of the errors on what is left
-were -0.20 to -0.07 px on seven sparse and bare captures and -0.18 to 0.10 on four others."""
+error of the given surface is left: depth maps span them as chords do. Slopes of the errors on what
+is left: -0.20 to -0.07 px on seven sparse and bare captures, -0.18 to 0.10 on four others."""
 OFFSET_PX = 0.006
 """How far the whole surface may lie in or out by the way photos are sampled, in pixels: volumes of
 53 small captures (seeds 6000 to 7088) say -0.007 px for thighs, -0.003 for shanks and 0.003 for
