@@ -19,6 +19,7 @@ import httpx
 import pytest
 from argon2 import PasswordHasher
 from fastapi.testclient import TestClient
+from tests.unit.file_sizes import require_takes_up_to
 from typer.testing import CliRunner
 
 from limbgram.app import network_server as network_module
@@ -129,6 +130,15 @@ def test_weak_passwords_and_odd_names_are_refused(users: Users, name: str, passw
     assert [one.name for one in users.all()] == [NAME]
 
 
+def test_a_password_has_12_to_200_letters(users: Users) -> None:
+    for name, letters in (("Baumann", 12), ("Curie", 200)):
+        users.add(name, ("clear sky at noon " * 12)[:letters])
+    for letters in (11, 201):
+        with pytest.raises(OptionsError) as refused:
+            users.add("Dunant", ("clear sky at noon " * 12)[:letters])
+        assert refused.value.finding.code == "app.user.password_length"
+
+
 def test_a_damaged_list_of_users_lets_nobody_in(users: Users) -> None:
     users.file.write_text('{"users": [{"name": "A. Meier"}]}', "utf-8")
     with pytest.raises(CaseError, match="damaged"):
@@ -200,6 +210,17 @@ def test_waits_end_and_do_not_fill_the_memory() -> None:
     for k in range(20_100):
         attempts.failed(f"name {k}", f"address {k}")
     assert len(attempts._wrong) <= 10_000
+
+
+def test_the_wrong_password_of_longest_ago_is_forgotten_beyond_ten_thousand_keys() -> None:
+    """Each attempt has two: its name and its address."""
+    for others, waits in ((4999, True), (5000, False)):
+        attempts = Attempts(lambda: 0.0)
+        for _ in range(6):
+            attempts.failed("A", "10.0.0.1")
+        for number in range(others):
+            attempts.failed(f"user {number}", f"host {number}")
+        assert (attempts.wait_s("A", "10.0.0.1") > 0) == waits
 
 
 def test_a_page_in_which_nobody_did_anything_is_locked(
@@ -625,3 +646,9 @@ def test_users_are_kept_by_commands(tmp_path: Path) -> None:
     assert run(app, ["app", "log", *cases]).exit_code == 1
     assert run(app, ["app", "--address", "127.0.0.1", *cases]).exit_code == 2
     assert run(app, ["app", "--network", "--no-browser", *cases]).exit_code == 2, "no users"
+
+
+def test_certificates_and_users_are_read_up_to_a_megabyte(tmp_path: Path, users: Users) -> None:
+    pem = tmp_path / "clinic.pem"
+    require_takes_up_to(lambda path: given_certificate(path, path), pem, 1_000_000)
+    require_takes_up_to(lambda _: users.all(), users.file, 1_000_000)

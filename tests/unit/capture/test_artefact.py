@@ -4,9 +4,11 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.unit.file_sizes import require_takes_up_to
 
 from limbgram.capture.artefact import read_artefact
 from limbgram.core.errors import CaseError
+from limbgram.findings import Finding
 from limbgram.synthetic.props.gauges import BallBar, Gauge, GaugeCylinder, calibrated_values
 
 GOOD = """
@@ -65,6 +67,39 @@ def test_what_cannot_be_is_refused(tmp_path: Path, old: str, new: str, told: str
     assert old in GOOD
     with pytest.raises(CaseError, match=told):
         read_artefact(written(tmp_path, GOOD.replace(old, new)))
+
+
+def test_a_file_is_read_up_to_a_megabyte(tmp_path: Path) -> None:
+    require_takes_up_to(read_artefact, tmp_path / "bar.toml", 1_000_000)
+
+
+@pytest.mark.parametrize(
+    ("old", "least", "beyond", "code"),
+    [
+        ("uncertainty_mm = 0.006", 7.5, 7.6, "kit.artefact.uncertainty"),  # 5 % of 150 mm
+        ("uncertainty_mm = 0.02", 1.0, 1.01, "kit.artefact.mesh"),
+        ("form_mm = 0.003", 2.5, 2.51, "kit.artefact.form"),  # 5 % of 50 mm
+    ],
+)
+def test_a_calibrated_value_is_sure_to_its_share(
+    tmp_path: Path, old: str, least: float, beyond: float, code: str
+) -> None:
+    name = old.partition(" ")[0]
+    read_artefact(written(tmp_path, GOOD.replace(old, f"{name} = {least}")))
+    with pytest.raises(CaseError) as refused:
+        read_artefact(written(tmp_path, GOOD.replace(old, f"{name} = {beyond}")))
+    reason = refused.value.finding.values["reason"]
+    assert isinstance(reason, Finding)
+    assert reason.code == code
+
+
+def test_an_artefact_has_twelve_spheres_at_most(tmp_path: Path) -> None:
+    head = 'format = "limbgram artefact"\nversion = 1\nname = "Plate"\n'
+    one = '[[spheres]]\nname = "S{0}"\ndiameter_mm = 30.0\nuncertainty_mm = 0.01\n'
+    plate = [head + "".join(one.format(k) for k in range(count)) for count in (12, 13)]
+    assert len(read_artefact(written(tmp_path, plate[0])).spheres) == 12
+    with pytest.raises(CaseError, match="13 spheres"):
+        read_artefact(written(tmp_path, plate[1]))
 
 
 @pytest.mark.parametrize("gauge", [BallBar(), GaugeCylinder(diameter_mm=80.0)])

@@ -286,3 +286,34 @@ def _off_mm(points: np.ndarray, surface: Mesh) -> float:
         shift = shift + (found.points_mm - (points + shift)).mean(0)
         found = tree.closest(points + shift)
     return float(np.sqrt((found.distances_mm**2).mean()))
+
+
+def test_no_number_of_a_file_is_beyond_a_hundred_metres() -> None:
+    read_aop(tiny(slices=("3", "100000")), "tiny.aop")
+    with pytest.raises(ShapeFileError, match=r"100000"):
+        read_aop(tiny(slices=("3", "100001")), "tiny.aop")
+
+
+def test_a_file_has_ten_thousand_comments_at_most() -> None:
+    read_aop(tiny(comments=("of a program",) * 9999), "tiny.aop")  # and the second AAOP1
+    with pytest.raises(ShapeFileError) as refused:
+        read_aop(tiny(comments=("of a program",) * 10_000), "tiny.aop")
+    assert refused.value.finding.code == "aop.line"
+
+
+@pytest.mark.parametrize(("radius", "told"), [("62.9", False), ("63.1", True)])
+def test_a_landmark_lies_within_3_mm_of_the_surface(radius: str, told: bool) -> None:
+    """The surface is 60 mm from the axis there."""
+    found = read_aop(tiny(marks=("1", "FIB", "1", radius, "90", "10")), "tiny.aop")
+    assert bool(found.warnings) == told
+
+
+@pytest.mark.parametrize(
+    ("third", "profile"), [("20.0099", "ampscan-early"), ("20.011", "ampscan")]
+)
+def test_listed_heights_are_even_within_a_thousandth_of_their_spacing(
+    third: str, profile: str
+) -> None:
+    listed = ("3", "0", "0", "10", third)
+    found = read_aop(tiny(comments=("ampscan",), slices=listed, marks=("0",)), "tiny.aop")
+    assert found.profile == profile

@@ -127,3 +127,12 @@ def test_a_checkerboard_is_no_charuco_board(tmp_path: Path) -> None:
     answer = CliRunner().invoke(app, ["print", "checkerboard", *out])
     assert answer.exit_code == 2
     assert not list(tmp_path.iterdir())
+
+
+def test_a_print_may_be_five_per_cent_off_and_a_thousandth_stretched() -> None:
+    printed(262.4)
+    printed(250.0, 150.14)
+    for across_mm, down_mm, code in ((262.6, None, "off"), (250.0, 150.16, "stretched")):
+        with pytest.raises(OptionsError) as refused:
+            printed(across_mm, down_mm)
+        assert refused.value.finding.code == f"file.print.{code}"

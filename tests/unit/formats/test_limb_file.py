@@ -215,6 +215,51 @@ def test_nonsense_is_refused(tmp_path: Path, limb: Limb, key: str, value: object
         read_limb(path)
 
 
+def turned(by: float) -> dict[str, object]:
+    """A motion whose rotation lacks so much of a right angle."""
+    return motion(np.array([[1.0, by, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
+
+
+def marks(**of_one: object) -> list[dict[str, object]]:
+    return [{"name": "A", "position_mm": [0, 0, 0], "placed": "click"} | of_one]
+
+
+def numbered(count: int) -> list[dict[str, object]]:
+    return [one for k in range(count) for one in marks(name=f"{k}")]
+
+
+@pytest.mark.parametrize(
+    ("key", "last", "beyond"),
+    [
+        ("sock_mm", 99.9, 100.0),
+        ("landmarks", marks(name="A" * 80), marks(name="A" * 81)),
+        ("landmarks", marks(sigma_mm=99.9), marks(sigma_mm=100.0)),
+        ("landmarks", numbered(1000), numbered(1001)),
+        ("made_from", [made_from()] * 100, [made_from()] * 101),
+        ("limb_from_mesh", turned(0.9e-6), turned(1.1e-6)),
+    ],
+    ids=["sock", "name", "sigma", "landmarks", "origins", "rotation"],
+)
+def test_what_no_limb_has_is_refused(
+    tmp_path: Path, limb: Limb, key: str, last: object, beyond: object
+) -> None:
+    path = write_limb(limb, tmp_path / "scan.ply")
+    kept = tmp_path / "scan.limb.json"
+    tree = json.loads(kept.read_text())
+    kept.write_text(json.dumps(tree | {key: last}))
+    read_limb(path)
+    kept.write_text(json.dumps(tree | {key: beyond}))
+    with pytest.raises(ShapeFileError):
+        read_limb(path)
+
+
+def test_of_a_doubt_400_letters_are_kept(tmp_path: Path, limb: Limb) -> None:
+    path = write_limb(limb, tmp_path / "scan.ply")
+    kept = tmp_path / "scan.limb.json"
+    kept.write_text(json.dumps(json.loads(kept.read_text()) | {"doubt": "x" * 500}))
+    assert read_limb(path).doubt == note("said.as_is", message="x" * 400)
+
+
 def test_it_is_not_written_for_a_file_that_changed_since_it_was_read(
     tmp_path: Path, limb: Limb
 ) -> None:

@@ -96,6 +96,30 @@ def test_scale_bars_lie_as_close_as_scissors_need() -> None:
     np.testing.assert_allclose(np.diff(heights), 33.0)
 
 
+@pytest.mark.parametrize(
+    ("name", "page", "plates", "marks", "side_mm", "across_mm", "down_mm"),
+    [
+        ("scale-bars", "a4", 4, 2, 20.0, 220.0, 0.0),
+        ("mat", "a4", 4, 6, 40.0, 114.0, 189.0),
+        ("mat", "a2", 1, 16, 40.0, 498.0, 312.0),
+        ("ring", "a4", 1, 12, 20.0, 134.0, 134.0),
+        ("stickers", "a4", 80, 1, 12.0, 0.0, 0.0),
+    ],
+)
+def test_a_page_holds_what_it_has_room_for(
+    name: str, page: PageName, plates: int, marks: int, side_mm: float, across_mm: float,
+    down_mm: float,
+) -> None:  # fmt: skip
+    """Beside 12 mm of white all round, 9 mm for the name above, 25 mm for ruler and words below,
+    and 22 mm for the ruler at the right."""
+    sheet = drawn(name, page)
+    assert len(sheet.plates) == plates
+    for plate in sheet.plates:
+        places = np.array([(one.x_mm, one.y_mm) for one in plate.marks])
+        assert (len(plate.marks), plate.side_mm) == (marks, side_mm)
+        np.testing.assert_allclose(np.ptp(places, axis=0), (across_mm, down_mm), atol=0.1)
+
+
 def test_no_two_kinds_share_a_mark() -> None:
     ids = [
         {one.mark_id for plate in drawn(name, "a4").plates for one in plate.marks} for name in CODED

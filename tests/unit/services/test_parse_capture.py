@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.unit.file_sizes import require_takes_up_to
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
@@ -17,6 +18,7 @@ from limbgram.services.parse_capture import (
     parse_tape,
     read_distances,
 )
+from limbgram.services.parse_text import sticker_names
 
 
 def test_boards() -> None:
@@ -111,3 +113,11 @@ def test_a_margin_that_is_no_length_is_refused_by_its_name(margin: str, tmp_path
     assert error["kind"] == "OptionsError"
     assert "argin" in error["message"]
     assert not (tmp_path / "out").exists()
+
+
+def test_distances_are_read_up_to_4_mb(tmp_path: Path) -> None:
+    require_takes_up_to(read_distances, tmp_path / "distances.json", 4_000_000)
+
+
+def test_names_of_stickers_are_read_up_to_100_kb(tmp_path: Path) -> None:
+    require_takes_up_to(sticker_names, tmp_path / "stickers.json", 100_000)

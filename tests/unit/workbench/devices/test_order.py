@@ -1,9 +1,18 @@
 """The order's file says all that a device is made from, and is read as it was written."""
 
+from pathlib import Path
+
 import pytest
+from tests.unit.file_sizes import require_takes_up_to
 
 from limbgram.core.errors import LimbgramError
-from limbgram.workbench.devices.order import KnownBody, OrderFile, encode_order, parse_order
+from limbgram.workbench.devices.order import (
+    KnownBody,
+    OrderFile,
+    encode_order,
+    parse_order,
+    read_order,
+)
 from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.recipe.recipe import Entry, Recipe
 
@@ -47,3 +56,7 @@ def test_what_is_no_order_is_refused(change: tuple[str, str], code: str) -> None
     with pytest.raises(LimbgramError) as refused:
         parse_order(text.replace(*change), "a.toml")
     assert refused.value.finding.code == code
+
+
+def test_a_file_is_read_up_to_4_mb(tmp_path: Path) -> None:
+    require_takes_up_to(read_order, tmp_path / "order.toml", 4_000_000)

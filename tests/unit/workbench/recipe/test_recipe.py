@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.unit.file_sizes import require_takes_up_to
 
 from limbgram.core.errors import EditError, OptionsError, ShapeFileError
 from limbgram.core.request_fields import Declared, declared
@@ -325,3 +326,16 @@ def test_a_recipe_holds_a_thousand_edits_and_no_more() -> None:
         parse_recipe(head + 1001 * one, "long")
     assert refused.value.finding.code == "recipe.file.edits"
     assert refused.value.finding.values["most"] == 1000
+
+
+def test_a_file_is_read_up_to_4_mb(tmp_path: Path) -> None:
+    require_takes_up_to(read_recipe, tmp_path / "recipe.toml", 4_000_000)
+
+
+def test_a_recipe_has_a_thousand_edits_at_most() -> None:
+    head = 'format = "limbgram recipe"\nversion = 2\n'
+    one = '[[edit]]\ndo = "offset"\ndistance_mm = 1.0\n'
+    assert len(parse_recipe(head + 1000 * one, "long.toml").entries) == 1000
+    with pytest.raises(OptionsError) as refused:
+        parse_recipe(head + 1001 * one, "long.toml")
+    assert refused.value.finding.code == "recipe.file.edits"

@@ -1,0 +1,93 @@
+"""What limits a result is said from its limit on, and not a hair before it."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from limbgram.findings import Gravity
+from limbgram.report.accuracy.assessment import assess
+from limbgram.report.accuracy.evidence import Evidence
+from limbgram.report.accuracy.figures import BoardSeen, Figures
+from limbgram.report.accuracy.limits import findings
+
+SIGMA0_PX = 0.08
+"""Half of it is less than the pattern which counts in any case."""
+USUAL_PX = 0.1
+"""RMS of all residuals."""
+
+
+@pytest.fixture
+def figures(with_sigmas: Evidence) -> Figures:
+    found = assess(with_sigmas).figures
+    board = BoardSeen(board="6x8", photos=12, placed_photos=12, corners=420, corners_per_photo=35.0,
+                      diagonal_mm=250.0)  # fmt: skip
+    found = put(found, "network.sigma0_robust_px", SIGMA0_PX)
+    found = put(found, "residuals.rms_px", USUAL_PX)
+    return put(found, "lengths.board", board)
+
+
+def put(tree: Any, place: str, value: object) -> Any:
+    """The tree with another value at a place such as `images.by_photo.0.rms_px`."""
+    first, _, rest = place.partition(".")
+    if isinstance(tree, tuple):
+        row: Any = list(tree)
+        row[int(first)] = put(row[int(first)], rest, value)
+        return tuple(row)
+    return replace(tree, **{first: put(getattr(tree, first), rest, value) if rest else value})
+
+
+def gravities(figures: Figures) -> dict[str, Gravity]:
+    return {one.code: one.gravity for one in findings(figures)}
+
+
+@pytest.mark.parametrize(
+    ("place", "limit", "code"),
+    [
+        ("images.edge_width_px", 1.5, "limit.photos.soft"),
+        ("images.noise_grey", 4.0, "limit.photos.noisy"),
+        ("lengths.check_worst", 0.001, "limit.scale.check_off"),
+        ("network.rays.two_share", 0.6, "limit.photos.two_rays"),
+        ("network.ring.largest_gap_deg", 30.0, "limit.photos.gap"),
+        ("residuals.by_camera.0.systematic_px", 0.05, "limit.lens.pattern"),
+        ("residuals.by_photo.0.rms_px", 2 * USUAL_PX, "limit.photos.odd"),
+        ("cameras.0.parameters.0.contradicted_sigmas", 3.0, "limit.lens.contradicted"),
+        ("surface.around.missing_share", 0.10, "limit.surface.not_round"),
+        ("surface.around.open_share", 0.05, "limit.surface.open"),
+        ("surface.filled_share", 0.02, "limit.surface.filled"),
+        ("surface.left_out_share", 0.02, "limit.surface.left_out"),
+        ("surface.photos_per_place.below_3_share", 0.05, "limit.surface.few_photos"),
+    ],
+)
+def test_a_figure_is_told_beyond_its_limit(
+    figures: Figures, place: str, limit: float, code: str
+) -> None:
+    assert code not in gravities(put(figures, place, limit))
+    assert code in gravities(put(figures, place, 1.001 * limit))
+
+
+@pytest.mark.parametrize(
+    ("place", "limit", "code"),
+    [
+        ("lengths.board.photos", 6, "limit.scale.board_seen"),  # of twelve
+        ("network.angles.median_deg", 12.0, "limit.photos.small_base"),
+    ],
+)
+def test_a_figure_is_told_below_its_limit(
+    figures: Figures, place: str, limit: float, code: str
+) -> None:
+    assert code not in gravities(put(figures, place, limit))
+    assert code in gravities(put(figures, place, limit - 1))
+
+
+def test_a_wide_gap_is_a_note_and_a_gaping_one_a_fault(figures: Figures) -> None:
+    place, code = "network.ring.largest_gap_deg", "limit.photos.gap"
+    assert gravities(put(figures, place, 60.0))[code] is Gravity.NOTE
+    assert gravities(put(figures, place, 60.1))[code] is Gravity.FAULT
+
+
+def test_a_pattern_is_held_against_the_noise_where_this_is_larger(figures: Figures) -> None:
+    noisy = put(figures, "network.sigma0_robust_px", 0.4)
+    place, code = "residuals.by_camera.0.systematic_px", "limit.lens.pattern"
+    assert code not in gravities(put(noisy, place, 0.2))
+    assert code in gravities(put(noisy, place, 0.201))
