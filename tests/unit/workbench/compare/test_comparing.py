@@ -1,6 +1,7 @@
 """Radial errors, levels and verdicts of shapes whose differences are known."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -181,6 +182,28 @@ def test_the_verdict_follows_the_limits(make_limb, bulge_mm, one_side_mm, grade)
     assert verdict(found).grade == grade
     assert verdict(found).finding.values["how"] == found.alignment.how
     assert not found.notes
+
+
+@pytest.mark.parametrize(
+    ("place", "limit", "beyond", "grade"),
+    [
+        ("radial.mre_mm", 0.25, 0.251, "size differs"),
+        ("radial.mre_mm", -0.25, -0.251, "size differs"),
+        ("radial.iqr_mm", 0.40, 0.401, "shape differs"),
+        ("deviation.on_first.figures.far_mm2", 99.9, 100.0, "differs in places"),
+    ],
+)
+def test_the_grade_changes_at_its_limit(make_limb, place, limit, beyond, grade) -> None:
+    same = make_limb(straight)
+    found = compare(same, same, AS_IS)
+    assert verdict(put(found, place, limit)).grade == "alike"
+    assert verdict(put(found, place, beyond)).grade == grade
+
+
+def put(tree: object, place: str, value: float) -> Any:
+    """The tree with another value at a place such as `radial.mre_mm`."""
+    first, _, rest = place.partition(".")
+    return replace(tree, **{first: put(getattr(tree, first), rest, value) if rest else value})
 
 
 def test_a_small_place_that_moved_by_much_is_not_called_alike(limb) -> None:
