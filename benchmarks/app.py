@@ -12,7 +12,6 @@ while the limb was turned by the mouse, in Chromium, and what drew them is named
 Playwright.
 """
 
-import argparse
 import json
 import os
 import shutil
@@ -31,7 +30,7 @@ from typing import Any
 import httpx
 import numpy as np
 
-from harness import machine, made_on
+from harness import described, machine, made_on
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import with_faces
 from limbgram.formats.ply import write_ply
@@ -95,7 +94,7 @@ EDITS: dict[str, dict[str, Any]] = {
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = described(__doc__)
     parser.add_argument("--photos", type=int, default=60)
     parser.add_argument("--megabytes", type=float, default=8.0)
     parser.add_argument("--repeats", type=int, default=5)

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from app import API, App, case_of, started
-from harness import machine, made_on
+from harness import described, machine, made_on
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
 
@@ -39,7 +39,7 @@ NOT_ON_THE_CASE = (
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = described(__doc__)
     parser.add_argument("--seconds", type=int, default=240, help="Of each of the two runs.")
     parser.add_argument("--seed", type=int, default=1)
     chosen = parser.parse_args()

@@ -29,6 +29,8 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, StorageState, sync_playwright
 from playwright.sync_api import Error as PlaywrightError
 
+from harness import asking
+
 
 @dataclass(frozen=True)
 class Size:
@@ -75,10 +77,9 @@ class Shot:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser = asking(__doc__)
     parser.add_argument("cases", type=Path)
     parser.add_argument("case_id")
-    parser.add_argument("-o", "--out", type=Path, required=True)
     parser.add_argument("--waiting", default="", help="A case with photos, not computed.")
     parser.add_argument("--only", default=",".join(SHOTS))
     parser.add_argument("--sizes", default=",".join(SIZES))

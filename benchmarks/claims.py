@@ -7,7 +7,6 @@ A block of a Markdown file stands between `<!-- figures: NAME -->` and `<!-- end
 NAME is a function below that makes its text of result files alone. A test runs the check.
 """
 
-import argparse
 import json
 import math
 import re
@@ -18,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from cost_tables import BY_PHOTOS, BY_PIXELS, cost_table, finished, least
-from harness import table
+from harness import described, table
 
 Json = dict[str, Any]
 
@@ -51,9 +50,7 @@ GAP_OF_GIRTH = 0.05
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = described(__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing")
     chosen = parser.parse_args()
     stale = False

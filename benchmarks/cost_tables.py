@@ -4,7 +4,6 @@ python benchmarks/cost_tables.py benchmarks/results/cost.json
 """
 
 import json
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from harness import made_on, table
+from harness import described, made_on, table
 from limbgram.core.errors import RED_EXIT_CODE
 
 Result = dict[str, Any]
@@ -216,5 +215,7 @@ def _peak_mb(one: Result) -> float:
 
 
 if __name__ == "__main__":
-    written = Path(sys.argv[1])
+    parser = described(__doc__)
+    parser.add_argument("written", type=Path, help="the results, as JSON")
+    written: Path = parser.parse_args().written
     write_cost(json.loads(written.read_text("utf-8")), written)

@@ -29,7 +29,7 @@ import matplotlib
 import numpy as np
 from matplotlib import pyplot as plt
 
-from harness import machine, made_on, table, write
+from harness import described, machine, made_on, table, write
 from limbgram.core.errors import LimbgramError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.threemf import Told, write_3mf
@@ -58,9 +58,7 @@ SLICED = ("--export-gcode", "--bed-shape", "0x0,800x0,800x800,0x800", "--center"
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = described(__doc__)
     modes = parser.add_subparsers(dest="mode", required=True)
     on_limbs = modes.add_parser("limbs")
     on_limbs.add_argument("--again", nargs="*", default=[], help="make these devices anew")

@@ -21,6 +21,7 @@ from PIL import Image
 from scipy.spatial import ConvexHull
 
 from commands import done, run
+from harness import described
 from limbgram.cases.scoring import read_truth_mesh
 from limbgram.synthetic.capture import make_capture
 from spoiled import blurred, overexposed
@@ -35,6 +36,7 @@ INK, ACCENT, PAPER = "#16222A", "#0B6076", "#FFFFFF"
 
 
 def main() -> None:
+    described(__doc__).parse_args()
     matplotlib.use("Agg")
     matplotlib.rcParams.update({"font.size": 9, "text.color": INK, "axes.edgecolor": INK})
     near = replace(phone(PHOTOS, MEGAPIXELS, SEED).options, rings=2, calibration_photos=10)

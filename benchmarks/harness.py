@@ -31,6 +31,13 @@ LIBRARIES = ("limbgram", "numpy", "numba", "opencv-python-headless", "pycolmap",
 Result = dict[str, Any]
 
 
+def described(about: str | None) -> argparse.ArgumentParser:
+    """A parser whose help is the docstring of the benchmark, line by line."""
+    return argparse.ArgumentParser(
+        description=about, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+
+
 def asking(about: str | None, out: Path | None = None, keep: str = "") -> argparse.ArgumentParser:
     """A parser that knows `-o`, the file of results, and `--keep`.
 
@@ -39,9 +46,7 @@ def asking(about: str | None, out: Path | None = None, keep: str = "") -> argpar
         out: Where results go if nobody says; else `-o` has to be given.
         keep: What `--keep FOLDER` leaves there; empty: there is no such argument.
     """
-    parser = argparse.ArgumentParser(
-        description=about, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = described(about)
     parser.add_argument("-o", "--out", type=Path, default=out, required=out is None)
     if keep:
         parser.add_argument("--keep", type=Path, help=f"keep {keep} here")

@@ -18,7 +18,6 @@ photos and every stage of each case: figures told anew are then a matter of seco
 puts runs made so side by side into one table, and into a JSON file.
 """
 
-import argparse
 import json
 import math
 import multiprocessing
@@ -37,7 +36,7 @@ from typing import Any
 
 import numpy as np
 
-from harness import machine, made_on, table
+from harness import described, machine, made_on, table
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.scoring import LEAST_PHOTOS, read_truth_mesh
 from limbgram.cases.stage_cache import CachingRun
@@ -119,9 +118,7 @@ to 12, a photo each 30 to 36 degrees, which join only where paint is everywhere.
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = described(__doc__)
     parser.add_argument("out", type=Path, nargs="+", help="JSON lines; what is there is kept")
     parser.add_argument(
         "--table", type=Path, help="run nothing; put what is there into this .md and its .json"

@@ -24,7 +24,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from harness import machine
+from harness import described, machine
 
 COMMAND = (sys.executable, "-P", "-c", "from limbgram.cli.main import app; app()")
 _TIMED = ("case.json", "summary.json", "report.html", "stage.json", "log.txt", ".lock")
@@ -52,7 +52,7 @@ class Reference:
 
 
 def main() -> None:
-    asked = argparse.ArgumentParser(description=__doc__)
+    asked = described(__doc__)
     asked.add_argument("--count", type=int, default=30, help="kills in all")
     asked.add_argument("--each", type=int, default=4, help="kills of one case before it ends")
     asked.add_argument("--seed", type=int, default=1)

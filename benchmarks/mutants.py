@@ -16,7 +16,6 @@ format, such as a face taken out of an OBJ together with its line, can be told b
 keeps the files that were crashed on, so that they can be looked at.
 """
 
-import argparse
 import json
 import multiprocessing
 import os
@@ -43,7 +42,7 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from harness import machine, made_on
+from harness import described, machine, made_on
 from limbgram.cases.case_assessment import cited
 from limbgram.cases.encoding import sealed
 from limbgram.cases.folder import CaseFolder
@@ -851,7 +850,7 @@ def markdown(rows: dict[str, dict[str, Any]], made: str) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = described(__doc__)
     parser.add_argument("reader", help="name of a reader, or all")
     parser.add_argument("--count", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)

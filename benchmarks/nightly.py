@@ -11,7 +11,6 @@ A figure has bounds on both sides: one that is much better than the committed on
 otherwise, or the committed one is stale, and either is looked at before it is believed.
 """
 
-import argparse
 import json
 import math
 import sys
@@ -22,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from captures import LIMBGRAM, accuracy, one_set, timed
-from harness import machine, write
+from harness import described, machine, write
 
 RESULTS = Path(__file__).parent / "results"
 RENDERED = ("limb_ring15", "foot_ring24")
@@ -78,9 +77,7 @@ class Finding:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = described(__doc__)
     parser.add_argument("data", type=Path, nargs="?", help="folder that holds rendered/SET")
     parser.add_argument("--sets", nargs="*", default=[*RENDERED, DEMO])
     parser.add_argument("-o", "--out", type=Path, help="also keep the figures, as JSON")

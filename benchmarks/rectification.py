@@ -14,6 +14,7 @@ from pathlib import Path
 import cv2
 
 from commands import done
+from harness import described
 from limbgram.formats.stl import write_stl
 from limbgram.synthetic.props.limb import TRANSTIBIAL_PLACES, LimbKind, make_limb
 
@@ -24,6 +25,7 @@ SEED, STEP_MM = 4, 2.0
 
 
 def main() -> None:
+    described(__doc__).parse_args()
     limb = make_limb(LimbKind.TRANSTIBIAL, SEED, STEP_MM, base_mm=0.0)
     marks: list[str] = []
     for name, (angle_deg, share) in TRANSTIBIAL_PLACES.items():

@@ -10,7 +10,6 @@ OpenMVS     where its programs are on the PATH: undistorted photos and poses of 
             densify, reconstruct and refine at its own defaults.
 """
 
-import argparse
 import json
 import os
 import shutil
@@ -21,6 +20,8 @@ from typing import Any
 
 import numpy as np
 import pycolmap
+
+from harness import described
 
 OPENMVS = ("InterfaceCOLMAP", "DensifyPointCloud", "ReconstructMesh", "RefineMesh")
 
@@ -114,7 +115,7 @@ def run_openmvs(images: Path, camera_file: Path, out: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = described(__doc__)
     parser.add_argument("rival", choices=["pycolmap", "openmvs", "sparse"])
     parser.add_argument("images", type=Path)
     parser.add_argument("camera", type=Path, nargs="?", help="not for sparse")

@@ -8,7 +8,6 @@ Out     OUT.json and OUT.md: every test's outcome and seconds, and why one was s
 Method  pytest on two cores, as README calls it, but for the marker.
 """
 
-import argparse
 import json
 import sys
 from collections import Counter
@@ -18,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from harness import machine, made_on, table
+from harness import described, machine, made_on, table
 
 ROOT = Path(__file__).parents[1]
 
@@ -65,7 +64,7 @@ def page(results: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = described(__doc__)
     parser.add_argument("-o", "--output", type=Path, default=None)
     parser.add_argument("tests", nargs="*", default=[str(ROOT / "tests")])
     asked = parser.parse_args()

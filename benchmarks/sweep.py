@@ -7,10 +7,10 @@ photos of 4752 x 3168 px with a 50 mm lens on a sensor 22.3 mm wide, from 2 m. W
 lens is a phone's, as wide as one of 26 mm on film, in pictures of 4 x 3.
 """
 
-import argparse
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from harness import described
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import Lens
@@ -98,7 +98,7 @@ def parse_settings(texts: list[str], seed: int) -> list[Setting]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = described(__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--photos", type=int, default=15)
     parser.add_argument("--megapixels", type=float, default=4.0)

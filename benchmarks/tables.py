@@ -5,7 +5,6 @@ python benchmarks/tables.py benchmarks/results/all.json
 
 import json
 import math
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from harness import made_on, table
+from harness import described, made_on, table
 from limbgram.core.errors import RED_EXIT_CODE
 
 Result = dict[str, Any]
@@ -196,5 +195,7 @@ def _rms_px(one: Result) -> float:
 
 
 if __name__ == "__main__":
-    written = Path(sys.argv[1])
+    parser = described(__doc__)
+    parser.add_argument("written", type=Path, help="the results, as JSON")
+    written: Path = parser.parse_args().written
     write_tables(json.loads(written.read_text()), written)

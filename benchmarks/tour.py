@@ -17,6 +17,7 @@ from matplotlib import colormaps
 from PIL import Image, ImageDraw, ImageFont
 
 from commands import done
+from harness import described
 from limbgram.cases.scoring import centres_mm
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.mesh.closest_point import TriangleTree
@@ -46,6 +47,7 @@ INK, PAPER = (22, 34, 42), (255, 255, 255)
 
 
 def main() -> None:
+    described(__doc__).parse_args()
     OUT.parent.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)

@@ -6,7 +6,6 @@ SHAPES holds ampscan/, openlimb_TT/, homebrew_socket/ and find_template_foot/. R
 machine: a busy one takes longer in seconds of the processor, too.
 """
 
-import argparse
 import compileall
 import hashlib
 import tempfile
@@ -22,7 +21,7 @@ import trimesh
 
 import limbgram
 from commands import Rows, Tried, done, run
-from harness import machine, made_on, table
+from harness import asking, machine, made_on, table
 from limbgram.core.errors import LimbgramError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
@@ -70,11 +69,8 @@ REFINED = {
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = asking(__doc__, Path(__file__).parent / "results" / "workbench.md")
     parser.add_argument("shapes", type=Path)
-    parser.add_argument(
-        "-o", "--out", type=Path, default=Path(__file__).parent / "results" / "workbench.md"
-    )
     stated = parser.parse_args()
     parts = [
         "# The shape workbench on real shapes",
