@@ -33,6 +33,7 @@ from jaxtyping import Bool, Float64, Int64
 from limbgram.capture.proxy import LimbProxy
 from limbgram.core.geometry.lens import View
 from limbgram.core.interval import weighted_quantile
+from limbgram.reconstruction.measuring.measurement import GRAZING_DEG
 from limbgram.reconstruction.measuring.measurement_pass import MatchingOptions
 from limbgram.reconstruction.measuring.uncertainty import OFFSET_PX
 from limbgram.reconstruction.measuring.visibility import best_views, incidences
@@ -45,7 +46,6 @@ USUAL_PHOTOS, PHOTO_POWER = 5.0, 0.05
 LEAST_SPREAD = 0.5
 USUAL_SLOPE, SLOPE_POWER = 20.0, 0.15
 BRIDGED_PX = 17.0
-_GRAZING_DEG = 85.0
 _FAINTEST_SLOPE = 1.0
 _COUNTED = 6.0
 
@@ -109,7 +109,7 @@ class Showing:
 
 def cosines_of(proxy: LimbProxy, views: Sequence[View]) -> Float64[np.ndarray, "n v"]:
     """Between normal and ray, by cell and view; 0 where a photo does not show the cell."""
-    return np.concatenate(list(incidences(proxy.mesh, views, _GRAZING_DEG))).astype(float)
+    return np.concatenate(list(incidences(proxy.mesh, views, GRAZING_DEG))).astype(float)
 
 
 def narrowest_deg(

@@ -46,7 +46,7 @@ from limbgram.report.accuracy.assessment import READ_SCHEMAS, Assessment, assess
 from limbgram.report.accuracy.charts import accuracy_pictures
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.layout import accuracy_report
-from limbgram.report.accuracy.truth import Alignment, KnownTruth
+from limbgram.report.accuracy.truth import FEWEST_CAMERAS, Alignment, KnownTruth
 from limbgram.report.alignment import Truth
 from limbgram.report.pdf import pdf_of
 from limbgram.report.record.sources import CaseAccuracy, CaseSource
@@ -149,7 +149,6 @@ def _read(case: CaseFolder, kept: dict[str, StageEntry], stage: str, hint: type[
     return cast(T, product)
 
 
-_FEWEST_CAMERAS = 3
 _LARGEST_BYTES = 4_000_000
 _AS_FAR_AS_CITED = Strictness(pass_over_unknown=True)
 
@@ -168,7 +167,7 @@ def read_truth(path: Path, evidence: Evidence, alignment: Alignment) -> KnownTru
         known = _of_mesh(path, alignment)
     else:
         raise CaseError("case.no_truth", path=str(path))
-    if alignment == "cameras" and len(known.centres_mm) < _FEWEST_CAMERAS:
+    if alignment == "cameras" and len(known.centres_mm) < FEWEST_CAMERAS:
         raise OptionsError("case.truth_without_places", path=str(path))
     return known
 

@@ -23,7 +23,7 @@ from typing import IO, Self
 
 from limbgram.cases.case_record import write_json
 from limbgram.cases.fingerprint import file_sha256
-from limbgram.cases.zips import copy_member
+from limbgram.cases.zips import MOST_EXPANSION, copy_member
 from limbgram.core.errors import CaseError, MissingError, OptionsError, printable
 from limbgram.core.files import damaged_zip_refused, json_of, read_content, written_whole
 from limbgram.core.typed import Mismatch, tree_of, value_of
@@ -37,8 +37,6 @@ MOST_PHOTO_BYTES = 300_000_000
 MOST_FILM_BYTES = 8_000_000_000
 """Also of a zip, and of what is unpacked from it."""
 MOST_FILES = 1000
-_MOST_EXPANSION = 200
-"""Times that a file in a zip may grow: photos hardly shrink."""
 _ZIP = (".zip",)
 _LONGEST_NAME = 120
 _NAME = re.compile(r"[^\x00-\x1f/\\:*?\"<>|.~ ][^\x00-\x1f/\\:*?\"<>|]*")
@@ -437,7 +435,7 @@ def secret_of(folder: Path) -> bytes:
 
 def _require_reasonable(name: str, members: list[zipfile.ZipInfo]) -> None:
     whole = sum(one.file_size for one in members)
-    bomb = any(one.file_size > _MOST_EXPANSION * max(one.compress_size, 1) for one in members)
+    bomb = any(one.file_size > MOST_EXPANSION * max(one.compress_size, 1) for one in members)
     large = any(one.file_size > MOST_PHOTO_BYTES for one in members)
     if len(members) > MOST_FILES or whole > MOST_FILM_BYTES or bomb or large:
         raise OptionsError(

@@ -21,7 +21,7 @@ from limbgram.core.files import damaged_zip_refused
 
 _MOST_FILES = 2000
 _MOST_BYTES = 16_000_000_000
-_MOST_EXPANSION = 200
+MOST_EXPANSION = 200
 """Times that a file may grow: photos hardly shrink."""
 _SMALL_BYTES = 100_000
 """Files below may grow as they like: lists and settings shrink much."""
@@ -124,7 +124,7 @@ def _place(source: Path, info: zipfile.ZipInfo) -> PurePosixPath:
 def _require_reasonable(source: Path, members: list[zipfile.ZipInfo]) -> None:
     whole = sum(one.file_size for one in members)
     bomb = any(
-        one.file_size > _SMALL_BYTES and one.file_size > _MOST_EXPANSION * max(one.compress_size, 1)
+        one.file_size > _SMALL_BYTES and one.file_size > MOST_EXPANSION * max(one.compress_size, 1)
         for one in members
     )
     if len(members) > _MOST_FILES or whole > _MOST_BYTES or bomb:

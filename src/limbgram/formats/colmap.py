@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.errors import ExportError
 from limbgram.core.files import other, other_count, require, write_file, write_folder
-from limbgram.core.geometry.lens import OPENCV, PARAMETERS, Camera, without_skew
+from limbgram.core.geometry.lens import FROM_CORNER_PX, OPENCV, PARAMETERS, Camera, without_skew
 from limbgram.core.run import signals_kept
 from limbgram.findings import fault
 from limbgram.formats.writing import target
@@ -26,7 +26,6 @@ from limbgram.reconstruction.mapping.colours import GREY
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.scale.metric import MetricScene
 
-_HALF = 0.5
 _CONVENTION = {
     "pose": "x_camera = R x_world + t, camera from world",
     "camera": "x right, y down, z forward (OpenCV)",
@@ -92,7 +91,7 @@ def _write_cameras(stream: BinaryIO, scene: Scene) -> None:
     cameras = scene.cameras if alike else tuple(view.camera for view in scene.views)
     stream.write(struct.pack("<Q", len(cameras)))
     for idx, camera in enumerate(cameras, 1):
-        centre = (camera.cx + _HALF, camera.cy + _HALF)
+        centre = (camera.cx + FROM_CORNER_PX, camera.cy + FROM_CORNER_PX)
         model, lens = _model(camera)
         sizes = (camera.width_px, camera.height_px)
         stream.write(struct.pack("<iiQQ", idx, model, *sizes))
@@ -120,7 +119,7 @@ def _write_images(stream: BinaryIO, scene: Scene) -> None:
         stream.write(view.name.encode() + b"\0")
         rows = observed.photo_idx == photo_idx
         seen = np.zeros(int(rows.sum()), _SEEN)
-        seen["xy"] = without_skew(view.camera, observed.xy_px[rows]) + _HALF
+        seen["xy"] = without_skew(view.camera, observed.xy_px[rows]) + FROM_CORNER_PX
         seen["point"] = observed.point_idx[rows] + 1
         stream.write(struct.pack("<Q", len(seen)) + seen.tobytes())
 
@@ -169,7 +168,7 @@ def _check(written: Path, scene: Scene) -> None:
         )
         rows = np.flatnonzero(scene.observations.photo_idx == photo_idx)[:50]
         places = scene.points_in_world[scene.observations.point_idx[rows]]
-        ours = without_skew(view.camera, view.project(places)) + _HALF
+        ours = without_skew(view.camera, view.project(places)) + FROM_CORNER_PX
         in_camera = image.cam_from_world() * places
         theirs = np.asarray(read.cameras[image.camera_id].img_from_cam(in_camera))
         apart = np.abs(ours - theirs)[np.isfinite(ours).all(1)].max(initial=0.0)

@@ -25,6 +25,7 @@ from limbgram.core.errors import ShapeFileError, reason_of
 from limbgram.core.files import ContentError, damaged_zip_refused, write_file
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.units import MM_PER_INCH
 from limbgram.formats.format import Format
 from limbgram.formats.triangle_soup import Soup
 from limbgram.formats.writing import Unit, require_same_triangles, target
@@ -56,7 +57,7 @@ _MM_PER = {
     "micron": 0.001,
     "millimeter": 1.0,
     "centimeter": 10.0,
-    "inch": 25.4,
+    "inch": MM_PER_INCH,
     "foot": 304.8,
     "meter": 1000.0,
 }

@@ -14,11 +14,10 @@ import numpy as np
 
 from limbgram.core.errors import ExportError
 from limbgram.core.files import other, require, write_file
-from limbgram.core.geometry.lens import Camera, View
+from limbgram.core.geometry.lens import FROM_CORNER_PX, Camera, View
 from limbgram.formats.writing import target
 from limbgram.reconstruction.scale.metric import MetricScene
 
-_HALF = 0.5
 _KNOWN = ("k1", "k2", "k3", "p1", "p2")
 _OPENGL_FROM_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
 
@@ -65,7 +64,7 @@ def _lens(camera: Camera) -> dict[str, float]:
         "h": camera.height_px,
         "fl_x": camera.fx,
         "fl_y": camera.fy,
-        "cx": camera.cx + _HALF,
-        "cy": camera.cy + _HALF,
+        "cx": camera.cx + FROM_CORNER_PX,
+        "cy": camera.cy + FROM_CORNER_PX,
         **dict(zip(_KNOWN, camera.coefficients("nerfstudio", _KNOWN, ExportError), strict=True)),
     }

@@ -5,8 +5,9 @@ import re
 
 from limbgram.core.errors import OptionsError, ShapeFileError
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.units import MM_PER_INCH
 
-_MM_PER = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "in": 25.4}
+_MM_PER = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": MM_PER_INCH, "in": MM_PER_INCH}
 LIKELY_MM = (60.0, 1500.0)
 """Extents that pass unasked: from a child's forearm to a whole leg or a torso."""
 _POSSIBLE_MM = (5.0, 5000.0)

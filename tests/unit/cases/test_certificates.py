@@ -153,3 +153,17 @@ def test_a_case_without_certificates_cites_nothing(tmp_path: Path) -> None:
     case = CaseFolder(tmp_path)
     camera_file(case.camera_file(0))
     assert cited_setups(case, date(2026, 9, 30)) == ()
+
+
+def test_a_kit_is_tested_again_after_a_year_unless_up_to_ten_are_stated() -> None:
+    assert certificate().valid_months == 12
+    assert replace(certificate(), valid_months=120).valid_months == 120
+    with pytest.raises(OptionsError) as refused:
+        replace(certificate(), valid_months=121)
+    assert refused.value.finding.code == "kit.valid_months"
+
+
+def test_a_certificate_is_cited_by_eight_digits_of_its_hash() -> None:
+    one = certificate()
+    cited = cite(one, "0123456789abcdef" * 4, one.cameras[0], date(2026, 4, 1))
+    assert cited.certificate == "01234567"

@@ -85,6 +85,8 @@ HELD = ("skew", *(name for name, one in DISTORTION.items() if one.wide == 0))
 
 LENS_SIZE = len(PARAMETERS)
 POSE_SIZE = 6
+FROM_CORNER_PX = 0.5
+"""COLMAP counts pixels from the picture's corner, we from its first pixel's middle."""
 
 _UNDISTORT_STEPS = 20
 _EXACT = float(np.nextafter(0.0, 1.0))

@@ -17,11 +17,11 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.units import MM_PER_INCH
 from limbgram.formats.aop.grammar import AopFile
 from limbgram.workbench.carving.radius_map import RadiusMap
 
 Profile = Literal["mm", "omega", "ampscan", "ampscan-early"]
-MM_PER_INCH = 25.4
 _EVEN = 1e-3
 """Listed heights are even within this part of their spacing (files have six decimals)."""
 

@@ -7,10 +7,10 @@ import numpy as np
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.units import MM_PER_INCH
 from limbgram.findings import Finding, doubt, note
 from limbgram.formats.aop.grammar import AopFile, AopLandmark, parse_aop
 from limbgram.formats.aop.profiles import (
-    MM_PER_INCH,
     Profile,
     from_the_front,
     landmarks_from_file,

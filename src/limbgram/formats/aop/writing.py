@@ -17,6 +17,7 @@ from limbgram.core.errors import CarveError, OptionsError
 from limbgram.core.files import require, write_file
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.units import MM_PER_INCH
 from limbgram.findings import fault
 from limbgram.formats.aop.axis import fitted_axis
 from limbgram.formats.aop.cost import AopReport, cost_of
@@ -32,7 +33,7 @@ LineEnd = Literal["lf", "cr", "crlf"]
 _LINE_ENDS: dict[LineEnd, str] = {"lf": "\n", "cr": "\r", "crlf": "\r\n"}
 _LONGEST_NAME = 40
 _ROUNDING_MM = 0.0005 + 1e-9
-_INCH_ROUNDING_MM = 25.4 * 0.0005 + 1e-9
+_INCH_ROUNDING_MM = MM_PER_INCH * 0.0005 + 1e-9
 _ANGLE_DIGITS = 6
 
 

@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, PathPatch
 from matplotlib.path import Path as Outline
 
+from limbgram.core.units import MM_PER_INCH
 from limbgram.reconstruction.targets.board import Board
 from limbgram.reconstruction.targets.plates import MarkPlate
 
@@ -42,7 +43,6 @@ FOOT_MM = 25.0
 """The ruler across the page and what to do, below the pattern."""
 BESIDE_MM = 22.0
 """The ruler down the page, on the right of the pattern."""
-_MM_PER_INCH = 25.4
 _LONG_STEP_MM = 50
 _STEP_MM = 10
 _LARGEST_SQUARE_MM = 50
@@ -254,7 +254,7 @@ def runs(black: np.ndarray) -> Iterable[tuple[int, int, int]]:
 
 
 def _figure(width_mm: float, height_mm: float) -> Figure:
-    return Figure(figsize=(width_mm / _MM_PER_INCH, height_mm / _MM_PER_INCH))
+    return Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH))
 
 
 def _axes(figure: Figure, width_mm: float, height_mm: float) -> Axes:

@@ -17,7 +17,7 @@ from jaxtyping import Float64, Int32
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import OPENCV, Camera, without_skew
+from limbgram.core.geometry.lens import FROM_CORNER_PX, OPENCV, Camera, without_skew
 from limbgram.core.run import signals_kept, track
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.scene import Observations, Scene
@@ -27,7 +27,6 @@ from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 with signals_kept():
     import pycolmap
 
-_HALF = 0.5
 _FEWEST_MATCHES = 15
 _SMALLEST_MODEL = 3
 _CONFIGURATIONS = {
@@ -105,7 +104,7 @@ def _write_photos(
         image = pycolmap.Image(name=photo.name, camera_id=photo.camera_idx + 1, image_id=idx + 1)
         database.write_image(image, use_image_id=True)
         camera = cameras.calibrations[photo.camera_idx].camera
-        xy_px = without_skew(camera, places) + _HALF
+        xy_px = without_skew(camera, places) + FROM_CORNER_PX
         database.write_keypoints(idx + 1, xy_px.astype(np.float32))
 
 
@@ -119,7 +118,7 @@ def _write_pair(database: pycolmap.Database, pair: VerifiedPair) -> None:
 
 def _colmap_camera(given: Calibration, camera_id: int) -> pycolmap.Camera:
     lens = given.camera
-    centre = [lens.cx + _HALF, lens.cy + _HALF]
+    centre = [lens.cx + FROM_CORNER_PX, lens.cy + FROM_CORNER_PX]
     if given.source != "board":
         model, parameters = "SIMPLE_RADIAL", [(lens.fx + lens.fy) / 2, *centre, lens.k1]
     else:
@@ -189,4 +188,11 @@ def _lens(model: pycolmap.Reconstruction, camera_id: int, given: Calibration) ->
     if given.source == "board" or camera_id not in model.cameras:
         return given.camera
     focal, cx, cy, k1 = (float(value) for value in model.cameras[camera_id].params)
-    return replace(given.camera.pinhole, fx=focal, fy=focal, cx=cx - _HALF, cy=cy - _HALF, k1=k1)
+    return replace(
+        given.camera.pinhole,
+        fx=focal,
+        fy=focal,
+        cx=cx - FROM_CORNER_PX,
+        cy=cy - FROM_CORNER_PX,
+        k1=k1,
+    )

@@ -34,7 +34,7 @@ from limbgram.reconstruction.mapping.unfolded import Held, Pictures
 _ITERATIONS = 40
 _ROUGH_GAIN = 1e-3
 _FINE_GAIN = 1e-5
-_GAUGE_FREEDOM = 7
+GAUGE_FREEDOM = 7
 OUTLIER_SIGMAS = 4.0
 """Observations further off than this contradict the scene."""
 _ALMOST_NONE = 1e-8
@@ -543,6 +543,6 @@ def _pseudo_inverse(normal: Float64[np.ndarray, "m m"]) -> Float64[np.ndarray, "
     """Inverse less the seven directions of the world's own frame."""
     scale = 1.0 / np.sqrt(np.diag(normal))
     values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
-    known = slice(_GAUGE_FREEDOM, None)
+    known = slice(GAUGE_FREEDOM, None)
     inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
     return inverse * np.outer(scale, scale)

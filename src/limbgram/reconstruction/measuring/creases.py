@@ -21,6 +21,7 @@ from limbgram.reconstruction.measuring.disagreement import (
     DETAIL_RINGS,
     NOISE_RINGS,
     PAINTED,
+    SHOWN,
     Pool,
 )
 from limbgram.reconstruction.measuring.grain import (
@@ -47,8 +48,6 @@ _MOST = 3.0
 _STANDS_OUT = 1.0, 2.0
 """Energy along folds over that of the median place from which they count, and from which folds have
 half of it: round a limb the rest of it, which runs all ways, sums up to next to nothing."""
-_SHOWN = 0.5
-"""Signal near by from which paint shows a crease: more texture than noise holds the surface."""
 
 
 def lost_creases_mm(
@@ -71,7 +70,7 @@ def lost_creases_mm(
     everywhere = float(np.median(energy[painted.counted])) if painted.counted.any() else np.inf
     stands_out = energy / max(everywhere, np.finfo(float).tiny)
     low, high = _STANDS_OUT
-    shown = pool.counted & (pool.mean(equations.signal, DETAIL_RINGS) > _SHOWN)
+    shown = pool.counted & (pool.mean(equations.signal, DETAIL_RINGS) > SHOWN)
     share = np.where(shown, np.clip((stands_out - low) / (high - low), 0.0, 1.0), 0.0)
     most = _MOST * np.sqrt(pool.energy(lifted**2, DETAIL_RINGS))
     waves = np.column_stack([lifted, _turned(mesh, seen, lifted, steepest, pool)])

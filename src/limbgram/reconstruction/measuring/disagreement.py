@@ -20,6 +20,9 @@ PROBES = 6
 photos alone scatters by 1 / sqrt(6) in its square, of six photos by 0.1."""
 PAINTED = 0.8
 """Signal from which a vertex tells how high the relief is: bare skin has 0.1, dabs 0.9."""
+SHOWN = 0.5
+"""Signal from which a vertex, and its paint near by a crease, shows: more texture than noise holds
+the surface."""
 NOISE_RINGS, DETAIL_RINGS, WIDE_RINGS = 20, 10, 40
 """Neighbourhoods over which energies are pooled."""
 SEED = 11

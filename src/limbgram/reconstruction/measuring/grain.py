@@ -18,13 +18,11 @@ import scipy.sparse as sp
 from jaxtyping import Float64
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.reconstruction.measuring.disagreement import NOISE_RINGS, Pool
+from limbgram.reconstruction.measuring.disagreement import NOISE_RINGS, SHOWN, Pool
 from limbgram.reconstruction.measuring.measurement_pass import JointEquations, SeenSurface
 from limbgram.reconstruction.measuring.thin_plate import ThinPlate
 from limbgram.reconstruction.measuring.usual_plate import ByUsualPlate
 
-_SHOWN = 0.5
-"""Signal from which a vertex shows relief: more texture than noise holds it."""
 _MOST_STEEPER = 16.0
 """Squared slope across over that along, at most: a plate may not give way altogether."""
 
@@ -32,7 +30,7 @@ _MOST_STEEPER = 16.0
 def grained(seen: SeenSurface, equations: JointEquations, usual: ByUsualPlate) -> JointEquations:
     """The equations with a plate that follows the grain of what the usual one measured."""
     mesh = usual.surface
-    pool = Pool.of(seen.thin_plate, equations.photos).among(equations.signal > _SHOWN)
+    pool = Pool.of(seen.thin_plate, equations.photos).among(equations.signal > SHOWN)
     products = products_of_slopes(mesh, usual.taken)
     relief = pooled_products(mesh, products, pool, NOISE_RINGS)
     flat, painted = seen.axes[:, :2], pool.shares[NOISE_RINGS]

@@ -50,7 +50,7 @@ from limbgram.reconstruction.surface.cleaning import cut_back, largest_manifold
 
 _RINGS_ROUND = 6
 """Rings round a fill whose bend it goes on with."""
-_GRAZING_DEG = 85.0
+GRAZING_DEG = 85.0
 """A photo that looks along the surface more closely than this does not see it."""
 
 
@@ -197,7 +197,7 @@ def _seen_by(
     """
     best: list[Int32[np.ndarray, "b c"]] = []
     unseen: list[Bool[np.ndarray, " b"]] = []
-    for cosines in incidences(mesh, views, _GRAZING_DEG, asked):
+    for cosines in incidences(mesh, views, GRAZING_DEG, asked):
         unseen.append((cosines > 0).sum(axis=1) < 2)
         squarely = cosines >= np.cos(np.radians(options.max_incidence_deg))
         few = squarely.sum(axis=1, keepdims=True) < options.least_views

@@ -43,6 +43,7 @@ from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.ruler import (
+    LEAST_OBSERVATIONS,
     Ruler,
     RulerLength,
     jackknife_sigma,
@@ -50,7 +51,6 @@ from limbgram.reconstruction.scale.ruler import (
 )
 from limbgram.reconstruction.targets.board import BoardDetections
 
-_LEAST_OBSERVATIONS = 3
 _ROUNDS = 20
 _LEAST_LIMIT_PX = 0.3
 _LIMIT_SIGMAS = 4.0
@@ -120,7 +120,7 @@ def locate_corners(scene: Scene, detections: BoardDetections) -> SceneCorners:
     trusted, doubted = _without_strangers(believed, observations)
     points = trusted.points()
     seen = np.bincount(trusted.point_idx, minlength=trusted.count)
-    known = np.isfinite(points).all(1) & (seen >= _LEAST_OBSERVATIONS)
+    known = np.isfinite(points).all(1) & (seen >= LEAST_OBSERVATIONS)
     replicates = _leave_one_out(trusted, points)
     return SceneCorners(
         ids=np.flatnonzero(known).astype(np.int32),

@@ -25,7 +25,8 @@ _THICKNESS = 0.012
 """Points this far from the plane lie on it, in half frames."""
 _LEAST_SHARE = 0.06
 _LEAST_POINTS = 50
-_MOST_BELOW = 0.02
+MOST_BELOW = 0.02
+"""Share of the points that may lie below what is the floor."""
 _LEAST_ABOVE = 0.03
 """Share of the points that must stand clearly above it: the object. A printed sheet can carry
 many times the points of a plain pot on it."""
@@ -73,7 +74,7 @@ def _standing_on(
     heights = sample @ planes[:, :3].T - planes[:, 3]
     on = (np.abs(heights) < thickness).sum(0)
     below = (heights < -3 * thickness).sum(0)
-    return np.where(below > _MOST_BELOW * len(sample), 0, on)
+    return np.where(below > MOST_BELOW * len(sample), 0, on)
 
 
 def _candidates(
@@ -121,7 +122,7 @@ def _is_floor(
     spread = np.sqrt(np.linalg.eigvalsh(np.cov(on.T))[1])
     return bool(
         spread > _LEAST_SPREAD * aim.reach
-        and np.mean(heights < -3 * thickness) <= _MOST_BELOW
+        and np.mean(heights < -3 * thickness) <= MOST_BELOW
         and np.mean(heights > 5 * thickness) >= _LEAST_ABOVE
         and plane.above(aim.point[None])[0] > 0
         and np.all(plane.above(centres) > 0)

@@ -18,6 +18,9 @@ from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.targets.board import BoardDetections
 
+LEAST_OBSERVATIONS = 3
+"""Photos by which the place of a corner is told."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class RulerLength:
@@ -53,9 +56,6 @@ def jackknife_sigma(replicates: Float64[np.ndarray, " p"]) -> float:
     return float(sigma) * widening(count - 1)
 
 
-_LEAST_OBSERVATIONS = 3
-
-
 def scale_by_cameras(
     scene: Scene, detections: BoardDetections, corners_in_world: Points3
 ) -> Float64[np.ndarray, " u"]:
@@ -64,7 +64,7 @@ def scale_by_cameras(
     A board that would come out larger makes the scale, and so the scene, smaller.
     """
     moves, seen = _moves_by_cameras(scene, detections, corners_in_world)
-    located = seen >= _LEAST_OBSERVATIONS
+    located = seen >= LEAST_OBSERVATIONS
     arms = corners_in_world[located] - corners_in_world[located].mean(0)
     return -np.einsum("ni,niu->u", arms, moves[located]) / float((arms**2).sum())
 
@@ -115,6 +115,6 @@ def _moves_by_cameras(
         )
         right[ids, :, lens : lens + LENS_SIZE] += np.einsum("nai,nap->nip", by_point, by_lens)
         seen[ids] += 1
-    enough = seen >= _LEAST_OBSERVATIONS
+    enough = seen >= LEAST_OBSERVATIONS
     normal[~enough] = np.eye(3)
     return -np.linalg.solve(normal, right), seen

@@ -30,6 +30,7 @@ from limbgram.reconstruction.scale.board import (
 from limbgram.reconstruction.scale.displaced_board import without_displaced_board
 from limbgram.reconstruction.scale.distances import measure_distances
 from limbgram.reconstruction.scale.floor import (
+    MOST_BELOW,
     centre_of_object,
     common_up,
     find_floor,
@@ -123,8 +124,6 @@ def _cause(scale: Scale, worst: LengthCheck) -> Finding:
 
 
 _UNITLESS_DISTANCE = 1000.0
-_MOST_BELOW = 0.02
-"""Share of the points near the aim that may lie below a board which is the floor."""
 _BELOW = 0.03
 """How far below, in half frames."""
 
@@ -261,7 +260,7 @@ def _on_board(
     moved = scene.moved(world_from_scene)
     near = np.linalg.norm(scene.points_in_world - aim.point, axis=1) < aim.reach
     heights = moved.points_in_world[near, 2]
-    is_floor = np.mean(heights < -_BELOW * aim.reach * mm_per_unit) <= _MOST_BELOW
+    is_floor = np.mean(heights < -_BELOW * aim.reach * mm_per_unit) <= MOST_BELOW
     outline = world_from_scene.apply(scene_board.scene_from_board.apply(scene_board.outline_mm))
     return MetricScene(
         scene=moved,

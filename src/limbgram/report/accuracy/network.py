@@ -18,6 +18,7 @@ from limbgram.core.geometry.lens import IN_PIXELS, PARAMETERS, POSE_SIZE, Camera
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.solution import GAUGE_FREEDOM
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import (
     Angles,
@@ -77,7 +78,6 @@ def _root_trace(covariance: Float64[np.ndarray, "3 3"]) -> float:
     return float(np.sqrt(max(np.trace(covariance), 0.0)))
 
 
-_GAUGE_FREEDOM = 7
 _ANGLE_STEP_DEG = 5.0
 _LARGEST_ANGLE_DEG = 120.0
 _MOST_RAYS = 12
@@ -94,7 +94,7 @@ def network_figures(scene: Scene) -> NetworkFigures:
     residuals = scene.residuals_px()
     known = np.isfinite(residuals).all(1)
     coordinates = 2 * int(known.sum())
-    unknowns = POSE_SIZE * len(scene.placed) + 3 * len(scene.points_in_world) - _GAUGE_FREEDOM
+    unknowns = POSE_SIZE * len(scene.placed) + 3 * len(scene.points_in_world) - GAUGE_FREEDOM
     redundancy = coordinates - unknowns
     squares = float((residuals[known] ** 2).sum())
     ring = scene.ring

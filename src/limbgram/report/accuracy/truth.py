@@ -35,7 +35,7 @@ from limbgram.report.comparison import sections
 Alignment = Literal["surface", "cameras", "frame"]
 """surface: rigid fit of the surface; cameras: of the camera places alone; frame: none at all."""
 
-_FEWEST_CAMERAS = 3
+FEWEST_CAMERAS = 3
 _NEAR_MM = (0.1, 0.25, 0.5, 1.0)
 _BINS = 61
 _SHOWN_QUANTILE = 0.995
@@ -74,7 +74,7 @@ def truth_figures(mesh: Mesh, known: KnownTruth, pixel_mm: float) -> Compared:
     """Compare with the truth; `pixel_mm` is the size of a pixel on the object."""
     truth, centres_mm, alignment = known.truth, known.centres_mm, known.alignment
     samples = mesh.vertices_mm[measured_samples(mesh)]
-    if alignment == "surface" and len(centres_mm) < _FEWEST_CAMERAS:
+    if alignment == "surface" and len(centres_mm) < FEWEST_CAMERAS:
         # Sections are cut across our own vertical: the truth's frame may lie anyhow.
         truth = truth.moved(from_anywhere(samples, truth).inverse)
     pose, scale_error = _aligned(samples, centres_mm, truth, alignment)
@@ -163,7 +163,7 @@ def _aligned(
         case "cameras":
             pose = by_cameras(centres_mm, truth)
         case "surface":
-            known = len(centres_mm) >= _FEWEST_CAMERAS
+            known = len(centres_mm) >= FEWEST_CAMERAS
             start = by_cameras(centres_mm, truth) if known else Rigid.identity()
             fit = by_surface(samples, truth, start)
             return fit.truth_from_world, fit.scale_error

@@ -14,12 +14,10 @@ from jaxtyping import Bool, Float64
 from limbgram.core.errors import CarveError, OptionsError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.carving.radial_rays import Cast, axis_heights_mm, cast_radii
-from limbgram.workbench.carving.radius_map import Grid, RadiusMap
+from limbgram.workbench.carving.radius_map import POINT_MM, Grid, RadiusMap
 
 _ABOVE_DISC_MM = 1e-6
 """A flat distal disc is cut this far above it."""
-_POINT_MM = 0.05
-"""Nearer than this the axis has only just come in: the first slice is the point where it does."""
 _STEP_MM = 0.001
 """Heights are multiples of this, as files hold them."""
 _SPOKES, _MOST_DISTAL, _SPACINGS_MM = (3, 3600), 100, (0.05, 50.0)
@@ -101,7 +99,7 @@ def _mapped(
     cut_at[0] += _ABOVE_DISC_MM
     cast = cast_radii(mesh, thetas, cut_at)
     radii = cast.radii_mm.copy()
-    pointed = float(cast.outermost_mm[0].min()) < _POINT_MM
+    pointed = float(cast.outermost_mm[0].min()) < POINT_MM
     if pointed and options.from_mm is None:
         radii[0] = 0.0
     bad = np.isnan(radii)

@@ -15,7 +15,7 @@ from limbgram.core.mesh.mesh import Mesh
 
 _EVEN_DEG = 1e-3
 """Files hold a spacing to six decimals, which adds up over a turn."""
-_POINT_MM = 0.05
+POINT_MM = 0.05
 """An end slice with all radii below this is one point."""
 
 
@@ -83,10 +83,10 @@ class RadiusMap:
         ring = np.arange(count)
         fan = np.column_stack([np.full(count, cap), ring, np.roll(ring, -1)])
         faces = np.concatenate([fan, self._sides(points)]).astype(np.int32)
-        if (self.radii_mm[0] < _POINT_MM).all():
+        if (self.radii_mm[0] < POINT_MM).all():
             vertices[cap] = (0.0, 0.0, self.z_mm[0])
             faces = _merged(faces, ring, cap)
-        if (self.radii_mm[-1] < _POINT_MM).all():
+        if (self.radii_mm[-1] < POINT_MM).all():
             faces = _merged(faces, ring + (len(self.z_mm) - 1) * count, tip)
         used, compact = np.unique(faces, return_inverse=True)
         return Mesh(vertices_mm=vertices[used], faces=compact.reshape(-1, 3).astype(np.int32))

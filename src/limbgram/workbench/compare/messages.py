@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.interval import COVER, HOLDS, Interval, plus_minus
+from limbgram.core.units import MM3_PER_ML
 from limbgram.findings import Finding, as_json, doubt, note, told
 from limbgram.workbench.compare.comparison import ByShape, Comparison
 from limbgram.workbench.compare.deviation import LOCAL_LIMIT_MM
@@ -38,7 +39,6 @@ _HEADING = (
     f"{'height':>8}{'tape mm':>10}{'change':>9}{'ML change':>11}{'AP change':>11}"
     f"{'mL since last':>15}{'change':>9}"
 )
-_MM3_PER_ML = 1000.0
 _SAME_PLIES = 0.05
 """Volumes that differ by less are the same."""
 
@@ -232,9 +232,9 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
         "volume": {
             "from_mm": levels.from_mm,
             "to_mm": levels.to_mm,
-            "ml": _change(levels.volume, _MM3_PER_ML),
+            "ml": _change(levels.volume, MM3_PER_ML),
             "sock_plies": levels.plies,
-            "laid_sigma_ml": levels.laid_sigma_mm3 / _MM3_PER_ML,
+            "laid_sigma_ml": levels.laid_sigma_mm3 / MM3_PER_ML,
             "within_ml": None
             if levels.volume is None
             else _within_ml(levels.volume, levels.laid_sigma_mm3),
@@ -244,8 +244,8 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
         if by_shape is None
         else {
             "alignment": _alignment(by_shape.alignment),
-            "volume_ml": _change(by_shape.volume, _MM3_PER_ML),
-            "laid_sigma_ml": by_shape.laid_sigma_mm3 / _MM3_PER_ML,
+            "volume_ml": _change(by_shape.volume, MM3_PER_ML),
+            "laid_sigma_ml": by_shape.laid_sigma_mm3 / MM3_PER_ML,
             "at_odds": by_shape.at_odds,
         },
         "levels": [_level(level) for level in levels.levels],
@@ -261,10 +261,10 @@ def series_tree(series: Series) -> dict[str, Any]:
         "format": "limbgram-series/2",
         "verdict": as_json(series.finding),
         "sigma_source": series.sigma_source,
-        "volume_trend_ml": _trend(series.volume, _MM3_PER_ML),
+        "volume_trend_ml": _trend(series.volume, MM3_PER_ML),
         "volume_per_week_share": series.volume.per_week / float(scans.volumes_mm3[0]),
-        "change_ml": series.change_mm3 / _MM3_PER_ML,
-        "change_95_ml": series.change_95_mm3 / _MM3_PER_ML,
+        "change_ml": series.change_mm3 / MM3_PER_ML,
+        "change_95_ml": series.change_95_mm3 / MM3_PER_ML,
         "girth_trends_mm": [
             {"height_mm": float(height), "trend": None if trend is None else _trend(trend, 1.0)}
             for height, trend in zip(scans.heights_mm, series.girths)
@@ -273,8 +273,8 @@ def series_tree(series: Series) -> dict[str, Any]:
             {
                 "day": day.isoformat(),
                 "name": name,
-                "volume_ml": float(volume) / _MM3_PER_ML,
-                "volume_sigma_ml": float(sigma) / _MM3_PER_ML,
+                "volume_ml": float(volume) / MM3_PER_ML,
+                "volume_sigma_ml": float(sigma) / MM3_PER_ML,
                 "girths_mm": [_number(girth) for girth in girths],
             }
             for day, name, volume, sigma, girths in zip(
@@ -324,8 +324,8 @@ def repeats_tree(repeats: Repeats) -> dict[str, Any]:
         "format": "limbgram-repeats/2",
         "verdict": as_json(repeats.finding),
         "volume": {
-            "within_sd_ml": volume.within_sd / _MM3_PER_ML,
-            "coefficient_ml": volume.coefficient / _MM3_PER_ML,
+            "within_sd_ml": volume.within_sd / MM3_PER_ML,
+            "coefficient_ml": volume.coefficient / MM3_PER_ML,
             "coefficient_share": volume.coefficient / float(scans.volumes_mm3.mean()),
         },
         "girths_mm": asdict(repeats.girths),
@@ -333,7 +333,7 @@ def repeats_tree(repeats: Repeats) -> dict[str, Any]:
         "captures": [
             {
                 "name": name,
-                "volume_ml": float(value) / _MM3_PER_ML,
+                "volume_ml": float(value) / MM3_PER_ML,
                 "girths_mm": [_number(girth) for girth in girths],
             }
             for name, value, girths in zip(repeats.names, scans.volumes_mm3, scans.tapes_mm)
@@ -348,7 +348,7 @@ def about_shape(by_shape: ByShape) -> Finding:
     judge = doubt if by_shape.at_odds else note
     return judge(
         "compare.by_shape.at_odds" if by_shape.at_odds else "compare.by_shape.agrees",
-        change_ml=change.difference / _MM3_PER_ML,
+        change_ml=change.difference / MM3_PER_ML,
         within_ml=_within_ml(change, by_shape.laid_sigma_mm3),
     )
 
@@ -356,7 +356,7 @@ def about_shape(by_shape: ByShape) -> Finding:
 def _within_ml(change: Change, laid_sigma_mm3: float) -> float | None:
     """± of it, by what is known: the scans' errors and how they were laid, or that alone."""
     sigma = change.sigma if change.sigma is not None else laid_sigma_mm3
-    return COVER * sigma / _MM3_PER_ML if sigma > 0 else None
+    return COVER * sigma / MM3_PER_ML if sigma > 0 else None
 
 
 def _volume(comparison: Comparison) -> Finding:
@@ -367,7 +367,7 @@ def _volume(comparison: Comparison) -> Finding:
     if change is None or plies is None:
         return note("compare.volume.none")
     same = abs(plies) < _SAME_PLIES
-    difference_ml = change.difference / _MM3_PER_ML
+    difference_ml = change.difference / MM3_PER_ML
     at_odds = by_shape is not None and by_shape.at_odds
     return note(
         "compare.volume.same" if same else "compare.volume.changed",
@@ -441,7 +441,7 @@ def _level(level: LevelChange) -> dict[str, Any]:
     return {
         "height_mm": level.height_mm,
         **{name: _change(change, 1.0) for name, change in level.measures.items()},
-        "volume_since_last_level_ml": _change(level.since_last, _MM3_PER_ML),
+        "volume_since_last_level_ml": _change(level.since_last, MM3_PER_ML),
         "reason": _reason(level.reason),
         "others_mm": dict(zip(("first", "second"), map(list, level.others_mm))),
     }

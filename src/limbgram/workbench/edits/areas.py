@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float64
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, FromZeroMm, Words, spoken
-from limbgram.workbench.edits.fineness import refine_under, refine_where
+from limbgram.workbench.edits.fineness import edge_along_mm, refine_under, refine_where
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.regions import (
     Curve,
@@ -35,10 +35,6 @@ from limbgram.workbench.edits.regions import (
     require_ring,
 )
 from limbgram.workbench.limb import Limb
-
-_FINENESS = 8.0
-"""Edges along the falloff, at least."""
-_FINEST_MM = 0.4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,18 +115,14 @@ def _in_a_region(limb: Limb, edit: Area) -> tuple[Limb, Float64[np.ndarray, " n"
     """The limb fine enough, and the share of the depth at each vertex."""
     picked = np.stack([position_mm(limb, place, edit.positions_in) for place in edit.within])
     curve = draw_curve(limb.mesh, on_surface(limb, picked))
-    mesh = fine_along(limb.mesh, curve, _edge_mm(edit))
+    mesh = fine_along(limb.mesh, curve, edge_along_mm(edit.falloff_mm))
     coarse = _depth_within(mesh, curve)
     fades = (coarse > 0) & (coarse < edit.falloff_mm)
-    mesh = refine_where(mesh, np.asarray(fades[mesh.faces].any(1)), _edge_mm(edit))
+    mesh = refine_where(mesh, np.asarray(fades[mesh.faces].any(1)), edge_along_mm(edit.falloff_mm))
     depth = _depth_within(mesh, curve)
     within = depth > 0
     full = min(edit.falloff_mm, float(depth.max(initial=0.0)))
     return limb.with_mesh(mesh), fading(1 - depth / max(full, 1e-12)) * within
-
-
-def _edge_mm(edit: Area) -> float:
-    return max(edit.falloff_mm / _FINENESS, _FINEST_MM)
 
 
 def _depth_within(mesh: Mesh, curve: Curve) -> Float64[np.ndarray, " n"]:
@@ -153,6 +145,6 @@ def _round_a_place(limb: Limb, edit: Area, place: Place) -> tuple[Limb, Float64[
         size = np.linalg.norm(corners - middle[:, None], axis=2).max(1)
         return np.linalg.norm(middle - point, axis=1) < reach + size
 
-    limb = limb.with_mesh(refine_under(limb.mesh, close, _edge_mm(edit)))
+    limb = limb.with_mesh(refine_under(limb.mesh, close, edge_along_mm(edit.falloff_mm)))
     distance = distances_from_point(limb.mesh, point, reach)
     return limb, fading((distance - edit.flat_mm) / edit.falloff_mm)

@@ -30,9 +30,6 @@ _ROUNDS = 6
 ON_IT_MM = 1e-3
 """A vertex so near (mm) counts as on the cut: a thinner triangle would be lost in a file."""
 Part = Literal["distal", "proximal"]
-_EDGE_MM = 1.5
-"""Edges along a trimline before it is cut."""
-_STEEPEST_DEG = 80.0
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,16 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import Edges, find_edges
 
 _MOST_ROUNDS = 16
+_ALONG = 8.0
+"""Edges along what fades, at least."""
+_FINEST_MM = 0.4
 Under = Callable[[Mesh], Bool[np.ndarray, " f"]]
 """Tells which faces of a mesh must be fine."""
+
+
+def edge_along_mm(length_mm: float) -> float:
+    """Edges by which what fades over a length looks smooth."""
+    return max(length_mm / _ALONG, _FINEST_MM)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from jaxtyping import Float64, Int64
 
 from limbgram.workbench.edits.brim import brim_loop
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.fineness import refine_where
+from limbgram.workbench.edits.fineness import edge_along_mm, refine_where
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.regions import (
     axes_in_mesh,
@@ -15,9 +15,6 @@ from limbgram.workbench.edits.regions import (
     points_in_limb_frame,
 )
 from limbgram.workbench.limb import Limb
-
-_FINENESS = 8.0
-_FINEST_MM = 0.4
 
 
 @edit(
@@ -59,7 +56,7 @@ class Flare(Edit):
         loop = brim_loop(limb)
         reached = np.isfinite(_from_brim_mm(limb, loop, self.height_mm))
         close = np.asarray(reached[limb.mesh.faces].any(1))
-        edge_mm = max(self.height_mm / _FINENESS, _FINEST_MM)
+        edge_mm = edge_along_mm(self.height_mm)
         limb = limb.with_mesh(refine_where(limb.mesh, close, edge_mm))
         distance = _from_brim_mm(limb, brim_loop(limb), self.height_mm)
         weight = np.clip(1 - distance / self.height_mm, 0, 1) ** 2

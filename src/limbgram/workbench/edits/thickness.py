@@ -30,7 +30,7 @@ _OPPOSED = -0.95
 """Cosine between two faces that lie opposite in a wall; those of an edge lean more."""
 _LEANING = -0.5
 """The same for the faces of an edge that is acute: 60 degrees."""
-_INSET_MM = 1e-3
+INSET_MM = 1e-3
 """How far below its face a ray starts, so that it misses the face."""
 _FINE_MM = 3.0
 """Faces with a longer side are looked at in several places."""
@@ -194,7 +194,7 @@ class _Cast:
     ) -> Float64[np.ndarray, " k"]:
         """Distance of a place on each face from the plane of what lies opposite."""
         inward = -self.normals[looked]
-        start = (points + _INSET_MM * inward).astype(np.float32)
+        start = (points + INSET_MM * inward).astype(np.float32)
         met = np.asarray(self.scene.run(start, inward.astype(np.float32)))
         facing = np.einsum("fd,fd->f", self.normals[looked], self.normals[met])
         drop = np.einsum("fd,fd->f", self.corners[met, 0] - points, self.normals[met])
@@ -221,7 +221,7 @@ def _is_clear(mesh: Mesh, tried: Int64[np.ndarray, " k"], reach_mm: float) -> bo
     The tree takes a tenth of the time of the rays' own scene.
     """
     inward = -unit(mesh.face_normals()[tried])
-    starts = mesh.vertices_mm[mesh.faces[tried]].mean(1) + _INSET_MM * inward
+    starts = mesh.vertices_mm[mesh.faces[tried]].mean(1) + INSET_MM * inward
     tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
     return bool(meets(tree, starts, reach_mm * inward).mean() < 0.5)
 

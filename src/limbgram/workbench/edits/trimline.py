@@ -27,7 +27,7 @@ from limbgram.workbench.edits.regions import (
     position_mm,
     require_ring,
 )
-from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.thickness import INSET_MM, wall_of
 from limbgram.workbench.limb import Limb
 
 _EDGE_MM = 1.5
@@ -35,8 +35,6 @@ _EDGE_MM = 1.5
 _CALM = 1.0
 """Thicknesses of a wall over which the ways through it are evened out along a trimline: on a rough
 scan they would cross."""
-_INSET_MM = 1e-3
-"""How far below its face a way through a wall starts, so that it misses the face."""
 _MOST_ACROSS = 3.0
 """Thicknesses of a wall that a way through it is long at most; beyond, it is no wall there."""
 
@@ -143,7 +141,7 @@ def _other_side_mm(mesh: Mesh, curve: Curve, usual_mm: float) -> Points3:
     """
     scene = EmbreeScene()
     TriangleMesh(scene, mesh.vertices_mm[mesh.faces].astype(np.float32))
-    starts = curve.points_mm - _INSET_MM * curve.normals
+    starts = curve.points_mm - INSET_MM * curve.normals
     ways = -curve.normals
     met = np.asarray(scene.run(starts.astype(np.float32), ways.astype(np.float32)))
     corners = mesh.vertices_mm[mesh.faces[met]]

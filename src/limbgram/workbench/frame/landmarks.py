@@ -18,7 +18,7 @@ from limbgram.workbench.anatomy.kind import Place
 from limbgram.workbench.anatomy.names import known_identity, named, names_of, words_of
 from limbgram.workbench.limb import KINDS, AnyLimb, KindName, Landmark, Limb, likeliest
 
-_ALIKE = 0.8
+ALIKE = 0.8
 """Names that share so much of their letters are one, with a slip of the pen (difflib's ratio)."""
 
 
@@ -109,5 +109,5 @@ def likely_meant(name: str, kind: KindName | None) -> str | None:
         return None
     kinds = KINDS if kind is None else (kind,)
     names = names_of(row.identity for one in kinds for row in NAMES[one])
-    near = get_close_matches(" ".join(words_of(name)), names, n=1, cutoff=_ALIKE)
+    near = get_close_matches(" ".join(words_of(name)), names, n=1, cutoff=ALIKE)
     return names[near[0]] if near else None

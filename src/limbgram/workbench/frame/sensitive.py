@@ -12,11 +12,8 @@ from types import MappingProxyType
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import SensitivePlace
 from limbgram.workbench.anatomy.names import names_of, told_by, words_of
+from limbgram.workbench.frame.landmarks import ALIKE
 from limbgram.workbench.limb import KINDS, KindName
-
-_ALIKE = 0.8
-"""Names that share so much of their letters are one, with a slip of the pen (difflib's ratio)."""
-
 
 SENSITIVE: Mapping[KindName, tuple[SensitivePlace, ...]] = MappingProxyType(
     {name: kind.sensitive for name, kind in KIND_NAMED.items()}
@@ -85,7 +82,7 @@ def sensitive_place(name: str, kind: KindName | None) -> SensitivePlace | None:
     bone = next((one for word, one in _BONES if word in words), None)
     part = next((one for part, one in _BONES if any(part in word for word in told.rest)), None)
     names = names_of(by_identity)
-    near = get_close_matches(" ".join(words), names, n=1, cutoff=_ALIKE)
+    near = get_close_matches(" ".join(words), names, n=1, cutoff=ALIKE)
     found = bone or (names[near[0]] if near else part)
     return _UNKNOWN if found is None else by_identity[found]
 

@@ -22,6 +22,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.topology import boundary_half_edges
+from limbgram.core.units import MM3_PER_ML
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.kind import Mid
 from limbgram.workbench.measures.levels import (
@@ -39,7 +40,6 @@ from limbgram.workbench.measures.sensed import STEP_MM, Sensed, Subject
 LEVELS, MEASURING_LEVEL = 10, 3
 DIAGONAL_DEG = 30.0
 _SPOKES_DEG = range(15, 180, 15)
-_MM3_PER_ML = 1000.0
 _QUADRANTS = {
     "right front": (1, 1),
     "left front": (-1, 1),
@@ -228,7 +228,7 @@ def _quadrant(turned: Sigmas, right: int, front: int) -> _Valued:
         & (right * mesh.vertices_mm[:, 0] > 0)
         & (front * mesh.vertices_mm[:, 1] > 0)
     )
-    return float(volume) / _MM3_PER_ML, mesh.vertex_areas_mm2() * inside / _MM3_PER_ML
+    return float(volume) / MM3_PER_ML, mesh.vertex_areas_mm2() * inside / MM3_PER_ML
 
 
 def clipped(pieces: Triangles, axis: int, sign: int) -> Triangles:

@@ -9,6 +9,7 @@ import numpy as np
 
 from limbgram.core.geometry.smoothed_length import SMOOTHING_MM
 from limbgram.core.spreadsheet import Cell, Decimal, Table, csv_of, several
+from limbgram.core.units import MM3_PER_ML
 from limbgram.findings import as_json, told
 from limbgram.workbench.edits.thickness import Thickness
 from limbgram.workbench.measures.lengths import Length
@@ -17,7 +18,6 @@ from limbgram.workbench.measures.measuring import Measures, Row
 from limbgram.workbench.measures.sheet import MeasuringSheet
 from limbgram.workbench.measures.tape import TapeCheck
 
-_MM3_PER_ML = 1000.0
 COLUMNS = (*MEASURES, "volume_below_ml")
 _DECIMALS = 4
 
@@ -186,8 +186,8 @@ def _wall(wall: Thickness | None) -> dict[str, Any] | None:
 
 
 def in_ml(volume_mm3: Figure) -> Figure:
-    sigma = None if volume_mm3.sigma is None else volume_mm3.sigma / _MM3_PER_ML
-    return Figure(volume_mm3.value / _MM3_PER_ML, sigma)
+    sigma = None if volume_mm3.sigma is None else volume_mm3.sigma / MM3_PER_ML
+    return Figure(volume_mm3.value / MM3_PER_ML, sigma)
 
 
 def _in_columns(row: Row) -> list[Figure | None]:

@@ -5,10 +5,11 @@ from typing import Any
 
 import pytest
 
-from limbgram.findings import Gravity
+from limbgram.findings import Gravity, note
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.evidence import Evidence
-from limbgram.report.accuracy.figures import BoardSeen, Figures
+from limbgram.report.accuracy.figures import BoardSeen, Figures, MovementFigures, TapedLength
+from limbgram.report.accuracy.judgement import criteria, tape_tells
 from limbgram.report.accuracy.limits import findings
 
 SIGMA0_PX = 0.08
@@ -91,3 +92,34 @@ def test_a_pattern_is_held_against_the_noise_where_this_is_larger(figures: Figur
     place, code = "residuals.by_camera.0.systematic_px", "limit.lens.pattern"
     assert code not in gravities(put(noisy, place, 0.2))
     assert code in gravities(put(noisy, place, 0.201))
+
+
+def light_of(figures: Figures, key: str) -> str:
+    (found,) = (one.light for one in criteria(figures) if one.key == key)
+    return found
+
+
+def test_a_pattern_is_doubted_from_half_a_sigma_of_one_coordinate(figures: Figures) -> None:
+    noisy = put(figures, "network.sigma0_robust_px", 0.4)
+    place = "residuals.by_camera.0.systematic_px"
+    assert light_of(put(noisy, place, 0.2), "lens_pattern") == "green"
+    assert light_of(put(noisy, place, 0.201), "lens_pattern") == "amber"
+
+
+@pytest.mark.parametrize(("shift_mm", "light"), [(1.0, "amber"), (1.01, "red")])
+def test_a_shift_of_all_that_places_the_photos_is_red_beyond_a_millimetre(
+    figures: Figures, shift_mm: float, light: str
+) -> None:
+    moved = MovementFigures(
+        kind="step", found=note("said.as_is", message="it moved"), photos=(), alone=False,
+        misfit=False, unexplained=False, explanations=(), shift=shift_mm,
+        turn_deg=0.0, chance=0.0, bent=None, bending_misfit=False, bending=0.0,
+    )  # fmt: skip
+    assert light_of(replace(figures, movement=moved), "movement") == light
+
+
+@pytest.mark.parametrize(("sigma_mm", "tells"), [(1.75, True), (1.76, False)])
+def test_a_tape_tells_the_size_to_one_per_cent(sigma_mm: float, tells: bool) -> None:
+    tape = TapedLength(place="", height_mm=150.0, read_mm=350.0, measured_mm=350.0, error_mm=0.0,
+                       error=0.0, sigma_mm=sigma_mm, reason=None)  # fmt: skip
+    assert tape_tells(tape) == tells

@@ -284,3 +284,17 @@ def test_options_that_cannot_be_are_refused(limb) -> None:
         compare(limb, limb, CompareOptions(spacing_mm=0.0))
     with pytest.raises(OptionsError, match="brim"):
         compare(limb, limb, CompareOptions(registration=RegistrationOptions(brim_mm=-1.0)))
+
+
+def test_levels_lie_a_millimetre_apart_at_least(limb) -> None:
+    spacings = [CompareOptions(registration=AS_IS.registration, spacing_mm=s) for s in (1.0, 0.99)]
+    compare(limb, limb, spacings[0])
+    with pytest.raises(OptionsError) as refused:
+        compare(limb, limb, spacings[1])
+    assert refused.value.finding.code == "compare.spacing.small"
+
+
+@pytest.mark.parametrize(("sock_mm", "told"), [(0.009, False), (0.0101, True)])
+def test_socks_that_differ_by_a_hundredth_of_a_millimetre_are_told(limb, sock_mm, told) -> None:
+    found = compare(limb, replace(limb, sock_mm=limb.sock_mm + sock_mm), AS_IS)
+    assert any("sock" in one.code for one in found.notes) == told
