@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from limbgram.core.files import other, require, write_file
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, unsigned
 from limbgram.formats.format import Format
 from limbgram.formats.writing import Unit, require_same_triangles, target
 
@@ -39,7 +39,9 @@ def write_vtp(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = Fals
         faces = _array(read["connectivity"]).reshape(-1, 3)
         require_same_triangles(path.name, places[faces], mesh, 0.0)
         for name, values in points.items():
-            same = np.array_equal(_array(read[name]), values.ravel(), equal_nan=name == "sigma_mm")
+            same = np.array_equal(
+                _array(read[name]), values.ravel(), equal_nan=values.dtype.kind == "f"
+            )
             require(same, other(path.name, name))
 
     return write_file(path, encode, check)
@@ -47,12 +49,8 @@ def write_vtp(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = Fals
 
 def _point_data(mesh: Mesh) -> Iterator[tuple[str, np.ndarray]]:
     yield "Normals", mesh.vertex_normals().astype("<f4")
-    if mesh.sigma_mm is not None:
-        yield "sigma_mm", mesh.sigma_mm.astype("<f4")
-    if mesh.filled is not None:
-        yield "filled", mesh.filled.astype("u1")
-    if mesh.colours is not None:
-        yield "RGB", mesh.colours
+    for name, values in mesh.shown().items():
+        yield name, unsigned(values)
 
 
 def _lines(mesh: Mesh, unit: Unit, points: dict[str, np.ndarray]) -> Iterator[bytes]:

@@ -88,10 +88,10 @@ class Mesh:
     vertices_mm: Points3
     faces: Faces
     colours: UInt8[np.ndarray, "n 3"] | None = field(
-        default=None, metadata=of_vertices("colour", "red", "green", "blue")
+        default=None, metadata=of_vertices("colour", "red", "green", "blue", shown_as="RGB")
     )
     filled: Bool[np.ndarray, " n"] | None = field(
-        default=None, metadata=of_vertices("mark", "filled", unmeasured=True)
+        default=None, metadata=of_vertices("mark", "filled", unmeasured=True, shown_as="filled")
     )
     """True at vertices that no photo measured: the part closed by us."""
     sigma_mm: Float32[np.ndarray, " n"] | None = field(
@@ -104,6 +104,7 @@ class Mesh:
             least=(0.0,),
             known_everywhere=False,
             in_mm=True,
+            shown_as="sigma_mm",
         ),
     )
     """One standard deviation along the normal; NaN at filled vertices."""
@@ -118,7 +119,8 @@ class Mesh:
     correlation_mm: float | None = None
     """Distance over which the rest of the error is alike."""
     lost_length: Float32[np.ndarray, "n 2"] | None = field(
-        default=None, metadata=of_vertices("number", "lost", "lost_sigma", least=(-np.inf, 0.0))
+        default=None,
+        metadata=of_vertices("number", "lost", "lost_sigma", least=(-np.inf, 0.0), detail=True),
     )
     """How much longer a line along the limb is than along this surface, per length, both at the
     smoothing length (`core/geometry/smoothed_length`): fine relief that is lost, less what noise
@@ -126,7 +128,7 @@ class Mesh:
     lost_across: Float32[np.ndarray, "n 3"] | None = field(
         default=None,
         metadata=of_vertices(
-            "number", "lost_across_x", "lost_across_y", "lost_across_z", axis=True
+            "number", "lost_across_x", "lost_across_y", "lost_across_z", axis=True, detail=True
         ),
     )
     """A vector across the folds that were lost. Its length is what a line across them lost beyond
@@ -159,6 +161,12 @@ class Mesh:
             for name, (one, values) in known.items()
         }
 
+    def shown(self) -> dict[str, np.ndarray]:
+        """What is known of each vertex and programs show, by its name there, figures first."""
+        known = [(one, getattr(self, name)) for name, one in VERTEX_FIELDS.items() if one.shown_as]
+        known.sort(key=lambda row: _SHOWN_ORDER.index(row[0].kind))
+        return {one.shown_as: values for one, values in known if values is not None}
+
     def face_normals(self) -> Float64[np.ndarray, "f 3"]:
         """Twice the area along the outward normal."""
         return crosses(self.vertices_mm, self.faces)
@@ -175,13 +183,12 @@ class Mesh:
         """The same triangles for trimesh, with colours; sigma and filled marks as attributes."""
         from trimesh import Trimesh  # a fifth of a second, for notebooks alone
 
-        filled = None if self.filled is None else self.filled.astype(np.uint8)  # it writes no bool
-        known = {"sigma_mm": self.sigma_mm, "filled": filled}
+        known = {name: one for name, one in self.shown().items() if one is not self.colours}
         return Trimesh(
             self.vertices_mm,
             self.faces,
             vertex_colors=self.colours,
-            vertex_attributes={name: one for name, one in known.items() if one is not None},
+            vertex_attributes={name: unsigned(one) for name, one in known.items()},
             process=False,
         )
 
@@ -192,10 +199,8 @@ class Mesh:
             MissingError: pyvista is not installed.
         """
         surface = library("pyvista").PolyData.from_regular_faces(self.vertices_mm, self.faces)
-        known = {"sigma_mm": self.sigma_mm, "filled": self.filled, "RGB": self.colours}
-        for name, values in known.items():
-            if values is not None:
-                surface.point_data[name] = values
+        for name, values in self.shown().items():
+            surface.point_data[name] = values
         return surface
 
     def vertex_areas_mm2(self) -> Float64[np.ndarray, " n"]:
@@ -218,6 +223,13 @@ class Mesh:
 
 VERTEX_FIELDS = vertex_fields(Mesh)
 """What is known of each vertex, in the order in which files have it."""
+_SHOWN_ORDER = ("number", "mark", "colour")
+"""Programs colour a surface by what comes first."""
+
+
+def unsigned(values: np.ndarray) -> np.ndarray:
+    """Marks as numbers, for files that have no truth values."""
+    return values.astype(np.uint8) if values.dtype == np.bool_ else values
 
 
 def unit(vectors: Points3) -> Points3:

@@ -31,6 +31,11 @@ class VertexField:
     """Whether it is a finite number at every vertex."""
     in_mm: bool = False
     """Its numbers are lengths, scaled with the surface."""
+    shown_as: str = ""
+    """Its name in programs that show surfaces; empty where files of ours alone have it."""
+    detail: bool = False
+    """It tells of relief that is too fine for the surface: of one surface alone it would pass for a
+    difference from another."""
     axis: bool = False
     """It is a way along the surface, turned with it; either sign says the same."""
 

@@ -3,11 +3,12 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from limbgram.core.errors import MeasureError
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import VERTEX_FIELDS, Mesh
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.findings import Finding, fault
 from limbgram.workbench.compare.frames import brim_height_mm
@@ -158,12 +159,11 @@ def alike_in_detail(meshes: Sequence[Mesh]) -> list[Mesh]:
 
     One's alone would pass for a difference.
     """
-    found = list(meshes)
-    if any(mesh.lost_length is None for mesh in found):
-        found = [replace(mesh, lost_length=None) for mesh in found]
-    if any(mesh.lost_across is None for mesh in found):
-        found = [replace(mesh, lost_across=None) for mesh in found]
-    return found
+    detail = [name for name, one in VERTEX_FIELDS.items() if one.detail]
+    some: dict[str, Any] = {
+        name: None for name in detail if any(getattr(mesh, name) is None for mesh in meshes)
+    }
+    return [replace(mesh, **some) for mesh in meshes]
 
 
 def _open_below(mesh_in_limb: Mesh) -> bool:

@@ -20,9 +20,15 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import EditError, MeasureError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.isosurface import level_surface
-from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.mesh import VERTEX_FIELDS, Mesh, unit
 from limbgram.core.mesh.signed_distance import SignedSurface
-from limbgram.core.mesh.topology import boundary_loops, face_components, largest_piece
+from limbgram.core.mesh.topology import (
+    boundary_loops,
+    face_components,
+    largest_piece,
+    taking_vertices,
+    unmeasured_at,
+)
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import Within
 from limbgram.reconstruction.surface.resampling import refine
@@ -234,10 +240,10 @@ def _known_again(whole: Mesh, before: Mesh, kept: int) -> Mesh:
     places = whole.vertices_mm[kept:]
     there = tree_on(before).closest(places).distances_mm < _FILLED_MM
     like = np.asarray(KDTree(before.vertices_mm).query(places)[1], np.int64)
-    filled = np.zeros(len(whole), np.bool_) if whole.filled is None else whole.filled.copy()
-    filled[kept:] = ~there if before.filled is None else ~there | before.filled[like]
-    sigma = whole.sigma_mm
-    if sigma is not None and before.sigma_mm is not None:
-        sigma = sigma.copy()
-        sigma[kept:] = np.where(filled[kept:], np.nan, before.sigma_mm[like])
-    return replace(whole, filled=filled, sigma_mm=sigma)
+    known = unmeasured_at(taking_vertices(before, like), ~there)
+    again: dict[str, np.ndarray] = {}
+    for name, one in VERTEX_FIELDS.items():
+        values, new = getattr(whole, name), getattr(known, name)
+        if one.kind != "colour" and values is not None:  # its colours go on with the foot's
+            again[name] = np.concatenate([values[:kept], new])
+    return replace(whole, **again)

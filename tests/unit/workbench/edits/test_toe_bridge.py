@@ -24,6 +24,8 @@ from limbgram.workbench.limb import Limb
 
 TOE_MM, APART_MM, HIGH_MM = 8.0, 20.0, 14.0
 """Radius of two straight toes, and how far their axes are apart and over the floor."""
+SIGMA_MM, SHARED_MM, LOST = 0.125, 0.0625, 0.03125
+"""What is known of every vertex, exact in single precision."""
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +45,12 @@ def two_toes() -> Limb:
     mesh = surface(field, (-90, -110, -30), (90, 220, 320), 3.0, 260.0)
     places = {**FOOT_PLACES, "second toe": (-10, 178, 14), "first toe": (-10, 178, 14)}
     low = {name: at for name, at in places.items() if at[2] < 250}
+    known = {
+        "sigma_mm": np.full(len(mesh), SIGMA_MM, np.float32),
+        "shared_mm": np.full((len(mesh), 2), SHARED_MM, np.float32),
+        "lost_length": np.full((len(mesh), 2), LOST, np.float32),
+    }
+    mesh = replace(mesh, **known)
     return limb_of(mesh, low, "foot", "right")
 
 
@@ -84,6 +92,21 @@ def test_what_has_no_gap_stays_and_landmarks_with_it(two_toes: Limb, bridged: Li
     for one, other in zip(two_toes.landmarks, after.landmarks, strict=True):
         assert np.linalg.norm(one.position_mm - other.position_mm) < 0.3
     assert volume_mm3(after.mesh) > volume_mm3(two_toes.mesh)
+
+
+def test_what_was_known_of_the_foot_is_known_wherever_it_stayed(bridged: Limb) -> None:
+    """Though its triangles are new there; of what was filled nothing was measured."""
+    after = bridged.mesh
+    for values, known, unmeasured in (
+        (after.sigma_mm, SIGMA_MM, np.nan),
+        (after.shared_mm, SHARED_MM, 0.0),
+        (after.lost_length, LOST, 0.0),
+    ):
+        assert values is not None
+        assert after.filled is not None
+        rows = after.filled.reshape(-1, *[1] * (values.ndim - 1))
+        expected = np.broadcast_to(np.where(rows, unmeasured, known), values.shape)
+        np.testing.assert_array_equal(values, expected)
 
 
 def test_a_foot_without_toes_or_with_a_hole_there_is_refused(two_toes: Limb) -> None:
