@@ -9,11 +9,14 @@ pair.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from limbgram.core.kernels import njit
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import in_parallel
+from limbgram.reconstruction.measuring.imagery import Imagery
 from limbgram.reconstruction.measuring.sampling import (
     MARGIN_PX,
     SAMPLES,
@@ -43,11 +46,19 @@ mean changes for a millimetre's move of the surface, and how far above its place
 the photo shows the vertex."""
 
 
+class Trust(NamedTuple):
+    """How far grey values are believed."""
+
+    noise_grey: float
+    """Of the sensor."""
+    noise_px: float
+    """What remains unmodelled, as a shift in pixels."""
+    robust: float
+    """Residuals beyond this many sigmas count less."""
+
+
 def local_gains(
-    coefficients: np.ndarray,
-    crops: np.ndarray,
-    factor: float,
-    views: np.ndarray,
+    imagery: Imagery,
     seen_by: np.ndarray,
     vertices: np.ndarray,
     axes: np.ndarray,
@@ -63,8 +74,8 @@ def local_gains(
     def block(first: int) -> None:
         last = min(first + _BLOCK, len(seen_by))
         _gains_block(
-            coefficients, crops, factor, views, seen_by, vertices, axes, quadric, step_mm,
-            at_vertex, first, last,
+            imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, vertices,
+            axes, quadric, step_mm, at_vertex, first, last,
         )  # fmt: skip
 
     in_parallel(block, range(0, len(seen_by), _BLOCK))
@@ -147,22 +158,24 @@ def _in_common(
 
 
 def assemble(
-    coefficients: np.ndarray, crops: np.ndarray, factor: float, views: np.ndarray,
-    seen_by: np.ndarray, at_vertex: np.ndarray, vertices: np.ndarray, normals: np.ndarray,
-    faces: np.ndarray, points: np.ndarray, noise_grey: float, noise_px: float, robust: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    imagery: Imagery,
+    seen_by: np.ndarray,
+    at_vertex: np.ndarray,
+    mesh: Mesh,
+    normals: np.ndarray,
+    points: np.ndarray,
+    trust: Trust,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Normal equations of the three offsets of every face.
 
     at_vertex   (n, c, 4) GAIN, MEAN, DRIFT and LIFT of the photos in seen_by (n, c)
     points      (s, 3) barycentric sample points of a face
-    noise_grey  sensor noise; noise_px: what remains unmodelled, as a shift in pixels
-    robust      residuals beyond this many sigmas count less
     Returns (f, 6) upper triangle 00 01 02 11 12 22; (f, 3) right side; (f, c) what each photo that
     sees a face's first vertex adds to the sum of the right side; (f,) the curvature of the robust
-    cost as a share of the matrix: residuals beyond `robust` hold the surface less than their
+    cost as a share of the matrix: residuals beyond `trust.robust` hold the surface less than their
     weight says.
     """
-    count = len(faces)
+    count = len(mesh.faces)
     matrix = np.zeros((count, 6))
     right = np.zeros((count, 3))
     pull = np.zeros((count, seen_by.shape[1]), np.float32)
@@ -170,9 +183,9 @@ def assemble(
 
     def block(first: int) -> None:
         _assemble_block(
-            coefficients, crops, factor, views, seen_by, at_vertex, vertices, normals, faces,
-            points, noise_grey, noise_px, robust, matrix, right, pull, curvature, first,
-            min(first + _BLOCK, count),
+            imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, at_vertex,
+            mesh.vertices_mm, normals, mesh.faces, points, *trust, matrix, right, pull, curvature,
+            first, min(first + _BLOCK, count),
         )  # fmt: skip
 
     in_parallel(block, range(0, count, _BLOCK))

@@ -18,7 +18,15 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.imagery import Imagery, apparent_lift_mm
-from limbgram.reconstruction.measuring.joint import DRIFT, GAIN, LIFT, MEAN, assemble, local_gains
+from limbgram.reconstruction.measuring.joint import (
+    DRIFT,
+    GAIN,
+    LIFT,
+    MEAN,
+    Trust,
+    assemble,
+    local_gains,
+)
 from limbgram.reconstruction.measuring.patches import MEASURED, measure_patches
 from limbgram.reconstruction.measuring.thin_plate import (
     ThinPlate,
@@ -224,10 +232,7 @@ def _patches(
     """A patch for each vertex asked."""
     state = np.zeros((len(mesh), 3))
     report = measure_patches(
-        imagery.coefficients,
-        imagery.crops,
-        imagery.factor,
-        imagery.views,
+        imagery,
         np.where(asked[:, None], seen.seen_by, np.int32(-1)),
         mesh.vertices_mm,
         seen.axes,
@@ -316,10 +321,7 @@ def light_at(
     light = np.zeros((*seen_by.shape, 4), np.float32)
     light[..., LIFT] = apparent_lift_mm(vertices, axes, quadric, imagery.views, seen_by)
     local_gains(
-        imagery.coefficients,
-        imagery.crops,
-        imagery.factor,
-        imagery.views,
+        imagery,
         seen_by,
         vertices,
         axes,
@@ -437,19 +439,13 @@ def _assembled(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Matrix, right side, pull and curvature of all faces, as `assemble` has them."""
     return assemble(
-        imagery.coefficients,
-        imagery.crops,
-        imagery.factor,
-        imagery.views,
+        imagery,
         seen.seen_by,
         light,
-        mesh.vertices_mm,
+        mesh,
         np.ascontiguousarray(seen.axes[:, 2]),
-        mesh.faces,
         face_points(options.face_parts),
-        options.noise_grey,
-        options.noise_px,
-        options.robust_sigmas,
+        Trust(options.noise_grey, options.noise_px, options.robust_sigmas),
     )
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from limbgram.core.kernels import njit
 from limbgram.core.run import in_parallel
 from limbgram.core.solvers import adjugate
+from limbgram.reconstruction.measuring.imagery import Imagery
 from limbgram.reconstruction.measuring.sampling import (
     HALF,
     SAMPLES,
@@ -41,10 +42,7 @@ MEASURED, UNSEEN, UNLIKE, SINGULAR, STRAYED, STEEP = 1, 0, -1, -2, -3, -4
 
 
 def measure_patches(
-    coefficients: np.ndarray,
-    crops: np.ndarray,
-    factor: float,
-    views: np.ndarray,
+    imagery: Imagery,
     seen_by: np.ndarray,
     vertices: np.ndarray,
     axes: np.ndarray,
@@ -68,8 +66,8 @@ def measure_patches(
     def block(first: int) -> None:
         last = min(first + _BLOCK, len(seen_by))
         _measure_block(
-            coefficients, crops, factor, views, seen_by, vertices, axes, quadric, step_mm, rounds,
-            state, report, first, last,
+            imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, vertices,
+            axes, quadric, step_mm, rounds, state, report, first, last,
         )  # fmt: skip
 
     in_parallel(block, range(0, len(seen_by), _BLOCK))

@@ -24,7 +24,6 @@ class Painted:
 
     views: list[View]
     imagery: Imagery
-    packed: np.ndarray
 
 
 @pytest.fixture(scope="session")
@@ -50,4 +49,4 @@ def painted() -> Painted:
         halved = Crop(x0=LEFT_PX // 2, y0=TOP_PX // 2, pixels=_summed(pixels, 1), halvings=1)
         crops.append(halved)
     imagery = prepare(crops, views)
-    return Painted(views, imagery, np.stack([view.packed for view in views]))
+    return Painted(views, imagery)

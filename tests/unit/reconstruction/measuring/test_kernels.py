@@ -11,7 +11,7 @@ import os
 import pickle
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ import pytest
 
 import limbgram
 from limbgram.core.geometry.lens import View
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring import joint, patches, sampling
 from limbgram.reconstruction.measuring.imagery import Imagery
 
@@ -238,7 +239,7 @@ def kernel_windows(painted, seen_by: np.ndarray, patch: Patch, state: np.ndarray
     level, photo_of = np.zeros(most), np.zeros(most, np.int64)
     imagery = painted.imagery
     used, per_mm = sampling.sample_windows(
-        imagery.coefficients, imagery.crops, imagery.factor, painted.packed, seen_by,
+        imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by,
         patch.vertex, patch.axes, patch.quadric, STEP_MM, state, sampling.window_weights(),
         sampling.window_room(), value, slope, level, photo_of, least,
     )  # fmt: skip
@@ -318,8 +319,8 @@ def test_a_patch_is_measured_by_the_formula(painted, seed: int, off_mm: float) -
     seen_by = np.arange(5, dtype=np.int32)[None]
     imagery = painted.imagery
     given = (
-        imagery.coefficients, imagery.crops, imagery.factor, painted.packed, seen_by,
-        patch.vertex[None], patch.axes[None], patch.quadric[None], np.array([STEP_MM]),
+        imagery, seen_by, patch.vertex[None], patch.axes[None], patch.quadric[None],
+        np.array([STEP_MM]),
     )  # fmt: skip
     state = start.copy()
     report = patches.measure_patches(*given, 0, state)[0]
@@ -358,8 +359,7 @@ def test_the_run_that_compiles_gives_the_bytes_of_all_others(painted, tmp_path: 
     some = [a_patch(random) for _ in range(50)]
     imagery = painted.imagery
     given = (
-        imagery.coefficients, imagery.crops, imagery.factor, painted.packed,
-        np.tile(np.arange(5, dtype=np.int32), (len(some), 1)),
+        imagery, np.tile(np.arange(5, dtype=np.int32), (len(some), 1)),
         np.stack([patch.vertex for patch in some]), np.stack([patch.axes for patch in some]),
         np.stack([patch.quadric for patch in some]), np.full(len(some), STEP_MM), 4,
         np.tile([0.2, 0.0, 0.0], (len(some), 1)),
@@ -390,7 +390,7 @@ def test_what_cannot_be_measured_says_why(painted) -> None:
     vertices = np.stack([patch.vertex, patch.vertex + np.array([300.0, 0, 0]), patch.vertex])
     axes, quadric = np.stack([patch.axes] * 3), np.stack([patch.quadric] * 3)
     report = patches.measure_patches(
-        coefficients, imagery.crops, imagery.factor, painted.packed, seen_by,
+        replace(imagery, coefficients=coefficients), seen_by,
         vertices, axes, quadric, np.full(3, STEP_MM), 3, np.zeros((3, 3)),
     )  # fmt: skip
     assert report[:, 0].tolist() == [patches.UNSEEN, patches.UNSEEN, patches.UNLIKE]
@@ -422,8 +422,7 @@ def test_local_gains_are_those_of_the_formula(painted) -> None:
     at_vertex = np.zeros((8, 5, 4), np.float32)
     imagery = painted.imagery
     joint.local_gains(
-        imagery.coefficients, imagery.crops, imagery.factor, painted.packed, seen_by,
-        np.stack([p.vertex for p in few]), np.stack([p.axes for p in few]),
+        imagery, seen_by, np.stack([p.vertex for p in few]), np.stack([p.axes for p in few]),
         np.stack([p.quadric for p in few]), np.full(8, STEP_MM), at_vertex,
     )  # fmt: skip
     expected = np.stack([gains_of(painted, p, seen) for p, seen in zip(few, seen_by)])
@@ -505,8 +504,8 @@ def test_the_equations_of_faces_are_those_of_the_formula(painted, robust: float)
     points = np.array([[2 / 3, 1 / 6, 1 / 6], [1 / 6, 2 / 3, 1 / 6], [0.1, 0.2, 0.7]])
     imagery, noise_grey, noise_px = painted.imagery, 1.5, 0.02
     matrix, right, pull, curvature = joint.assemble(
-        imagery.coefficients, imagery.crops, imagery.factor, painted.packed, seen_by, at_vertex,
-        vertices, normals, faces, points, noise_grey, noise_px, robust,
+        imagery, seen_by, at_vertex, Mesh(vertices_mm=vertices, faces=faces), normals, points,
+        joint.Trust(noise_grey, noise_px, robust),
     )  # fmt: skip
     bent = 0
     for f, face in enumerate(faces):
