@@ -16,6 +16,7 @@ from limbgram.reconstruction.photos.quality import (
     edge_width_px,
     judged,
     remarks,
+    sifted,
 )
 
 
@@ -153,6 +154,73 @@ def test_what_spoils_most_photos_is_named() -> None:
     assert dark == fault("photo.most_underexposed", spoilt=1, photos=1)
     bare = common_fault([photo("e", float("nan"))])
     assert bare == fault("photo.most_edgeless", spoilt=1, photos=1)
+
+
+def codes(*of: Photo) -> list[str]:
+    return [remark.finding.code for remark in remarks(PhotoSet(of, ()))]
+
+
+def test_a_photo_is_remarked_on_from_its_limit_on() -> None:
+    """Three tenths burnt; the brightest hundredth below luma 60."""
+    assert codes(photo("a", 1.0, burnt=0.3), photo("b", 1.0, brightest=60.0)) == []
+    odd = photo("a", 1.0, burnt=0.301), photo("b", 1.0, brightest=59.9)
+    assert codes(*odd) == ["photo.overexposed", "photo.underexposed"]
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "last", "beyond"),
+    [
+        ("photo.most_overexposed", photo("a", 1.0, burnt=0.05), photo("a", 1.0, burnt=0.051)),
+        ("photo.most_underexposed", photo("a", 1.0, 0.0, 60.0), photo("a", 1.0, 0.0, 59.9)),
+        ("photo.most_blurred", photo("a", 1.8), photo("a", 1.81)),
+    ],
+)
+def test_a_fault_explains_failure_from_its_limit_on(
+    spoilt: str, last: Photo, beyond: Photo
+) -> None:
+    assert common_fault([last]) is None
+    found = common_fault([beyond])
+    assert found is not None
+    assert found.code == spoilt
+
+
+def test_blur_is_judged_as_in_6_megapixels() -> None:
+    """Of 24 megapixels edges are half as wide there; of less they are what they are."""
+    large = replace(photo("a", 3.59), width_px=6000, height_px=4000)
+    assert common_fault([large]) is None
+    assert common_fault([replace(large, sharpness=3.61)]) is not None
+
+
+def test_a_few_photos_of_another_lens_are_a_fifth_at_most() -> None:
+    groups = tuple(
+        CameraGroup(label=label, width_px=400, height_px=300, exif=Exif()) for label in ("A", "B")
+    )
+    for others, told_of in ((2, 2), (3, 0)):
+        photos = [
+            replace(photo(f"{k}", 1.0), camera_idx=int(k < others), exif=Exif()) for k in range(10)
+        ]
+        assert len(remarks(PhotoSet(tuple(photos), groups))) == told_of
+
+
+@pytest.mark.parametrize(("longer", "said"), [(0.0029, 0), (0.0031, 1)])
+def test_a_lens_that_was_focused_anew_is_three_thousandths_longer(longer: float, said: int) -> None:
+    """A thin lens of 10 mm is longer than that at 2.01 m by 1 in 200."""
+    near_m = 0.010 + 0.010 / (0.005 + longer)
+    group = CameraGroup(label="A", width_px=400, height_px=300, exif=Exif())
+    distances = [2.01] * 4 + [near_m]
+    photos = [
+        replace(photo(f"{k}", 1.0), exif=Exif(focal_mm=10.0, subject_m=metres))
+        for k, metres in enumerate(distances)
+    ]
+    assert len(remarks(PhotoSet(tuple(photos), (group,)))) == said
+
+
+def test_five_files_that_are_no_pictures_are_named_and_more_are_counted(tmp_path: Path) -> None:
+    for count, told_of in ((5, 5), (6, 1)):
+        files = [tmp_path / f"{k}.txt" for k in range(count)]
+        for file in files:
+            file.touch()
+        assert len(sifted(files).others) == told_of
 
 
 def test_photos_that_their_points_placed_are_not_said_to_show_no_edge() -> None:
