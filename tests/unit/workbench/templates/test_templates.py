@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.unit.file_sizes import require_takes_up_to
 from tests.unit.workbench.devices.shapes import make_foot
 from typer.testing import CliRunner
 
@@ -382,6 +383,42 @@ def test_enormous_displacements_in_a_file_are_refused(own) -> None:
     tree["displacement_mm"][3] = tree["displacement_mm"][3].replace("0.00", "1e9", 1)
     with pytest.raises(ValueError, match="cannot be"):
         decode_template(json.dumps(tree).encode())
+
+
+@pytest.mark.parametrize(
+    ("key", "last", "beyond"),
+    [
+        ("pairs", 100_000, 100_001),
+        ("name", "n" * 80, "n" * 81),
+        ("reference", "n" * 80, "n" * 81),
+        ("landmarks", [{"name": "x", "height": 100.0, "angle_deg": 0.0}],
+         [{"name": "x", "height": 100.1, "angle_deg": 0.0}]),
+    ],
+    ids=["pairs", "name", "reference", "height"],
+)  # fmt: skip
+def test_a_template_holds_so_much_and_no_more(own, key, last, beyond) -> None:
+    tree = json.loads(encode_template(own))
+    decode_template(json.dumps(tree | {key: last}).encode())
+    with pytest.raises(ValueError, match=r"cannot be|no name|without a place"):
+        decode_template(json.dumps(tree | {key: beyond}).encode())
+
+
+@pytest.mark.parametrize("field", ["displacement_mm", "spread_mm"])
+def test_no_rectification_moves_a_limb_by_more_than_60_mm(own, field) -> None:
+    tree = json.loads(encode_template(own))
+    row = tree[field][3].split()
+    for first in ("60.00", "60.01"):
+        rows = [" ".join([first, *row[1:]]) if k == 3 else one for k, one in enumerate(tree[field])]
+        content = json.dumps(tree | {field: rows}).encode()
+        if first == "60.00":
+            decode_template(content)
+        else:
+            with pytest.raises(ValueError, match="cannot be"):
+                decode_template(content)
+
+
+def test_a_template_is_read_up_to_2_mb(tmp_path) -> None:
+    require_takes_up_to(read_template, tmp_path / "t.json", 2_000_000)
 
 
 def test_two_limbs_are_no_rectification(bench) -> None:
