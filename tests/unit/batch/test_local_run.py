@@ -14,6 +14,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from limbgram.batch import attempt as attempting
 from limbgram.batch import local_run
@@ -21,7 +22,7 @@ from limbgram.batch.attempt import Outcome, Plan, StepOutcome, WrittenFile, wors
 from limbgram.batch.attempt_process import _elsewhere_if_full
 from limbgram.batch.captures import Capture
 from limbgram.batch.local_run import BatchOptions, BatchRun, _share
-from limbgram.batch.memory import MemoryGate
+from limbgram.batch.memory import MemoryGate, need_mb
 from limbgram.batch.stopping import Stopping
 from limbgram.batch.table import earlier_outcomes, write_table
 from limbgram.cases.child_process import Event
@@ -352,3 +353,15 @@ def test_the_table_of_a_part_is_completed_by_what_was_told_before(tmp_path: Path
     assert earlier_outcomes(tmp_path) == {"a": before}
     (tmp_path / "batch.json").write_text("{")
     assert earlier_outcomes(tmp_path) == {}
+
+
+def test_a_capture_needs_what_its_photos_and_their_depth_take(tmp_path: Path) -> None:
+    """The program has 330 MB, each photo 12, eight million pixels of depth maps 76 bytes each, and
+    a megapixel of the largest photo 25 MB while it is compared."""
+    for k in range(2):
+        Image.new("L", (3000, 2000)).save(tmp_path / f"{k}.png")
+    expected = 330 + 2 * 12 + 8e6 * 76 / 2**20 + 6 * 25
+    assert need_mb([tmp_path]) == pytest.approx(expected)
+    film = tmp_path / "walk.mp4"
+    film.touch()
+    assert need_mb([film]) == 1500  # its photos are not chosen yet

@@ -27,9 +27,9 @@ _LEAST_RESIDUAL_PX = 1.0
 _MOST_RESIDUAL = 0.002
 """Largest accepted distance of a pick from the common point, as a share of the photo's width."""
 _MOST_STRANGE = 0.25
+"""Of the photos in which a mark was read, so many may contradict the others."""
 _DIFFER = 0.05
 """Chance of lengths whose sigmas are right to be taken for differing."""
-"""Of the photos in which a mark was read, so many may contradict the others."""
 
 
 @dataclass(frozen=True)
