@@ -48,6 +48,16 @@ def test_links_and_sessions_end() -> None:
     assert not access.is_open(session)
 
 
+def test_five_hundred_may_be_signed_in_and_the_one_of_longest_ago_gives_way() -> None:
+    now = [0.0]
+    access = Access(frozenset(), clock=lambda: now[0])
+    sessions: list[str] = []
+    for number in range(501):
+        now[0] = float(number)
+        sessions.append(access.begin(f"user {number}"))
+    assert [access.is_open(one) for one in sessions[:2]] == [False, True]
+
+
 def test_every_route_refuses_another_host_and_another_origin(client: TestClient) -> None:
     elsewhere = (
         {"host": "evil.example"},
