@@ -93,6 +93,22 @@ def test_a_limb_pair_is_general_and_its_wrong_matches_go(
     assert found.rms_residual_px == pytest.approx(0.15, rel=0.1)  # half of sigma
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong", "verified"),
+    [(20, 0, True), (19, 0, False), (40, 80, True), (28, 92, False)],
+    ids=["twenty", "nineteen", "a third", "below three tenths"],
+)
+def test_twenty_matches_and_three_tenths_of_all_must_agree(
+    limb_pair: Any, calibration: Calibration, right: int, wrong: int, verified: bool
+) -> None:
+    """Of 120 that is 36; a few wrong ones may lie on their epipolar line by chance."""
+    some = np.arange(len(limb_pair.photographed)) < right
+    places = np.random.default_rng(8).uniform(0, 1000, (2, wrong, 2))
+    matches = joined(limb_pair.photographed.some(some), places[0], places[1])
+    found = verify_pair(matches, calibration, calibration)
+    assert (found is not None) == verified
+
+
 def test_a_plane_is_told_and_its_pose_is_one_of_two(
     flat_pair: Any, calibration: Calibration
 ) -> None:
