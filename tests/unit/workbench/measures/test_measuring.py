@@ -390,3 +390,30 @@ def test_the_measuring_sheet_is_a_sheet_of_the_workbook(cylinder: Mesh, tmp_path
     assert "fibula head" in rows["fibula_length_mm"][7]
     measure(limb, MeasureRequest(), MeasureFiles(xlsx=path))
     assert openpyxl.load_workbook(path).sheetnames == ["levels", "about"]
+
+
+def test_a_volume_may_end_a_millimetre_beyond_the_limb(cylinder: Mesh) -> None:
+    limb = aligned(cylinder)
+    last, beyond = (
+        LimbMeasureOptions(spacing_mm=100, volumes_mm=((50.0, 200.0 + mm),)) for mm in (0.99, 1.01)
+    )
+    (row,) = measure_limb(limb, last).volumes
+    assert [one.code for one in row.notes] == ["measure.volume.clamped"]
+    with pytest.raises(MeasureError, match=r"no volume up to 201\.01 mm"):
+        measure_limb(limb, beyond)
+
+
+@pytest.mark.parametrize(("off_mm", "counted"), [(0.5, "distal end"), (0.51, ORIGIN)])
+def test_a_tip_within_half_a_millimetre_of_the_origin_is_where_heights_begin(
+    cylinder: Mesh, off_mm: float, counted: str
+) -> None:
+    lifted = cylinder.with_vertices(cylinder.vertices_mm + np.array([0.0, 0.0, off_mm]))
+    table = measure_limb(aligned(lifted), LimbMeasureOptions(spacing_mm=100))
+    assert replace(table, tip_mm=off_mm).counted_from == counted
+
+
+def test_more_than_five_thousand_levels_are_refused(cylinder: Mesh) -> None:
+    with pytest.raises(OptionsError) as refused:
+        measure_limb(aligned(cylinder), LimbMeasureOptions(spacing_mm=200 / 5002))
+    assert refused.value.finding.code == "measure.spacing.levels"
+    assert refused.value.finding.values["levels"] == 5001
