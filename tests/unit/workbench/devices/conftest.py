@@ -1,17 +1,24 @@
-"""The bodies of `shapes`, made once."""
+"""The bodies of `shapes`, each made once, when it is first asked for."""
 
 import pytest
 from tests.unit.workbench.devices.shapes import make_foot, make_stump, make_thigh, make_trunk
 
 from limbgram.workbench.limb import Limb
 
+_MADE_BY = {
+    "foot": make_foot,
+    "transtibial": make_stump,
+    "transfemoral": make_thigh,
+    "torso": make_trunk,
+}
+
+
+class _Bodies(dict[str, Limb]):
+    def __missing__(self, kind: str) -> Limb:
+        return _MADE_BY[kind]()
+
 
 @pytest.fixture(scope="session")
 def bodies() -> dict[str, Limb]:
     """By kind of limb."""
-    return {
-        "foot": make_foot(),
-        "transtibial": make_stump(),
-        "transfemoral": make_thigh(),
-        "torso": make_trunk(),
-    }
+    return _Bodies()

@@ -4,6 +4,7 @@ Each is the level of a smooth function, so that every place on it can be told.
 """
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -111,6 +112,7 @@ FOOT_PLACES = {
 }
 
 
+@cache
 def make_foot(side: Side = "right", size: float = 1.0) -> Limb:
     """A right foot of superellipses with its shank: 240 mm long, open at 350 mm."""
     field = together(
@@ -143,6 +145,7 @@ STUMP_PLACES = {
 }
 
 
+@cache
 def make_stump(side: Side = "right", size: float = 1.0) -> Limb:
     """A right transtibial cone limb, open at 260 mm."""
     field = together([cone((0, 0, 45), 45, (0, 0, 330), 70, 0.9)], 1.0)
@@ -162,6 +165,7 @@ THIGH_PLACES = {
 }
 
 
+@cache
 def make_thigh(side: Side = "right", size: float = 1.0) -> Limb:
     """A right transfemoral cone limb, open at 380 mm."""
     field = together([cone((0, 0, 55), 55, (0, 0, 420), 100, 0.95)], 1.0)
@@ -189,6 +193,7 @@ TRUNK_PLACES = {
 }
 
 
+@cache
 def make_trunk() -> Limb:
     """A trunk with a waist, open at both ends."""
 
