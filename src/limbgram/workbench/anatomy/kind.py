@@ -199,6 +199,11 @@ class Item:
     note: str = ""
     """The formula or the definition, where several are in use."""
 
+    @property
+    def words(self) -> Mapping[str, str]:
+        """What people call it, by language."""
+        return {"en": self.en, "de": self.de}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Angle(Item):
@@ -286,10 +291,15 @@ class Joint:
     """
 
     name: str
-    en: str
+    """In files, and in English sentences."""
     de: str
+    """The same in German."""
+    sense: Mapping[str, str]
+    """What turns by a positive angle, by language."""
     axis: str
     """Direction about which it turns, by the right hand on a right limb."""
+    reads: str
+    """The angle of the sheet in which people tell how it stands."""
     centre: Mid
     """A point on the axis."""
     upper: Mid
@@ -309,6 +319,16 @@ class Joint:
     knee: Mid | None = None
     rigid: tuple[str, ...] = ()
     """Landmarks whose surroundings stay."""
+
+    @property
+    def turn(self) -> str:
+        """What landmarks are wanted for."""
+        return f"turn of the {self.name}"
+
+    def words(self, language: str) -> str:
+        """What forms call it: "Ankle: dorsiflexion positive"."""
+        called = self.name.capitalize() if language == "en" else self.de
+        return f"{called}: {self.sense[language]}"
 
 
 @dataclass(frozen=True, kw_only=True)

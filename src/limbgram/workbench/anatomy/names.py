@@ -33,8 +33,23 @@ NAMES_IN: Mapping[Language, Mapping[str, tuple[str, ...]]] = MappingProxyType(
 )
 """By language and identity. Every language has every place."""
 
-for _language in LANGUAGES[1:]:
-    add_terms(_language, {name: names[0] for name, names in NAMES_IN[_language].items()})
+
+def _add_terms() -> None:
+    """Let sentences say places, kinds of limb, joints and figures of the sheet by their words."""
+    for language in LANGUAGES:
+        kinds = {f"kind {one.name}": one.words[language] for one in KIND_NAMED.values()}
+        figures = {
+            one.name: one.words[language] for kind in KIND_NAMED.values() for one in kind.sheet
+        }
+        add_terms(language, {**kinds, **figures})
+    for language in LANGUAGES[1:]:
+        add_terms(language, {name: names[0] for name, names in NAMES_IN[language].items()})
+    joints = [one for kind in KIND_NAMED.values() for one in kind.joints]
+    add_terms("de", {one.name: one.de for one in joints})
+    add_terms("de", {one.turn: f"Stellen: {one.de}" for one in joints})
+
+
+_add_terms()
 
 _SPELT = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"}

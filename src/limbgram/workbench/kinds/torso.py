@@ -284,6 +284,7 @@ KIND = Kind(
         Line(name="axillae", start=Mid(("left axilla",)), end=Mid(("right axilla",))),
         Cross(name="forward", first="trunk", second="to the right"),
         Line(name="lower back", start=_SACRUM, end=Mid(("third lumbar vertebra",))),
+        Line(name="chest", start=_L3, end=_C7),
         Line(
             name="upper back",
             start=Mid(("third lumbar vertebra",)),
@@ -306,6 +307,16 @@ KIND = Kind(
             of="lower back",
             to="upper back",
             about="to the right",
+        ),
+        Angle(
+            name="side_bend_deg",
+            en="Side bend, L3 to C7 against the line of the iliac spines, to the right positive",
+            de="Seitneigung, LWK 3 bis HWK 7 gegen die Linie der Darmbeinstacheln, nach rechts "
+            "positiv",
+            of="iliac spines",
+            to="chest",
+            about="pelvis forward",
+            zero_deg=-90.0,
         ),
         Distance(
             name="plumb_right_mm",
@@ -588,18 +599,20 @@ KIND = Kind(
     joints=(
         Joint(
             name="side bend",
-            en="Side bend at L3, to the right positive",
-            de="Seitneigung bei LWK 3, nach rechts positiv",
+            de="Seitneigung",
+            sense={"en": "at L3, to the right positive", "de": "bei LWK 3, nach rechts positiv"},
             axis="pelvis forward",
+            reads="side_bend_deg",
             centre=_L3,
             upper=_SACRUM,
             lower=_C7,
         ),
         Joint(
             name="extension",
-            en="Extension at L3, backwards positive",
-            de="Extension bei LWK 3, nach hinten positiv",
+            de="Extension",
+            sense={"en": "at L3, backwards positive", "de": "bei LWK 3, nach hinten positiv"},
             axis="iliac spines",
+            reads="lordosis_deg",
             centre=_L3,
             upper=_SACRUM,
             lower=_C7,

@@ -221,7 +221,7 @@ def _row(filling: _Filling, item: AnyItem) -> SheetRow:
         reason = error.finding
     return SheetRow(
         name=item.name,
-        words={"en": item.en, "de": item.de},
+        words=item.words,
         formula=item.note,
         figure=figure,
         placing_sigma=placing,
@@ -262,13 +262,18 @@ def _angle(subject: Subject, item: Angle, pitch_mm: float) -> Sensed:
     """By landmarks, and by the surface where it tells one of the directions."""
 
     def what(anatomy: Anatomy) -> float:
-        return _angle_deg(anatomy, item, pitch_mm)
+        return angle_deg(anatomy, item, pitch_mm)
 
     by_vertex = subject.by_surface(what, (item.of, item.to, item.about))
     return replace(_by_landmarks(subject, what), by_vertex=by_vertex)
 
 
-def _angle_deg(anatomy: Anatomy, item: Angle, pitch_mm: float) -> float:
+def angle_deg(anatomy: Anatomy, item: Angle, pitch_mm: float = 0.0) -> float:
+    """An angle of the form, -180 to 180; a shoe adds what its heel is higher than its sole.
+
+    Raises:
+        MeasureError: a landmark that tells it was not placed, or the surface is open there.
+    """
     start, end, about = (anatomy.axis(one).direction for one in (item.of, item.to, item.about))
     turned = anatomy.angle_deg(start, end, about) - item.zero_deg
     if item.pitch is not None:
