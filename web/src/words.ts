@@ -122,7 +122,8 @@ function several(items: readonly Value[], how: string, values: Readonly<Record<s
   const each = items.map((one) => said(one, joint !== undefined ? (kind ?? "") : how === "lines" || first < Infinity ? "" : how, values));
   if (how === "lines") return each.map((one) => `\n  ${one}`).join("");
   if (each.length > first) return `${each.slice(0, first).join(", ")} ...`;
-  if (joint !== undefined && each.length > 1) return `${each.slice(0, -1).join(", ")} ${JOINED_BY[joint as keyof typeof JOINED_BY][language.value]} ${each.at(-1)}`;
+  if (joint !== undefined && each.length > 1)
+    return `${each.slice(0, -1).join(", ")} ${JOINED_BY[joint as keyof typeof JOINED_BY][language.value]} ${each.at(-1)}`;
   const one = items[0];
   return each.join(typeof one === "object" && one !== null && !Array.isArray(one) ? "; " : ", ");
 }

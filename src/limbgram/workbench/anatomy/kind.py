@@ -254,11 +254,14 @@ class Section(Item):
     """Direction across which it is cut; "centreline" is that of the curve beside the place."""
     holds: str = ""
     """A direction that lies in the plane: the normal is made square to it."""
-    what: Literal["girth", "width", "turn"] = "girth"
+    what: Literal["girth", "width", "turn", "half along", "half against"] = "girth"
     """As a tape reads it; the calliper along a direction; how far the longest width is turned from
-    that direction, about the normal."""
+    that direction, about the normal; the area to the side to which that direction points, and to
+    the other one."""
     along: str = ""
     """The direction of a width."""
+    parted: Mid | None = None
+    """Across that direction, halves are parted by the plane through here."""
 
 
 @dataclass(frozen=True, kw_only=True)

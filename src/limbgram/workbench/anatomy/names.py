@@ -36,15 +36,13 @@ NAMES_IN: Mapping[Language, Mapping[str, tuple[str, ...]]] = MappingProxyType(
 
 def _add_terms() -> None:
     """Let sentences say places, kinds of limb, joints and figures of the sheet by their words."""
+    kinds = KIND_NAMED.values()
+    joints = [one for kind in kinds for one in kind.joints]
     for language in LANGUAGES:
-        kinds = {f"kind {one.name}": one.words[language] for one in KIND_NAMED.values()}
-        figures = {
-            one.name: one.words[language] for kind in KIND_NAMED.values() for one in kind.sheet
-        }
-        add_terms(language, {**kinds, **figures})
+        add_terms(language, {f"kind {one.name}": one.words[language] for one in kinds})
     for language in LANGUAGES[1:]:
         add_terms(language, {name: names[0] for name, names in NAMES_IN[language].items()})
-    joints = [one for kind in KIND_NAMED.values() for one in kind.joints]
+        add_terms(language, {one.en: one.words[language] for kind in kinds for one in kind.sheet})
     add_terms("de", {one.name: one.de for one in joints})
     add_terms("de", {one.turn: f"Stellen: {one.de}" for one in joints})
 

@@ -8,8 +8,9 @@ Method  recipe -> positive -> edges -> what is covered -> thickness -> shell -> 
 Fails   EditError, with the place: see trims, layout, shell, fittings and proof.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -36,6 +37,7 @@ from limbgram.workbench.devices.trims import (
     Drawn,
     Free,
     Handle,
+    Measure,
     amount_of,
     draw_trim,
     measures_in,
@@ -55,6 +57,7 @@ _ML_OFF_MM = 5.0
 _SAME_MM = 1e-9
 """Booleans leave the vertices that they do not touch where they are."""
 _NO_RECIPE = Recipe(name="")
+devices()  # from now on sentences know their names
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,21 +154,36 @@ def preview_device(limb: Limb, order: Order) -> Preview:
     device = device_named(order.device)
     made = order.made or device.usually
     if made not in device.wall:
-        raise EditError("device.made.other", name=device.name, made=made)
+        raise EditError("device.made.other", name=device.en, made=made)
     if limb.kind != device.kind:
         raise EditError("device.kind", name=device.en, kind=device.kind, limb=limb.kind)
-    values = values_of(device.measures(made), order.values)
+    measures = device.measures(made)
+    values = values_of(measures, order.values)
     positive = replay(order.recipe, limb).limb if order.recipe.entries else limb
-    with refusals_about(device.en):
+    with refusals_about(device.en), _measures_called(measures):
         return _previewed(positive, order, device, made, values)
+
+
+@contextmanager
+def _measures_called(measures: Iterable[Measure]) -> Generator[None]:
+    """Let refusals that name measures say what these are called; places know only their names."""
+    try:
+        yield
+    except EditError as error:
+        named = error.finding.values.get("measures")
+        if isinstance(named, tuple):
+            called = tuple(one.en for one in measures if one.name in named)
+            values = {**error.finding.values, "labels": called}
+            error.finding = replace(error.finding, values=values)
+        raise
 
 
 def _previewed(
     positive: Limb, order: Order, device: Device, made: Fabrication, values: Mapping[str, float]
 ) -> Preview:
     body = Body.of(positive)
-    body.require_marked(device.trim.landmarks(), device.en)
-    body.require_sides(device.trim.landmarks())
+    body.require_marked(device.landmarks, device.en)
+    body.require_sides(device.landmarks)
     drawn = draw_trim(body, device.trim, values, order.free)
     asked = [slot for slot in device.slots if amount_of(slot.width_mm, values) > 0]
     openings = [_opening(body, slot, values) for slot in asked]

@@ -219,7 +219,7 @@ class Repose(Edit):
         raise EditError(
             "edit.repose.out_of_reach",
             joint=self.joint,
-            angle=item.name,
+            angle=item.en,
             to_deg=to_deg,
             before_deg=first + to_deg,
             most_deg=MOST_DEG_ACCEPTED,
@@ -348,15 +348,15 @@ def _joint_of(anatomy: Anatomy, name: str) -> Joint:
 
 def _read_of(before: Limb, after: Limb, joint: str) -> Finding:
     """What the sheet reads before and after; why it does not, where it cannot."""
-    name = angle_of(joint).name
-    asked = SheetOptions(only=(name,))
+    item = angle_of(joint)
+    asked = SheetOptions(only=(item.name,))
     try:
-        old, new = (measuring_sheet(one, asked)[name] for one in (before, after))
+        old, new = (measuring_sheet(one, asked)[item.name] for one in (before, after))
     except MeasureError as error:
-        return note("edit.repose.not_read", angle=name, reason=error.finding)
+        return note("edit.repose.not_read", angle=item.en, reason=error.finding)
     return note(
         "edit.repose.read",
-        angle=name,
+        angle=item.en,
         before_deg=old.value,
         before_within_deg=_half_width(old),
         after_deg=new.value,

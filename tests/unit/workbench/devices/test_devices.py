@@ -1,5 +1,6 @@
 """Devices: each preset becomes one closed solid as thick as asked, again to the byte, editable."""
 
+import re
 import shutil
 import subprocess
 from dataclasses import replace
@@ -11,6 +12,7 @@ import pytest
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges, volume_mm3
+from limbgram.findings.tell import filled, terms
 from limbgram.formats.threemf import write_3mf
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.devices.device import devices
@@ -48,10 +50,29 @@ def test_every_device_is_complete() -> None:
                 assert one.usual is None or one.within.holds(one.usual)
 
 
+def test_refusals_name_devices_and_their_parts_in_german() -> None:
+    for device in DEVICES.values():
+        assert filled("{name:term}", {"name": device.en}, "de") == device.de
+        parts = [
+            *(loop.name for loop in device.trim.loops),
+            *(f"{one.name}: {point.name}" for one in device.trim.loops for point in one.points),
+            *(loop.keeps.name for loop in device.trim.loops),
+            *(one.name for one in (*device.slots, *device.pads, *device.ridges)),
+            *(f"{one.name}, hole" for one in device.seats),
+        ]
+        for part in parts:
+            pieces = re.split(", |: ", part)
+            assert all(f"part {one}" in terms("de") for one in pieces), part
+            assert filled("{what:part}", {"what": part}, "de").count(", ") == part.count(", ")
+    assert filled("{what:part}", {"what": "brim: scoop, lateral"}, "de") == (
+        "Schaftrand: Sehnenmulde, lateral"
+    )
+
+
 def test_every_landmark_of_a_device_is_known_of_its_kind_of_limb() -> None:
     for device in DEVICES.values():
         known = {place.identity for place in KIND_NAMED[device.kind].places}
-        assert set(device.trim.landmarks()) <= known | EPICONDYLES
+        assert set(device.landmarks) <= known | EPICONDYLES
         assert {device.label.at.at, device.label.at.towards or "heel"} <= known | {"heel"}
 
 
