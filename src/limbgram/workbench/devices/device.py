@@ -31,6 +31,10 @@ class Slot:
     width_mm: Amount
     upright: bool = True
     """Its length goes up the limb; else round it."""
+    strap: Amount = 0.0
+    """Width of the strap through it, which presses beside it; nothing for a vent."""
+    asked: Amount = 1.0
+    """It is cut where this is more than nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)

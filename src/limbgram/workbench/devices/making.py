@@ -32,6 +32,7 @@ from limbgram.workbench.devices.layout import Covered, Gap, Opening, cover
 from limbgram.workbench.devices.lettering import lettering
 from limbgram.workbench.devices.proof import Wall, measure_wall, require_solid
 from limbgram.workbench.devices.shell import Layout, make_shell
+from limbgram.workbench.devices.straps import straps_told
 from limbgram.workbench.devices.thickness import Rib, Zone, draped, printed
 from limbgram.workbench.devices.trims import (
     Drawn,
@@ -54,6 +55,8 @@ _OFF_MM = 0.05
 """The wall has to be as thick as asked within this."""
 _ML_OFF_MM = 5.0
 """A width of the positive that differs by more from the patient's is pointed out."""
+_LEAST_OF_SHEET = 0.5
+"""Sheets are said to thin by 20 to 40 per cent over heels and malleoli: more is pointed out."""
 _SAME_MM = 1e-9
 """Booleans leave the vertices that they do not touch where they are."""
 _NO_RECIPE = Recipe(name="")
@@ -185,7 +188,11 @@ def _previewed(
     body.require_marked(device.landmarks, device.en)
     body.require_sides(device.landmarks)
     drawn = draw_trim(body, device.trim, values, order.free)
-    asked = [slot for slot in device.slots if amount_of(slot.width_mm, values) > 0]
+    asked = [
+        slot
+        for slot in device.slots
+        if amount_of(slot.width_mm, values) > 0 and amount_of(slot.asked, values) > 0
+    ]
     openings = [_opening(body, slot, values) for slot in asked]
     gaps = [_gap(one, values) for one in device.slits]
     wall_mm = values[device.wall[made].name]  # a bridge that is narrower has no wall, only edges
@@ -208,7 +215,10 @@ def _previewed(
         layout=layout,
         thinnest_mm=float(layout.thickness_mm[thinnest]),
         thinnest_point_mm=(x, y, z),
-        findings=tuple(_widths(body, device, values)),
+        findings=(
+            *_widths(body, device, values),
+            *straps_told(body, asked, openings, values, order.recipe),
+        ),
     )
 
 
@@ -266,6 +276,15 @@ def _said(preview: Preview, wall: Wall, solid: Mesh, crumbs: int) -> Sequence[Fi
         thickest_mm=wall.thickest_mm,
     )
     off = () if wall.off_mm <= _OFF_MM else (doubt("device.wall.off", off_mm=wall.off_mm),)
+    sheet_mm = preview.values[preview.device.wall[preview.made].name]
+    if preview.made == "draped" and wall.thinnest_mm < _LEAST_OF_SHEET * sheet_mm:
+        thin = doubt(
+            "device.wall.thin",
+            thinnest_mm=wall.thinnest_mm,
+            sheet_mm=sheet_mm,
+            point_mm=wall.thinnest_point_mm,
+        )
+        off = (thin, *off)
     left = (doubt("device.crumbs", count=crumbs),) if crumbs else ()
     return (told, enclosure(solid), *off, *left, note("device.not_tested"))
 

@@ -132,15 +132,19 @@ _BOTTOM_RIGHT = (
     _at("side, right", "right trochanter", "over_trochanter_mm", 90.0),
     _at("groin, right", "right iliac spine", "-groin_mm", 45.0),
 )
+FRONT_TOP = _at("front", "xiphoid", "front_top_mm", 0.0)
+FRONT_BOTTOM = _at("front", "pubic symphysis", "over_pubis_mm", 0.0)
+BACK_TOP = _at("back", "right axilla", ("-below_axilla_mm", "back_top_mm"), 180.0)
+BACK_BOTTOM = _at("back", "coccyx", "over_coccyx_mm", 180.0)
 _WAIST = TrimPoint(name="navel", at="navel", seen="anterior")
 THORACOLUMBOSACRAL = Trim(
     loops=(
         Loop(
             name="upper edge",
             points=(
-                _at("back", "right axilla", ("-below_axilla_mm", "back_top_mm"), 180.0),
+                BACK_TOP,
                 *_TOP_RIGHT,
-                _at("front", "xiphoid", "front_top_mm", 0.0),
+                FRONT_TOP,
                 *mirrored(_TOP_RIGHT, _OTHER),
             ),
             keeps=_WAIST,
@@ -148,9 +152,9 @@ THORACOLUMBOSACRAL = Trim(
         Loop(
             name="lower edge",
             points=(
-                _at("back", "coccyx", "over_coccyx_mm", 180.0),
+                BACK_BOTTOM,
                 *_BOTTOM_RIGHT,
-                _at("front", "pubic symphysis", "over_pubis_mm", 0.0),
+                FRONT_BOTTOM,
                 *mirrored(_BOTTOM_RIGHT, _OTHER),
             ),
             keeps=_WAIST,
