@@ -87,7 +87,7 @@ class Width:
 
     measure: str
     at: str
-    """Landmark at whose height, straight across, it is looked at."""
+    """Landmark at whose height it is looked at, as a calliper from side to side has it."""
 
 
 @dataclass(frozen=True, kw_only=True)

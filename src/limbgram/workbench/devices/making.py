@@ -20,6 +20,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import EditError, refusals_about
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.sections import Z_AXIS, cut
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
@@ -175,7 +176,11 @@ def _measures_called(measures: Iterable[Measure]) -> Generator[None]:
     except EditError as error:
         named = error.finding.values.get("measures")
         if isinstance(named, tuple):
-            called = tuple(one.en for one in measures if one.name in named)
+            called = tuple(
+                note("device.measure", label=one.en, name=one.name)
+                for one in measures
+                if one.name in named
+            )
             values = {**error.finding.values, "labels": called}
             error.finding = replace(error.finding, values=values)
         raise
@@ -410,12 +415,11 @@ def _normal_at(body: Body, place_mm: Vector3) -> Vector3:
 def _widths(body: Body, device: Device, values: Mapping[str, float]) -> Sequence[Finding]:
     found: list[Finding] = []
     for one in device.widths:
-        place = body.place_mm(one.at)
-        out = body.outward()
-        ends = [body.met_mm(place, look) for look in (out, -out)]
-        if ends[0] is None or ends[1] is None:
+        found_there = cut(body.mesh, [float(body.place_mm(one.at)[2])])
+        if not found_there:
             continue
-        own_mm = abs(float((ends[1] - ends[0]) @ out))
+        outline = max(found_there, key=lambda section: section.area_mm2(Z_AXIS)).points_mm
+        own_mm = float(np.ptp(outline @ body.outward()))
         asked_mm = values[one.measure]
         judged = doubt if abs(own_mm - asked_mm) > _ML_OFF_MM else note
         found.append(judged("device.width", at=one.at, positive_mm=own_mm, patient_mm=asked_mm))

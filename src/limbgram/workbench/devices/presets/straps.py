@@ -59,15 +59,15 @@ def _strap(name: str, en: str, de: str) -> Measure:
         name=f"{name}_strap_mm",
         usual=38.0,
         within=Within(0, 50),
-        en=f"{en} strap, width; 0 for none",
-        de=f"{de}, Breite; 0 für keinen",
+        en=f"Width of the {en} strap, 0 for none",
+        de=f"Breite des {de}s, 0 für keinen",
     )
 
 
 OPENING_STRAPS = (
-    _strap("chest", "Chest", "Brustgurt"),
-    _strap("waist", "Waist", "Taillengurt"),
-    _strap("pelvis", "Pelvic", "Beckengurt"),
+    _strap("chest", "chest", "Brustgurt"),
+    _strap("waist", "waist", "Taillengurt"),
+    _strap("pelvis", "pelvic", "Beckengurt"),
     Measure(
         name="chest_strap_below_mm",
         usual=20.0,
