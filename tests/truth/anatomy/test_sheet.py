@@ -339,6 +339,27 @@ def test_a_heads_figures_have_closed_forms(skew_deg: float) -> None:
     assert sheet["symmetry_per_cent"].value == pytest.approx(100.0, abs=0.1)
 
 
+@pytest.mark.parametrize(("open_to_mm", "whole"), [(-3.0, True), (4.0, False)])
+def test_a_head_that_is_open_above_its_base_plane_lacks_volumes_alone(
+    open_to_mm: float, whole: bool
+) -> None:
+    head = ellipsoid(12.0)
+    high = head.mesh.vertices_mm[head.mesh.faces].mean(1)[:, 2] > open_to_mm
+    used, faces = np.unique(head.mesh.faces[high], return_inverse=True)
+    mesh = Mesh(
+        vertices_mm=head.mesh.vertices_mm[used], faces=faces.reshape(-1, 3).astype(np.int32)
+    )
+    closed, found = (measuring_sheet(one) for one in (head, replace(head, mesh=mesh)))
+    for name in ("width_mm", "length_mm", "cva_mm", "radial_symmetry_mm"):
+        assert found[name].value == pytest.approx(closed[name].value, abs=1e-9)
+    row = next(one for one in found.rows if one.name == "volume_left_back_ml")
+    assert (row.figure is not None) == whole
+    if not whole:
+        assert row.reason is not None
+        assert row.reason.code == "measure.sheet.open_above"
+        assert row.reason.values["height_mm"] == pytest.approx(open_to_mm, abs=4.0)
+
+
 @pytest.mark.parametrize("at", [(8.0, 87.0), (14.0, 85.0)])
 def test_a_heads_length_holds_though_a_fill_lies_beside_its_foremost_place(
     at: tuple[float, float],

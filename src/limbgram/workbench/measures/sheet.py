@@ -42,7 +42,7 @@ from limbgram.workbench.anatomy.kind import (
 )
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.limb import Limb, Side
-from limbgram.workbench.measures.cranial import cranial_figures
+from limbgram.workbench.measures.cranial import cranial_figures, require_whole
 from limbgram.workbench.measures.levels import (
     Figure,
     Level,
@@ -250,6 +250,8 @@ def _measured(filling: _Filling, item: AnyItem) -> tuple[Figure, float | None]:
         case Cranial():
             if not filling.heads:
                 filling.heads.update(cranial_figures(subject))
+            if item.what not in filling.heads:
+                require_whole(subject)
             return subject.figure(filling.heads[item.what])
 
 
