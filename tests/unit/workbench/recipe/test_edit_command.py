@@ -113,7 +113,7 @@ def test_what_makes_sense_on_no_limb_is_not_added(tmp_path: Path, words: str, to
 def test_what_stands_at_its_limit_is_added(tmp_path: Path, words: str) -> None:
     recipe = tmp_path / "a.toml"
     edit("new", recipe)
-    assert "1 edits" in edit("add", recipe, *words.split())
+    assert "1 edit" in edit("add", recipe, *words.split())
 
 
 def test_a_recipe_written_by_hand_is_held_to_the_same(scan: Path, tmp_path: Path) -> None:
