@@ -37,7 +37,7 @@ from limbgram.report.drawings.shading import Frame, looking_along, shade_all
 from limbgram.services.make_device import bed_from
 from limbgram.workbench.devices.device import Device, devices
 from limbgram.workbench.devices.making import Order, make_device
-from limbgram.workbench.devices.presets.straps import CALF_STRAP
+from limbgram.workbench.devices.presets.straps import CALF_STRAP, OPENING_STRAPS
 from limbs import Subject, ten_of
 
 CLINIC = Path(__file__).resolve().parents[1] / "docs" / "clinic"
@@ -197,7 +197,11 @@ def _values(device: Device, subject: Subject) -> dict[str, float]:
             found[one.name] = WALL_MM[device.kind]
         elif one.usual is None:
             found[one.name] = GIVEN[one.name]
-        elif one.name.endswith("_mm") and one in (*device.trim.measures, *CALF_STRAP):
+        elif one.name.endswith("_mm") and one in (
+            *device.trim.measures,
+            *CALF_STRAP,
+            *OPENING_STRAPS,
+        ):
             scaled = one.usual * subject.size
             found[one.name] = float(np.clip(scaled, one.within.least, one.within.most))
     return found

@@ -52,7 +52,19 @@ export function advice(finding: Finding): string {
 
 /** A thing's name, by its English one. */
 export function term(name: string): string {
-  return words.value[language.value]?.terms[name] ?? name;
+  return named(name, "term");
+}
+
+const NAMED = ["term", "axis", "kind", "part"];
+
+function named(name: string, what: string): string {
+  const known = words.value[language.value]?.terms;
+  const whole = known?.[`${what} ${name}`] ?? known?.[name];
+  if (whole !== undefined || !/, |: /.test(name)) return whole ?? name;
+  return name
+    .split(/(, |: )/)
+    .map((one) => (/^(, |: )$/.test(one) ? one : named(one, what)))
+    .join("");
 }
 
 const valuesOf = (finding: Finding) => finding.values as Readonly<Record<string, Value>>;
@@ -80,7 +92,7 @@ function said(value: Value, how: string, values: Readonly<Record<string, Value>>
   if (value === null) return "?";
   if (typeof value === "boolean") return String(value);
   if (typeof value === "number") return numberIn(value, how);
-  if (typeof value === "string") return how === "term" ? term(value) : cut(value, how);
+  if (typeof value === "string") return NAMED.includes(how) ? named(value, how) : cut(value, how);
   if (isFinding(value)) return clause(value, how);
   return several(value, how, values);
 }
@@ -106,10 +118,12 @@ const JOINED_BY = { and: { en: "and", de: "und" }, or: { en: "or", de: "oder" } 
 
 function several(items: readonly Value[], how: string, values: Readonly<Record<string, Value>>): string {
   const first = Number(/^first (\d+)$/.exec(how)?.[1] ?? Infinity);
-  const each = items.map((one) => said(one, how in JOINED_BY || how === "lines" || first < Infinity ? "" : how, values));
+  const [, joint, kind] = /^(and|or)(?: (\w+))?$/.exec(how) ?? [];
+  const each = items.map((one) => said(one, joint !== undefined ? (kind ?? "") : how === "lines" || first < Infinity ? "" : how, values));
   if (how === "lines") return each.map((one) => `\n  ${one}`).join("");
   if (each.length > first) return `${each.slice(0, first).join(", ")} ...`;
-  if (how in JOINED_BY && each.length > 1) return `${each.slice(0, -1).join(", ")} ${JOINED_BY[how as keyof typeof JOINED_BY][language.value]} ${each.at(-1)}`;
+  if (joint !== undefined && each.length > 1)
+    return `${each.slice(0, -1).join(", ")} ${JOINED_BY[joint as keyof typeof JOINED_BY][language.value]} ${each.at(-1)}`;
   const one = items[0];
   return each.join(typeof one === "object" && one !== null && !Array.isArray(one) ? "; " : ", ");
 }

@@ -17,6 +17,7 @@ from limbgram.formats.limb_file import write_limb_file
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import limb_file_beside
 from limbgram.services.align import AlignRequest, Axes, align
+from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Place
 from limbgram.workbench.anatomy.names import LANGUAGES, NAMES_IN
 from limbgram.workbench.bodies import outside_of
@@ -34,7 +35,8 @@ def align_command(
         typer.Argument(help=f"The shape: {READ}.", show_default=False),
     ] = None,
     side: Annotated[
-        Side | None, typer.Option(help="Side of the patient: never guessed. none for a torso.")
+        Side | None,
+        typer.Option(help="Side of the patient: never guessed. A trunk or a head needs none."),
     ] = None,
     kind: Annotated[
         KindName | None,
@@ -58,6 +60,8 @@ def align_command(
     seen = marks_seen(read.limb, look)
     if look.marks and seen is not None:
         return seen.reply
+    if side is None and kind is not None and not KIND_NAMED[kind].sided:
+        side = "none"
     if side is None:
         raise OptionsError("align.side.unsaid")
     limb = with_landmarks(read.limb, landmarks_asked(read.limb, look, seen))

@@ -15,6 +15,7 @@ from limbgram.findings import told
 from limbgram.services.make_device import MakeDeviceRequest, make
 from limbgram.workbench.devices.device import Device, devices
 from limbgram.workbench.devices.making import device_named
+from limbgram.workbench.devices.trims import Measure
 
 
 @answered
@@ -81,11 +82,21 @@ def _told(device: Device) -> str:
 
 def _details(device: Device) -> Iterator[str]:
     yield _told(device)
-    yield f"Landmarks: {', '.join(device.trim.landmarks())}"
-    for one in device.measures(device.usually):
-        usual = "has to be given" if one.usual is None else f"{one.usual:g}"
-        lies = f"{one.within.least:g} to {one.within.most:g}"
-        yield f"  {one.name:20s}{usual:>16s}  {lies:14s}{one.label[spoken()]}"
+    yield f"Kind of limb: {device.kind} (limbgram align --kind {device.kind})"
+    yield f"Landmarks: {', '.join(device.landmarks)}"
+    yield "Measures, usual value and range; another is given by --set NAME=NUMBER:"
+    usually = device.measures(device.usually)
+    yield from (_line(one) for one in usually)
+    for made in device.wall:
+        if made != device.usually:
+            yield f"With --made {made}, in place of {device.wall[device.usually].name}:"
+            yield from (_line(one) for one in device.measures(made) if one not in usually)
+
+
+def _line(one: Measure) -> str:
+    usual = "has to be given" if one.usual is None else f"{one.usual:g} {one.unit}"
+    lies = f"{one.within.least:g} to {one.within.most:g}"
+    return f"  {one.name:20s}{usual:>16s}  {lies:14s}{one.label[spoken()]}"
 
 
 def _tree(device: Device) -> dict[str, Any]:
@@ -93,7 +104,7 @@ def _tree(device: Device) -> dict[str, Any]:
         "name": device.name,
         "kind": device.kind,
         "words": dict(device.words),
-        "landmarks": list(device.trim.landmarks()),
+        "landmarks": list(device.landmarks),
         "made": list(device.wall),
         "measures": {
             made: [

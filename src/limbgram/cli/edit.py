@@ -283,7 +283,7 @@ def _kept(path: Path, recipe: Recipe) -> Reply:
 def _recipe_reply(recipe: Recipe) -> Reply:
     listed = [described(entry) for entry in recipe.entries]
     lines = [f"Note: {with_full_stop(told(one))}" for one in recipe.notes]
-    lines.append(f'Recipe "{recipe.name}", {len(listed)} edits')
+    lines.append(f'Recipe "{recipe.name}", {len(listed)} {"edit" if len(listed) == 1 else "edits"}')
     lines += [f"  {number}. {text}" for number, text in enumerate(listed, start=1)]
     entries = [
         {"edit": text, "on": entry.on, "accept": list(entry.accept)}

@@ -20,6 +20,10 @@ after a colon, how it is told:
     {heights_mm:.0f}                                       each of several, with commas
     {reasons:lines}                                        each of several, below on its own line
     {place:term}                                           by the table of `LANGUAGE/terms.toml`
+    {name:axis}  {kind:kind}  {name:part}                  by what stands there under "axis foot",
+                                                           "kind foot", else under "foot"; the
+                                                           pieces of "heel, lateral" one by one
+    {names:and term}  {kinds:or kind}                      each so, joined
     {name!r}  {name:.60}  {name!r:.60}                     in quotes, cut to so many letters
     {reason}  {reason:says}  {reason:clause}               a finding: whole, without advice, without
                                                            its full stop
@@ -50,6 +54,9 @@ _CHOICE = re.compile(r"([\w ./-]*)=(.*)", re.DOTALL)
 _NUMBER = re.compile(r"([+]?)(,?(?:\.\d+)?[dfg%]?)")
 _HALF_WIDTH = re.compile(r"±\.(\d)f")
 _FIRST = re.compile(r"first (\d+)")
+_NAMED = ("term", "axis", "kind", "part")
+"""What a name is that of: one word may name several things, as foot does."""
+_PIECES = re.compile(r"(, |: )")
 
 
 @dataclass(frozen=True)
@@ -128,6 +135,18 @@ def placeholders(template: str) -> set[str]:
     return asked
 
 
+def _named(name: str, what: str, language: str) -> str:
+    """A name of a thing in a language; itself where it has none."""
+    known = terms(language)
+    whole = known.get(f"{what} {name}", known.get(name))
+    if whole is not None or not _PIECES.search(name):
+        return name if whole is None else whole
+    return "".join(
+        one if _PIECES.fullmatch(one) else _named(one, what, language)
+        for one in _PIECES.split(name)
+    )
+
+
 @cache
 def _terms(language: str) -> dict[str, str]:
     file = _WORDS / language / "terms.toml"
@@ -201,7 +220,7 @@ def _said(value: Value, how: str, put: _Put) -> str:
         case int() | float():
             return _number(value, how, put.language)
         case str():
-            return terms(put.language).get(value, value) if how == "term" else format(value, how)
+            return _named(value, how, put.language) if how in _NAMED else format(value, how)
 
 
 def _chosen(value: Value, how: str) -> str:
@@ -237,14 +256,16 @@ def _clause(reason: Finding, how: str, put: _Put) -> str:
 
 def _several(items: tuple[Value, ...], how: str, put: _Put) -> str:
     first = _FIRST.fullmatch(how)
-    each = "" if first or how in (*_JOINED_BY, "lines") else how
+    joint, _, named = how.partition(" ")
+    joined = _JOINED_BY.get(joint)
+    each = named if joined else "" if first or how == "lines" else how
     said = [_said(one, each, put) for one in items]
     if how == "lines":
         return "".join(f"\n  {one}" for one in said)
     if first and len(said) > int(first[1]):
         return f"{', '.join(said[: int(first[1])])} ..."
-    if how in _JOINED_BY and len(said) > 1:
-        return f"{', '.join(said[:-1])} {_JOINED_BY[how][put.language]} {said[-1]}"
+    if joined and len(said) > 1:
+        return f"{', '.join(said[:-1])} {joined[put.language]} {said[-1]}"
     between = "; " if items and isinstance(items[0], Finding) else ", "
     return between.join(said)
 

@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.topology import volume_mm3
+from limbgram.findings import told
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.repose import Repose, Turn
 from limbgram.workbench.limb import Limb
@@ -156,12 +158,88 @@ def test_more_than_is_stated_has_to_be_meant(foot_of: MakeLimb) -> None:
 def test_what_was_done_is_told(foot_of: MakeLimb) -> None:
     limb = foot_of()
     after = do_edit(limb, Repose(joint="ankle", by_deg=5.0))
-    told = after.notes[-1]
-    assert told.code == "edit.repose.done"
-    assert told.values["by_deg"] == 5.0
-    assert 0.02 < float(told.values["strain"]) < 0.25  # type: ignore[arg-type]
+    done, read = after.notes[-2:]
+    assert (done.code, read.code) == ("edit.repose.done", "edit.repose.read")
+    assert done.values["by_deg"] == 5.0
+    assert 0.02 < float(done.values["strain"]) < 0.25  # type: ignore[arg-type]
     volumes = [volume_mm3(one.mesh) for one in (limb, after)]
     assert abs(volumes[1] / volumes[0] - 1) < 0.02
+
+
+@pytest.mark.parametrize("left", [False, True])
+def test_turn_and_clinical_angle_are_both_told(foot_of: MakeLimb, left: bool) -> None:
+    """The angle that changed is that of a foot turned exactly, against a shank that stays."""
+    limb = foot_of(left=left, sigma_mm=0.2)
+    read = do_edit(limb, Repose(joint="ankle", by_deg=-8.0)).notes[-1]
+    turn = Rotation.from_rotvec(
+        np.radians(8.0 if left else -8.0) * limb.axis("ankle").direction
+    ).as_matrix()
+    angles = []
+    for rotation in (np.eye(3), turn):
+        foot, sole = (rotation @ limb.axis(one).direction for one in ("foot", "plantar"))
+        shank = limb.axis("shank").direction
+        angles.append(np.degrees(np.arctan2(shank @ sole, shank @ foot)))
+    change = float(read.values["change_deg"])  # type: ignore[arg-type]
+    assert read.values["before_deg"] == pytest.approx(angles[0], abs=1e-6)
+    assert change == pytest.approx(angles[1] - angles[0], abs=0.02)
+    assert 6.0 < change < 7.9  # plantarflexion opens the angle; the axis slants
+    sheet = measuring_sheet(limb, SheetOptions(only=("ankle_deg",)))["ankle_deg"]
+    assert sheet.interval is not None
+    assert read.values["before_deg"] == sheet.value
+    assert read.values["before_within_deg"] == sheet.interval.above > 0.5
+    assert "±" in told(read)
+    assert told(read).startswith("Ankle, shank to plantar plane; 90 is plantigrade: ")
+    assert told(read, "de").startswith("Sprunggelenk, Unterschenkel zur Plantarebene")
+
+
+@pytest.mark.parametrize("left", [False, True])
+@pytest.mark.parametrize(
+    ("joint", "figure", "by_deg"),
+    [
+        ("ankle", "ankle_deg", 6.0),
+        ("hindfoot", "hindfoot_deg", 4.0),
+        ("forefoot", "forefoot_deg", -5.0),
+        ("toes", "toes_up_deg", 9.0),
+    ],
+)
+def test_a_joint_is_turned_until_the_sheet_reads_the_angle(
+    foot_of: MakeLimb, joint: str, figure: str, by_deg: float, left: bool
+) -> None:
+    limb = foot_of(left=left)
+    asked = SheetOptions(only=(figure,))
+    turned = do_edit(limb, Repose(joint=joint, by_deg=by_deg, beyond=True))
+    wanted = round(measuring_sheet(turned, asked)[figure].value, 1)
+    after = do_edit(limb, Repose(joint=joint, to_deg=wanted, beyond=True))
+    assert measuring_sheet(after, asked)[figure].value == pytest.approx(wanted, abs=1e-4)
+    done = after.notes[-2].values["by_deg"]
+    assert done == pytest.approx(by_deg, abs=0.2)
+    back = do_edit(after, Repose(joint=joint, by_deg=-float(done), beyond=True))  # type: ignore[arg-type]
+    assert np.abs(back.mesh.vertices_mm - limb.mesh.vertices_mm).max() < 0.01
+
+
+def test_a_trunk_is_turned_until_the_sheet_reads_the_angle(trunk_of: MakeLimb) -> None:
+    limb = trunk_of()
+    for joint, figure, change in (
+        ("side bend", "side_bend_deg", 5.0),
+        ("extension", "lordosis_deg", 4.0),
+    ):
+        asked = SheetOptions(only=(figure,))
+        wanted = measuring_sheet(limb, asked)[figure].value + change
+        after = do_edit(limb, Repose(joint=joint, to_deg=wanted, band_mm=60.0))
+        assert measuring_sheet(after, asked)[figure].value == pytest.approx(wanted, abs=1e-4)
+        assert 0.9 * change < float(after.notes[-2].values["by_deg"]) < 3 * change  # type: ignore[arg-type]
+
+
+def test_one_of_turn_and_angle_is_given(foot_of: MakeLimb) -> None:
+    limb = foot_of()
+    for edit in (Repose(joint="ankle"), Repose(joint="ankle", by_deg=3.0, to_deg=90.0)):
+        with pytest.raises(EditError) as refused:
+            do_edit(limb, edit)
+        assert refused.value.finding.code == "edit.repose.one_of_two"
+    with pytest.raises(EditError) as refused:
+        do_edit(limb, Repose(joint="ankle", to_deg=0.0))  # dorsiflexion is meant
+    assert refused.value.finding.code == "edit.repose.out_of_reach"
+    assert 60 < refused.value.finding.values["before_deg"] < 120  # type: ignore[operator]
 
 
 def test_a_missing_landmark_and_another_kind_are_named(foot_of: MakeLimb) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
 from scipy.special import ndtri
 
 from limbgram.core.errors import MeasureError
@@ -15,6 +16,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.uncertainty import filled_sigma_mm
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.measures.levels import area_mm2, level_at
 from limbgram.workbench.measures.sheet import MeasuringSheet, SheetOptions, measuring_sheet
 
 MakeLimb = Callable[..., Limb]
@@ -337,6 +339,27 @@ def test_a_heads_figures_have_closed_forms(skew_deg: float) -> None:
     assert sheet["symmetry_per_cent"].value == pytest.approx(100.0, abs=0.1)
 
 
+@pytest.mark.parametrize(("open_to_mm", "whole"), [(-3.0, True), (4.0, False)])
+def test_a_head_that_is_open_above_its_base_plane_lacks_volumes_alone(
+    open_to_mm: float, whole: bool
+) -> None:
+    head = ellipsoid(12.0)
+    high = head.mesh.vertices_mm[head.mesh.faces].mean(1)[:, 2] > open_to_mm
+    used, faces = np.unique(head.mesh.faces[high], return_inverse=True)
+    mesh = Mesh(
+        vertices_mm=head.mesh.vertices_mm[used], faces=faces.reshape(-1, 3).astype(np.int32)
+    )
+    closed, found = (measuring_sheet(one) for one in (head, replace(head, mesh=mesh)))
+    for name in ("width_mm", "length_mm", "cva_mm", "radial_symmetry_mm"):
+        assert found[name].value == pytest.approx(closed[name].value, abs=1e-9)
+    row = next(one for one in found.rows if one.name == "volume_left_back_ml")
+    assert (row.figure is not None) == whole
+    if not whole:
+        assert row.reason is not None
+        assert row.reason.code == "measure.sheet.open_above"
+        assert row.reason.values["height_mm"] == pytest.approx(open_to_mm, abs=4.0)
+
+
 @pytest.mark.parametrize("at", [(8.0, 87.0), (14.0, 85.0)])
 def test_a_heads_length_holds_though_a_fill_lies_beside_its_foremost_place(
     at: tuple[float, float],
@@ -449,3 +472,91 @@ def test_where_the_malleoli_were_marked_counts_in_the_height_of_a_girth() -> Non
     row = only(replace(limb, landmarks=marks), "calf_girth_height_mm").rows[0]
     # Two marks on upright skin, each off by 2 mm along it.
     assert row.placing_sigma == pytest.approx(2.0 / np.sqrt(2), rel=0.05)
+
+
+def lopsided_trunk(*, sacrum_sigma_mm: float = 0.0) -> Limb:
+    """A tube 500 mm long whose sections are two half ellipses: 180 mm to the right, 150 to the
+    left, 110 to the front and the back; wider by 20 and 40 mm all round at two heights."""
+    heights, around = np.linspace(-20.0, 520.0, 271), 2 * np.pi * np.arange(720) / 720
+    more = np.interp(heights, [300, 350, 360, 400, 430, 460], [0, 20, 20, 40, 40, 0])[:, None]
+    side = np.where(np.cos(around) > 0, 180.0, 150.0)
+    rings = np.stack(
+        [
+            (side + more) * np.cos(around),
+            (110.0 + more) * np.sin(around),
+            np.repeat(heights[:, None], 720, 1),
+        ],
+        -1,
+    )
+    ids = np.arange(rings[..., 0].size).reshape(rings.shape[:2])
+    after = np.roll(ids, -1, axis=1)
+    faces = [np.stack([ids[:-1], after[:-1], after[1:]], -1),
+             np.stack([ids[:-1], after[1:], ids[1:]], -1)]  # fmt: skip
+    mesh = Mesh(
+        vertices_mm=rings.reshape(-1, 3),
+        faces=np.concatenate(faces).reshape(-1, 3).astype(np.int32),
+        sigma_mm=np.full(rings[..., 0].size, 1e-3, np.float32),
+    )
+    places = {
+        "sacrum": (0.0, -110.0, 0.0),
+        "seventh cervical vertebra": (0.0, -110.0, 500.0),
+        "right iliac spine": (110.0, 87.0, 60.0),
+        "left iliac spine": (-110.0, 87.0, 60.0),
+        "right waist": (180.0, 0.0, 200.0),
+        "left waist": (-150.0, 0.0, 200.0),
+        "right nipple": (80.0, 140.0, 415.0),
+        "left nipple": (-80.0, 136.0, 415.0),
+        "right inframammary fold": (80.0, 117.0, 355.0),
+        "left inframammary fold": (-80.0, 113.0, 355.0),
+    }
+    marks = tuple(
+        Landmark(
+            name=one,
+            position_mm=np.array(at),
+            sigma_mm=sacrum_sigma_mm if one == "sacrum" else 0.0,
+        )
+        for one, at in places.items()
+    )
+    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="none")
+    return Limb(mesh=mesh, landmarks=marks, frame=frame, kind="torso")
+
+
+def test_the_halves_of_a_trunk_have_the_areas_of_half_ellipses() -> None:
+    found = only(lopsided_trunk(), "waist_right_half_cm2", "waist_left_half_cm2")
+    right, left = (found[f"waist_{one}_half_cm2"].value for one in ("right", "left"))
+    assert right == pytest.approx(np.pi * 180 * 110 / 2 / 100, rel=1e-4)
+    assert left == pytest.approx(np.pi * 150 * 110 / 2 / 100, rel=1e-4)
+    assert next(one for one in found.rows if one.name == "waist_left_half_cm2").unit == "cm²"
+
+
+def test_a_sacrum_marked_beside_its_place_moves_area_from_half_to_half() -> None:
+    """At 200 of 500 mm the parting plane follows it by 3 / 5, over a depth of 220 mm."""
+    for name in ("waist_right_half_cm2", "waist_left_half_cm2"):
+        row = only(lopsided_trunk(sacrum_sigma_mm=2.0), name).rows[0]
+        assert row.placing_sigma == pytest.approx(2.0 * 0.6 * 220 / 100, rel=0.01)
+
+
+def test_girths_of_the_breast_and_under_it_are_those_of_ellipses() -> None:
+    found = only(lopsided_trunk(), "breast_girth_mm", "under_breast_girth_mm")
+    around = np.linspace(0, 2 * np.pi, 20001)
+    for name, more in (("breast_girth_mm", 40.0), ("under_breast_girth_mm", 20.0)):
+        side = np.where(np.cos(around) > 0, 180.0, 150.0) + more
+        ring = np.column_stack([side * np.cos(around), (110 + more) * np.sin(around)])
+        length = float(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum())
+        assert found[name].value == pytest.approx(length, abs=0.3)
+
+
+@pytest.mark.parametrize("body", ["adult_female", "adult_male", "child"])
+def test_both_halves_are_the_whole_section_on_bodies(trunk_of: MakeLimb, body: str) -> None:
+    """Of nearly symmetric bodies they are alike; their sum is the area of the section."""
+    limb = trunk_of(body)
+    found = only(limb, "waist_right_half_cm2", "waist_left_half_cm2")
+    right, left = (found[f"waist_{one}_half_cm2"].value for one in ("right", "left"))
+    assert right == pytest.approx(left, rel=0.03)
+    waist = [limb.landmark(f"{one} waist").position_mm for one in ("right", "left")]
+    up = limb.axis("trunk").direction
+    upright = Rotation.align_vectors([[0.0, 0.0, 1.0]], [up])[0].as_matrix()
+    turned_mesh = limb.mesh.moved(Rigid(upright, np.zeros(3)))
+    x, y, z = (upright @ np.mean(waist, axis=0)).tolist()
+    area_mm2_of_it = area_mm2(level_at(turned_mesh, z, (x, y))).value
+    assert right + left == pytest.approx(area_mm2_of_it / 100, rel=1e-9)

@@ -23,8 +23,9 @@ MAKERS = re.compile(
     r"[A-Z]\w*(Error|Died|Refused|Cancelled)|Cancelled|note|doubt|fault|Finding|judge|says|missing"
 )
 """What is called with a code first and values behind it."""
-ABOUT = {"EditError": frozenset({"what"})}
-"""What the runner of an edit or a device adds; see core.errors.refusals_about and its tests."""
+ABOUT = {"EditError": frozenset({"what", "labels"})}
+"""What the runner of an edit or a device adds: see core.errors.refusals_about and its tests, and
+devices.making."""
 
 
 def calls() -> Iterator[tuple[str, frozenset[str] | None, str]]:

@@ -199,6 +199,11 @@ class Item:
     note: str = ""
     """The formula or the definition, where several are in use."""
 
+    @property
+    def words(self) -> Mapping[str, str]:
+        """What people call it, by language."""
+        return {"en": self.en, "de": self.de}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Angle(Item):
@@ -249,11 +254,14 @@ class Section(Item):
     """Direction across which it is cut; "centreline" is that of the curve beside the place."""
     holds: str = ""
     """A direction that lies in the plane: the normal is made square to it."""
-    what: Literal["girth", "width", "turn"] = "girth"
+    what: Literal["girth", "width", "turn", "half along", "half against"] = "girth"
     """As a tape reads it; the calliper along a direction; how far the longest width is turned from
-    that direction, about the normal."""
+    that direction, about the normal; the area to the side to which that direction points, and to
+    the other one."""
     along: str = ""
     """The direction of a width."""
+    parted: Mid | None = None
+    """Across that direction, halves are parted by the plane through here."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -286,10 +294,15 @@ class Joint:
     """
 
     name: str
-    en: str
+    """In files, and in English sentences."""
     de: str
+    """The same in German."""
+    sense: Mapping[str, str]
+    """What turns by a positive angle, by language."""
     axis: str
     """Direction about which it turns, by the right hand on a right limb."""
+    reads: str
+    """The angle of the sheet in which people tell how it stands."""
     centre: Mid
     """A point on the axis."""
     upper: Mid
@@ -309,6 +322,16 @@ class Joint:
     knee: Mid | None = None
     rigid: tuple[str, ...] = ()
     """Landmarks whose surroundings stay."""
+
+    @property
+    def turn(self) -> str:
+        """What landmarks are wanted for."""
+        return f"turn of the {self.name}"
+
+    def words(self, language: str) -> str:
+        """What forms call it: "Ankle: dorsiflexion positive"."""
+        called = self.name.capitalize() if language == "en" else self.de
+        return f"{called}: {self.sense[language]}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,12 +7,14 @@ stands beside them: a clinic sets its own.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Literal
 
 from limbgram.core.notebook import brief
 from limbgram.core.request_fields import Within
+from limbgram.findings.tell import add_terms
 from limbgram.workbench.devices import kinds
 from limbgram.workbench.devices.trims import Amount, Measure, Trim, TrimPoint
 
@@ -29,6 +31,10 @@ class Slot:
     width_mm: Amount
     upright: bool = True
     """Its length goes up the limb; else round it."""
+    strap: Amount = 0.0
+    """Width of the strap through it, which presses beside it; nothing for a vent."""
+    asked: Amount = 1.0
+    """It is cut where this is more than nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +87,7 @@ class Width:
 
     measure: str
     at: str
-    """Landmark at whose height, straight across, it is looked at."""
+    """Landmark at whose height it is looked at, as a calliper from side to side has it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,6 +132,18 @@ class Device:
         fitted = ADAPTER if self.adapter else ()
         drawn = (DRAW,) if made == "draped" else ()
         return (*self.trim.measures, self.wall[made], *drawn, *self.more, *fitted)
+
+    @property
+    def landmarks(self) -> tuple[str, ...]:
+        """All that its edges and what is fitted to it go by, each once."""
+        points = (
+            *(one.at for one in (*self.slots, *self.pads, *self.seats)),
+            *(point for ridge in self.ridges for point in ridge.through),
+        )
+        named = [name for point in points for name in (point.at, point.towards) if name]
+        axes = [name for seat in self.seats for name in seat.axis]
+        widths = [one.at for one in self.widths]
+        return tuple(dict.fromkeys([*self.trim.landmarks(), *named, *axes, *widths]))
 
     @property
     def usually(self) -> Fabrication:
@@ -248,6 +266,11 @@ def _found() -> Iterator[Device]:
         yield import_module(f"{kinds.__name__}.{file.name}").DEVICE
 
 
+@cache
 def devices() -> Mapping[str, Device]:
     """Every kind of device by its name, in the order of lists."""
-    return {one.name: one for one in sorted(_found(), key=lambda one: one.order)}
+    known = {one.name: one for one in sorted(_found(), key=lambda one: one.order)}
+    for one in known.values():
+        measures = (each for made in one.wall for each in one.measures(made))
+        add_terms("de", {one.en: one.de, **{each.en: each.de for each in measures}})
+    return known

@@ -8,8 +8,9 @@ Method  recipe -> positive -> edges -> what is covered -> thickness -> shell -> 
 Fails   EditError, with the place: see trims, layout, shell, fittings and proof.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +20,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import EditError, refusals_about
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.sections import Z_AXIS, cut
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
@@ -31,11 +33,13 @@ from limbgram.workbench.devices.layout import Covered, Gap, Opening, cover
 from limbgram.workbench.devices.lettering import lettering
 from limbgram.workbench.devices.proof import Wall, measure_wall, require_solid
 from limbgram.workbench.devices.shell import Layout, make_shell
+from limbgram.workbench.devices.straps import straps_told
 from limbgram.workbench.devices.thickness import Rib, Zone, draped, printed
 from limbgram.workbench.devices.trims import (
     Drawn,
     Free,
     Handle,
+    Measure,
     amount_of,
     draw_trim,
     measures_in,
@@ -52,9 +56,12 @@ _OFF_MM = 0.05
 """The wall has to be as thick as asked within this."""
 _ML_OFF_MM = 5.0
 """A width of the positive that differs by more from the patient's is pointed out."""
+_LEAST_OF_SHEET = 0.5
+"""Sheets are said to thin by 20 to 40 per cent over heels and malleoli: more is pointed out."""
 _SAME_MM = 1e-9
 """Booleans leave the vertices that they do not touch where they are."""
 _NO_RECIPE = Recipe(name="")
+devices()  # from now on sentences know their names
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,23 +158,46 @@ def preview_device(limb: Limb, order: Order) -> Preview:
     device = device_named(order.device)
     made = order.made or device.usually
     if made not in device.wall:
-        raise EditError("device.made.other", name=device.name, made=made)
+        raise EditError("device.made.other", name=device.en, made=made)
     if limb.kind != device.kind:
         raise EditError("device.kind", name=device.en, kind=device.kind, limb=limb.kind)
-    values = values_of(device.measures(made), order.values)
+    measures = device.measures(made)
+    values = values_of(measures, order.values)
     positive = replay(order.recipe, limb).limb if order.recipe.entries else limb
-    with refusals_about(device.en):
+    with refusals_about(device.en), _measures_called(measures):
         return _previewed(positive, order, device, made, values)
+
+
+@contextmanager
+def _measures_called(measures: Iterable[Measure]) -> Generator[None]:
+    """Let refusals that name measures say what these are called; places know only their names."""
+    try:
+        yield
+    except EditError as error:
+        named = error.finding.values.get("measures")
+        if isinstance(named, tuple):
+            called = tuple(
+                note("device.measure", label=one.en, name=one.name)
+                for one in measures
+                if one.name in named
+            )
+            values = {**error.finding.values, "labels": called}
+            error.finding = replace(error.finding, values=values)
+        raise
 
 
 def _previewed(
     positive: Limb, order: Order, device: Device, made: Fabrication, values: Mapping[str, float]
 ) -> Preview:
     body = Body.of(positive)
-    body.require_marked(device.trim.landmarks(), device.en)
-    body.require_sides(device.trim.landmarks())
+    body.require_marked(device.landmarks, device.en)
+    body.require_sides(device.landmarks)
     drawn = draw_trim(body, device.trim, values, order.free)
-    asked = [slot for slot in device.slots if amount_of(slot.width_mm, values) > 0]
+    asked = [
+        slot
+        for slot in device.slots
+        if amount_of(slot.width_mm, values) > 0 and amount_of(slot.asked, values) > 0
+    ]
     openings = [_opening(body, slot, values) for slot in asked]
     gaps = [_gap(one, values) for one in device.slits]
     wall_mm = values[device.wall[made].name]  # a bridge that is narrower has no wall, only edges
@@ -190,7 +220,10 @@ def _previewed(
         layout=layout,
         thinnest_mm=float(layout.thickness_mm[thinnest]),
         thinnest_point_mm=(x, y, z),
-        findings=tuple(_widths(body, device, values)),
+        findings=(
+            *_widths(body, device, values),
+            *straps_told(body, asked, openings, values, order.recipe),
+        ),
     )
 
 
@@ -248,6 +281,15 @@ def _said(preview: Preview, wall: Wall, solid: Mesh, crumbs: int) -> Sequence[Fi
         thickest_mm=wall.thickest_mm,
     )
     off = () if wall.off_mm <= _OFF_MM else (doubt("device.wall.off", off_mm=wall.off_mm),)
+    sheet_mm = preview.values[preview.device.wall[preview.made].name]
+    if preview.made == "draped" and wall.thinnest_mm < _LEAST_OF_SHEET * sheet_mm:
+        thin = doubt(
+            "device.wall.thin",
+            thinnest_mm=wall.thinnest_mm,
+            sheet_mm=sheet_mm,
+            point_mm=wall.thinnest_point_mm,
+        )
+        off = (thin, *off)
     left = (doubt("device.crumbs", count=crumbs),) if crumbs else ()
     return (told, enclosure(solid), *off, *left, note("device.not_tested"))
 
@@ -373,12 +415,11 @@ def _normal_at(body: Body, place_mm: Vector3) -> Vector3:
 def _widths(body: Body, device: Device, values: Mapping[str, float]) -> Sequence[Finding]:
     found: list[Finding] = []
     for one in device.widths:
-        place = body.place_mm(one.at)
-        out = body.outward()
-        ends = [body.met_mm(place, look) for look in (out, -out)]
-        if ends[0] is None or ends[1] is None:
+        found_there = cut(body.mesh, [float(body.place_mm(one.at)[2])])
+        if not found_there:
             continue
-        own_mm = abs(float((ends[1] - ends[0]) @ out))
+        outline = max(found_there, key=lambda section: section.area_mm2(Z_AXIS)).points_mm
+        own_mm = float(np.ptp(outline @ body.outward()))
         asked_mm = values[one.measure]
         judged = doubt if abs(own_mm - asked_mm) > _ML_OFF_MM else note
         found.append(judged("device.width", at=one.at, positive_mm=own_mm, patient_mm=asked_mm))

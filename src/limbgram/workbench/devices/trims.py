@@ -54,6 +54,11 @@ class Measure:
     de: str
 
     @property
+    def unit(self) -> str:
+        """By the ending of its name."""
+        return self.name.rpartition("_")[2]
+
+    @property
     def label(self) -> Mapping[str, str]:
         return {"en": self.en, "de": self.de}
 
@@ -108,7 +113,6 @@ class Loop:
 class Trim:
     """All edges of a device."""
 
-    name: str
     loops: tuple[Loop, ...]
     measures: tuple[Measure, ...]
 
@@ -197,6 +201,7 @@ def values_of(measures: tuple[Measure, ...], given: Mapping[str, float]) -> dict
                 value=value,
                 least=one.within.least,
                 most=one.within.most,
+                unit=one.unit,
                 meaning=one.en,
             )
         values[one.name] = float(value)
@@ -222,7 +227,7 @@ def draw_trim(
     handles: list[Handle] = []
     for loop in trim.loops:
         placed = [_placed(body, loop, point, values, free) for point in loop.points]
-        with refusals_about(f"{trim.name}, {loop.name}"):
+        with refusals_about(loop.name):
             curve = _curve(body, loop, np.stack(placed))
         edges.append(
             Edge(

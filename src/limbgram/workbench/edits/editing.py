@@ -40,14 +40,15 @@ EDIT_NAMED: Final[dict[str, type[Edit]]] = {name_of(kind): kind for kind in EDIT
 
 
 def _add_terms() -> None:
-    """Let refusals call edits, and say what their parameters mean, in every language."""
+    """Let refusals call edits and their parameters, and say what these mean, in every language."""
     first, *others = LANGUAGES
     for kind in EDITS:
         english = words_in(kind, first)
         for language in others:
             words = words_in(kind, language)
             meanings = {text: words.help[name] for name, text in english.help.items() if text}
-            add_terms(language, {english.title: words.title, **meanings})
+            labels = {label: words.labels[name] for name, label in english.labels.items()}
+            add_terms(language, {english.title: words.title, **labels, **meanings})
 
 
 _add_terms()
@@ -66,6 +67,7 @@ def require_sense(edit: Edit) -> None:
                     raise EditError(
                         "edit.out_of_range",
                         name=field.name,
+                        label=_label(edit, field.name),
                         number=number,
                         least=field.within.least,
                         most=field.within.most,
@@ -74,7 +76,12 @@ def require_sense(edit: Edit) -> None:
                         meaning=field.meaning or None,
                     )
                 if field.name.endswith("_mm") and not abs(number) <= LONGEST_MM:
-                    raise EditError("edit.longer_than_limb", name=field.name, length_mm=number)
+                    raise EditError(
+                        "edit.longer_than_limb",
+                        name=field.name,
+                        label=_label(edit, field.name),
+                        length_mm=number,
+                    )
         edit.check()
 
 
@@ -100,6 +107,10 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
         if edit.about.guarded:
             require_sound(limb.mesh, after.mesh)
     return _landmarks_on_it(limb, after, moved=edit.about.effect.moves_skin)
+
+
+def _label(edit: Edit, name: str) -> str:
+    return words_in(type(edit), LANGUAGES[0]).labels[name]
 
 
 def _numbers(value: object) -> tuple[float, ...]:

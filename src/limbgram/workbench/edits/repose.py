@@ -2,14 +2,18 @@
 
 In      a limb of a kind that has joints, with the landmarks of the joint.
 Out     the limb with all that lies distal of the joint turned, landmarks too.
+        How far is said by the turn about the joint's own axis, or by the angle that the measuring
+        sheet is to read after it; as the axis slants, one is not the other.
 Method  Every vertex turns about the axis by its share of the angle, so that a band on both sides of
         the plane that parts the limb takes up the arc; places are not blended, which would thin it.
         Of a hinge the plane halves the way from the upper part to the lower one and turns along by
         half the angle; of the hindfoot it lies as the sole does half way through the turn. A
         vertex's share is that of its place half way between before and after. So the same turn back
-        finds the same shares, and brings the shape back exactly.
+        finds the same shares, and brings the shape back exactly. The turn to an angle is found by
+        the secant method: the angle is read from the turned limb each time.
 Fails   EditError: the joint is not of this kind, a landmark is missing, the turn or the strain is
-        beyond what is stated and nobody accepted it, or beyond what is done at all.
+        beyond what is stated and nobody accepted it, or beyond what is done at all; no turn leads
+        to the angle.
 """
 
 from dataclasses import dataclass, replace
@@ -22,13 +26,17 @@ from limbgram.core.errors import EditError, MeasureError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.topology import find_edges
 from limbgram.core.request_fields import Within
-from limbgram.findings import note
+from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.found import KIND_NAMED
-from limbgram.workbench.anatomy.kind import Joint, Tilted
+from limbgram.workbench.anatomy.kind import Angle, Joint, Tilted
+from limbgram.workbench.anatomy.surface_lines import Skin
+from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import displaced
 from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.levels import Figure
+from limbgram.workbench.measures.sheet import SheetOptions, angle_deg, measuring_sheet
 
 MOST_STRAIN, MOST_STRAIN_ACCEPTED = 0.25, 0.6
 """Of an edge's length: what is done unasked, and at all."""
@@ -39,6 +47,9 @@ _CEILING = (0.04, 0.15)
 """Heights over the ceiling at which the turn is whole, and nothing; shares of the foot's length."""
 _ROUNDS = 60
 _CONVERGED_RAD = 1e-13
+_READ_DEG = 1e-6
+"""The angle that is asked for is met within this."""
+_SECANTS = 20
 JOINTS: Final[dict[str, Joint]] = {
     joint.name: joint for kind in KIND_NAMED.values() for joint in kind.joints
 }
@@ -61,8 +72,14 @@ class Repose(Edit):
 
     joint: JointName = "ankle"
     """The joint, by the landmarks of its axis."""
-    by_deg: Annotated[float, Within(-MOST_DEG_ACCEPTED, MOST_DEG_ACCEPTED)]
-    """Positive: dorsiflexion, varus, toes up; of a trunk, to the right and backwards."""
+    by_deg: Annotated[float, Within(-MOST_DEG_ACCEPTED, MOST_DEG_ACCEPTED)] | None = None
+    """How far it turns about the joint's own axis. Positive: dorsiflexion, varus, toes up; of a
+    trunk, to the right and backwards. The axis slants, so the angle that the sheet reads changes by
+    somewhat less; what it changes by is said. Either this or the angle wanted."""
+    to_deg: Annotated[float, Within(-180, 180)] | None = None
+    """In place of that, the angle that the measuring sheet is to read: of the ankle that of shank
+    and sole, 90 is plantigrade; of hindfoot and forefoot varus, positive; of the toes how far they
+    point up from the sole; of a trunk the side bend or the lordosis."""
     band_mm: Annotated[float, Within(5, 150)] = 25.0
     """Half width of the band that takes up the arc."""
     beyond: bool = False
@@ -79,13 +96,14 @@ class Repose(Edit):
             title="The turn of a joint",
             labels={
                 "joint": "Joint",
-                "by_deg": "Angle",
+                "by_deg": "Turn by",
+                "to_deg": "To the angle",
                 "band_mm": "Band",
                 "beyond": "Meant",
                 "axis_up_deg": "Axis rises by",
                 "axis_medial_deg": "Axis points medially by",
             },
-            choices={one.name: one.en for one in JOINTS.values()},
+            choices={one.name: one.words("en") for one in JOINTS.values()},
         ),
         de=Words(
             name="Gelenk stellen",
@@ -94,7 +112,8 @@ class Repose(Edit):
             "keilt.",
             labels={
                 "joint": "Gelenk",
-                "by_deg": "Winkel",
+                "by_deg": "Drehen um",
+                "to_deg": "Auf den Winkel",
                 "band_mm": "Streifen",
                 "beyond": "Gewollt",
                 "axis_up_deg": "Achse steigt um",
@@ -102,8 +121,14 @@ class Repose(Edit):
             },
             help={
                 "joint": "Das Gelenk, nach den Landmarken seiner Achse.",
-                "by_deg": "Positiv: Dorsalextension, Varus, Zehen hoch; am Rumpf nach rechts und "
-                "nach hinten.",
+                "by_deg": "Wie weit es sich um die eigene Achse des Gelenks dreht. Positiv: "
+                "Dorsalextension, Varus, Zehen hoch; am Rumpf nach rechts und nach hinten. Die "
+                "Achse liegt schräg, also ändert sich der Winkel auf dem Maßblatt um etwas "
+                "weniger; um wie viel, wird gesagt. Entweder dies oder der gewünschte Winkel.",
+                "to_deg": "Stattdessen der Winkel, den das Maßblatt danach zeigen soll: am "
+                "Sprunggelenk der von Unterschenkel und Sohle, 90 ist plantigrad; an Rück- und "
+                "Vorfuß der Varus, positiv; an den Zehen, wie weit sie über die Sohle weisen; am "
+                "Rumpf die Seitneigung oder die Lordose.",
                 "band_mm": "Halbe Breite des Streifens, der den Bogen aufnimmt.",
                 "beyond": "Mehr als 20 Grad oder mehr als 25 Prozent Dehnung sind gewollt.",
                 "axis_up_deg": "Nur am Rückfuß: wie steil seine Achse über der Sohle ansteigt. "
@@ -111,36 +136,94 @@ class Repose(Edit):
                 "axis_medial_deg": "Wie weit diese Achse von der des Fußes nach medial weist. Ohne "
                 "Angabe 23.",
             },
-            choices={one.name: one.de for one in JOINTS.values()},
+            choices={one.name: one.words("de") for one in JOINTS.values()},
         ),
     )
 
+    def check(self) -> None:
+        """Refuse a turn that is said twice, or not at all.
+
+        Raises:
+            EditError: both are given, or neither.
+        """
+        if (self.by_deg is None) == (self.to_deg is None):
+            raise EditError("edit.repose.one_of_two", both=self.by_deg is not None)
+
     def apply(self, limb: Limb) -> Limb:
-        """Turn the distal part, and tell how far the surface was strained.
+        """Turn the distal part, and tell the angle before and after, and how far the surface was
+        strained.
 
         Raises:
             EditError: a landmark is missing, or more than is stated and accepted.
         """
         try:
             anatomy = self._tilted(limb.anatomy)
-            turn = Turn.of(anatomy, self.joint, self.by_deg * anatomy.sense(), self.band_mm)
+            _joint_of(anatomy, self.joint)
+            by_deg = self.by_deg
+            if by_deg is None:
+                assert self.to_deg is not None
+                by_deg = self._turn_to(limb, anatomy, self.to_deg)
+            turn = self._turn(anatomy, by_deg)
         except MeasureError as error:
             raise EditError("edit.repose.not_told", reason=error.finding) from error
         points = turn.applied(limb.mesh.vertices_mm)
         strain = largest_strain(limb.mesh.faces, limb.mesh.vertices_mm, points)
         if strain > MOST_STRAIN_ACCEPTED:
-            raise EditError("edit.repose.torn", strain=strain, most=MOST_STRAIN_ACCEPTED)
-        if not self.beyond and (strain > MOST_STRAIN or abs(self.by_deg) > MOST_DEG):
+            raise EditError(
+                "edit.repose.torn", by_deg=by_deg, strain=strain, most=MOST_STRAIN_ACCEPTED
+            )
+        if not self.beyond and (strain > MOST_STRAIN or abs(by_deg) > MOST_DEG):
             raise EditError(
                 "edit.repose.beyond",
-                by_deg=self.by_deg,
+                by_deg=by_deg,
                 strain=strain,
                 most_deg=MOST_DEG,
                 most=MOST_STRAIN,
             )
-        told = note("edit.repose.done", joint=self.joint, by_deg=self.by_deg, strain=strain)
         after = displaced(limb, points)
-        return replace(after, notes=(*after.notes, told))
+        told = note("edit.repose.done", joint=self.joint, by_deg=by_deg, strain=strain)
+        return replace(after, notes=(*after.notes, told, _read_of(limb, after, self.joint)))
+
+    def _turn(self, anatomy: Anatomy, by_deg: float) -> "Turn":
+        return Turn.of(anatomy, self.joint, by_deg * anatomy.sense(), self.band_mm)
+
+    def _turn_to(self, limb: Limb, anatomy: Anatomy, to_deg: float) -> float:
+        """The turn after which the sheet reads the angle that is asked for.
+
+        Raises:
+            MeasureError: a landmark that tells joint or angle is missing.
+            EditError: no turn of the joint leads there.
+        """
+        item = angle_of(self.joint)
+        outer = replace(limb, mesh=outer_bodies(limb.mesh).mesh)
+
+        def off_deg(by_deg: float) -> float:
+            moved = outer
+            if by_deg:
+                points = self._turn(anatomy, by_deg).applied(outer.mesh.vertices_mm)
+                moved = displaced(outer, points)
+            seen = replace(moved.anatomy, skin=Skin(mesh=moved.mesh))
+            return angle_deg(seen, item) - to_deg
+
+        last, by_deg = 0.0, 1.0
+        off = first = off_deg(last)
+        for _ in range(_SECANTS):
+            if abs(off) < _READ_DEG:
+                return last
+            found = off_deg(by_deg)
+            slope = (found - off) / (by_deg - last)
+            last, off = by_deg, found
+            by_deg -= found / slope if slope else np.inf
+            if not abs(by_deg) <= MOST_DEG_ACCEPTED:
+                break
+        raise EditError(
+            "edit.repose.out_of_reach",
+            joint=self.joint,
+            angle=item.en,
+            to_deg=to_deg,
+            before_deg=first + to_deg,
+            most_deg=MOST_DEG_ACCEPTED,
+        )
 
     def _tilted(self, anatomy: Anatomy) -> Anatomy:
         """The anatomy with the axis as it was asked for.
@@ -186,15 +269,10 @@ class Turn:
         Raises:
             MeasureError: the kind has no such joint, or a landmark of it was not placed.
         """
-        joint = next((one for one in anatomy.kind.joints if one.name == name), None)
-        if joint is None:
-            names = tuple(one.name for one in anatomy.kind.joints)
-            raise MeasureError(
-                "anatomy.no_joint", name=name, kind=anatomy.kind.name, names=names or None
-            )
-        axis, centre = anatomy.axis(joint.axis).direction, anatomy.at(joint.centre, joint.name)
-        upper = _unit(anatomy.at(joint.upper, joint.name) - centre)
-        lower = _unit(anatomy.at(joint.lower, joint.name) - centre)
+        joint = _joint_of(anatomy, name)
+        axis, centre = anatomy.axis(joint.axis).direction, anatomy.at(joint.centre, joint.turn)
+        upper = _unit(anatomy.at(joint.upper, joint.turn) - centre)
+        lower = _unit(anatomy.at(joint.lower, joint.turn) - centre)
         if joint.twist:
             normal = axis if lower @ axis > upper @ axis else -axis
         elif joint.square is None:
@@ -206,12 +284,10 @@ class Turn:
             centre_mm=centre,
             axis=axis,
             normal=normal,
-            parted_mm=centre if joint.parted is None else anatomy.at(joint.parted, joint.name),
-            ceiling_mm=centre if joint.below is None else anatomy.at(joint.below, joint.name),
+            parted_mm=centre if joint.parted is None else anatomy.at(joint.parted, joint.turn),
+            ceiling_mm=centre if joint.below is None else anatomy.at(joint.below, joint.turn),
             upward=_upward(anatomy, joint),
-            size_mm=float(
-                np.linalg.norm(anatomy.at(joint.lower, name) - anatomy.at(joint.upper, name))
-            ),
+            size_mm=float(np.linalg.norm(anatomy.at(joint.lower) - anatomy.at(joint.upper))),
             follows=0.5 if joint.square is None and not joint.twist else 0.0,
             angle_rad=float(np.radians(by_deg)),
             band_mm=band_mm,
@@ -253,6 +329,46 @@ class Turn:
         return self.centre_mm + _turned(points_mm - self.centre_mm, self.axis, angles_rad)
 
 
+def angle_of(joint: str) -> Angle:
+    """The angle of the sheet in which people tell how a joint stands."""
+    items = (item for kind in KIND_NAMED.values() for item in kind.sheet)
+    wanted = JOINTS[joint].reads
+    return next(one for one in items if isinstance(one, Angle) and one.name == wanted)
+
+
+def _joint_of(anatomy: Anatomy, name: str) -> Joint:
+    joint = next((one for one in anatomy.kind.joints if one.name == name), None)
+    if joint is None:
+        names = tuple(one.name for one in anatomy.kind.joints)
+        raise MeasureError(
+            "anatomy.no_joint", name=name, kind=anatomy.kind.name, names=names or None
+        )
+    return joint
+
+
+def _read_of(before: Limb, after: Limb, joint: str) -> Finding:
+    """What the sheet reads before and after; why it does not, where it cannot."""
+    item = angle_of(joint)
+    asked = SheetOptions(only=(item.name,))
+    try:
+        old, new = (measuring_sheet(one, asked)[item.name] for one in (before, after))
+    except MeasureError as error:
+        return note("edit.repose.not_read", angle=item.en, reason=error.finding)
+    return note(
+        "edit.repose.read",
+        angle=item.en,
+        before_deg=old.value,
+        before_within_deg=_half_width(old),
+        after_deg=new.value,
+        after_within_deg=_half_width(new),
+        change_deg=new.value - old.value,
+    )
+
+
+def _half_width(figure: Figure) -> float | None:
+    return None if figure.interval is None else figure.interval.above
+
+
 def largest_strain(faces: np.ndarray, before_mm: Points3, after_mm: Points3) -> float:
     """The largest change of an edge's length, as a share of it."""
     ends = find_edges(faces).ends
@@ -282,7 +398,7 @@ def _upward(anatomy: Anatomy, joint: Joint) -> Vector3:
     """Towards the part above the ceiling."""
     if joint.below is None or joint.knee is None:
         return np.zeros(3)
-    return _unit(anatomy.at(joint.knee, joint.name) - anatomy.at(joint.below, joint.name))
+    return _unit(anatomy.at(joint.knee, joint.turn) - anatomy.at(joint.below, joint.turn))
 
 
 def _square(vector: Vector3, axis: Vector3) -> Vector3:

@@ -199,6 +199,10 @@ _SOLE = (
     Mid(("plantar first metatarsal head",), otherwise=("first metatarsal head",)),
     Mid(("plantar fifth metatarsal head",), otherwise=("fifth metatarsal head",)),
 )
+_UNDER_BALL = Mid(
+    ("plantar first metatarsal head", "plantar fifth metatarsal head"),
+    otherwise=("first metatarsal head", "fifth metatarsal head"),
+)
 _CALCANEUS = Mid(("medial calcaneus", "lateral calcaneus"))
 _MIDFOOT = Mid(("navicular", "fifth metatarsal base"))
 
@@ -261,6 +265,7 @@ KIND = Kind(
         Line(name="heel to instep", start=_HEEL, end=Mid(("instep",))),
         Cross(name="across heel and instep", first="heel to instep", second="lateral"),
         Line(name="heel to toe", start=_HEEL, end=_TOE),
+        Line(name="toes", start=_UNDER_BALL, end=_TOE),
         OfSurface(
             name="heel bisection",
             how="halves across",
@@ -370,6 +375,15 @@ KIND = Kind(
             of="foot",
             to="ankle",
             about="plantar",
+            zero_deg=-90.0,
+        ),
+        Angle(
+            name="toes_up_deg",
+            en="Toes up: from under the ball to the second toe, against the plantar plane",
+            de="Zehen hoch: von unter dem Ballen zur zweiten Zehe, gegen die Plantarebene",
+            of="plantar",
+            to="toes",
+            about="lateral",
             zero_deg=-90.0,
         ),
         Extent(
@@ -527,9 +541,10 @@ KIND = Kind(
     joints=(
         Joint(
             name="ankle",
-            en="Ankle, dorsiflexion positive",
-            de="Sprunggelenk, Dorsalextension positiv",
+            de="Sprunggelenk",
+            sense={"en": "dorsiflexion positive", "de": "Dorsalextension positiv"},
             axis="ankle",
+            reads="ankle_deg",
             centre=_MALLEOLI,
             upper=_KNEE,
             lower=_BALL,
@@ -537,9 +552,13 @@ KIND = Kind(
         ),
         Joint(
             name="hindfoot",
-            en="Hindfoot about the subtalar axis, varus and supination positive",
-            de="Rückfuß um die subtalare Achse, Varus und Supination positiv",
+            de="Rückfuß",
+            sense={
+                "en": "varus and supination about the subtalar axis positive",
+                "de": "Varus und Supination um die subtalare Achse positiv",
+            },
             axis="subtalar",
+            reads="hindfoot_deg",
             centre=Mid(("heel",)),
             parted=Mid(("medial malleolus", "lateral malleolus", "heel")),
             upper=_KNEE,
@@ -549,9 +568,10 @@ KIND = Kind(
         ),
         Joint(
             name="forefoot",
-            en="Forefoot, varus positive",
-            de="Vorfuß, Varus positiv",
+            de="Vorfuß",
+            sense={"en": "varus positive", "de": "Varus positiv"},
             axis="heel to toe",
+            reads="forefoot_deg",
             centre=_HEEL,
             parted=_MIDFOOT,
             upper=_HEEL,
@@ -562,9 +582,10 @@ KIND = Kind(
         ),
         Joint(
             name="toes",
-            en="Toes, up positive",
-            de="Zehen, nach oben positiv",
+            de="Zehen",
+            sense={"en": "up positive", "de": "nach oben positiv"},
             axis="ball",
+            reads="toes_up_deg",
             centre=_BALL,
             upper=_HEEL,
             lower=_TOE,

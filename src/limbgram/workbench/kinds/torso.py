@@ -14,6 +14,8 @@ section. Square to a curved spine, a girth would change with the side bend alone
 general trade knowledge, without a source.
 """
 
+from dataclasses import replace
+
 from limbgram.workbench.anatomy.kind import (
     Angle,
     Cross,
@@ -180,6 +182,20 @@ RIGHT_WAIST = Place(
 LEFT_WAIST = Place(
     "left waist", en=("waist left",), de=("linke Taille", "Taille links"), facing="left", level=3
 )
+RIGHT_INFRAMAMMARY_FOLD = Place(
+    "right inframammary fold",
+    en=("right fold under the breast", "under the right breast"),
+    de=("rechte Unterbrustfalte", "Unterbrustfalte rechts", "Brustumschlagfalte rechts"),
+    facing="anterior",
+    half="right",
+)
+LEFT_INFRAMAMMARY_FOLD = Place(
+    "left inframammary fold",
+    en=("left fold under the breast", "under the left breast"),
+    de=("linke Unterbrustfalte", "Unterbrustfalte links", "Brustumschlagfalte links"),
+    facing="anterior",
+    half="left",
+)
 RIGHT_ILIAC_CREST = Place(
     "right iliac crest", de=("rechter Beckenkamm", "Beckenkamm rechts"), facing="right"
 )
@@ -206,6 +222,57 @@ _ASIS = Mid(("right iliac spine", "left iliac spine"))
 _TROCHANTERS = Mid(("right trochanter", "left trochanter"))
 _L3 = Mid(("third lumbar vertebra",))
 _SACRUM, _C7 = Mid(("sacrum",)), Mid(("seventh cervical vertebra",))
+
+
+def _levels(name: str, en: str, de: str, at: Mid) -> tuple[Section, ...]:
+    """What forms ask of a level: girth, widths, how far it is turned, and its two halves."""
+    across = Section(name="", en="", de="", at=at, normal="trunk", along="to the right")
+    halves = "the plane through sacrum and C7, square to the iliac spines, parts the halves"
+    return (
+        replace(across, name=f"{name}_girth_mm", en=f"Girth: {en}", de=f"Umfang: {de}", along=""),
+        replace(
+            across,
+            name=f"{name}_ml_mm",
+            en=f"Width side to side: {en}",
+            de=f"Breite seitlich: {de}",
+            what="width",
+        ),
+        replace(
+            across,
+            name=f"{name}_ap_mm",
+            en=f"Depth front to back: {en}",
+            de=f"Tiefe von vorn nach hinten: {de}",
+            what="width",
+            along="forward",
+        ),
+        replace(
+            across,
+            name=f"{name}_rotation_deg",
+            en=f"Rotation of the section against the iliac spines: {en}",
+            de=f"Drehung des Querschnitts zu den Darmbeinstacheln: {de}",
+            what="turn",
+            note="the section's longest principal axis; right side forward is positive",
+        ),
+        replace(
+            across,
+            name=f"{name}_right_half_cm2",
+            en=f"Area of the right half: {en}",
+            de=f"Fläche der rechten Hälfte: {de}",
+            what="half along",
+            parted=_SACRUM,
+            note=halves,
+        ),
+        replace(
+            across,
+            name=f"{name}_left_half_cm2",
+            en=f"Area of the left half: {en}",
+            de=f"Fläche der linken Hälfte: {de}",
+            what="half against",
+            parted=_SACRUM,
+            note=halves,
+        ),
+    )
+
 
 KIND = Kind(
     name="torso",
@@ -239,6 +306,8 @@ KIND = Kind(
         LEFT_INFERIOR_ANGLE,
         RIGHT_NIPPLE,
         LEFT_NIPPLE,
+        RIGHT_INFRAMAMMARY_FOLD,
+        LEFT_INFRAMAMMARY_FOLD,
         RIGHT_ILIAC_CREST,
         LEFT_ILIAC_CREST,
         RIGHT_TENTH_RIB,
@@ -284,6 +353,7 @@ KIND = Kind(
         Line(name="axillae", start=Mid(("left axilla",)), end=Mid(("right axilla",))),
         Cross(name="forward", first="trunk", second="to the right"),
         Line(name="lower back", start=_SACRUM, end=Mid(("third lumbar vertebra",))),
+        Line(name="chest", start=_L3, end=_C7),
         Line(
             name="upper back",
             start=Mid(("third lumbar vertebra",)),
@@ -307,6 +377,16 @@ KIND = Kind(
             to="upper back",
             about="to the right",
         ),
+        Angle(
+            name="side_bend_deg",
+            en="Side bend, L3 to C7 against the line of the iliac spines, to the right positive",
+            de="Seitneigung, LWK 3 bis HWK 7 gegen die Linie der Darmbeinstacheln, nach rechts "
+            "positiv",
+            of="iliac spines",
+            to="chest",
+            about="pelvis forward",
+            zero_deg=-90.0,
+        ),
         Distance(
             name="plumb_right_mm",
             en="C7 beside the sacrum, to the right",
@@ -325,177 +405,25 @@ KIND = Kind(
             along="anterior",
             note="as plumb_right_mm",
         ),
+        *_levels("axilla", "axilla", "Achselhöhe", _AXILLAE),
         Section(
-            name="axilla_girth_mm",
-            en="Girth: axilla",
-            de="Umfang: Achselhöhe",
-            at=_AXILLAE,
+            name="breast_girth_mm",
+            en="Girth: breast, at the nipples",
+            de="Umfang: Brust, Höhe der Brustwarzen",
+            at=Mid(("right nipple", "left nipple")),
             normal="trunk",
         ),
         Section(
-            name="axilla_ml_mm",
-            en="Width side to side: axilla",
-            de="Breite seitlich: Achselhöhe",
-            at=_AXILLAE,
-            normal="trunk",
-            what="width",
-            along="to the right",
-        ),
-        Section(
-            name="axilla_ap_mm",
-            en="Depth front to back: axilla",
-            de="Tiefe von vorn nach hinten: Achselhöhe",
-            at=_AXILLAE,
-            normal="trunk",
-            what="width",
-            along="forward",
-        ),
-        Section(
-            name="axilla_rotation_deg",
-            en="Rotation of the section against the iliac spines: axilla",
-            de="Drehung des Querschnitts zu den Darmbeinstacheln: Achselhöhe",
-            at=_AXILLAE,
-            normal="trunk",
-            what="turn",
-            along="to the right",
-            note="the section's longest principal axis; right side forward is positive",
-        ),
-        Section(
-            name="xiphoid_girth_mm",
-            en="Girth: xiphoid",
-            de="Umfang: Schwertfortsatz",
-            at=Mid(("xiphoid",)),
+            name="under_breast_girth_mm",
+            en="Girth: under the breast",
+            de="Umfang: Unterbrust",
+            at=Mid(("right inframammary fold", "left inframammary fold")),
             normal="trunk",
         ),
-        Section(
-            name="xiphoid_ml_mm",
-            en="Width side to side: xiphoid",
-            de="Breite seitlich: Schwertfortsatz",
-            at=Mid(("xiphoid",)),
-            normal="trunk",
-            what="width",
-            along="to the right",
-        ),
-        Section(
-            name="xiphoid_ap_mm",
-            en="Depth front to back: xiphoid",
-            de="Tiefe von vorn nach hinten: Schwertfortsatz",
-            at=Mid(("xiphoid",)),
-            normal="trunk",
-            what="width",
-            along="forward",
-        ),
-        Section(
-            name="xiphoid_rotation_deg",
-            en="Rotation of the section against the iliac spines: xiphoid",
-            de="Drehung des Querschnitts zu den Darmbeinstacheln: Schwertfortsatz",
-            at=Mid(("xiphoid",)),
-            normal="trunk",
-            what="turn",
-            along="to the right",
-            note="the section's longest principal axis; right side forward is positive",
-        ),
-        Section(
-            name="waist_girth_mm", en="Girth: waist", de="Umfang: Taille", at=_WAIST, normal="trunk"
-        ),
-        Section(
-            name="waist_ml_mm",
-            en="Width side to side: waist",
-            de="Breite seitlich: Taille",
-            at=_WAIST,
-            normal="trunk",
-            what="width",
-            along="to the right",
-        ),
-        Section(
-            name="waist_ap_mm",
-            en="Depth front to back: waist",
-            de="Tiefe von vorn nach hinten: Taille",
-            at=_WAIST,
-            normal="trunk",
-            what="width",
-            along="forward",
-        ),
-        Section(
-            name="waist_rotation_deg",
-            en="Rotation of the section against the iliac spines: waist",
-            de="Drehung des Querschnitts zu den Darmbeinstacheln: Taille",
-            at=_WAIST,
-            normal="trunk",
-            what="turn",
-            along="to the right",
-            note="the section's longest principal axis; right side forward is positive",
-        ),
-        Section(
-            name="asis_girth_mm",
-            en="Girth: iliac spines",
-            de="Umfang: Darmbeinstacheln",
-            at=_ASIS,
-            normal="trunk",
-        ),
-        Section(
-            name="asis_ml_mm",
-            en="Width side to side: iliac spines",
-            de="Breite seitlich: Darmbeinstacheln",
-            at=_ASIS,
-            normal="trunk",
-            what="width",
-            along="to the right",
-        ),
-        Section(
-            name="asis_ap_mm",
-            en="Depth front to back: iliac spines",
-            de="Tiefe von vorn nach hinten: Darmbeinstacheln",
-            at=_ASIS,
-            normal="trunk",
-            what="width",
-            along="forward",
-        ),
-        Section(
-            name="asis_rotation_deg",
-            en="Rotation of the section against the iliac spines: iliac spines",
-            de="Drehung des Querschnitts zu den Darmbeinstacheln: Darmbeinstacheln",
-            at=_ASIS,
-            normal="trunk",
-            what="turn",
-            along="to the right",
-            note="the section's longest principal axis; right side forward is positive",
-        ),
-        Section(
-            name="trochanter_girth_mm",
-            en="Girth: trochanters",
-            de="Umfang: Rollhügel",
-            at=_TROCHANTERS,
-            normal="trunk",
-        ),
-        Section(
-            name="trochanter_ml_mm",
-            en="Width side to side: trochanters",
-            de="Breite seitlich: Rollhügel",
-            at=_TROCHANTERS,
-            normal="trunk",
-            what="width",
-            along="to the right",
-        ),
-        Section(
-            name="trochanter_ap_mm",
-            en="Depth front to back: trochanters",
-            de="Tiefe von vorn nach hinten: Rollhügel",
-            at=_TROCHANTERS,
-            normal="trunk",
-            what="width",
-            along="forward",
-        ),
-        Section(
-            name="trochanter_rotation_deg",
-            en="Rotation of the section against the iliac spines: trochanters",
-            de="Drehung des Querschnitts zu den Darmbeinstacheln: Rollhügel",
-            at=_TROCHANTERS,
-            normal="trunk",
-            what="turn",
-            along="to the right",
-            note="the section's longest principal axis; right side forward is positive",
-        ),
+        *_levels("xiphoid", "xiphoid", "Schwertfortsatz", Mid(("xiphoid",))),
+        *_levels("waist", "waist", "Taille", _WAIST),
+        *_levels("asis", "iliac spines", "Darmbeinstacheln", _ASIS),
+        *_levels("trochanter", "trochanters", "Rollhügel", _TROCHANTERS),
         Distance(
             name="waist_to_sternal_notch_mm",
             en="Waist up to the sternal notch",
@@ -588,18 +516,20 @@ KIND = Kind(
     joints=(
         Joint(
             name="side bend",
-            en="Side bend at L3, to the right positive",
-            de="Seitneigung bei LWK 3, nach rechts positiv",
+            de="Seitneigung",
+            sense={"en": "at L3, to the right positive", "de": "bei LWK 3, nach rechts positiv"},
             axis="pelvis forward",
+            reads="side_bend_deg",
             centre=_L3,
             upper=_SACRUM,
             lower=_C7,
         ),
         Joint(
             name="extension",
-            en="Extension at L3, backwards positive",
-            de="Extension bei LWK 3, nach hinten positiv",
+            de="Extension",
+            sense={"en": "at L3, backwards positive", "de": "bei LWK 3, nach hinten positiv"},
             axis="iliac spines",
+            reads="lordosis_deg",
             centre=_L3,
             upper=_SACRUM,
             lower=_C7,

@@ -1,6 +1,6 @@
 """Cranial: the figures of a head above its base plane, by landmarks and without a severity.
 
-In      a head with sellion, both tragia and, above that plane, a whole surface.
+In      a head with sellion and both tragia.
 Out     Sensed figures by name: width, length, girth and radii at the measuring level, diagonals,
         asymmetry and its indices, volumes of the four quadrants, ratios.
 Method  Frame: x to the right, y forwards along the midline, z up from the base plane, from the
@@ -9,7 +9,8 @@ Method  Frame: x to the right, y forwards along the midline, z up from the base 
         there. The diagonals lie at 30 degrees to the midline. Volumes are exact: the surface is
         clipped by the three planes of the frame, and cone by cone from their corner it fills the
         quadrant.
-Fails   MeasureError: a landmark is missing, or the surface is open above the base plane.
+Fails   MeasureError: a landmark is missing, or the section at the measuring level is not whole.
+        Volumes alone need a surface that is whole above the base plane.
 """
 
 import math
@@ -19,7 +20,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import MeasureError
-from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
+from limbgram.core.geometry.arrays import Matrix3, Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.units import MM3_PER_ML
@@ -46,21 +47,27 @@ _QUADRANTS = {
     "right back": (1, -1),
     "left back": (-1, -1),
 }
+_CLEAR_MM = 2 * STEP_MM
+"""So far below the base plane an opening has to lie: slopes are told with the plane moved."""
 Triangles = Float64[np.ndarray, "_ 3 3"]
 
 
 def cranial_figures(subject: Subject) -> Mapping[str, Sensed]:
-    """All figures of a head, by the names that the kind's items give them.
+    """The figures of a head, by the names that the kind's items give them.
+
+    Volumes are left out where the surface is open above the base plane; see `require_whole`.
 
     Raises:
-        MeasureError: a landmark is missing, or the surface is open above the base plane.
+        MeasureError: a landmark is missing, or the section at the measuring level is not whole.
     """
-    here = _values(subject.sigmas, *_frame(subject.anatomy))
+    whole = _open_above_mm(subject) is None
+    here = _values(subject.sigmas, *_frame(subject.anatomy), whole=whole)
     names = tuple(here)
     found: dict[str, dict[str, Vector3]] = {name: {} for name in names}
     for place in ("sellion", "right tragion", "left tragion"):
         rows = [
-            (_numbers(subject, place, step) - _numbers(subject, place, -step)) / (2 * STEP_MM)
+            (_numbers(subject, place, step, whole) - _numbers(subject, place, -step, whole))
+            / (2 * STEP_MM)
             for step in np.eye(3) * STEP_MM
         ]
         for name, slope in zip(names, np.stack(rows).T, strict=True):
@@ -80,9 +87,20 @@ def cranial_figures(subject: Subject) -> Mapping[str, Sensed]:
     }
 
 
-def _numbers(subject: Subject, place: str, step: Vector3) -> Float64[np.ndarray, " k"]:
+def require_whole(subject: Subject) -> None:
+    """Refuse volumes of a surface that is open above the base plane.
+
+    Raises:
+        MeasureError: it is; says how high.
+    """
+    height_mm = _open_above_mm(subject)
+    if height_mm is not None:
+        raise MeasureError("measure.sheet.open_above", height_mm=height_mm)
+
+
+def _numbers(subject: Subject, place: str, step: Vector3, whole: bool) -> Float64[np.ndarray, " k"]:
     """All values, with one landmark elsewhere."""
-    values = _values(subject.sigmas, *_frame(subject.moved(place, step)))
+    values = _values(subject.sigmas, *_frame(subject.moved(place, step)), whole=whole)
     return np.array([value for value, _ in values.values()])
 
 
@@ -98,10 +116,14 @@ _Valued = tuple[float, Float64[np.ndarray, " n"]]
 """A value, and its change for a millimetre of each vertex along its normal."""
 
 
-def _values(sigmas: Sigmas, rotation: Matrix3, origin: Vector3) -> dict[str, _Valued]:
+def _values(
+    sigmas: Sigmas, rotation: Matrix3, origin: Vector3, *, whole: bool
+) -> dict[str, _Valued]:
     turned, level = _measuring_level(sigmas, rotation, origin)
     sloped = _of_level(level)
     values = {name: (one.value, turned.gradient(level, one)) for name, one in sloped.items()}
+    if not whole:
+        return values
     volumes = {name: _quadrant(turned, *signs) for name, signs in _QUADRANTS.items()}
     values |= {f"volume {name}": one for name, one in volumes.items()}
     for half in ("front", "back"):
@@ -118,7 +140,6 @@ def _values(sigmas: Sigmas, rotation: Matrix3, origin: Vector3) -> dict[str, _Va
 def _measuring_level(sigmas: Sigmas, rotation: Matrix3, origin: Vector3) -> tuple[Sigmas, Level]:
     """The surface in the head's frame, and its section at the measuring level."""
     turned = sigmas.moved(Rigid(rotation, -rotation @ origin))
-    _require_whole(turned)
     top_mm = float(turned.mesh.vertices_mm[:, 2].max())
     return turned, level_at(turned.mesh, top_mm * MEASURING_LEVEL / LEVELS)
 
@@ -252,7 +273,10 @@ def clipped(pieces: Triangles, axis: int, sign: int) -> Triangles:
     return np.concatenate(kept)
 
 
-def _require_whole(turned: Sigmas) -> None:
-    edges: Points3 = turned.mesh.vertices_mm[boundary_half_edges(turned.mesh.faces)].reshape(-1, 3)
-    if len(edges) and edges[:, 2].max() > 0:
-        raise MeasureError("measure.sheet.open_above", height_mm=float(edges[:, 2].max()))
+def _open_above_mm(subject: Subject) -> float | None:
+    """How high over the base plane, nearly, the surface is open; None where it is not."""
+    rotation, origin = _frame(subject.anatomy)
+    mesh = subject.sigmas.mesh
+    edges = (mesh.vertices_mm[boundary_half_edges(mesh.faces)].reshape(-1, 3) - origin) @ rotation.T
+    height_mm = float(edges[:, 2].max(initial=-np.inf))
+    return max(height_mm, 0.0) if height_mm > -_CLEAR_MM else None

@@ -158,7 +158,8 @@ class Cut:
 
     rotation: Matrix3
     through_mm: Vector3
-    """In that frame: x and y inside the outline that counts, and the plane's height."""
+    """In that frame: x and y inside the outline that counts, and the plane's height. Halves are
+    parted by the line along y through it."""
 
     def level(self, sigmas: Sigmas) -> Level:
         x, y, height = self.through_mm.tolist()
@@ -178,10 +179,19 @@ class Cut:
         moved = rotation @ place
         return Cut(rotation=rotation, through_mm=moved + np.array([0.0, 0.0, offset_mm]))
 
-    def ways_to(self, other: "Cut") -> Float64[np.ndarray, "4"]:
-        """How another plane is nudged against this one: the steps that lead there."""
+    def seen_from(self, level: Level, aside_mm: float = 0.0) -> Level:
+        """A level with its place as origin; or a place so far from it along x."""
+        x, y, _ = self.through_mm.tolist()
+        return replace(level, points_mm=level.points_mm - np.array([x + aside_mm, y]))
+
+    def ways_to(self, other: "Cut") -> Float64[np.ndarray, "5"]:
+        """How another plane is nudged against this one: the steps that lead there.
+
+        The last is how far its place lies from this one's along x.
+        """
         place = self.rotation.T @ self.through_mm
-        offset = (other.rotation.T @ other.through_mm - place) @ other.rotation[2]
+        away = other.rotation.T @ other.through_mm - place
+        offset = away @ other.rotation[2]
         turn = other.rotation @ self.rotation.T
         return np.array(
             [
@@ -189,6 +199,7 @@ class Cut:
                 (turn[2, 1] - turn[1, 2]) / 2,
                 (turn[0, 2] - turn[2, 0]) / 2,
                 (turn[1, 0] - turn[0, 1]) / 2,
+                away @ other.rotation[0],
             ]
         )
 
@@ -200,6 +211,7 @@ def across(
 
     Args:
         cut_of: The plane, by landmarks.
+        measures: Of a level whose origin is the plane's place.
 
     Raises:
         MeasureError: the plane misses the limb, or its outline is open.
@@ -211,19 +223,22 @@ def across(
     steps = np.diag(WAYS) if slopes else np.empty((0, len(WAYS)))
     try:
         level = level_at(turned.mesh, height, (x, y))
+        nudged = [tuple(first.nudged(*way) for way in (step, -step)) for step in steps]
         beside = [
-            tuple(first.nudged(*way).level(subject.sigmas) for way in (step, -step))
-            for step in steps
+            tuple(one.seen_from(one.level(subject.sigmas)) for one in pair) for pair in nudged
         ]
     except MeasureError as error:
         raise _told_in_limb(error, subject.anatomy, first) from error
+    if slopes:
+        beside.append(tuple(first.seen_from(level, aside) for aside in (STEP_MM, -STEP_MM)))
+    sizes = [*WAYS, STEP_MM]
     found: dict[str, Sensed] = {}
     for name, measure in measures.items():
-        sloped = measure(level)
+        sloped = measure(first.seen_from(level))
         by_way = np.array(
             [
-                (measure(ahead).value - measure(behind).value) / (2 * step.sum())
-                for step, (ahead, behind) in zip(steps, beside, strict=True)
+                (measure(ahead).value - measure(behind).value) / (2 * size)
+                for size, (ahead, behind) in zip(sizes, beside, strict=bool(slopes))
             ]
         )
         figure, gradient = turned.figure(level, sloped), turned.gradient(level, sloped)

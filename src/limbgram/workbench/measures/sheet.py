@@ -15,6 +15,7 @@ Fails   MeasureError: nobody said the kind, or the side of what has one. What la
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,7 @@ from limbgram.workbench.anatomy.kind import (
 )
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.limb import Limb, Side
-from limbgram.workbench.measures.cranial import cranial_figures
+from limbgram.workbench.measures.cranial import cranial_figures, require_whole
 from limbgram.workbench.measures.levels import (
     Figure,
     Level,
@@ -60,6 +61,7 @@ _FLAT_SHARE = 0.005
 _LEAST_WEIGHT = 1e-3
 _COLUMNS = ("name", "measure", "value", "unit", "sigma", "sigma_of_placing", "formula", "reason")
 _DIGITS = 6
+_MM2_PER_CM2 = 100.0
 CENTRELINE = "centreline"
 """The normal of an item that is cut across the limb's centreline."""
 
@@ -169,7 +171,7 @@ def _rounded(value: float | None) -> Cell:
     return None if value is None else float(f"{value:.{_DIGITS}g}")
 
 
-_UNITS = {"_mm": "mm", "_deg": "deg", "_ml": "mL", "_per_cent": "%"}
+_UNITS = {"_mm": "mm", "_cm2": "cm²", "_deg": "deg", "_ml": "mL", "_per_cent": "%"}
 
 
 def unit_of(name: str) -> str:
@@ -221,7 +223,7 @@ def _row(filling: _Filling, item: AnyItem) -> SheetRow:
         reason = error.finding
     return SheetRow(
         name=item.name,
-        words={"en": item.en, "de": item.de},
+        words=item.words,
         formula=item.note,
         figure=figure,
         placing_sigma=placing,
@@ -248,6 +250,8 @@ def _measured(filling: _Filling, item: AnyItem) -> tuple[Figure, float | None]:
         case Cranial():
             if not filling.heads:
                 filling.heads.update(cranial_figures(subject))
+            if item.what not in filling.heads:
+                require_whole(subject)
             return subject.figure(filling.heads[item.what])
 
 
@@ -262,23 +266,28 @@ def _angle(subject: Subject, item: Angle, pitch_mm: float) -> Sensed:
     """By landmarks, and by the surface where it tells one of the directions."""
 
     def what(anatomy: Anatomy) -> float:
-        return _angle_deg(anatomy, item, pitch_mm)
+        return angle_deg(anatomy, item, pitch_mm)
 
     by_vertex = subject.by_surface(what, (item.of, item.to, item.about))
     return replace(_by_landmarks(subject, what), by_vertex=by_vertex)
 
 
-def _angle_deg(anatomy: Anatomy, item: Angle, pitch_mm: float) -> float:
+def angle_deg(anatomy: Anatomy, item: Angle, pitch_mm: float = 0.0) -> float:
+    """An angle of the form, -180 to 180; a shoe adds what its heel is higher than its sole.
+
+    Raises:
+        MeasureError: a landmark that tells it was not placed, or the surface is open there.
+    """
     start, end, about = (anatomy.axis(one).direction for one in (item.of, item.to, item.about))
     turned = anatomy.angle_deg(start, end, about) - item.zero_deg
     if item.pitch is not None:
-        heel, ball = (anatomy.at(one, item.name) for one in item.pitch)
+        heel, ball = (anatomy.at(one, item.en) for one in item.pitch)
         turned += float(np.degrees(np.arctan2(pitch_mm, np.linalg.norm(ball - heel))))
     return (turned + 180.0) % 360.0 - 180.0
 
 
 def _distance_mm(anatomy: Anatomy, item: Distance) -> float:
-    way = anatomy.at(item.end, item.name) - anatomy.at(item.start, item.name)
+    way = anatomy.at(item.end, item.en) - anatomy.at(item.start, item.en)
     if item.along is None:
         return float(np.linalg.norm(way))
     return float(way @ anatomy.axis(item.along).direction)
@@ -306,7 +315,7 @@ def _extent(subject: Subject, item: Extent) -> Sensed:
 
     along, up = (subject.anatomy.axis(name).direction for name in (item.along, item.up))
     heights = points @ up
-    below = heights <= subject.anatomy.at(item.below, item.name) @ up
+    below = heights <= subject.anatomy.at(item.below, item.en) @ up
     if not below.any():
         raise MeasureError("measure.sheet.nothing_below", names=item.below.of)
     reach = np.where(below, points @ along, np.nan)
@@ -340,7 +349,7 @@ def cut_of(anatomy: Anatomy, item: Section) -> Cut:
     Raises:
         MeasureError: a landmark that tells it was not placed.
     """
-    at = anatomy.at(item.at, item.name)
+    at = anatomy.at(item.at, item.en)
     if item.normal == CENTRELINE:
         curve = anatomy.centreline()
         normal = curve.at(float(curve.nearest_mm(at[None])[0])).direction
@@ -354,12 +363,40 @@ def cut_of(anatomy: Anatomy, item: Section) -> Cut:
     x_axis = x_axis - normal * (x_axis @ normal)
     x_axis /= np.linalg.norm(x_axis)
     rotation = np.stack([x_axis, np.cross(normal, x_axis), normal])
-    return Cut(rotation=rotation, through_mm=rotation @ at)
+    through_mm = rotation @ at
+    if item.parted is not None:
+        through_mm[0] = rotation[0] @ anatomy.at(item.parted, item.en)
+    return Cut(rotation=rotation, through_mm=through_mm)
 
 
 def _section(subject: Subject, item: Section) -> Sensed:
-    measure = {"girth": tape_mm, "width": ml_mm, "turn": turn_deg}[item.what]
+    measure = _OF_SECTION[item.what]
     return across(subject, lambda one: cut_of(one, item), {item.what: measure})[item.what]
+
+
+def half_cm2(level: Level, side: int) -> Sloped:
+    """Area of the material beyond the line through the origin along y, to x (1) or against it (-1).
+
+    By the theorem of Green: the height of each piece of the outlines times the mean reach over the
+    line along it, which is nothing where it lies on the other side.
+    """
+    points, after = level.points_mm, level.after
+    start, end = side * points[:, 0], side * points[after, 0]
+    rise = side * (points[after, 1] - points[:, 1])
+    p, q = np.maximum(start, 0.0), np.maximum(end, 0.0)
+    astride = (start > 0) != (end > 0)
+    run = np.where(astride, np.abs(start - end), 1.0)
+    reach = np.where(astride, (p + q) ** 2 / (2 * run), (p + q) / 2)
+    share = np.where(astride, (p + q) / run, 1.0)  # of the piece that lies beyond
+    both = (start > 0) & (end > 0)
+    by_start = np.where(astride, np.where(start > 0, share - share**2 / 2, share**2 / 2), both / 2)
+    by_end = np.where(astride, np.where(end > 0, share - share**2 / 2, share**2 / 2), both / 2)
+    slopes = np.zeros_like(points)
+    slopes[:, 0] += side * rise * by_start
+    slopes[after, 0] += side * rise * by_end
+    slopes[:, 1] -= side * reach
+    slopes[after, 1] += side * reach
+    return Sloped(float(rise @ reach) / _MM2_PER_CM2, slopes / _MM2_PER_CM2)
 
 
 def turn_deg(level: Level) -> Sloped:
@@ -391,6 +428,15 @@ def _moments(
     yy = (across * (y * y + y * v + v * v)).sum() / 12 - area * middle[1] ** 2
     xy = (across * (x * v + 2 * x * y + 2 * u * v + u * y)).sum() / 24
     return middle + shift, (float(xx), float(xy - area * middle[0] * middle[1]), float(yy))
+
+
+_OF_SECTION: Mapping[str, Callable[[Level], Sloped]] = {
+    "girth": tape_mm,
+    "width": ml_mm,
+    "turn": turn_deg,
+    "half along": partial(half_cm2, side=1),
+    "half against": partial(half_cm2, side=-1),
+}
 
 
 def _extreme(subject: Subject, item: Extreme) -> tuple[Figure, float | None]:
@@ -425,8 +471,10 @@ class _Extremum:
         Raises:
             MeasureError: there is no girth between the places, or the extreme lies at an end.
         """
-        ends = [subject.anatomy.at(mid, item.name) for mid in item.between]
-        section = Section(name=item.name, en="", de="", at=item.between[0], normal=item.normal)
+        ends = [subject.anatomy.at(mid, item.en) for mid in item.between]
+        section = Section(
+            name=item.name, en=item.en, de=item.de, at=item.between[0], normal=item.normal
+        )
         first = cut_of(subject.anatomy, section)
         turned = first.turned(subject.sigmas)
         low, high = sorted(float(first.rotation[2] @ end) for end in ends)
@@ -475,7 +523,7 @@ class _Extremum:
 
         def over_start(anatomy: Anatomy) -> float:
             up = cut_of(anatomy, self.section).rotation[2]
-            return float(up @ (top - anatomy.at(start, item.name)))
+            return float(up @ (top - anatomy.at(start, item.en)))
 
         return replace(_by_landmarks(subject, over_start), by_vertex=gradient)
 

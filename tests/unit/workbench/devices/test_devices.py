@@ -1,5 +1,6 @@
 """Devices: each preset becomes one closed solid as thick as asked, again to the byte, editable."""
 
+import re
 import shutil
 import subprocess
 from dataclasses import replace
@@ -11,13 +12,16 @@ import pytest
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges, volume_mm3
+from limbgram.findings.tell import filled, terms
 from limbgram.formats.threemf import write_3mf
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.devices.device import devices
 from limbgram.workbench.devices.making import Order, make_device, preview_device
 from limbgram.workbench.devices.proof import require_solid
+from limbgram.workbench.devices.trims import place_point
 from limbgram.workbench.edits.offset import Offset
-from limbgram.workbench.limb import KINDS, Limb
+from limbgram.workbench.edits.roll import Roll
+from limbgram.workbench.limb import KINDS, Landmark, Limb
 from limbgram.workbench.recipe.recipe import Entry, Recipe
 
 DEVICES = devices()
@@ -48,11 +52,91 @@ def test_every_device_is_complete() -> None:
                 assert one.usual is None or one.within.holds(one.usual)
 
 
+def test_refusals_name_devices_and_their_parts_in_german() -> None:
+    for device in DEVICES.values():
+        assert filled("{name:term}", {"name": device.en}, "de") == device.de
+        parts = [
+            *(loop.name for loop in device.trim.loops),
+            *(f"{one.name}: {point.name}" for one in device.trim.loops for point in one.points),
+            *(loop.keeps.name for loop in device.trim.loops),
+            *(one.name for one in (*device.slots, *device.pads, *device.ridges)),
+            *(f"{one.name}, hole" for one in device.seats),
+        ]
+        for part in parts:
+            pieces = re.split(", |: ", part)
+            assert all(f"part {one}" in terms("de") for one in pieces), part
+            assert filled("{what:part}", {"what": part}, "de").count(", ") == part.count(", ")
+    assert filled("{what:part}", {"what": "brim: scoop, lateral"}, "de") == (
+        "Schaftrand: Sehnenmulde, lateral"
+    )
+
+
 def test_every_landmark_of_a_device_is_known_of_its_kind_of_limb() -> None:
     for device in DEVICES.values():
         known = {place.identity for place in KIND_NAMED[device.kind].places}
-        assert set(device.trim.landmarks()) <= known | EPICONDYLES
+        assert set(device.landmarks) <= known | EPICONDYLES
         assert {device.label.at.at, device.label.at.towards or "heel"} <= known | {"heel"}
+
+
+@pytest.mark.parametrize(("name", "front"), [("tlso-front", 1), ("tlso-back", -1)])
+def test_straps_of_a_trunk_lie_beside_the_opening(
+    bodies: dict[str, Limb], name: str, front: int
+) -> None:
+    preview = preview_device(bodies["torso"], Order(device=name, made="printed"))
+    values = preview.values
+
+    def height_mm(mark: str) -> float:
+        return float(preview.body.place_mm(mark)[2])
+
+    if front > 0:
+        upper = height_mm("xiphoid") + values["front_top_mm"]
+        lower = height_mm("pubic symphysis") + values["over_pubis_mm"]
+    else:
+        upper = height_mm("right axilla") - values["below_axilla_mm"] + values["back_top_mm"]
+        lower = height_mm("coccyx") + values["over_coccyx_mm"]
+    waist = (height_mm("right waist") + height_mm("left waist")) / 2
+    middle = {"chest": upper - 20 - 19, "waist": waist, "pelvis": lower + 20 + 19}
+    slots = [one for one in preview.device.slots if one.strap]
+    assert len(slots) == 6
+    for slot in slots:
+        x, y, z = place_point(preview.body, slot.name, slot.at, values)
+        assert z == pytest.approx(middle[slot.name.split()[0]], abs=0.01)
+        assert abs(x) - values["gap_mm"] / 2 == pytest.approx(20.0, abs=3.0)
+        assert (x > 0) == slot.name.endswith("right")
+        assert y * front > 50
+    assert not preview.findings
+
+
+def test_straps_over_bone_or_half_in_a_roll_are_told(bodies: dict[str, Limb]) -> None:
+    limb = bodies["torso"]
+    body = preview_device(limb, Order(device="tlso-front", made="printed")).body
+    waist_mm = float(body.place_mm("right waist")[2])
+    assert limb.frame is not None
+    beside = limb.frame.limb_from_mesh.inverse.apply(np.array([[43.0, 78.0, waist_mm + 5]]))[0]
+    sore = Landmark(name="scar", position_mm=beside)
+    marked = replace(limb, landmarks=(*limb.landmarks, sore))
+    roll = Roll(depth_mm=8.0, band_mm=30.0, at_mm=waist_mm + 25.0)
+    recipe = Recipe(name="", entries=(Entry(edit=roll),))
+    order = Order(device="tlso-front", made="printed", recipe=recipe)
+    told = {(one.code, one.values["name"]) for one in preview_device(marked, order).findings}
+    assert told == {
+        ("device.strap.on_place", "waist strap, right"),
+        ("device.strap.roll", "waist strap, right"),
+        ("device.strap.roll", "waist strap, left"),
+    }
+    none = replace(order, values={"waist_strap_mm": 0.0})
+    assert not preview_device(marked, none).findings
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["tlso-front", "tlso-back"])
+def test_each_strap_of_a_trunk_adds_two_holes(bodies: dict[str, Limb], name: str) -> None:
+    none = {f"{one}_strap_mm": 0.0 for one in ("chest", "waist", "pelvis")}
+    for values, count in ((none, 0), ({**none, "waist_strap_mm": 38.0}, 2), ({}, 6)):
+        order = Order(device=name, made="printed", values=values)
+        solid = make_device(bodies["torso"], order).solid
+        euler = len(solid) - len(find_edges(solid.faces).ends) + len(solid.faces)
+        assert (2 - euler) // 2 == count
 
 
 @pytest.mark.slow

@@ -8,11 +8,12 @@ import pytest
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import told
 from limbgram.findings.tell import terms
 from limbgram.workbench.anatomy.centreline import rounded, straight
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.found import KIND_NAMED, KINDS
-from limbgram.workbench.anatomy.kind import Kind, Mid, OfSurface
+from limbgram.workbench.anatomy.kind import Angle, Kind, Mid, OfSurface
 from limbgram.workbench.anatomy.landmark import Landmark, Placing
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb
@@ -196,3 +197,32 @@ def test_a_bent_tube_is_straight_along_its_centreline() -> None:
     found = curve.straightened(places.reshape(-1, 3), np.array([1.0, 0.0, 0.0]))
     wanted = np.stack([x, y, lengths_mm.sum() - along], axis=-1).reshape(-1, 3)
     np.testing.assert_allclose(found, wanted, atol=0.2)  # the curve has a node a millimetre
+
+
+@pytest.mark.parametrize("kind", EACH, ids=lambda kind: kind.name)
+def test_sentences_say_figures_axes_and_joints_by_words(kind: Kind) -> None:
+    for language in ("en", "de"):
+        known = terms(language)
+        assert known[f"kind {kind.name}"] == kind.words[language]
+        for item in kind.sheet:
+            assert known.get(item.en, item.en) == item.words[language]
+        for direction in kind.directions:
+            assert f"axis {direction.name}" in known, direction.name
+    for joint in kind.joints:
+        assert terms("de")[joint.name] == joint.de
+        assert joint.reads in {one.name for one in kind.sheet if isinstance(one, Angle)}
+
+
+def test_what_a_landmark_is_wanted_for_is_said_in_words() -> None:
+    trunk = KIND_NAMED["torso"]
+    with pytest.raises(MeasureError) as refused:
+        Anatomy(kind=trunk, places={}, left=False, frame=np.eye(3), origin_mm=np.zeros(3)).at(
+            Mid(("right nipple", "left nipple")), "Waist up to the nipple line"
+        )
+    assert str(refused.value).startswith(
+        "Not marked: right nipple and left nipple (needed for: Waist up to the nipple line)."
+    )
+    assert told(refused.value.finding, "de").startswith(
+        "Nicht markiert: rechte Brustwarze und linke Brustwarze (gebraucht für: Taille bis "
+        "Brustwarzenlinie)."
+    )

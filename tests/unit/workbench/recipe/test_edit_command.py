@@ -68,21 +68,24 @@ def test_a_refused_edit_leaves_no_file(scan: Path, tmp_path: Path) -> None:
         ("wall thickness_mm=-3 side=inward", "not -3"),
         ("wall thickness_mm=nan", "must be a number within reason, not nan"),
         ("wall thickness_mm=1e-9", "1 mm or more, not 1e-09"),
-        ("liner name=alpha-3mm share=1.5", "share from 0 to 1, not 1.5"),
+        ("liner name=alpha-3mm share=1.5", "(share) goes from 0 to 1, not 1.5"),
         ("liner name=alpha-4mm", "must be one of iceross-original, alpha-3mm"),
-        ("liner name=alpha-3mm proximal_mm=90", "leave out proximal_mm and above"),
-        ("liner name=alpha-3mm above=patella", "leave out proximal_mm and above"),
+        ("liner name=alpha-3mm proximal_mm=90", "leave out the height at which it is full"),
+        ("liner name=alpha-3mm above=patella", "leave out the height at which it is full"),
         ("liner name=iceross-original proximal_mm=-20", "at -20 mm, where the limb ends"),
-        ("liner name=iceross-original above=patella", 'the height over "patella"'),
-        ("plane-cut height_mm=100 forward_deg=90", "forward_deg from -80 to 80 deg, not 90"),
+        ("liner name=iceross-original above=patella", "over the landmark “patella”"),
+        (
+            "plane-cut height_mm=100 forward_deg=90",
+            "(forward_deg) goes from -80 to 80 degrees, not 90",
+        ),
         ("plane-cut height_mm=100 right_deg=-81", "there is the trimline"),
-        ("plane-cut height_mm=3000", "height_mm = 3000, which is longer than any limb"),
-        ("distal-end height_mm=0", "height_mm above 0 and up to 2000 mm, not 0"),
-        ("distal-end height_mm=40 roundness=1.1", "roundness from 0 to 1, not 1.1"),
+        ("plane-cut height_mm=3000", "(height_mm) is 3000 mm, which is longer than any limb"),
+        ("distal-end height_mm=0", "(height_mm) goes above 0 and up to 2000 mm, not 0"),
+        ("distal-end height_mm=40 roundness=1.1", "(roundness) goes from 0 to 1, not 1.1"),
         ("distal-end height_mm=40 lengthen_mm=-20", "less than half of its height, 40 mm"),
-        ("distal-end height_mm=40 lengthen_mm=9000", "lengthen_mm = 9000"),
+        ("distal-end height_mm=40 lengthen_mm=9000", "(lengthen_mm) is 9000 mm"),
         ("offset distance_mm=-2001", "longer than any limb"),
-        ("reduction heights_mm=[10,9000] per_cent=[1,1] of=girth", "heights_mm = 9000"),
+        ("reduction heights_mm=[10,9000] per_cent=[1,1] of=girth", "(heights_mm) is 9000 mm"),
         ("trimline through=[]", "at least 3 points"),
         ('trimline through=["a","b","a"]', "two points in a row are the same"),
         ("load depth_mm=5 falloff_mm=9 within=[[0,0,0]]", "at least 3 points"),
@@ -110,7 +113,7 @@ def test_what_makes_sense_on_no_limb_is_not_added(tmp_path: Path, words: str, to
 def test_what_stands_at_its_limit_is_added(tmp_path: Path, words: str) -> None:
     recipe = tmp_path / "a.toml"
     edit("new", recipe)
-    assert "1 edits" in edit("add", recipe, *words.split())
+    assert "1 edit" in edit("add", recipe, *words.split())
 
 
 def test_a_recipe_written_by_hand_is_held_to_the_same(scan: Path, tmp_path: Path) -> None:

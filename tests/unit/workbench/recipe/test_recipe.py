@@ -266,16 +266,16 @@ def test_changes_leave_the_old_recipe_and_do_what_they_say() -> None:
         (
             "load",
             {"at": "a", "depth_mm": -5.0, "falloff_mm": 18.0},
-            "depth_mm above 0",
+            r"depth_mm\) goes above 0",
         ),
         ("relieve", {"depth_mm": 5.0, "falloff_mm": 18.0}, "either a place"),
         ("reduction", {"heights_mm": [1.0], "per_cent": [2.0, 3.0], "of": "girth"}, "one for each"),
         ("increase", {"heights_mm": [9.0, 1.0], "per_cent": [2.0, 3.0], "of": "girth"}, "rising"),
-        ("sock", {"thickness_mm": 40.0}, "thickness_mm above 0 and up to 20 mm, not 40"),
-        ("sock-ply", {"plies": 99.0}, "plies from -20 to 20, not 99"),
-        ("smoothing", {"passes": 0}, "passes from 1 to 500, not 0"),
-        ("extension", {"length_mm": -1.0}, "length_mm above 0"),
-        ("flare", {"depth_mm": 0.0, "height_mm": 5.0}, "depth_mm above 0"),
+        ("sock", {"thickness_mm": 40.0}, r"thickness_mm\) goes above 0 and up to 20 mm, not 40"),
+        ("sock-ply", {"plies": 99.0}, r"plies\) goes from -20 to 20, not 99"),
+        ("smoothing", {"passes": 0}, r"passes\) goes from 1 to 500, not 0"),
+        ("extension", {"length_mm": -1.0}, r"length_mm\) goes above 0"),
+        ("flare", {"depth_mm": 0.0, "height_mm": 5.0}, r"depth_mm\) goes above 0"),
     ],
 )
 def test_what_makes_sense_on_no_limb_is_not_added(

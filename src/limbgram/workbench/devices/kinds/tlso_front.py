@@ -2,7 +2,15 @@
 
 from limbgram.workbench.devices.device import ORTHOSIS, Device, Slit
 from limbgram.workbench.devices.presets.labels import BESIDE_WAIST
-from limbgram.workbench.devices.presets.spine import GAP, THORACOLUMBOSACRAL, VENTILATION, VENTS
+from limbgram.workbench.devices.presets.spine import (
+    FRONT_BOTTOM,
+    FRONT_TOP,
+    GAP,
+    THORACOLUMBOSACRAL,
+    VENTILATION,
+    VENTS,
+)
+from limbgram.workbench.devices.presets.straps import OPENING_STRAPS, opening_slots
 
 DEVICE = Device(
     name="tlso-front",
@@ -13,7 +21,7 @@ DEVICE = Device(
     trim=THORACOLUMBOSACRAL,
     label=BESIDE_WAIST,
     wall=ORTHOSIS,
-    slots=VENTS,
+    slots=(*opening_slots(0.0, FRONT_TOP, FRONT_BOTTOM, GAP.name), *VENTS),
     slits=(Slit(side="anterior", width_mm="gap_mm"),),
-    more=(GAP, *VENTILATION),
+    more=(GAP, *OPENING_STRAPS, *VENTILATION),
 )

@@ -186,7 +186,6 @@ def _round(
 
 
 SOLID = Trim(
-    name="solid ankle-foot orthosis",
     loops=(
         Loop(
             name="edge",
@@ -216,7 +215,6 @@ SPRING_HEIGHT = Measure(
     de="Höhe der schmalsten Stelle über dem Außenknöchel",
 )
 LEAF_SPRING = Trim(
-    name="posterior leaf spring",
     loops=(
         Loop(
             name="edge",
@@ -283,7 +281,6 @@ def _ear(name: str, ahead: Amount, up: Amount) -> TrimPoint:
 
 
 HINGED_CALF = Trim(
-    name="calf part of a hinged orthosis",
     loops=(
         Loop(
             name="edge",
@@ -315,7 +312,6 @@ HINGED_CALF = Trim(
     measures=(TOP, JOINT_GAP, EAR, CALF_BELOW),
 )
 HINGED_FOOT = Trim(
-    name="foot part of a hinged orthosis",
     loops=(
         Loop(
             name="edge",
@@ -373,7 +369,6 @@ _OPENING_LATERAL = (
     *_TO_TOES,
 )
 GROUND_REACTION = Trim(
-    name="ground reaction orthosis",
     loops=(
         Loop(
             name="upper edge",
@@ -447,7 +442,6 @@ SMO_MEDIAL = Measure(
     de="Vorderrand, vor dem Innenknöchel",
 )
 SUPRAMALLEOLAR = Trim(
-    name="supramalleolar orthosis",
     loops=(
         Loop(
             name="edge",
@@ -507,10 +501,9 @@ UCBL_MEDIAL = Measure(
 )
 
 
-def _insole(name: str, measures: tuple[Measure, ...]) -> Trim:
+def _insole(measures: tuple[Measure, ...]) -> Trim:
     """A heel cup with side walls that ends behind the metatarsal heads."""
     return Trim(
-        name=name,
         loops=(
             Loop(
                 name="edge",
@@ -557,10 +550,9 @@ def _insole(name: str, measures: tuple[Measure, ...]) -> Trim:
     )
 
 
-UCBL = _insole("UCBL", (CUP, UCBL_LATERAL, UCBL_MEDIAL, WALL_END))
+UCBL = _insole((CUP, UCBL_LATERAL, UCBL_MEDIAL, WALL_END))
 
 INSOLE = _insole(
-    "foot orthosis",
     (
         Measure(
             name="cup_mm",

@@ -43,7 +43,7 @@ SCOOP = Measure(
 )
 
 
-def _below_knee(name: str, sides: TrimPoint, measures: tuple[Measure, ...]) -> Trim:
+def _below_knee(sides: TrimPoint, measures: tuple[Measure, ...]) -> Trim:
     """Behind, a scoop, the side, the corner beside the patella, the front, and back."""
     medial = TrimPoint(
         name="side, medial",
@@ -52,7 +52,6 @@ def _below_knee(name: str, sides: TrimPoint, measures: tuple[Measure, ...]) -> T
         around_deg=-90.0,
     )
     return Trim(
-        name=name,
         loops=(
             Loop(
                 name="brim",
@@ -74,9 +73,8 @@ def _below_knee(name: str, sides: TrimPoint, measures: tuple[Measure, ...]) -> T
 
 
 _PTB_SIDE = _at("side, lateral", "mid patella", "sides_mm", 90.0)
-PTB = _below_knee("PTB", _PTB_SIDE, (FRONT, SIDES, BACK, SCOOP))
+PTB = _below_knee(_PTB_SIDE, (FRONT, SIDES, BACK, SCOOP))
 SUPRACONDYLAR = _below_knee(
-    "supracondylar PTB",
     _at("side, lateral", "lateral femoral epicondyle", "sides_mm", 90.0),
     (
         FRONT,
@@ -92,7 +90,6 @@ SUPRACONDYLAR = _below_knee(
     ),
 )
 TSB = _below_knee(
-    "TSB",
     _PTB_SIDE,
     (
         Measure(
@@ -148,7 +145,6 @@ SKELETAL_ML = Measure(
     de="Knöchernes ML-Maß, Sitzbein bis unter den Rollhügel, am Patienten gemessen",
 )
 QUADRILATERAL = Trim(
-    name="quadrilateral",
     loops=(
         Loop(
             name="brim",
@@ -178,7 +174,6 @@ QUADRILATERAL = Trim(
     ),
 )
 ISCHIAL_CONTAINMENT = Trim(
-    name="ischial containment",
     loops=(
         Loop(
             name="brim",

@@ -1,5 +1,6 @@
 """Trims of spinal orthoses: an upper and a lower edge; they open in front or behind."""
 
+from collections.abc import Mapping
 from itertools import product
 
 from limbgram.core.request_fields import Within
@@ -91,11 +92,11 @@ VENTS_APART = Measure(
 VENTILATION = (VENT, VENTS_APART)
 
 
-def _vents(quarters_deg: tuple[float, ...]) -> tuple[Slot, ...]:
+def _vents(quarters_deg: Mapping[str, float]) -> tuple[Slot, ...]:
     """Three rows of three holes round the middle of each quarter, at the height of the navel."""
     return tuple(
         Slot(
-            name=f"vent at {middle_deg:g} degrees, row {row + 2}, {column + 2}",
+            name=f"vent, {quarter}, row {row + 2}, hole {column + 2}",
             at=TrimPoint(
                 name="vent",
                 at="navel",
@@ -106,11 +107,15 @@ def _vents(quarters_deg: tuple[float, ...]) -> tuple[Slot, ...]:
             length_mm="vent_mm",
             width_mm="vent_mm",
         )
-        for middle_deg, row, column in product(quarters_deg, (-1, 0, 1), (-1, 0, 1))
+        for (quarter, middle_deg), row, column in product(
+            quarters_deg.items(), (-1, 0, 1), (-1, 0, 1)
+        )
     )
 
 
-VENTS = _vents((55.0, 125.0, 235.0, 305.0))
+VENTS = _vents(
+    {"front, right": 55.0, "back, right": 125.0, "back, left": 235.0, "front, left": 305.0}
+)
 
 
 def _at(name: str, at: str, up_mm: Amount, around_deg: float) -> TrimPoint:
@@ -127,16 +132,19 @@ _BOTTOM_RIGHT = (
     _at("side, right", "right trochanter", "over_trochanter_mm", 90.0),
     _at("groin, right", "right iliac spine", "-groin_mm", 45.0),
 )
+FRONT_TOP = _at("front", "xiphoid", "front_top_mm", 0.0)
+FRONT_BOTTOM = _at("front", "pubic symphysis", "over_pubis_mm", 0.0)
+BACK_TOP = _at("back", "right axilla", ("-below_axilla_mm", "back_top_mm"), 180.0)
+BACK_BOTTOM = _at("back", "coccyx", "over_coccyx_mm", 180.0)
 _WAIST = TrimPoint(name="navel", at="navel", seen="anterior")
 THORACOLUMBOSACRAL = Trim(
-    name="thoracolumbosacral orthosis",
     loops=(
         Loop(
             name="upper edge",
             points=(
-                _at("back", "right axilla", ("-below_axilla_mm", "back_top_mm"), 180.0),
+                BACK_TOP,
                 *_TOP_RIGHT,
-                _at("front", "xiphoid", "front_top_mm", 0.0),
+                FRONT_TOP,
                 *mirrored(_TOP_RIGHT, _OTHER),
             ),
             keeps=_WAIST,
@@ -144,9 +152,9 @@ THORACOLUMBOSACRAL = Trim(
         Loop(
             name="lower edge",
             points=(
-                _at("back", "coccyx", "over_coccyx_mm", 180.0),
+                BACK_BOTTOM,
                 *_BOTTOM_RIGHT,
-                _at("front", "pubic symphysis", "over_pubis_mm", 0.0),
+                FRONT_BOTTOM,
                 *mirrored(_BOTTOM_RIGHT, _OTHER),
             ),
             keeps=_WAIST,

@@ -1,8 +1,10 @@
-"""Straps: pairs of slots near the front edge of an orthosis of the leg."""
+"""Straps: pairs of slots near the front edge of an orthosis of the leg, or a trunk's opening."""
+
+from dataclasses import replace
 
 from limbgram.core.request_fields import Within
 from limbgram.workbench.devices.device import Slot
-from limbgram.workbench.devices.trims import Measure, TrimPoint
+from limbgram.workbench.devices.trims import Amount, Measure, Term, TrimPoint
 
 STRAP_BELOW = Measure(
     name="strap_below_mm",
@@ -46,6 +48,106 @@ def calf_slots(front_deg: float) -> tuple[Slot, ...]:
             ),
             length_mm=("strap_mm", 3.0),
             width_mm=5.0,
+            strap="strap_mm",
         )
         for side, sign in (("lateral", 1.0), ("medial", -1.0))
     )
+
+
+def _strap(name: str, en: str, de: str) -> Measure:
+    return Measure(
+        name=f"{name}_strap_mm",
+        usual=38.0,
+        within=Within(0, 50),
+        en=f"Width of the {en} strap, 0 for none",
+        de=f"Breite des {de}s, 0 für keinen",
+    )
+
+
+OPENING_STRAPS = (
+    _strap("chest", "chest", "Brustgurt"),
+    _strap("waist", "waist", "Taillengurt"),
+    _strap("pelvis", "pelvic", "Beckengurt"),
+    Measure(
+        name="chest_strap_below_mm",
+        usual=20.0,
+        within=Within(10, 80),
+        en="Chest strap, below the upper edge",
+        de="Brustgurt, unter dem oberen Rand",
+    ),
+    Measure(
+        name="waist_strap_up_mm",
+        usual=0.0,
+        within=Within(-40, 40),
+        en="Middle of the waist strap, above the waist",
+        de="Mitte des Taillengurts, über der Taille",
+    ),
+    Measure(
+        name="pelvis_strap_above_mm",
+        usual=20.0,
+        within=Within(10, 80),
+        en="Pelvic strap, above the lower edge",
+        de="Beckengurt, über dem unteren Rand",
+    ),
+    Measure(
+        name="slots_back_mm",
+        usual=20.0,
+        within=Within(12, 60),
+        en="Slots of the straps, from the opening's edge",
+        de="Schlitze der Gurte, vom Rand der Öffnung",
+    ),
+)
+
+
+def opening_slots(
+    around_deg: float, upper: TrimPoint, lower: TrimPoint, gap: str
+) -> tuple[Slot, ...]:
+    """Upright slots to both sides of a trunk's opening, for three straps.
+
+    Args:
+        around_deg: Where the opening is.
+        upper: The edge over it.
+        lower: The edge under it.
+        gap: The measure that says how wide it is.
+    """
+
+    def terms(amount: Amount) -> tuple[Term, ...]:
+        return amount if isinstance(amount, tuple) else (amount,)
+
+    chest = (*terms(upper.up_mm), "-chest_strap_below_mm", "-0.5*chest_strap_mm")
+    pelvis = (*terms(lower.up_mm), "pelvis_strap_above_mm", "0.5*pelvis_strap_mm")
+    places = (
+        ("chest", replace(upper, up_mm=chest)),
+        (
+            "waist",
+            TrimPoint(
+                name="",
+                at="right waist",
+                towards="left waist",
+                share=0.5,
+                up_mm="waist_strap_up_mm",
+            ),
+        ),
+        ("pelvis", replace(lower, up_mm=pelvis)),
+    )
+    return tuple(
+        Slot(
+            name=f"{name} strap, {side}",
+            at=replace(
+                place,
+                name=f"{name} strap, {side}",
+                around_deg=around_deg,
+                round_mm=(f"{sign}0.5*{gap}", f"{sign}slots_back_mm"),
+            ),
+            length_mm=(f"{name}_strap_mm", 3.0),
+            width_mm=5.0,
+            strap=f"{name}_strap_mm",
+            asked=f"{name}_strap_mm",
+        )
+        for name, place in places
+        for side, sign in _SIDES[around_deg > 90]
+    )
+
+
+_SIDES = ((("right", ""), ("left", "-")), (("left", ""), ("right", "-")))
+"""Angles grow from the front to the patient's right: behind, onwards to the left."""
