@@ -33,7 +33,8 @@ from limbgram.reconstruction.hypotheses.bodies import (
     FLOOR_MM,
     MOST_PHOTOS,
 )
-from limbgram.reconstruction.hypotheses.terms import Term, drifts, steps
+from limbgram.reconstruction.hypotheses.fields import Along, FieldEvidence
+from limbgram.reconstruction.hypotheses.terms import drifts, steps
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
 from limbgram.reconstruction.mapping.lens_evidence import (
     MOST,
@@ -46,17 +47,12 @@ from limbgram.reconstruction.mapping.lens_evidence import (
     packed,
 )
 from limbgram.reconstruction.mapping.quadratic import (
-    CLEARLY,
     FALSE_ALARM,
-    MANY_TIMES,
     Fall,
-    Quadratic,
-    chance_of,
     likeliest,
     pseudo_inverse,
-    solved_for,
 )
-from limbgram.reconstruction.mapping.scene import Explanation, Movement, Rule, Scene
+from limbgram.reconstruction.mapping.scene import Explanation, Movement, Scene
 from limbgram.reconstruction.mapping.solution import LensPrior
 
 FIELD = 4
@@ -119,21 +115,19 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
     if field.half_length <= 0.0:
         return None
     evidence = _evidence(scene, priors, field)
-    spread = likeliest(evidence.lenses_beside_curves(), USUAL, MOST).spread
-    seen = evidence.curves(spread)
+    spread = likeliest(evidence.lenses_beside_fields(), USUAL, MOST).spread
+    seen = evidence.fields(spread)
     terms = [*steps(photos), next(drifts(np.array(scene.placed, np.int64)))]
     every = Fall.of(seen)
-    falls = [Fall.of(seen.along(_columns(one))) for one in terms]
-    best = int(np.argmax([one.fall for one in falls]))
-    term, one = terms[best], falls[best]
-    chance = chance_of(every, one, len(terms))
+    tried = [Along.of(evidence, spread, one.course, seen, every) for one in terms]
+    best = int(np.argmax([one.one.fall for one in tried]))
+    term, along = terms[best], tried[best]
+    chance = along.chance(len(terms))
     if chance > FALSE_ALARM:
         return None
-    rest = (every.fall - one.fall) / max(every.freedom - one.freedom, 1)
-    noise = max(1.0, rest)
-    effect = field.effect(seen, term, noise)
+    effect = field.effect(along)
     floor = FLOOR * _distance(scene) if mm is None else FLOOR_MM * mm
-    failed = _failed(evidence, spread, seen, term, one.fall, noise)
+    failed = along.failed()
     if scene.own is not None:
         failed.append("model")
     if effect.low < floor:
@@ -149,13 +143,13 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
             kind="step" if term.kind == "step" else "drift",
             photos=tuple(np.array(scene.placed)[fewer].tolist()),
             numbers=FIELD,
-            score=float(one.fall / noise - cost),
+            score=float(along.one.fall / along.noise - cost),
             chance=chance,
             effect=effect.size,
             low=effect.low,
             high=effect.high,
             variance_before=every.variance,
-            variance_after=rest,
+            variance_after=along.rest,
             failed=tuple(failed),
             floor=floor,
         ),
@@ -189,12 +183,9 @@ class _Field:
         columns = powers[:, None, :, None] * across.T[None, :, None, :]
         return cls(columns.reshape(len(points), 3, FIELD), half)
 
-    def effect(self, seen: Quadratic, term: Term, noise: float) -> "_Effect":
+    def effect(self, along: Along) -> "_Effect":
         """Of the end that surely moves farthest across the length, once a turn is taken off."""
-        along, range_ = seen.along(_columns(term)), float(np.ptp(term.course))
-        covariance = pseudo_inverse(along.normal)
-        numbers = range_ * covariance @ along.right
-        covariance = noise * range_**2 * covariance
+        numbers, covariance = along.solved
         found: list[_Effect] = []
         for side in (-1.0, 1.0):
             end = np.hstack([np.eye(2), side * np.eye(2)])
@@ -212,105 +203,7 @@ class _Effect:
     turn_deg: float
 
 
-@dataclass(frozen=True)
-class _Evidence:
-    """Normal equations in units of sigma over lens deviations (9 a photo), then curvings (4)."""
-
-    photos: int
-    normal: Float64[np.ndarray, "u u"]
-    right: Float64[np.ndarray, " u"]
-    facts: int
-
-    @property
-    def _lenses(self) -> Int64[np.ndarray, " l"]:
-        return np.arange(OWN * self.photos)
-
-    @property
-    def _curves(self) -> Int64[np.ndarray, " c"]:
-        return np.arange(OWN * self.photos, len(self.right))
-
-    def lenses_beside_curves(self) -> Quadratic:
-        """What is seen of lens deviations where every photo may have a curvature of its own."""
-        return Quadratic(*eliminated(self.normal, self.right, self._curves, self._lenses))
-
-    def curves(
-        self,
-        spread: Float64[np.ndarray, "9"],
-        free: Float64[np.ndarray, "l k"] | None = None,
-    ) -> Quadratic:
-        """What is left of curvings among deviations of this spread, and of some that are free."""
-        normal, right = self.normal, self.right
-        if free is not None:
-            whole = np.zeros((len(right), free.shape[1]))
-            whole[: len(free)] = free
-            beside = Quadratic(normal, right).without(whole)
-            normal, right = beside.normal, beside.right
-        normal = normal.copy()
-        diagonal = self._lenses
-        normal[diagonal, diagonal] += 1.0 / np.tile(spread, self.photos) ** 2
-        return Quadratic(*eliminated(normal, right, self._lenses, self._curves))
-
-    def fall_of_lens(
-        self, spread: Float64[np.ndarray, "9"], columns: Float64[np.ndarray, "l k"]
-    ) -> float:
-        """How far lenses that change so let the sum of squares fall, without any curving."""
-        lenses = self._lenses
-        normal = self.normal[np.ix_(lenses, lenses)].copy()
-        drawn = normal.copy()
-        drawn[lenses, lenses] += 1.0 / np.tile(spread, self.photos) ** 2
-        both = np.column_stack([self.right[lenses], normal])
-        solved = normal @ solved_for(drawn, both)
-        left = Quadratic(normal - solved[:, 1:], self.right[lenses] - solved[:, 0])
-        return Fall.of(left.along(columns)).fall
-
-
-def _columns(term: Term) -> Float64[np.ndarray, "c 4"]:
-    return np.kron(term.course[:, None], np.eye(FIELD))
-
-
-def _stands_among(seen: Quadratic, term: Term) -> bool:
-    """Whether chance alone does not explain it."""
-    return chance_of(Fall.of(seen), Fall.of(seen.along(_columns(term))), 1) <= FALSE_ALARM
-
-
-def _failed(
-    evidence: _Evidence,
-    spread: Float64[np.ndarray, "9"],
-    seen: Quadratic,
-    term: Term,
-    fall: float,
-    noise: float,
-) -> list[Rule]:
-    """The rules of lenses and of single photos that a term does not stand; seen: of that spread."""
-    wider = evidence.curves(np.minimum(MANY_TIMES * spread, MOST))
-    held: dict[Rule, bool] = {
-        "lens": _beats_lens(evidence, spread, term, fall, noise),
-        "one photo": _stands_without_any(seen, term, evidence.photos),
-        "lenses of photos": _stands_among(wider, term),
-    }
-    return [rule for rule, holds in held.items() if not holds]
-
-
-def _beats_lens(
-    evidence: _Evidence, spread: Float64[np.ndarray, "9"], term: Term, fall: float, noise: float
-) -> bool:
-    """Whether it explains clearly more than lenses that change along its course, and stands beside
-    them."""
-    changing = np.kron(term.course[:, None], np.eye(OWN))
-    if (fall - evidence.fall_of_lens(spread, changing)) / noise < CLEARLY:
-        return False
-    return _stands_among(evidence.curves(spread, changing), term)
-
-
-def _stands_without_any(seen: Quadratic, term: Term, photos: int) -> bool:
-    """Whether chance does not explain it either where any one photo may be bent by itself."""
-    return all(
-        _stands_among(seen.without(np.kron(own[:, None], np.eye(FIELD))), term)
-        for own in np.eye(photos)
-    )
-
-
-def _evidence(scene: Scene, priors: Sequence[Calibration], field: _Field) -> _Evidence:
+def _evidence(scene: Scene, priors: Sequence[Calibration], field: _Field) -> FieldEvidence:
     """Poses, points and lenses eliminated."""
     bundle = Bundle.of(scene)
     photos, lenses = len(bundle.views), LENS_SIZE * len(priors)
@@ -330,7 +223,7 @@ def _evidence(scene: Scene, priors: Sequence[Calibration], field: _Field) -> _Ev
     known[lens] = prior.free
     kept = np.arange(first + lenses, len(right))
     left, pull = eliminated(normal, right, np.flatnonzero(known), kept)
-    return _Evidence(photos, left, pull, photos * len(clusters))
+    return FieldEvidence(photos, FIELD, left, pull, photos * len(clusters))
 
 
 def _inflation(
