@@ -9,6 +9,8 @@ Method  What the adjustment freed stays in the null model of everything else, an
         both. What all photos of a camera have alike is the camera's lens, and free. Where no board
         calibrated the lens, what it does beyond its model differs from photo to photo as well,
         since the points lie elsewhere in each: a spread is no fact there.
+        A kind matters where its effect surely does, or where its spread is beyond that of usual
+        cameras: what is usual is told where it matters alone.
         A kind's effect is how far a photo would show the limb's points from where they are if it
         had its camera's lens, once its pose is fitted to them (root mean square); that of a focal
         length is its share.
@@ -72,13 +74,14 @@ def lens_explanations(
         ]
         floor = FLOOR * float(np.median(distances)) if mm is None else FLOOR_MM * mm
         free = evidence.seen.without(evidence.common())
+        every = _of_spread(free, slice(0, OWN))
         calibrated = all(one.source == "board" for one in priors)
         for kind in scene.own.deviations:
             if kind == "focal length":
                 to_effect, least = [np.eye(1)] * len(scene.placed), FOCAL_FLOOR
             else:
                 to_effect, least = [_on_limb(scene, k, kind, limb) for k in scene.placed], floor
-            found.append(_drawn(evidence, free, kind, to_effect, least, calibrated))
+            found.append(_drawn(evidence, free, every, kind, to_effect, least, calibrated))
     shown = (one for one in found if one.chance <= FALSE_ALARM)
     return tuple(sorted(shown, key=lambda one: -one.score))
 
@@ -106,6 +109,7 @@ def _file(evidence: LensEvidence, camera: int) -> Explanation:
 def _drawn(
     evidence: LensEvidence,
     free: Quadratic,
+    every: Likeliest,
     kind: Deviation,
     to_effect: Sequence[Float64[np.ndarray, "e q"]],
     floor: float,
@@ -114,13 +118,14 @@ def _drawn(
     """A kind of deviation of which every photo has its own.
 
     Args:
+        every: The likeliest spread of all kinds.
         to_effect: By photo, from the numbers of the kind to their effect.
     """
     numbers = place_of(kind)
     photos = len(evidence.photos)
     size = numbers.stop - numbers.start
-    every = _of_spread(free, numbers)
-    gain = every.gain - _of_spread(free, numbers, none=True).gain
+    gain = every.gain - _of_spread(free, numbers, most=LEAST).gain
+    beyond_usual = chi_square_tail(every.gain - _of_spread(free, numbers, most=1.0).gain, size)
     chance = chi_square_tail(gain, size)
     normal = free.normal.copy()
     normal[np.diag_indices_from(normal)] += 1.0 / np.tile(every.spread, photos) ** 2
@@ -139,7 +144,7 @@ def _drawn(
     held: dict[Rule, bool] = {
         "chance": chance <= FALSE_ALARM,
         "model": calibrated,
-        "size": low >= floor,
+        "size": low >= floor or beyond_usual <= FALSE_ALARM,
         "one photo": _still_shown(less, numbers, size, USUAL * LEAST),
         "lenses of photos": _still_shown(free, numbers, size, wider),
     }
@@ -171,25 +176,24 @@ def _of_spread(
     seen: Quadratic,
     numbers: slice,
     others: Float64[np.ndarray, "9"] | None = None,
-    *,
-    none: bool = False,
+    most: float = np.inf,
 ) -> Likeliest:
     """The likeliest spread.
 
     Args:
         others: Least spread of the other kinds.
-        none: Whether this kind has none.
+        most: Spread that this kind has at most, in parts of the usual one.
     """
     own, nothing = _is_of(numbers), LEAST * USUAL
     least = nothing if others is None else np.where(own, nothing, np.maximum(others, nothing))
-    return likeliest(seen, USUAL, np.where(own & none, nothing, MOST), least=least)
+    return likeliest(seen, USUAL, np.where(own, np.minimum(most * USUAL, MOST), MOST), least=least)
 
 
 def _still_shown(
     seen: Quadratic, numbers: slice, size: int, others: Float64[np.ndarray, "9"]
 ) -> bool:
     with_it = _of_spread(seen, numbers, others)
-    without = _of_spread(seen, numbers, others, none=True)
+    without = _of_spread(seen, numbers, others, most=LEAST)
     return chi_square_tail(with_it.gain - without.gain, size) <= FALSE_ALARM
 
 
