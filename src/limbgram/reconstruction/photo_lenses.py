@@ -42,12 +42,12 @@ def explain_lenses(
 def files_contradicted(scene: Scene) -> tuple[Explanation, ...]:
     """That photos have another focal length than their camera file, where it is a fact.
 
-    Photos that differ in focal length from each other were zoomed: that says nothing of the file.
+    Photos that differ as much in focal length from each other were zoomed: that says nothing of the
+    file.
     """
     told = [one for one in scene.lens_explanations if one.told]
-    if any(one.kind == "focal length" for one in told):
-        return ()
-    return tuple(one for one in told if one.kind == "camera file")
+    apart = max((one.high for one in told if one.kind == "focal length"), default=0.0)
+    return tuple(one for one in told if one.kind == "camera file" and one.low > apart)
 
 
 def lenses_told(scene: Scene, cameras: Cameras, photos: PhotoSet) -> Iterator[Finding]:

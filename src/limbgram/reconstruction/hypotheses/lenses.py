@@ -67,7 +67,9 @@ def lens_explanations(
     if len(scene.placed) < _FEWEST_PHOTOS or not (filed or scene.own):
         return ()
     evidence = LensEvidence.of(scene, priors)
-    found = [_file(evidence, camera) for camera in filed if (evidence.camera == camera).any()]
+    found: list[Explanation | None] = [
+        _file(evidence, camera) for camera in filed if (evidence.camera == camera).any()
+    ]
     if scene.own is not None:
         distances = [
             np.linalg.norm(view.centre_in_world - limb.mean(axis=0)) for view in scene.views
@@ -82,7 +84,7 @@ def lens_explanations(
             else:
                 to_effect, least = [_on_limb(scene, k, kind, limb) for k in scene.placed], floor
             found.append(_drawn(evidence, free, every, kind, to_effect, least, calibrated))
-    shown = (one for one in found if one.chance <= FALSE_ALARM)
+    shown = (one for one in found if one is not None and one.chance <= FALSE_ALARM)
     return tuple(sorted(shown, key=lambda one: -one.score))
 
 
@@ -114,8 +116,8 @@ def _drawn(
     to_effect: Sequence[Float64[np.ndarray, "e q"]],
     floor: float,
     calibrated: bool,
-) -> Explanation:
-    """A kind of deviation of which every photo has its own.
+) -> Explanation | None:
+    """A kind of deviation of which every photo has its own, unless chance explains it.
 
     Args:
         every: The likeliest spread of all kinds.
@@ -125,8 +127,9 @@ def _drawn(
     photos = len(evidence.photos)
     size = numbers.stop - numbers.start
     gain = every.gain - _of_spread(free, numbers, most=LEAST).gain
-    beyond_usual = chi_square_tail(every.gain - _of_spread(free, numbers, most=1.0).gain, size)
     chance = chi_square_tail(gain, size)
+    if chance > FALSE_ALARM:
+        return None
     normal = free.normal.copy()
     normal[np.diag_indices_from(normal)] += 1.0 / np.tile(every.spread, photos) ** 2
     covariance = np.linalg.inv(normal)
@@ -142,9 +145,8 @@ def _drawn(
     less = free.without(evidence.of_photo(int(np.argmax(own_falls))))
     wider = np.minimum(MANY_TIMES * every.spread, MOST)
     held: dict[Rule, bool] = {
-        "chance": chance <= FALSE_ALARM,
         "model": calibrated,
-        "size": low >= floor or beyond_usual <= FALSE_ALARM,
+        "size": low >= floor or _beyond_usual(free, every, numbers),
         "one photo": _still_shown(less, numbers, size, USUAL * LEAST),
         "lenses of photos": _still_shown(free, numbers, size, wider),
     }
@@ -166,6 +168,12 @@ def _drawn(
         failed=tuple(rule for rule, holds in held.items() if not holds),
         floor=floor,
     )
+
+
+def _beyond_usual(seen: Quadratic, every: Likeliest, numbers: slice) -> bool:
+    """Whether chance alone does not make this spread of what is usual."""
+    gain = every.gain - _of_spread(seen, numbers, most=1.0).gain
+    return chi_square_tail(gain, numbers.stop - numbers.start) <= FALSE_ALARM
 
 
 def _is_of(numbers: slice) -> np.ndarray:

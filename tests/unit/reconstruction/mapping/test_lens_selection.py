@@ -10,7 +10,14 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.lenses import lens_explanations
-from limbgram.reconstruction.mapping.lens_deviations import Ties, basis_of, with_own, with_room_for
+from limbgram.reconstruction.mapping.lens_deviations import (
+    WIDE,
+    Ties,
+    basis_of,
+    beyond_cameras,
+    with_own,
+    with_room_for,
+)
 from limbgram.reconstruction.mapping.lens_selection import (
     scores_of,
     supported_kind,
@@ -350,6 +357,29 @@ def test_a_stabiliser_is_a_fact_where_it_matters_on_the_limb(
     moved = np.linalg.norm(shifts - shifts.mean(0), axis=1)
     assert int(moved.argmax()) in one.photos
     assert one.low < one.effect < one.high
+
+
+@pytest.mark.parametrize(("sigma_px", "fact"), [(2.0, False), (7.0, True)])
+def test_a_stabiliser_is_a_fact_where_no_usual_one_moves_as_far(
+    make_scene: MakeScene, sigma_px: float, fact: bool
+) -> None:
+    """However little that is on a limb; 0.0025 of the picture's width is usual."""
+    faulty, _ = stabilised(near(make_scene), 3, sigma_px)
+    scene = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0).scene
+    mm = float(np.ptp(scene.points_in_world)) / 10.0
+    (one,) = lens_explanations(scene, [CALIBRATED], scene.points_in_world, mm)
+    assert one.high < one.floor
+    assert one.told is fact
+
+
+def test_a_spread_that_few_photos_show_by_chance_is_no_fault_beyond_cameras(
+    make_scene: MakeScene,
+) -> None:
+    scene = with_room_for(with_own(near(make_scene)), "principal point")
+    assert scene.own is not None
+    for wider, beyond in ((1.05, ()), (2.0, ("principal point",))):
+        own = replace(scene.own, spread=wider * np.full(2, WIDE["principal point"]))
+        assert beyond_cameras(replace(scene, own=own)) == beyond
 
 
 def test_what_an_uncalibrated_lens_was_freed_for_is_no_fact(make_scene: MakeScene) -> None:
