@@ -18,13 +18,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
 from jaxtyping import Bool, Float64, Int64
 
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, project_and_differentiate
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.core.interval import length_within
-from limbgram.core.kernels import njit
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.bodies import (
     BEYOND_CHANCE,
@@ -35,7 +33,7 @@ from limbgram.reconstruction.hypotheses.bodies import (
 )
 from limbgram.reconstruction.hypotheses.fields import Along, FieldEvidence
 from limbgram.reconstruction.hypotheses.terms import drifts, steps
-from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
+from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.lens_evidence import (
     MOST,
     OWN,
@@ -53,13 +51,14 @@ from limbgram.reconstruction.mapping.quadratic import (
     pseudo_inverse,
 )
 from limbgram.reconstruction.mapping.scene import Explanation, Movement, Scene
-from limbgram.reconstruction.mapping.solution import LensPrior
+from limbgram.reconstruction.mapping.solution import LensPrior, reduced_equations
 
 FIELD = 4
 """Numbers of a curving: across the length in two directions, by square and cube of the place."""
 _ENDS = 0.98
 """Share of the points that the two ends of the length hold between them."""
 _LEAST_WEIGHT = 1e-12
+"""By which points are damped, of their own weight."""
 
 
 @dataclass(frozen=True)
@@ -208,9 +207,8 @@ def _evidence(scene: Scene, priors: Sequence[Calibration], field: _Field) -> Fie
     bundle = Bundle.of(scene)
     photos, lenses = len(bundle.views), LENS_SIZE * len(priors)
     first = POSE_SIZE * photos
-    design = _design(bundle, scene, priors, field)
     clusters = clusters_of(bundle.points)
-    parts = [_reduced(*design, part[bundle.point_idx]) for part in clusters]
+    parts = [_reduced(bundle, scene, priors, field, part) for part in clusters]
     curves = np.arange(first + lenses + OWN * photos, len(parts[0][1]))
     inflation = _inflation(parts, np.concatenate([np.arange(first), curves]))
     normal = np.sum([one for one, _ in parts], axis=0) / inflation
@@ -241,104 +239,22 @@ def _inflation(
     return inflation_of(normals, left)
 
 
-def _design(
-    bundle: Bundle, scene: Scene, priors: Sequence[Calibration], field: _Field
-) -> tuple[sp.csr_array, sp.csr_array, Float64[np.ndarray, " r"]]:
-    """Weighted rows over poses, lenses, deviations and curvings; over points; and residuals."""
-    count, photos = len(bundle.photo_idx), len(bundle.views)
-    residuals, by_point = np.empty((count, 2)), np.empty((count, 2, 3))
-    by_pose, by_lens = np.empty((count, 2, POSE_SIZE)), np.empty((count, 2, LENS_SIZE))
-    _differentiate(
-        bundle.views, bundle.points, bundle.photo_idx, bundle.point_idx, bundle.xy_px,
-        residuals, by_point, by_pose, by_lens,
-    )  # fmt: skip
-    sigma_px = bundle.sigma_px(scene)
-    off = (residuals**2).sum(axis=1) / (CAUCHY_SIGMAS * sigma_px) ** 2
-    weights = 1.0 / (np.sqrt(1.0 + off) * sigma_px)
-    camera = np.array(scene.camera_idx, np.int64)[list(scene.placed)][bundle.photo_idx]
-    basis = np.array([lens_basis(one.camera) for one in priors])
-    own = np.einsum("mrl,mlq->mrq", by_lens, basis[camera])
-    curved = np.einsum("mri,mic->mrc", by_point, field.columns[bundle.point_idx])
-    photo, first = bundle.photo_idx, POSE_SIZE * photos
-    at_own = first + LENS_SIZE * len(priors)
-    at_curve = at_own + OWN * photos
-    blocks = [
-        (by_pose, POSE_SIZE * photo),
-        (by_lens, first + LENS_SIZE * camera),
-        (own, at_own + OWN * photo),
-        (curved, at_curve + FIELD * photo),
-    ]
-    size = at_curve + FIELD * photos
-    unknowns = sum(
-        (_rows(block, start, weights, size) for block, start in blocks),
-        sp.csr_array((2 * count, size)),
-    )
-    points = _rows(by_point, 3 * bundle.point_idx, weights, 3 * len(bundle.points))
-    return unknowns, points, (weights[:, None] * residuals).ravel()
-
-
-def _rows(
-    block: Float64[np.ndarray, "m 2 k"],
-    start: Int64[np.ndarray, " m"],
-    weights: Float64[np.ndarray, " m"],
-    size: int,
-) -> sp.csr_array:
-    """Rows of these derivatives, those of each observation from its own column on."""
-    count, _, width = block.shape
-    columns = np.repeat(start[:, None] + np.arange(width), 2, axis=0).ravel()
-    values = (weights[:, None, None] * block).ravel()
-    ends = width * np.arange(2 * count + 1)
-    return sp.csr_array((values, columns, ends), shape=(2 * count, size))
-
-
 def _reduced(
-    unknowns: sp.csr_array,
-    points: sp.csr_array,
-    residuals: Float64[np.ndarray, " r"],
-    chosen: Bool[np.ndarray, " m"],
+    bundle: Bundle,
+    scene: Scene,
+    priors: Sequence[Calibration],
+    field: _Field,
+    chosen: Bool[np.ndarray, " n"],
 ) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]:
-    """Equations of the observations chosen, their points eliminated."""
-    rows = np.flatnonzero(np.repeat(chosen, 2))
-    by_unknowns, by_points, pulls = unknowns[rows], points[rows], residuals[rows]
-    own = np.flatnonzero(np.diff(by_points.tocsc().indptr) > 0)[::3] // 3
-    by_points = by_points[:, (3 * own[:, None] + np.arange(3)).ravel()]
-    of_points = (by_points.T @ by_points).tobsr((3, 3))
-    weights = of_points.data
-    weights = weights + _LEAST_WEIGHT * np.einsum("nii->n", weights)[:, None, None] * np.eye(3)
-    inverse = sp.bsr_array(
-        (np.linalg.inv(weights), np.arange(len(own)), np.arange(len(own) + 1)),
-        shape=of_points.shape,
+    """Over poses, lenses, deviations and curvings in units of sigma, by some of the points, which
+    are eliminated."""
+    photos, sigma_px = len(bundle.views), bundle.sigma_px(scene)
+    camera = np.array(scene.camera_idx, np.int64)[list(scene.placed)]
+    basis = np.array([lens_basis(one.camera) for one in priors])
+    normal, right, _ = reduced_equations(
+        bundle.with_points(chosen), camera, basis, sigma_px, _LEAST_WEIGHT, field.columns[chosen]
     )
-    cross = by_unknowns.T @ by_points
-    solved = cross @ inverse
-    normal = (by_unknowns.T @ by_unknowns - solved @ cross.T).toarray()
-    return normal, by_unknowns.T @ pulls - solved @ (by_points.T @ pulls)
-
-
-@njit(cache=True, nogil=True)
-def _differentiate(
-    views: np.ndarray,
-    points: np.ndarray,
-    photo_idx: np.ndarray,
-    point_idx: np.ndarray,
-    xy_px: np.ndarray,
-    residuals: np.ndarray,
-    by_point: np.ndarray,
-    by_pose: np.ndarray,
-    by_lens: np.ndarray,
-):
-    """Fill residuals (measured minus projected) and their pixels' derivatives."""
-    xy = np.empty(2)
-    for row in range(len(photo_idx)):
-        by_point[row], by_pose[row], by_lens[row] = 0.0, 0.0, 0.0
-        depth = project_and_differentiate(
-            views[photo_idx[row]],
-            points[point_idx[row]],
-            xy,
-            by_point[row],
-            by_pose[row],
-            by_lens[row],
-        )
-        residuals[row] = 0.0
-        if depth > 0.0:
-            residuals[row] = xy_px[row] - xy
+    first = POSE_SIZE * photos + LENS_SIZE * len(priors)
+    own = first + np.arange((OWN + FIELD) * photos).reshape(photos, -1)
+    rows = np.concatenate([np.arange(first), own[:, :OWN].ravel(), own[:, OWN:].ravel()])
+    return normal[np.ix_(rows, rows)] / sigma_px**2, right[rows] / sigma_px**2
