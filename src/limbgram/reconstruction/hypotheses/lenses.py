@@ -9,6 +9,8 @@ Method  What the adjustment freed stays in the null model of everything else, an
         both. What all photos of a camera have alike is the camera's lens, and free. Where no board
         calibrated the lens, what it does beyond its model differs from photo to photo as well,
         since the points lie elsewhere in each: a spread is no fact there.
+        A rolling shutter is solved for as if all lay equally far away. What is left of a strong
+        one looks like another kind, which is no fact beside it.
         A kind matters where its effect surely does, or where its spread is beyond that of usual
         cameras: what is usual is told where it matters alone.
         A kind's effect is how far a photo would show the limb's points from where they are if it
@@ -18,6 +20,7 @@ Limits  Fewer than six photos tell nothing: every number is a part of their pose
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -49,6 +52,7 @@ from limbgram.reconstruction.mapping.quadratic import (
 )
 from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Rule, Scene
 
+_ROLLING: Deviation = "rolling shutter"
 _FEWEST_PHOTOS = 6
 _MOST_POINTS = 300
 _STEP = 1e-6
@@ -77,13 +81,18 @@ def lens_explanations(
         floor = FLOOR * float(np.median(distances)) if mm is None else FLOOR_MM * mm
         free = evidence.seen.without(evidence.common())
         every = _of_spread(free, slice(0, OWN))
+        rolling = _ROLLING in scene.own.deviations
+        strong = rolling and _beyond_usual(free, every, place_of(_ROLLING))
         calibrated = all(one.source == "board" for one in priors)
         for kind in scene.own.deviations:
             if kind == "focal length":
                 to_effect, least = [np.eye(1)] * len(scene.placed), FOCAL_FLOOR
             else:
                 to_effect, least = [_on_limb(scene, k, kind, limb) for k in scene.placed], floor
-            found.append(_drawn(evidence, free, every, kind, to_effect, least, calibrated))
+            one = _drawn(evidence, free, every, kind, to_effect, least, calibrated)
+            if one is not None and kind != _ROLLING and strong:
+                one = replace(one, failed=("lens", *one.failed))
+            found.append(one)
     shown = (one for one in found if one is not None and one.chance <= FALSE_ALARM)
     return tuple(sorted(shown, key=lambda one: -one.score))
 

@@ -241,13 +241,13 @@ def test_refocusing_is_told_from_a_stabiliser(make_scene: MakeScene) -> None:
 
 
 @pytest.mark.slow
-def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
-    """The camera turns and rolls while it reads its rows, to the second order in nothing."""
-    scene = near(make_scene)
-    turns = np.random.default_rng(6).normal(0.0, 0.004, (PHOTOS, 3))
+def rolled(scene: Scene, turns: np.ndarray, longer: np.ndarray) -> Scene:
+    """Photos whose camera turns (rad) from the first row to the last, with focal lengths of their
+    own."""
 
     def rolling(k: int, points: np.ndarray) -> np.ndarray:
-        view = scene.view(k)
+        lens = replace(LENS, fx=longer[k] * LENS.fx, fy=longer[k] * LENS.fy)
+        view = replace(scene.view(k), camera=lens)
         xy_px = view.project(points)
         for _ in range(5):  # the row that a point falls on tells when it was taken
             when = xy_px[:, 1] / LENS.height_px - 0.5
@@ -257,7 +257,13 @@ def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
                 xy_px[n] = replace(view, camera_from_world=pose).project(points[n][None])[0]
         return xy_px
 
-    faulty = taken(scene, 6, rolling)
+    return taken(scene, 6, rolling)
+
+
+def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
+    """The camera turns and rolls while it reads its rows, to the second order in nothing."""
+    turns = np.random.default_rng(6).normal(0.0, 0.004, (PHOTOS, 3))
+    faulty = rolled(near(make_scene), turns, np.ones(PHOTOS))
     before = fixed(faulty)
     after = with_supported_lenses(before, faulty, [CALIBRATED], 4.0)
     own = after.scene.own
@@ -265,6 +271,17 @@ def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
     assert own.deviations[0] == "rolling shutter"
     assert before.sigma_px > 2.0 * NOISE_PX
     assert after.sigma_px < 1.3 * NOISE_PX
+
+
+def test_beside_a_strong_rolling_shutter_no_other_kind_is_a_fact(make_scene: MakeScene) -> None:
+    """What its numbers, which hold for one distance, leave looks like one."""
+    draw = np.random.default_rng(6)
+    turns, longer = draw.normal(0.0, 0.006, (PHOTOS, 3)), draw.normal(1.0, 0.01, PHOTOS)
+    faulty = rolled(near(make_scene), turns, longer)
+    found = told(with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0).scene)
+    rules = {one.kind: one.failed for one in found}
+    assert rules["rolling shutter"] == ()
+    assert "lens" in rules["focal length"]
 
 
 def test_lenses_of_single_photos_are_held_unless_they_are_solved_for(
