@@ -430,11 +430,20 @@ def adjusted_with_board(
         ),
         solve_own=True,
     )
-    return replace(
+    found = replace(
         adjusted.scene,
         sigma_px=adjusted.sigma_px,
         lens_covariance=adjusted.lens_covariance,
         camera_covariance=adjusted.covariance,
+    )
+    before, after = (
+        np.array([view.centre_in_world for view in one.views]) for one in (scene, found)
+    )
+    return replace(  # nothing holds the size of a scene: what is known in its unit stays so
+        found.moved(fit_similarity(after, before)),
+        movement=scene.movement,
+        bending=scene.bending,
+        lens_explanations=scene.lens_explanations,
     )
 
 
