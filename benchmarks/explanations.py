@@ -84,9 +84,9 @@ BLAMES: dict[str, tuple[str, ...]] = {
         "placing.poses_apart", "placing.side",
     ),
     "board": (
-        "board.moved", "board.photo", "board.off_plane", "board.back", "board.stretched",
-        "board.probably_moved", "board.halves_disagree", "board.mirrored", "board.other_layout",
-        "board.other_ratio", "board.stands_still", "scale.cause",
+        "board.moved", "board.photo", "board.off_plane", "board.bent", "board.back",
+        "board.stretched", "board.probably_moved", "board.halves_disagree", "board.mirrored",
+        "board.other_layout", "board.other_ratio", "board.stands_still", "scale.cause",
     ),
     "camera": ("lens.",),
     "photo": (
@@ -97,7 +97,9 @@ BLAMES: dict[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 """Codes, or how they begin, by what they blame."""
-UNDECIDED = ("movement.unknown", "movement.shape.unknown", "board.stretched_or_lens")
+UNDECIDED = (
+    "movement.unknown", "movement.shape.unknown", "board.stretched_or_lens", "board.bent_or_lens",
+)  # fmt: skip
 """Codes that name a second cause beside the first, and what would decide."""
 ASKS = (
     "placing.too_few", "placing.torn", "placing.no_start", "placing.photo.other_group",

@@ -35,7 +35,7 @@ from limbgram.core.geometry.frames import (
     angle_between_deg,
     fit_similarity,
 )
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import Camera, View
 from limbgram.core.run import Run
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.calibration.cameras import Cameras
@@ -65,6 +65,9 @@ _SIDES = 2
 _FEWEST_CORNERS = 6
 _LEAST_ACROSS = 0.3
 """Spread of the corners across, of that along: a row behind which the board is hidden has none."""
+_MISSED, _LEAST_MISS = 5.0, 0.0005
+"""Corners that miss their board by so many times what the middle photo's do, and by this part of
+the picture's width, are no board: good ones miss it by 0.00004 to 0.00025."""
 _MOVED_SHARE = 0.04
 """How far photos put the board from one place, of the cameras' distance, where an object was turned
 over: 0.12 to 0.13. Good captures have 0.0005, a patient who shifts or a board that is pushed
@@ -457,9 +460,7 @@ def _where_pairs_leave_board(
     if detections is None:
         return
     turns = {
-        one.photo_idx: pose.rotation
-        for one in detections.photos
-        if (pose := _camera_from_board(one, detections.corners_mm, lenses[one.photo_idx]))
+        photo: pose.rotation for photo, pose in _cameras_from_board(detections, lenses).items()
     }
     astray = [one for one in pairs.verified if _turns_otherwise(one, turns)]
     others = [one for one in pairs.verified if not _turns_otherwise(one, turns)]
@@ -643,26 +644,43 @@ class _Boards:
 
 
 def _boards_from_cameras(scene: Scene, detections: BoardDetections) -> _Boards:
-    photos: list[int] = []
-    centres: list[np.ndarray] = []
-    arms: list[np.ndarray] = []
-    for one in detections.photos:
-        pose = scene.camera_from_world[one.photo_idx]
-        if pose is None:
-            continue
-        camera = scene.camera(one.photo_idx)
-        board = _camera_from_board(one, detections.corners_mm, camera)
-        if board is not None:
-            photos.append(one.photo_idx)
-            centres.append(pose.centre)
-            middle = board.apply(detections.corners_mm.mean(0)[None])[0]
-            arms.append(pose.rotation.T @ middle)
-    order = np.argsort(photos)
-    return _Boards(
-        tuple(photos[k] for k in order),
-        np.array(centres).reshape(-1, 3)[order],
-        np.array(arms).reshape(-1, 3)[order],
+    placed = replace(
+        detections,
+        photos=tuple(one for one in detections.photos if one.photo_idx in scene.placed),
     )
+    boards = _cameras_from_board(placed, [scene.camera(k) for k in range(len(scene.names))])
+    photos = tuple(sorted(boards))
+    middle_mm = detections.corners_mm.mean(0)[None]
+    views = [scene.view(photo) for photo in photos]
+    arms = [
+        view.camera_from_world.rotation.T @ boards[photo].apply(middle_mm)[0]
+        for photo, view in zip(photos, views, strict=True)
+    ]
+    centres = [view.centre_in_world for view in views]
+    return _Boards(photos, np.array(centres).reshape(-1, 3), np.array(arms).reshape(-1, 3))
+
+
+def _cameras_from_board(detections: BoardDetections, lenses: Sequence[Camera]) -> dict[int, Rigid]:
+    """Where photos see the board, but those whose corners miss it by far more than others' do.
+
+    One corner of seven that the limb's silhouette cuts turns the board over.
+
+    Args:
+        lenses: Of every photo.
+    """
+    boards: dict[int, Rigid] = {}
+    missed: dict[int, float] = {}
+    for one in detections.photos:
+        lens = lenses[one.photo_idx]
+        board = _camera_from_board(one, detections.corners_mm, lens)
+        if board is not None:
+            shown = View(one.name, lens, board).project(detections.corners_mm[one.ids])
+            boards[one.photo_idx] = board
+            off_px = np.linalg.norm(shown - one.xy_px, axis=1)
+            missed[one.photo_idx] = float(np.sqrt(np.mean(off_px**2))) / lens.width_px
+    usual = float(np.median(list(missed.values()))) if missed else 0.0
+    most = max(_LEAST_MISS, _MISSED * usual)
+    return {photo: board for photo, board in boards.items() if missed[photo] <= most}
 
 
 def _camera_from_board(shown: PhotoCorners, corners_mm: Points3, camera: Camera) -> Rigid | None:

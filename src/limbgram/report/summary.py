@@ -22,6 +22,7 @@ from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.calibration.cameras import LensSource
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.movement import in_told_unit, movement_remark
+from limbgram.reconstruction.photo_lenses import board_told
 from limbgram.reconstruction.photos.lenses import lens_notes
 from limbgram.reconstruction.photos.masks import mask_notes
 from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
@@ -299,6 +300,7 @@ def _placing_notes(scene: Scene) -> tuple[str, ...]:
         )
     notes += _mark_notes(scene)
     notes += [one.sentence for one in own_lenses(scene)]
+    notes += map(told, board_told(scene))
     if scene.movement is not None and scene.movement.alone:
         notes.append(
             "The limb moved, so the photos were placed by the points on the limb alone. The board "

@@ -243,8 +243,9 @@ def test_bundle_equations_are_half_the_costs_gradient() -> None:
     cauchy_px, size = 3.0, bundle.unknowns
     normal, right, diagonal = np.empty((size, size)), np.empty(size), np.empty(size)
     reduce_equations(
-        bundle.views, bundle.lens_idx, np.zeros((1, LENS_SIZE, 0)), bundle.photo_idx,
-        bundle.bounds, xy_px, bundle.points, cauchy_px, 1e16, normal, right, diagonal,
+        bundle.views, bundle.lens_idx, np.zeros((1, LENS_SIZE, 0)),
+        np.zeros((len(POINTS), 3, 0)), bundle.photo_idx, bundle.bounds, xy_px, bundle.points,
+        cauchy_px, 1e16, normal, right, diagonal,
     )  # fmt: skip
 
     def cost(step: np.ndarray) -> np.ndarray:

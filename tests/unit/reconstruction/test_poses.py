@@ -192,6 +192,19 @@ def test_a_board_of_which_only_a_row_is_seen_tells_nothing(turned_over: Truth) -
     assert may_be_turned_over(scene_of(turned_over), some)
 
 
+@pytest.mark.parametrize("off_px", [15.0, -15.0])
+def test_one_wrong_corner_of_seven_turns_nothing_over(off_px: float) -> None:
+    """The limb's silhouette cuts the board, and a corner of what is left lies beside its place."""
+    still = staged()
+    photos = list(board_in(still).photos)
+    ids = np.array([0, 1, 2, 6, 7, 12, 18], np.int32)
+    xy_px = photos[9].xy_px[ids].copy()
+    xy_px[2, 0] += off_px
+    photos[9] = replace(photos[9], ids=ids, xy_px=xy_px, sigmas_px=photos[9].sigmas_px[ids])
+    shown = replace(board_in(still), photos=(*photos[:4], *photos[9:13]))
+    assert not may_be_turned_over(scene_of(still), shown)
+
+
 def test_without_a_board_nothing_is_said(turned_over: Truth) -> None:
     assert not may_be_turned_over(scene_of(turned_over), None)
 

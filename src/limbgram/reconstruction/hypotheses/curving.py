@@ -18,13 +18,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
 from jaxtyping import Bool, Float64, Int64
 
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, project_and_differentiate
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.core.interval import length_within
-from limbgram.core.kernels import njit
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.bodies import (
     BEYOND_CHANCE,
@@ -33,8 +31,9 @@ from limbgram.reconstruction.hypotheses.bodies import (
     FLOOR_MM,
     MOST_PHOTOS,
 )
-from limbgram.reconstruction.hypotheses.terms import Term, drifts, steps
-from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
+from limbgram.reconstruction.hypotheses.fields import Along, FieldEvidence
+from limbgram.reconstruction.hypotheses.terms import drifts, steps
+from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.lens_evidence import (
     MOST,
     OWN,
@@ -46,24 +45,20 @@ from limbgram.reconstruction.mapping.lens_evidence import (
     packed,
 )
 from limbgram.reconstruction.mapping.quadratic import (
-    CLEARLY,
     FALSE_ALARM,
-    MANY_TIMES,
     Fall,
-    Quadratic,
-    chance_of,
     likeliest,
     pseudo_inverse,
-    solved_for,
 )
-from limbgram.reconstruction.mapping.scene import Explanation, Movement, Rule, Scene
-from limbgram.reconstruction.mapping.solution import LensPrior
+from limbgram.reconstruction.mapping.scene import Explanation, Movement, Scene
+from limbgram.reconstruction.mapping.solution import LensPrior, reduced_equations
 
 FIELD = 4
 """Numbers of a curving: across the length in two directions, by square and cube of the place."""
 _ENDS = 0.98
 """Share of the points that the two ends of the length hold between them."""
 _LEAST_WEIGHT = 1e-12
+"""By which points are damped, of their own weight."""
 
 
 @dataclass(frozen=True)
@@ -119,21 +114,19 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
     if field.half_length <= 0.0:
         return None
     evidence = _evidence(scene, priors, field)
-    spread = likeliest(evidence.lenses_beside_curves(), USUAL, MOST).spread
-    seen = evidence.curves(spread)
+    spread = likeliest(evidence.lenses_beside_fields(), USUAL, MOST).spread
+    seen = evidence.fields(spread)
     terms = [*steps(photos), next(drifts(np.array(scene.placed, np.int64)))]
     every = Fall.of(seen)
-    falls = [Fall.of(seen.along(_columns(one))) for one in terms]
-    best = int(np.argmax([one.fall for one in falls]))
-    term, one = terms[best], falls[best]
-    chance = chance_of(every, one, len(terms))
+    tried = [Along.of(evidence, spread, one.course, seen, every) for one in terms]
+    best = int(np.argmax([one.one.fall for one in tried]))
+    term, along = terms[best], tried[best]
+    chance = along.chance(len(terms))
     if chance > FALSE_ALARM:
         return None
-    rest = (every.fall - one.fall) / max(every.freedom - one.freedom, 1)
-    noise = max(1.0, rest)
-    effect = field.effect(seen, term, noise)
+    effect = field.effect(along)
     floor = FLOOR * _distance(scene) if mm is None else FLOOR_MM * mm
-    failed = _failed(evidence, spread, seen, term, one.fall, noise)
+    failed = along.failed()
     if scene.own is not None:
         failed.append("model")
     if effect.low < floor:
@@ -149,13 +142,13 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
             kind="step" if term.kind == "step" else "drift",
             photos=tuple(np.array(scene.placed)[fewer].tolist()),
             numbers=FIELD,
-            score=float(one.fall / noise - cost),
+            score=float(along.one.fall / along.noise - cost),
             chance=chance,
             effect=effect.size,
             low=effect.low,
             high=effect.high,
             variance_before=every.variance,
-            variance_after=rest,
+            variance_after=along.rest,
             failed=tuple(failed),
             floor=floor,
         ),
@@ -189,12 +182,9 @@ class _Field:
         columns = powers[:, None, :, None] * across.T[None, :, None, :]
         return cls(columns.reshape(len(points), 3, FIELD), half)
 
-    def effect(self, seen: Quadratic, term: Term, noise: float) -> "_Effect":
+    def effect(self, along: Along) -> "_Effect":
         """Of the end that surely moves farthest across the length, once a turn is taken off."""
-        along, range_ = seen.along(_columns(term)), float(np.ptp(term.course))
-        covariance = pseudo_inverse(along.normal)
-        numbers = range_ * covariance @ along.right
-        covariance = noise * range_**2 * covariance
+        numbers, covariance = along.solved
         found: list[_Effect] = []
         for side in (-1.0, 1.0):
             end = np.hstack([np.eye(2), side * np.eye(2)])
@@ -212,112 +202,13 @@ class _Effect:
     turn_deg: float
 
 
-@dataclass(frozen=True)
-class _Evidence:
-    """Normal equations in units of sigma over lens deviations (9 a photo), then curvings (4)."""
-
-    photos: int
-    normal: Float64[np.ndarray, "u u"]
-    right: Float64[np.ndarray, " u"]
-    facts: int
-
-    @property
-    def _lenses(self) -> Int64[np.ndarray, " l"]:
-        return np.arange(OWN * self.photos)
-
-    @property
-    def _curves(self) -> Int64[np.ndarray, " c"]:
-        return np.arange(OWN * self.photos, len(self.right))
-
-    def lenses_beside_curves(self) -> Quadratic:
-        """What is seen of lens deviations where every photo may have a curvature of its own."""
-        return Quadratic(*eliminated(self.normal, self.right, self._curves, self._lenses))
-
-    def curves(
-        self,
-        spread: Float64[np.ndarray, "9"],
-        free: Float64[np.ndarray, "l k"] | None = None,
-    ) -> Quadratic:
-        """What is left of curvings among deviations of this spread, and of some that are free."""
-        normal, right = self.normal, self.right
-        if free is not None:
-            whole = np.zeros((len(right), free.shape[1]))
-            whole[: len(free)] = free
-            beside = Quadratic(normal, right).without(whole)
-            normal, right = beside.normal, beside.right
-        normal = normal.copy()
-        diagonal = self._lenses
-        normal[diagonal, diagonal] += 1.0 / np.tile(spread, self.photos) ** 2
-        return Quadratic(*eliminated(normal, right, self._lenses, self._curves))
-
-    def fall_of_lens(
-        self, spread: Float64[np.ndarray, "9"], columns: Float64[np.ndarray, "l k"]
-    ) -> float:
-        """How far lenses that change so let the sum of squares fall, without any curving."""
-        lenses = self._lenses
-        normal = self.normal[np.ix_(lenses, lenses)].copy()
-        drawn = normal.copy()
-        drawn[lenses, lenses] += 1.0 / np.tile(spread, self.photos) ** 2
-        both = np.column_stack([self.right[lenses], normal])
-        solved = normal @ solved_for(drawn, both)
-        left = Quadratic(normal - solved[:, 1:], self.right[lenses] - solved[:, 0])
-        return Fall.of(left.along(columns)).fall
-
-
-def _columns(term: Term) -> Float64[np.ndarray, "c 4"]:
-    return np.kron(term.course[:, None], np.eye(FIELD))
-
-
-def _stands_among(seen: Quadratic, term: Term) -> bool:
-    """Whether chance alone does not explain it."""
-    return chance_of(Fall.of(seen), Fall.of(seen.along(_columns(term))), 1) <= FALSE_ALARM
-
-
-def _failed(
-    evidence: _Evidence,
-    spread: Float64[np.ndarray, "9"],
-    seen: Quadratic,
-    term: Term,
-    fall: float,
-    noise: float,
-) -> list[Rule]:
-    """The rules of lenses and of single photos that a term does not stand; seen: of that spread."""
-    wider = evidence.curves(np.minimum(MANY_TIMES * spread, MOST))
-    held: dict[Rule, bool] = {
-        "lens": _beats_lens(evidence, spread, term, fall, noise),
-        "one photo": _stands_without_any(seen, term, evidence.photos),
-        "lenses of photos": _stands_among(wider, term),
-    }
-    return [rule for rule, holds in held.items() if not holds]
-
-
-def _beats_lens(
-    evidence: _Evidence, spread: Float64[np.ndarray, "9"], term: Term, fall: float, noise: float
-) -> bool:
-    """Whether it explains clearly more than lenses that change along its course, and stands beside
-    them."""
-    changing = np.kron(term.course[:, None], np.eye(OWN))
-    if (fall - evidence.fall_of_lens(spread, changing)) / noise < CLEARLY:
-        return False
-    return _stands_among(evidence.curves(spread, changing), term)
-
-
-def _stands_without_any(seen: Quadratic, term: Term, photos: int) -> bool:
-    """Whether chance does not explain it either where any one photo may be bent by itself."""
-    return all(
-        _stands_among(seen.without(np.kron(own[:, None], np.eye(FIELD))), term)
-        for own in np.eye(photos)
-    )
-
-
-def _evidence(scene: Scene, priors: Sequence[Calibration], field: _Field) -> _Evidence:
+def _evidence(scene: Scene, priors: Sequence[Calibration], field: _Field) -> FieldEvidence:
     """Poses, points and lenses eliminated."""
     bundle = Bundle.of(scene)
     photos, lenses = len(bundle.views), LENS_SIZE * len(priors)
     first = POSE_SIZE * photos
-    design = _design(bundle, scene, priors, field)
     clusters = clusters_of(bundle.points)
-    parts = [_reduced(*design, part[bundle.point_idx]) for part in clusters]
+    parts = [_reduced(bundle, scene, priors, field, part) for part in clusters]
     curves = np.arange(first + lenses + OWN * photos, len(parts[0][1]))
     inflation = _inflation(parts, np.concatenate([np.arange(first), curves]))
     normal = np.sum([one for one, _ in parts], axis=0) / inflation
@@ -330,7 +221,7 @@ def _evidence(scene: Scene, priors: Sequence[Calibration], field: _Field) -> _Ev
     known[lens] = prior.free
     kept = np.arange(first + lenses, len(right))
     left, pull = eliminated(normal, right, np.flatnonzero(known), kept)
-    return _Evidence(photos, left, pull, photos * len(clusters))
+    return FieldEvidence(photos, FIELD, left, pull, photos * len(clusters))
 
 
 def _inflation(
@@ -348,104 +239,22 @@ def _inflation(
     return inflation_of(normals, left)
 
 
-def _design(
-    bundle: Bundle, scene: Scene, priors: Sequence[Calibration], field: _Field
-) -> tuple[sp.csr_array, sp.csr_array, Float64[np.ndarray, " r"]]:
-    """Weighted rows over poses, lenses, deviations and curvings; over points; and residuals."""
-    count, photos = len(bundle.photo_idx), len(bundle.views)
-    residuals, by_point = np.empty((count, 2)), np.empty((count, 2, 3))
-    by_pose, by_lens = np.empty((count, 2, POSE_SIZE)), np.empty((count, 2, LENS_SIZE))
-    _differentiate(
-        bundle.views, bundle.points, bundle.photo_idx, bundle.point_idx, bundle.xy_px,
-        residuals, by_point, by_pose, by_lens,
-    )  # fmt: skip
-    sigma_px = bundle.sigma_px(scene)
-    off = (residuals**2).sum(axis=1) / (CAUCHY_SIGMAS * sigma_px) ** 2
-    weights = 1.0 / (np.sqrt(1.0 + off) * sigma_px)
-    camera = np.array(scene.camera_idx, np.int64)[list(scene.placed)][bundle.photo_idx]
-    basis = np.array([lens_basis(one.camera) for one in priors])
-    own = np.einsum("mrl,mlq->mrq", by_lens, basis[camera])
-    curved = np.einsum("mri,mic->mrc", by_point, field.columns[bundle.point_idx])
-    photo, first = bundle.photo_idx, POSE_SIZE * photos
-    at_own = first + LENS_SIZE * len(priors)
-    at_curve = at_own + OWN * photos
-    blocks = [
-        (by_pose, POSE_SIZE * photo),
-        (by_lens, first + LENS_SIZE * camera),
-        (own, at_own + OWN * photo),
-        (curved, at_curve + FIELD * photo),
-    ]
-    size = at_curve + FIELD * photos
-    unknowns = sum(
-        (_rows(block, start, weights, size) for block, start in blocks),
-        sp.csr_array((2 * count, size)),
-    )
-    points = _rows(by_point, 3 * bundle.point_idx, weights, 3 * len(bundle.points))
-    return unknowns, points, (weights[:, None] * residuals).ravel()
-
-
-def _rows(
-    block: Float64[np.ndarray, "m 2 k"],
-    start: Int64[np.ndarray, " m"],
-    weights: Float64[np.ndarray, " m"],
-    size: int,
-) -> sp.csr_array:
-    """Rows of these derivatives, those of each observation from its own column on."""
-    count, _, width = block.shape
-    columns = np.repeat(start[:, None] + np.arange(width), 2, axis=0).ravel()
-    values = (weights[:, None, None] * block).ravel()
-    ends = width * np.arange(2 * count + 1)
-    return sp.csr_array((values, columns, ends), shape=(2 * count, size))
-
-
 def _reduced(
-    unknowns: sp.csr_array,
-    points: sp.csr_array,
-    residuals: Float64[np.ndarray, " r"],
-    chosen: Bool[np.ndarray, " m"],
+    bundle: Bundle,
+    scene: Scene,
+    priors: Sequence[Calibration],
+    field: _Field,
+    chosen: Bool[np.ndarray, " n"],
 ) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]:
-    """Equations of the observations chosen, their points eliminated."""
-    rows = np.flatnonzero(np.repeat(chosen, 2))
-    by_unknowns, by_points, pulls = unknowns[rows], points[rows], residuals[rows]
-    own = np.flatnonzero(np.diff(by_points.tocsc().indptr) > 0)[::3] // 3
-    by_points = by_points[:, (3 * own[:, None] + np.arange(3)).ravel()]
-    of_points = (by_points.T @ by_points).tobsr((3, 3))
-    weights = of_points.data
-    weights = weights + _LEAST_WEIGHT * np.einsum("nii->n", weights)[:, None, None] * np.eye(3)
-    inverse = sp.bsr_array(
-        (np.linalg.inv(weights), np.arange(len(own)), np.arange(len(own) + 1)),
-        shape=of_points.shape,
+    """Over poses, lenses, deviations and curvings in units of sigma, by some of the points, which
+    are eliminated."""
+    photos, sigma_px = len(bundle.views), bundle.sigma_px(scene)
+    camera = np.array(scene.camera_idx, np.int64)[list(scene.placed)]
+    basis = np.array([lens_basis(one.camera) for one in priors])
+    normal, right, _ = reduced_equations(
+        bundle.with_points(chosen), camera, basis, sigma_px, _LEAST_WEIGHT, field.columns[chosen]
     )
-    cross = by_unknowns.T @ by_points
-    solved = cross @ inverse
-    normal = (by_unknowns.T @ by_unknowns - solved @ cross.T).toarray()
-    return normal, by_unknowns.T @ pulls - solved @ (by_points.T @ pulls)
-
-
-@njit(cache=True, nogil=True)
-def _differentiate(
-    views: np.ndarray,
-    points: np.ndarray,
-    photo_idx: np.ndarray,
-    point_idx: np.ndarray,
-    xy_px: np.ndarray,
-    residuals: np.ndarray,
-    by_point: np.ndarray,
-    by_pose: np.ndarray,
-    by_lens: np.ndarray,
-):
-    """Fill residuals (measured minus projected) and their pixels' derivatives."""
-    xy = np.empty(2)
-    for row in range(len(photo_idx)):
-        by_point[row], by_pose[row], by_lens[row] = 0.0, 0.0, 0.0
-        depth = project_and_differentiate(
-            views[photo_idx[row]],
-            points[point_idx[row]],
-            xy,
-            by_point[row],
-            by_pose[row],
-            by_lens[row],
-        )
-        residuals[row] = 0.0
-        if depth > 0.0:
-            residuals[row] = xy_px[row] - xy
+    first = POSE_SIZE * photos + LENS_SIZE * len(priors)
+    own = first + np.arange((OWN + FIELD) * photos).reshape(photos, -1)
+    rows = np.concatenate([np.arange(first), own[:, :OWN].ravel(), own[:, OWN:].ravel()])
+    return normal[np.ix_(rows, rows)] / sigma_px**2, right[rows] / sigma_px**2

@@ -9,6 +9,10 @@ Method  What the adjustment freed stays in the null model of everything else, an
         both. What all photos of a camera have alike is the camera's lens, and free. Where no board
         calibrated the lens, what it does beyond its model differs from photo to photo as well,
         since the points lie elsewhere in each: a spread is no fact there.
+        A rolling shutter is solved for as if all lay equally far away. What is left of a strong
+        one looks like another kind, which is no fact beside it.
+        A kind matters where its effect surely does, or where its spread is beyond that of usual
+        cameras: what is usual is told where it matters alone.
         A kind's effect is how far a photo would show the limb's points from where they are if it
         had its camera's lens, once its pose is fitted to them (root mean square); that of a focal
         length is its share.
@@ -16,6 +20,7 @@ Limits  Fewer than six photos tell nothing: every number is a part of their pose
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -47,6 +52,7 @@ from limbgram.reconstruction.mapping.quadratic import (
 )
 from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Rule, Scene
 
+_ROLLING: Deviation = "rolling shutter"
 _FEWEST_PHOTOS = 6
 _MOST_POINTS = 300
 _STEP = 1e-6
@@ -65,21 +71,29 @@ def lens_explanations(
     if len(scene.placed) < _FEWEST_PHOTOS or not (filed or scene.own):
         return ()
     evidence = LensEvidence.of(scene, priors)
-    found = [_file(evidence, camera) for camera in filed if (evidence.camera == camera).any()]
+    found: list[Explanation | None] = [
+        _file(evidence, camera) for camera in filed if (evidence.camera == camera).any()
+    ]
     if scene.own is not None:
         distances = [
             np.linalg.norm(view.centre_in_world - limb.mean(axis=0)) for view in scene.views
         ]
         floor = FLOOR * float(np.median(distances)) if mm is None else FLOOR_MM * mm
         free = evidence.seen.without(evidence.common())
+        every = _of_spread(free, slice(0, OWN))
+        rolling = _ROLLING in scene.own.deviations
+        strong = rolling and _beyond_usual(free, every, place_of(_ROLLING))
         calibrated = all(one.source == "board" for one in priors)
         for kind in scene.own.deviations:
             if kind == "focal length":
                 to_effect, least = [np.eye(1)] * len(scene.placed), FOCAL_FLOOR
             else:
                 to_effect, least = [_on_limb(scene, k, kind, limb) for k in scene.placed], floor
-            found.append(_drawn(evidence, free, kind, to_effect, least, calibrated))
-    shown = (one for one in found if one.chance <= FALSE_ALARM)
+            one = _drawn(evidence, free, every, kind, to_effect, least, calibrated)
+            if one is not None and kind != _ROLLING and strong:
+                one = replace(one, failed=("lens", *one.failed))
+            found.append(one)
+    shown = (one for one in found if one is not None and one.chance <= FALSE_ALARM)
     return tuple(sorted(shown, key=lambda one: -one.score))
 
 
@@ -106,22 +120,25 @@ def _file(evidence: LensEvidence, camera: int) -> Explanation:
 def _drawn(
     evidence: LensEvidence,
     free: Quadratic,
+    every: Likeliest,
     kind: Deviation,
     to_effect: Sequence[Float64[np.ndarray, "e q"]],
     floor: float,
     calibrated: bool,
-) -> Explanation:
-    """A kind of deviation of which every photo has its own.
+) -> Explanation | None:
+    """A kind of deviation of which every photo has its own, unless chance explains it.
 
     Args:
+        every: The likeliest spread of all kinds.
         to_effect: By photo, from the numbers of the kind to their effect.
     """
     numbers = place_of(kind)
     photos = len(evidence.photos)
     size = numbers.stop - numbers.start
-    every = _of_spread(free, numbers)
-    gain = every.gain - _of_spread(free, numbers, none=True).gain
+    gain = every.gain - _of_spread(free, numbers, most=LEAST).gain
     chance = chi_square_tail(gain, size)
+    if chance > FALSE_ALARM:
+        return None
     normal = free.normal.copy()
     normal[np.diag_indices_from(normal)] += 1.0 / np.tile(every.spread, photos) ** 2
     covariance = np.linalg.inv(normal)
@@ -137,9 +154,8 @@ def _drawn(
     less = free.without(evidence.of_photo(int(np.argmax(own_falls))))
     wider = np.minimum(MANY_TIMES * every.spread, MOST)
     held: dict[Rule, bool] = {
-        "chance": chance <= FALSE_ALARM,
         "model": calibrated,
-        "size": low >= floor,
+        "size": low >= floor or _beyond_usual(free, every, numbers),
         "one photo": _still_shown(less, numbers, size, USUAL * LEAST),
         "lenses of photos": _still_shown(free, numbers, size, wider),
     }
@@ -163,6 +179,12 @@ def _drawn(
     )
 
 
+def _beyond_usual(seen: Quadratic, every: Likeliest, numbers: slice) -> bool:
+    """Whether chance alone does not make this spread of what is usual."""
+    gain = every.gain - _of_spread(seen, numbers, most=1.0).gain
+    return chi_square_tail(gain, numbers.stop - numbers.start) <= FALSE_ALARM
+
+
 def _is_of(numbers: slice) -> np.ndarray:
     return np.isin(np.arange(OWN), np.arange(OWN)[numbers])
 
@@ -171,25 +193,24 @@ def _of_spread(
     seen: Quadratic,
     numbers: slice,
     others: Float64[np.ndarray, "9"] | None = None,
-    *,
-    none: bool = False,
+    most: float = np.inf,
 ) -> Likeliest:
     """The likeliest spread.
 
     Args:
         others: Least spread of the other kinds.
-        none: Whether this kind has none.
+        most: Spread that this kind has at most, in parts of the usual one.
     """
     own, nothing = _is_of(numbers), LEAST * USUAL
     least = nothing if others is None else np.where(own, nothing, np.maximum(others, nothing))
-    return likeliest(seen, USUAL, np.where(own & none, nothing, MOST), least=least)
+    return likeliest(seen, USUAL, np.where(own, np.minimum(most * USUAL, MOST), MOST), least=least)
 
 
 def _still_shown(
     seen: Quadratic, numbers: slice, size: int, others: Float64[np.ndarray, "9"]
 ) -> bool:
     with_it = _of_spread(seen, numbers, others)
-    without = _of_spread(seen, numbers, others, none=True)
+    without = _of_spread(seen, numbers, others, most=LEAST)
     return chi_square_tail(with_it.gain - without.gain, size) <= FALSE_ALARM
 
 

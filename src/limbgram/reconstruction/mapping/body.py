@@ -18,7 +18,8 @@ from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, Camera, View, diff
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
 from limbgram.reconstruction.mapping.normals import robust_cost
 
-_WHOLE = 7
+WHOLE = 7
+"""Numbers of a body as a whole: turn, shift, growth."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +59,7 @@ class Body:
     def equations(self, bundle: Bundle, inflation: float) -> "BodyEquations":
         """What the body says about photos and lenses, and how it follows them."""
         corners, count = self.corners, len(self.shape)
-        by_rest = np.zeros((len(self.xy_px), 2, bundle.unknowns + _WHOLE))
+        by_rest = np.zeros((len(self.xy_px), 2, bundle.unknowns + WHOLE))
         by_corner, residual = np.zeros((len(self.xy_px), 2, 3)), np.zeros_like(self.xy_px)
         for k in np.unique(self.photo_idx):
             rows = np.flatnonzero(self.photo_idx == k)
@@ -71,7 +72,7 @@ class Body:
             by_rest[rows, :, lens : lens + LENS_SIZE] = by_lens
             by_corner[rows] = by_point
             residual[rows] = self.xy_px[rows] - self._view(bundle, k).project(points)
-        by_rest[:, :, -_WHOLE:] = by_corner @ self._by_whole()[self.corner_idx]
+        by_rest[:, :, -WHOLE:] = by_corner @ self._by_whole()[self.corner_idx]
 
         spread = (residual**2).sum(1) / (CAUCHY_SIGMAS * self.sigma_px) ** 2
         root = 1.0 / (inflation * self.sigma_px * np.sqrt(1.0 + spread))
@@ -98,17 +99,23 @@ class Body:
 
     def _by_whole(self) -> Float64[np.ndarray, "n 3 7"]:
         """How the corners move with the whole, which turns and grows about its own origin."""
-        arms = self.world_from_body.apply(self.shape) - self.world_from_body.translation
-        moves = np.zeros((len(arms), 3, _WHOLE))
-        moves[:, :, :3] = np.cross(np.eye(3), arms[:, None]).transpose(0, 2, 1)
-        moves[:, :, 3:6] = np.eye(3)
-        moves[:, :, 6] = arms
-        return moves
+        return moves_of_whole(
+            self.world_from_body.apply(self.shape) - self.world_from_body.translation
+        )
 
     def _view(self, bundle: Bundle, photo: int) -> View:
         numbers = bundle.views[photo]
         pose = Rigid(numbers[:9].reshape(3, 3), numbers[9:12])
         return View("", self.camera.with_parameters(numbers[12:]), pose)
+
+
+def moves_of_whole(arms: Points3) -> Float64[np.ndarray, "n 3 7"]:
+    """How points so far from its origin move with a body that turns, shifts and grows."""
+    moves = np.zeros((len(arms), 3, WHOLE))
+    moves[:, :, :3] = np.cross(np.eye(3), arms[:, None]).transpose(0, 2, 1)
+    moves[:, :, 3:6] = np.eye(3)
+    moves[:, :, 6] = arms
+    return moves
 
 
 @dataclass(frozen=True)
@@ -124,7 +131,7 @@ class BodyEquations:
     def of_cameras(self) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]:
         """Normal matrix and right side that remain for photos and lenses."""
         normal, right = self._without_corners()
-        cameras, whole = slice(None, -_WHOLE), slice(-_WHOLE, None)
+        cameras, whole = slice(None, -WHOLE), slice(-WHOLE, None)
         follow = np.linalg.solve(normal[whole, whole], normal[whole, cameras])
         return (
             normal[cameras, cameras] - normal[cameras, whole] @ follow,
@@ -136,8 +143,8 @@ class BodyEquations:
     ) -> tuple[Float64[np.ndarray, "7"], Points3]:
         """Steps of the whole and of the corners after one of photos and lenses."""
         normal, right = self._without_corners()
-        left = right[-_WHOLE:] - normal[-_WHOLE:, :-_WHOLE] @ cameras
-        whole = np.linalg.solve(normal[-_WHOLE:, -_WHOLE:], left)
+        left = right[-WHOLE:] - normal[-WHOLE:, :-WHOLE] @ cameras
+        whole = np.linalg.solve(normal[-WHOLE:, -WHOLE:], left)
         left = self.corner_right - self.cross @ np.concatenate([cameras, whole])
         return whole, np.linalg.solve(self.own, left[:, :, None])[:, :, 0]
 

@@ -23,12 +23,15 @@ from jaxtyping import Float64, Int64
 from scipy.sparse import csr_array, eye_array, hstack, vstack
 
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
+from limbgram.core.interval import chi_square_tail
 from limbgram.reconstruction.mapping.scene import Deviation, OwnLenses, Scene
 
 DEVIATIONS: tuple[Deviation, ...] = ("principal point", "focal length", "rolling shutter")
 WIDE = {"principal point": 0.01, "focal length": 0.02, "rolling shutter": 0.01}
 """Standard deviation of the numbers before the capture tells it: of the picture's width, of the
 focal length, and of pixels a row. More than that is no fault of a single photo."""
+_SURELY = 0.025
+"""Chance that a spread within bounds looks wider: that of one side of an interval of 95 %."""
 _LEAST_SPREAD = 1e-4
 """In parts of the same: a spread of nothing would hold the numbers."""
 _ROW = {name: k for k, name in enumerate(PARAMETERS)}
@@ -110,14 +113,18 @@ def with_spread_of(scene: Scene, solved: Scene) -> Scene:
 
 
 def beyond_cameras(scene: Scene) -> tuple[Deviation, ...]:
-    """Kinds in which lenses of single photos differ by more than those of real cameras can."""
-    own, first = scene.own, 0
+    """Kinds in which lenses of single photos surely differ by more than those of real cameras can.
+
+    Few photos show a spread by chance that is half as large again as the true one.
+    """
+    own, first, photos = scene.own, 0, len(scene.placed)
     assert own is not None
     beyond: list[Deviation] = []
     for kind in own.deviations:
         numbers = slice(first, first + numbers_of(kind))
         first = numbers.stop
-        if (own.spread[numbers] > WIDE[kind]).any():
+        widest = float(own.spread[numbers].max()) / WIDE[kind]
+        if chi_square_tail(photos * widest**2, photos) < _SURELY:
             beyond.append(kind)
     return tuple(beyond)
 

@@ -6,8 +6,8 @@ Method  A score test (Rao 1948) for each kind: how far one Gauss-Newton step wou
         squares if every photo had its numbers of that kind, all else free too. In photos of one
         lens the fall follows chi-squared with as many degrees of freedom as there are numbers; it
         is counted in the adjustment's inflated sigmas, which stays below: sound captures reach 0.1
-        to 0.4 a number. What is asked for is a chance of one in a million: 1.5 a number of 60
-        photos with four each, 2.8 of 15 with two, 6.8 of 6 with one.
+        to 0.4 a number. What is asked for is a chance of one in 100,000: 1.5 a number of 60
+        photos with four each, 2.6 of 15 with two, 5.9 of 6 with one.
         A kind that asks must also explain more than halves of the points that move against each
         other would (two_bodies.py), by Akaike's criterion (1974): a body that moved asks for own
         lenses too, and with them would be hidden instead of told.
@@ -33,13 +33,12 @@ from limbgram.reconstruction.mapping.lens_deviations import (
     with_room_for,
     with_spread_of,
 )
+from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.scene import Deviation, Scene
 from limbgram.reconstruction.mapping.solution import Adjusted, adjust, predicted_falls
 from limbgram.reconstruction.mapping.two_bodies import A_NUMBER, explained_by_two_bodies
 from limbgram.reconstruction.mapping.zoom import zoomed_by_own
 
-_FALSE_ALARM = 1e-6
-"""Chance that photos of one lens are given own ones, for all kinds together."""
 _FEWEST_PHOTOS = 6
 """Fewer tell nothing: every photo's numbers are a part of its pose."""
 _OBSERVATIONS = 30_000
@@ -92,7 +91,7 @@ def supported_kind(adjusted: Adjusted, priors: Sequence[Calibration]) -> LensSco
 
     None where chance, or bodies that move against each other, would explain as much.
     """
-    scores = [one for one in scores_of(adjusted, priors) if one.chance < _FALSE_ALARM]
+    scores = [one for one in scores_of(adjusted, priors) if one.chance < FALSE_ALARM]
     if not scores:
         return None
     bodies = explained_by_two_bodies(adjusted, priors, _OBSERVATIONS)

@@ -92,6 +92,7 @@ def reduce_equations(
     views: np.ndarray,
     lens_idx: np.ndarray,
     basis: np.ndarray,
+    fields: np.ndarray,
     photo_idx: np.ndarray,
     bounds: np.ndarray,
     xy_px: np.ndarray,
@@ -105,9 +106,11 @@ def reduce_equations(
     """Fill the reduced normal matrix, its right side, and the diagonal before the reduction.
 
     The diagonal, what unknowns have by themselves, is what damping scales. `basis` (lenses, 10, q):
-    what the numbers of a photo's own add to its lens; q is 0 where photos have none.
+    what the numbers of a photo's own add to its lens; q is 0 where photos have none. `fields`
+    (points, 3, f): after these, how f more of each photo's numbers move the points in it.
     """
-    longest, lenses, more = longest_track(bounds), basis.shape[0], basis.shape[2]
+    longest, lenses = longest_track(bounds), basis.shape[0]
+    more = basis.shape[2] + fields.shape[2]
     residual, by_point = np.empty((longest, 2)), np.empty((longest, 2, 3))
     by_all = np.empty((longest, 2, POSE_SIZE + LENS_SIZE))
     by_own = np.empty((longest, 2, more))
@@ -127,7 +130,8 @@ def reduce_equations(
         if not invert_symmetric(own, inverse):
             continue
         for row in range(first, last):
-            _own_slopes(by_all[row - first], basis[lens_idx[photo_idx[row]]], by_own[row - first])
+            n, lens = row - first, lens_idx[photo_idx[row]]
+            _own_slopes(by_all[n], basis[lens], by_point[n], fields[k], by_own[n])
         _add_observations(
             photo_idx[first:last], lens_idx, len(views), lenses, by_all, by_own, residual,
             normal, right, diagonal,
@@ -152,13 +156,23 @@ def longest_track(bounds: np.ndarray) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _own_slopes(by_all: np.ndarray, basis: np.ndarray, by_own: np.ndarray) -> None:
+def _own_slopes(
+    by_all: np.ndarray,
+    basis: np.ndarray,
+    by_point: np.ndarray,
+    field: np.ndarray,
+    by_own: np.ndarray,
+) -> None:
     """Fill the derivatives by a photo's own numbers."""
+    lens = basis.shape[1]
+    by_own[:] = 0.0
     for axis in range(2):
-        for j in range(basis.shape[1]):
-            by_own[axis, j] = 0.0
+        for j in range(lens):
             for i in range(LENS_SIZE):
                 by_own[axis, j] += by_all[axis, POSE_SIZE + i] * basis[i, j]
+        for j in range(field.shape[1]):
+            for i in range(3):
+                by_own[axis, lens + j] += by_point[axis, i] * field[i, j]
 
 
 @njit(cache=True, nogil=True)

@@ -73,8 +73,9 @@ the same course; whether its effect is beyond what matters; leaving out any one 
 differ four times as much from photo to photo; what a lens does beyond its model where no board
 calibrated it; leaving out all photos that few points hold; a board
 that was pushed, where nothing beside it tells."""
-Bodies = Literal["limb and room", "halves", "limb and board", "lenses"]
-"""Which two are held against each other; lenses: none, what lenses of photos explain."""
+Bodies = Literal["limb and room", "halves", "limb and board", "lenses", "board"]
+"""Which two are held against each other; lenses: none, what lenses of photos explain; board: none,
+its own shape."""
 Deviation = Literal["principal point", "focal length", "rolling shutter"]
 
 
@@ -83,9 +84,10 @@ class Explanation:
     """One term, with what speaks for it."""
 
     bodies: Bodies
-    kind: Literal["step", "drift", "photo", "sway", "rest", "camera file"] | Deviation
+    kind: Literal["step", "drift", "photo", "sway", "rest", "camera file", "bend"] | Deviation
     """photo: one alone lies elsewhere; sway: each does; rest: what no term explains; camera file:
-    all photos of a camera have another focal length than it; a deviation: each photo has one."""
+    all photos of a camera have another focal length than it; bend: the board is no plane; a
+    deviation: each photo has one."""
     photos: tuple[int, ...]
     """That show the second body elsewhere than most, or have another lens."""
     numbers: int
@@ -95,8 +97,9 @@ class Explanation:
     chance: float
     """That photos without it look as much like it, all candidates of its kind counted."""
     effect: float
-    """Largest motion of a point of the first body, in the scene's unit; of a focal length, by which
-    share of itself it differs."""
+    """Largest motion of a point of the first body, in the scene's unit; of a board, how far the
+    ends of its print lie off the plane through its middle; of a focal length, by which share of
+    itself it differs."""
     low: float
     high: float
     """Its interval of 95 %."""
@@ -266,7 +269,7 @@ class Scene:
     own: OwnLenses | None = None
     """Beside the cameras' lenses. None where one lens explains all photos of a camera."""
     lens_explanations: tuple[Explanation, ...] = ()
-    """What lenses of single photos and camera files explain, the most likely first."""
+    """What lenses of single photos, camera files and a bent board explain, likeliest first."""
 
     __repr__ = brief
 

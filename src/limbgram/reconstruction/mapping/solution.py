@@ -346,16 +346,24 @@ def reduced_equations(
     basis: Float64[np.ndarray, "c lens q"],
     sigma_px: float,
     damping: float,
+    fields: Float64[np.ndarray, "n 3 f"] | None = None,
 ) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"], Float64[np.ndarray, " u"]]:
     """Normal matrix, right side and diagonal of poses, lenses and single photos' numbers in pixels
-    squared, points eliminated."""
-    own = basis.shape[2] * len(bundle.views)
+    squared, points eliminated.
+
+    Args:
+        fields: How numbers that each photo has after those of its lens move the points in it.
+    """
+    if fields is None:
+        fields = np.zeros((len(bundle.points), 3, 0))
+    own = (basis.shape[2] + fields.shape[2]) * len(bundle.views)
     size = POSE_SIZE * len(bundle.views) + LENS_SIZE * len(basis) + own
     normal, right, diagonal = np.empty((size, size)), np.empty(size), np.empty(size)
     reduce_equations(
         bundle.views,
         lens_idx,
         np.ascontiguousarray(basis),
+        np.ascontiguousarray(fields),
         bundle.photo_idx,
         bundle.bounds,
         bundle.xy_px,

@@ -421,43 +421,79 @@ def adjusted_with_board(
         hold_board_lenses=held,
         outlier_sigmas=np.inf,
         rounds=1,
-        body=_body_of(scene, scene_board, detections),
+        body=_body_of(
+            scene,
+            scene_board.corners,
+            scene_board.control_ids,
+            scene_board.scene_from_board,
+            detections,
+        ),
         solve_own=True,
     )
-    return replace(
+    found = replace(
         adjusted.scene,
         sigma_px=adjusted.sigma_px,
         lens_covariance=adjusted.lens_covariance,
         camera_covariance=adjusted.covariance,
     )
+    before, after = (
+        np.array([view.centre_in_world for view in one.views]) for one in (scene, found)
+    )
+    return replace(  # nothing holds the size of a scene: what is known in its unit stays so
+        found.moved(fit_similarity(after, before)),
+        movement=scene.movement,
+        bending=scene.bending,
+        lens_explanations=scene.lens_explanations,
+    )
 
 
-def _body_of(scene: Scene, scene_board: SceneBoard, detections: BoardDetections) -> Body:
-    seen = scene_board.corners.observations
-    used = np.flatnonzero(np.isin(seen.point_idx, scene_board.control_ids))
+def located_board(scene: Scene, detections: BoardDetections) -> Body | None:
+    """The board's corners as the photos locate them; None where they are few or contradict each
+    other."""
+    try:
+        corners = locate_corners(scene, detections)
+    except ScaleError:
+        return None
+    if len(corners.ids) < _LEAST_CORNERS:
+        return None
+    shape_mm = detections.corners_mm[corners.ids]
+    pose = fit_similarity(shape_mm, corners.points_in_world)
+    body = _body_of(scene, corners, corners.ids, pose, detections)
+    return replace(body, offsets=corners.points_in_world - pose.apply(shape_mm))
+
+
+def _body_of(
+    scene: Scene,
+    corners: SceneCorners,
+    ids: Int32[np.ndarray, " c"],
+    scene_from_board: Similarity,
+    detections: BoardDetections,
+) -> Body:
+    """A flat body of some of the corners that were located."""
+    seen = corners.observations
+    used = np.flatnonzero(np.isin(seen.point_idx, ids))
     used = used[np.lexsort((seen.view_idx[used], seen.point_idx[used]))]
     place = {view.name: k for k, view in enumerate(scene.views)}
     photo_of_view = np.array([place[view.name] for view in seen.views], np.int64)
-    shape_mm = detections.corners_mm[scene_board.control_ids]
+    shape_mm = detections.corners_mm[ids]
+    printed = scene_from_board.apply(detections.corners_mm[corners.ids])
     return Body(
         shape=shape_mm,
-        world_from_body=scene_board.scene_from_board,
+        world_from_body=scene_from_board,
         offsets=np.zeros_like(shape_mm),
-        shape_sigma=_shape_sigma(scene_board, detections),
+        shape_sigma=_shape_sigma(corners.points_in_world - printed, scene_from_board, detections),
         photo_idx=photo_of_view[seen.view_idx[used]],
-        corner_idx=np.searchsorted(scene_board.control_ids, seen.point_idx[used]).astype(np.int64),
+        corner_idx=np.searchsorted(ids, seen.point_idx[used]).astype(np.int64),
         xy_px=np.ascontiguousarray(seen.xy_px[used]),
-        sigma_px=max(scene_board.corners.sigma_px, _LEAST_SIGMA_PX),
+        sigma_px=max(corners.sigma_px, _LEAST_SIGMA_PX),
         camera=scene.cameras[0],
     )
 
 
-def _shape_sigma(scene_board: SceneBoard, detections: BoardDetections) -> float:
+def _shape_sigma(off: Points3, scene_from_board: Similarity, detections: BoardDetections) -> float:
     """How far one coordinate of a located corner lies from the board as described."""
-    printed = scene_board.scene_from_board.apply(detections.corners_mm[scene_board.corners.ids])
-    off = float(np.median(np.abs(scene_board.corners.points_in_world - printed)))
-    size = scene_board.scene_from_board.scale * float(np.ptp(detections.corners_mm, axis=0).max())
-    return max(MAD_TO_SIGMA * off, _LEAST_SHAPE_SIGMA * size)
+    size = scene_from_board.scale * float(np.ptp(detections.corners_mm, axis=0).max())
+    return max(MAD_TO_SIGMA * float(np.median(np.abs(off))), _LEAST_SHAPE_SIGMA * size)
 
 
 _LEAST_PHOTOS, _LENS_LEAST_CORNERS = 3, 10

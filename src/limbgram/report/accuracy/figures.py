@@ -858,10 +858,12 @@ class ExplanationFigures:
     were taken."""
 
     bodies: str
-    """limb and room, halves, limb and board, or lenses: what lenses of photos explain."""
+    """limb and room, halves, limb and board; lenses: what lenses of photos explain; board: its own
+    shape."""
     kind: str
     """step, drift, photo (one alone), sway, or rest: what no term explains; principal point, focal
-    length, rolling shutter: each photo has one of its own; camera file: all differ from it."""
+    length, rolling shutter: each photo has one of its own; camera file: all differ from it; bend:
+    the board is no plane."""
     photos: tuple[str, ...]
     """Those that show the second body elsewhere than most do, or have another lens."""
     told: bool

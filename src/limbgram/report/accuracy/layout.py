@@ -147,6 +147,7 @@ _BODIES = {
     "halves": "halves of the limb",
     "limb and board": "limb and board",
     "lenses": "lenses of photos",
+    "board": "scale board",
 }
 _KINDS = {
     "step": "step between photos",
@@ -158,6 +159,7 @@ _KINDS = {
     "focal length": "own focal length",
     "rolling shutter": "rolling shutter",
     "camera file": "another focal length than the camera file's",
+    "bend": "bent",
 }
 _FAILED = {
     "chance": "no cause is found",

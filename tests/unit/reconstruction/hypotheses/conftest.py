@@ -14,6 +14,7 @@ from limbgram.reconstruction.hypotheses.evidence import Evidence, evidence_of
 from limbgram.reconstruction.mapping.lens_evidence import OWN, lens_basis
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
+from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
 
 DISTANCE_MM = 1000.0
 HALF_MM = 100.0
@@ -26,6 +27,9 @@ CALIBRATED = Calibration(
     covariance=np.diag([0.3, 0.3, 0.5, 0.5, 0.0, 1e-3, 1e-3, 1e-4, 1e-4, 0.0]) ** 2,
     source="board",
 )
+BOARD = Board.charuco("7x5", 30.0, 22.0, "4X4_50")
+WORLD_FROM_BOARD = Rigid(np.diag([1.0, -1.0, -1.0]), np.array([60.0, 75.0, -60.0]))
+"""It lies beside the limb, its print upwards."""
 BY_EXIF = replace(
     CALIBRATED,
     covariance=np.diag([75.0, 75.0, 12.0, 12.0, 0.0, 0.1, 0.1, 2e-3, 2e-3, 0.1]) ** 2,
@@ -58,6 +62,10 @@ class Taken:
     bows_mm: np.ndarray | None = None
     """By photo (n), how far both ends of a limb of 200 mm are bowed aside."""
     outlier_sigmas: float = 4.0
+    sag_mm: float = 0.0
+    """By which the ends of the board's rows stand above its middle."""
+    sag_in: int | None = None
+    """Photo that alone shows the board bent."""
 
     @property
     def calibration(self) -> Calibration:
@@ -82,6 +90,8 @@ class Bodies:
     limb: Scene
     room: Scene
     calibration: Calibration
+    board: BoardDetections
+    """Of a board beside the limb."""
 
     @property
     def evidence(self) -> Evidence:
@@ -106,6 +116,39 @@ def bodies(taken: Taken) -> Bodies:
         placed(taken, limb, poses, own, 0.0 * motions, rng, taken.bows_mm),
         placed(taken, room, poses, own, motions, rng),
         taken.calibration,
+        board_in(taken, poses, own),
+    )
+
+
+def board_in(taken: Taken, poses: list[Rigid], own: np.ndarray) -> BoardDetections:
+    """Corners of the board, which every photo shows."""
+    rng = np.random.default_rng((taken.seed, 1))
+    width_mm = BOARD.columns * BOARD.square_mm
+    photos: list[PhotoCorners] = []
+    for k, pose in enumerate(poses):
+        sag_mm = taken.sag_mm if taken.sag_in in (None, k) else 0.0
+        corners = BOARD.corners_mm.copy()
+        corners[:, 2] -= sag_mm * (2.0 * corners[:, 0] / width_mm - 1.0) ** 2
+        lens = taken.true_lens.with_parameters(taken.true_lens.packed + lens_basis(LENS) @ own[k])
+        xy_px = lens.project(pose.apply(WORLD_FROM_BOARD.apply(corners)))
+        xy_px += 0.5 * taken.noise_px * rng.normal(size=xy_px.shape)
+        count = len(xy_px)
+        photos.append(
+            PhotoCorners(
+                name=f"{k}.jpg",
+                photo_idx=k,
+                ids=np.arange(count, dtype=np.int32),
+                xy_px=xy_px,
+                sigmas_px=np.full(count, 0.05),
+                blur_px=1.0,
+                step_px=40.0,
+                doubtful_ids=np.zeros(0, np.int32),
+                doubtful_xy_px=np.zeros((0, 2)),
+                doubts=(),
+            )
+        )
+    return BoardDetections(
+        board=BOARD, corners_mm=BOARD.corners_mm, photos=tuple(photos), set_aside=()
     )
 
 

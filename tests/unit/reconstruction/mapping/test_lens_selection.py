@@ -10,7 +10,14 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.lenses import lens_explanations
-from limbgram.reconstruction.mapping.lens_deviations import Ties, basis_of, with_own, with_room_for
+from limbgram.reconstruction.mapping.lens_deviations import (
+    WIDE,
+    Ties,
+    basis_of,
+    beyond_cameras,
+    with_own,
+    with_room_for,
+)
 from limbgram.reconstruction.mapping.lens_selection import (
     scores_of,
     supported_kind,
@@ -234,13 +241,13 @@ def test_refocusing_is_told_from_a_stabiliser(make_scene: MakeScene) -> None:
 
 
 @pytest.mark.slow
-def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
-    """The camera turns and rolls while it reads its rows, to the second order in nothing."""
-    scene = near(make_scene)
-    turns = np.random.default_rng(6).normal(0.0, 0.004, (PHOTOS, 3))
+def rolled(scene: Scene, turns: np.ndarray, longer: np.ndarray) -> Scene:
+    """Photos whose camera turns (rad) from the first row to the last, with focal lengths of their
+    own."""
 
     def rolling(k: int, points: np.ndarray) -> np.ndarray:
-        view = scene.view(k)
+        lens = replace(LENS, fx=longer[k] * LENS.fx, fy=longer[k] * LENS.fy)
+        view = replace(scene.view(k), camera=lens)
         xy_px = view.project(points)
         for _ in range(5):  # the row that a point falls on tells when it was taken
             when = xy_px[:, 1] / LENS.height_px - 0.5
@@ -250,7 +257,13 @@ def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
                 xy_px[n] = replace(view, camera_from_world=pose).project(points[n][None])[0]
         return xy_px
 
-    faulty = taken(scene, 6, rolling)
+    return taken(scene, 6, rolling)
+
+
+def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
+    """The camera turns and rolls while it reads its rows, to the second order in nothing."""
+    turns = np.random.default_rng(6).normal(0.0, 0.004, (PHOTOS, 3))
+    faulty = rolled(near(make_scene), turns, np.ones(PHOTOS))
     before = fixed(faulty)
     after = with_supported_lenses(before, faulty, [CALIBRATED], 4.0)
     own = after.scene.own
@@ -258,6 +271,17 @@ def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
     assert own.deviations[0] == "rolling shutter"
     assert before.sigma_px > 2.0 * NOISE_PX
     assert after.sigma_px < 1.3 * NOISE_PX
+
+
+def test_beside_a_strong_rolling_shutter_no_other_kind_is_a_fact(make_scene: MakeScene) -> None:
+    """What its numbers, which hold for one distance, leave looks like one."""
+    draw = np.random.default_rng(6)
+    turns, longer = draw.normal(0.0, 0.006, (PHOTOS, 3)), draw.normal(1.0, 0.01, PHOTOS)
+    faulty = rolled(near(make_scene), turns, longer)
+    found = told(with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0).scene)
+    rules = {one.kind: one.failed for one in found}
+    assert rules["rolling shutter"] == ()
+    assert "lens" in rules["focal length"]
 
 
 def test_lenses_of_single_photos_are_held_unless_they_are_solved_for(
@@ -350,6 +374,29 @@ def test_a_stabiliser_is_a_fact_where_it_matters_on_the_limb(
     moved = np.linalg.norm(shifts - shifts.mean(0), axis=1)
     assert int(moved.argmax()) in one.photos
     assert one.low < one.effect < one.high
+
+
+@pytest.mark.parametrize(("sigma_px", "fact"), [(2.0, False), (7.0, True)])
+def test_a_stabiliser_is_a_fact_where_no_usual_one_moves_as_far(
+    make_scene: MakeScene, sigma_px: float, fact: bool
+) -> None:
+    """However little that is on a limb; 0.0025 of the picture's width is usual."""
+    faulty, _ = stabilised(near(make_scene), 3, sigma_px)
+    scene = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0).scene
+    mm = float(np.ptp(scene.points_in_world)) / 10.0
+    (one,) = lens_explanations(scene, [CALIBRATED], scene.points_in_world, mm)
+    assert one.high < one.floor
+    assert one.told is fact
+
+
+def test_a_spread_that_few_photos_show_by_chance_is_no_fault_beyond_cameras(
+    make_scene: MakeScene,
+) -> None:
+    scene = with_room_for(with_own(near(make_scene)), "principal point")
+    assert scene.own is not None
+    for wider, beyond in ((1.05, ()), (2.0, ("principal point",))):
+        own = replace(scene.own, spread=wider * np.full(2, WIDE["principal point"]))
+        assert beyond_cameras(replace(scene, own=own)) == beyond
 
 
 def test_what_an_uncalibrated_lens_was_freed_for_is_no_fact(make_scene: MakeScene) -> None:

@@ -13,6 +13,7 @@ from limbgram.reconstruction.mapping.normals import (
     robust_cost,
 )
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.solution import reduced_equations
 
 CAUCHY_PX = 1.3
 NONE_OF_THEIR_OWN = np.zeros((2, LENS_SIZE, 0))
@@ -52,12 +53,17 @@ def dense(bundle: Bundle, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     return slopes.T @ (weights[:, None] * slopes), slopes.T @ (weights * residual)
 
 
+def still(bundle: Bundle) -> np.ndarray:
+    """No numbers that move points."""
+    return np.zeros((len(bundle.points), 3, 0))
+
+
 def reduced(bundle: Bundle, damping: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     size = bundle.unknowns
     normal, right, diagonal = np.empty((size, size)), np.empty(size), np.empty(size)
     reduce_equations(
-        bundle.views, bundle.lens_idx, NONE_OF_THEIR_OWN, bundle.photo_idx, bundle.bounds,
-        bundle.xy_px, bundle.points, CAUCHY_PX, damping, normal, right, diagonal,
+        bundle.views, bundle.lens_idx, NONE_OF_THEIR_OWN, still(bundle), bundle.photo_idx,
+        bundle.bounds, bundle.xy_px, bundle.points, CAUCHY_PX, damping, normal, right, diagonal,
     )  # fmt: skip
     return normal, right, diagonal
 
@@ -112,8 +118,8 @@ def test_own_numbers_are_those_of_lenses_that_hang_together(make_scene, cameras:
     def equations(lens_idx: np.ndarray, basis: np.ndarray, size: int) -> list[np.ndarray]:
         found = [np.empty((size, size)), np.empty(size), np.empty(size)]
         reduce_equations(
-            bundle.views, lens_idx, basis, bundle.photo_idx, bundle.bounds, bundle.xy_px,
-            bundle.points, CAUCHY_PX, 0.2, *found,
+            bundle.views, lens_idx, basis, still(bundle), bundle.photo_idx, bundle.bounds,
+            bundle.xy_px, bundle.points, CAUCHY_PX, 0.2, *found,
         )  # fmt: skip
         return found
 
@@ -126,6 +132,22 @@ def test_own_numbers_are_those_of_lenses_that_hang_together(make_scene, cameras:
     np.testing.assert_allclose(scale * found_right, scale * (tied.T @ right), atol=1e-9)
     np.testing.assert_array_equal(found, found.T)
     assert np.abs(found[-own:, -own:]).min() > 0.0
+
+
+def test_points_that_shift_in_one_photo_are_a_photo_that_shifts(make_scene) -> None:
+    bundle = Bundle.of(make_scene(photos=4, points=9, noise_px=1.0))
+    size, photos = bundle.unknowns, len(bundle.views)
+    tied = np.hstack([np.eye(size), np.zeros((size, 3 * photos))])
+    for photo, view in enumerate(bundle.views):
+        rows = slice(POSE_SIZE * photo + 3, POSE_SIZE * (photo + 1))
+        tied[rows, size + 3 * photo : size + 3 * (photo + 1)] = view[:9].reshape(3, 3)
+    asked = bundle, bundle.lens_idx, NONE_OF_THEIR_OWN, 0.5, 0.2
+    normal, right, _ = reduced_equations(*asked)
+    found, found_right, diagonal = reduced_equations(*asked, np.tile(np.eye(3), (9, 1, 1)))
+    scale = 1 / np.sqrt(np.maximum(diagonal, 1e-12))
+    both = np.outer(scale, scale)
+    np.testing.assert_allclose(found * both, tied.T @ normal @ tied * both, atol=1e-9)
+    np.testing.assert_allclose(scale * found_right, scale * (tied.T @ right), atol=1e-9)
 
 
 def test_the_cost_is_the_robust_sum_and_what_lies_behind_is_dear(make_scene) -> None:

@@ -163,6 +163,9 @@ def test_photos_that_were_zoomed_say_nothing_of_their_camera_file(ring: Scene) -
     scene = replace(ring, lens_explanations=(ZOOMED, CONTRADICTED))
     assert files_contradicted(scene) == ()
     assert files_contradicted(replace(ring, lens_explanations=(CONTRADICTED,))) == (CONTRADICTED,)
+    refocused = replace(ZOOMED, effect=0.003, low=0.002, high=0.004)
+    scene = replace(ring, lens_explanations=(refocused, CONTRADICTED))
+    assert files_contradicted(scene) == (CONTRADICTED,)  # by ten times as much
 
 
 @pytest.mark.parametrize(("told", "camera_files"), [(True, ["board", "guess"]), (False, ["board"])])

@@ -10,7 +10,7 @@ from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.body import Body
 from limbgram.reconstruction.mapping.bundle import Bundle
-from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.mapping.scene import Explanation, Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
@@ -94,6 +94,21 @@ def test_scale_comes_back_within_its_sigma_and_photos_stand_better(capture) -> N
     assert 0.2 < np.sqrt(np.mean(np.square(ratios))) < 1.8
     assert 0.2 < np.mean(gains) < 0.9
     assert max(gains) < 1.05
+
+
+def test_what_is_known_in_the_scenes_unit_stays_so(capture) -> None:
+    """Nothing but the first guess holds the size of a scene that is adjusted."""
+    scene, detections = measured(capture), capture.detections(CORNER_PX)
+    centres = np.array([view.centre_in_world for view in scene.views])
+    truth = np.array([view.centre_in_world for view in capture.room_views])
+    mm = 1.0 / fit_similarity(centres, truth).scale
+    moved = Explanation(
+        bodies="limb and room", kind="step", photos=(0,), numbers=6, score=90.0, chance=1e-9,
+        effect=3.0 * mm, low=2.0 * mm, high=4.0 * mm, variance_before=9.0, variance_after=1.0,
+    )  # fmt: skip
+    metric = joined(replace(scene, lens_explanations=(moved,)), detections)
+    (told,) = metric.scene.lens_explanations
+    assert told.effect == pytest.approx(3.0, rel=1e-3)
 
 
 def test_wrong_corners_do_not_move_the_photos(capture) -> None:

@@ -1,0 +1,72 @@
+"""Flatness: boards bent by known amounts, and lenses that look alike."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from limbgram.reconstruction.hypotheses.flatness import board_bend
+from limbgram.reconstruction.mapping.lens_evidence import OWN
+from limbgram.reconstruction.mapping.scene import Explanation
+from limbgram.reconstruction.scale.board import located_board
+
+Take = Callable[..., Any]
+N = 14
+SIZE_MM = np.array([210.0, 150.0])
+
+
+def found(take: Take, **options: Any) -> Explanation | None:
+    taken = take(points=400, **options)
+    board = located_board(taken.limb, taken.board)
+    assert board is not None
+    return board_bend(taken.limb, [taken.calibration], board, SIZE_MM)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_flat_board_is_not_bent(take: Take, seed: int) -> None:
+    assert found(take, seed=seed) is None
+    assert found(take, seed=seed, by_exif=True) is None
+
+
+@pytest.mark.parametrize("sag_mm", [1.0, 1.5, 4.0, -1.5])
+def test_a_bent_board_is_told_with_its_sag(take: Take, sag_mm: float) -> None:
+    bend = found(take, sag_mm=sag_mm)
+    assert bend is not None
+    assert (bend.bodies, bend.kind, bend.told) == ("board", "bend", True)
+    assert bend.photos == tuple(range(N))
+    assert bend.low < abs(sag_mm) < bend.high
+    assert bend.high - bend.low < 0.4
+
+
+def test_what_is_usual_is_no_fact(take: Take) -> None:
+    bend = found(take, sag_mm=0.5)
+    assert bend is not None
+    assert bend.failed == ("size",)
+    assert found(take, sag_mm=0.1) is None
+
+
+def test_before_a_lens_that_no_board_calibrated_it_is_open(take: Take) -> None:
+    bend = found(take, sag_mm=2.0, by_exif=True)
+    assert bend is not None
+    assert "model" in bend.failed
+    assert bend.low < 2.0 < bend.high
+
+
+@pytest.mark.parametrize("lens", [{"focal_px": 1530.0}, {"k1": 0.05}, {"k1": -0.15}])
+def test_another_lens_than_the_files_bends_no_board(take: Take, lens: dict[str, float]) -> None:
+    bend = found(take, **lens)
+    assert bend is None or not bend.told
+
+
+@pytest.mark.parametrize("number", range(OWN))
+def test_lenses_that_differ_from_photo_to_photo_bend_no_board(take: Take, number: int) -> None:
+    own = np.zeros((N, OWN))
+    own[:, number] = 4e-3 * np.random.default_rng(number).normal(size=N)
+    bend = found(take, own=own)
+    assert bend is None or not bend.told
+
+
+def test_one_photo_alone_bends_no_board(take: Take) -> None:
+    bend = found(take, sag_mm=8.0, sag_in=3)
+    assert bend is None or not bend.told
