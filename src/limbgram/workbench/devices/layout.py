@@ -104,10 +104,12 @@ def cover(
     beyond = _one_piece(mesh, beyond, edges)
     for gap in gaps:
         beyond = _both(beyond, _beyond_gap(mesh, gap))
+    others: list[tuple[str, Float64[np.ndarray, " n"]]] = []
     for opening in openings:
         depth = _within_opening(mesh, opening)
-        _require_bridge(mesh, beyond, depth, opening, bridge_mm)
+        _require_bridge(mesh, beyond, depth, opening, bridge_mm, others)
         beyond = np.maximum(beyond, depth)
+        others.append((opening.name, depth))
     _require_no_hole(mesh, beyond)
     return Covered(positive=mesh, beyond_mm=beyond)
 
@@ -210,10 +212,15 @@ def _require_bridge(
     depth: Float64[np.ndarray, " n"],
     opening: Opening,
     least_mm: float,
+    others: Sequence[tuple[str, Float64[np.ndarray, " n"]]],
 ) -> None:
     """Refuse an opening that leaves less than a bridge beside it.
 
     Where a bridge is narrowest, the ways to both of its sides are shortest in sum.
+
+    Args:
+        beyond: How far beyond edges, gaps and the openings before this one.
+        others: Those openings, and how deep inside them.
 
     Raises:
         EditError: names the opening and the place.
@@ -231,6 +238,8 @@ def _require_bridge(
             point_mm=(x, y, z),
             wide_mm=max(float(wide_mm[at]), 0.0),
             least_mm=least_mm,
+            beside=next((name for name, one in others if one[near[at]] == beyond[near[at]]), None),
+            fits_mm=None,
             measures=opening.measures or None,
         )
 

@@ -33,7 +33,7 @@ from limbgram.workbench.devices.layout import Covered, Gap, Opening, cover
 from limbgram.workbench.devices.lettering import lettering
 from limbgram.workbench.devices.proof import Wall, measure_wall, require_solid
 from limbgram.workbench.devices.shell import Layout, make_shell
-from limbgram.workbench.devices.straps import straps_told
+from limbgram.workbench.devices.straps import straps_told, widest_straps_mm
 from limbgram.workbench.devices.thickness import Rib, Zone, draped, printed
 from limbgram.workbench.devices.trims import (
     Drawn,
@@ -186,6 +186,19 @@ def _measures_called(measures: Iterable[Measure]) -> Generator[None]:
         raise
 
 
+@contextmanager
+def _straps_that_fit(fits_mm: float | None) -> Generator[None]:
+    """Let the refusal of a slot beside another say how wide straps may be."""
+    try:
+        yield
+    except EditError as error:
+        if error.finding.code == "device.opening.edge":
+            beside_slot = error.finding.values["beside"] is not None
+            values = {**error.finding.values, "fits_mm": fits_mm if beside_slot else None}
+            error.finding = replace(error.finding, values=values)
+        raise
+
+
 def _previewed(
     positive: Limb, order: Order, device: Device, made: Fabrication, values: Mapping[str, float]
 ) -> Preview:
@@ -201,7 +214,8 @@ def _previewed(
     openings = [_opening(body, slot, values) for slot in asked]
     gaps = [_gap(one, values) for one in device.slits]
     wall_mm = values[device.wall[made].name]  # a bridge that is narrower has no wall, only edges
-    covered = cover(body, drawn.edges, openings, gaps, bridge_mm=wall_mm)
+    with _straps_that_fit(widest_straps_mm(body, asked, values, wall_mm)):
+        covered = cover(body, drawn.edges, openings, gaps, bridge_mm=wall_mm)
     layout = Layout(
         positive=covered.positive,
         beyond_mm=covered.beyond_mm,

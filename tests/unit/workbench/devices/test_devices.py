@@ -128,6 +128,34 @@ def test_straps_over_bone_or_half_in_a_roll_are_told(bodies: dict[str, Limb]) ->
     assert not preview_device(marked, none).findings
 
 
+def test_a_strap_too_near_another_is_told_with_the_width_that_fits(bodies: dict[str, Limb]) -> None:
+    """Widths W of all: chest and pelvic slots keep one end, so a bridge loses 1.5 W + 3 mm."""
+    usual = preview_device(bodies["torso"], Order(device="tlso-front", made="printed"))
+    height_mm = {mark: float(usual.body.place_mm(mark)[2]) for mark in usual.device.landmarks}
+    waist_mm = (height_mm["right waist"] + height_mm["left waist"]) / 2
+    top_mm = height_mm["xiphoid"] + usual.values["front_top_mm"] - 20.0
+    bottom_mm = height_mm["pubic symphysis"] + usual.values["over_pubis_mm"] + 20.0
+    room_mm = top_mm - waist_mm - 40.0, waist_mm + 40.0 - bottom_mm
+    below_mm = min(80.0, 20.0 + room_mm[0] - 45.0)  # leaves about 45 mm, for 50 + 25 of straps
+    room_mm = top_mm - (below_mm - 20.0) - waist_mm - 40.0, room_mm[1]
+    fits_mm = np.floor((min(room_mm) - usual.values["wall_mm"] - 3.0) / 1.5)
+    wide = dict.fromkeys(("chest_strap_mm", "waist_strap_mm", "pelvis_strap_mm"), 50.0)
+    values = {**wide, "waist_strap_up_mm": 40.0, "chest_strap_below_mm": below_mm}
+    order = Order(device="tlso-front", made="printed", values=values)
+    with pytest.raises(EditError) as refused:
+        preview_device(bodies["torso"], order)
+    told = refused.value.finding
+    assert told.code == "device.opening.edge"
+    assert (told.values["name"], told.values["beside"]) == (
+        "waist strap, right",
+        "chest strap, right",
+    )
+    assert told.values["fits_mm"] == fits_mm
+    preview_device(
+        bodies["torso"], replace(order, values={**values, **dict.fromkeys(wide, fits_mm)})
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["tlso-front", "tlso-back"])
 def test_each_strap_of_a_trunk_adds_two_holes(bodies: dict[str, Limb], name: str) -> None:
