@@ -1,5 +1,6 @@
 """`limbgram align`: landmarks, side and axes of a shape, kept beside it."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,7 +22,8 @@ from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Place
 from limbgram.workbench.anatomy.names import LANGUAGES, NAMES_IN
 from limbgram.workbench.bodies import outside_of
-from limbgram.workbench.frame.landmarks import NAMES, with_landmarks
+from limbgram.workbench.devices.landmark_uses import uses_of
+from limbgram.workbench.frame.landmarks import with_landmarks
 from limbgram.workbench.limb import AlignedLimb, KindName, Side
 
 
@@ -43,7 +45,8 @@ def align_command(
         typer.Option(help="What the names of the landmarks mean; kept with the shape."),
     ] = None,
     names: Annotated[
-        bool, typer.Option("--names", help="Only list the landmark names of --kind.")
+        bool,
+        typer.Option("--names", help="Only list the landmarks of --kind, and what each serves."),
     ] = False,
     unit: UnitOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
@@ -103,24 +106,27 @@ def _kept(limb: AlignedLimb, shape: Path, read: ShapeFile) -> Reply:
 
 
 def _names(kind: KindName | None) -> Reply:
-    chosen = {name: rows for name, rows in NAMES.items() if kind is None or name == kind}
-    lines = [line for name, rows in chosen.items() for line in (f"{name}:", *map(_line, rows))]
-    content = {
-        name: [
+    """All places of a kind, or of each, and what they serve."""
+    chosen = [one for one in KIND_NAMED.values() if kind is None or one.name == kind]
+    lines: list[str] = []
+    content: dict[str, Any] = {}
+    for one in chosen:
+        uses = uses_of(one)
+        lines += [f"{one.name}:", *(_line(row, uses[row.identity]) for row in one.places)]
+        content[one.name] = [
             {
                 "name": row.identity,
                 "facing": row.facing,
                 "level": row.level,
+                "uses": uses[row.identity],
                 "names": {language: NAMES_IN[language][row.identity] for language in LANGUAGES},
             }
-            for row in rows
+            for row in one.places
         ]
-        for name, rows in chosen.items()
-    }
     return Reply(tuple(lines), content)
 
 
-def _line(row: Place) -> str:
-    """A place, the side on which it lies, and its name in the other languages."""
+def _line(row: Place, uses: Sequence[str]) -> str:
+    """A place, the side on which it lies, its name in the other languages, and what it serves."""
     others = ", ".join(NAMES_IN[language][row.identity][0] for language in LANGUAGES[1:])
-    return f"  {row.identity:<32}{row.facing:<11}{others}"
+    return f"  {row.identity:<32}{row.facing:<11}{others:<36}{', '.join(uses) or 'name alone'}"

@@ -103,6 +103,18 @@ def test_the_names_of_a_kind_are_listed() -> None:
     ]
 
 
+def test_every_landmark_is_listed_with_what_it_serves() -> None:
+    rows = json.loads(run("align", "--names", "--kind", "transtibial", "--json").stdout)
+    uses = {row["name"]: row["uses"] for row in rows["transtibial"]}
+    assert uses["patellar tendon"] == ["axes", "sheet", "device"]
+    assert uses["lateral femoral epicondyle"] == ["sheet", "device", "no pressure"]
+    assert uses["hamstring tendon"] == ["no pressure", "build-up"]
+    assert uses["calf"] == []
+    lines = run("align", "--names", "--kind", "torso").stdout.splitlines()
+    (line,) = (one for one in lines if "third lumbar vertebra" in one)
+    assert line.endswith("axes, sheet, joint")
+
+
 def test_a_painted_mark_becomes_a_landmark(stump: Limb, tmp_path: Path) -> None:
     middle = stump.landmarks[2].position_mm
     colours = np.full((len(stump.mesh), 3), 200, np.uint8)

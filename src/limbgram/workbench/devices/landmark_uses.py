@@ -1,0 +1,56 @@
+"""What each landmark of a kind of limb serves, for those who choose which to mark."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any, Literal, get_args
+
+from limbgram.workbench.anatomy.kind import Kind
+from limbgram.workbench.devices.device import devices
+
+Use = Literal["axes", "sheet", "joint", "device", "no pressure", "build-up"]
+USES: tuple[Use, ...] = get_args(Use)
+"""It turns the limb into its frame; the measuring sheet, the turn of a joint or a device goes by
+it; nothing should press there; it is built up by the preset."""
+
+
+def uses_of(kind: Kind) -> Mapping[str, tuple[Use, ...]]:
+    """By the identity of each place of the kind; empty where only its name is understood."""
+    sore = {name for one in kind.sensitive for name in (one.name, *one.also)}
+    made = {name for one in devices().values() if one.kind == kind.name for name in one.landmarks}
+    frame = {one.identity for one in kind.asked} | _named_in(kind.upright, kind)
+    serving: Mapping[Use, set[str]] = {
+        "axes": frame,
+        "sheet": _named_in((kind.sheet, kind.centreline if kind.sheet else None), kind),
+        "joint": _named_in(kind.joints, kind),
+        "device": made,
+        "no pressure": sore,
+        "build-up": set(kind.presets),
+    }
+    return {
+        place.identity: tuple(use for use in USES if place.identity in serving[use])
+        for place in kind.places
+    }
+
+
+def _named_in(what: Any, kind: Kind) -> set[str]:
+    """Words inside items and joints, and inside the directions that they go by."""
+    directions = {one.name: one for one in kind.directions}
+    found: set[str] = set()
+    due = list(_words(what))
+    while due:
+        word = due.pop()
+        if word not in found:
+            found.add(word)
+            due += _words(directions.get(word))
+    return found
+
+
+def _words(what: Any) -> Iterator[str]:
+    if isinstance(what, str):
+        yield what
+    elif isinstance(what, list | tuple):
+        for one in what:
+            yield from _words(one)
+    elif is_dataclass(what):
+        for one in fields(what):
+            yield from _words(getattr(what, one.name))
