@@ -6,7 +6,8 @@
 `limbs`: each device of the presets on the ten limbs of its kind (limbs.py), printed. Counted is
 what came of it: one closed solid without crossings (the program's own proof), its thickness against
 what was asked, and whether PrusaSlicer reads the 3MF as manifold and slices it without a repair; or
-the refusal, with its place. Measures are the usual ones, scaled with the body within their ranges.
+the refusal, with its place. Measures are the usual ones, scaled with the body within their ranges,
+but for the wall and the distances of a trunk's slots from edges.
 What stands in OUT already is kept, with its commit, so that a run that was stopped goes on; --again
 NAME makes a device anew. OUT.md is written beside OUT.json.
 
@@ -190,7 +191,11 @@ def _smaller(device: Device, error: LimbgramError) -> dict[str, float]:
 
 
 def _values(device: Device, subject: Subject) -> dict[str, float]:
-    """Usual measures, scaled with the body within their ranges."""
+    """Usual measures, scaled with the body within their ranges.
+
+    What parts a trunk's slots from edges goes with the wall, which is not scaled: only the straps'
+    widths are.
+    """
     found: dict[str, float] = {}
     for one in device.measures("printed"):
         if one.name == "wall_mm" and device.kind in WALL_MM:
@@ -200,7 +205,7 @@ def _values(device: Device, subject: Subject) -> dict[str, float]:
         elif one.name.endswith("_mm") and one in (
             *device.trim.measures,
             *CALF_STRAP,
-            *OPENING_STRAPS,
+            *(strap for strap in OPENING_STRAPS if strap.name.endswith("_strap_mm")),
         ):
             scaled = one.usual * subject.size
             found[one.name] = float(np.clip(scaled, one.within.least, one.within.most))
