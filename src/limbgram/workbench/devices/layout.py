@@ -99,12 +99,14 @@ def cover(
     for opening in openings:
         mesh = _fine_round(mesh, opening)
     beyond = np.full(len(mesh), -_REACH_MM)
+    others: list[tuple[str, Float64[np.ndarray, " n"]]] = []
     for edge in edges:
-        beyond = np.maximum(beyond, _beyond_edge(mesh, edge))
+        others.append((edge.name, _beyond_edge(mesh, edge)))
+        beyond = np.maximum(beyond, others[-1][1])
     beyond = _one_piece(mesh, beyond, edges)
     for gap in gaps:
-        beyond = _both(beyond, _beyond_gap(mesh, gap))
-    others: list[tuple[str, Float64[np.ndarray, " n"]]] = []
+        others.append((gap.name, _beyond_gap(mesh, gap)))
+        beyond = _both(beyond, others[-1][1])
     for opening in openings:
         depth = _within_opening(mesh, opening)
         _require_bridge(mesh, beyond, depth, opening, bridge_mm, others)
@@ -220,7 +222,7 @@ def _require_bridge(
 
     Args:
         beyond: How far beyond edges, gaps and the openings before this one.
-        others: Those openings, and how deep inside them.
+        others: The same of each of them, by name.
 
     Raises:
         EditError: names the opening and the place.
@@ -238,7 +240,7 @@ def _require_bridge(
             point_mm=(x, y, z),
             wide_mm=max(float(wide_mm[at]), 0.0),
             least_mm=least_mm,
-            beside=next((name for name, one in others if one[near[at]] == beyond[near[at]]), None),
+            beside=max(others, key=lambda other: other[1][near[at]])[0],
             fits_mm=None,
             measures=opening.measures or None,
         )

@@ -8,7 +8,7 @@ Method  recipe -> positive -> edges -> what is covered -> thickness -> shell -> 
 Fails   EditError, with the place: see trims, layout, shell, fittings and proof.
 """
 
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -187,13 +187,13 @@ def _measures_called(measures: Iterable[Measure]) -> Generator[None]:
 
 
 @contextmanager
-def _straps_that_fit(fits_mm: float | None) -> Generator[None]:
+def _straps_that_fit(fits_mm: float | None, slots: Collection[str]) -> Generator[None]:
     """Let the refusal of a slot beside another say how wide straps may be."""
     try:
         yield
     except EditError as error:
         if error.finding.code == "device.opening.edge":
-            beside_slot = error.finding.values["beside"] is not None
+            beside_slot = error.finding.values["beside"] in slots
             values = {**error.finding.values, "fits_mm": fits_mm if beside_slot else None}
             error.finding = replace(error.finding, values=values)
         raise
@@ -214,7 +214,8 @@ def _previewed(
     openings = [_opening(body, slot, values) for slot in asked]
     gaps = [_gap(one, values) for one in device.slits]
     wall_mm = values[device.wall[made].name]  # a bridge that is narrower has no wall, only edges
-    with _straps_that_fit(widest_straps_mm(body, asked, values, wall_mm)):
+    names = {slot.name for slot in asked}
+    with _straps_that_fit(widest_straps_mm(body, asked, values, wall_mm), names):
         covered = cover(body, drawn.edges, openings, gaps, bridge_mm=wall_mm)
     layout = Layout(
         positive=covered.positive,
@@ -333,7 +334,7 @@ def _opening(body: Body, slot: Slot, values: Mapping[str, float]) -> Opening:
 
 def _gap(slit: Slit, values: Mapping[str, float]) -> Gap:
     return Gap(
-        name=slit.side,
+        name="front opening" if slit.side == "anterior" else "back opening",
         outward=np.array([0.0, 1.0 if slit.side == "anterior" else -1.0, 0.0]),
         across=np.array([1.0, 0.0, 0.0]),
         width_mm=amount_of(slit.width_mm, values),

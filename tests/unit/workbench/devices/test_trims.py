@@ -253,15 +253,16 @@ def test_an_opening_that_leaves_too_narrow_a_bridge_is_refused(x_mm: float) -> N
         measures=("slot_mm",),
     )
     depth, bridge_mm = _within_opening(plane, slot), -x_mm - 3
+    others = [("edge", x), ("vent", x - 10.0)]
     if bridge_mm > 7:
-        _require_bridge(plane, x, depth, slot, bridge_mm - 0.5, [])
+        _require_bridge(plane, x, depth, slot, bridge_mm - 0.5, others)
     with pytest.raises(EditError) as refused:
-        _require_bridge(plane, x, depth, slot, max(bridge_mm, 5.0) + 0.5, [])
+        _require_bridge(plane, x, depth, slot, max(bridge_mm, 5.0) + 0.5, others)
     told = refused.value.finding
     assert told.code == "device.opening.edge"
     assert told.values["wide_mm"] == pytest.approx(max(bridge_mm, 0.0), abs=0.3)
     assert told.values["measures"] == ("slot_mm",)
-    assert told.values["beside"] is None
+    assert told.values["beside"] == "edge"
     assert -17 < told.values["point_mm"][0] < 20
     assert abs(told.values["point_mm"][1]) < 20
 

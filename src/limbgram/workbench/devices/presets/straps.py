@@ -72,8 +72,8 @@ OPENING_STRAPS = (
         name="chest_strap_below_mm",
         usual=20.0,
         within=Within(10, 80),
-        en="Chest strap, below the upper edge",
-        de="Brustgurt, unter dem oberen Rand",
+        en="Chest strap, below the middle of the upper edge",
+        de="Brustgurt, unter der Mitte des oberen Rands",
     ),
     Measure(
         name="waist_strap_up_mm",
@@ -86,8 +86,8 @@ OPENING_STRAPS = (
         name="pelvis_strap_above_mm",
         usual=20.0,
         within=Within(10, 80),
-        en="Pelvic strap, above the lower edge",
-        de="Beckengurt, über dem unteren Rand",
+        en="Pelvic strap, above the middle of the lower edge",
+        de="Beckengurt, über der Mitte des unteren Rands",
     ),
     Measure(
         name="slots_back_mm",
