@@ -10,7 +10,7 @@ from limbgram.workbench.devices.presets.spine import (
     VENTILATION,
     VENTS,
 )
-from limbgram.workbench.devices.presets.straps import OPENING_STRAPS, opening_slots
+from limbgram.workbench.devices.presets.straps import FRONT_STRAPS, opening_slots
 
 DEVICE = Device(
     name="tlso-front",
@@ -23,5 +23,5 @@ DEVICE = Device(
     wall=ORTHOSIS,
     slots=(*opening_slots(0.0, FRONT_TOP, FRONT_BOTTOM, GAP.name), *VENTS),
     slits=(Slit(side="anterior", width_mm="gap_mm"),),
-    more=(GAP, *OPENING_STRAPS, *VENTILATION),
+    more=(GAP, *FRONT_STRAPS, *VENTILATION),
 )

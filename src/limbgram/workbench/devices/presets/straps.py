@@ -97,6 +97,12 @@ OPENING_STRAPS = (
         de="Schlitze der Gurte, vom Rand der Öffnung",
     ),
 )
+_FRONT_PELVIS_MM = 35.0
+"""In front the lower edge climbs from its middle to the groins, and nears the slots beside it."""
+FRONT_STRAPS = tuple(
+    replace(one, usual=_FRONT_PELVIS_MM) if one.name == "pelvis_strap_above_mm" else one
+    for one in OPENING_STRAPS
+)
 
 
 def opening_slots(
