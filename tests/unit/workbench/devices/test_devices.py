@@ -95,11 +95,8 @@ def test_straps_of_a_trunk_lie_beside_the_opening(
         upper = height_mm("right axilla") - values["below_axilla_mm"] + values["back_top_mm"]
         lower = height_mm("coccyx") + values["over_coccyx_mm"]
     waist = (height_mm("right waist") + height_mm("left waist")) / 2
-    middle = {
-        "chest": upper - 20 - 19,
-        "waist": waist,
-        "pelvis": lower + (30 if front > 0 else 20) + 19,
-    }
+    above_mm = 35 if front > 0 else 20
+    middle = {"chest": upper - 20 - 19, "waist": waist, "pelvis": lower + above_mm + 19}
     slots = [one for one in preview.device.slots if one.strap]
     assert len(slots) == 6
     for slot in slots:
@@ -138,7 +135,7 @@ def test_a_strap_too_near_another_is_told_with_the_width_that_fits(bodies: dict[
     height_mm = {mark: float(usual.body.place_mm(mark)[2]) for mark in usual.device.landmarks}
     waist_mm = (height_mm["right waist"] + height_mm["left waist"]) / 2
     top_mm = height_mm["xiphoid"] + usual.values["front_top_mm"] - 20.0
-    bottom_mm = height_mm["pubic symphysis"] + usual.values["over_pubis_mm"] + 30.0
+    bottom_mm = height_mm["pubic symphysis"] + usual.values["over_pubis_mm"] + 35.0
     room_mm = top_mm - waist_mm - 40.0, waist_mm + 40.0 - bottom_mm
     below_mm = min(80.0, 20.0 + room_mm[0] - 45.0)  # leaves about 45 mm, for 50 + 25 of straps
     room_mm = top_mm - (below_mm - 20.0) - waist_mm - 40.0, room_mm[1]
