@@ -63,8 +63,8 @@ capture of 800 px blurred to 1.9 px could not be placed any more."""
 _FAULT_BURNT = 0.05
 """Share of the whole picture, in most photos, from which overexposure explains why they fail: a
 rendered capture had 0.08 to 0.1 when it failed, all of it on the limb. Nearly all that worked had
-none, one had 0.03; where the ground between its paint was burnt, and in 0.03 to 0.2 of the limb, its
-surface was as near the truth as elsewhere (RMS 0.049 and 0.048 mm)."""
+none, one had 0.03: where the ground between its paint was burnt, the surface was as near the truth
+as elsewhere (RMS 0.049 and 0.048 mm)."""
 _MAX_STRANGE_SHARE = 0.2
 """Photos of another lens or zoom are named if they are no larger part of the capture."""
 _MAX_REFOCUS = 0.003
