@@ -215,8 +215,7 @@ def _evidence(scene: Scene, priors: Sequence[Calibration], field: _Field) -> Fie
     right = np.sum([one for _, one in parts], axis=0) / inflation
     prior = LensPrior.of(priors, hold_board_lenses=False)
     lens = slice(first, first + lenses)
-    normal[lens, lens] += np.where(np.outer(prior.free, prior.free), prior.information, 0.0)
-    right[lens] += prior.information @ np.where(prior.free, prior.packed - packed(scene), 0.0)
+    prior.join(normal, right, packed(scene), first)
     known = np.ones(first + lenses, bool)
     known[lens] = prior.free
     kept = np.arange(first + lenses, len(right))

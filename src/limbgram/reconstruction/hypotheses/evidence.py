@@ -106,10 +106,8 @@ def evidence_of(
         at = body.right - body.normal @ maps.offset
         normal += maps.columns.T @ (body.normal @ maps.columns)
         right += maps.columns.T @ at
-    for place, offset in ((layout.lens, prior.packed - packed(first)), (layout.lens_apart, 0.0)):
-        information = np.where(np.outer(prior.free, prior.free), prior.information, 0.0)
-        normal[place, place] += information
-        right[place] += information @ (offset * np.ones(len(information)))
+    prior.join(normal, right, packed(first), layout.lens.start)
+    prior.join(normal, right, prior.packed, layout.lens_apart.start)  # drawn to nought
     poses = slice(0, POSE_SIZE * len(photos))
     normal[poses, poses] += _held_frame(first, photos, moves, np.diag(normal)[poses])
     free = np.ones(len(right), bool)

@@ -119,8 +119,7 @@ def _evidence(
     normal[: place.start, : place.start] = of_points.normal
     right[: place.start] = of_points.right
     prior = LensPrior.of(priors, hold_board_lenses=False)
-    normal[lens, lens] += np.where(np.outer(prior.free, prior.free), prior.information, 0.0)
-    right[lens] += prior.information @ np.where(prior.free, prior.packed - packed(scene), 0.0)
+    prior.join(normal, right, packed(scene), first)
     # of the corners as they are, so that a world that turns or grows bends no board
     arms = board.corners - board.world_from_body.translation
     bends = heights[:, None] * board.world_from_body.rotation[:, 2:]
@@ -157,14 +156,16 @@ def _seen_in(
 ) -> tuple[Float64[np.ndarray, "r c"], Float64[np.ndarray, " r"]]:
     """Weighted rows of one photo over its pose, lens, deviation, and what moves the corners; and
     what is left of a flat board, to first order about the corners as they were located."""
+    view = scene.view(scene.placed[photo])
     seen = np.flatnonzero(board.photo_idx == photo)
+    residual = board.xy_px[seen] - view.project(board.corners[board.corner_idx[seen]])
+    shown = np.isfinite(residual).all(axis=1)  # a lens that folds inside the picture has others
+    seen, residual = seen[shown], residual[shown]
     corner = board.corner_idx[seen]
     points: Points3 = np.ascontiguousarray(board.corners[corner])
     by_point, by_pose = np.zeros((len(seen), 2, 3)), np.zeros((len(seen), 2, POSE_SIZE))
     by_lens = np.zeros((len(seen), 2, LENS_SIZE))
-    view = scene.view(scene.placed[photo])
     differentiate_all(view.packed, points, by_point, by_pose, by_lens)
-    residual = board.xy_px[seen] - view.project(points)
     off = (residual**2).sum(axis=1) / (CAUCHY_SIGMAS * board.sigma_px) ** 2
     weight = 1.0 / (board.sigma_px * np.sqrt(1.0 + off))
     residual = residual + np.einsum("nai,ni->na", by_point, board.offsets[corner])

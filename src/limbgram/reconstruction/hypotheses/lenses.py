@@ -31,6 +31,7 @@ from limbgram.core.geometry.lens import POSE_SIZE, View
 from limbgram.core.interval import chi_square_tail, length_within
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.bodies import FLOOR, FLOOR_MM
+from limbgram.reconstruction.mapping.lens_deviations import FEWEST_PHOTOS
 from limbgram.reconstruction.mapping.lens_evidence import (
     FOCAL_FLOOR,
     MOST,
@@ -53,7 +54,6 @@ from limbgram.reconstruction.mapping.quadratic import (
 from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Rule, Scene
 
 _ROLLING: Deviation = "rolling shutter"
-_FEWEST_PHOTOS = 6
 _MOST_POINTS = 300
 _STEP = 1e-6
 
@@ -68,7 +68,7 @@ def lens_explanations(
         mm: A millimetre in the scene's unit; None where no board tells it.
     """
     filed = [k for k, one in enumerate(priors) if one.source == "board"]
-    if len(scene.placed) < _FEWEST_PHOTOS or not (filed or scene.own):
+    if len(scene.placed) < FEWEST_PHOTOS or not (filed or scene.own):
         return ()
     evidence = LensEvidence.of(scene, priors)
     found: list[Explanation | None] = [

@@ -30,6 +30,8 @@ DEVIATIONS: tuple[Deviation, ...] = ("principal point", "focal length", "rolling
 WIDE = {"principal point": 0.01, "focal length": 0.02, "rolling shutter": 0.01}
 """Standard deviation of the numbers before the capture tells it: of the picture's width, of the
 focal length, and of pixels a row. More than that is no fault of a single photo."""
+FEWEST_PHOTOS = 6
+"""Fewer tell nothing of lenses of single photos: every photo's numbers are a part of its pose."""
 _SURELY = 0.025
 """Chance that a spread within bounds looks wider: that of one side of an interval of 95 %."""
 _LEAST_SPREAD = 1e-4

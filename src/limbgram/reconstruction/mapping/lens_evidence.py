@@ -84,8 +84,7 @@ class LensEvidence:
         normal, right = body.normal.copy(), body.right.copy()
         first = POSE_SIZE * len(photos)
         lens = slice(first, first + len(prior.packed))
-        normal[lens, lens] += np.where(np.outer(prior.free, prior.free), prior.information, 0.0)
-        right[lens] += prior.information @ np.where(prior.free, prior.packed - packed(scene), 0.0)
+        prior.join(normal, right, packed(scene), first)
         free = np.ones(len(right), bool)
         free[lens] = prior.free
         own = np.arange(lens.stop, len(right))

@@ -27,6 +27,7 @@ from limbgram.core.interval import chi_square_tail
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.lens_deviations import (
     DEVIATIONS,
+    FEWEST_PHOTOS,
     beyond_cameras,
     numbers_of,
     with_own,
@@ -39,8 +40,6 @@ from limbgram.reconstruction.mapping.solution import Adjusted, adjust, predicted
 from limbgram.reconstruction.mapping.two_bodies import A_NUMBER, explained_by_two_bodies
 from limbgram.reconstruction.mapping.zoom import zoomed_by_own
 
-_FEWEST_PHOTOS = 6
-"""Fewer tell nothing: every photo's numbers are a part of its pose."""
 _OBSERVATIONS = 30_000
 """So many suffice for the test: limb_ring15 has 27,600."""
 
@@ -106,7 +105,7 @@ def scores_of(adjusted: Adjusted, priors: Sequence[Calibration]) -> tuple[LensSc
     placed = len(base.placed)
     assert base.own is not None
     left: list[Deviation] = [one for one in DEVIATIONS if one not in base.own.deviations]
-    if placed < _FEWEST_PHOTOS or not left:
+    if placed < FEWEST_PHOTOS or not left:
         return ()
     scenes = [base, *(with_room_for(base, one) for one in left)]
     falls = predicted_falls(scenes, priors, adjusted.sigma_px, _OBSERVATIONS)

@@ -242,6 +242,22 @@ class LensPrior:
         packed = np.concatenate([given.camera.packed for given in priors])
         return cls(packed, information, free, Pictures(sizes_px, free))
 
+    def join(
+        self,
+        normal: Float64[np.ndarray, "u u"],
+        right: Float64[np.ndarray, " u"],
+        present: Float64[np.ndarray, " l"],
+        first: int,
+    ) -> None:
+        """Add what the calibrations say, in units of sigma, to the unknowns from `first` on.
+
+        Args:
+            present: Lens parameters about which the equations are linear.
+        """
+        lens = slice(first, first + len(self.packed))
+        normal[lens, lens] += self.information
+        right[lens] += self.information @ (self.packed - present)
+
     def lenses(self, bundle: Bundle) -> Float64[np.ndarray, " l"]:
         """Present parameters of the cameras' lenses."""
         return self.packed - self.offset(bundle)[: len(self.packed)]

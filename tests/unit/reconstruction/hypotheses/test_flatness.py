@@ -1,6 +1,7 @@
 """Flatness: boards bent by known amounts, and lenses that look alike."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -70,3 +71,29 @@ def test_lenses_that_differ_from_photo_to_photo_bend_no_board(take: Take, number
 def test_one_photo_alone_bends_no_board(take: Take) -> None:
     bend = found(take, sag_mm=8.0, sag_in=3)
     assert bend is None or not bend.told
+
+
+@pytest.mark.parametrize(("photos", "failed"), [(3, ("one photo",)), (4, ())])
+def test_three_photos_leave_a_bent_board_open(
+    take: Take, photos: int, failed: tuple[str, ...]
+) -> None:
+    assert found(take, photos=photos) is None
+    bend = found(take, photos=photos, sag_mm=1.5)
+    assert bend is not None
+    assert bend.failed == failed
+    assert bend.low < 1.5 < bend.high
+
+
+def test_a_corner_that_a_lens_cannot_show_says_nothing(take: Take) -> None:
+    """It lies behind one of the cameras; the others tell of the bend as they did."""
+    taken = take(points=400, sag_mm=4.0)
+    board = located_board(taken.limb, taken.board)
+    assert board is not None
+    centre = taken.limb.view(0).centre_in_world
+    offsets = board.offsets.copy()
+    offsets[0] += 1.5 * (centre - board.corners[0])
+    moved = replace(board, offsets=offsets)
+    assert np.isnan(taken.limb.view(0).project(moved.corners[:1])).all()
+    bend = board_bend(taken.limb, [taken.calibration], moved, SIZE_MM)
+    assert bend is not None
+    assert bend.low < 4.0 < bend.high

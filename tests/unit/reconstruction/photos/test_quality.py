@@ -223,6 +223,17 @@ def test_five_files_that_are_no_pictures_are_named_and_more_are_counted(tmp_path
         assert len(sifted(files).others) == told_of
 
 
+def test_burnt_ground_between_paint_that_placed_the_photos_spoils_nothing() -> None:
+    """Of the limb, not of the picture, is the share then: most are called so when each one is."""
+    ground = [photo(f"{k}", 1.0, burnt=0.08) for k in range(3)]
+    assert common_fault(ground) is not None
+    assert common_fault(ground, placed=True) is None
+    burnt = [photo("a", 1.0, burnt=0.3), *(photo(f"{k}", 1.0, burnt=0.31) for k in range(2))]
+    found = fault("photo.most_overexposed", spoilt=2, photos=3, share=0.31)
+    assert common_fault(burnt, placed=True) == found
+    assert common_fault(burnt[:2], placed=True) is None
+
+
 def test_photos_that_their_points_placed_are_not_said_to_show_no_edge() -> None:
     bare = [photo("a", float("nan")), photo("b", float("nan")), photo("c", 1.0)]
     assert common_fault(bare) == fault("photo.most_edgeless", spoilt=2, photos=3)
