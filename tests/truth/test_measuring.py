@@ -1,5 +1,6 @@
 """The measured surface against a painted ball whose photos are computed point by point."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import KDTree
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
@@ -38,12 +40,24 @@ class Ball:
     metric: MetricScene
 
 
+Paint = Callable[[np.ndarray], np.ndarray]
+"""Grey values of points (n, 3) on the ball."""
+
+
 @pytest.fixture(scope="module")
 def ball(tmp_path_factory: pytest.TempPathFactory) -> Ball:
-    folder = tmp_path_factory.mktemp("ball")
     random = np.random.default_rng(7)
     waves = random.normal(size=(40, 3)) * 0.9
     phases = random.uniform(0, 2 * np.pi, 40)
+
+    def paint(points: np.ndarray) -> np.ndarray:
+        return np.clip(120 + 9 * np.sin(points @ waves.T + phases).sum(-1), 10, 245)
+
+    return _photographed(tmp_path_factory.mktemp("ball"), paint, random)
+
+
+def _photographed(folder: Path, paint: Paint, random: np.random.Generator) -> Ball:
+    """Ten photos from all sides of a ball painted so."""
     names: list[str] = []
     poses: list[Rigid] = []
     for k in range(10):
@@ -52,7 +66,7 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Ball:
         pose = Rigid.looking_at(centre, random.normal(size=3), np.array([0.0, 0.0, 1.0]))
         names.append(f"ball{k:02d}.png")
         poses.append(pose)
-        grey = _photo_of_ball(View(names[-1], CAMERA, pose), waves, phases)
+        grey = _photo_of_ball(View(names[-1], CAMERA, pose), paint)
         noisy = np.clip(grey * (1 - 0.02 * k) + random.normal(0, NOISE_GREY, grey.shape), 0, 255)
         cv2.imwrite(str(folder / names[-1]), np.round(noisy).astype(np.uint8))
     scene = Scene(
@@ -67,7 +81,7 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Ball:
     return Ball(folder, MetricScene(scene=scene, scale=SCALE))
 
 
-def _photo_of_ball(view: View, waves: np.ndarray, phases: np.ndarray) -> np.ndarray:
+def _photo_of_ball(view: View, paint: Paint) -> np.ndarray:
     """Exact rays through four points of every pixel."""
     total = np.zeros((CAMERA.height_px, CAMERA.width_px))
     for dx in (-0.25, 0.25):
@@ -79,8 +93,8 @@ def _photo_of_ball(view: View, waves: np.ndarray, phases: np.ndarray) -> np.ndar
             inside = along**2 - (eye @ eye - RADIUS_MM**2)
             distance = -along - np.sqrt(np.maximum(inside, 0))
             hit = eye + distance[..., None] * rays
-            paint = 120 + 9 * np.sin(hit @ waves.T + phases).sum(-1)
-            total += np.where(inside > 0, np.clip(paint, 10, 245), 30)
+            grey = paint(hit.reshape(-1, 3)).reshape(inside.shape)
+            total += np.where(inside > 0, grey, 30)
     return total / 4
 
 
@@ -256,6 +270,31 @@ def _flatness_mm(mesh: Mesh) -> float:
     """How far corners of flat faces stand out of the ball: edge^2 / 8 R."""
     edges = mesh.vertices_mm[mesh.faces] - np.roll(mesh.vertices_mm[mesh.faces], 1, axis=1)
     return float(np.mean((edges**2).sum(-1)) / (8 * RADIUS_MM))
+
+
+def test_gaps_that_start_sunk_come_up_round_by_round(tmp_path: Path) -> None:
+    """Depth maps span what lies between dabs as a chord does, here by 0.75 px."""
+    random = np.random.default_rng(3)
+    middles = random.normal(size=(150, 3))
+    dabs = KDTree(RADIUS_MM * middles / np.linalg.norm(middles, axis=1, keepdims=True))
+    dab_mm, rim_mm = 2.2, 0.4
+
+    def paint(points: np.ndarray) -> np.ndarray:
+        return 150 - 60 * np.clip((dab_mm - dabs.query(points)[0]) / rim_mm + 0.5, 0, 1)
+
+    bare = _photographed(tmp_path, paint, np.random.default_rng(7))
+    true = _start(0.0)
+    gap = np.clip((dabs.query(true.vertices_mm)[0] - dab_mm) / 4.0, 0, 1)
+    start = true.with_vertices(true.vertices_mm * (1 - 0.3 * gap / RADIUS_MM)[:, None])
+    sunk: list[float] = []
+    for rounds in (1, 3):
+        options = MeasureOptions(joint_rounds=rounds)
+        result = measure(read_photos([bare.photos]), bare.metric, start, options)
+        assert result.sigma_mm is not None
+        between = np.isfinite(result.sigma_mm) & (dabs.query(result.vertices_mm)[0] > 4.0)
+        sunk.append(float(np.mean(_errors_mm(result)[between])))
+    assert sunk[0] < -0.1
+    assert 0.85 * sunk[0] < sunk[1] < 0
 
 
 def test_photos_of_half_size_measure_the_same_ball(ball: Ball) -> None:

@@ -64,6 +64,7 @@ def local_gains(
     axes: np.ndarray,
     quadric: np.ndarray,
     step_mm: np.ndarray,
+    noise_grey: float,
     at_vertex: np.ndarray,
 ) -> None:
     """Fill GAIN (mean square 1 over the photos used), MEAN and DRIFT of `at_vertex`.
@@ -75,7 +76,7 @@ def local_gains(
         last = min(first + _BLOCK, len(seen_by))
         _gains_block(
             imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, vertices,
-            axes, quadric, step_mm, at_vertex, first, last,
+            axes, quadric, step_mm, noise_grey, at_vertex, first, last,
         )  # fmt: skip
 
     in_parallel(block, range(0, len(seen_by), _BLOCK))
@@ -92,6 +93,7 @@ def _gains_block(
     axes: np.ndarray,
     quadric: np.ndarray,
     step_mm: np.ndarray,
+    noise_grey: float,
     at_vertex: np.ndarray,
     first: int,
     last: int,
@@ -106,7 +108,7 @@ def _gains_block(
     scratch = np.empty(most)
     level = np.empty(most)
     photo_of = np.empty(most, np.int64)
-    rest = np.zeros(3)
+    rest, noise = np.zeros(3), noise_grey * noise_grey
     for p in range(first, last):
         used, _ = sample_windows(
             coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
@@ -115,7 +117,7 @@ def _gains_block(
         if used < 2:
             continue
         gram_of(value, weights, used, gram)
-        used = agreeing(value, slope, level, photo_of, used, gram, gains, scratch)
+        used = agreeing(value, slope, level, photo_of, used, gram, gains, scratch, noise)
         if used == 0:
             continue
         prior = _GAIN_PRIOR / (level[0] * level[0] + 1.0)

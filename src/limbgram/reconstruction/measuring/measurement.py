@@ -68,8 +68,9 @@ class MeasureOptions:
     """Reductions of the photos for the whole measurement, which then holds 1 / 4^n of the pixels;
     every size below is relative to it."""
 
-    joint_rounds: int = 2
-    """Rounds after the one of patches, in which all vertices are measured at once."""
+    joint_rounds: int = 3
+    """Rounds after the one of patches, in which all vertices are measured at once. Two do where
+    paint is dense; between dabs each takes some more of what the depth maps got wrong."""
 
     brim: BrimOptions = field(default_factory=BrimOptions)
     """What counts as a notch of the open end, to be closed."""
@@ -159,7 +160,6 @@ def _jointly(
     options: MeasureOptions,
 ) -> tuple[Mesh, tuple[SeenSurface, JointEquations, ByUsualPlate] | None]:
     """The mesh moved by all vertices at once, and what moved it last."""
-    found: tuple[SeenSurface, JointEquations, ByUsualPlate] | None = None
     light: Float32[np.ndarray, "n c 4"] | None = None
     moves_mm, signal = np.zeros(len(mesh)), np.ones(len(mesh))
     matching = options.matching
@@ -167,10 +167,10 @@ def _jointly(
     for number in track(range(options.joint_rounds)):
         seen = look(mesh, imagery, views, seen_by)
         if light is None:
-            light = light_at(mesh, imagery, seen, np.arange(len(mesh)))
+            light = light_at(mesh, imagery, seen, np.arange(len(mesh)), matching)
             signal = signal_share(mesh, imagery, seen, light, matching)
         else:
-            light = light_after(light, mesh, imagery, seen, moves_mm)
+            light = light_after(light, mesh, imagery, seen, moves_mm, matching)
         last = number + 1 == options.joint_rounds
         robust = matching if last else early
         equations = joint_equations(mesh, imagery, seen, light, signal, robust)
@@ -179,10 +179,10 @@ def _jointly(
             usual = by_usual_plate(moved, seen, equations)
             equations = grained(seen, softened(seen, equations, usual), usual)
             moved = _moved(mesh, match_jointly(mesh, equations), seen, matching)
-            found = seen, equations, usual
+            return moved, (seen, equations, usual)
         moves_mm = np.einsum("ni,ni->n", moved.vertices_mm - mesh.vertices_mm, seen.axes[:, 2])
         mesh = moved
-    return mesh, found
+    return mesh, None
 
 
 def _seen_by(

@@ -313,7 +313,11 @@ def match_jointly(mesh: Mesh, equations: JointEquations) -> Float64[np.ndarray, 
 
 
 def light_at(
-    mesh: Mesh, imagery: Imagery, seen: SeenSurface, asked: Int64[np.ndarray, " m"]
+    mesh: Mesh,
+    imagery: Imagery,
+    seen: SeenSurface,
+    asked: Int64[np.ndarray, " m"],
+    options: MatchingOptions,
 ) -> Float32[np.ndarray, "m c 4"]:
     """What is known of the photos at these vertices: GAIN, MEAN, DRIFT and LIFT."""
     vertices, axes = mesh.vertices_mm[asked], seen.axes[asked]
@@ -327,6 +331,7 @@ def light_at(
         axes,
         quadric,
         _GAIN_STEP_PX * seen.pixel_mm[asked],
+        options.noise_grey,
         light,
     )
     return light
@@ -338,6 +343,7 @@ def light_after(
     imagery: Imagery,
     seen: SeenSurface,
     moves_mm: Float64[np.ndarray, " n"],
+    options: MatchingOptions,
 ) -> Float32[np.ndarray, "n c 4"]:
     """The same once the surface has moved; a window that moved by little hardly sees anything new.
 
@@ -346,7 +352,7 @@ def light_after(
     light = light.copy()
     light[..., MEAN] += light[..., DRIFT] * moves_mm[:, None].astype(np.float32)
     far = np.flatnonzero(np.abs(moves_mm) > _SAME_LIGHT_PX * seen.pixel_mm)
-    light[far] = light_at(mesh, imagery, seen, far)
+    light[far] = light_at(mesh, imagery, seen, far, options)
     return light
 
 

@@ -120,7 +120,7 @@ def _measure_block(
                 break
             gram_of(value, weights, used, gram)
             seen = used
-            used = agreeing(value, slope, mean, photo_of, used, gram, gains, scratch)
+            used = agreeing(value, slope, mean, photo_of, used, gram, gains, scratch, 0.0)
             if used == 0:
                 report[p, 0] = UNLIKE
                 break

@@ -273,9 +273,13 @@ def agreeing(
     gram: np.ndarray,
     gains: np.ndarray,
     scratch: np.ndarray,
+    noise: float,
 ):
     """Leave out, one by one, the photos whose window is unlike the others': a highlight, a
     shadow's edge, something else before the limb.
+
+    What differs by no more than `noise`, grey levels squared, is not unlike: bare skin would be
+    left with the two photos whose noise is alike by chance, and those hold the surface where it is.
 
     Arrays are closed up and `gains` found. Returns the photos that stay; 0 where half of them or
     more would go, or the last two differ.
@@ -283,19 +287,22 @@ def agreeing(
     seen = used
     while True:
         alike = leading_gains(gram, used, gains, scratch)
-        if used < 3:
-            return used if alike else 0
         energy = 0.0
         for i in range(used):
             for j in range(used):
                 energy += gains[i] * gram[i, j] * gains[j]
-        worst, lowest = 0, 2.0
+        worst, lowest, loud = -1, _LEAST_CORRELATION, 0
         for i in range(used):
+            loud += gram[i, i] >= noise
+            if gram[i, i] - gains[i] * gains[i] * energy < noise:
+                continue
             correlation = gains[i] * math.sqrt(energy / max(gram[i, i], 1e-9))
             if correlation < lowest:
                 worst, lowest = i, correlation
-        if lowest >= _LEAST_CORRELATION:
-            return used if alike else 0
+        if loud == 1:  # the others show nothing: what this one shows is no texture
+            worst = np.argmax(gains[:used])
+        if worst < 0 or used < 3:
+            return used if alike or (worst < 0 and noise > 0) else 0
         used -= 1
         if 2 * used <= seen:
             return 0

@@ -130,9 +130,9 @@ _SMOOTH_RINGS, _EVEN_RINGS = 3, 8
 relief, and rings over which the draws correct that: four draws alone scatter by a third."""
 _GIVEN_PX, _ROUNDS, _GAP_RINGS = 0.3, 2, 6
 """What is wrong with the surface that the joint rounds start from in the middle of a wide gap, in
-pixels; how many rounds take from it what the photos do not agree to; and rings within which the
-gap's deepest place is looked for. Of 0 to 0.45 px, 0.25 to 0.3 makes the errors of ten captures
-with little paint the most likely."""
+pixels; how many rounds count that take from it what the photos do not agree to, as further ones
+take less than they say; and rings within which the gap's deepest place is looked for. Of 0 to
+0.45 px, 0.25 to 0.3 makes the errors of ten captures with little paint the most likely."""
 _ALONE_PX = 0.12
 """What is more wrong, in pixels, where fewer than two photos agree on what they show."""
 _PUSHED_PX = 0.35

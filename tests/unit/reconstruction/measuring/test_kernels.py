@@ -296,7 +296,7 @@ def test_photos_that_are_unlike_the_others_are_left_out(odd: int) -> None:
     np.testing.assert_allclose(
         gram, np.einsum("ik,jk,k->ij", found.value, found.value, gaussian()), rtol=1e-4, atol=1e-2
     )
-    used = sampling.agreeing(value, slope, np.ones(5), photo_of, 5, gram, gains, np.zeros(5))
+    used = sampling.agreeing(value, slope, np.ones(5), photo_of, 5, gram, gains, np.zeros(5), 0.0)
     if odd == 3:
         assert used == 0
         assert expected is None
@@ -414,6 +414,29 @@ def gains_of(painted, patch: Patch, seen_by: np.ndarray) -> np.ndarray:
     return rows
 
 
+def test_windows_of_noise_keep_all_photos_but_what_differs_by_more() -> None:
+    """Which of them are alike is chance; a highlight in one of them is not."""
+    random = np.random.default_rng(5)
+    noise_grey = 1.5
+    for highlight in (False, True):
+        value = random.normal(0, noise_grey, (5, SIDE**2))
+        value[0] += highlight * 20.0 * (np.arange(SIDE**2) < 30)
+        value -= value @ gaussian()[:, None]
+        value = value.astype(np.float32)
+        kept: list[list[int]] = []
+        for noise in (0.0, 2 * noise_grey**2):
+            gram, photo_of = np.zeros((5, 5)), np.arange(5)
+            sampling.gram_of(value, sampling.window_weights(), 5, gram)
+            used = sampling.agreeing(
+                value.copy(), value.copy(), np.ones(5), photo_of, 5, gram,
+                np.zeros(5), np.zeros(5), noise,
+            )  # fmt: skip
+            kept.append(sorted(photo_of[:used]))
+        blind, knowing = kept
+        assert len(blind) < 5
+        assert knowing == list(range(int(highlight), 5))
+
+
 def test_local_gains_are_those_of_the_formula(painted) -> None:
     random = np.random.default_rng(11)
     few = [a_patch(random, 20.0) for _ in range(8)]
@@ -423,7 +446,7 @@ def test_local_gains_are_those_of_the_formula(painted) -> None:
     imagery = painted.imagery
     joint.local_gains(
         imagery, seen_by, np.stack([p.vertex for p in few]), np.stack([p.axes for p in few]),
-        np.stack([p.quadric for p in few]), np.full(8, STEP_MM), at_vertex,
+        np.stack([p.quadric for p in few]), np.full(8, STEP_MM), 0.0, at_vertex,
     )  # fmt: skip
     expected = np.stack([gains_of(painted, p, seen) for p, seen in zip(few, seen_by)])
     assert (expected[..., joint.GAIN] > 0).sum() > 15
