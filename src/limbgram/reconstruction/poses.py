@@ -96,6 +96,9 @@ _FACING_ALIKE_DEG = 45.0
 """How far at most the middle photo of a side looks from the nearest photo of the other side, where
 an object was turned over: photos all round of both poses have 15 to 30. Halves of one ring have 50
 to 75; they look at opposite sides of the object and need not share points."""
+_SEAMS = 2
+"""Changes between the sides in the order of directions round the object that halves of one walk
+have; photos round both poses change about as often as there are photos of one."""
 _SAME_BODY = 0.6
 """Part of the region of one side that lies in that of the other, where it is one body. A limb that
 was laid on its side shares a third with itself."""
@@ -563,7 +566,15 @@ def _face_alike(scene: Scene, photos: Sequence[int], aim: Vector3, start: int) -
         return False
     apart = np.degrees(np.arccos(np.clip(rays[before] @ rays[~before].T, -1.0, 1.0)))
     middle = max(float(np.median(apart.min(axis=k))) for k in (0, 1))
-    return middle <= _FACING_ALIKE_DEG
+    return middle <= _FACING_ALIKE_DEG and _changes_round(rays, before) > _SEAMS
+
+
+def _changes_round(rays: Points3, before: Bool[np.ndarray, " n"]) -> int:
+    """How often photos of one side follow those of the other in the order round the object."""
+    across = np.linalg.svd(rays - rays.mean(axis=0))[2]  # the plane of the walk
+    round_it = np.argsort(np.arctan2(*(rays @ across[:2].T).T))
+    sides = before[round_it]
+    return int(np.count_nonzero(sides != np.roll(sides, 1)))
 
 
 def _one_body(sides: Sequence[Side], scene: Scene) -> bool:

@@ -158,9 +158,13 @@ def test_nothing_else_is_turned_over(told: dict[str, Any]) -> None:
     assert not may_be_turned_over(scene_of(truth), board_in(truth))
 
 
-def test_halves_of_one_ring_that_share_no_paint_are_one_body() -> None:
-    """Half of the paint is missing: what lies between them is bare, and the board joins them."""
-    truth = staged()
+@pytest.mark.parametrize("told", [{}, {"elevations_deg": (60.0,)}])
+def test_halves_of_one_ring_that_share_no_paint_are_one_body(told: dict[str, Any]) -> None:
+    """Half of the paint is missing: what lies between them is bare, and the board joins them.
+
+    From high above all photos look nearly the same way.
+    """
+    truth = staged(**told)
     scene = scene_of(truth)
     limb = len(scene.points_in_world)
     seen = scene.observations
