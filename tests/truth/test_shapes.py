@@ -31,7 +31,8 @@ SHAPES = [
 def test_every_shape_is_aligned_alike_wherever_it_lies(
     data_folder: Path, name: str, mm_per_unit: float
 ) -> None:
-    limb = read_limb(data_folder / "shapes" / name, mm_per_unit)
+    # the front is stated here; landmarks of a file have a front of their own
+    limb = replace(read_limb(data_folder / "shapes" / name, mm_per_unit), landmarks=())
     up, front = np.array([0.0, 0.1, 1]), np.array([0.2, -1, 0.1])
     pose = Rigid.from_rotation_vector(np.array([0.8, 0.3, -1.1]), np.array([400.0, -90, 33]))
     moved = Limb(mesh=limb.mesh.with_vertices(pose.apply(limb.mesh.vertices_mm)))
