@@ -38,6 +38,7 @@ class FieldEvidence:
     normal: Float64[np.ndarray, "u u"]
     right: Float64[np.ndarray, " u"]
     facts: int
+    """Photos times clusters of points: what is seen independently."""
 
     @property
     def _lenses(self) -> Int64[np.ndarray, " l"]:

@@ -80,7 +80,7 @@ def lens_explanations(
         ]
         floor = FLOOR * float(np.median(distances)) if mm is None else FLOOR_MM * mm
         free = evidence.seen.without(evidence.common())
-        every = _of_spread(free, slice(0, OWN))
+        every = likeliest(free, USUAL, MOST, least=LEAST * USUAL)
         rolling = _ROLLING in scene.own.deviations
         strong = rolling and _beyond_usual(free, every, place_of(_ROLLING))
         calibrated = all(one.source == "board" for one in priors)

@@ -8,7 +8,7 @@ Method  recipe -> positive -> edges -> what is covered -> thickness -> shell -> 
 Fails   EditError, with the place: see trims, layout, shell, fittings and proof.
 """
 
-from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -187,15 +187,18 @@ def _measures_called(measures: Iterable[Measure]) -> Generator[None]:
 
 
 @contextmanager
-def _straps_that_fit(fits_mm: float | None, slots: Collection[str]) -> Generator[None]:
+def _straps_that_fit(
+    body: Body, slots: Sequence[Slot], values: Mapping[str, float], wall_mm: float
+) -> Generator[None]:
     """Let the refusal of a slot beside another say how wide straps may be."""
     try:
         yield
     except EditError as error:
         if error.finding.code == "device.opening.edge":
-            beside_slot = error.finding.values["beside"] in slots
-            values = {**error.finding.values, "fits_mm": fits_mm if beside_slot else None}
-            error.finding = replace(error.finding, values=values)
+            beside_slot = error.finding.values["beside"] in {slot.name for slot in slots}
+            fits_mm = widest_straps_mm(body, slots, values, wall_mm) if beside_slot else None
+            told = {**error.finding.values, "fits_mm": fits_mm}
+            error.finding = replace(error.finding, values=told)
         raise
 
 
@@ -214,8 +217,7 @@ def _previewed(
     openings = [_opening(body, slot, values) for slot in asked]
     gaps = [_gap(one, values) for one in device.slits]
     wall_mm = values[device.wall[made].name]  # a bridge that is narrower has no wall, only edges
-    names = {slot.name for slot in asked}
-    with _straps_that_fit(widest_straps_mm(body, asked, values, wall_mm), names):
+    with _straps_that_fit(body, asked, values, wall_mm):
         covered = cover(body, drawn.edges, openings, gaps, bridge_mm=wall_mm)
     layout = Layout(
         positive=covered.positive,
