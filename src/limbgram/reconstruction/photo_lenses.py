@@ -6,6 +6,7 @@ Out     Explanations, the most likely first (`hypotheses.lenses`, `hypotheses.fl
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
 from limbgram.reconstruction.hypotheses.flatness import SAG_FLOOR_MM, board_bend
 from limbgram.reconstruction.hypotheses.lenses import lens_explanations
 from limbgram.reconstruction.mapping.lens_deviations import largest_px
-from limbgram.reconstruction.mapping.scene import Explanation, Scene
+from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Scene
 from limbgram.reconstruction.movement import millimetre
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.board import located_board
@@ -30,13 +31,21 @@ def explain_lenses(
     aim = aim_of(scene.views, points)
     limb = points[np.linalg.norm(points - aim.point, axis=1) < aim.reach]
     mm = millimetre(detections, scene)
-    found = lens_explanations(scene, cameras.calibrations, limb, mm)
+    found = tuple(
+        replace(one, failed=("motion", *one.failed)) if one.kind in _instead_of(scene) else one
+        for one in lens_explanations(scene, cameras.calibrations, limb, mm)
+    )
     board = None if detections is None else located_board(scene, detections)
     if detections is None or board is None:
         return found
     size_mm = detections.board.square_mm * np.array(detections.board.squares, float)
     bend = board_bend(scene, cameras.calibrations, board, size_mm)
     return found if bend is None else tuple(sorted((*found, bend), key=lambda one: -one.score))
+
+
+def _instead_of(scene: Scene) -> tuple[Deviation, ...]:
+    """Deviations that a limb which lies elsewhere in every photo explains as well."""
+    return () if scene.movement is None else scene.movement.instead_of_lenses
 
 
 def files_contradicted(scene: Scene) -> tuple[Explanation, ...]:

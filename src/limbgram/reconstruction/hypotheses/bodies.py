@@ -134,7 +134,11 @@ def _told(found: Explained, middle: Float64[np.ndarray, "3"], photos: int) -> Bo
     if found.undecided and not facts:
         chance = min(found.undecided[0].chance, BEYOND_CHANCE)
         unknown = BodyMotion.unknown(photos, None, chance)
-        listed = replace(unknown.movement, explanations=found.explanations)
+        listed = replace(
+            unknown.movement,
+            explanations=found.explanations,
+            instead_of_lenses=found.instead_of_lenses,
+        )
         return replace(unknown, movement=listed)
     nothing = Movement.unknown(photos)
     group, shift, turn = nothing.group.copy(), nothing.shift.copy(), nothing.turn_deg.copy()
@@ -158,6 +162,7 @@ def _told(found: Explained, middle: Float64[np.ndarray, "3"], photos: int) -> Bo
         chance=min((one.chance for one in facts), default=1.0),
         largest=largest,
         explanations=found.explanations,
+        instead_of_lenses=found.instead_of_lenses,
     )
     return BodyMotion(movement=movement, middle=middle, motions=motions)
 

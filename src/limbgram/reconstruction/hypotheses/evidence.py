@@ -33,7 +33,7 @@ from limbgram.reconstruction.mapping.lens_evidence import (
     packed,
 )
 from limbgram.reconstruction.mapping.movement import tied_points
-from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.scene import Deviation, Scene
 from limbgram.reconstruction.mapping.solution import LensPrior
 
 MOVE = 6
@@ -65,11 +65,18 @@ class Evidence:
     """Photos that many points of both bodies hold: a wrong match does not move them."""
     facts: int
     """Clusters of points in photos: as many facts are counted as independent."""
-    calibrated: bool
-    """Whether a board calibrated the lenses of all photos, and single ones have none of their own:
-    these are known to first order, for what lies as far away as the rest."""
+    by_boards: bool
+    """Whether a board calibrated the lenses of all photos."""
+    deviations: tuple[Deviation, ...]
+    """In which single photos have lenses of their own: these are known to first order, for what
+    lies as far away as the rest."""
     inflation: tuple[float, float]
     """By body: variance that clusters show over that of independent observations."""
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether all lenses are known, and single photos have none of their own."""
+        return self.by_boards and not self.deviations
 
     @property
     def own(self) -> slice:
@@ -127,7 +134,8 @@ def evidence_of(
         distance=float(np.median(np.linalg.norm(there, axis=1))),
         firm=np.minimum(tied_points(first), tied_points(second))[list(photos)] >= FIRMLY,
         facts=len(photos) * min(body.clusters for body in bodies),
-        calibrated=first.own is None and all(one.source == "board" for one in priors),
+        by_boards=all(one.source == "board" for one in priors),
+        deviations=() if first.own is None else first.own.deviations,
         inflation=(bodies[0].inflation, bodies[1].inflation),
     )
 

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.reconstruction.mapping.scene import Explanation
+from limbgram.reconstruction.mapping.scene import Deviation, Explanation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,6 +18,8 @@ class Explained:
     photos: tuple[int, ...]
     motions: Float64[np.ndarray, "n 6"]
     """Of the second body in these photos: turn and shift about the first body's middle."""
+    instead_of_lenses: tuple[Deviation, ...] = ()
+    """As `Movement` has it."""
 
     @property
     def told(self) -> tuple[Explanation, ...]:

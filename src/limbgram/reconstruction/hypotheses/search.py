@@ -13,7 +13,9 @@ Method  Score tests (Rao 1948) against everything that the null has: poses, one 
         are drawn anew for each photo.
         Where no board calibrated the lens, or single photos have lenses of their own, what a real
         lens does beyond its model, and a rolling shutter at other depths, differs with the bodies'
-        places in the picture, which differ from photo to photo: a sway is no fact there. Photos
+        places in the picture, which differ from photo to photo: a sway is no fact there, unless
+        it explains clearly more than those lenses, and a lens none where it does not explain
+        clearly more than a sway. Photos
         that were framed or focused otherwise look like a step or a drift: one is no fact there if
         chance explains it beside lenses that do all they may along the courses of all terms.
         A term is told as a fact where it stands all rules of `mapping.scene.Rule`.
@@ -31,7 +33,7 @@ from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
 from limbgram.reconstruction.hypotheses.spread import Left, left_of, spread_of
 from limbgram.reconstruction.hypotheses.terms import Term, drifts, single_photos, steps
-from limbgram.reconstruction.mapping.lens_evidence import MOST, OWN, USUAL
+from limbgram.reconstruction.mapping.lens_evidence import MOST, OWN, USUAL, place_of
 from limbgram.reconstruction.mapping.quadratic import (
     CLEARLY,
     FALSE_ALARM,
@@ -44,7 +46,7 @@ from limbgram.reconstruction.mapping.quadratic import (
     pseudo_inverse,
     unlikeliness,
 )
-from limbgram.reconstruction.mapping.scene import Bodies, Explanation, Rule
+from limbgram.reconstruction.mapping.scene import Bodies, Deviation, Explanation, Rule
 
 _MOST_ALONE = 0.2
 """Share of the photos that may lie elsewhere one by one; more of them are a sway."""
@@ -73,6 +75,9 @@ def explained(evidence: Evidence, bodies: Bodies, floor: float) -> Explained:
         explanations=ranked,
         photos=evidence.photos,
         motions=motions,
+        instead_of_lenses=tuple(
+            kind for kind in evidence.deviations if _sways_as_well(evidence, found, kind, floor)
+        ),
     )
 
 
@@ -386,7 +391,10 @@ def _swaying(evidence: Evidence, found: _Found, bodies: Bodies, floor: float) ->
     failed: list[Rule] = []
     if by_motion.gain - by_lens.gain < CLEARLY:
         failed.append("lens")
-    if not evidence.calibrated:
+    own = evidence.deviations
+    if not evidence.by_boards or (
+        own and _sway_instead(evidence, found, own, floor).over_lenses < CLEARLY
+    ):
         failed.append("model")
     if largest.low < floor:
         failed.append("size")
@@ -423,6 +431,44 @@ def _sway_in(evidence: Evidence, seen: Quadratic, floor: float) -> Likeliest:
     usual = np.array([floor / evidence.radius] * 3 + [floor] * 3)
     most = np.array([_SWAY_MOST[0]] * 3 + [_SWAY_MOST[1] * evidence.distance] * 3)
     return likeliest(seen, usual, most, alike=3)
+
+
+class _Instead(NamedTuple):
+    """A sway where lenses of single photos are usual ones."""
+
+    gain: float
+    """By it, over usual lenses alone."""
+    over_lenses: float
+    """By both, over the lenses that the capture shows, without it."""
+
+
+def _sway_instead(
+    evidence: Evidence, found: _Found, kinds: Sequence[Deviation], floor: float
+) -> _Instead:
+    """What a sway explains instead of these kinds: twice logarithms of likelihood.
+
+    Args:
+        kinds: Deviations that are usual ones at most where the limb sways.
+    """
+    columns = np.zeros((len(evidence.right), found.columns.shape[1]))
+    columns[evidence.motion] = found.columns
+    free = Quadratic(evidence.normal, evidence.right).without(columns)
+    lessened = replace(evidence, normal=free.normal, right=free.right)
+    seen = Quadratic(free.normal[evidence.own, evidence.own], free.right[evidence.own])
+    most = MOST.copy()
+    for kind in kinds:
+        most[place_of(kind)] = USUAL[place_of(kind)]
+    usual = likeliest(seen, USUAL, most).spread
+    left = left_of(lessened, usual)
+    sway = _sway_in(evidence, left.only(left.motion), floor)
+    by_lenses = unlikeliness(seen, found.left.spread, USUAL)
+    return _Instead(sway.gain, by_lenses - unlikeliness(seen, usual, USUAL) + sway.gain)
+
+
+def _sways_as_well(evidence: Evidence, found: _Found, kind: Deviation, floor: float) -> bool:
+    """Whether a deviation does not explain clearly more than a sway does."""
+    sway = _sway_instead(evidence, found, (kind,), floor)
+    return chi_square_tail(sway.gain, 2) <= FALSE_ALARM and sway.over_lenses > -CLEARLY
 
 
 def _motions_of(photos: Bool[np.ndarray, " n"]) -> Float64[np.ndarray, "m k"]:

@@ -66,13 +66,21 @@ class Ring:
 
 
 Rule = Literal[
-    "chance", "lens", "size", "one photo", "lenses of photos", "model", "few points", "board"
+    "chance",
+    "lens",
+    "size",
+    "one photo",
+    "lenses of photos",
+    "model",
+    "few points",
+    "board",
+    "motion",
 ]
 """What a term has to stand before it is told as a fact: chance alone; a lens that changes along
 the same course; whether its effect is beyond what matters; leaving out any one photo; lenses that
 differ four times as much from photo to photo; what a lens does beyond its model where no board
-calibrated it; leaving out all photos that few points hold; a board
-that was pushed, where nothing beside it tells."""
+calibrated it; leaving out all photos that few points hold; a board that was pushed, where nothing
+beside it tells; of a lens, a limb that lies elsewhere in every photo."""
 Bodies = Literal["limb and room", "halves", "limb and board", "lenses", "board"]
 """Which two are held against each other; lenses: none, what lenses of photos explain; board: none,
 its own shape."""
@@ -166,6 +174,9 @@ class Movement:
     explanations: tuple[Explanation, ...] = ()
     """What may have happened, the most likely first; empty where photos without movement look
     alike."""
+    instead_of_lenses: tuple[Deviation, ...] = ()
+    """Deviations of single photos' lenses that a motion drawn anew for each photo explains as
+    well."""
 
     @classmethod
     def unknown(cls, photos: int, reason: Finding | None = None, chance: float = 1.0) -> "Movement":

@@ -169,6 +169,7 @@ _FAILED = {
     "lenses of photos": "lenses that differ more explain it as well",
     "board": "a board that was pushed explains it as well",
     "few points": "only photos that few points hold speak for it",
+    "motion": "a limb that lies elsewhere in every photo explains it as well",
     "model": "what an uncalibrated lens does beyond its model explains it as well",
 }
 

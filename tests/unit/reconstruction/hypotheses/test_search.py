@@ -11,7 +11,8 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.reconstruction.hypotheses.evidence import Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
 from limbgram.reconstruction.hypotheses.search import explained
-from limbgram.reconstruction.mapping.lens_evidence import USUAL
+from limbgram.reconstruction.mapping.lens_evidence import USUAL, place_of
+from limbgram.reconstruction.mapping.scene import Deviation
 
 Take = Callable[..., Any]
 N = 14
@@ -103,6 +104,23 @@ def test_a_sway_is_a_fact_only_where_a_board_calibrated_the_lens(take: Take, by_
         )
         assert ("sway" in [one.kind for one in found.told]) is not by_exif
         assert "sway" in [one.kind for one in (*found.told, *found.undecided)]
+
+
+def test_a_sway_is_told_from_lenses_that_were_solved_for_it(take: Take) -> None:
+    """A limb that lies elsewhere in every photo looks like photos read row after row."""
+    evidence = take(seed=2, own=phone(2), motions=sway(4.0, 2)).evidence
+    found = told(replace(evidence, deviations=("rolling shutter",)))
+    assert [one.kind for one in found.told] == ["sway"]
+    assert found.instead_of_lenses == ("rolling shutter",)
+
+
+@pytest.mark.parametrize(("kind", "times"), [("rolling shutter", 3.0), ("principal point", 4.0)])
+def test_a_strong_fault_of_a_lens_is_no_sway(take: Take, kind: Deviation, times: float) -> None:
+    own = phone(2)
+    own[:, place_of(kind)] *= times
+    found = told(replace(take(seed=2, own=own).evidence, deviations=(kind,)))
+    assert found.verdict == "still"
+    assert found.instead_of_lenses == ()
 
 
 def test_a_sway_of_photos_that_few_points_hold_is_no_fact(take: Take) -> None:
