@@ -11,6 +11,10 @@ from limbgram.core.notebook import brief
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
 
+StretchDoubt = Literal["none", "uncalibrated", "rolling shutter"]
+"""A lens that no board calibrated stretches the scene, and the board with it. A rolling shutter is
+solved for as if all lay equally far away: what it leaves of the board is a stretch too."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class LengthCheck:
@@ -45,6 +49,8 @@ class Scale:
     board_stretch: float = 0.0
     """How much longer the board is along its x than along its y, as a fraction, where that is
     beyond noise; 0 where it is not, and without a board."""
+    stretch_doubt: StretchDoubt = "none"
+    """What may have stretched it, beside its print."""
     by_cameras: Float64[np.ndarray, " u"] | None = None
     """How much larger, as a fraction, the scene would be for one unit of each number of
     `Scene.camera_covariance`, because the known lengths are measured by the same cameras."""

@@ -36,7 +36,7 @@ from limbgram.reconstruction.scale.floor import (
     find_floor,
     rotation_to_z,
 )
-from limbgram.reconstruction.scale.metric import LengthCheck, MetricScene, Scale
+from limbgram.reconstruction.scale.metric import LengthCheck, MetricScene, Scale, StretchDoubt
 from limbgram.reconstruction.scale.ruler import Ruler, scale_by_cameras
 from limbgram.reconstruction.scale.stated_lengths import KnownDistance
 from limbgram.reconstruction.scale.visibility import Aim, aim_of
@@ -47,27 +47,29 @@ _MOVED_PX = 0.3
 
 
 def check_scene_board(
-    scene_board: SceneBoard, max_disagreement: float, scene: Scene, lens_known: bool
+    scene_board: SceneBoard, max_disagreement: float, scene: Scene, by: StretchDoubt = "none"
 ) -> None:
     """Refuse a board that is seen too poorly, is stretched, or whose halves disagree.
 
-    A lens that no board calibrated may stretch the scene, and the board with it: then it is no
-    fact of the board, and is refused only where it leaves the scale less sure than is allowed.
+    Args:
+        by: What may have stretched the scene, and the board with it: then it is no fact of the
+            board, and is refused only where it leaves the scale less sure than is allowed.
     """
     sigma = scene_board.ruler.relative_sigma
     if not sigma <= max_disagreement:
         raise ScaleError("board.unsure", sigma=float(sigma), allowed=max_disagreement)
     stretch = scene_board.sure_stretch
-    sure = abs(stretch) if lens_known else scene_board.relative_sigma
+    sure = abs(stretch) if by == "none" else scene_board.relative_sigma
     if stretch and sure > max_disagreement:
         longer, shorter = ("x", "y") if stretch > 0 else ("y", "x")
         raise ScaleError(
-            "board.stretched" if lens_known else "board.stretched_or_lens",
+            "board.stretched" if by == "none" else "board.stretched_or_lens",
             stretch=abs(float(stretch)),
             longer=longer,
             shorter=shorter,
-            allowed=max_disagreement if lens_known else 2 * max_disagreement,
+            allowed=max_disagreement if by == "none" else 2 * max_disagreement,
             moved=_moved(scene_board, scene),
+            **({} if by == "none" else {"by": by}),
         )
     if abs(scene_board.check_error) > max_disagreement:
         raise ScaleError(
@@ -77,9 +79,12 @@ def check_scene_board(
         )
 
 
-def _calibrated(cameras: Cameras | None) -> bool:
-    """Whether a board calibrated every lens; said of none where the cameras are not told."""
-    return cameras is None or all(one.source == "board" for one in cameras.calibrations)
+def _stretch_doubt(scene: Scene, cameras: Cameras | None) -> StretchDoubt:
+    """What may have stretched the scene; nothing is said of cameras that are not told."""
+    if cameras is not None and any(one.source != "board" for one in cameras.calibrations):
+        return "uncalibrated"
+    rolling = scene.own is not None and "rolling shutter" in scene.own.deviations
+    return "rolling shutter" if rolling else "none"
 
 
 def _moved(scene_board: SceneBoard, scene: Scene) -> Finding | None:
@@ -202,10 +207,11 @@ def _scaled(
             scale,
             relative_sigma=scene_board.relative_sigma,
             board_stretch=scene_board.sure_stretch,
+            stretch_doubt=_stretch_doubt(scene, cameras),
             set_aside=(*pushed, *scale.set_aside),
         )
     if scene_board is not None:
-        check_scene_board(scene_board, _MAX_DISAGREEMENT, scene, _calibrated(cameras))
+        check_scene_board(scene_board, _MAX_DISAGREEMENT, scene, scale.stretch_doubt)
     check_lengths(scale, _MAX_DISAGREEMENT)
     mm_per_unit = 1 / rulers[0].units_per_mm
     if scene_board is not None:

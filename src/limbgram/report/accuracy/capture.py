@@ -215,6 +215,7 @@ def length_figures(evidence: Evidence) -> LengthFigures:
         source=scale.source,
         relative_sigma=scale.relative_sigma,
         board_stretch=scale.board_stretch,
+        stretch_doubt=scale.stretch_doubt,
         control=tuple(_length(one) for one in controls),
         check=tuple(_length(one) for one in checks),
         control_rms=_relative_rms(controls),

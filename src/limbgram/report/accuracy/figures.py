@@ -13,6 +13,7 @@ from typing import Literal
 from limbgram.core.mesh.mesh import Relation
 from limbgram.findings import Finding
 from limbgram.reconstruction.calibration.cameras import LensSource
+from limbgram.reconstruction.scale.metric import StretchDoubt
 
 LENGTH = "length"
 """Stands for the unit of the case, mm or scene units."""
@@ -308,6 +309,8 @@ class LengthFigures:
             "not show any.",
         )
     )
+    stretch_doubt: StretchDoubt
+    """What may have stretched it, beside its print."""
     control: tuple[KnownLength, ...]
     check: tuple[KnownLength, ...]
     control_rms: float = field(

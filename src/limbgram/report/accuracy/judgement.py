@@ -10,7 +10,7 @@ Limits  for capture of limb shapes: a tenth of a percent of scale and a few tent
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 from limbgram.capture.setup import SetupCited
 from limbgram.core.interval import COVER
@@ -420,12 +420,13 @@ def _sure(figures: Figures) -> Criterion:
             "verdict.scale.vague", two_sigma, two_sigma_percent=two_sigma, limit_percent=limit
         )
     longer, shorter = ("x", "y") if stretch > 0 else ("y", "x")
+    by: dict[str, Any] = {}
     if figures.movement is not None and figures.movement.alone:
         code = "verdict.scale.beside_moved"
-    elif all(lens.source == "board" for lens in figures.cameras):
+    elif figures.lengths.stretch_doubt == "none":
         code = "verdict.scale.stretched"
     else:
-        code = "verdict.scale.stretched_or_lens"
+        code, by = "verdict.scale.stretched_or_lens", {"by": figures.lengths.stretch_doubt}
     return SCALE_SIGMA.judge(
         code,
         two_sigma,
@@ -434,6 +435,7 @@ def _sure(figures: Figures) -> Criterion:
         stretch_percent=100 * abs(stretch),
         longer=longer,
         shorter=shorter,
+        **by,
     )
 
 

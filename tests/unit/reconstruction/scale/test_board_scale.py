@@ -12,6 +12,7 @@ from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.geometry.lens import POSE_SIZE
 from limbgram.reconstruction.mapping.scene import Movement, Scene
 from limbgram.reconstruction.scale.board import find_scene_board
+from limbgram.reconstruction.scale.metric import StretchDoubt
 from limbgram.reconstruction.scale.ruler import stretch_by_cameras
 from limbgram.reconstruction.scale.scaling import _moved, check_scene_board, to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections
@@ -103,14 +104,19 @@ def test_a_print_stretched_one_way_is_refused_with_its_number(capture) -> None:
 
 
 @pytest.mark.parametrize(
-    ("known", "said"), [(True, "board.stretched"), (False, "board.stretched_or_lens")]
+    ("by", "said"),
+    [
+        ("none", "board.stretched"),
+        ("uncalibrated", "board.stretched_or_lens"),
+        ("rolling shutter", "board.stretched_or_lens"),
+    ],
 )
 def test_a_stretch_is_not_blamed_on_the_print_alone_where_the_lens_is_not_known(
-    capture, known: bool, said: str
+    capture, by: StretchDoubt, said: str
 ) -> None:
     board = find_scene_board(capture.scene, capture.detections(stretch_x=1.007))
     with pytest.raises(ScaleError) as refusal:
-        check_scene_board(board, 0.003, capture.scene, known)
+        check_scene_board(board, 0.003, capture.scene, by)
     assert refusal.value.finding.code == said
 
 
@@ -119,10 +125,10 @@ def test_a_stretch_that_a_lens_may_have_done_is_refused_where_the_scale_is_not_s
 ) -> None:
     """0.4 % is no fact of the board, and the scale between both sides is sure to 0.2 %."""
     board = find_scene_board(capture.scene, capture.detections(stretch_x=1.004))
-    check_scene_board(board, 0.003, capture.scene, lens_known=False)
+    check_scene_board(board, 0.003, capture.scene, by="uncalibrated")
     assert board.relative_sigma == pytest.approx(0.002, rel=0.1)
     with pytest.raises(ScaleError, match=r"0\.40% longer along its x"):
-        check_scene_board(board, 0.003, capture.scene, lens_known=True)
+        check_scene_board(board, 0.003, capture.scene)
 
 
 @pytest.mark.parametrize("number", [0, 2, 5])

@@ -176,9 +176,10 @@ def test_a_board_stretched_one_way_is_amber_and_the_reason_is_told(
         tree.headline
     )
     assert tree.figures.lengths.board_stretch == -0.002
-    unknown = without_camera_file(with_sigmas)
-    either = assess(replace(unknown, metric=replace(metric, scale=spoiled)))
-    assert "verdict.scale.stretched_or_lens" in codes(either.reasons)
+    for doubt in ("uncalibrated", "rolling shutter"):
+        doubted = replace(metric, scale=replace(spoiled, stretch_doubt=doubt))
+        either = assess(replace(with_sigmas, metric=doubted))
+        assert "verdict.scale.stretched_or_lens" in codes(either.reasons)
     unsure = replace(metric.scale, board_stretch=0.0, relative_sigma=0.003)
     taped = assess(replace(with_sigmas, metric=replace(metric, scale=unsure)))
     assert "verdict.scale.vague" in codes(taped.reasons)
