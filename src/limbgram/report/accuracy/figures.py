@@ -847,9 +847,9 @@ class ExpectedError:
         metadata=meaning(
             "Expected error, 95 %",
             LENGTH,
-            "Distance along the normal within which 95 % of the measured surface is expected to "
-            "lie from the limb, Gaussian errors assumed. From the vertex sigmas where there are "
-            "any.",
+            "Distance along the normal within which 95 % of the measured surface lies from the "
+            "limb in 95 of 100 captures, Gaussian errors assumed. From the vertex sigmas where there "
+            "are any, and from how well these are known.",
         )
     )
     budget: tuple[BudgetPart, ...]

@@ -190,7 +190,7 @@ def _cards(assessment: Assessment) -> tuple[Card, ...]:
     else:
         sure = figures.expected.basis == "vertex sigmas"
         error = figures.expected.p95_mm
-        note = "95 % of the surface is expected nearer" + ("" if sure else " (a rough guess)")
+        note = "95 % of the surface lies nearer" + ("" if sure else " (a rough guess)")
     checks = len(lengths.check)
     return (
         Card("Surface error", _length(error, unit), note),

@@ -60,7 +60,7 @@ def test_a_finished_case_gets_json_page_and_pdf(with_sigmas: Evidence, tmp_path:
     assert tree["case"] == told
     assert told.startswith("case ")
     assert len(told) == len("case ") + 8
-    assert tree["headline"]["sentence"].startswith("GREEN. Surface: 95 % within 0.20 mm")
+    assert tree["headline"]["sentence"].startswith("GREEN. Surface: 95 % within 0.25 mm")
     assert f"How accurate is {told}?" in case.accuracy("html").read_text("utf-8")
     assert case.accuracy("pdf").read_bytes().startswith(b"%PDF")
 
