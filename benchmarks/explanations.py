@@ -812,9 +812,11 @@ def outcome(one: dict[str, Any], door: str) -> str:
         return "refused" if found["refused"] else "set aside" if found["aside"] else "right"
     if found["told"]:
         return "told"
+    if found["accused"]:
+        return "another cause"
     if any(code.startswith(UNDECIDED) for code in found["said"]):
         return "undecided"
-    return "another cause" if found["accused"] else "refused" if found["refused"] else "silent"
+    return "refused" if found["refused"] else "silent"
 
 
 def _is_fault(one: dict[str, Any]) -> bool:

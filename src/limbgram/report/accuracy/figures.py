@@ -848,8 +848,8 @@ class ExpectedError:
             "Expected error, 95 %",
             LENGTH,
             "Distance along the normal within which 95 % of the measured surface lies from the "
-            "limb in 95 of 100 captures, Gaussian errors assumed. From the vertex sigmas where there "
-            "are any, and from how well these are known.",
+            "limb in 95 of 100 captures, Gaussian errors assumed. From the vertex sigmas where "
+            "there are any, and from how well these are known.",
         )
     )
     budget: tuple[BudgetPart, ...]
