@@ -142,7 +142,7 @@ def main() -> None:
             found["cpu_s"] = round(time.process_time() - start)
             found["commit"] = result["machine"]["commit"]
             result["cases"][case.name] = found
-            write(chosen.out, result, page(result))
+            write(chosen.out, result)
             sys.stderr.write(f"{case.name}: {json.dumps(found)[:2000]}\n")
 
 

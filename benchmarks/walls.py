@@ -9,7 +9,7 @@ as a recipe does it. Said of each: why it was refused, or whether it is watertig
 least thickness from skin to skin (as the edit tells it) and by rays that know no skins, pairs of
 faces that pass through each other, and between which heights the brim lies that was cut level. What
 stands in OUT already is kept, so that a run that was stopped goes on; every wall names the commit
-that it was made at. OUT.md is written beside OUT.json.
+that it was made at.
 Nothing here is random; the surfaces are those of the sets' own seeds.
 """
 
@@ -70,7 +70,7 @@ def main() -> None:
     for name, shape, cut_mm, edit in walls(chosen, kept):
         kept[name] = one(shape, cut_mm, edit) | {"commit": here["commit"][:12]}
         found = {"machine": here, "walls": kept, **remarks}
-        write(out, found, page(found))
+        write(out, found)
         sys.stderr.write(f"{name}: {kept[name]}\n")
 
 
