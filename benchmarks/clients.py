@@ -156,7 +156,7 @@ def written(folder: Path) -> list[Path]:
     meshes.append(write_vtp(mesh, folder / "limb.vtp", "mm"))
     export(shape, Drawing(spacing_mm=40.0), folder / "cad.dxf")
     standing = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
-    aligned = replace(shape, limb=replace(limb, frame=standing))
+    aligned = replace(shape, limb=limb.with_frame(standing))
     export(aligned, CARVED, folder / "carve.ngc", "right")
     export(aligned, ON_GRBL, folder / "grbl.nc", "right")
     export(aligned, Aop(profile="ampscan"), folder / "ampscan.aop", "right")

@@ -68,7 +68,7 @@ from limbgram.services.parse_text import (
     reading_of,
     span_of,
 )
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, read_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe
 from limbgram.workbench.templates.fields import ANGLES, node_heights
@@ -610,7 +610,7 @@ def readers() -> dict[str, Reader]:
     mesh = _mesh()
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="left")
     marks = (Landmark(name="fibula head", position_mm=mesh.vertices_mm[3]),)
-    limb = Limb(mesh=mesh, landmarks=marks, frame=frame, kind="transtibial", sock_mm=0.3)
+    limb = AlignedLimb(mesh=mesh, landmarks=marks, frame=frame, kind="transtibial", sock_mm=0.3)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         ours: dict[str, bytes] = {}

@@ -15,7 +15,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.uncertainty import filled_sigma_mm
 from limbgram.workbench.frame.alignment import AlignOptions, align
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.levels import area_mm2, level_at
 from limbgram.workbench.measures.sheet import MeasuringSheet, SheetOptions, measuring_sheet
 
@@ -210,9 +210,8 @@ def test_a_missing_landmark_is_named_in_its_row(foot_of: MakeLimb) -> None:
 def test_a_foot_of_the_other_side_is_refused_by_a_landmark_that_tells_it(
     foot_of: MakeLimb,
 ) -> None:
-    limb = replace(foot_of(), frame=None)
+    limb = foot_of().unaligned()
     frame = align(limb, AlignOptions(side="right")).frame
-    assert frame is not None
     up = frame.limb_from_mesh.rotation[2]
     np.testing.assert_allclose(up, limb.axis("shank").direction, atol=1e-9)
     with pytest.raises(MeasureError) as refused:
@@ -291,7 +290,7 @@ def ellipsoid(skew_deg: float) -> Limb:
         "left tragion": (-70, 0, 0),
         "glabella": (0, 85, 20),
     }
-    return Limb(
+    return AlignedLimb(
         mesh=mesh,
         landmarks=tuple(
             Landmark(name=name, position_mm=np.array(at, float)) for name, at in places.items()
@@ -424,7 +423,7 @@ def calf(top_mm: float, *, ripple_mm: float = 0.0, seed: int = 0) -> Limb:
         Landmark(name=one, position_mm=np.array(at), sigma_mm=0.0) for one, at in places.items()
     )
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
-    return Limb(mesh=mesh, landmarks=marks, frame=frame, kind="foot")
+    return AlignedLimb(mesh=mesh, landmarks=marks, frame=frame, kind="foot")
 
 
 @pytest.mark.parametrize("top_mm", [170.0, 191.3])
@@ -518,7 +517,7 @@ def lopsided_trunk(*, sacrum_sigma_mm: float = 0.0) -> Limb:
         for one, at in places.items()
     )
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="none")
-    return Limb(mesh=mesh, landmarks=marks, frame=frame, kind="torso")
+    return AlignedLimb(mesh=mesh, landmarks=marks, frame=frame, kind="torso")
 
 
 def test_the_halves_of_a_trunk_have_the_areas_of_half_ellipses() -> None:
