@@ -116,7 +116,7 @@ def main() -> None:
             sys.stderr.write(f"{trial.name}\n")
             found = tried(trial, folder / f"trial-{number + 1}", chosen.photos, chosen.width)
             results["trials"][trial.name] = found
-            write(chosen.out, results, _page(results))
+            write(chosen.out, results)
 
 
 def tried(trial: Trial, folder: Path, photos: int, width: int) -> Result:
@@ -200,7 +200,7 @@ def _by_truth(bar: BallBar, case: Path, source: Path) -> list[float]:
     return found
 
 
-def _page(results: Result) -> str:
+def page(results: Result) -> str:
     heads = ("trial", "put in: size, spacing, form mm", "size", "by truth", "spacing", "form 95 %",
              "form, all", "answer", "expected")  # fmt: skip
     rows = []

@@ -132,7 +132,6 @@ def main() -> None:
             results["frames_machine"] = machine()
             results["frames"] = drawn(app, Path(scratch))
     RESULTS.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
-    RESULTS.with_suffix(".md").write_text(table(results), encoding="utf-8")
 
 
 class App:
@@ -355,7 +354,7 @@ def varied(parameters: dict[str, Any], number: int) -> dict[str, Any]:
     return changed
 
 
-def table(results: dict[str, Any]) -> str:
+def page(results: dict[str, Any]) -> str:
     return "\n".join((
         "# app",
         "",

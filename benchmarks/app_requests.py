@@ -53,7 +53,6 @@ def main() -> None:
             runs.append({"name": name, **sent(app, left_out, parameters, chosen)})
     results = {"machine": machine(), "phases": PHASES, "seed": chosen.seed, "runs": runs}
     RESULTS.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
-    RESULTS.with_suffix(".md").write_text(table(results), encoding="utf-8")
     sys.exit(any(run["server_errors"] or run["rc"] not in (0, 1) for run in runs))
 
 
@@ -136,7 +135,7 @@ def exchanges(tree: Any) -> list[dict[str, Any]]:
     return []
 
 
-def table(results: dict[str, Any]) -> str:
+def page(results: dict[str, Any]) -> str:
     lines = [
         "# app_requests",
         "",

@@ -88,7 +88,7 @@ def main() -> None:
     with working_in(options.keep) as folder:
         report = killed_and_not(folder, options) if options.data is None else real(folder, options)
     report = {**report, "seed": options.seed, "machine": machine()}
-    write(options.out, report, page(report))
+    write(options.out, report)
     sys.stdout.write(page(report))
     if report["wrong"]:
         raise SystemExit(1)

@@ -8,7 +8,7 @@
 Each capture is made by `synthetic` (usual.py: the faults and their usual strengths), calibrated
 from its own board photos, which the same camera took with the same faults, and reconstructed
 through the command line; `limbgram accuracy --truth` compares with the truth. What stands in OUT
-already is kept, so that a run that was stopped goes on. OUT.md is written beside OUT.json.
+already is kept, so that a run that was stopped goes on.
 
 A capture holds where its RMS is at most 1.5 times that of the same capture by an ideal camera, or
 its sigma says so (error over sigma spreads 0.8 to 1.25); and never holds where its verdict is green
@@ -113,7 +113,6 @@ def main() -> None:
             results["captures"][case.name] = measured(case, folder)
             judge(results["captures"])
             write_bytes(chosen.out, (json.dumps(results, indent=1) + "\n").encode())
-            write_bytes(chosen.out.with_suffix(".md"), table(results).encode())
 
 
 def _cases(chosen: argparse.Namespace) -> Iterator[Case]:
@@ -175,7 +174,7 @@ def judge(captures: dict[str, dict[str, Any]]) -> None:
         one["green_but_wrong"] = lying
 
 
-def table(results: dict[str, Any]) -> str:
+def page(results: dict[str, Any]) -> str:
     """One line a capture, failures beside successes."""
     rows = list(results["captures"].values())
     judged = [one for one in rows if "holds" in one]

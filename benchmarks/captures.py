@@ -7,7 +7,8 @@ DATA holds rendered/SET (images, calibration, truth) and photos/{flowerpot,skull
 its captures with the project's own generator (sweep.py). Everything runs through the command
 line, each set from nothing in a new folder, calibration from the set's own board photos.
 `limbgram accuracy --truth` compares with the truth; a judge, where one is given, scores
-deliverables/surface.stl as well. OUT.md and OUT.png are written beside OUT.json (tables.py).
+deliverables/surface.stl as well. Of a sweep, OUT.png is drawn
+beside OUT.json (tables.py).
 """
 
 import argparse
@@ -32,7 +33,7 @@ from limbgram.core.errors import RED_EXIT_CODE
 from limbgram.core.geometry.frames import Rigid, angle_between_deg, fit_similarity
 from rivals import installed
 from sweep import parse_settings
-from tables import write_tables
+from tables import plot
 
 HERE = Path(__file__).parent
 LIMBGRAM = str(Path(sys.executable).with_name("limbgram"))
@@ -81,7 +82,7 @@ def main() -> None:
                 result["rivals"] = against_rivals(source, camera, folder / f"{source.name}_rivals")
             results["sets"][source.name] = result
             write(chosen.out, results)
-            write_tables(results, chosen.out)
+            plot(results, chosen.out.with_suffix(".png"))
 
 
 def jobs(chosen: argparse.Namespace, folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:

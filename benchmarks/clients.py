@@ -2,15 +2,15 @@
 
     python benchmarks/clients.py -o benchmarks/results/clients.json [--python OTHER/bin/python]
 
-writes clients.json, and clients.md beside it: a row for each program and file, with what the
-program says of it: whether it opens, the size of its box, whether it is closed, its colours, its
-scalar field, its unit. Truth is the shape that was written, an ellipsoid of 160 x 160 x 240 mm with
-a colour and a sigma at each vertex; three cameras look at it. A program that is not there is
-skipped, and the table says so; what an earlier run in the same file saw of it stays, with that
-run's commit. Libraries of Python are tried in this interpreter, then in those given by --python.
-Stock Grbl 1.1h is Grbl's own source, built with grbl-sim: its `gvalidate` has to be on the path.
-CuraEngine needs Cura's definitions of printers (CURA_ENGINE_SEARCH_PATH names another folder), and
-FreeCAD's legacy importer its library, which FreeCAD fetches into its folder of user data.
+writes clients.json: a row for each program and file, with what the program says of it: whether it
+opens, the size of its box, whether it is closed, its colours, its scalar field, its unit. Truth is
+the shape that was written, an ellipsoid of 160 x 160 x 240 mm with a colour and a sigma at each
+vertex; three cameras look at it. A program that is not there is skipped, and the table says so;
+what an earlier run in the same file saw of it stays, with that run's commit. Libraries of Python
+are tried in this interpreter, then in those given by --python. Stock Grbl 1.1h is Grbl's own
+source, built with grbl-sim: its `gvalidate` has to be on the path. CuraEngine needs Cura's
+definitions of printers (CURA_ENGINE_SEARCH_PATH names another folder), and FreeCAD's legacy
+importer its library, which FreeCAD fetches into its folder of user data.
 """
 
 import json
@@ -120,7 +120,7 @@ def main() -> None:
         "seen": sorted(rows, key=lambda row: order.index(row["program"])),
         "skipped": skipped,
     }
-    write(given.out, found, as_markdown(found))
+    write(given.out, found)
 
 
 def _kept(out: Path, skipped: set[str]) -> list[dict[str, Any]]:
@@ -156,7 +156,7 @@ def written(folder: Path) -> list[Path]:
     meshes.append(write_vtp(mesh, folder / "limb.vtp", "mm"))
     export(shape, Drawing(spacing_mm=40.0), folder / "cad.dxf")
     standing = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
-    aligned = replace(shape, limb=replace(limb, frame=standing))
+    aligned = replace(shape, limb=limb.with_frame(standing))
     export(aligned, CARVED, folder / "carve.ngc", "right")
     export(aligned, ON_GRBL, folder / "grbl.nc", "right")
     export(aligned, Aop(profile="ampscan"), folder / "ampscan.aop", "right")
@@ -734,7 +734,7 @@ PROGRAMS: tuple[tuple[str, tuple[str, ...], Look], ...] = (
 """With the ends of the names of the files that each is for."""
 
 
-def as_markdown(found: dict[str, Any]) -> str:
+def page(found: dict[str, Any]) -> str:
     """The table of a result."""
     columns = ("opens", "size", "closed", "colours", "scalar", "units", "note")
     lines = [

@@ -58,9 +58,7 @@ def main() -> None:
         report = tried(Path(scratch), options)
     report = {**report, "seed": options.seed, "machine": machine()}
     write(options.out, report)
-    page = page_of_kills(report) if options.what == "kills" else page_of_bytes(report)
-    options.out.with_suffix(".md").write_text(page)
-    sys.stdout.write(page)
+    sys.stdout.write(page(report))
     if report["wrong"]:
         raise SystemExit(1)
 
@@ -316,7 +314,12 @@ def way_killed(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
     return {**row, "kills": [kill["who"] for kill in told]}
 
 
-def page_of_kills(report: dict[str, Any]) -> str:
+def page(report: dict[str, Any]) -> str:
+    """What came of killing, or which bytes are the same."""
+    return _page_of_kills(report) if "disturbed" in report else _page_of_bytes(report)
+
+
+def _page_of_kills(report: dict[str, Any]) -> str:
     rows = report["captures"]
     states = {state: sum(row["state"] == state for row in rows) for state in
               sorted({row["state"] for row in rows})}  # fmt: skip
@@ -360,7 +363,7 @@ def page_of_kills(report: dict[str, Any]) -> str:
     ))  # fmt: skip
 
 
-def page_of_bytes(report: dict[str, Any]) -> str:
+def _page_of_bytes(report: dict[str, Any]) -> str:
     return "\n".join((
         "# The same bytes by every way",
         "",

@@ -6,9 +6,9 @@ Every seed draws a limb, its paint, relief, walk round, lens, distance, noise an
 third capture some neighbouring photos are left out. `check` and `plan` say what to expect; then
 the photos are reconstructed by the command line and sigma and surface compared, in all and cell
 by cell of the check's proxy. What lies in FOLDER is not made again; seeds that OUT holds are left
-as they are, each with the commit that made it. OUT.md is written beside OUT.json. `--plan-again`
-plans all captures of OUT anew, which takes their board photos alone: the plan's column is then that
-of the commit that stands above the table. `--timing PHOTOS CAMERA` checks a folder of photos once
+as they are, each with the commit that made it. `--plan-again` plans all captures of OUT anew, which
+takes their board photos alone: the plan's column is then that of the commit that stands above the
+table. `--timing PHOTOS CAMERA` checks a folder of photos once
 whole and once photo by photo, and keeps the seconds.
 """
 
@@ -85,12 +85,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         if chosen.timing:
             results["timing"] = timing(*chosen.timing)
-            write(chosen.out, results, page(results))
+            write(chosen.out, results)
             return
         if chosen.plan_again:
             for seed, line in captures.items():
                 plan_again(int(seed), line, Path(scratch) / seed)
-                write(chosen.out, results, page(results))
+                write(chosen.out, results)
             return
         for seed in range(chosen.first, chosen.first + chosen.count):
             if str(seed) in captures:
@@ -98,7 +98,7 @@ def main() -> None:
             found = one(seed, (chosen.keep or Path(scratch)) / str(seed))
             captures[str(seed)] = found | {"commit": results["machine"]["commit"][:12]}
             sys.stderr.write(f"{seed}: {json.dumps(captures[str(seed)])[:300]}\n")
-            write(chosen.out, results, page(results))
+            write(chosen.out, results)
 
 
 def options_of(seed: int) -> CaptureOptions:

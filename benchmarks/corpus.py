@@ -3,9 +3,9 @@
     python benchmarks/corpus.py -o benchmarks/results/corpus.json \
         "trimesh models, a513c0e, MIT=/data/trimesh/models" "our shapes=/data/shapes"
 
-writes corpus.json, and corpus.md beside it. A folder is given as NAME=FOLDER; the name says what
-it is, of which version, and under which licence. Nothing of a collection is copied but its names.
-Collections that stand in the file already and are not named again stay as they are.
+writes corpus.json. A folder is given as NAME=FOLDER; the name says what it is, of which version,
+and under which licence. Nothing of a collection is copied but its names. Collections that stand in
+the file already and are not named again stay as they are.
 
 A mesh is read by the reader of its ending and made sound; that it has the size of a limb is not
 demanded. A picture is read as a photo is, its pixels too. Each file may be read, or refused by a
@@ -153,7 +153,7 @@ def all_of(folder: Path) -> list[Tried]:
     return results
 
 
-def markdown(found: dict[str, Any]) -> str:
+def page(found: dict[str, Any]) -> str:
     """The outcomes as tables."""
     out = io.StringIO()
     out.write("# Public collections\n\nMade by `python benchmarks/corpus.py`.\n\n")
@@ -203,7 +203,7 @@ def main() -> int:
         found["machines"][name] = machine()
         found["collections"][name] = [asdict(one) for one in tried_now]
         done += tried_now
-    write(asked.out, found, markdown(found))
+    write(asked.out, found)
     return int(any(one.outcome in ("crashed", "hung") for one in done))
 
 

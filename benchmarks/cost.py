@@ -5,7 +5,7 @@
 
 In      DATA with rendered/limb_ring15 and photos/flowerpot; all other captures are made by the
         project's own generator or by resizing, once if `--captures` names a folder that stays.
-Out     OUT.json with every run; beside it OUT.md and OUT.png, made of it alone (cost_tables.py).
+Out     OUT.json with every run; beside it OUT.png, drawn of it alone (cost_tables.py).
 Method  Machines differ, so cost is a ratio: CPU seconds of `limbgram reconstruct` over those of
         pycolmap extracting, matching and mapping with all its defaults and no lens given
         (rivals.py). The two take turns, and the least of each is kept, because a busy machine only
@@ -28,7 +28,7 @@ from PIL import Image
 
 import limbgram
 from captures import HERE, JUDGED, LIMBGRAM, accuracy, count_photos, timed
-from cost_tables import write_cost
+from cost_tables import plot
 from harness import asking, machine, write
 from sweep import Setting, paper, phone
 
@@ -135,7 +135,7 @@ def main() -> None:
                 one = costs(sources[name], SETS[name].rival, repeats, Path(scratch) / name)
                 results["sets"][name] = {"what": SETS[name].what} | one
             write(chosen.out, results)
-            write_cost(results, chosen.out)
+            plot(results, chosen.out.with_suffix(".png"))
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""Cost as tables for people and a plot of its growth: OUT.md and OUT.png beside OUT.json.
+"""Cost as tables for people, and a plot of its growth.
 
-python benchmarks/cost_tables.py benchmarks/results/cost.json
+python benchmarks/cost_tables.py benchmarks/results/cost.json    draws cost.png beside it
 """
 
 import json
@@ -23,11 +23,11 @@ BY_PIXELS = ("phone30x1", "phone30x3", "phone30x12", "phone30x48")
 """Sets that differ in the size of the photos alone."""
 
 
-def write_cost(results: Result, out: Path) -> None:
-    """Write OUT.md, and OUT.png where a growth was measured."""
+def page(results: Result) -> str:
+    """Cost, accuracy and stages of every set, and of an earlier result beside it."""
     sets = results["sets"]
     parts = [
-        f"# {out.stem}",
+        "# Cost of whole captures",
         made_on(results["machine"]),
         "## Photos to STL\n\n" + cost_table(sets),
         "## Accuracy of the same runs\n\n" + _accuracy(sets),
@@ -47,9 +47,14 @@ def write_cost(results: Result, out: Path) -> None:
             f"`limbgram warm-up` of a copy that has never run: {run['wall_s']:.0f} s, "
             f"{run['cpu_s']:.0f} CPU s, exit code {run['exit_code']}."
         )
-    out.with_suffix(".md").write_text("\n\n".join(parts) + "\n", "utf-8")
+    return "\n\n".join(parts) + "\n"
+
+
+def plot(results: Result, path: Path) -> None:
+    """Draw seconds and memory against photos and pixels, where a growth was measured."""
+    sets = results["sets"]
     if any(_grown(sets, names) for names in (BY_PHOTOS, BY_PIXELS)):
-        _plot(sets, out.with_suffix(".png"))
+        _plot(sets, path)
 
 
 def cost_table(sets: Result) -> str:
@@ -218,4 +223,4 @@ if __name__ == "__main__":
     parser = described(__doc__)
     parser.add_argument("written", type=Path, help="the results, as JSON")
     written: Path = parser.parse_args().written
-    write_cost(json.loads(written.read_text("utf-8")), written)
+    plot(json.loads(written.read_text("utf-8")), written.with_suffix(".png"))

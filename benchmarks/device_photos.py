@@ -46,7 +46,7 @@ from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.fill import Fill
 from limbgram.workbench.edits.repose import Repose, Turn
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
 from limbgram.workbench.recipe.file import encode_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe
@@ -142,7 +142,7 @@ def main() -> None:
             found["cpu_s"] = round(time.process_time() - start)
             found["commit"] = result["machine"]["commit"]
             result["cases"][case.name] = found
-            write(chosen.out, result, page(result))
+            write(chosen.out, result)
             sys.stderr.write(f"{case.name}: {json.dumps(found)[:2000]}\n")
 
 
@@ -314,7 +314,7 @@ def _reconstructed(options: CaptureOptions, folder: Path) -> _Surface:
 def _limb_of(
     case: Case, mesh: Mesh, places: dict[str, np.ndarray], sigma_mm: float | None, frame: Rigid
 ) -> Limb:
-    return Limb(
+    return AlignedLimb(
         mesh=mesh,
         kind=case.kind,
         frame=LimbFrame(limb_from_mesh=frame, side="right" if case.kind == "foot" else "none"),

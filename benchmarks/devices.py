@@ -9,7 +9,7 @@ what was asked, and whether PrusaSlicer reads the 3MF as manifold and slices it 
 the refusal, with its place. Measures are the usual ones, scaled with the body within their ranges,
 but for the wall and the distances of a trunk's slots from edges.
 What stands in OUT already is kept, with its commit, so that a run that was stopped goes on; --again
-NAME makes a device anew. OUT.md is written beside OUT.json.
+NAME makes a device anew.
 
 `pictures`: orthoses.png and sockets.png of docs/clinic, each device on the first limb of its kind,
 printed in one thickness, from its side and from its front.
@@ -99,7 +99,7 @@ def limbs(chosen: argparse.Namespace) -> None:
                 row["commit"] = result["machine"]["commit"]
                 rows[f"{device.name} / {subject.name}"] = row
                 sys.stderr.write(f"{device.name} / {subject.name}: {_cell(row)} {row['cpu_s']}\n")
-                write(chosen.out, result, page(result))
+                write(chosen.out, result)
 
 
 def pictures(data: Path, folder: Path) -> None:

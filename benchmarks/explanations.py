@@ -4,23 +4,22 @@
     python benchmarks/explanations.py -o OUT.json --family real --photos LIMBGRAM_DATA/photos
     python benchmarks/explanations.py -o OUT.json --family faults --count 1 [--rows "limb steps"]
     python benchmarks/explanations.py -o OUT.json --family clinic --count 1
-    python benchmarks/explanations.py -o OUT.json --join PART.json ... --table
+    python benchmarks/explanations.py -o OUT.json --join PART.json ...
 
 Each capture is made small (0.35 MP) from its seed, goes through `limbgram check` and through
 `reconstruct` up to the first dense stage, and is thrown away. A row says, for each of the two, what
 blames limb, board, camera or a photo (`BLAMES`), which photos were set aside, what else was said,
 how often the surroundings were refused, and the CPU seconds. What a capture truly has (the
 stabiliser of a phone that has one) is no false accusation. Rows that OUT holds already are not done
-again, and every row names the commit that it was measured on; `--table` writes OUT.md beside it.
-With `--surface` the surface of a fault that `reconstruct` does not tell is made, and the row says
-within how much of it 95 % lies, by the truth and as stated. More than stated is a lie.
+again, and every row names the commit that it was measured on; with `--join` nothing is
+photographed. With `--surface` the surface of a fault that `reconstruct` does not tell is made, and
+the row says within how much of it 95 % lies, by the truth and as stated. More than stated is a lie.
 The things photographed are three kinds of limb, a gauge cylinder, and feet, trunks and boxes
-(`shapes`). Sound captures from seed 1001 on are sparsely painted ones at full size (3.8 MP).
-`real` are sets of photographs of rigid things, whole and as people pass photos on: all that blames
+(`shapes`). Sound captures from seed 1001 on are sparsely painted ones at full size (3.8 MP). `real`
+are sets of photographs of rigid things, whole and as people pass photos on: all that blames
 anything there is false. To bound the cost they are 1400 px long, and what is done to sizes, EXIF
-and files is done to every second photo. `clinic` has folders as they come: sizes, cuts
-and lenses mixed, bursts, films, stools, which are sound, and two limbs in one folder, which are
-refused.
+and files is done to every second photo. `clinic` has folders as they come: sizes, cuts and lenses
+mixed, bursts, films, stools, which are sound, and two limbs in one folder, which are refused.
 """
 
 import json
@@ -184,8 +183,9 @@ def main() -> None:
     parser.add_argument("--doors", nargs="*", choices=DOORS, default=list(DOORS))
     parser.add_argument("--surface", action="store_true", help="of faults that are not told")
     parser.add_argument("--minutes", type=float, default=1e9, help="stop after so long")
-    parser.add_argument("--join", type=Path, nargs="*", default=[], help="take in these results")
-    parser.add_argument("--table", action="store_true", help="write the table alone")
+    parser.add_argument(
+        "--join", type=Path, nargs="*", default=[], help="take in these results alone"
+    )
     chosen = parser.parse_args()
     known = _read(chosen.out) if chosen.out.exists() else {}
     result: dict[str, Any] = {"captures": {}} | known
@@ -196,7 +196,7 @@ def main() -> None:
     if chosen.join:
         write(chosen.out, result)
     end = time.monotonic() + 60 * chosen.minutes
-    cases = [] if chosen.table else _cases(chosen.family, chosen.first, chosen.count, chosen.photos)
+    cases = [] if chosen.join else _cases(chosen.family, chosen.first, chosen.count, chosen.photos)
     for case in cases:
         wanted = (not chosen.rows or case.row in chosen.rows) and (
             not chosen.strengths or case.strength in chosen.strengths
@@ -208,7 +208,7 @@ def main() -> None:
         result["captures"][case.name] = found | {"commit": result["machine"]["commit"][:12]}
         sys.stderr.write(f"{case.name}: {_in_short(found)}\n")
         write(chosen.out, result)
-    write(chosen.out, result, page(result))
+    write(chosen.out, result)
 
 
 def _read(file: Path) -> dict[str, Any]:

@@ -8,7 +8,7 @@ reconstructed from nothing, and its surface measured a second time with folds le
 faces turned against those round them, points, edges bent by more than 120 degrees, crossings, and
 faces where the surface is no manifold: of the surface as it would have been, of the surface as it
 is, and of its STL as it is read back; and both surfaces are laid on the truth. What stands in OUT
-already is kept, so that a run that was stopped goes on. OUT.md is written beside OUT.json.
+already is kept, so that a run that was stopped goes on.
 """
 
 import json
@@ -90,7 +90,7 @@ def main() -> None:
         if name not in kept:
             kept[name] = one(options)
             found = {"machine": machine(), "captures": kept}
-            write(out, found, page(found))
+            write(out, found)
             sys.stderr.write(f"{name}: {kept[name]}\n")
 
 

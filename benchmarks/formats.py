@@ -2,7 +2,7 @@
 
     python benchmarks/formats.py -o benchmarks/results/formats.json
 
-writes formats.json, and formats.md beside it. Three things are compared:
+writes formats.json. Three things are compared:
 
 - a sphere of 250,000 triangles: seconds, memory above what the process had, and whether the
   triangles (of readers) or the bytes (of writers) are equal. Each run is a process of its own;
@@ -390,7 +390,7 @@ def _write_kept(mesh: Mesh, folder: Path) -> np.ndarray:
 # The table.
 
 
-def markdown(found: dict[str, Any]) -> str:
+def page(found: dict[str, Any]) -> str:
     """The figures as tables."""
     out = io.StringIO()
     out.write("# Formats: ours and a library's\n\n")
@@ -455,8 +455,6 @@ def main() -> None:
             with tempfile.TemporaryDirectory() as place:
                 found[part] = work(Path(place))
             write(asked.out, found)
-    if {"kept", "damaged"} <= set(found):
-        asked.out.with_suffix(".md").write_text(markdown(found), "utf-8")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Harness: what benchmarks share. Arguments, the machine, the file of results and its page.
+"""Harness: what benchmarks share. Arguments, the machine, the file of results, tables.
 
     parser = asking(__doc__, keep="captures and cases")
     parser.add_argument("--seed", type=int, default=1)
@@ -6,10 +6,11 @@
     results = {"machine": machine(), "runs": {}}
     with working_in(chosen.keep) as folder:
         ...
-        write(chosen.out, results, page(results))
+        write(chosen.out, results)
 
-Results are written after each run, JSON and the page beside it, so that a benchmark that is
-stopped leaves what it found; each replaces the file of before at once, and never half.
+Results are written after each run, so that a benchmark that is stopped leaves what it found; each
+replaces the file of before at once, and never half. Where a benchmark has a function `page`, it
+gives the results as Markdown for people, and `pages.py` writes it.
 """
 
 import argparse
@@ -67,12 +68,10 @@ def found_before(out: Path, otherwise: Result) -> Result:
     return json.loads(out.read_text("utf-8")) if out.exists() else otherwise
 
 
-def write(out: Path, results: Result, page: str | None = None) -> None:
-    """Write OUT.json, and OUT.md beside it where there is a page."""
+def write(out: Path, results: Result) -> None:
+    """Write OUT.json; `pages.py` makes a page for people of it."""
     out.parent.mkdir(parents=True, exist_ok=True)
     write_bytes(out, (json.dumps(results, indent=1) + "\n").encode())
-    if page is not None:
-        write_bytes(out.with_suffix(".md"), page.encode())
 
 
 def machine() -> Result:

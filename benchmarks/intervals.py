@@ -13,7 +13,7 @@ many missed on either side.
 `--setting` photographs another sort of limb or more sharply (SETTINGS). `--keep FOLDER` keeps the
 photos and every stage of each case: figures told anew are then a matter of seconds a capture.
 
-    python benchmarks/intervals.py a.jsonl b.jsonl --table benchmarks/results/intervals.md
+    python benchmarks/intervals.py a.jsonl b.jsonl --joined benchmarks/results/intervals.json
 
 puts runs made so side by side into one table, and into a JSON file.
 """
@@ -121,7 +121,7 @@ def main() -> None:
     parser = described(__doc__)
     parser.add_argument("out", type=Path, nargs="+", help="JSON lines; what is there is kept")
     parser.add_argument(
-        "--table", type=Path, help="run nothing; put what is there into this .md and its .json"
+        "--joined", type=Path, help="run nothing; put what is there into this .json"
     )
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--first", type=int, default=1000, help="first seed")
@@ -129,16 +129,15 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1, help="captures at a time, a process each")
     parser.add_argument("--keep", type=Path, help="keep photos and stages of every case here")
     chosen = parser.parse_args()
-    if chosen.table:
+    if chosen.joined:
         found = [line for path in chosen.out for line in lines_of(path)]
-        chosen.table.write_text(table_of(found))
         counted = {
             "machine": machine(),
             "settings": counts_of(found),
             "vertices": spreads_of(found),
             "captures": found,
         }
-        chosen.table.with_suffix(".json").write_text(json.dumps(counted, indent=1) + "\n")
+        chosen.joined.write_text(json.dumps(counted, indent=1) + "\n")
         return
     (out,) = chosen.out
     done = {line["seed"] for line in lines_of(out) if line["setting"] == chosen.setting}
@@ -403,11 +402,13 @@ def missed(ratios: list[float]) -> tuple[int, int]:
     return sum(one < -COVER for one in ratios), sum(one > COVER for one in ratios)
 
 
-def table_of(lines: list[dict[str, Any]]) -> str:
-    """Markdown: the machine, all intervals together, and one row a capture."""
+def page(results: dict[str, Any]) -> str:
+    """The machine, all intervals together, and one row a capture."""
+    lines: list[dict[str, Any]] = results["captures"]
     parts = [
         "# Do stated 95 % intervals hold?",
-        f"{made_on(machine())}. Error over sigma by capture; girths: the mean of five levels.",
+        f"{made_on(results['machine'])}. Error over sigma by capture; girths: the mean of five "
+        "levels.",
         _vertices_table(lines),
         *(
             f"{setting}: {told([line for line in lines if line['setting'] == setting])}."

@@ -47,7 +47,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             run = one(seed, Path(folder) / "capture")
         found["runs"][str(seed)] = run | {"commit": found["machine"]["commit"][:12]}
-        write(chosen.out, found, page(found))
+        write(chosen.out, found)
         sys.stderr.write(f"{seed}: {json.dumps(run)[:200]}\n")
 
 

@@ -110,7 +110,7 @@ def main() -> None:
                 results[part] = stickers(folder, chosen.photos)
             else:
                 pictures(folder)
-            write(chosen.out, results, _page(results))
+            write(chosen.out, results)
 
 
 def sheets() -> Result:
@@ -411,7 +411,7 @@ def pictures(folder: Path) -> None:
         Image.fromarray(np.hstack(cut)).save(GUIDE / "socks.jpg", quality=88)
 
 
-def _page(results: Result) -> str:
+def page(results: Result) -> str:
     parts = ["# kit", made_on(results["machine"])]
     if "sheets" in results:
         parts.append(

@@ -28,7 +28,7 @@ from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.spine import Spine
 from limbgram.workbench.edits.toe_bridge import ToeBridge
-from limbgram.workbench.limb import KindName, Landmark, Limb, LimbFrame, Side
+from limbgram.workbench.limb import AlignedLimb, KindName, Landmark, Limb, LimbFrame, Side
 
 sys.path.append(str(Path(__file__).parents[1]))
 from tests.truth.anatomy.conftest import BODIES, FOOT, TRUNK_MM
@@ -295,7 +295,7 @@ def _limb(
     turn = np.multiply(size, _MIRROR if side == "left" else np.ones(3))
     faces = mesh.faces[:, ::-1].copy() if side == "left" else mesh.faces
     start = np.array(origin, float)
-    return Limb(
+    return AlignedLimb(
         mesh=Mesh(vertices_mm=(mesh.vertices_mm - start) * turn, faces=faces),
         landmarks=tuple(
             Landmark(name=name, position_mm=(at - start) * turn) for name, at in places.items()

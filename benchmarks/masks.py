@@ -55,7 +55,7 @@ def main() -> None:
             folder = (chosen.keep or Path(scratch)) / str(seed)
             folder.mkdir(parents=True, exist_ok=True)
             found["runs"][str(seed)] = one(seed, folder)
-            write(chosen.out, found, page(found))
+            write(chosen.out, found)
             sys.stderr.write(f"{seed}: {json.dumps(found['runs'][str(seed)])}\n")
 
 

@@ -111,7 +111,7 @@ def work(chosen: argparse.Namespace, folder: Path) -> None:
             if surface
             else looked(setting, source, camera)
         ) | {"commit": result["machine"]["commit"][:12]}
-        write(chosen.out, result, page(result))
+        write(chosen.out, result)
         sys.stderr.write(f"{setting.name}: {json.dumps(part[setting.name])[:200]}\n")
 
 

@@ -2,14 +2,14 @@
 
     python benchmarks/mutants.py all --record
 
-writes results/mutants.json and results/mutants.md, for 10,000 mutants of each. A mutant is a small
-whole file with one to three changes: bytes flipped, cut, put in, repeated or moved; numbers turned
-into what is none or beyond all measure; lines and keys left out, repeated or exchanged; trees
-nested 6,000 deep; and for files of parts (PLY, GLB, TIFF) the head alone, the parts' lengths set
-right again. Each must end within its time and memory in one of two ways: it is read, or refused by
-a LimbgramError that says why. Anything else is a fault of ours. Of a shape that is read it is
-told, too, whether triangles are missing without a word. A change that leaves a whole file of its
-format, such as a face taken out of an OBJ together with its line, can be told by no reader.
+writes results/mutants.json, for 10,000 mutants of each. A mutant is a small whole file with one to
+three changes: bytes flipped, cut, put in, repeated or moved; numbers turned into what is none or
+beyond all measure; lines and keys left out, repeated or exchanged; trees nested 6,000 deep; and for
+files of parts (PLY, GLB, TIFF) the head alone, the parts' lengths set right again. Each must end
+within its time and memory in one of two ways: it is read, or refused by a LimbgramError that says
+why. Anything else is a fault of ours. Of a shape that is read it is told, too, whether triangles
+are missing without a word. A change that leaves a whole file of its format, such as a face taken
+out of an OBJ together with its line, can be told by no reader.
 
     python benchmarks/mutants.py ply-text --count 2000 --seed 7 --keep /tmp/found
 
@@ -68,7 +68,7 @@ from limbgram.services.parse_text import (
     reading_of,
     span_of,
 )
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, read_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe
 from limbgram.workbench.templates.fields import ANGLES, node_heights
@@ -610,7 +610,7 @@ def readers() -> dict[str, Reader]:
     mesh = _mesh()
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="left")
     marks = (Landmark(name="fibula head", position_mm=mesh.vertices_mm[3]),)
-    limb = Limb(mesh=mesh, landmarks=marks, frame=frame, kind="transtibial", sock_mm=0.3)
+    limb = AlignedLimb(mesh=mesh, landmarks=marks, frame=frame, kind="transtibial", sock_mm=0.3)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         ours: dict[str, bytes] = {}
@@ -820,18 +820,18 @@ def run(names: list[str], count: int, seed: int, keep: Path | None) -> dict[str,
     return outcomes
 
 
-def markdown(rows: dict[str, dict[str, Any]], made: str) -> str:
+def page(results: dict[str, Any]) -> str:
     """The outcomes as a table."""
     table = [
         f"| {name} | {one['count']:,} | {one['read']:,} | {one['refused']:,} | {one['crashed']} | "
         f"{one['hung']} | {one['missing']:,} | {one['slowest_s']:.2f} |"
-        for name, one in rows.items()
+        for name, one in results["readers"].items()
     ]
     return "\n".join(
         [
             "# Damaged files",
             "",
-            made,
+            made_on(results["machine"]),
             "",
             "Mutants of each reader, made by `python benchmarks/mutants.py all --record`. "
             f"Each has {LIMIT_S:g} s of processor time and {_GB} GB of address space. Read "
@@ -879,7 +879,6 @@ def record(outcomes: dict[str, Outcome], known: list[str], count: int, seed: int
     rows = {name: rows[name] for name in known if name in rows}
     tree = {"limit_s": LIMIT_S, "limit_gb": _GB, "readers": rows, "machine": machine()}
     path.write_text(json.dumps(tree, indent=1) + "\n", "utf-8")
-    path.with_suffix(".md").write_text(markdown(rows, made_on(tree["machine"])), "utf-8")
 
 
 if __name__ == "__main__":

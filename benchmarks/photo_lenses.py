@@ -91,7 +91,7 @@ def main() -> None:
                     continue
                 found[way] = _one(setting, folder, way)
                 sys.stderr.write(f"{setting.name}, {way}: {json.dumps(found[way])}\n")
-                write(chosen.out, result, _page(result))
+                write(chosen.out, result)
 
 
 def _settings(seeds: list[int], faults: list[str]) -> Iterator[Setting]:
@@ -152,7 +152,7 @@ def _one(setting: Setting, folder: Path, way: str) -> dict[str, Any]:
     }
 
 
-def _page(result: dict[str, Any]) -> str:
+def page(result: dict[str, Any]) -> str:
     rows = [
         (
             name,

@@ -73,9 +73,7 @@ def main() -> None:
     report |= {"machine": machine(), "case_s": options.case_s, "captures": options.captures,
                "stub_s": options.seconds}  # fmt: skip
     write(options.out, report)
-    page = page_of(report)
-    options.out.with_suffix(".md").write_text(page)
-    sys.stdout.write(page)
+    sys.stdout.write(page(report))
 
 
 def here(count: int, options: argparse.Namespace) -> dict[str, Any]:
@@ -254,7 +252,7 @@ def two_workers(start_s: float) -> list[dict[str, Any]]:
     return rows
 
 
-def page_of(report: dict[str, Any]) -> str:
+def page(report: dict[str, Any]) -> str:
     made_on, load = report["machine"], report["load_before"]
     return "\n".join((
         "# How a batch scales",

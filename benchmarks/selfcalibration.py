@@ -93,7 +93,7 @@ def main() -> None:
                 found[way] = _one(source, case, words) | made
                 if options is not None and "--known-distance" in words:
                     found[way]["tapes"] = _more_tapes(source, case, _Taped.of(options))
-                write(chosen.out, results, _page(results))
+                write(chosen.out, results)
 
 
 def _captures(
@@ -232,7 +232,7 @@ def _one(source: Path, case: Path, words: list[str]) -> Result:
     }
 
 
-def _page(results: Result) -> str:
+def page(results: Result) -> str:
     heads = ("capture", "given", "RMS mm", "95 % mm", "expected RMS mm", "of it cameras mm",
              "scale", "worst girth mm", "error / sigma", "verdict", "commit")  # fmt: skip
     rows = []

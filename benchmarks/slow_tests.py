@@ -3,7 +3,7 @@
     python benchmarks/slow_tests.py -o benchmarks/results/slow_tests.json
 
 In      the tests that are marked slow, with the data of LIMBGRAM_DATA where it is set.
-Out     OUT.json and OUT.md: every test's outcome and seconds, and why one was skipped; exit code 1
+Out     OUT.json: every test's outcome and seconds, and why one was skipped; exit code 1
         if one failed.
 Method  pytest on two cores, as README calls it, but for the marker.
 """
@@ -74,7 +74,6 @@ def main() -> None:
     results = {"machine": machine(), "tests": dict(sorted(outcomes.rows.items()))}
     if asked.output is not None:
         asked.output.write_text(json.dumps(results, indent=1) + "\n", "utf-8")
-        asked.output.with_suffix(".md").write_text(page(results), "utf-8")
     sys.exit(code)
 
 

@@ -95,7 +95,7 @@ def main() -> None:
                 continue
             result["captures"][name] = found = _one(kind, seed)
             sys.stderr.write(f"{name}: {json.dumps(found)}\n")
-            write(chosen.out, result, _page(result))
+            write(chosen.out, result)
 
 
 def _one(kind: str, seed: int) -> dict[str, Any]:
@@ -142,7 +142,7 @@ def _true_calibration(source: Path) -> Calibration:
     )
 
 
-def _page(result: dict[str, Any]) -> str:
+def page(result: dict[str, Any]) -> str:
     rows = [
         (
             name,

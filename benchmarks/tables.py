@@ -1,6 +1,6 @@
-"""Results as a table for people and a plot of cost: OUT.md and OUT.png beside OUT.json.
+"""Results of whole captures as tables for people, and a plot of what a sweep cost.
 
-python benchmarks/tables.py benchmarks/results/all.json
+python benchmarks/tables.py benchmarks/results/sweep.json    draws sweep.png beside it
 """
 
 import json
@@ -20,20 +20,24 @@ from limbgram.core.errors import RED_EXIT_CODE
 Result = dict[str, Any]
 
 
-def write_tables(results: Result, out: Path) -> None:
-    """Write OUT.md, and OUT.png where there is a sweep."""
+def page(results: Result) -> str:
+    """Accuracy, cost, stages and rivals of every set."""
     parts = [
-        f"# {out.stem}",
+        "# Whole captures",
         made_on(results["machine"]),
         _accuracy(results["sets"]),
         _cost(results["sets"]),
         _stages(results["sets"]),
         _rivals(results["sets"]),
     ]
-    out.with_suffix(".md").write_text("\n\n".join(part for part in parts if part) + "\n")
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def plot(results: Result, path: Path) -> None:
+    """Draw cost and error against photos and pixels, where there is a sweep."""
     swept = [one for one in results["sets"].values() if "setting" in one and _fine(one)]
     if swept:
-        _plot(swept, out.with_suffix(".png"))
+        _plot(swept, path)
 
 
 def _fine(one: Result) -> bool:
@@ -198,4 +202,4 @@ if __name__ == "__main__":
     parser = described(__doc__)
     parser.add_argument("written", type=Path, help="the results, as JSON")
     written: Path = parser.parse_args().written
-    write_tables(json.loads(written.read_text()), written)
+    plot(json.loads(written.read_text("utf-8")), written.with_suffix(".png"))

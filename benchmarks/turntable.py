@@ -65,7 +65,7 @@ def main() -> None:
                     continue
                 made = {"commit": found["machine"]["commit"][:12]}
                 found["runs"].append(one(name, seed, camera, folder) | made)
-                write(chosen.out, found, table(found))
+                write(chosen.out, found)
                 sys.stderr.write(f"{name}, seed {seed}: {found['runs'][-1]['outcome']}\n")
 
 
@@ -121,7 +121,7 @@ def stated_rms_mm(judged: dict[str, Any]) -> float:
     return float(row["value"])
 
 
-def table(found: dict[str, Any]) -> str:
+def page(found: dict[str, Any]) -> str:
     """The runs as a table."""
     at = found["machine"]
     versions = ", ".join(f"{name} {one}" for name, one in at["versions"].items())

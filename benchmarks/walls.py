@@ -9,7 +9,7 @@ as a recipe does it. Said of each: why it was refused, or whether it is watertig
 least thickness from skin to skin (as the edit tells it) and by rays that know no skins, pairs of
 faces that pass through each other, and between which heights the brim lies that was cut level. What
 stands in OUT already is kept, so that a run that was stopped goes on; every wall names the commit
-that it was made at. OUT.md is written beside OUT.json.
+that it was made at.
 Nothing here is random; the surfaces are those of the sets' own seeds.
 """
 
@@ -35,7 +35,7 @@ from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.regions import moved_by
 from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.edits.wall import Wall
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 
 THICKNESSES_MM = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
 SIDES = ("outward", "inward")
@@ -70,7 +70,7 @@ def main() -> None:
     for name, shape, cut_mm, edit in walls(chosen, kept):
         kept[name] = one(shape, cut_mm, edit) | {"commit": here["commit"][:12]}
         found = {"machine": here, "walls": kept, **remarks}
-        write(out, found, page(found))
+        write(out, found)
         sys.stderr.write(f"{name}: {kept[name]}\n")
 
 
@@ -99,7 +99,7 @@ def scan(cases: Path, set_name: str) -> Limb:
     middle = points.mean(0)
     lowest = 0.0 if set_name in STANDING else float(points[:, 2].min())
     motion = Rigid(turn, np.array([-middle[0], -middle[1], -lowest]))
-    return Limb(mesh=limb.mesh, frame=LimbFrame(limb_from_mesh=motion, side="none"))
+    return AlignedLimb(mesh=limb.mesh, frame=LimbFrame(limb_from_mesh=motion, side="none"))
 
 
 def one(shape: Limb, cut_mm: float | None, edit: Wall) -> dict[str, Any]:
@@ -130,7 +130,6 @@ def one(shape: Limb, cut_mm: float | None, edit: Wall) -> dict[str, Any]:
 
 def brim_mm(made: Limb, cut_mm: float) -> tuple[float, float]:
     """Lowest and highest place of the faces that look along the axis near the cut."""
-    assert made.frame is not None
     mesh = made.mesh.with_vertices(moved_by(made.frame.limb_from_mesh, made.mesh.vertices_mm))
     heights = mesh.vertices_mm[:, 2][mesh.faces]
     up = unit(mesh.face_normals())[:, 2] > np.sqrt(0.5)

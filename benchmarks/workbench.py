@@ -11,7 +11,6 @@ import hashlib
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -226,7 +225,7 @@ def sections(folder: Path) -> Iterator[str]:
         limb = read_limb(folder / name, unit)
         low, high = (float(f(limb.mesh.vertices_mm[:, 2])) for f in (np.min, np.max))
         up = Rigid(np.eye(3), np.array([0.0, 0.0, -low]))
-        limb = replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))
+        limb = limb.with_frame(LimbFrame(limb_from_mesh=up, side="none"))
         heights = tuple(np.linspace(0.01, high - low - 0.01, PLANES))
         start = time.process_time()
         found = measure_limb(limb, LimbMeasureOptions(heights_mm=heights)).rows

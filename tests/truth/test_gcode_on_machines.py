@@ -18,7 +18,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.gcode.control import Control
 from limbgram.formats.gcode.writing import write_gcode
 from limbgram.workbench.carving.setup import FAST, CarveOptions
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 
 Radius = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """mm, of height and of the angle from the front towards the patient's right."""
@@ -77,7 +77,7 @@ def limb_of(radius: Radius) -> Limb:
         ]
     )
     mesh = Mesh(vertices_mm=np.vstack([wall, [[0.0, 0, 0]]]), faces=faces.astype(np.int32))
-    return Limb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"))
+    return AlignedLimb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"))
 
 
 # The machine.

@@ -11,7 +11,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.smoothed_length import smoothed_length
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.frame.alignment import AlignOptions, align
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 
@@ -62,7 +62,9 @@ def test_a_real_limb_measured_by_another_program(data_folder: Path) -> None:
     """Section lengths by trimesh, and the volume by many areas."""
     path = data_folder / "shapes" / "ampscan" / "stl_file.stl"
     limb = read_limb(path)
-    limb = Limb(mesh=limb.mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="none"))
+    limb = AlignedLimb(
+        mesh=limb.mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="none")
+    )
     heights = (-180.0, -91.3, 0.4, 20.0)
     table = measure_limb(limb, LimbMeasureOptions(heights_mm=heights, volumes_mm=((-150, 20),)))
     other = trimesh.load_mesh(path)

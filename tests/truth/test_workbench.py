@@ -147,7 +147,6 @@ def record(bench: Bench, made: Path) -> dict[str, Any]:
 
 def test_the_axes_are_those_of_the_limb_that_was_made(bench: Bench) -> None:
     frame = read_limb(bench.scan).frame
-    assert frame is not None
     assert frame.side == bench.side
     right, anterior, proximal = frame.limb_from_mesh.rotation
     assert proximal[2] < -np.cos(np.radians(5)), "the distal end stands up, the axis is bent"
@@ -195,7 +194,6 @@ def test_the_aop_file_holds_the_shape(bench: Bench, made: Path) -> None:
     found = reply_of(*words, bench.side)
     assert abs(found["volume_change"]) < 0.005
     held = read_limb(path)
-    assert held.frame is not None
     assert held.frame.side == bench.side
     marks = {mark.name: mark.position_mm for mark in held.landmarks}
     outer = held.frame.limb_from_mesh.apply(marks["fibula head"][None])[0, 0]

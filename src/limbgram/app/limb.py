@@ -235,7 +235,7 @@ def refresh_limb(app_state: AppStateHere, workspace: WorkspaceHere) -> LimbReply
 def limb_reply(app_state: AppState, workspace: Workspace) -> LimbReply:
     shape = app_state.shape_cache.shape(workspace)
     limb, mesh = shape.limb, shape.limb.mesh
-    motion = None if limb.frame is None else limb.frame.limb_from_mesh
+    motion = limb.known_limb_from_mesh
     places = mesh.vertices_mm if motion is None else motion.apply(mesh.vertices_mm)
     return LimbReply(
         source=workspace.scan_file().name,
@@ -243,7 +243,7 @@ def limb_reply(app_state: AppState, workspace: Workspace) -> LimbReply:
         vertices=len(mesh),
         faces=len(mesh.faces),
         aligned=motion is not None,
-        side=None if limb.frame is None else limb.frame.side,
+        side=None if motion is None else limb.side,
         kind=limb.kind or workspace.case.label.kind,
         places=[_place(limb, one) for one in limb.landmarks],
         rotation=None if motion is None else [triple(row) for row in motion.rotation],
@@ -266,7 +266,7 @@ def _told(app_state: AppState, workspace: Workspace) -> LimbReply:
 
 
 def _place(limb: Limb, mark: Landmark) -> Place:
-    motion = None if limb.frame is None else limb.frame.limb_from_mesh
+    motion = limb.known_limb_from_mesh
     mesh = limb.mesh
     nearest = int(((mesh.vertices_mm - mark.position_mm) ** 2).sum(1).argmin())
     sigma = float("nan") if mesh.sigma_mm is None else float(mesh.sigma_mm[nearest])

@@ -15,7 +15,7 @@ from limbgram.cases.workspace import Workspace
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.sections import cut
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import AlignedLimb, Limb
 from limbgram.workbench.recipe.file import encode_recipe
 from limbgram.workbench.recipe.recipe import Recipe, beginning
 
@@ -134,12 +134,11 @@ def ask_point(
     known = sigma is not None and bool(np.isfinite(sigma))
     filled = mesh.filled is not None and bool(mesh.filled[nearest])
     seen = point_evidence(case.folder, place, normal)
+    motion = limb.known_limb_from_mesh
     return Point(
         position_mm=triple(place),
         normal=triple(normal),
-        in_limb_mm=None
-        if limb.frame is None
-        else triple(limb.frame.limb_from_mesh.apply(place[None])[0]),
+        in_limb_mm=None if motion is None else triple(motion.apply(place[None])[0]),
         sigma_mm=sigma if known else None,
         within_mm=COVER * sigma if known and sigma is not None else None,
         filled=filled,
@@ -159,10 +158,10 @@ def read_section(
 ) -> Section:
     """The ring at a height, to draw on the limb."""
     limb, _ = limb_of(app_state, workspace, of)
-    if limb.frame is None:
+    motion = limb.known_limb_from_mesh
+    if motion is None:
         sections = cut(limb.mesh, [height_mm])
     else:
-        motion = limb.frame.limb_from_mesh
         along = motion.rotation[2]
         sections = cut(limb.mesh, [height_mm - float(motion.translation[2])], along)
     rings = [
@@ -201,7 +200,8 @@ def limb_before(app_state: AppState, workspace: Workspace, edits: int | None) ->
 def tag_of(sha256: str, limb: Limb, recipe: Recipe) -> str:
     """Tells shapes made by a recipe apart: by scan, landmarks and what the recipe does."""
     places = repr([(mark.name, mark.position_mm.tolist()) for mark in limb.landmarks])
-    text = sha256.encode() + places.encode() + repr(limb.frame).encode() + encode_recipe(recipe)
+    frame = limb.frame if isinstance(limb, AlignedLimb) else None
+    text = sha256.encode() + places.encode() + repr(frame).encode() + encode_recipe(recipe)
     return hashlib.sha256(text).hexdigest()[:24]
 
 

@@ -54,9 +54,9 @@ def sure_in_limb_frame(limb: Limb) -> Limb:
         MeasureError: a landmark lies far from where it belongs.
         FoldedShapeError: its surface branches, or folds where that cannot be laid back.
     """
-    if limb.frame is not None:
+    if isinstance(limb, AlignedLimb):
         options = AlignOptions(side=limb.side)
-        require_landmarks_agree(limb, limb.frame.limb_from_mesh, options)
+        require_landmarks_agree(limb, limb.limb_from_mesh, options)
     return without_folds(in_limb_frame(limb))
 
 
@@ -106,4 +106,4 @@ def _folded(mesh: Mesh, folds: Folds) -> FoldedShapeError:
 
 def in_limb_frame(limb: Limb) -> Limb:
     """The limb with its mesh and landmarks in the limb frame; as it is if it has none."""
-    return limb if limb.frame is None else limb.aligned().in_limb_frame()
+    return limb.in_limb_frame() if isinstance(limb, AlignedLimb) else limb

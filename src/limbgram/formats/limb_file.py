@@ -71,12 +71,13 @@ def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: floa
             read = Limb(
                 mesh=limb.mesh,
                 landmarks=record.landmarks,
-                frame=record.frame,
                 sock_mm=record.sock_mm,
                 kind=record.kind,
                 doubt=record.doubt,
                 origins=record.made_from,
             )
+            if record.frame is not None:
+                read = read.with_frame(record.frame)
             again = encode_record(read, mesh_path.name, mesh_hash, record.mm_per_unit)
         require(again == written.read_bytes(), other(path.name, "record"))
 

@@ -91,15 +91,11 @@ def _limb(path: Path, soup: Soup, record: LimbRecord | None, factor: float | Non
         marks = tuple(
             replace(mark, position_mm=mark.position_mm * (factor or 1.0)) for mark in soup.landmarks
         )
+        limb = replace(limb, landmarks=marks)
         told = soup.frame is not None and soup.frame.front_told
-        return replace(limb, landmarks=marks, frame=soup.frame if told else None)
-    return replace(
-        limb,
-        landmarks=record.landmarks,
-        frame=record.frame,
-        sock_mm=record.sock_mm,
-        kind=record.kind,
-    )
+        return limb.with_frame(soup.frame) if told and soup.frame else limb
+    limb = replace(limb, landmarks=record.landmarks, sock_mm=record.sock_mm, kind=record.kind)
+    return limb if record.frame is None else limb.with_frame(record.frame)
 
 
 def _require_one_side(declared: LimbFrame | None, record: LimbRecord | None, path: Path) -> None:

@@ -168,14 +168,14 @@ def hash_of(content: bytes) -> str:
 
 def encode_record(limb: Limb, mesh_name: str, mesh_hash: str, mm_per_unit: float) -> bytes:
     """The limb file of a limb whose mesh lies in the named file."""
-    frame = limb.frame
+    motion = limb.known_limb_from_mesh
     tree = {
         "format": _FORMAT,
         "version": _VERSION,
         "mesh": {"file": mesh_name, "sha256": mesh_hash, "mm_per_unit": mm_per_unit},
         "kind": limb.kind,
-        "side": None if frame is None else frame.side,
-        "limb_from_mesh": None if frame is None else _tree(frame.limb_from_mesh),
+        "side": None if motion is None else limb.side,
+        "limb_from_mesh": None if motion is None else _tree(motion),
         "sock_mm": limb.sock_mm,
         "doubt": "" if limb.doubt is None else as_json(limb.doubt),
         "landmarks": [

@@ -324,10 +324,10 @@ def _with_picture(exported: Exported, picture: Path) -> Exported:
 
 def _own_grid(read: ShapeFile) -> Own | None:
     """Spokes, slices and axis of an AOP, as long as its axes are the limb's still."""
-    frame, declared = read.limb.frame, read.declared
-    if read.grid is None or frame is None or declared is None:
+    now, declared = read.limb.known_limb_from_mesh, read.declared
+    if read.grid is None or now is None or declared is None:
         return None
-    own, now = declared.limb_from_mesh, frame.limb_from_mesh
+    own = declared.limb_from_mesh
     same = np.array_equal(own.rotation, now.rotation) and np.array_equal(
         own.translation, now.translation
     )
@@ -659,17 +659,17 @@ def _rounded(place_mm: Vector3) -> list[float]:
 
 
 def _axes(limb: Limb) -> Finding:
-    return note("exported.axes" if limb.frame is not None else "exported.not_aligned")
+    return note("exported.axes" if isinstance(limb, AlignedLimb) else "exported.not_aligned")
 
 
 def _said_of_bodies(found: Outside, limb: Limb) -> tuple[Finding, ...]:
     """The loose bodies that a printer would have made, and what else there is."""
-    frame = "file" if limb.frame is None else "limb"
+    frame = "limb" if isinstance(limb, AlignedLimb) else "file"
     return (*left_out(len(found.loose), found.loose, frame=frame), *kept(found))
 
 
 def _bodies(found: Outside, limb: Limb) -> dict[str, Any]:
-    key = "in_mesh_mm" if limb.frame is None else _IN_LIMB
+    key = _IN_LIMB if isinstance(limb, AlignedLimb) else "in_mesh_mm"
     return {
         "bodies_left_out": len(found.loose),
         "loose_bodies": _places(found.loose, key),

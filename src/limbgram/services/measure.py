@@ -200,7 +200,7 @@ def _standing(limb: Limb) -> AlignedLimb:
     """The limb with the axes of its file, from its lowest point."""
     lowest_mm = float(outer_bodies(limb.mesh).mesh.vertices_mm[:, 2].min())
     up = Rigid(np.eye(3), np.array([0.0, 0.0, -lowest_mm]))
-    return replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none")).aligned()
+    return limb.with_frame(LimbFrame(limb_from_mesh=up, side="none"))
 
 
 def _written(limb: AlignedLimb, found: Sheet, files: MeasureFiles) -> Iterator[Path]:

@@ -5,10 +5,10 @@ copy, and from there by the limb file of whatever is made from it.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Literal, Self, TypeVar
+from typing import Any, Literal, Self, TypeVar
 
 import numpy as np
 
@@ -77,12 +77,10 @@ class Origin:
 
 @dataclass(frozen=True, kw_only=True)
 class Limb:
-    """What every step of the workbench takes and gives; it may have axes or not."""
+    """What every step of the workbench takes and gives; an `AlignedLimb` where it has axes."""
 
     mesh: Mesh
     landmarks: tuple[Landmark, ...] = ()
-    frame: LimbFrame | None = None
-    """None until aligned."""
     kind: KindName | None = None
     """None until somebody said it; it tells what the names of landmarks mean."""
     sock_mm: float = 0.0
@@ -102,7 +100,12 @@ class Limb:
     @property
     def side(self) -> Side:
         """As its frame says; none until aligned."""
-        return "none" if self.frame is None else self.frame.side
+        return "none"
+
+    @property
+    def known_limb_from_mesh(self) -> Rigid | None:
+        """From the mesh's frame to the limb's; None until aligned."""
+        return None
 
     def aligned(self, refusal: LimbgramError | None = None) -> "AlignedLimb":
         """The same limb, with axes that are sure to be there.
@@ -110,11 +113,17 @@ class Limb:
         Args:
             refusal: Raised where it has none, in place of a MeasureError.
         """
-        if self.frame is None:
-            raise refusal or MeasureError("align.not_aligned", name=self.name or None)
-        if isinstance(self, AlignedLimb):
-            return self
-        return AlignedLimb(**{one.name: getattr(self, one.name) for one in fields(self)})
+        raise refusal or MeasureError("align.not_aligned", name=self.name or None)
+
+    def with_frame(self, frame: LimbFrame) -> "AlignedLimb":
+        return AlignedLimb(**self._without_frame(), frame=frame)
+
+    def unaligned(self) -> "Limb":
+        """The same limb without axes."""
+        return Limb(**self._without_frame())
+
+    def _without_frame(self) -> dict[str, Any]:
+        return {one.name: getattr(self, one.name) for one in fields(Limb)}
 
     def with_mesh(self, mesh: Mesh) -> Self:
         return replace(self, mesh=mesh)
@@ -148,7 +157,7 @@ class Limb:
         if self.kind is None:
             raise MeasureError("anatomy.no_kind", kinds=KINDS)
         kind = KIND_NAMED[self.kind]
-        motion = None if self.frame is None else self.frame.limb_from_mesh
+        motion = self.known_limb_from_mesh
         return Anatomy(
             kind=kind,
             places={name: one.position_mm for name, one in by_identity(self.landmarks).items()},
@@ -177,9 +186,20 @@ class Limb:
 class AlignedLimb(Limb):
     """A limb whose axes are known; what measures, devices and files for carvers are made of."""
 
-    frame: LimbFrame = field()
+    frame: LimbFrame
 
     __repr__ = brief
+
+    @property
+    def side(self) -> Side:
+        return self.frame.side
+
+    @property
+    def known_limb_from_mesh(self) -> Rigid:
+        return self.limb_from_mesh
+
+    def aligned(self, refusal: LimbgramError | None = None) -> "AlignedLimb":  # noqa: ARG002
+        return self
 
     @property
     def limb_from_mesh(self) -> Rigid:

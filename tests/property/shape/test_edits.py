@@ -39,7 +39,7 @@ from limbgram.workbench.edits.sock import Sock
 from limbgram.workbench.edits.sock_ply import SockPly
 from limbgram.workbench.edits.trimline import Trimline
 from limbgram.workbench.edits.wall import Wall
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, parse_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 from limbgram.workbench.templates.fields import ANGLES, node_heights
@@ -82,7 +82,7 @@ def bumpy(seed: int) -> Limb:
     points = BASE.vertices_mm + bumps[:, None] * BASE.vertex_normals()
     motion = Rigid.from_rotation_vector(rng.normal(size=3), rng.normal(size=3) * 50)
     front = points[np.linalg.norm(points - [0, 40, 100], axis=1).argmin()]
-    return Limb(
+    return AlignedLimb(
         mesh=BASE.with_vertices(motion.inverse.apply(points)),
         frame=LimbFrame(limb_from_mesh=motion, side="left"),
         landmarks=(Landmark(name=REFERENCE, position_mm=motion.inverse.apply(front[None])[0]),),

@@ -16,7 +16,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.reading import read_shape
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.cutting import keep_positive
-from limbgram.workbench.limb import KindName, Landmark, Limb, LimbFrame, Side
+from limbgram.workbench.limb import AlignedLimb, KindName, Landmark, Limb, LimbFrame, Side
 
 BODIES = ("adult_female", "adult_male", "baby", "child")
 FOOT = {
@@ -87,7 +87,7 @@ def limb_of(
     """A limb in its limb frame, its surface everywhere as well known."""
     if sigma_mm:
         mesh = replace(mesh, sigma_mm=np.full(len(mesh), sigma_mm, np.float32))
-    return Limb(
+    return AlignedLimb(
         mesh=mesh,
         landmarks=tuple(Landmark(name=name, position_mm=at) for name, at in places.items()),
         frame=LimbFrame(limb_from_mesh=Rigid.identity(), side=side),

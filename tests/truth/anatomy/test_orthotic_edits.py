@@ -18,7 +18,7 @@ from limbgram.workbench.edits.roll import Roll
 from limbgram.workbench.edits.room import Room
 from limbgram.workbench.edits.sole import Sole
 from limbgram.workbench.edits.spine import Spine
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import AlignedLimb, Limb
 
 MakeLimb = Callable[..., Limb]
 SIDES = [False, True]
@@ -105,7 +105,7 @@ def test_the_preset_is_built_up_over_each_marked_bone(foot_of: MakeLimb) -> None
     assert np.linalg.norm(heel) < 1e-9
     assert volume_mm3(after.mesh) > volume_mm3(limb.mesh)
     assert after.notes[-1].code == "edit.build_ups.done"
-    bare = Limb(mesh=limb.mesh, frame=limb.frame, kind="foot")
+    bare = AlignedLimb(mesh=limb.mesh, frame=limb.frame, kind="foot")
     with pytest.raises(EditError) as refused:
         do_edit(bare, BuildUps())
     assert refused.value.finding.code == "edit.build_ups.none"

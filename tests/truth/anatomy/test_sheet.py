@@ -15,7 +15,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.uncertainty import filled_sigma_mm
 from limbgram.workbench.frame.alignment import AlignOptions, align
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.levels import area_mm2, level_at
 from limbgram.workbench.measures.sheet import MeasuringSheet, SheetOptions, measuring_sheet
 
@@ -147,21 +147,31 @@ def placed_anew(limb: Limb, sigma_mm: float, random: np.random.Generator) -> Lim
     )
 
 
+def misses(limb: Limb, draws: int) -> np.ndarray:
+    """Errors of the seven angles in their sigmas, with landmarks placed anew by each draw."""
+    stature = float(np.ptp(limb.mesh.vertices_mm[:, 2]))
+    truth = only(limb, *ANGLES)
+    found: list[float] = []
+    for seed in range(draws):
+        random = np.random.default_rng(seed)
+        for row in only(placed_anew(limb, 0.002 * stature, random), *ANGLES).rows:
+            assert row.figure is not None
+            assert row.placing_sigma is not None
+            found.append((row.figure.value - truth[row.name].value) / row.placing_sigma)
+    assert len(found) == 7 * draws
+    return np.array(found)
+
+
+def test_angles_err_with_their_landmarks_as_their_sigmas_say(foot_of: MakeLimb) -> None:
+    """105 angles, some of which share landmarks: they know the ratio to some 10 %."""
+    assert 0.8 < np.sqrt(np.mean(misses(foot_of("adult_male"), 15) ** 2)) < 1.2
+
+
+@pytest.mark.slow  # the one above tells the same of one body, and takes a tenth
 def test_angles_lie_within_their_intervals_as_often_as_these_say(foot_of: MakeLimb) -> None:
     """Four bodies, 40 seeds, seven angles: 1120 intervals of landmarks placed by hand."""
-    held: list[bool] = []
-    for body in ("adult_female", "adult_male", "child", "baby"):
-        limb = foot_of(body)
-        stature = float(np.ptp(limb.mesh.vertices_mm[:, 2]))
-        truth = only(limb, *ANGLES)
-        for seed in range(40):
-            random = np.random.default_rng(seed)
-            given = only(placed_anew(limb, 0.002 * stature, random), *ANGLES)
-            for row in given.rows:
-                assert row.figure is not None
-                assert row.placing_sigma is not None
-                off = row.figure.value - truth[row.name].value
-                held.append(abs(off) <= 1.96 * row.placing_sigma)
+    bodies = ("adult_female", "adult_male", "child", "baby")
+    held = np.abs(np.concatenate([misses(foot_of(body), 40) for body in bodies])) <= 1.96
     assert len(held) == 1120
     assert 0.93 <= np.mean(held) <= 0.97
 
@@ -176,9 +186,9 @@ def test_a_girth_errs_with_its_landmarks_as_its_sigma_says(foot_of: MakeLimb) ->
     assert told.figure.value == pytest.approx(truth, abs=1e-3)
     marks = tuple(replace(one, sigma_mm=1.0) for one in limb.landmarks)
     row = only(replace(limb, landmarks=marks), name).rows[0]
-    offs = [only(placed_anew(limb, 1.0, random), name)[name].value - truth for _ in range(60)]
+    offs = [only(placed_anew(limb, 1.0, random), name)[name].value - truth for _ in range(30)]
     assert row.placing_sigma is not None
-    assert 0.75 < np.std(offs) / row.placing_sigma < 1.33  # 60 draws know it to 9 %
+    assert 0.75 < np.std(offs) / row.placing_sigma < 1.33  # 30 draws know it to 13 %
 
 
 def test_a_surface_that_grew_shifts_girths_by_what_their_gradient_says(foot_of: MakeLimb) -> None:
@@ -210,9 +220,8 @@ def test_a_missing_landmark_is_named_in_its_row(foot_of: MakeLimb) -> None:
 def test_a_foot_of_the_other_side_is_refused_by_a_landmark_that_tells_it(
     foot_of: MakeLimb,
 ) -> None:
-    limb = replace(foot_of(), frame=None)
+    limb = foot_of().unaligned()
     frame = align(limb, AlignOptions(side="right")).frame
-    assert frame is not None
     up = frame.limb_from_mesh.rotation[2]
     np.testing.assert_allclose(up, limb.axis("shank").direction, atol=1e-9)
     with pytest.raises(MeasureError) as refused:
@@ -291,7 +300,7 @@ def ellipsoid(skew_deg: float) -> Limb:
         "left tragion": (-70, 0, 0),
         "glabella": (0, 85, 20),
     }
-    return Limb(
+    return AlignedLimb(
         mesh=mesh,
         landmarks=tuple(
             Landmark(name=name, position_mm=np.array(at, float)) for name, at in places.items()
@@ -364,7 +373,7 @@ def test_a_head_that_is_open_above_its_base_plane_lacks_volumes_alone(
 def test_a_heads_length_holds_though_a_fill_lies_beside_its_foremost_place(
     at: tuple[float, float],
 ) -> None:
-    """60 true heads, whose forehead bulges by what nobody measured there; landmarks are exact."""
+    """30 true heads, whose forehead bulges by what nobody measured there; landmarks are exact."""
     limb = ellipsoid(0.0)
     marks = tuple(replace(one, sigma_mm=1e-6) for one in limb.landmarks)
     limb = replace(limb, landmarks=marks)
@@ -377,7 +386,7 @@ def test_a_heads_length_holds_though_a_fill_lies_beside_its_foremost_place(
     told = only(limb.with_mesh(measured), *names)
     bulge = filled_sigma_mm(measured, filled)[:, None] * measured.vertex_normals()
     held = dict.fromkeys(names, 0)
-    for size in ndtri((np.arange(60) + 0.5) / 60):
+    for size in ndtri((np.arange(30) + 0.5) / 30):
         true = only(
             limb.with_mesh(limb.mesh.with_vertices(limb.mesh.vertices_mm + size * bulge)), *names
         )
@@ -385,7 +394,7 @@ def test_a_heads_length_holds_though_a_fill_lies_beside_its_foremost_place(
             reach = told[name].interval
             assert reach is not None
             held[name] += abs(true[name].value - told[name].value) <= reach.above
-    assert all(0.93 <= count / 60 <= 0.97 for count in held.values()), held
+    assert all(0.93 <= count / 30 <= 0.97 for count in held.values()), held
 
 
 def test_a_head_without_a_tragion_says_so() -> None:
@@ -424,7 +433,7 @@ def calf(top_mm: float, *, ripple_mm: float = 0.0, seed: int = 0) -> Limb:
         Landmark(name=one, position_mm=np.array(at), sigma_mm=0.0) for one, at in places.items()
     )
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
-    return Limb(mesh=mesh, landmarks=marks, frame=frame, kind="foot")
+    return AlignedLimb(mesh=mesh, landmarks=marks, frame=frame, kind="foot")
 
 
 @pytest.mark.parametrize("top_mm", [170.0, 191.3])
@@ -518,7 +527,7 @@ def lopsided_trunk(*, sacrum_sigma_mm: float = 0.0) -> Limb:
         for one, at in places.items()
     )
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="none")
-    return Limb(mesh=mesh, landmarks=marks, frame=frame, kind="torso")
+    return AlignedLimb(mesh=mesh, landmarks=marks, frame=frame, kind="torso")
 
 
 def test_the_halves_of_a_trunk_have_the_areas_of_half_ellipses() -> None:

@@ -126,7 +126,6 @@ def test_a_file_with_a_fitted_axis_keeps_that_axis(tmp_path: Path) -> None:
     answered("export", own, *to, "--axis", "fit", "-o", fitted)
     answered("align", fitted, "--side", "right")
     frame, declared = read_limb(fitted).frame, read_shape(fitted).declared
-    assert frame is not None
     assert declared is not None
     np.testing.assert_array_equal(
         frame.limb_from_mesh.matrix_3x4, declared.limb_from_mesh.matrix_3x4

@@ -13,7 +13,7 @@ from limbgram.cli.main import app
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.limb_file import write_limb
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 
 RUNNER = CliRunner()
 AS_IS = ("--align", "as-is")
@@ -50,7 +50,7 @@ def beaker(growth: float = 1.0, dent_mm: float = 0.0) -> Limb:
     )
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
     mesh = Mesh(vertices_mm=vertices, faces=faces.astype(np.int32))
-    return Limb(mesh=mesh, landmarks=marks, frame=frame)
+    return AlignedLimb(mesh=mesh, landmarks=marks, frame=frame)
 
 
 @pytest.fixture
@@ -122,7 +122,7 @@ def test_what_was_exported_lies_as_it_was_made(tmp_path: Path) -> None:
     limb = beaker()
     mesh = limb.mesh.with_vertices(lying.inverse.apply(limb.mesh.vertices_mm))
     framed = LimbFrame(limb_from_mesh=lying, side="right")
-    scan = str(write_limb(Limb(mesh=mesh, frame=framed), tmp_path / "scan.ply"))
+    scan = str(write_limb(AlignedLimb(mesh=mesh, frame=framed), tmp_path / "scan.ply"))
     recipe, edited = str(tmp_path / "a.toml"), str(tmp_path / "edited.ply")
     answered("edit", "new", recipe)
     answered("edit", "add", recipe, "reduction", "heights_mm=[0]", "per_cent=[3]", "of=girth")

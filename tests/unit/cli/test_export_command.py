@@ -22,7 +22,7 @@ from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb, read_shape
 from limbgram.services import export as exporting
 from limbgram.workbench.carving.radius_map import RadiusMap
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 
 RUNNER = CliRunner()
 
@@ -37,7 +37,7 @@ def scan(tmp_path: Path) -> Path:
     mesh = body.surface()
     mesh = mesh.with_vertices(lying.inverse.apply(mesh.vertices_mm))
     frame = LimbFrame(limb_from_mesh=lying, side="left")
-    return write_limb(Limb(mesh=mesh, frame=frame), tmp_path / "scan.ply")
+    return write_limb(AlignedLimb(mesh=mesh, frame=frame), tmp_path / "scan.ply")
 
 
 def exported(scan: Path, *words: str) -> dict[str, object]:
@@ -60,7 +60,6 @@ def test_meshes_stand_in_the_limb_frame(scan: Path, kind: str) -> None:
     low, high = read.mesh.vertices_mm.min(0), read.mesh.vertices_mm.max(0)
     np.testing.assert_allclose((low[2], high[2]), (0, 60), atol=1e-3)
     assert high[0] == pytest.approx(34, abs=0.01)  # the patient's right
-    assert read.frame is not None
     assert read.frame.side == "left"
 
 
@@ -79,7 +78,7 @@ def test_a_folded_shape_leaves_unfolded_and_a_crossed_one_not_at_all(
     vertices = body.vertices_mm.copy()
     vertices[wall, 2] += 7.0  # over its neighbour, 3 mm away
     folded = write_limb(
-        Limb(mesh=body.with_vertices(vertices), frame=frame), tmp_path / "folded.ply"
+        AlignedLimb(mesh=body.with_vertices(vertices), frame=frame), tmp_path / "folded.ply"
     )
     content = exported(folded, "--to", kind, "--side", "left")
     notes = content["notes"]
@@ -97,7 +96,7 @@ def test_a_folded_shape_leaves_unfolded_and_a_crossed_one_not_at_all(
         faces=np.concatenate([body.faces, inner.faces + np.int32(len(body))]),
     )
     (tmp_path / "other").mkdir()
-    scan = write_limb(Limb(mesh=crossed, frame=frame), tmp_path / "other" / "scan.ply")
+    scan = write_limb(AlignedLimb(mesh=crossed, frame=frame), tmp_path / "other" / "scan.ply")
     assert "folds over or through itself" in refused(scan, "--to", kind, "--side", "left")
 
 
@@ -108,11 +107,10 @@ def test_the_natural_name_is_taken(scan: Path) -> None:
     exported(scan, "--to", "stl", "-o", str(wanted))
     read = read_limb(wanted)
     assert read.notes == ()
-    assert read.frame is not None
     assert read.frame.side == "left"
     np.testing.assert_allclose(np.ptp(read.mesh.vertices_mm[:, 2]), 60, atol=1e-3)
     assert scan.with_name("scan.limb.json").read_bytes() == before
-    assert read_limb(scan).frame is not None
+    assert isinstance(read_limb(scan), AlignedLimb)
 
 
 @pytest.mark.parametrize("height", ["0.0001", "0.5", "5.9"])
@@ -150,8 +148,7 @@ def test_default_names_of_all_kinds_stand_side_by_side(scan: Path) -> None:
         "scan.gcode-mirror-check.png",
     }
     for content in contents[:4]:
-        read = read_limb(Path(str(content["written"])))
-        assert read.frame is not None
+        assert isinstance(read_limb(Path(str(content["written"]))), AlignedLimb)
 
 
 def test_gcode(scan: Path) -> None:

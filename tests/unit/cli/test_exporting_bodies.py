@@ -15,7 +15,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, LimbFrame
 
 SHIFT_MM = np.array([3.0, 4.0, 5.0])
 """From the file's axes to the limb's."""
@@ -42,7 +42,7 @@ def scan(tmp_path: Path) -> Path:
         sigma_mm=np.where(numbers % 5 == 0, np.nan, 0.01 + numbers / 1e4).astype(np.float32),
     )
     frame = LimbFrame(limb_from_mesh=Rigid(np.eye(3), SHIFT_MM), side="left")
-    return write_limb(Limb(mesh=mesh, frame=frame), tmp_path / "scan.ply")
+    return write_limb(AlignedLimb(mesh=mesh, frame=frame), tmp_path / "scan.ply")
 
 
 def exported(scan: Path, kind: str) -> tuple[dict[str, Any], str]:

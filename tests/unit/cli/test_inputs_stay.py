@@ -14,7 +14,7 @@ from limbgram.formats.camera import read_camera, write_camera
 from limbgram.formats.limb_file import write_limb
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.workbench.carving.radius_map import RadiusMap
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, LimbFrame
 
 CAMERAS = ["--camera", "second.json", "--camera", "session/camera.json"]
 BOARD = ["--board", "14x10", "--square", "10"]
@@ -30,7 +30,7 @@ def work(tmp_path: Path) -> Path:
     body = RadiusMap(thetas_deg=np.arange(0, 360, 6.0), z_mm=np.linspace(0, 90, 7), radii_mm=radii)
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="left")
     for name in ("scan.ply", "other.ply"):
-        write_limb(Limb(mesh=body.surface(), frame=frame), tmp_path / name)
+        write_limb(AlignedLimb(mesh=body.surface(), frame=frame), tmp_path / name)
     (tmp_path / "settings.json").write_text(json.dumps({"format": "something else"}))
     (tmp_path / "case").mkdir()
     for name in ("case.json", "report.html"):

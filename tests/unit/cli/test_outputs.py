@@ -12,7 +12,7 @@ from limbgram.core import files
 from limbgram.core.geometry.frames import Rigid
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.carving.radius_map import RadiusMap
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, LimbFrame
 
 RUNNER = CliRunner()
 
@@ -34,7 +34,7 @@ def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
     radii = np.tile(30 + 4 * np.cos(np.radians(np.arange(-90, 270, 6.0))), (7, 1))
     body = RadiusMap(thetas_deg=np.arange(0, 360, 6.0), z_mm=np.linspace(0, 90, 7), radii_mm=radii)
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="left")
-    scan = write_limb(Limb(mesh=body.surface(), frame=frame), folder / "scan.ply")
+    scan = write_limb(AlignedLimb(mesh=body.surface(), frame=frame), folder / "scan.ply")
     for words in (
         ["new", str(folder / "recipe.toml"), "--for", str(scan)],
         ["add", str(folder / "recipe.toml"), "offset", "distance_mm=0.5"],

@@ -21,7 +21,7 @@ from limbgram.formats.gcode.writing import write_gcode
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.carving.radius_map import RadiusMap
 from limbgram.workbench.carving.setup import CarveOptions
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 
 OPTIONS = CarveOptions(scallop_mm=0.2, tool_diameter_mm=16.0, rough_depth_mm=25)
 
@@ -35,7 +35,7 @@ def limb() -> Limb:
         thetas_deg=thetas, z_mm=np.array([0.0, 15, 30]), radii_mm=np.tile(radii, (3, 1))
     )
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
-    return Limb(mesh=body.surface(), frame=frame)
+    return AlignedLimb(mesh=body.surface(), frame=frame)
 
 
 @pytest.mark.parametrize("a_turns", ["tool", "work"])
@@ -151,7 +151,7 @@ def test_foreign_words_are_not_passed_over() -> None:
 
 def test_only_an_aligned_limb(tmp_path: Path, limb: Limb) -> None:
     with pytest.raises(MeasureError, match="align"):
-        write_gcode(replace(limb, frame=None), tmp_path / "limb.gcode", OPTIONS)
+        write_gcode(limb.unaligned(), tmp_path / "limb.gcode", OPTIONS)
 
 
 @pytest.mark.slow

@@ -22,7 +22,7 @@ from limbgram.report.record.sources import CaseAccuracy, CaseSource, RecipeSourc
 from limbgram.workbench.edits.from_template import FromTemplate
 from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.reduction import Reduction
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import measure_limb
 from limbgram.workbench.recipe.file import parse_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe
@@ -54,7 +54,7 @@ def cylinder() -> Limb:
             np.column_stack([k + ROUND, after + ROUND, np.full(ROUND, 2 * ROUND + 1)]),
         ]
     ).astype(np.int32)
-    return Limb(
+    return AlignedLimb(
         mesh=Mesh(vertices_mm=vertices, faces=faces),
         frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),
         landmarks=(
@@ -282,7 +282,7 @@ def test_an_old_recipe_is_told_in_the_record() -> None:
 
 def test_refusals() -> None:
     with pytest.raises(MeasureError, match="not aligned"):
-        record_of(source(replace(cylinder(), frame=None)))
+        record_of(source(cylinder().unaligned()))
     recipe = RecipeSource(recipe=Recipe(name="", scan_sha256=64 * "f"), sha256=64 * "d")
     with pytest.raises(OptionsError, match="another scan"):
         record_of(source(cylinder()), recipe=recipe)

@@ -10,7 +10,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.smoothed_length import taut_length
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.sections import sections_drawing
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 
 ABOVE_MM = 120.0
@@ -25,7 +25,7 @@ def lines_of(axes: Axes) -> list[np.ndarray]:
 def views() -> list[Axes]:
     """A box from 20 mm right to 60 mm left, 30 mm back to 10 mm front; heights from 120 mm up."""
     box = trimesh.creation.box(bounds=[[-60.0, -30, 0], [20, 10, 200]])
-    limb = Limb(
+    limb = AlignedLimb(
         mesh=Mesh(vertices_mm=np.asarray(box.vertices), faces=box.faces.astype(np.int32)),
         landmarks=(Landmark(name="knee", position_mm=np.array([20.0, 0, ABOVE_MM])),),
         frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),

@@ -17,7 +17,7 @@ from limbgram.report.record.views import four_sides_of_limb
 from limbgram.workbench.compare.comparison import CompareOptions, compare
 from limbgram.workbench.compare.over_time import FollowOptions, Visit, follow
 from limbgram.workbench.compare.registration import RegistrationOptions
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.templates.fields import ANGLES, node_heights
 from limbgram.workbench.templates.template import Template, TemplateMark
 
@@ -42,7 +42,7 @@ def stump() -> Limb:
         ]
     )
     mesh = Mesh(vertices_mm=np.concatenate([wall, [[0.0, 0, 0]]]), faces=faces.astype(np.int32))
-    return Limb(
+    return AlignedLimb(
         mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"), name="a.ply"
     )
 
@@ -205,7 +205,7 @@ def test_the_views_of_a_mirror_check_have_one_scale_though_the_limb_is_deeper_th
 def test_every_view_of_the_record_says_in_its_corners_what_lies_there(stump) -> None:
     said = [
         {one.get_text(): one.get_position()[0] for one in axes.texts if one.get_text() in "RLFB"}
-        for axes in four_sides_of_limb(stump.mesh, (), "right").figure.axes
+        for axes in four_sides_of_limb(stump).figure.axes
     ]
     assert said == [  # anterior, the patient's right, posterior, the patient's left
         {"R": 0.02, "L": 0.98},

@@ -96,6 +96,11 @@ def turn_rad(one: np.ndarray | float, other: np.ndarray | float) -> np.ndarray:
     return np.angle(np.exp(1j * (np.asarray(one) - np.asarray(other))))
 
 
+SIMILARITY_SIZE = 7
+"""Numbers of a similarity: turn, shift, growth. So many has a body as a whole, and so many of a
+scene the photos leave open."""
+
+
 @dataclass(frozen=True)
 class Similarity:
     """x_in_b = scale * rotation @ x_in_a + translation."""

@@ -18,11 +18,12 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.frames import SIMILARITY_SIZE
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, differentiate_all
 from limbgram.core.interval import length_within
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.fields import Along, FieldEvidence
-from limbgram.reconstruction.mapping.body import WHOLE, Body, moves_of_whole
+from limbgram.reconstruction.mapping.body import Body, moves_of_whole
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
 from limbgram.reconstruction.mapping.lens_evidence import (
     MOST,
@@ -113,7 +114,7 @@ def _evidence(
     of_points = SceneEquations.of(scene, scene.placed, priors)
     first = POSE_SIZE * photos
     lens = slice(first, first + LENS_SIZE * len(priors))
-    place = slice(lens.stop + OWN * photos, lens.stop + OWN * photos + WHOLE)
+    place = slice(lens.stop + OWN * photos, lens.stop + OWN * photos + SIMILARITY_SIZE)
     size = place.stop + _BENDS * photos
     normal, right = np.zeros((size, size)), np.zeros(size)
     normal[: place.start, : place.start] = of_points.normal

@@ -13,13 +13,10 @@ from jaxtyping import Float64, Int64
 from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.geometry.frames import Rigid, Similarity
+from limbgram.core.geometry.frames import SIMILARITY_SIZE, Rigid, Similarity
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, Camera, View, differentiate_all
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
 from limbgram.reconstruction.mapping.normals import robust_cost
-
-WHOLE = 7
-"""Numbers of a body as a whole: turn, shift, growth."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +56,7 @@ class Body:
     def equations(self, bundle: Bundle, inflation: float) -> "BodyEquations":
         """What the body says about photos and lenses, and how it follows them."""
         corners, count = self.corners, len(self.shape)
-        by_rest = np.zeros((len(self.xy_px), 2, bundle.unknowns + WHOLE))
+        by_rest = np.zeros((len(self.xy_px), 2, bundle.unknowns + SIMILARITY_SIZE))
         by_corner, residual = np.zeros((len(self.xy_px), 2, 3)), np.zeros_like(self.xy_px)
         for k in np.unique(self.photo_idx):
             rows = np.flatnonzero(self.photo_idx == k)
@@ -72,7 +69,7 @@ class Body:
             by_rest[rows, :, lens : lens + LENS_SIZE] = by_lens
             by_corner[rows] = by_point
             residual[rows] = self.xy_px[rows] - self._view(bundle, k).project(points)
-        by_rest[:, :, -WHOLE:] = by_corner @ self._by_whole()[self.corner_idx]
+        by_rest[:, :, -SIMILARITY_SIZE:] = by_corner @ self._by_whole()[self.corner_idx]
 
         spread = (residual**2).sum(1) / (CAUCHY_SIGMAS * self.sigma_px) ** 2
         root = 1.0 / (inflation * self.sigma_px * np.sqrt(1.0 + spread))
@@ -111,7 +108,7 @@ class Body:
 
 def moves_of_whole(arms: Points3) -> Float64[np.ndarray, "n 3 7"]:
     """How points so far from its origin move with a body that turns, shifts and grows."""
-    moves = np.zeros((len(arms), 3, WHOLE))
+    moves = np.zeros((len(arms), 3, SIMILARITY_SIZE))
     moves[:, :, :3] = np.cross(np.eye(3), arms[:, None]).transpose(0, 2, 1)
     moves[:, :, 3:6] = np.eye(3)
     moves[:, :, 6] = arms
@@ -131,7 +128,7 @@ class BodyEquations:
     def of_cameras(self) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]:
         """Normal matrix and right side that remain for photos and lenses."""
         normal, right = self._without_corners()
-        cameras, whole = slice(None, -WHOLE), slice(-WHOLE, None)
+        cameras, whole = slice(None, -SIMILARITY_SIZE), slice(-SIMILARITY_SIZE, None)
         follow = np.linalg.solve(normal[whole, whole], normal[whole, cameras])
         return (
             normal[cameras, cameras] - normal[cameras, whole] @ follow,
@@ -143,8 +140,8 @@ class BodyEquations:
     ) -> tuple[Float64[np.ndarray, "7"], Points3]:
         """Steps of the whole and of the corners after one of photos and lenses."""
         normal, right = self._without_corners()
-        left = right[-WHOLE:] - normal[-WHOLE:, :-WHOLE] @ cameras
-        whole = np.linalg.solve(normal[-WHOLE:, -WHOLE:], left)
+        left = right[-SIMILARITY_SIZE:] - normal[-SIMILARITY_SIZE:, :-SIMILARITY_SIZE] @ cameras
+        whole = np.linalg.solve(normal[-SIMILARITY_SIZE:, -SIMILARITY_SIZE:], left)
         left = self.corner_right - self.cross @ np.concatenate([cameras, whole])
         return whole, np.linalg.solve(self.own, left[:, :, None])[:, :, 0]
 

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
+from limbgram.core.geometry.frames import SIMILARITY_SIZE
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.core.optimisation import Descent, Trial, minimise
 from limbgram.core.run import track
@@ -34,7 +35,6 @@ from limbgram.reconstruction.mapping.unfolded import Held, Pictures
 _ITERATIONS = 40
 _ROUGH_GAIN = 1e-3
 _FINE_GAIN = 1e-5
-GAUGE_FREEDOM = 7
 OUTLIER_SIGMAS = 4.0
 """Observations further off than this contradict the scene."""
 _ALMOST_NONE = 1e-8
@@ -567,6 +567,6 @@ def _pseudo_inverse(normal: Float64[np.ndarray, "m m"]) -> Float64[np.ndarray, "
     """Inverse less the seven directions of the world's own frame."""
     scale = 1.0 / np.sqrt(np.diag(normal))
     values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
-    known = slice(GAUGE_FREEDOM, None)
+    known = slice(SIMILARITY_SIZE, None)
     inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
     return inverse * np.outer(scale, scale)

@@ -14,11 +14,11 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from limbgram.core.geometry.arrays import Points2
+from limbgram.core.geometry.frames import SIMILARITY_SIZE
 from limbgram.core.geometry.lens import IN_PIXELS, PARAMETERS, POSE_SIZE, Camera
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.solution import GAUGE_FREEDOM
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import (
     Angles,
@@ -94,7 +94,7 @@ def network_figures(scene: Scene) -> NetworkFigures:
     residuals = scene.residuals_px()
     known = np.isfinite(residuals).all(1)
     coordinates = 2 * int(known.sum())
-    unknowns = POSE_SIZE * len(scene.placed) + 3 * len(scene.points_in_world) - GAUGE_FREEDOM
+    unknowns = POSE_SIZE * len(scene.placed) + 3 * len(scene.points_in_world) - SIMILARITY_SIZE
     redundancy = coordinates - unknowns
     squares = float((residuals[known] ** 2).sum())
     ring = scene.ring

@@ -8,7 +8,7 @@ Fails   MeasureError: the shape is not aligned. OptionsError: the recipe belongs
 """
 
 import platform
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import tree_of
 from limbgram.findings import told
 from limbgram.report.drawings.differences import difference_pictures
@@ -50,7 +49,7 @@ from limbgram.workbench.compare.comparison import CompareOptions, Comparison, co
 from limbgram.workbench.compare.messages import comparison_tree
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
 from limbgram.workbench.edits.closing import enclosure
-from limbgram.workbench.limb import KIND_NAMED, Landmark, Limb
+from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb
 from limbgram.workbench.measures.form import sheet_tree
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
@@ -120,16 +119,12 @@ def record_of(
         else measure_inside(nameless_shape.limb, options_of_levels)
     )
     compared = None if other is None else _compare(nameless_shape, other, done, options)
-    limb = nameless_shape.limb.aligned()
-    mesh = limb.mesh_in_limb
-    marks = tuple(
-        replace(mark, position_mm=place)
-        for mark, place in zip(limb.landmarks, limb.landmarks_in_limb_mm)
-    )
+    limb = nameless_shape.limb.aligned().in_limb_frame()
+    mesh = limb.mesh
     ledger = None if done is None else done.ledger
     with ThreadPoolExecutor(1) as beside:  # both are loops outside the interpreter, for the most
         steps = beside.submit(biases, measures, mesh, case, ledger)
-        pictures = _pictures(mesh, marks, measures, compared)
+        pictures = _pictures(limb, measures, compared)
         lines = steps.result()
     content = Content(
         id=nameless_shape.id,
@@ -141,7 +136,8 @@ def record_of(
         sheet=_sheet(measures.limb),
         inside=None if inside is None else measures_tree(inside),
         landmarks=tuple(
-            Mark(name=mark.name, in_limb_mm=tuple(mark.position_mm.tolist())) for mark in marks
+            Mark(name=mark.name, in_limb_mm=tuple(mark.position_mm.tolist()))
+            for mark in limb.landmarks
         ),
         comparison=None if compared is None else comparison_tree(compared),
         recipe=None if done is None else _recipe(done, printed),
@@ -174,16 +170,16 @@ def _compare(
 
 
 def _pictures(
-    mesh: Mesh, marks: Sequence[Landmark], measures: Measures, compared: Comparison | None
+    limb: AlignedLimb, measures: Measures, compared: Comparison | None
 ) -> tuple[Picture, ...]:
-    side = measures.limb.side
-    drawings = [("sides", "The shape from four sides", four_sides_of_limb(mesh, marks, side))]
+    """What is drawn of a limb in its own frame."""
+    drawings = [("sides", "The shape from four sides", four_sides_of_limb(limb))]
     if compared is not None:
         drawings.append(("differences", "What differs", difference_pictures(compared)))
     elif any(row.level is not None for row in measures.rows):
         drawings.append(("sections", "Sections at the levels", sections_drawing(measures)))
     if measures.wall is not None:
-        drawings.append(("wall", "How thick the wall is", wall_map(mesh, measures.wall)))
+        drawings.append(("wall", "How thick the wall is", wall_map(limb.mesh, measures.wall)))
     return tuple(_picture(*drawing) for drawing in drawings)
 
 

@@ -1,10 +1,7 @@
 """Views: a limb from its four sides, named as clinicians name them, landmarks numbered."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.drawing import BELOW_PX, FAINT, Drawing, axes_at, bare, scale_bar
 from limbgram.report.drawings.shading import shade_all
 from limbgram.report.drawings.views import (
@@ -14,22 +11,23 @@ from limbgram.report.drawings.views import (
     normals_at,
     number_landmarks,
 )
-from limbgram.workbench.limb import Landmark, Side
+from limbgram.workbench.limb import AlignedLimb, Side
 
 _WIDTH_IN = 10.5
 _GAP_IN = 0.05
 _TITLE_IN = 0.32
 
 
-def four_sides_of_limb(mesh_in_limb: Mesh, landmarks: Sequence[Landmark], side: Side) -> Drawing:
-    """Anterior, lateral, posterior and medial of a shape in its limb frame."""
-    sides = _sides(side)
-    frames = limb_frames(mesh_in_limb, [azimuth_deg for _, azimuth_deg in sides])
+def four_sides_of_limb(limb: AlignedLimb) -> Drawing:
+    """Anterior, lateral, posterior and medial of a limb that is in its own frame."""
+    mesh, landmarks = limb.mesh, limb.landmarks
+    sides = _sides(limb.side)
+    frames = limb_frames(mesh, [azimuth_deg for _, azimuth_deg in sides])
     across_in = (_WIDTH_IN - _GAP_IN) / 4 - _GAP_IN
     along_in = across_in * (frames[0].height_px + BELOW_PX) / frames[0].width_px
     figure = bare(_WIDTH_IN, _TITLE_IN + along_in + _GAP_IN)
-    normals = normals_at(mesh_in_limb, landmarks)
-    shaded = shade_all(mesh_in_limb, frames)
+    normals = normals_at(mesh, landmarks)
+    shaded = shade_all(mesh, frames)
     lefts_in = _GAP_IN + (across_in + _GAP_IN) * np.arange(4)
     panels = zip(lefts_in, sides, frames, shaded, strict=True)
     for left_in, (title, azimuth_deg), frame, picture in panels:
@@ -40,7 +38,7 @@ def four_sides_of_limb(mesh_in_limb: Mesh, landmarks: Sequence[Landmark], side: 
         number_landmarks(axes, frame, landmarks, normals)
         scale_bar(axes, frame)
         letter_corners(axes, BESIDE[azimuth_deg])
-    filled = mesh_in_limb.filled
+    filled = mesh.filled
     share = 0.0 if filled is None else float(filled.mean())
     return Drawing(figure, _caption(bool(landmarks), share))
 

@@ -25,6 +25,7 @@ from scipy.sparse.linalg import splu
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.interval import weighted_quantile
 from limbgram.core.mesh.closest_point import TriangleTree, nearest_shares
 from limbgram.core.mesh.mesh import Mesh, lengths
 from limbgram.core.mesh.topology import boundary_loops, find_edges, largest_piece
@@ -242,13 +243,14 @@ def _even(mesh: Mesh, chart: _Chart, step_mm: float) -> tuple[Float64[np.ndarray
     by_row = lengths((one * b[:, 1:] - two * a[:, 1:]) / turned)
     by_turn = lengths((two * a[:, :1] - one * b[:, :1]) / turned)
     area = lengths(np.cross(one, two))
-    order = np.argsort(by_turn)
-    share = np.cumsum(area[order]) / area.sum()
-    widest = float(by_turn[order][np.searchsorted(share, _SLOWEST)])
+    widest = weighted_quantile(by_turn, area, _SLOWEST)
     at = flat[..., 0].mean(1)
     bins = np.linspace(0.0, chart.last, _BINS + 1)
     number = np.clip(np.digitize(at, bins) - 1, 0, _BINS - 1)
-    speed = np.array([_quantile(by_row[number == k], area[number == k]) for k in range(_BINS)])
+    rows = [number == k for k in range(_BINS)]
+    speed = np.array(
+        [weighted_quantile(by_row[k], area[k], _SLOWEST) if k.any() else np.nan for k in rows]
+    )
     known = np.isfinite(speed)
     middles = 0.5 * (bins[1:] + bins[:-1])
     speed = np.interp(middles, middles[known], speed[known])
@@ -257,11 +259,3 @@ def _even(mesh: Mesh, chart: _Chart, step_mm: float) -> tuple[Float64[np.ndarray
     return np.interp(np.linspace(0.0, walked[-1], count + 1), walked, bins), max(
         48, round(2 * np.pi * widest / step_mm)
     )
-
-
-def _quantile(values: np.ndarray, weights: np.ndarray) -> float:
-    if not len(values):
-        return np.nan
-    order = np.argsort(values)
-    share = np.cumsum(weights[order]) / weights.sum()
-    return float(values[order][np.searchsorted(share, _SLOWEST)])

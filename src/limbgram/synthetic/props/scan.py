@@ -44,7 +44,6 @@ from limbgram.synthetic.props.limb import (
     limb_of_skin,
     relieved,
 )
-from limbgram.workbench.limb import LimbFrame
 
 _STEP_MM = 1.5
 """Between rays, on the surface of a limb of average width."""
@@ -122,8 +121,8 @@ def read_scan(path: Path | str, mm_per_unit: float | None = None) -> Scan | Bent
 
 
 def _straight(shape: ShapeFile, mesh: Mesh, apart: tuple[Finding, ...], name: str) -> Scan:
-    frame = shape.limb.frame
-    world_from_mesh = _upright(mesh, frame, name)
+    limb_from_mesh = shape.limb.known_limb_from_mesh
+    world_from_mesh = _upright(mesh, limb_from_mesh, name)
     standing = mesh.moved(world_from_mesh)
     rays = _cast_all(standing, name)
     rings = _rings(rays, _edge_mm(mesh), name)
@@ -135,12 +134,12 @@ def _straight(shape: ShapeFile, mesh: Mesh, apart: tuple[Finding, ...], name: st
     return Scan(
         sha256=shape.sha256,
         mm_per_unit=shape.mm_per_unit,
-        side="none" if frame is None else frame.side,
+        side=shape.limb.side,
         height_mm=rings.tube_mm + float(rings.radii_mm[-1, 0]),
         tube_mm=rings.tube_mm,
         tube_rows=rings.tube_rows,
         radii_mm=rings.radii_mm,
-        anterior_rad=_anterior_rad(world_from_mesh, frame),
+        anterior_rad=_anterior_rad(world_from_mesh, limb_from_mesh),
         notes=tuple(notes),
     )
 
@@ -150,24 +149,24 @@ def _bent(shape: ShapeFile, mesh: Mesh, apart: tuple[Finding, ...], name: str) -
     places = bent.mesh.vertices_mm
     low = places[places[:, 2] < _NEAR_BOARD_MM, :2]
     _require_size(float(places[:, 2].max()), float(np.linalg.norm(low, axis=1).max()), name)
-    frame = shape.limb.frame
+    limb_from_mesh = shape.limb.known_limb_from_mesh
     cut_off = bent.cut_mm > _STEP_MM
     return BentShape(
         sha256=shape.sha256,
         mm_per_unit=shape.mm_per_unit,
-        side="none" if frame is None else frame.side,
+        side=shape.limb.side,
         mesh=bent.mesh,
         pole=bent.pole,
-        anterior_rad=_anterior_rad(bent.world_from_mesh, frame),
+        anterior_rad=_anterior_rad(bent.world_from_mesh, limb_from_mesh),
         notes=(*apart, *((note("made.scan.end_left_out", cut_mm=bent.cut_mm),) if cut_off else ())),
     )
 
 
-def _anterior_rad(world_from_mesh: Rigid, frame: LimbFrame | None) -> float:
+def _anterior_rad(world_from_mesh: Rigid, limb_from_mesh: Rigid | None) -> float:
     """Where the limb's front looks, as its file says it; +y without a word."""
     anterior = np.array([0.0, 1.0, 0.0])
-    if frame is not None:
-        anterior = world_from_mesh.rotation @ frame.limb_from_mesh.rotation.T @ anterior
+    if limb_from_mesh is not None:
+        anterior = world_from_mesh.rotation @ limb_from_mesh.rotation.T @ anterior
     return float(np.arctan2(anterior[1], anterior[0]))
 
 
@@ -209,18 +208,18 @@ def _edge_mm(mesh: Mesh) -> float:
     return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
 
 
-def _upright(mesh: Mesh, frame: LimbFrame | None, name: str) -> Rigid:
+def _upright(mesh: Mesh, limb_from_mesh: Rigid | None, name: str) -> Rigid:
     """The motion that stands the shape on its axis, the closed end up."""
     try:
         axis = fit_axis(mesh)
     except MeasureError as error:
         raise ShapeFileError("made.scan.no_axis", name=name) from error
-    up = axis.direction * _sense(mesh, axis.point_mm, axis.direction, frame)
+    up = axis.direction * _sense(mesh, axis.point_mm, axis.direction, limb_from_mesh)
     rotation = upright(up)
     return Rigid(rotation, -rotation @ axis.point_mm)
 
 
-def _sense(mesh: Mesh, point: Vector3, direction: Vector3, frame: LimbFrame | None) -> float:
+def _sense(mesh: Mesh, point: Vector3, direction: Vector3, limb_from_mesh: Rigid | None) -> float:
     """1.0 if the closed end lies along the direction, -1.0 if against it.
 
     An open end is the lower one; where both are alike the file's own frame says it, then the
@@ -234,8 +233,8 @@ def _sense(mesh: Mesh, point: Vector3, direction: Vector3, frame: LimbFrame | No
     above, below = float(open_mm[upper].sum()), float(open_mm[~upper].sum())
     if max(above, below) > _OPEN_SHARE * min(above, below):
         return 1.0 if below > above else -1.0
-    if frame is not None:
-        proximal = frame.limb_from_mesh.rotation.T @ np.array([0.0, 0.0, 1.0])
+    if limb_from_mesh is not None:
+        proximal = limb_from_mesh.rotation.T @ np.array([0.0, 0.0, 1.0])
         return -1.0 if float(proximal @ direction) > 0 else 1.0
     share = (along - low) / (high - low)
     aside = np.linalg.norm((mesh.vertices_mm - point) - np.outer(along, direction), axis=1)

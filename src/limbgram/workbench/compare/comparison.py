@@ -45,7 +45,7 @@ from limbgram.workbench.compare.registration import (
     by_shape,
     slide_to_volume,
 )
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import AlignedLimb, Limb
 
 _LEAST_SPACING_MM = 1.0
 _SOCK_MM = 0.01
@@ -236,13 +236,17 @@ def _by_what_is_known(
 
 def _good_frames(first: Limb, second: Limb, shaped: Alignment) -> bool:
     """Whether both limbs were aligned, and so that their shapes do not contradict it."""
-    if first.frame is None or second.frame is None or shaped.looseness is None:
+    if shaped.looseness is None or not _both_aligned(first, second):
         return False
     told = as_is(first, second).first_from_second
     middle = shaped.looseness.middle_mm[None]
     moved = told.apply(shaped.first_from_second.inverse.apply(middle)) - middle
     turned = angle_between_deg(told.rotation, shaped.first_from_second.rotation)
     return turned < _FRAMES_DEG and float(np.linalg.norm(moved)) < _FRAMES_MM
+
+
+def _both_aligned(first: Limb, second: Limb) -> bool:
+    return isinstance(first, AlignedLimb) and isinstance(second, AlignedLimb)
 
 
 def _second_opinion(
@@ -315,7 +319,7 @@ def _by_shape(first: Limb, second: Limb, axes: Axes, options: RegistrationOption
 
 def _slid_mm(first: Limb, second: Limb, axes: Axes, laid: Alignment) -> float | None:
     """Along the first's long axis, from where the limb frames say that the second lies."""
-    if first.frame is None or second.frame is None or laid.looseness is None:
+    if laid.looseness is None or not _both_aligned(first, second):
         return None
     middle = laid.looseness.middle_mm[None]
     told = as_is(first, second).first_from_second @ laid.first_from_second.inverse

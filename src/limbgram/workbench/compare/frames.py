@@ -12,7 +12,7 @@ from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.findings import Finding, doubt
 from limbgram.workbench import bodies
 from limbgram.workbench.frame.alignment import AlignOptions, align
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import AlignedLimb, Limb
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,8 +27,8 @@ class Axes:
 
 def axes_of(limb: Limb) -> Axes:
     """The limb's own frame, or a fitted long axis, or at least the file's z axis."""
-    if limb.frame is not None:
-        return Axes(limb_from_mesh=limb.frame.limb_from_mesh, anatomical=True, doubt=None)
+    if isinstance(limb, AlignedLimb):
+        return Axes(limb_from_mesh=limb.limb_from_mesh, anatomical=True, doubt=None)
     try:
         return Axes(
             limb_from_mesh=_fitted(limb),

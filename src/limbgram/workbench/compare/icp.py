@@ -31,7 +31,7 @@ from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.anatomy.names import paired
 from limbgram.workbench.compare.counterparts import Counterparts, Ground, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 
 _TUKEY = 4.685
 """Residuals beyond this many standard deviations count nothing."""
@@ -321,10 +321,11 @@ def _why_alike(first: Limb, second: Limb) -> Finding | None:
     """Why both lie in the same coordinates; None where nothing tells."""
     if _shared_share(first, second) >= _SHARED:
         return note("compare.descent.shared_vertices")
-    one, two = first.frame, second.frame
-    if one is None or two is None or not _same_frame(one, two):
+    if not isinstance(first, AlignedLimb) or not isinstance(second, AlignedLimb):
         return None
-    if _free(one) or _same_faces(first, second) or _same_landmarks(first, second):
+    if not _same_frame(first.frame, second.frame):
+        return None
+    if _free(first.frame) or _same_faces(first, second) or _same_landmarks(first, second):
         return note("compare.descent.same_frame")
     return None
 

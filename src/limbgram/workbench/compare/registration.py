@@ -39,7 +39,7 @@ from limbgram.workbench.compare.icp import (
     tried_starts,
     width_mm,
 )
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import AlignedLimb, Limb
 from limbgram.workbench.measures.levels import DISTAL_END, Sigmas, Volumes
 
 _SUSPECT = 0.005
@@ -138,14 +138,14 @@ def as_they_lie(first: Limb, second: Limb) -> Alignment | None:
 
 def as_is(first: Limb, second: Limb) -> Alignment:
     """Limb frame on limb frame; or, if neither shape has one, the coordinates of the files."""
-    if (first.frame is None) != (second.frame is None):
-        bare = first if first.frame is None else second
-        raise MeasureError("compare.frames.one_only", bare=bare.name)
-    if first.frame is None or second.frame is None:
-        pose, how = Rigid.identity(), note("compare.laid.files")
-    else:
-        pose = first.frame.limb_from_mesh.inverse @ second.frame.limb_from_mesh
-        how = note("compare.laid.frames")
+    match first, second:
+        case AlignedLimb(), AlignedLimb():
+            pose = first.limb_from_mesh.inverse @ second.limb_from_mesh
+            how = note("compare.laid.frames")
+        case (AlignedLimb(), bare) | (bare, AlignedLimb()):
+            raise MeasureError("compare.frames.one_only", bare=bare.name)
+        case _:
+            pose, how = Rigid.identity(), note("compare.laid.files")
     made = descent(first, second)
     exact = made is not None and _apart_mm(pose, made.first_from_second, second) < _LYING_MM
     return Alignment(way="as-is", first_from_second=pose, how=how, rms_mm=None, exact=exact)
@@ -336,9 +336,9 @@ def _start_from_frames(first: Limb, second: Limb) -> Rigid | None:
     try:
         return by_landmarks(first, second, {}).first_from_second
     except MeasureError:
-        if first.frame is None or second.frame is None:
-            return None
-        return as_is(first, second).first_from_second
+        if isinstance(first, AlignedLimb) and isinstance(second, AlignedLimb):
+            return as_is(first, second).first_from_second
+        return None
 
 
 def _measured(mesh: Mesh) -> Volumes:

@@ -23,7 +23,7 @@ from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
-from limbgram.workbench.edits.regions import at_brim, averaging, displaced, moved_by, with_closed
+from limbgram.workbench.edits.regions import at_brim, averaging, displaced, upright_mm, with_closed
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.loose_pieces import open_pieces, without_pieces
 
@@ -181,10 +181,7 @@ def _without_spikes(limb: Limb) -> Limb:
 def _without_holes(limb: Limb, edit: Clean) -> Limb:
     """Small holes closed; one whose filling would fold onto the surface stays open, and is told."""
     mesh = limb.mesh
-    upright = mesh.vertices_mm
-    if limb.frame is not None:
-        upright = moved_by(limb.frame.limb_from_mesh, upright)
-    brim = find_openings(upright, mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE).brim
+    brim = find_openings(upright_mm(limb), mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE).brim
     loops = [
         loop for loop in boundary_loops(mesh.faces) if brim is None or loop[0] not in brim.tolist()
     ]

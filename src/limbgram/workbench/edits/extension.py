@@ -10,7 +10,7 @@ from limbgram.workbench.edits.regions import (
     middles_mm,
     moved_by,
     points_in_limb_frame,
-    require_frame,
+    require_aligned,
     with_added,
 )
 from limbgram.workbench.limb import Limb
@@ -79,7 +79,7 @@ class Extension(Edit):
         one = np.stack([ahead[:-1], here[:-1], here[1:]], axis=-1)
         two = np.stack([ahead[:-1], here[1:], ahead[1:]], axis=-1)
         faces = np.concatenate([one.reshape(-1, 3), two.reshape(-1, 3)]).astype(np.int32)
-        places = moved_by(require_frame(limb).limb_from_mesh.inverse, ring.reshape(-1, 3))
+        places = moved_by(require_aligned(limb).limb_from_mesh.inverse, ring.reshape(-1, 3))
         like = np.tile(loop, rows).astype(np.int64)
         return limb.with_mesh(with_added(limb.mesh, places, like, faces))
 
@@ -88,7 +88,7 @@ def _slope(
     limb: Limb, loop: Int64[np.ndarray, " b"], points: Float64[np.ndarray, "n 3"]
 ) -> Float64[np.ndarray, "b 3"]:
     """At each vertex of the brim: direction outwards (x, y), and mm outwards for each mm up."""
-    motion = require_frame(limb).limb_from_mesh
+    motion = require_aligned(limb).limb_from_mesh
     normals = np.einsum("nj,ij->ni", calm_normals(limb.mesh)[loop], motion.rotation)
     outward = (points - middles_mm(limb, points))[loop, :2]
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)

@@ -13,7 +13,7 @@ from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings, loop_area
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import spoilt_vertices
-from limbgram.workbench.edits.regions import moved_by, with_closed
+from limbgram.workbench.edits.regions import upright_mm, with_closed
 from limbgram.workbench.limb import Limb
 
 _BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
@@ -85,10 +85,7 @@ class _ToFill:
 
 def _to_fill(limb: Limb, edit: Fill) -> _ToFill:
     mesh = limb.mesh
-    upright = mesh.vertices_mm
-    if limb.frame is not None:
-        upright = moved_by(limb.frame.limb_from_mesh, upright)
-    openings = find_openings(upright, mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
+    openings = find_openings(upright_mm(limb), mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
     brim = [openings.brim] if edit.brim and openings.brim is not None else []
     loops = [*openings.holes, *brim]
     own = _of_scraps(mesh, loops)

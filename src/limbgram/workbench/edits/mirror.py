@@ -7,7 +7,7 @@ import numpy as np
 
 from limbgram.core.errors import EditError
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.regions import moved_by, require_frame
+from limbgram.workbench.edits.regions import moved_by, require_aligned
 from limbgram.workbench.limb import Limb
 
 
@@ -45,7 +45,8 @@ class Mirror(Edit):
         Raises:
             EditError: the limb is not aligned, has no side, or has the confirmed side already.
         """
-        frame = require_frame(limb)
+        aligned = require_aligned(limb)
+        frame = aligned.frame
         if frame.side == "none":
             raise EditError("edit.mirror.no_side")
         if frame.side == self.confirmed_side:
@@ -70,4 +71,4 @@ class Mirror(Edit):
             for mark in limb.landmarks
         )
         framed = replace(frame, side=self.confirmed_side)
-        return replace(limb, mesh=mesh, landmarks=marks, frame=framed)
+        return replace(aligned, mesh=mesh, landmarks=marks, frame=framed)

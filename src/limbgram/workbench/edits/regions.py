@@ -32,7 +32,7 @@ from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.reconstruction.surface.holes import fill_holes
 from limbgram.workbench.anatomy.names import named
 from limbgram.workbench.edits.fineness import refine_under
-from limbgram.workbench.limb import Limb, LimbFrame, likeliest
+from limbgram.workbench.limb import AlignedLimb, Limb, likeliest
 
 Place = str | tuple[float, float, float]
 """The name of a landmark, or x, y, z in millimetres."""
@@ -80,13 +80,13 @@ class Sides:
     """Distance to the curve of the vertices near it, positive to the left; infinite elsewhere."""
 
 
-def require_frame(limb: Limb) -> LimbFrame:
-    """The limb's frame.
+def require_aligned(limb: Limb) -> AlignedLimb:
+    """The limb with its axes.
 
     Raises:
         EditError: the limb has not been aligned.
     """
-    return limb.aligned(EditError("edit.not_aligned")).frame
+    return limb.aligned(EditError("edit.not_aligned"))
 
 
 def moved_by(motion: Rigid, points: Points3) -> Points3:
@@ -96,12 +96,18 @@ def moved_by(motion: Rigid, points: Points3) -> Points3:
 
 def points_in_limb_frame(limb: Limb) -> Points3:
     """The mesh's vertices in the limb frame."""
-    return moved_by(require_frame(limb).limb_from_mesh, limb.mesh.vertices_mm)
+    return moved_by(require_aligned(limb).limb_from_mesh, limb.mesh.vertices_mm)
+
+
+def upright_mm(limb: Limb) -> Points3:
+    """The mesh's vertices in the limb frame; in the file's where the limb is not aligned."""
+    motion = limb.known_limb_from_mesh
+    return limb.mesh.vertices_mm if motion is None else moved_by(motion, limb.mesh.vertices_mm)
 
 
 def axes_in_mesh(limb: Limb) -> Float64[np.ndarray, "3 3"]:
     """Rows: directions of the limb's X, Y and Z in the mesh's frame."""
-    return require_frame(limb).limb_from_mesh.rotation
+    return require_aligned(limb).limb_from_mesh.rotation
 
 
 def position_mm(limb: Limb, place: Place, frame: FrameName) -> Vector3:
@@ -124,7 +130,7 @@ def position_mm(limb: Limb, place: Place, frame: FrameName) -> Vector3:
     point = np.array(place, np.float64)
     if frame == "mesh":
         return point
-    return moved_by(require_frame(limb).limb_from_mesh.inverse, point[None])[0]
+    return moved_by(require_aligned(limb).limb_from_mesh.inverse, point[None])[0]
 
 
 def require_ring(places: Sequence[Place]) -> None:
@@ -161,7 +167,7 @@ def height_mm(limb: Limb, height: float, above: str) -> float:
     if not above:
         return height
     point = position_mm(limb, above, "mesh")
-    base = moved_by(require_frame(limb).limb_from_mesh, point[None])[0, 2]
+    base = moved_by(require_aligned(limb).limb_from_mesh, point[None])[0, 2]
     return float(base) + height
 
 

@@ -25,7 +25,7 @@ from limbgram.workbench.edits.regions import (
     height_mm,
     moved_by,
     points_in_limb_frame,
-    require_frame,
+    require_aligned,
 )
 from limbgram.workbench.edits.repose import MOST_STRAIN, MOST_STRAIN_ACCEPTED, largest_strain
 from limbgram.workbench.limb import Limb
@@ -102,7 +102,7 @@ class Spine(Edit):
         Raises:
             EditError: the limb is not aligned, or the strain is beyond what is done.
         """
-        frame = require_frame(limb)
+        aligned = require_aligned(limb)
         base = height_mm(limb, 0.0, self.above)
         points = points_in_limb_frame(limb)
         z = points[:, 2] - base
@@ -110,7 +110,7 @@ class Spine(Edit):
         shift = np.column_stack([self._at(self.right_mm, z), self._at(self.forward_mm, z)])
         flat = _turned(_turned(points[:, :2], half) + shift, half)
         after = np.column_stack([flat, points[:, 2]])
-        back = moved_by(frame.limb_from_mesh.inverse, after)
+        back = moved_by(aligned.limb_from_mesh.inverse, after)
         strain = largest_strain(limb.mesh.faces, limb.mesh.vertices_mm, back)
         if strain > (MOST_STRAIN_ACCEPTED if self.beyond else MOST_STRAIN):
             raise EditError("edit.spine.strain", strain=strain, most=MOST_STRAIN)

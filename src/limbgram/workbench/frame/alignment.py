@@ -117,11 +117,8 @@ def align(limb: Limb, options: AlignOptions) -> AlignedLimb:
         frame = _frame(limb, axis, tilt.rotation @ frame.rotation, options)
     notes += moved_from_file(frame, options)
     require_landmarks_agree(limb, frame, options)
-    return replace(
-        whole,
-        frame=LimbFrame(limb_from_mesh=frame, side=options.side),
-        notes=(*limb.notes, *notes, *odd_names(limb)),
-    ).aligned()
+    noted = replace(whole, notes=(*limb.notes, *notes, *odd_names(limb)))
+    return noted.with_frame(LimbFrame(limb_from_mesh=frame, side=options.side))
 
 
 def _by_landmarks(limb: Limb, options: AlignOptions) -> AlignOptions:

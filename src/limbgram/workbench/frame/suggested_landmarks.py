@@ -16,7 +16,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.axis import fit_axis
 from limbgram.workbench.frame.alignment import AlignOptions, proximal_of
-from limbgram.workbench.limb import KIND_NAMED, Limb
+from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,8 +42,8 @@ def guess_places(limb: Limb) -> tuple[GuessedPlace, ...]:
 
 def _proximal(limb: Limb) -> Vector3 | None:
     """Towards the body: as the limb is aligned, else as brim and landmarks tell."""
-    if limb.frame is not None:
-        return limb.frame.limb_from_mesh.rotation[2]
+    if isinstance(limb, AlignedLimb):
+        return limb.limb_from_mesh.rotation[2]
     try:
         return proximal_of(limb, fit_axis(limb.mesh), AlignOptions(side="none"))[0]
     except MeasureError:

@@ -17,7 +17,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.findings import Finding, told
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
-from limbgram.workbench.edits.regions import moved_by, roughness_mm
+from limbgram.workbench.edits.regions import roughness_mm, upright_mm
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import (
     DISTAL_END,
@@ -286,7 +286,6 @@ def _girths(
 
 
 def upright(limb: Limb) -> Mesh:
-    if limb.frame is None:
-        return limb.mesh
-    motion = limb.frame.limb_from_mesh
-    return limb.mesh.moved(motion).with_vertices(moved_by(motion, limb.mesh.vertices_mm))
+    motion = limb.known_limb_from_mesh
+    mesh = limb.mesh if motion is None else limb.mesh.moved(motion)
+    return mesh.with_vertices(upright_mm(limb))

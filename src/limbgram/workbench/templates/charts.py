@@ -166,11 +166,11 @@ def lateral_of(side: Side) -> float:
 
 def marks_on(limb: Limb, chart: LimbChart) -> dict[str, ChartPlace]:
     """Own chart place of every landmark that has an angle, by what it is."""
-    if limb.frame is None or not limb.landmarks:
+    if not isinstance(limb, AlignedLimb) or not limb.landmarks:
         return {}
     marks = by_identity(limb.landmarks)
     places = chart.own(
-        limb.frame.limb_from_mesh.apply(np.stack([mark.position_mm for mark in marks.values()]))
+        limb.limb_from_mesh.apply(np.stack([mark.position_mm for mark in marks.values()]))
     )
     return {one: place for one, place in zip(marks, places) if place[0] > _NEAR_TIP}
 

@@ -37,7 +37,7 @@ from limbgram.workbench.compare.frames import (
     outside_by_name,
 )
 from limbgram.workbench.compare.registration import Alignment, RegistrationOptions
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import AlignedLimb, Limb
 from limbgram.workbench.templates.charts import (
     Along,
     LimbChart,
@@ -130,7 +130,7 @@ class Learned:
 
 def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) -> Learned:
     """Average what was done to the limbs of several pairs, or keep what was done to one."""
-    sides = {pair.before.frame.side for pair in pairs if pair.before.frame is not None}
+    sides = {pair.before.side for pair in pairs if isinstance(pair.before, AlignedLimb)}
     if not pairs or ("none" in sides and len(sides) > 1):
         raise OptionsError("template.learn.some_sided" if pairs else "template.learn.no_pair")
     for pair in pairs:

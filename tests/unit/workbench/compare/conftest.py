@@ -7,7 +7,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 
 Radius = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """mm, of height in mm and angle in radians from the front (+Y) towards the right (+X)."""
@@ -52,7 +52,7 @@ def shaped(radius: Radius = uneven, *, spokes: int = 90, rows: int = 70, turn: f
     )
     mesh = Mesh(vertices_mm=vertices, faces=faces.astype(np.int32))
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
-    return Limb(mesh=mesh, frame=frame, name="limb.ply")
+    return AlignedLimb(mesh=mesh, frame=frame, name="limb.ply")
 
 
 @pytest.fixture(scope="session")

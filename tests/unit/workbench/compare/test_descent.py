@@ -81,7 +81,7 @@ def test_what_the_limb_files_name_lies_as_it_was_made_in_any_axes(limb) -> None:
     scan = replace(scan, origins=(own,))
     other = Origin(sha256="edited", mm_per_unit=1.0, mesh_from_origin=turn)
     through = replace(own, mesh_from_origin=turn)
-    moved = replace(moved, frame=None, origins=(other, through))
+    moved = replace(moved.unaligned(), origins=(other, through))
     found = compare(scan, moved)
     assert found.alignment.way == "as-is"
     assert found.alignment.exact
@@ -91,7 +91,7 @@ def test_what_the_limb_files_name_lies_as_it_was_made_in_any_axes(limb) -> None:
     girths = {level.height_mm: level.measures["tape_mm"].share for level in found.levels.levels}
     assert girths[20.0] == pytest.approx(-0.03, abs=1e-3)
     assert girths[180.0] == pytest.approx(0.0, abs=1e-6)
-    back = as_they_lie(moved, replace(edited, frame=None, origins=(own,)))
+    back = as_they_lie(moved, replace(edited.unaligned(), origins=(own,)))
     assert back is not None
     np.testing.assert_allclose(back.first_from_second.matrix_3x4, turn.matrix_3x4, atol=1e-12)
     # Read in another unit it is another shape.
@@ -130,7 +130,7 @@ def test_shared_vertices_tell_descent_whatever_frames_say(limb) -> None:
     scan = framed(limb, 5)
     slip = Rigid.from_rotation_vector(np.array([0.02, 0, 0.01]), np.array([0.0, 1, 4]))
     again = LimbFrame(limb_from_mesh=slip @ scan.frame.limb_from_mesh, side="right")
-    for edited in (replace(reduced(scan), frame=again), replace(reduced(scan), frame=None)):
+    for edited in (replace(reduced(scan), frame=again), reduced(scan).unaligned()):
         found = compare(scan, edited)
         assert stays(found.alignment)
         assert found.levels.levels[0].measures["tape_mm"].share == pytest.approx(-0.03, abs=1e-3)
@@ -200,7 +200,7 @@ def test_a_mirror_image_is_pointed_out_and_a_changed_limb_is_not(make_limb) -> N
             mesh, vertices_mm=mesh.vertices_mm * [-1.0, 1, 1], faces=mesh.faces[:, ::-1].copy()
         )
     )
-    bare = replace(limb, frame=None)
+    bare = limb.unaligned()
     assert "compare.shape.mirrored" in [one.code for one in by_shape(bare, image).notes]
     changed = ripple(limb, 2, 1.5)
     assert "compare.shape.mirrored" not in [one.code for one in by_shape(limb, changed).notes]

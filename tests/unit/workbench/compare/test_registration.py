@@ -17,7 +17,7 @@ from limbgram.workbench.compare.registration import (
     by_shape,
     slide_to_volume,
 )
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 
 
 def pose_of(seed: int) -> Rigid:
@@ -29,7 +29,7 @@ def nearly_told(limb: Limb, pose: Rigid) -> Limb:
     """The limb lying elsewhere, aligned to some degrees and millimetres, so one start is enough."""
     slip = Rigid.from_rotation_vector(np.array([0.04, -0.05, 0.09]), np.array([4.0, -3, 6]))
     mesh = limb.mesh.with_vertices(pose.apply(limb.mesh.vertices_mm))
-    return Limb(mesh=mesh, frame=LimbFrame(limb_from_mesh=slip @ pose.inverse, side="right"))
+    return AlignedLimb(mesh=mesh, frame=LimbFrame(limb_from_mesh=slip @ pose.inverse, side="right"))
 
 
 def worst_mm(found: Rigid, true: Rigid, limb: Limb) -> float:
@@ -203,7 +203,7 @@ def test_as_is_takes_limb_frame_to_limb_frame(limb) -> None:
     )
     assert worst_mm(as_is(limb, other).first_from_second, true, limb) < 1e-9
     with pytest.raises(MeasureError, match="Only one"):
-        as_is(limb, replace(other, frame=None))
+        as_is(limb, other.unaligned())
 
 
 def beaker(radius_mm: float) -> Mesh:

@@ -14,7 +14,7 @@ from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.surface.resampling import refine
 from limbgram.workbench.edits.cutting import keep_positive
-from limbgram.workbench.limb import Kind, Landmark, Limb, LimbFrame, Side
+from limbgram.workbench.limb import AlignedLimb, Kind, Landmark, Limb, LimbFrame, Side
 
 Field = Callable[[np.ndarray], np.ndarray]
 
@@ -86,7 +86,7 @@ def limb_of(mesh: Mesh, places: dict[str, tuple], kind: Kind | None, side: Side)
         marks = {name: at * turn for name, at in marks.items()}
     motion = Rigid.from_rotation_vector(np.array([0.2, -0.1, 0.4]), np.array([30.0, -7.0, 11.0]))
     back = motion.inverse
-    return Limb(
+    return AlignedLimb(
         mesh=mesh.with_vertices(back.apply(mesh.vertices_mm)),
         frame=LimbFrame(limb_from_mesh=motion, side=side),
         kind=kind,

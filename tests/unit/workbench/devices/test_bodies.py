@@ -13,7 +13,7 @@ from limbgram.core.mesh.topology import face_components, with_faces
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.making import Order, make_device
 from limbgram.workbench.edits.cutting import keep_positive
-from limbgram.workbench.limb import Kind, Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Kind, Landmark, Limb, LimbFrame
 
 Hit = tuple[float, float, float, str]
 """x, y and z of a line, and from where it is looked along."""
@@ -22,13 +22,13 @@ _LOOKS = {"lateral": (-1, 0, 0), "medial": (1, 0, 0), "front": (0, -1, 0), "back
 
 def marked(mesh: Mesh, kind: Kind, places: dict[str, Hit]) -> Limb:
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
-    body = Body(Limb(mesh=mesh, kind=kind, frame=frame))
+    body = Body(AlignedLimb(mesh=mesh, kind=kind, frame=frame))
     marks: list[Landmark] = []
     for name, (x, y, z, seen) in places.items():
         met = body.met_mm(np.array([x, y, z], float), np.array(_LOOKS.get(seen, (0, 0, 1)), float))
         assert met is not None, name
         marks.append(Landmark(name=name, position_mm=met))
-    return Limb(mesh=mesh, kind=kind, frame=frame, landmarks=tuple(marks))
+    return AlignedLimb(mesh=mesh, kind=kind, frame=frame, landmarks=tuple(marks))
 
 
 def foot_of(path: Path) -> Limb:

@@ -112,7 +112,6 @@ def test_straps_over_bone_or_half_in_a_roll_are_told(bodies: dict[str, Limb]) ->
     limb = bodies["torso"]
     body = preview_device(limb, Order(device="tlso-front", made="printed")).body
     waist_mm = float(body.place_mm("right waist")[2])
-    assert limb.frame is not None
     beside = limb.frame.limb_from_mesh.inverse.apply(np.array([[43.0, 78.0, waist_mm + 5]]))[0]
     sore = Landmark(name="scar", position_mm=beside)
     marked = replace(limb, landmarks=(*limb.landmarks, sore))
@@ -326,7 +325,6 @@ def test_a_landmark_on_the_wrong_side_is_refused(bodies: dict[str, Limb]) -> Non
     foot = bodies["foot"]
     swapped = {"lateral malleolus": "medial malleolus", "medial malleolus": "lateral malleolus"}
     marks = tuple(replace(one, name=swapped.get(one.name, one.name)) for one in foot.landmarks)
-    assert foot.frame is not None
     other = replace(foot, frame=replace(foot.frame, side="left"))
     for limb in (replace(foot, landmarks=marks), other):
         with pytest.raises(EditError) as refused:

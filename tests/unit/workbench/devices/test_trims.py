@@ -170,9 +170,8 @@ def refusals(bodies: dict[str, Limb]) -> Iterator[tuple[Limb, str]]:
     foot = bodies["foot"]
     lacking = tuple(one for one in foot.landmarks if one.name != "medial malleolus")
     yield replace(foot, landmarks=lacking), "edit.landmark.none"
-    assert foot.frame is not None
     yield replace(foot, frame=replace(foot.frame, side="none")), "device.no_side"
-    yield replace(foot, frame=None), "edit.not_aligned"
+    yield foot.unaligned(), "edit.not_aligned"
     vertices = foot.frame.limb_from_mesh.apply(foot.mesh.vertices_mm)
 
     def without(gone: np.ndarray) -> Limb:
@@ -224,7 +223,6 @@ def test_a_point_beside_a_slender_limb_is_refused_with_its_measures(
 
 def test_a_hole_of_the_scan_inside_the_device_is_refused(bodies: dict[str, Limb]) -> None:
     foot = bodies["foot"]
-    assert foot.frame is not None
     vertices = foot.frame.limb_from_mesh.apply(foot.mesh.vertices_mm)
     gone = np.linalg.norm(vertices - [0, -62, 200.0], axis=1) < 12
     mesh = with_faces(foot.mesh, foot.mesh.faces[~gone[foot.mesh.faces].any(1)])

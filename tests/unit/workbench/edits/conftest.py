@@ -5,7 +5,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 
 RADIUS_MM = 40.0
 TOP_MM = 160.0
@@ -39,7 +39,7 @@ def limb() -> Limb:
     back = motion.inverse
     mesh = stump()
     front, right = back.apply(np.array([[0.0, RADIUS_MM, 100.0], [RADIUS_MM, 0.0, 100.0]]))
-    return Limb(
+    return AlignedLimb(
         mesh=mesh.with_vertices(back.apply(mesh.vertices_mm)),
         frame=LimbFrame(limb_from_mesh=motion, side="right"),
         landmarks=(

@@ -16,7 +16,6 @@ HEIGHT_MM = 100.0
 
 def radial_mm(limb: Limb) -> np.ndarray:
     """How far vertices of the tube stand out from its radius; 0 on the round end."""
-    assert limb.frame is not None
     points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
     out = np.hypot(points[:, 0], points[:, 1]) - RADIUS_MM
     return np.where(points[:, 2] > RADIUS_MM, out, 0.0)
@@ -24,7 +23,6 @@ def radial_mm(limb: Limb) -> np.ndarray:
 
 def unrolled_mm(limb: Limb, right: float) -> np.ndarray:
     """Distance over the tube from the place at the front (0) or the right (1)."""
-    assert limb.frame is not None
     points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
     angle = np.arctan2(points[:, 0], points[:, 1]) - right * np.pi / 2
     return np.hypot(RADIUS_MM * angle, points[:, 2] - HEIGHT_MM)

@@ -9,7 +9,7 @@ from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Kind
 from limbgram.workbench.edits.build_ups import BuildUps
 from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, LimbFrame
 
 BUILT = [kind for kind in KIND_NAMED.values() if kind.presets]
 FAR_APART = [(turn, z) for z in (76.0, 128.0) for turn in (0, 70, 140, 210, 285)]
@@ -20,7 +20,7 @@ FAR_APART = [(turn, z) for z in (76.0, 128.0) for turn in (0, 70, 140, 210, 285)
 def test_every_marked_bone_gets_the_room_of_its_preset(kind: Kind) -> None:
     angles = {name: np.radians(turn) for name, (turn, _) in zip(kind.presets, FAR_APART)}
     outwards = {name: np.array([np.cos(a), np.sin(a), 0]) for name, a in angles.items()}
-    limb = Limb(
+    limb = AlignedLimb(
         mesh=stump(),
         frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right" if kind.sided else "none"),
         kind=kind.name,

@@ -30,7 +30,7 @@ def scan(stump: Limb) -> Limb:
     """The stump in its limb frame, with sigmas."""
     sigma = np.full(len(stump.mesh), 0.1, np.float32)
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
-    return replace(stump, mesh=replace(stump.mesh, sigma_mm=sigma), frame=frame)
+    return stump.with_mesh(replace(stump.mesh, sigma_mm=sigma)).with_frame(frame)
 
 
 def _around(mesh: Mesh, place: tuple[float, float, float], reach_mm: float) -> np.ndarray:

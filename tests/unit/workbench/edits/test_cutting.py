@@ -23,7 +23,6 @@ POLYGON_AREA = SPOKES / 2 * np.sin(2 * np.pi / SPOKES) * RADIUS_MM**2
 
 
 def heights_mm(limb: Limb) -> np.ndarray:
-    assert limb.frame is not None
     return limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)[:, 2]
 
 
@@ -73,7 +72,6 @@ def test_no_triangle_of_a_cap_is_turned_over(seed: int) -> None:
 
 
 def test_a_tilted_cut_rises_towards_the_back_as_said(limb: Limb) -> None:
-    assert limb.frame is not None
     cut = do_edit(limb, PlaneCut(height_mm=100.0, forward_deg=20.0))
     (rim,) = boundary_loops(cut.mesh.faces)
     points = limb.frame.limb_from_mesh.apply(cut.mesh.vertices_mm[rim])
@@ -122,7 +120,6 @@ def wave(count: int = 16) -> tuple[tuple[float, float, float], ...]:
 @pytest.mark.parametrize("keep", ["distal", "proximal"])
 @pytest.mark.parametrize("order", [1, -1])
 def test_the_new_brim_follows_the_trimline(limb: Limb, keep: str, order: int) -> None:
-    assert limb.frame is not None
     edit = Trimline(through=wave()[::order], keep=keep)  # pyright: ignore
     cut = do_edit(limb, edit)
     loops = boundary_loops(cut.mesh.faces)

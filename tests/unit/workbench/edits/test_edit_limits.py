@@ -38,7 +38,6 @@ def test_a_cut_across_the_limb_leans_by_80_degrees_at_most(way: str) -> None:
 @pytest.mark.parametrize(("off_mm", "code"), [(9.9, ""), (10.1, "edit.point.off_surface")])
 def test_a_place_lies_within_10_mm_of_the_surface(limb: Limb, off_mm: float, code: str) -> None:
     """Of the side of the tube, whose radius is 40 mm."""
-    assert limb.frame is not None
     place = limb.frame.limb_from_mesh.inverse.apply(np.array([[0.0, 40.0 + off_mm, 100.0]]))
     assert refused(lambda: on_surface(limb, place)) == code
 

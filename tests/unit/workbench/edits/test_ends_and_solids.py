@@ -37,7 +37,6 @@ POLYGON_AREA = SPOKES / 2 * np.sin(2 * np.pi / SPOKES) * RADIUS_MM**2
 
 
 def in_limb(limb: Limb) -> np.ndarray:
-    assert limb.frame is not None
     return limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
 
 
@@ -146,7 +145,6 @@ def test_a_brim_turned_over_is_closed_by_a_dome_and_said_so(limb: Limb) -> None:
         [np.column_stack([ahead, loop, out]), np.column_stack([ahead, out, onward])]
     )
     wide = in_limb(limb)[loop] * np.array([1.25, 1.25, 1.0])
-    assert limb.frame is not None
     places = np.concatenate([mesh.vertices_mm, limb.frame.limb_from_mesh.inverse.apply(wide)])
     hat = limb.with_mesh(Mesh(vertices_mm=places, faces=np.concatenate([mesh.faces, flange])))
     closed = do_edit(hat, Fill(brim=True))
@@ -198,7 +196,6 @@ def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) ->
     with pytest.raises(EditError, match='confirmed_side = "left"'):
         do_edit(limb, Mirror(confirmed_side="right"))
     other = do_edit(limb, Mirror(confirmed_side="left"))
-    assert other.frame is not None
     assert other.frame.side == "left"
     np.testing.assert_allclose(in_limb(other), in_limb(limb) * [-1, 1, 1], atol=1e-9)
     marks = other.frame.limb_from_mesh.apply(
@@ -208,7 +205,6 @@ def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) ->
     assert volume_mm3(other.mesh) == pytest.approx(volume_mm3(limb.mesh), rel=1e-12)
     again = do_edit(other, Mirror(confirmed_side="right"))
     np.testing.assert_allclose(again.mesh.vertices_mm, limb.mesh.vertices_mm, atol=1e-9)
-    assert limb.frame is not None
     unsure = replace(limb, frame=replace(limb.frame, side="none"))
     with pytest.raises(EditError, match="nobody has said"):
         do_edit(unsure, Mirror(confirmed_side="left"))
@@ -236,7 +232,6 @@ def test_a_wall_thinner_than_can_be_made_is_refused(limb: Limb) -> None:
 def ragged(limb: Limb, depth_mm: float) -> Limb:
     """Every second place of the brim bent inward, as the torn edge of a scan."""
     border = np.unique(boundary_half_edges(limb.mesh.faces))
-    assert limb.frame is not None
     points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
     points[border[::2], :2] *= 1 - depth_mm / RADIUS_MM
     points[border[::2], 2] += 1.0
@@ -248,7 +243,6 @@ def test_a_ragged_brim_is_cut_before_it_becomes_a_wall(limb: Limb) -> None:
     torn = ragged(limb, 4.0)
     with pytest.raises(EditError, match="cut it by a plane"):
         do_edit(torn, Wall(thickness_mm=3))
-    assert limb.frame is not None
     heights = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)[:, 2]
     cut = do_edit(torn, PlaneCut(height_mm=float(heights.max()) - 12))
     assert do_edit(cut, Wall(thickness_mm=3)).notes[-1].code == "edit.wall.thickness"

@@ -17,7 +17,6 @@ from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
 def marked(limb: Limb, heights_mm: dict[str, float]) -> Limb:
     """Landmarks in front, at heights in the limb frame."""
-    assert limb.frame is not None
     points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
     marks = []
     for name, height_mm in heights_mm.items():

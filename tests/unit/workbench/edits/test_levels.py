@@ -18,7 +18,6 @@ from limbgram.workbench.limb import Limb
 
 def radii_mm(limb: Limb) -> tuple[np.ndarray, np.ndarray]:
     """Heights and radii of the vertices on the tube."""
-    assert limb.frame is not None
     points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
     tube = points[:, 2] > 41
     return points[tube, 2], np.hypot(points[tube, 0], points[tube, 1])

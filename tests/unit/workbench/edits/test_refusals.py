@@ -20,7 +20,7 @@ from limbgram.workbench.recipe.file import make_edit
 
 def test_helpers_refusals_are_told_of_the_edit_that_ran_them(limb: Limb) -> None:
     """Five edits that meet the same refusal deep inside: each is the subject of its own."""
-    unaligned = replace(limb, frame=None)
+    unaligned = limb.unaligned()
     told = {
         PlaneCut: ("The plane cut", "Der ebene Schnitt"),
         Extension: ("The extension", "Die Randerhöhung"),
@@ -42,7 +42,7 @@ def test_every_refusal_says_which_edit_it_is_of(kind: type[Edit], limb: Limb) ->
     """On a limb without frame and landmarks, and on one that lacks landmarks alone."""
     edit = make_edit(name_of(kind), dict(kind.about.example), "the test")
     subjects: list[object] = []
-    for shape in (replace(limb, frame=None, landmarks=()), replace(limb, landmarks=())):
+    for shape in (replace(limb.unaligned(), landmarks=()), replace(limb, landmarks=())):
         try:
             do_edit(shape, edit)
         except EditError as error:

@@ -50,7 +50,6 @@ def require_one_sound_solid(solid: Mesh) -> None:
 
 
 def in_limb(limb: Limb) -> np.ndarray:
-    assert limb.frame is not None
     return limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
 
 
@@ -177,7 +176,6 @@ def widened(limb: Limb, slope_deg: float, flat: float) -> Limb:
     mesh = stump(144, 2.0)
     wide = 1 + np.tan(np.radians(slope_deg)) * np.maximum(mesh.vertices_mm[:, 2] - 40, 0) / 40
     places = mesh.vertices_mm * np.column_stack([wide, flat * wide, np.ones(len(wide))])
-    assert limb.frame is not None
     return limb.with_mesh(mesh.with_vertices(limb.frame.limb_from_mesh.inverse.apply(places)))
 
 

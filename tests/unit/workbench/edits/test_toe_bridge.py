@@ -110,7 +110,6 @@ def test_what_was_known_of_the_foot_is_known_wherever_it_stayed(bridged: Limb) -
 
 
 def test_a_foot_without_toes_or_with_a_hole_there_is_refused(two_toes: Limb) -> None:
-    assert two_toes.frame is not None
     places = two_toes.frame.limb_from_mesh.apply(two_toes.mesh.vertices_mm)
 
     def without(gone: np.ndarray) -> Limb:

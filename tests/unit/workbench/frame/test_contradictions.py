@@ -26,7 +26,6 @@ def file_says(side: str, turn_deg: float = 0.0) -> LimbFrame:
 
 
 def rotation(limb: Limb) -> np.ndarray:
-    assert limb.frame is not None
     return limb.frame.limb_from_mesh.rotation
 
 

@@ -162,7 +162,6 @@ def test_a_head_gets_its_axes_by_its_landmarks_however_it_lies() -> None:
         kind="head",
     )
     frame = align(limb, AlignOptions(side="none")).frame
-    assert frame is not None
     found = {
         one.name: frame.limb_from_mesh.apply(one.position_mm[None])[0] for one in limb.landmarks
     }

@@ -17,7 +17,7 @@ from limbgram.core.geometry.smoothed_length import taut_length
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.anatomy.landmark import Placing
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.along import AlongCentreline, measure_along
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
@@ -71,7 +71,7 @@ def foot(taper: float = 0.0, step_mm: float = 2.0) -> Limb:
         ]
     )
     vertices = np.concatenate([rings.reshape(-1, 3), [[0, 0, 300.0], [0, 300.0, 0]]])
-    return Limb(
+    return AlignedLimb(
         mesh=Mesh(
             vertices_mm=vertices,
             faces=faces.astype(np.int32),

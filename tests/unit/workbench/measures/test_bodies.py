@@ -14,7 +14,7 @@ from limbgram.findings import told
 from limbgram.formats.aop.writing import write_aop
 from limbgram.workbench.bodies import kept, left_out, outer_bodies, outside_of, without_loose
 from limbgram.workbench.frame.alignment import AlignOptions, align
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.measures.tape import TapeReading, fit_to_tape
 
@@ -51,8 +51,8 @@ def test_a_crumb_far_from_the_limb_changes_no_figure(
     make_turned: Callable[..., Mesh], cylinder: Mesh, capped: bool
 ) -> None:
     both = joined(crumb(make_turned, 200, 10, 100, capped=capped), cylinder)
-    table = measure_limb(Limb(mesh=both, frame=FRAME), AT_100)
-    alone = measure_limb(Limb(mesh=cylinder, frame=FRAME), AT_100)
+    table = measure_limb(AlignedLimb(mesh=both, frame=FRAME), AT_100)
+    alone = measure_limb(AlignedLimb(mesh=cylinder, frame=FRAME), AT_100)
     row = table.rows[0]
     assert row.figures["tape_mm"] is not None
     assert row.figures["tape_mm"].value == pytest.approx(GIRTH_MM, rel=3e-5)
@@ -66,7 +66,7 @@ def test_a_crumb_far_from_the_limb_changes_no_figure(
     (noted,) = left_out(table.bodies_left_out, table.loose)
     assert "6.0 mm across at x 200, y 10, z 100 mm" in told(noted)
     fit = fit_to_tape(
-        Limb(mesh=both, frame=FRAME), [TapeReading(height_mm=100.0, girth_mm=1.1 * GIRTH_MM)]
+        AlignedLimb(mesh=both, frame=FRAME), [TapeReading(height_mm=100.0, girth_mm=1.1 * GIRTH_MM)]
     )
     assert fit.changes[0].factor == pytest.approx(1.1, rel=1e-5)
 
@@ -122,7 +122,7 @@ def test_two_limbs_in_one_file_have_no_girth(
 ) -> None:
     other = drum_of(make_turned, 40.0, 150.0)
     both = joined(other.with_vertices(other.vertices_mm + np.array([150.0, 0, 0])), cylinder)
-    limb = Limb(mesh=both, frame=FRAME)
+    limb = AlignedLimb(mesh=both, frame=FRAME)
     for use in (
         lambda: measure_limb(limb, AT_100),
         lambda: fit_to_tape(limb, [TapeReading(height_mm=100.0, girth_mm=300.0)]),
@@ -147,8 +147,6 @@ def test_axes_and_files_are_the_limbs_own(
     )
     both = joined(cylinder, crumb(make_turned, 200, 0, -50))
     alone, found = align(Limb(mesh=cylinder), options), align(Limb(mesh=both), options)
-    assert alone.frame is not None
-    assert found.frame is not None
     assert len(found.mesh) == len(both)
     for name in ("rotation", "translation"):
         np.testing.assert_array_equal(

@@ -459,7 +459,7 @@ def test_every_level_of_a_shell_has_a_sigma_of_its_vertices_size(
     shell = make_turned(radii, heights, N, squeeze=0.8)
     shell = shell.with_vertices(pose.inverse.apply(pose.apply(shell.vertices_mm)))
     sigmas = Sigmas.of(replace(shell, sigma_mm=np.full(len(shell), 0.15, np.float32)))
-    levels = levels_at(shell, np.arange(3, 197.5, 0.5).tolist())
+    levels = levels_at(shell, np.arange(3, 197.5, 1.5).tolist())  # on rows and between
     for level in levels:
         assert isinstance(level, Level)
         for measure in (tape_mm, contour_mm, ml_mm, ap_mm):

@@ -21,7 +21,7 @@ from limbgram.findings import Finding, told
 from limbgram.formats.limb_file import write_limb
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
 from limbgram.workbench.compare.levels import changes_by_level
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.lengths import vertex_gradient
 from limbgram.workbench.measures.levels import Sigmas
 from limbgram.workbench.measures.measured_skin import without_sock
@@ -42,7 +42,7 @@ POSE = Rigid.from_rotation_vector(np.array([0.4, -1.0, 0.7]), np.array([200.0, -
 def aligned(mesh_in_limb: Mesh, *marks: tuple[str, float, float, float]) -> Limb:
     """A limb whose mesh lies elsewhere than its frame."""
     back = POSE.inverse
-    return Limb(
+    return AlignedLimb(
         mesh=mesh_in_limb.with_vertices(back.apply(mesh_in_limb.vertices_mm)),
         landmarks=tuple(
             Landmark(name=name, position_mm=back.apply(np.array([[x, y, z]]))[0])

@@ -15,7 +15,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.thickness import wall_of
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_inside, measure_limb
 
 ROUND, INNER_MM, OUTER_MM, FLOOR_MM, HIGH_MM = 180, 40.0, 44.0, 6.0, 150.0
@@ -60,7 +60,7 @@ def cup(shift_mm: float = 0.0) -> Limb:
 
 def limb_of(made: trimesh.Trimesh) -> Limb:
     mesh = Mesh(vertices_mm=np.asarray(made.vertices), faces=made.faces.astype(np.int32))
-    return Limb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
+    return AlignedLimb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
 
 
 def half_shell() -> Limb:

@@ -25,7 +25,7 @@ from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.edits.sock import Sock
 from limbgram.workbench.frame.landmarks import known_anywhere
 from limbgram.workbench.frame.sensitive import SENSITIVE, sensitive_place
-from limbgram.workbench.limb import KINDS, Landmark, Limb, LimbFrame
+from limbgram.workbench.limb import KINDS, AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.recipe.consent import concerns_of, lacking, words_for
 from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
 from limbgram.workbench.recipe.ledger import lines_of
@@ -40,7 +40,7 @@ def limb() -> Limb:
     """An egg of radius 50 mm with a fibula head at its right and a tendon in front."""
     made = trimesh.creation.icosphere(4, RADIUS_MM)
     made.apply_scale([1, 1, 2])
-    return Limb(
+    return AlignedLimb(
         mesh=Mesh(vertices_mm=np.asarray(made.vertices), faces=made.faces.astype(np.int32)),
         landmarks=(
             Landmark(name="fibula head", position_mm=np.array(HEAD)),

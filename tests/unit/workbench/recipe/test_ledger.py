@@ -17,7 +17,7 @@ from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.reduction import Reduction
 from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.edits.trimline import Trimline
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.recipe.ledger import SPACING_MM, choose_levels, lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
@@ -31,7 +31,7 @@ def cone(radius_mm: float, high_mm: float) -> Limb:
     """A radius that falls by 0.45 mm a millimetre: 0.1 mm of height shows in the girth."""
     made = trimesh.creation.cone(radius_mm, high_mm, sections=SIDES)
     mesh = Mesh(vertices_mm=np.asarray(made.vertices), faces=made.faces.astype(np.int32))
-    return Limb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
+    return AlignedLimb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
 
 
 def test_printed_girths_are_found_by_measuring_at_the_printed_heights() -> None:
@@ -89,7 +89,7 @@ def cup(radius_mm: float, high_mm: float, step_mm: float = 2.0) -> Limb:
     bottom = np.column_stack([np.roll(a[0], -1), a[0], np.full(spokes, middle)])
     points = np.vstack([points, [0.0, 0.0, 0.0]])
     mesh = Mesh(vertices_mm=points, faces=np.vstack([wall, bottom]).astype(np.int32))
-    return Limb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
+    return AlignedLimb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
 
 
 def test_the_ledger_tells_the_girth_where_an_edit_moved_most() -> None:

@@ -10,7 +10,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
 from limbgram.workbench.compare.frames import outside_by_name
 from limbgram.workbench.edits.offset import Offset
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
 RECIPE = Recipe(name="wider", entries=(Entry(edit=Offset(distance_mm=3.0)),))
@@ -25,7 +25,7 @@ def ball(radius_mm: float, at_mm: tuple[float, float, float]) -> trimesh.Trimesh
 def limb_of(*parts: trimesh.Trimesh) -> Limb:
     whole = trimesh.util.concatenate(list(parts))
     mesh = Mesh(vertices_mm=np.asarray(whole.vertices), faces=whole.faces.astype(np.int32))
-    return Limb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
+    return AlignedLimb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
 
 
 def test_the_skin_is_edited_as_if_no_bones_were_there() -> None:

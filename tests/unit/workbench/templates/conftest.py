@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.limb import Landmark, Limb, LimbFrame, Side
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame, Side
 
 SPOKES, ROWS = 96, 70
 
@@ -70,7 +70,7 @@ def limb_of(build: Build, side: Side = "right") -> Limb:
     )
     mesh = Mesh(vertices_mm=vertices, faces=faces if side != "left" else faces[:, ::-1].copy())
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side=side)
-    return Limb(mesh=mesh, landmarks=marks, frame=frame, name="limb.ply")
+    return AlignedLimb(mesh=mesh, landmarks=marks, frame=frame, name="limb.ply")
 
 
 RECTIFICATION = {"patellar tendon": -6.0, "popliteal crease": 4.0, "fibula head": 3.0}
@@ -101,11 +101,11 @@ def lying(limb: Limb, seed: int) -> Limb:
     marks = tuple(
         replace(mark, position_mm=pose.apply(mark.position_mm[None])[0]) for mark in limb.landmarks
     )
-    frame = limb.frame and replace(
-        limb.frame, limb_from_mesh=limb.frame.limb_from_mesh @ pose.inverse
-    )
     mesh = limb.mesh.with_vertices(pose.apply(limb.mesh.vertices_mm))
-    return replace(limb, mesh=mesh, landmarks=marks, frame=frame)
+    lain = replace(limb, mesh=mesh, landmarks=marks)
+    if not isinstance(limb, AlignedLimb):
+        return lain
+    return lain.with_frame(replace(limb.frame, limb_from_mesh=limb.limb_from_mesh @ pose.inverse))
 
 
 def ripple(limb: Limb, seed: int, size_mm: float) -> np.ndarray:

@@ -133,7 +133,7 @@ def test_one_spoilt_pair_of_five_hardly_counts(bench) -> None:
 
 def test_pairs_may_lie_anywhere_if_laid_by_shape(bench) -> None:
     limb = bench.limb_of(bench.build())
-    done = replace(bench.after(limb, bench.rectification(limb)), frame=None)
+    done = bench.after(limb, bench.rectification(limb)).unaligned()
     found = learn([Pair(before=bench.lying(limb, 3), after=bench.lying(done, 4))], "laid").template
     error = apply_template(limb, found).moved_mm - bench.rectification(limb)
     assert rms(error[below_brim(limb)]) < 0.1
@@ -212,7 +212,7 @@ def test_missing_landmarks_and_frames_are_named(bench, own) -> None:
     (lacking,) = apply_template(replace(limb, landmarks=other), own).notes
     assert lacking == note("template.marks_missing", names=("fibula head",))
     with pytest.raises(MeasureError, match="not aligned"):
-        apply_template(replace(limb, frame=None), own)
+        apply_template(limb.unaligned(), own)
     bare = replace(limb, landmarks=())
     with pytest.raises(MeasureError, match="share no landmark"):
         learn([Pair(before=bare, after=limb)], "none", AS_IS)
