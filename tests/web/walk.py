@@ -452,9 +452,8 @@ def test_answers_late_or_lost_bring_readings_and_acceptance_from_clicks_to_the_s
     page.locator(".tools").wait_for()
     worked.settled()
     page.get_by_role("link", name="Record").click()
-    page.frame_locator("iframe.sheet").get_by_text(
-        "they contradict each other; accepted"
-    ).wait_for()
+    sheet = page.frame_locator("iframe.sheet")
+    sheet.get_by_role("cell", name="they contradict each other; accepted").wait_for()
     link = page.get_by_role("link", name="Open the PDF").get_attribute("href")
     assert link == f"/api/v1/cases/{worked.case_id}/record.pdf"
     answer = page.request.get(f"{worked.app.origin}{link}")
