@@ -455,8 +455,8 @@ def test_answers_late_or_lost_bring_readings_and_acceptance_from_clicks_to_the_s
     sheet = page.frame_locator("iframe.sheet")
     sheet.get_by_role("cell", name="they contradict each other; accepted").wait_for()
     link = page.get_by_role("link", name="Open the PDF").get_attribute("href")
-    assert link == f"/api/v1/cases/{worked.case_id}/record.pdf"
-    answer = page.request.get(f"{worked.app.origin}{link}")
+    assert link == f"{worked.app.origin}/api/v1/cases/{worked.case_id}/record.pdf"
+    answer = page.request.get(link)
     paper = PdfDocument(answer.body())
     text = " ".join(sheet.get_textpage().get_text_range() for sheet in paper)
     paper.close()
@@ -1047,6 +1047,30 @@ def program() -> str:
     found = shutil.which("limbgram")
     assert found is not None, "the command limbgram is not on the path"
     return found
+
+
+def test_an_open_shell_is_said_and_the_wall_that_is_offered_makes_it_solid(worked: Worked) -> None:
+    page = worked.page
+    shell = page.get_by_text("This file is an open shell")
+    cut = {"kind": "plane-cut", "parameters": {"height_mm": 120.0}}
+    worked.asked("/recipe/edits", "POST", cut)
+    worked.open("send")
+    page.locator(".opt", has_text="STL").click()
+    shell.wait_for()
+    no_serious_fault(worked.app)
+    page.get_by_role("button", name="Give it a wall").click()
+    expect(page.get_by_label("Others")).to_have_value("wall")
+    page.get_by_label("Thickness", exact=True).fill("4")
+    page.locator(".pane .other-edit .eff:not(.waits)").wait_for()
+    page.locator(".pane .edit").get_by_role("button", name="Keep", exact=True).click()
+    page.locator(".edits .ed").nth(1).wait_for()
+    worked.settled()
+    assert [one["kind"] for one in worked.asked("/recipe")["edits"]] == ["plane-cut", "wall"]
+    page.get_by_role("link", name="Send").click()
+    page.locator(".opt", has_text="STL").click()
+    page.get_by_role("radio", name="left").wait_for()
+    page.wait_for_timeout(2000)
+    expect(shell).to_have_count(0)
 
 
 def test_every_kind_of_file_is_offered_and_written(worked: Worked) -> None:

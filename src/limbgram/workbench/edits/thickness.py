@@ -164,15 +164,13 @@ def narrow_strip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
         rim: Number of faces of both skins; those after them are the rim.
     """
     cast = _Cast.of(solid)
-    looked = np.arange(rim, len(solid.faces))
-    places = cast.corners[looked].mean(1)
-    across = cast.across(looked, places, _OPPOSED, rim, at_rim=2)
+    across, places = cast.everywhere(_OPPOSED, rim, at_rim=2)
     narrow = np.flatnonzero(across < least_mm)
-    narrow = narrow[_in_patches(places[narrow], cast.areas_mm2[looked[narrow]])]
+    narrow = narrow[_in_patches(places[narrow], cast.areas_mm2[narrow])]
     if not len(narrow):
         return None
     one = int(narrow[across[narrow].argmin()])
-    return Lip(thickness_mm=float(across[one]), place_mm=places[one], faces=looked[narrow])
+    return Lip(thickness_mm=float(across[one]), place_mm=places[one], faces=narrow)
 
 
 @dataclass(frozen=True)
@@ -192,20 +190,25 @@ class _Cast:
         TriangleMesh(scene, corners.astype(np.float32))
         return cls(scene, corners, unit(weighted), np.linalg.norm(weighted, axis=1) / 2)
 
-    def everywhere(self, opposed: float, rim: int = 0) -> tuple[Float64[np.ndarray, " f"], Points3]:
+    def everywhere(
+        self, opposed: float, rim: int = 0, at_rim: int = 1
+    ) -> tuple[Float64[np.ndarray, " f"], Points3]:
         """The least distance across from each face, infinite for none, and where on it that is.
 
         Args:
-            rim: Two faces that both come before this one do not count.
+            rim: The faces from here on join the skins.
+            at_rim: Two opposite faces count of which so many do.
         """
+        first = rim if at_rim == 2 else 0
         corners = self.corners
         sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(1)
         least = np.full(len(corners), np.inf)
         places = corners.mean(1)
         for k, share in enumerate(_PLACES / _PLACES.sum(1, keepdims=True)):
             looked = np.flatnonzero(sides > _FINE_MM) if k else np.arange(len(corners))
+            looked = looked[looked >= first]
             points = np.einsum("k,fkd->fd", share, corners[looked])
-            reach = self.across(looked, points, opposed, rim)
+            reach = self.across(looked, points, opposed, rim, at_rim)
             nearer = reach < least[looked]
             least[looked[nearer]] = reach[nearer]
             places[looked[nearer]] = points[nearer]

@@ -238,8 +238,8 @@ def test_a_wall_thinner_than_can_be_made_is_refused(limb: Limb) -> None:
 def test_a_tongue_of_the_edge_that_is_narrower_than_the_wall_is_told(
     side: str, wide: int, told: bool
 ) -> None:
-    """It stands 8 mm out of the brim; its sides are radial, so the wall's middle tells its width
-    best. From skin to skin the wall is nowhere thinner than asked."""
+    """It stands 8 mm out of the brim; its sides are radial, so it is narrowest at the inner skin.
+    From skin to skin the wall is nowhere thinner than asked."""
     mesh = stump(144, 2.0)
     x, y, z = np.moveaxis(mesh.vertices_mm[mesh.faces], 2, 0)
     half_deg = 360 / 144 * wide / 2
@@ -251,11 +251,11 @@ def test_a_tongue_of_the_edge_that_is_narrower_than_the_wall_is_told(
     strips = [one for one in made.notes if one.code == "edit.wall.narrow"]
     assert bool(strips) is told
     if told:
-        middle_mm = RADIUS_MM + (2.5 if side == "outward" else -2.5)
-        across_mm = 2 * middle_mm * np.sin(np.radians(half_deg))
-        assert strips[0].values["width_mm"] == pytest.approx(across_mm, abs=0.15)
+        inner_mm = RADIUS_MM if side == "outward" else RADIUS_MM - 5
+        across_mm = 2 * inner_mm * np.sin(np.radians(half_deg))
+        assert across_mm < strips[0].values["width_mm"] < across_mm * (1 + 1.5 / inner_mm)
         x_mm, y_mm, z_mm = strips[0].values["point_mm"]
-        assert x_mm == pytest.approx(middle_mm, abs=1)
+        assert inner_mm - 0.1 < x_mm < inner_mm + 1
         assert abs(y_mm) == pytest.approx(across_mm / 2, abs=0.1)
         assert TOP_MM - 8 < z_mm < TOP_MM
 
