@@ -1049,30 +1049,6 @@ def program() -> str:
     return found
 
 
-def test_an_open_shell_is_said_and_the_wall_that_is_offered_makes_it_solid(worked: Worked) -> None:
-    page = worked.page
-    shell = page.get_by_text("This file is an open shell")
-    cut = {"kind": "plane-cut", "parameters": {"height_mm": 120.0}}
-    worked.asked("/recipe/edits", "POST", cut)
-    worked.open("send")
-    page.locator(".opt", has_text="STL").click()
-    shell.wait_for()
-    no_serious_fault(worked.app)
-    page.get_by_role("button", name="Give it a wall").click()
-    expect(page.get_by_label("Others")).to_have_value("wall")
-    page.get_by_label("Thickness", exact=True).fill("4")
-    page.locator(".pane .other-edit .eff:not(.waits)").wait_for()
-    page.locator(".pane .edit").get_by_role("button", name="Keep", exact=True).click()
-    page.locator(".edits .ed").nth(1).wait_for()
-    worked.settled()
-    assert [one["kind"] for one in worked.asked("/recipe")["edits"]] == ["plane-cut", "wall"]
-    page.get_by_role("link", name="Send").click()
-    page.locator(".opt", has_text="STL").click()
-    page.get_by_role("radio", name="left").wait_for()
-    page.wait_for_timeout(2000)
-    expect(shell).to_have_count(0)
-
-
 def test_every_kind_of_file_is_offered_and_written(worked: Worked) -> None:
     worked.open("send")
     page = worked.page
