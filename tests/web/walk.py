@@ -27,6 +27,7 @@ import pytest
 from playwright.sync_api import Page, expect, sync_playwright
 from pypdfium2 import PdfDocument
 
+from limbgram.core.mesh.topology import with_faces
 from limbgram.formats.ply import write_ply
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
@@ -1047,6 +1048,23 @@ def program() -> str:
     found = shutil.which("limbgram")
     assert found is not None, "the command limbgram is not on the path"
     return found
+
+
+def test_an_open_shell_is_said_and_a_wall_offered(worked: Worked) -> None:
+    page = worked.page
+    shell = page.get_by_text("This file is an open shell")
+    limb = stage_truth(SMALL).limb.mesh
+    heights = limb.vertices_mm[:, 2]
+    low = (heights[limb.faces] < heights.max() - 60).all(1)
+    folder = worked.app.cases / worked.case_id / "deliverables"
+    write_ply(with_faces(limb, limb.faces[low]), folder / "surface.ply", "mm")
+    worked.asked("/limb/refresh", "POST")
+    worked.open("send")
+    page.locator(".opt", has_text="STL").click()
+    shell.wait_for()
+    no_serious_fault(worked.app)
+    page.get_by_role("button", name="Give it a wall").click()
+    expect(page.get_by_label("Others")).to_have_value("wall")
 
 
 def test_every_kind_of_file_is_offered_and_written(worked: Worked) -> None:
