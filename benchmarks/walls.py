@@ -164,8 +164,9 @@ def page(found: dict[str, Any]) -> str:
         f"{len(done)} walls were asked for, {len(made)} made, "
         f"{sum(one['watertight'] for one in made)} of these watertight, "
         f"{len(short)} thinner than asked by more than {SHORT_MM:g} mm somewhere. Thinnest: from "
-        "skin to skin, and by rays that know no skins. Brim: lowest and highest place of what was "
-        "cut level.",
+        "skin to skin, and by rays that know no skins: across a tongue that stands out between "
+        "notches of a scan's ragged edge, they tell its width. The edit says where one is narrower "
+        "than the wall is thick. Brim: lowest and highest place of what was cut level.",
         table(heads, rows),
         *(("Refused:", "\n".join(refusals)) if refusals else ()),
         *((f"Not run: {'; '.join(lacking)}.",) if lacking else ()),

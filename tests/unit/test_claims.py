@@ -64,3 +64,15 @@ def test_pages_with_figures_of_experiments_say_so() -> None:
     assert len(pages) >= 5
     for page in pages:
         assert NOTEBOOK in page.read_text("utf-8")[:600], page.name
+
+
+def test_the_front_door_is_short_and_its_moving_picture_light() -> None:
+    """Nobody read the README that had 3,987 words and 75 lines of tables."""
+    text = (ROOT / "README.md").read_text("utf-8")
+    assert len(text.splitlines()) <= 130
+    assert sum(line.startswith("|") for line in text.splitlines()) <= 20
+    (moving,) = re.findall(r"\((docs/\S+\.gif)\)", text)
+    assert (ROOT / moving).stat().st_size < 3_000_000
+    still = re.findall(r"!\[[^]]+\]\((docs/\S+\.png)\)", text)
+    assert len(still) >= 4
+    assert all((ROOT / one).is_file() for one in still)

@@ -11,20 +11,23 @@ Needs Playwright, Chromium and `npm ci` in web/; takes minutes, so it runs when 
 
 import json
 import math
+import re
 import shutil
 import socket
 import subprocess
 import tomllib
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect, sync_playwright
+from pypdfium2 import PdfDocument
 
+from limbgram.core.mesh.topology import with_faces
 from limbgram.formats.ply import write_ply
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
@@ -401,6 +404,98 @@ def test_answers_late_or_lost_keep_every_reading_of_the_tape(worked: Worked, way
     no_serious_fault(worked.app)
 
 
+@pytest.mark.parametrize("way", ["late", "lost"])
+def test_answers_to_two_windows_keep_what_each_reads_by_tape(worked: Worked, way: str) -> None:
+    worked.asked("/tape", "PATCH", {"height_mm": 40.0, "girth_mm": 250.0})
+    worked.open("measure")
+    with another_window(worked.app, 1200, 800, "light") as app:
+        app.page.add_init_script(WAYS)
+        other = Worked(app, worked.case_id)
+        other.open("measure")
+        for window in (worked, other):  # both show the first reading before either changes one
+            expect(window.page.get_by_label("Girth by tape at 40 mm")).to_have_value("250")
+            window.through(way)
+        for height, window in ((60, worked), (80, other), (100, worked), (120, other)):
+            window.page.get_by_label(f"Girth by tape at {height} mm").fill(f"{300 + height}")
+            window.page.keyboard.press("Enter")
+        worked.page.get_by_label("Girth by tape at 40 mm").fill("")
+        worked.page.keyboard.press("Enter")
+        for window in (worked, other):
+            window.settled()
+        readings = {one["height_mm"]: one["girth_mm"] for one in worked.asked("/tape")}
+        assert readings == {60: 360, 80: 380, 100: 400, 120: 420}
+        for window in (worked, other):  # each hears of the other's
+            expect(window.page.get_by_label("Girth by tape at 40 mm")).to_have_value("")
+            for height, girth in readings.items():
+                field = window.page.get_by_label(f"Girth by tape at {height:g} mm")
+                expect(field).to_have_value(f"{girth:g}")
+
+
+@pytest.mark.parametrize("way", ["as it is", "late", "lost"])
+def test_answers_late_or_lost_bring_readings_and_acceptance_from_clicks_to_the_sheets(
+    worked: Worked, way: str
+) -> None:
+    """A reading that fits, one 12 mm beyond the girth that is accepted, one taken back."""
+    page = worked.page
+    levels = worked.asked("/measures", "POST", {"spacing_mm": 20})["levels"]
+    girths = {round(one["height_mm"]): one["tape_mm"]["value"] for one in levels}
+    worked.open("measure", way)
+    for height, off_mm in ((60, 0.0), (80, 12.0), (100, -70.0)):
+        page.get_by_label(f"Girth by tape at {height} mm").fill(f"{girths[height] + off_mm:.1f}")
+        page.keyboard.press("Enter")
+    page.get_by_role("heading", name="2 readings disagree").wait_for()
+    page.get_by_label("Girth by tape at 100 mm").fill("")
+    page.keyboard.press("Enter")
+    page.get_by_role("heading", name="1 reading disagrees").wait_for()
+    page.get_by_role("button", name="Show it").click()
+    page.get_by_text(f"At 80 mm: {girths[80]:.1f} mm by a taut tape").wait_for()
+    page.get_by_role("button", name="Go on with the conflict").click()
+    page.locator(".tools").wait_for()
+    worked.settled()
+    page.get_by_role("link", name="Record").click()
+    sheet = page.frame_locator("iframe.sheet")
+    sheet.get_by_role("cell", name="they contradict each other; accepted").wait_for()
+    link = page.get_by_role("link", name="Open the PDF").get_attribute("href")
+    assert link == f"{worked.app.origin}/api/v1/cases/{worked.case_id}/record.pdf"
+    answer = page.request.get(link)
+    paper = PdfDocument(answer.body())
+    text = " ".join(sheet.get_textpage().get_text_range() for sheet in paper)
+    paper.close()
+    printed = " ".join(text.replace("\u200b", "").split())
+    assert f"case {worked.case_id}" in printed
+    for height, off_mm, said in (
+        (60, 0.0, r"[+-]0\.[0-9] ± [0-9.]+ agrees"),
+        (80, 12.0, r"-1[12]\.[0-9] ± [0-9.]+ they contradict each other; accepted 20"),
+        (100, -70.0, r"\+(70|69)\.[0-9] ± [0-9.]+ they contradict each other; taken back 20"),
+    ):
+        read, scan = f"{girths[height] + off_mm:.1f}", f"{girths[height]:.1f}"
+        assert re.search(f"{height} {re.escape(read)} {re.escape(scan)} {said}", printed), printed
+
+
+def test_show_it_marks_where_the_surface_is_least_sure(worked: Worked) -> None:
+    page = worked.page
+    limb = stage_truth(SMALL).limb.mesh
+    behind = int(np.argmin(limb.vertices_mm[:, 1]))
+    away_mm = np.linalg.norm(limb.vertices_mm - limb.vertices_mm[behind], axis=1)
+    sigma_mm = np.where(away_mm < 12, 0.5, 0.05).astype(np.float32)
+    folder = worked.app.cases / worked.case_id / "deliverables"
+    write_ply(replace(limb, sigma_mm=sigma_mm), folder / "surface.ply", "mm")
+    worked.asked("/limb/refresh", "POST")
+    worked.open("result")
+    page.get_by_text("Least sure at height").wait_for()
+    assert page.locator(".overlay .place").count() == 0
+    page.get_by_role("button", name="Show it").click()
+    page.locator(".overlay .place.chosen:not(.unseen-place)").wait_for(state="attached")
+    page.get_by_text("± 0.98 mm", exact=True).wait_for()  # 1.96 of 0.5
+    page.wait_for_timeout(1500)
+    x, y = drawn_at(worked.app, ".overlay .place.chosen .dot")
+    box = page.locator(".limb-canvas").bounding_box()
+    assert box is not None
+    assert abs(x - box["x"] - box["width"] / 2) < box["width"] / 8
+    assert abs(y - box["y"] - box["height"] / 2) < box["height"] / 3
+    no_serious_fault(worked.app)
+
+
 def test_answers_that_are_late_never_let_the_tape_agree_before_it_was_compared(
     worked: Worked,
 ) -> None:
@@ -637,6 +732,16 @@ def test_answers_apart_what_one_window_chooses_is_chosen_in_the_other(worked: Wo
         expect(page.get_by_label("I taped one girth, to check the size")).to_be_checked()
         expect(page.get_by_label("Size by", exact=True)).to_have_value("own")
     other.close()
+
+    # A reload, and Back and forth, with answers that come late or not at all, lose none of it.
+    page = worked.page
+    for way in ("late", "deaf"):
+        worked.through(way)
+        page.reload() if way == "late" else page.go_back()
+        worked.through("late")
+        page.goto(f"{worked.app.origin}/#/case/{worked.case_id}/capture")
+        expect(page.get_by_label("I taped one girth, to check the size")).to_be_checked()
+        expect(page.get_by_label("Size by", exact=True)).to_have_value("own")
 
 
 def every_page(app: App) -> None:
@@ -943,6 +1048,23 @@ def program() -> str:
     found = shutil.which("limbgram")
     assert found is not None, "the command limbgram is not on the path"
     return found
+
+
+def test_an_open_shell_is_said_and_a_wall_offered(worked: Worked) -> None:
+    page = worked.page
+    shell = page.get_by_text("This file is an open shell")
+    limb = stage_truth(SMALL).limb.mesh
+    heights = limb.vertices_mm[:, 2]
+    low = (heights[limb.faces] < heights.max() - 60).all(1)
+    folder = worked.app.cases / worked.case_id / "deliverables"
+    write_ply(with_faces(limb, limb.faces[low]), folder / "surface.ply", "mm")
+    worked.asked("/limb/refresh", "POST")
+    worked.open("send")
+    page.locator(".opt", has_text="STL").click()
+    shell.wait_for()
+    no_serious_fault(worked.app)
+    page.get_by_role("button", name="Give it a wall").click()
+    expect(page.get_by_label("Others")).to_have_value("wall")
 
 
 def test_every_kind_of_file_is_offered_and_written(worked: Worked) -> None:

@@ -104,6 +104,30 @@ test("an answer of before, given again, is asked for anew", async () => {
   expect(taken).toEqual(["anew, 1 pending", "answer"]);
 });
 
+test("an answer that a question overtook is asked for anew: another window may have changed since", async () => {
+  const { pending, perform } = await page();
+  let answer: (given: Response) => void = () => {};
+  answers = [() => new Promise<Response>((go) => (answer = go))];
+  for (const asked of [false, true]) {
+    const taken: string[] = [];
+    const sent: number[] = [];
+    const ways = {
+      done: () => taken.push("answer"),
+      again: async () => taken.push(`anew, ${pending.value.length} pending`),
+      askedSince: (moment_ms: number) => sent.push(moment_ms) > 0 && asked,
+    };
+    const before = performance.now();
+    const both = perform("K7Q-4F2", "patch", TAPE, read(100, 300), ways);
+    await vi.advanceTimersByTimeAsync(2000);
+    answer(json([]));
+    await both;
+    expect(taken).toEqual([asked ? "anew, 1 pending" : "answer"]);
+    expect(sent[0]).toBeGreaterThanOrEqual(before);
+    expect(sent[0]).toBeLessThan(before + 1000);
+    expect(pending.value).toEqual([]);
+  }
+});
+
 test("a double Enter is one act", async () => {
   const { newActId, perform } = await page();
   const id = newActId();

@@ -1,5 +1,6 @@
 """Any edit that is not refused leaves a manifold, and its ledger tells what a look would find."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from limbgram.core.mesh.topology import (
     volume_mm3,
 )
 from limbgram.core.request_fields import declared
+from limbgram.findings import note
 from limbgram.workbench.edits.clean import Clean
 from limbgram.workbench.edits.distal_end import DistalEnd
 from limbgram.workbench.edits.edit import Edit, name_of
@@ -199,9 +201,13 @@ EDIT = st.one_of(*TRIED.values())
 
 @pytest.mark.parametrize("kind", EDITS, ids=name_of)
 def test_an_edit_does_its_example_or_says_why_not(kind: type[Edit]) -> None:
-    """Every kind there is, also one that nobody has thought of here."""
+    """Every kind there is, also one that nobody has thought of here.
+
+    What was said of the limb before goes on being said of it.
+    """
     edit = make_edit(name_of(kind), kind.about.example, "its example")
-    limb = bumpy(1)
+    before = note("said.as_is", message="two bodies were left out")
+    limb = replace(bumpy(1), notes=(before,))
     refusal = None
     try:
         done = do_edit(limb, edit)
@@ -210,7 +216,8 @@ def test_an_edit_does_its_example_or_says_why_not(kind: type[Edit]) -> None:
     assert refusal in (None, "edit.kind", "edit.landmark.none", "edit.template.unreadable")
     if done is not None:
         moved = done.mesh.vertices_mm.tobytes() != limb.mesh.vertices_mm.tobytes()
-        assert moved or done.notes, "it does nothing and says nothing"
+        assert done.notes[0] == before, "it drops what was said"
+        assert moved or done.notes[1:], "it does nothing and says nothing"
 
 
 @settings(max_examples=40)

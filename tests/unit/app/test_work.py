@@ -3,6 +3,7 @@
 import asyncio
 import errno
 import json
+import re
 import shutil
 import threading
 import time
@@ -366,7 +367,21 @@ def test_the_record_tells_every_reading_conflict_and_acceptance(
     assert page.count("they contradict each other") == 3  # the advice once, and both rows
     sheets = client.get(f"{aligned}/record.pdf").content
     assert sheets.startswith(b"%PDF")
-    assert len(PdfDocument(sheets)) == 2
+    paper = PdfDocument(sheets)
+    assert len(paper) == 2
+    text = " ".join(sheet.get_textpage().get_text_range() for sheet in paper)
+    printed = " ".join(text.replace("\u200b", "").split())  # long words may be parted there
+    paper.close()
+    assert f"case {aligned.rpartition('/')[2]}" in printed
+    apart = "they contradict each other; "
+    said = {
+        60.0: "[+-]0.0 ± [0-9.]+ agrees",
+        80.0: f"-10.0 ± [0-9.]+ {apart}accepted {re.escape(told[80.0]['accepted'])}",
+        100.0: f"[+]45.0 ± [0-9.]+ {apart}taken back 20",
+    }
+    for height, off in at.items():
+        read, scan = f"{girths[height] + off:.1f}", f"{girths[height]:.1f}"
+        assert re.search(f"{height:.0f} {read} {scan} {said[height]}", printed)
 
 
 def test_a_reading_is_judged_by_the_scan_whatever_shape_is_measured(

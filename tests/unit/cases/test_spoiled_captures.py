@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
@@ -269,3 +270,62 @@ def test_a_photo_without_permission_is_told(tmp_path: Path) -> None:
     (tmp_path / "a" / "IMG_2.jpg").chmod(0)
     for says in (by_check, by_watch, by_reconstruction, by_calibration):
         assert says([tmp_path / "a"], tmp_path) == {"IMG_2.jpg": "no permission to read it"}
+
+
+MARKERS = "4X4_50"
+
+
+def board_photos(folder: Path, columns: int, rows: int, legacy: bool, mirrored: bool) -> None:
+    """Four photos of a print that OpenCV itself draws, as it did before 4.6 where that is asked."""
+    kind = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    printed = cv2.aruco.CharucoBoard((columns, rows), 30.0, 22.0, kind)
+    printed.setLegacyPattern(legacy)
+    flat = np.pad(printed.generateImage((60 * columns, 60 * rows)), 40, constant_values=255)
+    high, wide = flat.shape
+    corners = np.array([[0, 0], [wide, 0], [wide, high], [0, high]], np.float32)
+    for k, (dx, dy) in enumerate(((0, 0), (60, 20), (-50, 40), (20, -60))):
+        ends = [[150 + dx, 120], [780, 140 + dy], [800 - dx, 600], [120, 620 - dy]]
+        seen = cv2.getPerspectiveTransform(corners, np.array(ends, np.float32))
+        grey = cv2.warpPerspective(flat, seen, (960, 720), borderValue=(180,))
+        grey = cv2.GaussianBlur(grey, (0, 0), 0.8)
+        cv2.imwrite(str(folder / f"{k}.png"), grey[:, ::-1] if mirrored else grey)
+
+
+LEGACY = "as on a board of 8 x 6 squares, legacy pattern (of OpenCV before 4.6); "
+
+
+@pytest.mark.parametrize(
+    ("given", "mirrored", "said"),
+    [
+        pytest.param("8x6", False, "", id="legacy print"),
+        pytest.param("6x8", False, f"{LEGACY}6 x 8 was given", id="turned"),
+        pytest.param("9x7", False, f"{LEGACY}9 x 7 was given", marks=pytest.mark.slow, id="other"),
+        pytest.param("8x6", True, "mirrored: 4 of them", marks=pytest.mark.slow, id="mirrored"),
+    ],
+)
+def test_all_doors_say_the_same_of_a_board(
+    given: str, mirrored: bool, said: str, tmp_path: Path
+) -> None:
+    """A board of 8 x 6 squares in the pattern from before OpenCV 4.6, whatever was given."""
+    board = Board.charuco(given, 30.0, 22.0, MARKERS)
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    board_photos(folder, 8, 6, legacy=True, mirrored=mirrored)
+    checked = check_sources([folder], (), board, Run())
+    with CaptureWatch((), board) as watch:
+        watched = watch.check([folder])
+    with pytest.raises(CalibrationError) as calibration:
+        calibrate(read_photos([folder]), board)
+    case = CaseFolder(tmp_path / "case")
+    with pytest.raises(LimbgramError) as reconstruction:
+        do(Job(case=case.root, sources=(folder,), board=board), CachingRun(case=case))
+    by_coach = told(checked.findings[0])
+    assert told(watched.findings[0]) == by_coach
+    assert str(reconstruction.value) == by_coach
+    for door in (by_coach, str(calibration.value)):
+        if said:
+            assert said in door
+        else:  # it is read: what they miss in four photos is of other kinds
+            assert "lie as on a board" not in door
+            assert "mirrored" not in door
+            assert "0 photos show" not in door

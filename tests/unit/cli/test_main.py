@@ -1,13 +1,16 @@
 """The list of commands, and commands that come out of their files when called."""
 
+import io
 import json
 import os
 import subprocess
 import sys
+import zlib
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from PIL import Image
 from typer.testing import CliRunner
 
 from limbgram.cli.main import COMMANDS, app, loaded
@@ -119,6 +122,7 @@ def test_every_shell_is_given_its_script(shell: str) -> None:
 def test_the_list_of_commands_waits_for_no_library() -> None:
     asked = f"""
 import sys
+import zlib
 from limbgram.cli.main import app
 try:
     app(["--help"])
@@ -175,6 +179,53 @@ print(matplotlib.rcParams["savefig.dpi"], numba.config.DISABLE_JIT, os.getcwd())
     )
     assert told.stdout.split() == ["figure", "0", str(tmp_path)]
     assert not told.stderr
+
+
+@pytest.mark.parametrize("silenced", [True, False])
+def test_what_libraries_warn_of_is_not_told_on_the_terminal(silenced: bool, tmp_path: Path) -> None:
+    """Of a header that claims 169 megapixels, of a damaged one, and of a folder for lists of fonts
+    that cannot be made. Left to themselves both libraries do warn."""
+    picture = io.BytesIO()
+    Image.new("RGB", (40, 30)).save(picture, "PNG")
+    huge = bytearray(picture.getvalue())
+    huge[16:24] = (13_000).to_bytes(4, "big") * 2
+    huge[29:33] = zlib.crc32(huge[12:29]).to_bytes(4, "big")
+    (tmp_path / "huge.png").write_bytes(huge)
+    exif = b"Exif\0\0II*\0\x08\0\0\0\xff\x00" + b"\x0f\x01\x02\0\xff\0\0\0\xff\xff\0\0"
+    Image.new("RGB", (40, 30)).save(tmp_path / "damaged.jpg", exif=exif)
+    ours = """
+from limbgram.cli.main import loaded
+loaded("check")
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.core.errors import PhotoError
+try:
+    read_photos([Path(sys.argv[1])])
+except PhotoError:
+    pass
+"""
+    theirs = """
+from PIL import Image
+for one in Path(sys.argv[1]).iterdir():
+    try:
+        Image.open(one).getexif()
+    except OSError:
+        pass
+"""
+    asked = f"import sys\nfrom pathlib import Path\n{ours if silenced else theirs}"
+    asked += "import matplotlib\nmatplotlib.get_cachedir()"
+    (tmp_path / "no folder").write_text("")
+    told = subprocess.run(
+        [sys.executable, "-P", "-c", asked, str(tmp_path)],
+        check=True,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "MPLCONFIGDIR": str(tmp_path / "no folder" / "fonts")},
+    )
+    if silenced:
+        assert (told.stdout, told.stderr) == ("", "")
+    else:
+        assert "DecompressionBombWarning" in told.stderr
+        assert "atplotlib created a temporary" in told.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a folder in use cannot be removed there")

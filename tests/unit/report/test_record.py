@@ -206,6 +206,23 @@ def test_what_is_not_sure_stands_first() -> None:
     assert topics == {"case", "surface", "tape", "file"}
 
 
+@pytest.mark.parametrize("light", ["green", "amber", "red"])
+def test_the_verdict_of_the_capture_and_its_case_stand_in_page_paper_and_tree(light: str) -> None:
+    headline = f"{light.upper()}. Surface: 95 % within 0.10 mm."
+    options = RecordOptions(case_id="K7Q-4F2")
+    of_case = case(light=light, headline=headline)
+    record = record_of(source(cylinder()), case=of_case, options=options)
+    assert record.tree["case"]["light"] == light
+    report = record_report(record.content, record.pictures)
+    paper = " ".join(one.words for one in papers_of(report))
+    for words_of in (" ".join(html_of(report).split()), paper):
+        assert headline in words_of
+        assert "case K7Q-4F2" in words_of
+    doubts = [one for one in record.tree["findings"] if one["code"] == "record.case.light"]
+    gravity = {"green": [], "amber": ["doubt"], "red": ["fault"]}
+    assert [one["gravity"] for one in doubts] == gravity[light]
+
+
 def test_a_load_on_bone_stands_in_page_paper_and_tree() -> None:
     """Accepted or not: the record tells what was done, it refuses nothing."""
     edits = (

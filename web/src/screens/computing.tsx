@@ -45,7 +45,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
   const call = (what: "pause" | "resume" | "cancel") =>
     act.run(async () => {
       stopping.value = false;
-      await perform(room.id, "post", `/api/v1/cases/{case_id}/job/${what}`, path, { done: job.put, again: job.again });
+      await perform(room.id, "post", `/api/v1/cases/{case_id}/job/${what}`, path, { done: job.put, again: job.again, askedSince: job.askedSince });
       await room.again();
     });
 

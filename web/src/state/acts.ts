@@ -31,9 +31,11 @@ type Answer<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I> = path
 
 interface Ways<T> {
   /** Called with the answer in the moment in which the act is no more pending. */
-  readonly done?: (answer: T) => void;
+  readonly done?: (answer: T, sent_ms: number) => void;
   /** Asks the server anew; called instead of `done` where the answer is one of before, given again: more may have changed since. */
   readonly again?: () => Promise<unknown>;
+  /** Whether the server was asked after that moment; `again` is called then too: another window may have changed since what the answer holds. */
+  readonly askedSince?: (moment_ms: number) => boolean;
   /** The act's id, where what is asked for may be asked for twice by one hand: a double Enter. */
   readonly id?: string;
   readonly lane?: string;
@@ -92,9 +94,9 @@ export function perform<M extends HttpMethod, P extends PathsWithMethod<paths, M
   method: M,
   path: P,
   init: I,
-  { done, again, id = newActId(), lane = of }: Ways<Answer<M, P, I>> = {},
+  { id = newActId(), lane = of, ...ways }: Ways<Answer<M, P, I>> = {},
 ): Promise<Answer<M, P, I>> {
-  return begin({ id, by: hand ?? "", lane, method, path, init: init as Act["init"] }, { done, again } as Ways<unknown>) as Promise<Answer<M, P, I>>;
+  return begin({ id, by: hand ?? "", lane, method, path, init: init as Act["init"] }, ways as Ways<unknown>) as Promise<Answer<M, P, I>>;
 }
 
 /** The acts of a case that are pending at a route. */
@@ -125,7 +127,7 @@ export function miss(error: unknown): void {
   missed.value = error;
 }
 
-function begin(act: Act, { done, again }: Ways<unknown>): Promise<unknown> {
+function begin(act: Act, { done, again, askedSince }: Ways<unknown>): Promise<unknown> {
   const known = answers.get(act.id);
   if (known) return known;
   keep([...pending.value, act]);
@@ -133,11 +135,11 @@ function begin(act: Act, { done, again }: Ways<unknown>): Promise<unknown> {
   const answer = before
     .then(() => answered(act))
     .then(
-      async ({ found, replayed }) => {
-        const asks = replayed && again;
+      async ({ found, replayed, sent_ms }) => {
+        const asks = (replayed || askedSince?.(sent_ms)) && again;
         if (asks) await asks();
         batch(() => {
-          if (!asks) done?.(found);
+          if (!asks) done?.(found, sent_ms);
           end(act);
         });
         return found;
@@ -168,14 +170,15 @@ function keep(acts: readonly Act[]): void {
 }
 
 /** The server's answer to an act, however often it has to be asked for. */
-async function answered(act: Act): Promise<{ readonly found: unknown; readonly replayed: boolean }> {
+async function answered(act: Act): Promise<{ readonly found: unknown; readonly replayed: boolean; readonly sent_ms: number }> {
   const call = api.request as unknown as (method: string, path: string, init: object) => ReturnType<typeof api.GET>;
   for (let wait = FIRST_WAIT_MS; ; wait = Math.min(2 * wait, LONGEST_WAIT_MS)) {
     if (hand === null) return new Promise(() => {}); // this page is left
+    const sent_ms = performance.now();
     try {
       const sent = call(act.method, act.path, { ...act.init, headers: { "Act-Id": act.id }, signal: AbortSignal.timeout(SILENCE_MS) });
       const found: unknown = await taken(sent);
-      return { found, replayed: (await sent).response.headers.get("Act-Replayed") === "1" };
+      return { found, replayed: (await sent).response.headers.get("Act-Replayed") === "1", sent_ms };
     } catch (error) {
       if (!(error instanceof Refused) || !NO_ANSWER.includes(error.status)) throw error;
       await new Promise((go) => setTimeout(go, wait));

@@ -14,6 +14,8 @@ export interface Asked<T> {
   readonly again: () => Promise<void>;
   /** Take what an act answered: newer than whatever was asked before it. */
   readonly put: (found: T) => void;
+  /** Whether it was asked for after that moment. */
+  readonly askedSince: (moment_ms: number) => boolean;
 }
 
 /** Ask now and whenever one of `on` changes; an answer that was overtaken is passed over, one that was lost asked for again. */
@@ -22,7 +24,7 @@ export function useAsked<T>(ask: () => Promise<T>, on: readonly unknown[]): Aske
     const value = signal<T | null>(null);
     const refused = signal<Refused | null>(null);
     const busy = signal(false);
-    const latest = { turn: 0, ask };
+    const latest = { turn: 0, ask, asked_ms: -Infinity };
     const put = (found: T) => {
       latest.turn++;
       [value.value, refused.value, busy.value] = [found, null, false];
@@ -30,6 +32,7 @@ export function useAsked<T>(ask: () => Promise<T>, on: readonly unknown[]): Aske
     const again = async () => {
       const turn = ++latest.turn;
       busy.value = true;
+      latest.asked_ms = performance.now();
       try {
         const found = await latest.ask();
         if (turn === latest.turn) [value.value, refused.value] = [found, null];
@@ -42,7 +45,8 @@ export function useAsked<T>(ask: () => Promise<T>, on: readonly unknown[]): Aske
         if (turn === latest.turn) busy.value = false;
       }
     };
-    return { value, refused, busy, again, put, latest };
+    const askedSince = (moment_ms: number) => latest.asked_ms > moment_ms;
+    return { value, refused, busy, again, put, askedSince, latest };
   }, []);
   asked.latest.ask = ask;
   useEffect(() => {

@@ -153,6 +153,26 @@ def thin_lip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
     return Lip(thickness_mm=float(least[thinnest]), place_mm=places[thinnest], faces=thin)
 
 
+def narrow_strip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
+    """Where a wall is narrower along its skins than the least; None where it is not.
+
+    Both of two opposite faces lie on the rim, at two sides of a tongue between notches of a ragged
+    edge, or of what is left between two openings. From skin to skin it is as thick there as
+    elsewhere.
+
+    Args:
+        rim: Number of faces of both skins; those after them are the rim.
+    """
+    cast = _Cast.of(solid)
+    across, places = cast.everywhere(_OPPOSED, rim, at_rim=2)
+    narrow = np.flatnonzero(across < least_mm)
+    narrow = narrow[_in_patches(places[narrow], cast.areas_mm2[narrow])]
+    if not len(narrow):
+        return None
+    one = int(narrow[across[narrow].argmin()])
+    return Lip(thickness_mm=float(across[one]), place_mm=places[one], faces=narrow)
+
+
 @dataclass(frozen=True)
 class _Cast:
     """Rays through a mesh, straight in from its faces."""
@@ -170,35 +190,50 @@ class _Cast:
         TriangleMesh(scene, corners.astype(np.float32))
         return cls(scene, corners, unit(weighted), np.linalg.norm(weighted, axis=1) / 2)
 
-    def everywhere(self, opposed: float, rim: int = 0) -> tuple[Float64[np.ndarray, " f"], Points3]:
+    def everywhere(
+        self, opposed: float, rim: int = 0, at_rim: int = 1
+    ) -> tuple[Float64[np.ndarray, " f"], Points3]:
         """The least distance across from each face, infinite for none, and where on it that is.
 
         Args:
-            rim: Two faces that both come before this one do not count.
+            rim: The faces from here on join the skins.
+            at_rim: Two opposite faces count of which so many do.
         """
+        first = rim if at_rim == 2 else 0
         corners = self.corners
         sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(1)
         least = np.full(len(corners), np.inf)
         places = corners.mean(1)
         for k, share in enumerate(_PLACES / _PLACES.sum(1, keepdims=True)):
             looked = np.flatnonzero(sides > _FINE_MM) if k else np.arange(len(corners))
+            looked = looked[looked >= first]
             points = np.einsum("k,fkd->fd", share, corners[looked])
-            reach = self.across(looked, points, opposed, rim)
+            reach = self.across(looked, points, opposed, rim, at_rim)
             nearer = reach < least[looked]
             least[looked[nearer]] = reach[nearer]
             places[looked[nearer]] = points[nearer]
         return least, places
 
     def across(
-        self, looked: Int64[np.ndarray, " k"], points: Points3, opposed: float, rim: int = 0
+        self,
+        looked: Int64[np.ndarray, " k"],
+        points: Points3,
+        opposed: float,
+        rim: int = 0,
+        at_rim: int = 1,
     ) -> Float64[np.ndarray, " k"]:
-        """Distance of a place on each face from the plane of what lies opposite."""
+        """Distance of a place on each face from the plane of what lies opposite.
+
+        Args:
+            rim: The faces from here on join the skins.
+            at_rim: Two opposite faces count of which so many do.
+        """
         inward = -self.normals[looked]
         start = (points + INSET_MM * inward).astype(np.float32)
         met = np.asarray(self.scene.run(start, inward.astype(np.float32)))
         facing = np.einsum("fd,fd->f", self.normals[looked], self.normals[met])
         drop = np.einsum("fd,fd->f", self.corners[met, 0] - points, self.normals[met])
-        counts = (met >= 0) & (facing < opposed) & ((looked >= rim) | (met >= rim))
+        counts = (met >= 0) & (facing < opposed) & ((looked >= rim) * 1 + (met >= rim) >= at_rim)
         return np.where(counts, np.maximum(drop, 0.0), np.inf)
 
 

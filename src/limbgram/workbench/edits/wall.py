@@ -33,7 +33,7 @@ from limbgram.workbench.edits.regions import (
     averaging,
     with_added,
 )
-from limbgram.workbench.edits.thickness import Thickness, between_skins, thin_lip
+from limbgram.workbench.edits.thickness import Thickness, between_skins, narrow_strip, thin_lip
 from limbgram.workbench.limb import Limb
 
 _RETRIES = 5
@@ -434,6 +434,10 @@ def _thick_enough(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
     notes = [found.told("file")]
     if found.thinnest_mm < _STUDIED_MM:
         notes.append(doubt("edit.wall.unstudied", least_mm=_STUDIED_MM))
+    strip = narrow_strip(wall.solid, wall.ones + wall.twos, edit.thickness_mm - _THINNER_MM)
+    if strip is not None:
+        place = tuple(strip.place_mm.tolist())
+        notes.append(doubt("edit.wall.narrow", width_mm=strip.thickness_mm, point_mm=place))
     return replace(tried, notes=tuple(notes))
 
 

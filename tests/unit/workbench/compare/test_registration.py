@@ -252,3 +252,24 @@ def test_the_brim_takes_no_part(limb) -> None:
     second = nearly_told(limb.with_mesh(limb.mesh.with_vertices(vertices)), true)
     kept = by_shape(limb, second, RegistrationOptions(brim_mm=8.0))
     assert worst_mm(kept.first_from_second, true, limb) < 1e-4
+
+
+@pytest.mark.parametrize("count", [3, 4, 6, 12])
+def test_landmarks_lay_a_shape_within_what_they_say_95_times_of_100(limb, count: int) -> None:
+    """Each is marked 1.5 mm off, by the same spread in all directions; so few tell that badly."""
+    rng = np.random.default_rng(count)
+    angle, height = 2.4 * np.arange(count), np.linspace(20, 150, count)
+    places = np.column_stack([45 * np.cos(angle), 45 * np.sin(angle), height])
+
+    def marked(places_mm: np.ndarray) -> Limb:
+        marks = (Landmark(name=f"{k}", position_mm=one) for k, one in enumerate(places_mm))
+        return replace(limb, landmarks=tuple(marks))
+
+    first, held = marked(places), []
+    for _ in range(600):
+        found = by_landmarks(first, marked(places + rng.normal(0, 1.5, places.shape)), {})
+        assert found.looseness is not None
+        middle = found.looseness.middle_mm
+        off = found.first_from_second.apply(middle[None])[0] - middle
+        held.append(np.abs(off) < 1.96 * np.sqrt(np.diag(found.looseness.covariance_mm2)))
+    assert 0.93 < np.mean(held) < 0.97

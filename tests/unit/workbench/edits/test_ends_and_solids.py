@@ -229,6 +229,33 @@ def test_a_wall_thinner_than_can_be_made_is_refused(limb: Limb) -> None:
         do_edit(limb, Wall(thickness_mm=0.2, least_mm=0))
 
 
+@pytest.mark.parametrize("side", ["outward", "inward"])
+@pytest.mark.parametrize(("wide", "told"), [(2, True), (8, False)])
+def test_a_tongue_of_the_edge_that_is_narrower_than_the_wall_is_told(
+    side: str, wide: int, told: bool
+) -> None:
+    """It stands 8 mm out of the brim; its sides are radial, so it is narrowest at the inner skin.
+    From skin to skin the wall is nowhere thinner than asked."""
+    mesh = stump(144, 2.0)
+    x, y, z = np.moveaxis(mesh.vertices_mm[mesh.faces], 2, 0)
+    half_deg = 360 / 144 * wide / 2
+    beside = np.abs(np.degrees(np.arctan2(y, x))).max(1) > half_deg + 0.01
+    tongued = with_faces(mesh, mesh.faces[~(beside & (z.min(1) > TOP_MM - 8.1))])
+    made = do_edit(Limb(mesh=tongued), Wall(thickness_mm=5, side=side))
+    thickness = next(one for one in made.notes if one.code == "edit.wall.thickness")
+    assert thickness.values["thinnest_mm"] > 4.95
+    strips = [one for one in made.notes if one.code == "edit.wall.narrow"]
+    assert bool(strips) is told
+    if told:
+        inner_mm = RADIUS_MM if side == "outward" else RADIUS_MM - 5
+        across_mm = 2 * inner_mm * np.sin(np.radians(half_deg))
+        assert across_mm < strips[0].values["width_mm"] < across_mm * (1 + 1.5 / inner_mm)
+        x_mm, y_mm, z_mm = strips[0].values["point_mm"]
+        assert inner_mm - 0.1 < x_mm < inner_mm + 1
+        assert abs(y_mm) == pytest.approx(across_mm / 2, abs=0.1)
+        assert TOP_MM - 8 < z_mm < TOP_MM
+
+
 def ragged(limb: Limb, depth_mm: float) -> Limb:
     """Every second place of the brim bent inward, as the torn edge of a scan."""
     border = np.unique(boundary_half_edges(limb.mesh.faces))

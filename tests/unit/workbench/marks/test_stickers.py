@@ -1,5 +1,6 @@
 """Stickers on a round limb: placed by the photos that show them, named by a file."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,33 @@ def test_a_sticker_lies_under_its_middle_and_keeps_its_side() -> None:
     assert one.side_mm == pytest.approx(2 * HALF_MM, abs=0.05)
     assert 0.002 < one.sigma_mm < 0.05
     assert one.photos == ("0.jpg", "1.jpg", "2.jpg", "3.jpg")
+
+
+@pytest.mark.parametrize("photos", [[1, 3], [0, 2, 4], [0, 1, 2, 3, 4]])
+def test_the_sigma_of_a_stickers_corners_holds_95_of_100_however_few_photos_tell_it(
+    photos: list[int],
+) -> None:
+    """Corners are read 0.3 px off; how far, the disagreement of so few photos tells badly.
+
+    The middle of four corners is twice as sure as each of them.
+    """
+    rng = np.random.default_rng(len(photos))
+    exact = detections(photos)
+    off, told_mm = [], []
+    straight_out = np.array([np.cos(np.radians(10)), np.sin(np.radians(10)), 0.0])
+    middle = RADIUS_MM * np.cos(HALF_MM / RADIUS_MM) * straight_out
+    for _ in range(800):
+        read = tuple(
+            replace(one, corners_px=one.corners_px + rng.normal(0, 0.3, (1, 4, 2)))
+            for one in exact.photos
+        )
+        (one,) = place_stickers(replace(exact, photos=read), VIEWS).placed
+        off.append(2 * (one.position_mm - middle))
+        told_mm.append(one.sigma_mm)
+    # Told is the mean over all directions: each is brought to that by its own spread.
+    spread = np.sqrt(np.mean(np.square(off), axis=0))
+    alike = np.array(off) / spread * np.sqrt(np.mean(spread**2))
+    assert 0.93 < np.mean(np.abs(alike) < 1.96 * np.array(told_mm)[:, None]) < 0.97
 
 
 def test_a_photo_that_shows_it_elsewhere_is_left_out() -> None:

@@ -445,6 +445,32 @@ def test_levels_through_rows_of_vertices_are_as_sure_as_those_between(
         assert 0 < sigma < (0.5 * 50 if name == "area_mm2" else 0.5)
 
 
+@pytest.mark.parametrize("woven_mm", [0.0, 1e-13, 1e-9, 1e-6])
+def test_a_level_along_a_row_is_as_sure_where_its_vertices_lie_now_above_now_below(
+    make_turned: Callable[..., Mesh], woven_mm: float
+) -> None:
+    """A cone; the plane crosses each of the row's edges midway, where that rises by hardly
+    anything. Moved along its normal, a wall that leans by a fifth is cut farther out by more."""
+    heights = np.arange(201.0)
+    cone = make_turned(70 - 0.2 * heights, heights, N)
+    vertices = cone.vertices_mm.copy()
+    (row,) = np.nonzero(np.abs(vertices[:, 2] - 100) < 1e-6)
+    assert len(row) == N
+    vertices[row[::2], 2] += woven_mm
+    vertices[row[1::2], 2] -= woven_mm
+    sigma_mm = np.full(len(cone), 0.15, np.float32)
+    cone = replace(cone.with_vertices(vertices), sigma_mm=sigma_mm)
+    level = level_at(cone, 100.0)
+    each = 2 * math.sin(math.pi / N) * math.hypot(1, 0.2)
+    for measure in (tape_mm, contour_mm):
+        sigma = Sigmas.of(cone).figure(level, measure(level)).sigma
+        assert sigma == pytest.approx(0.15 * math.sqrt(N) * each, rel=0.02)
+    for measure in (ml_mm, ap_mm):  # both ends, and what else may be foremost
+        sigma = Sigmas.of(cone).figure(level, measure(level)).sigma
+        assert sigma is not None
+        assert 0.15 * math.hypot(1, 0.2) < sigma < 0.15 * 2 * math.hypot(1, 0.2)
+
+
 @pytest.mark.parametrize("shape", ["cone", "barrel", "waist"])
 def test_every_level_of_a_shell_has_a_sigma_of_its_vertices_size(
     make_turned: Callable[..., Mesh], shape: str

@@ -45,7 +45,13 @@ export function useAxes(subject: Subject, { places, known }: Placing): Axes {
   const state = async (body: Schemas["Align"], afterwards: () => void) => {
     const { room, asked, take } = subject;
     const path = { case_id: room.id };
-    await perform(room.id, "post", "/api/v1/cases/{case_id}/limb/align", { params: { path }, body }, { done: take, again: asked.again });
+    await perform(
+      room.id,
+      "post",
+      "/api/v1/cases/{case_id}/limb/align",
+      { params: { path }, body },
+      { done: take, again: asked.again, askedSince: asked.askedSince },
+    );
     afterwards();
     await room.again();
     await asked.again();

@@ -73,7 +73,7 @@ export function usePlacing(subject: Subject): Placing {
         "put",
         PLACE,
         { params: { path: { case_id: room.id, name } }, body: { placed: "click", position_mm: [x, y, z] } },
-        { done: take, again: asked.again },
+        { done: take, again: asked.again, askedSince: asked.askedSince },
       );
       if (held.value?.name === name) held.value = null; // what is on its way to the server is shown by itself
       await kept;
@@ -84,7 +84,13 @@ export function usePlacing(subject: Subject): Placing {
   const remove = (name: string) =>
     void act.run(async () => {
       if (chosen.value === name) chosen.value = null;
-      await perform(room.id, "delete", PLACE, { params: { path: { case_id: room.id, name } } }, { done: take, again: asked.again });
+      await perform(
+        room.id,
+        "delete",
+        PLACE,
+        { params: { path: { case_id: room.id, name } } },
+        { done: take, again: asked.again, askedSince: asked.askedSince },
+      );
     });
   const after = (name: string) => nextAfter(name, order, places, left.value);
 

@@ -59,7 +59,7 @@ export function useCapture(room: Room): Capture {
         "post",
         "/api/v1/cases/{case_id}/check",
         { ...path, body: { cameras: [...ids], board: boardOf(room.id) } },
-        { done: check.put, again: check.again, lane: `${room.id} check` },
+        { done: check.put, again: check.again, askedSince: check.askedSince, lane: `${room.id} check` },
       );
     });
   const checkSoon = () => {

@@ -38,7 +38,7 @@ export function useTape(room: Room, { measures }: Measured) {
     void act.run(async () => {
       said(height_mm, null, girth_mm);
       try {
-        await perform(room.id, "patch", TAPE, { ...path, body: { height_mm, girth_mm } }, { done: kept.put, again: kept.again });
+        await perform(room.id, "patch", TAPE, { ...path, body: { height_mm, girth_mm } }, { done: kept.put, again: kept.again, askedSince: kept.askedSince });
       } catch (error) {
         if (error instanceof Refused) said(height_mm, error, girth_mm);
         throw error;

@@ -48,9 +48,11 @@ export function useRecipeChanges(room: Room, { ledger, base, trial, keeping, dro
       await again();
       await room.again();
     });
-  const took = (answer: Ledgered) => {
+  const took = (answer: Ledgered, sent_ms: number) => {
+    const overtaken = asked.askedSince(sent_ms); // another window may have changed since
     base.carry(null);
     asked.put(answer);
+    if (overtaken) void asked.again();
   };
   const tookAnew = async () => {
     await asked.again();
@@ -66,9 +68,9 @@ export function useRecipeChanges(room: Room, { ledger, base, trial, keeping, dro
       keeping.now.value = false;
       drop();
     };
-    const done = (answer: Ledgered) => {
+    const done = (answer: Ledgered, sent_ms: number) => {
       const tried_mm = trial.tried.value?.values ?? null;
-      took(answer);
+      took(answer, sent_ms);
       kept(tried_mm);
     };
     const anew = () => tookAnew().then(() => kept(null));
