@@ -22,11 +22,26 @@ Fabrication = Literal["printed", "draped"]
 
 
 @dataclass(frozen=True, kw_only=True)
+class Inside:
+    """How far a slot keeps inside an edge, over the surface, from where the edge was drawn."""
+
+    edge: str
+    """A loop of the trim, or the opening of a slit."""
+    margin_mm: Amount
+    """To the slot's own nearest side."""
+    away: Literal["up", "down", "round", "back"]
+    """The way from the edge: up or down the limb, or round it as angles grow, or back."""
+    stretch: tuple[str, str] | None = None
+    """From one point of the loop onwards to another; all of it without."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Slot:
     """A slot for a strap, or a vent, cut through the shell."""
 
     name: str
     at: TrimPoint
+    """Its middle; where edges hold it, about there."""
     length_mm: Amount
     width_mm: Amount
     upright: bool = True
@@ -35,6 +50,10 @@ class Slot:
     """Width of the strap through it, which presses beside it; nothing for a vent."""
     asked: Amount = 1.0
     """It is cut where this is more than nothing."""
+    inside: tuple[Inside, ...] = ()
+    """The edges that hold it, at most one for each way."""
+    yields: str = ""
+    """The measure that moves it out of the way of other straps, where nobody gave it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +98,10 @@ class Slit:
 
     side: Literal["anterior", "posterior"]
     width_mm: Amount
+
+    @property
+    def name(self) -> str:
+        return "front opening" if self.side == "anterior" else "back opening"
 
 
 @dataclass(frozen=True, kw_only=True)

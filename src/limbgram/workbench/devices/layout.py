@@ -105,7 +105,7 @@ def cover(
         beyond = np.maximum(beyond, others[-1][1])
     beyond = _one_piece(mesh, beyond, edges)
     for gap in gaps:
-        others.append((gap.name, _beyond_gap(mesh, gap)))
+        others.append((gap.name, beyond_gap(mesh.vertices_mm, gap)))
         beyond = _both(beyond, others[-1][1])
     for opening in openings:
         depth = _within_opening(mesh, opening)
@@ -114,6 +114,12 @@ def cover(
         others.append((opening.name, depth))
     _require_no_hole(mesh, beyond)
     return Covered(positive=mesh, beyond_mm=beyond)
+
+
+def beyond_gap(places_mm: Points3, gap: Gap) -> Float64[np.ndarray, " n"]:
+    """How deep inside a gap; it is measured straight across, on the side where it lies."""
+    off = np.abs(places_mm @ gap.across)
+    return np.where(places_mm @ gap.outward > 0, gap.width_mm / 2 - off, -_REACH_MM)
 
 
 def _beyond_edge(mesh: Mesh, edge: Edge) -> Float64[np.ndarray, " n"]:
@@ -167,13 +173,6 @@ def _both(
     """Beyond either of two edges, the corner between them rounded."""
     corner = np.hypot(np.maximum(one + _CORNER_MM, 0.0), np.maximum(two + _CORNER_MM, 0.0))
     return np.minimum(np.maximum(one, two), -_CORNER_MM) + corner
-
-
-def _beyond_gap(mesh: Mesh, gap: Gap) -> Float64[np.ndarray, " n"]:
-    """How deep inside a gap; it is measured straight across, on the side where it lies."""
-    off = np.abs(mesh.vertices_mm @ gap.across)
-    there = mesh.vertices_mm @ gap.outward > 0
-    return np.where(there, gap.width_mm / 2 - off, -_REACH_MM)
 
 
 def _fine_round(mesh: Mesh, opening: Opening) -> Mesh:

@@ -20,14 +20,12 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError, MeasureError, refusals_about
 from limbgram.core.geometry.arrays import Points3, Vector3
-from limbgram.core.mesh.mesh import unit
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import Within
 from limbgram.workbench.devices.body import Axes, Body
 from limbgram.workbench.devices.curves import fair_curve
 from limbgram.workbench.edits.regions import Curve
-from limbgram.workbench.limb import Limb
 
 Seen = Literal["anterior", "posterior", "lateral", "medial", "right", "left", "plantar"]
 _FROM_BRIM_MM = 3.0
@@ -364,7 +362,7 @@ def _seen_at(body: Body, point: TrimPoint, values: Mapping[str, float]) -> Vecto
     if point.towards:
         base = base + point.share * (body.place_mm(point.towards) - base)
     right, ahead, up = body.directions(point.axes)
-    out = right if _is_trunk(body.limb) else right * body.outward()[0]
+    out = right if body.limb.kind == "torso" else right * body.outward()[0]
     aim = (
         base
         + amount_of(point.up_mm, values) * up
@@ -410,8 +408,7 @@ def _beside_sole(body: Body, met_mm: Vector3, look: Vector3, up: Vector3) -> Vec
         if above is None:
             break
         place = above
-        face = tree_on(body.mesh).closest(place[None]).faces[0]
-        if unit(body.mesh.face_normals()[face][None])[0] @ up > -_DOWNWARDS:
+        if body.normal_at(place) @ up > -_DOWNWARDS:
             return place
     return met_mm
 
@@ -435,10 +432,6 @@ def _missed(body: Body, point: TrimPoint, aim_mm: Vector3, look: Vector3) -> Edi
         lowest_mm=float(lowest_mm),
         highest_mm=float(highest_mm),
     )
-
-
-def _is_trunk(limb: Limb) -> bool:
-    return limb.kind == "torso"
 
 
 def _curve(body: Body, loop: Loop, placed: Points3) -> Curve:
