@@ -43,6 +43,7 @@ from limbgram.workbench.devices.trims import (
     Measure,
     amount_of,
     draw_trim,
+    on_slender_limb,
     place_point,
     values_of,
 )
@@ -209,6 +210,7 @@ def _previewed(
     body = Body.of(positive)
     body.require_marked(device.landmarks, device.en)
     body.require_sides(device.landmarks)
+    broad, values = values, on_slender_limb(body, device.trim, values, order.values)
     drawn = draw_trim(body, device.trim, values, order.free)
     asked = [
         slot
@@ -217,18 +219,19 @@ def _previewed(
     ]
     gaps = [_gap(one, values) for one in device.slits]
     wall_mm = values[device.wall[made].name]  # a bridge that is narrower has no wall, only edges
-    soft = {one.name: one for one in device.measures(made) if one.name not in order.values}
-    room = Room(bridge_mm=wall_mm, soft=soft)
+    soft = [one for one in device.measures(made) if one.name not in order.values]
+    room = Room(bridge_mm=wall_mm, soft={one.name: one for one in soft})
     ground = Ground.of(body, drawn, gaps, asked)
     placed = place_slots(ground, asked, values, room)
-    openings, values = placed.openings, placed.values
+    slender, values = values, placed.values
     with _straps_that_fit(ground, asked, values, room):
-        covered = cover(body, drawn.edges, openings, gaps, bridge_mm=wall_mm)
+        covered = cover(body, drawn.edges, placed.openings, gaps, bridge_mm=wall_mm)
     layout = Layout(
         positive=covered.positive,
         beyond_mm=covered.beyond_mm,
         thickness_mm=_thickness(body, device, made, covered, values),
     )
+    less, moved = _otherwise(soft, broad, slender), _otherwise(soft, slender, values)
     inside = np.flatnonzero(layout.beyond_mm < 0)
     thinnest = int(inside[np.argmin(layout.thickness_mm[inside])])
     x, y, z = layout.positive.vertices_mm[thinnest].tolist()
@@ -239,15 +242,34 @@ def _previewed(
         positive=positive,
         body=body,
         drawn=drawn,
-        openings=openings,
+        openings=placed.openings,
         layout=layout,
         thinnest_mm=float(layout.thickness_mm[thinnest]),
         thinnest_point_mm=(x, y, z),
         findings=(
             *_widths(body, device, values),
-            *placed.findings,
-            *straps_told(body, asked, openings, values, order.recipe),
+            *((note("device.trim.slender", measures=less),) if less else ()),
+            *((note("device.strap.moved", measures=moved),) if moved else ()),
+            *straps_told(body, asked, placed.openings, values, order.recipe),
         ),
+    )
+
+
+def _otherwise(
+    soft: Iterable[Measure], usual: Mapping[str, float], chosen: Mapping[str, float]
+) -> tuple[Finding, ...]:
+    """The values that nobody gave and that are here other than usual."""
+    return tuple(
+        note(
+            "device.measure.now",
+            label=one.en,
+            name=one.name,
+            usual=usual[one.name],
+            chosen=chosen[one.name],
+            unit=one.unit,
+        )
+        for one in soft
+        if chosen[one.name] != usual[one.name]
     )
 
 

@@ -11,7 +11,7 @@ Fails   EditError: a slot that no place lies so far inside its edges.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Final
 
@@ -23,7 +23,6 @@ from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import dots, unit
 from limbgram.core.mesh.tree_cache import tree_on
-from limbgram.findings import Finding, note
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import Inside, Slot
 from limbgram.workbench.devices.layout import Gap, Opening, beyond_gap
@@ -84,7 +83,7 @@ class Placed:
     openings: tuple[Opening, ...]
     """In the limb frame, in the order of the slots."""
     values: Mapping[str, float]
-    findings: tuple[Finding, ...]
+    """Those that were given as they were, others where straps had to spread."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,14 +112,13 @@ def place_slots(
         EditError: see the head of this file.
     """
     placed = _placed(ground, slots, values)
-    usual = placed.values
     for by_mm in range(_MOST_NARROWER_MM + 1):
         if _at_ease(ground, slots, placed, room):
-            return replace(placed, findings=_moved(usual, placed.values, room))
+            return placed
         parted = _waist_parted(ground, slots, placed, room)
         if _at_ease(ground, slots, parted, room):
-            return replace(parted, findings=_moved(usual, parted.values, room))
-        nearer = _nearer_edges(slots, usual, room, by_mm + 1.0)
+            return parted
+        nearer = _nearer_edges(slots, values, room, by_mm + 1.0)
         if nearer == placed.values:
             break
         placed = _placed(ground, slots, nearer)
@@ -129,7 +127,7 @@ def place_slots(
 
 def _placed(ground: Ground, slots: Sequence[Slot], values: Mapping[str, float]) -> Placed:
     openings = tuple(_settled(ground, slot, values) for slot in slots)
-    return Placed(openings=openings, values=values, findings=())
+    return Placed(openings=openings, values=values)
 
 
 def _nearer_edges(
@@ -160,7 +158,7 @@ def _waist_parted(ground: Ground, slots: Sequence[Slot], placed: Placed, room: R
             _settled(ground, slot, values) if slot.yields == soft.name else opening
             for slot, opening in zip(slots, placed.openings, strict=True)
         )
-        return Placed(openings=tuple(openings), values=values, findings=())
+        return Placed(openings=tuple(openings), values=values)
 
     farther = round(_midway_mm(slots, placed, soft.name) - float(own[0][1].middle_mm[2]))
     least, most = soft.within.least - now_mm, soft.within.most - now_mm
@@ -189,24 +187,6 @@ def _midway_mm(slots: Sequence[Slot], placed: Placed, yields: str) -> float:
     if not np.isfinite([above, below]).all():
         return above - _ALONE_MM if np.isfinite(above) else below + _ALONE_MM
     return 0.5 * (above + below)
-
-
-def _moved(
-    usual: Mapping[str, float], values: Mapping[str, float], room: Room
-) -> tuple[Finding, ...]:
-    moved = tuple(
-        note(
-            "device.measure.now",
-            label=one.en,
-            name=one.name,
-            usual=usual[one.name],
-            chosen=values[one.name],
-            unit=one.unit,
-        )
-        for one in room.soft.values()
-        if values[one.name] != usual[one.name]
-    )
-    return (note("device.strap.moved", measures=moved),) if moved else ()
 
 
 def widest_straps_mm(

@@ -37,6 +37,8 @@ _DOWNWARDS = np.sqrt(0.5)
 """Cosine to straight down: beyond it a surface looks down rather than to a side."""
 _STEP_MM = 0.5
 """By which a measure is changed to see where its handle goes, and a side is looked for."""
+_FROM_SIDE_MM = 1.0
+"""A measure that yields keeps its points so far from the farthest that the limb has."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +52,8 @@ class Measure:
     within: Within
     en: str
     de: str
+    yields: bool = False
+    """Where nobody gave it, it is no more than the limb is broad enough for."""
 
     @property
     def unit(self) -> str:
@@ -204,6 +208,46 @@ def values_of(measures: tuple[Measure, ...], given: Mapping[str, float]) -> dict
             )
         values[one.name] = float(value)
     return values
+
+
+def on_slender_limb(
+    body: Body, trim: Trim, values: Mapping[str, float], given: Iterable[str]
+) -> dict[str, float]:
+    """The values, those that yield so small that none of their points lies beside the limb.
+
+    At their least where that does not help either: the refusal is the edge's.
+
+    Args:
+        given: Measures whose values somebody gave; they stay.
+    """
+    found = dict(values)
+    for one in trim.measures:
+        if not one.yields or one.name in given:
+            continue
+        points = [
+            (loop.name, point)
+            for loop in trim.loops
+            for point in loop.points
+            if one.name in measures_of(point)
+        ]
+        while found[one.name] > one.within.least and _beside(
+            body, points, {**found, one.name: found[one.name] + _FROM_SIDE_MM}
+        ):
+            found[one.name] = max(one.within.least, found[one.name] - _STEP_MM)
+    return found
+
+
+def _beside(
+    body: Body, points: Iterable[tuple[str, TrimPoint]], values: Mapping[str, float]
+) -> bool:
+    """Whether one of the points is looked for beside a slender limb."""
+    for loop, point in points:
+        try:
+            place_point(body, loop, point, values)
+        except EditError as error:
+            if error.finding.code == "device.trim.beside_limb":
+                return True
+    return False
 
 
 def draw_trim(
