@@ -16,7 +16,7 @@ from limbgram.core.notebook import brief
 from limbgram.core.request_fields import Within
 from limbgram.findings.tell import add_terms
 from limbgram.workbench.devices import kinds
-from limbgram.workbench.devices.trims import Amount, Measure, Trim, TrimPoint
+from limbgram.workbench.devices.trims import Amount, Measure, Trim, TrimPoint, measures_in
 
 Fabrication = Literal["printed", "draped"]
 
@@ -151,10 +151,12 @@ class Device:
     __repr__ = brief
 
     def measures(self, made: Fabrication) -> tuple[Measure, ...]:
-        """All, in the order of forms."""
+        """All, in the order of forms; a draped sheet has no pads and no ribs."""
         fitted = ADAPTER if self.adapter else ()
         drawn = (DRAW,) if made == "draped" else ()
-        return (*self.trim.measures, self.wall[made], *drawn, *self.more, *fitted)
+        thicker = measures_in([one.add_mm for one in (*self.pads, *self.ridges)])
+        more = [one for one in self.more if made == "printed" or one.name not in thicker]
+        return (*self.trim.measures, self.wall[made], *drawn, *more, *fitted)
 
     @property
     def landmarks(self) -> tuple[str, ...]:

@@ -369,6 +369,7 @@ def _thickness(
             add_mm=amount_of(pad.add_mm, values),
         )
         for pad in device.pads
+        if amount_of(pad.add_mm, values) > 0
     ]
     ribs = [
         Rib(
@@ -378,6 +379,7 @@ def _thickness(
             add_mm=amount_of(one.add_mm, values),
         )
         for one in device.ridges
+        if amount_of(one.add_mm, values) > 0
     ]
     return printed(covered, base_mm, zones, ribs)
 

@@ -172,6 +172,29 @@ def test_each_strap_of_a_trunk_adds_two_holes(bodies: dict[str, Limb], name: str
         assert (2 - euler) // 2 == count
 
 
+def test_ribs_behind_the_malleoli_stiffen_a_printed_wall_and_no_sheet(
+    bodies: dict[str, Limb],
+) -> None:
+    plain = Order(device="solid-afo", made="printed")
+    ribbed = preview_device(bodies["foot"], replace(plain, values={"rib_mm": 3.0}))
+    layout, wall_mm = ribbed.layout, ribbed.values["wall_mm"]
+    added = layout.thickness_mm - wall_mm
+    assert added.max() == pytest.approx(3.0, abs=1e-6)
+    assert preview_device(bodies["foot"], plain).layout.thickness_mm.max() == wall_mm
+    for name, sign in (("lateral malleolus", 1), ("medial malleolus", -1)):
+        _, y, z = ribbed.body.place_mm(name)
+        x_mm, y_mm, z_mm = layout.positive.vertices_mm[
+            (added > 2.9) & (layout.positive.vertices_mm[:, 0] * sign > 0)
+        ].T
+        assert (y_mm < y).all()  # behind it, from the heel to the calf, within the shell
+        assert z_mm.min() < z - 10 < z + 40 < z_mm.max()
+        assert (np.abs(x_mm) > 5).all()
+    assert (layout.beyond_mm[added > 2.9] < 0).all()
+    with pytest.raises(EditError) as refused:
+        preview_device(bodies["foot"], replace(plain, made="draped", values={"rib_mm": 3.0}))
+    assert refused.value.finding.code == "device.value.unknown"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["hinged-afo-calf", "hinged-afo-foot"])
 def test_a_stop_has_a_seat_with_one_hole_more(bodies: dict[str, Limb], name: str) -> None:
