@@ -29,13 +29,13 @@ from limbgram.workbench.devices.blocks import Block, Boss
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import DRAW, Device, Fabrication, Seat, Slit, Slot, devices
 from limbgram.workbench.devices.fittings import Part, fitted, hole, imported
-from limbgram.workbench.devices.layout import Covered, Gap, Opening, cover
+from limbgram.workbench.devices.layout import Covered, Gap, Opening, Rib, cover
 from limbgram.workbench.devices.lettering import lettering
 from limbgram.workbench.devices.proof import Wall, measure_wall, require_solid
 from limbgram.workbench.devices.shell import Layout, make_shell
 from limbgram.workbench.devices.slots import Ground, Room, place_slots, widest_straps_mm
 from limbgram.workbench.devices.straps import straps_told
-from limbgram.workbench.devices.thickness import Rib, Zone, draped, printed
+from limbgram.workbench.devices.thickness import Zone, draped, printed
 from limbgram.workbench.devices.trims import (
     Drawn,
     Free,
@@ -224,12 +224,13 @@ def _previewed(
     ground = Ground.of(body, drawn, gaps, asked)
     placed = place_slots(ground, asked, values, room)
     slender, values = values, placed.values
+    ribs = _ribs(body, device, made, values)
     with _straps_that_fit(ground, asked, values, room):
-        covered = cover(body, drawn.edges, placed.openings, gaps, bridge_mm=wall_mm)
+        covered = cover(body, drawn.edges, placed.openings, gaps, wall_mm, ribs)
     layout = Layout(
         positive=covered.positive,
         beyond_mm=covered.beyond_mm,
-        thickness_mm=_thickness(body, device, made, covered, values),
+        thickness_mm=_thickness(body, device, made, covered, values, ribs),
     )
     less, moved = _otherwise(soft, broad, slender), _otherwise(soft, slender, values)
     inside = np.flatnonzero(layout.beyond_mm < 0)
@@ -356,7 +357,12 @@ def _gap(slit: Slit, values: Mapping[str, float]) -> Gap:
 
 
 def _thickness(
-    body: Body, device: Device, made: Fabrication, covered: Covered, values: Mapping[str, float]
+    body: Body,
+    device: Device,
+    made: Fabrication,
+    covered: Covered,
+    values: Mapping[str, float],
+    ribs: Sequence[Rib],
 ) -> Float64[np.ndarray, " n"]:
     base_mm = values[device.wall[made].name]
     if made == "draped":
@@ -371,7 +377,12 @@ def _thickness(
         for pad in device.pads
         if amount_of(pad.add_mm, values) > 0
     ]
-    ribs = [
+    return printed(covered, base_mm, zones, ribs)
+
+
+def _ribs(body: Body, device: Device, made: Fabrication, values: Mapping[str, float]) -> list[Rib]:
+    """Of a printed wall, those that are asked for."""
+    return [
         Rib(
             line_mm=_line(body, [place_point(body, one.name, p, values) for p in one.through]),
             width_mm=one.width_mm,
@@ -379,9 +390,8 @@ def _thickness(
             add_mm=amount_of(one.add_mm, values),
         )
         for one in device.ridges
-        if amount_of(one.add_mm, values) > 0
+        if made == "printed" and amount_of(one.add_mm, values) > 0
     ]
-    return printed(covered, base_mm, zones, ribs)
 
 
 def _line(body: Body, places: Sequence[Vector3]) -> Float64[np.ndarray, "k 3"]:

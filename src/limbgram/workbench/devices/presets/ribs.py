@@ -32,8 +32,8 @@ def _rib(side: str) -> Ridge:
                 around_deg=115.0 if side == "lateral" else -115.0,
             ),
         ),
-        width_mm=10.0,
-        falloff_mm=6.0,
+        width_mm=12.0,
+        falloff_mm=8.0,
         add_mm="rib_mm",
     )
 
