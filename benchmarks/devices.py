@@ -7,7 +7,7 @@
 what came of it: one closed solid without crossings (the program's own proof), its thickness against
 what was asked, and whether PrusaSlicer reads the 3MF as manifold and slices it without a repair; or
 the refusal, with its place. Measures are the usual ones, scaled with the body within their ranges,
-but for the wall and the distances of a trunk's slots from edges.
+but for the wall, the distances of a trunk's slots from edges, and what yields to a slender limb.
 What stands in OUT already is kept, with its commit, so that a run that was stopped goes on; --again
 NAME makes a device anew.
 
@@ -152,15 +152,7 @@ def _made(device: Device, limb: Any, subject: Subject, keep: Path | None) -> dic
     }
     values = _values(device, subject)
     try:
-        try:
-            made = make_device(limb, Order(device=device.name, made="printed", values=values))
-        except LimbgramError as error:
-            smaller = _smaller(device, error)
-            if not smaller:
-                raise
-            row |= {"at_first": str(error), "smaller": smaller}
-            order = Order(device=device.name, made="printed", values=values | smaller)
-            made = make_device(limb, order)
+        made = make_device(limb, Order(device=device.name, made="printed", values=values))
     except LimbgramError as error:
         row |= {"refused": error.finding.code, "says": str(error)}
         row["cpu_s"] = round(time.process_time() - start, 1)
@@ -182,19 +174,11 @@ def _made(device: Device, limb: Any, subject: Subject, keep: Path | None) -> dic
     return row
 
 
-def _smaller(device: Device, error: LimbgramError) -> dict[str, float]:
-    """What a refusal of a point beside a slender limb advises: its measures at their least."""
-    if error.finding.code != "device.trim.beside_limb":
-        return {}
-    named = error.finding.values["measures"] or ()
-    return {one.name: one.within.least for one in device.trim.measures if one.name in named}
-
-
 def _values(device: Device, subject: Subject) -> dict[str, float]:
     """Usual measures, scaled with the body within their ranges.
 
     What parts a trunk's slots from edges goes with the wall, which is not scaled: only the straps'
-    widths are.
+    widths are. What yields to a slender limb by itself is not given.
     """
     found: dict[str, float] = {}
     for one in device.measures("printed"):
@@ -202,6 +186,8 @@ def _values(device: Device, subject: Subject) -> dict[str, float]:
             found[one.name] = WALL_MM[device.kind]
         elif one.usual is None:
             found[one.name] = GIVEN[one.name]
+        elif one.yields:
+            continue
         elif one.name.endswith("_mm") and one in (
             *device.trim.measures,
             *CALF_STRAP,
@@ -248,8 +234,7 @@ def _cell(row: dict[str, Any]) -> str:
         *([] if row["sliced"] else ["not sliced"]),
         *([] if row["off_mm"] <= OFF_MM else ["off"]),
     ]
-    told = f"{row['off_mm']:.3f}" + (f" {', '.join(wrong)}" if wrong else "")
-    return f"{told} smaller" if row.get("smaller") else told
+    return f"{row['off_mm']:.3f}" + (f" {', '.join(wrong)}" if wrong else "")
 
 
 def page(result: dict[str, Any]) -> str:
@@ -261,9 +246,8 @@ def page(result: dict[str, Any]) -> str:
         made_on(result["machine"]) + f"; {result['slicer']}; rows of commits {', '.join(commits)}",
         "A figure: one closed solid without crossings, read by PrusaSlicer as one manifold part "
         "and sliced without a repair; of 99 in 100 places of the wall, the largest difference "
-        f"from the thickness that was asked, in mm (promised: {OFF_MM}). Smaller: refused on a "
-        "limb that is slender there, and made with the measures that the refusal names at their "
-        "least. What was refused, and why, stands below.",
+        f"from the thickness that was asked, in mm (promised: {OFF_MM}). What was refused, and "
+        "why, stands below.",
     ]
     for kind in dict.fromkeys(row["kind"] for row in rows):
         own = [row for row in rows if row["kind"] == kind]
@@ -274,7 +258,7 @@ def page(result: dict[str, Any]) -> str:
         ]
         parts += [f"## {kind}", table(("limb", *names), body)]
     good = [row for row in rows if not row["refused"]]
-    whole = [row for row in good if _cell(row).removesuffix(" smaller") == f"{row['off_mm']:.3f}"]
+    whole = [row for row in good if _cell(row) == f"{row['off_mm']:.3f}"]
     parts.append(
         f"{len(rows)} orders of {10 * len(devices())}: {len(whole)} as promised, "
         f"{len(good) - len(whole)} made with a fault, {len(rows) - len(good)} refused."

@@ -222,7 +222,7 @@ def _still_of_it(kept: OrderFile | None, made: Fabrication | None) -> dict[str, 
     if kept is None:
         return {}
     device = device_named(kept.device)
-    others = {one.name for one in device.measures(kept.made)}
+    others = {one.name for each in device.wall for one in device.measures(each)}
     own = {one.name for one in device.measures(made or kept.made)}
     return {name: value for name, value in kept.values.items() if name not in others - own}
 

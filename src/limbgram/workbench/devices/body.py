@@ -20,6 +20,7 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import square_to
 from limbgram.core.mesh.mesh import Mesh, lengths, unit
 from limbgram.core.mesh.sections import Z_AXIS, centroid_mm, cut
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.anatomy.names import named
 from limbgram.workbench.edits.regions import position_mm
 from limbgram.workbench.limb import AlignedLimb, Limb
@@ -63,6 +64,11 @@ class Body:
             EditError: the limb has none of that name.
         """
         return position_mm(self.limb, name, "limb")
+
+    def normal_at(self, place_mm: Vector3) -> Vector3:
+        """Outward, of the face that lies nearest."""
+        face = tree_on(self.mesh).closest(place_mm[None]).faces[0]
+        return unit(self.mesh.face_normals()[face][None])[0]
 
     def outward(self) -> Vector3:
         """Lateral.

@@ -16,9 +16,23 @@ from limbgram.core.notebook import brief
 from limbgram.core.request_fields import Within
 from limbgram.findings.tell import add_terms
 from limbgram.workbench.devices import kinds
-from limbgram.workbench.devices.trims import Amount, Measure, Trim, TrimPoint
+from limbgram.workbench.devices.trims import Amount, Measure, Trim, TrimPoint, measures_in
 
 Fabrication = Literal["printed", "draped"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inside:
+    """How far a slot keeps inside an edge, over the surface, from where the edge was drawn."""
+
+    edge: str
+    """A loop of the trim, or the opening of a slit."""
+    margin_mm: Amount
+    """To the slot's own nearest side."""
+    away: Literal["up", "down", "round", "back"]
+    """The way from the edge: up or down the limb, or round it as angles grow, or back."""
+    stretch: tuple[str, str] | None = None
+    """From one point of the loop onwards to another; all of it without."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +41,7 @@ class Slot:
 
     name: str
     at: TrimPoint
+    """Its middle; where edges hold it, about there."""
     length_mm: Amount
     width_mm: Amount
     upright: bool = True
@@ -35,6 +50,10 @@ class Slot:
     """Width of the strap through it, which presses beside it; nothing for a vent."""
     asked: Amount = 1.0
     """It is cut where this is more than nothing."""
+    inside: tuple[Inside, ...] = ()
+    """The edges that hold it, at most one for each way."""
+    yields: str = ""
+    """The measure that moves it out of the way of other straps, where nobody gave it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +98,10 @@ class Slit:
 
     side: Literal["anterior", "posterior"]
     width_mm: Amount
+
+    @property
+    def name(self) -> str:
+        return "front opening" if self.side == "anterior" else "back opening"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,10 +151,12 @@ class Device:
     __repr__ = brief
 
     def measures(self, made: Fabrication) -> tuple[Measure, ...]:
-        """All, in the order of forms."""
+        """All, in the order of forms; a draped sheet has no pads and no ribs."""
         fitted = ADAPTER if self.adapter else ()
         drawn = (DRAW,) if made == "draped" else ()
-        return (*self.trim.measures, self.wall[made], *drawn, *self.more, *fitted)
+        thicker = measures_in([one.add_mm for one in (*self.pads, *self.ridges)])
+        more = [one for one in self.more if made == "printed" or one.name not in thicker]
+        return (*self.trim.measures, self.wall[made], *drawn, *more, *fitted)
 
     @property
     def landmarks(self) -> tuple[str, ...]:

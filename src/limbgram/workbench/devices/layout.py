@@ -34,6 +34,8 @@ from limbgram.workbench.edits.regions import (
 
 _FINE_MM = 1.5
 """Edges of triangles along edges and openings."""
+_OF_FALLOFF = 1 / 3
+"""Edges of triangles under a rib, as a share of the way over which it runs out."""
 _BESIDE_MM, _ALONG_MM = 6.0, 15.0
 """A curve meets itself where stretches that lie so far apart along it come so near."""
 _CORNER_MM = 12.0
@@ -71,6 +73,17 @@ class Gap:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Rib:
+    """A raised band along a line on the surface."""
+
+    line_mm: Points3
+    width_mm: float
+    """Full across it."""
+    falloff_mm: float
+    add_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Covered:
     """The positive and how far its vertices lie beyond the device's edges."""
 
@@ -84,10 +97,12 @@ def cover(
     openings: Sequence[Opening] = (),
     gaps: Sequence[Gap] = (),
     bridge_mm: float = 0.0,
+    ribs: Sequence[Rib] = (),
 ) -> Covered:
     """What a device covers.
 
     Args:
+        ribs: Under which the surface is made so fine that they are even.
         bridge_mm: Least width of what stays between an opening and an edge, or another opening.
 
     Raises:
@@ -98,6 +113,8 @@ def cover(
         mesh = fine_along(mesh, edge.curve, _FINE_MM)
     for opening in openings:
         mesh = _fine_round(mesh, opening)
+    for rib in ribs:
+        mesh = _fine_under(mesh, rib)
     beyond = np.full(len(mesh), -_REACH_MM)
     others: list[tuple[str, Float64[np.ndarray, " n"]]] = []
     for edge in edges:
@@ -105,7 +122,7 @@ def cover(
         beyond = np.maximum(beyond, others[-1][1])
     beyond = _one_piece(mesh, beyond, edges)
     for gap in gaps:
-        others.append((gap.name, _beyond_gap(mesh, gap)))
+        others.append((gap.name, beyond_gap(mesh.vertices_mm, gap)))
         beyond = _both(beyond, others[-1][1])
     for opening in openings:
         depth = _within_opening(mesh, opening)
@@ -114,6 +131,12 @@ def cover(
         others.append((opening.name, depth))
     _require_no_hole(mesh, beyond)
     return Covered(positive=mesh, beyond_mm=beyond)
+
+
+def beyond_gap(places_mm: Points3, gap: Gap) -> Float64[np.ndarray, " n"]:
+    """How deep inside a gap; it is measured straight across, on the side where it lies."""
+    off = np.abs(places_mm @ gap.across)
+    return np.where(places_mm @ gap.outward > 0, gap.width_mm / 2 - off, -_REACH_MM)
 
 
 def _beyond_edge(mesh: Mesh, edge: Edge) -> Float64[np.ndarray, " n"]:
@@ -169,13 +192,6 @@ def _both(
     return np.minimum(np.maximum(one, two), -_CORNER_MM) + corner
 
 
-def _beyond_gap(mesh: Mesh, gap: Gap) -> Float64[np.ndarray, " n"]:
-    """How deep inside a gap; it is measured straight across, on the side where it lies."""
-    off = np.abs(mesh.vertices_mm @ gap.across)
-    there = mesh.vertices_mm @ gap.outward > 0
-    return np.where(there, gap.width_mm / 2 - off, -_REACH_MM)
-
-
 def _fine_round(mesh: Mesh, opening: Opening) -> Mesh:
     reach_mm = 0.5 * max(opening.length_mm, opening.width_mm) + 2 * _FINE_MM
 
@@ -186,6 +202,18 @@ def _fine_round(mesh: Mesh, opening: Opening) -> Mesh:
         return away < reach_mm + size
 
     return refine_under(mesh, under, _FINE_MM)
+
+
+def _fine_under(mesh: Mesh, rib: Rib) -> Mesh:
+    line = KDTree(rib.line_mm)
+    reach_mm = 0.5 * rib.width_mm + rib.falloff_mm
+
+    def under(work: Mesh) -> Bool[np.ndarray, " f"]:
+        corners = work.vertices_mm[work.faces]
+        size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(1)
+        return line.query(corners.mean(1), workers=1)[0] < reach_mm + size
+
+    return refine_under(mesh, under, rib.falloff_mm * _OF_FALLOFF)
 
 
 def _within_opening(mesh: Mesh, opening: Opening) -> Float64[np.ndarray, " n"]:

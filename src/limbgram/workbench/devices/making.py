@@ -29,12 +29,13 @@ from limbgram.workbench.devices.blocks import Block, Boss
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import DRAW, Device, Fabrication, Seat, Slit, Slot, devices
 from limbgram.workbench.devices.fittings import Part, fitted, hole, imported
-from limbgram.workbench.devices.layout import Covered, Gap, Opening, cover
+from limbgram.workbench.devices.layout import Covered, Gap, Opening, Rib, cover
 from limbgram.workbench.devices.lettering import lettering
 from limbgram.workbench.devices.proof import Wall, measure_wall, require_solid
 from limbgram.workbench.devices.shell import Layout, make_shell
-from limbgram.workbench.devices.straps import straps_told, widest_straps_mm
-from limbgram.workbench.devices.thickness import Rib, Zone, draped, printed
+from limbgram.workbench.devices.slots import Ground, Room, place_slots, widest_straps_mm
+from limbgram.workbench.devices.straps import straps_told
+from limbgram.workbench.devices.thickness import Zone, draped, printed
 from limbgram.workbench.devices.trims import (
     Drawn,
     Free,
@@ -42,8 +43,7 @@ from limbgram.workbench.devices.trims import (
     Measure,
     amount_of,
     draw_trim,
-    measures_in,
-    measures_of,
+    on_slender_limb,
     place_point,
     values_of,
 )
@@ -105,6 +105,8 @@ class Preview:
     """After the recipe, in the axes of the limb that was given."""
     body: Body
     drawn: Drawn
+    openings: tuple[Opening, ...]
+    """Slots and vents, as they were placed."""
     layout: Layout
     """The positive's surface, how far each vertex lies beyond the edges, and the thickness."""
     thinnest_mm: float
@@ -188,7 +190,7 @@ def _measures_called(measures: Iterable[Measure]) -> Generator[None]:
 
 @contextmanager
 def _straps_that_fit(
-    body: Body, slots: Sequence[Slot], values: Mapping[str, float], wall_mm: float
+    ground: Ground, slots: Sequence[Slot], values: Mapping[str, float], room: Room
 ) -> Generator[None]:
     """Let the refusal of a slot beside another say how wide straps may be."""
     try:
@@ -196,7 +198,7 @@ def _straps_that_fit(
     except EditError as error:
         if error.finding.code == "device.opening.edge":
             beside_slot = error.finding.values["beside"] in {slot.name for slot in slots}
-            fits_mm = widest_straps_mm(body, slots, values, wall_mm) if beside_slot else None
+            fits_mm = widest_straps_mm(ground, slots, values, room) if beside_slot else None
             told = {**error.finding.values, "fits_mm": fits_mm}
             error.finding = replace(error.finding, values=told)
         raise
@@ -208,22 +210,29 @@ def _previewed(
     body = Body.of(positive)
     body.require_marked(device.landmarks, device.en)
     body.require_sides(device.landmarks)
+    broad, values = values, on_slender_limb(body, device.trim, values, order.values)
     drawn = draw_trim(body, device.trim, values, order.free)
     asked = [
         slot
         for slot in device.slots
         if amount_of(slot.width_mm, values) > 0 and amount_of(slot.asked, values) > 0
     ]
-    openings = [_opening(body, slot, values) for slot in asked]
     gaps = [_gap(one, values) for one in device.slits]
     wall_mm = values[device.wall[made].name]  # a bridge that is narrower has no wall, only edges
-    with _straps_that_fit(body, asked, values, wall_mm):
-        covered = cover(body, drawn.edges, openings, gaps, bridge_mm=wall_mm)
+    soft = [one for one in device.measures(made) if one.name not in order.values]
+    room = Room(bridge_mm=wall_mm, soft={one.name: one for one in soft})
+    ground = Ground.of(body, drawn, gaps, asked)
+    placed = place_slots(ground, asked, values, room)
+    slender, values = values, placed.values
+    ribs = _ribs(body, device, made, values)
+    with _straps_that_fit(ground, asked, values, room):
+        covered = cover(body, drawn.edges, placed.openings, gaps, wall_mm, ribs)
     layout = Layout(
         positive=covered.positive,
         beyond_mm=covered.beyond_mm,
-        thickness_mm=_thickness(body, device, made, covered, values),
+        thickness_mm=_thickness(body, device, made, covered, values, ribs),
     )
+    less, moved = _otherwise(soft, broad, slender), _otherwise(soft, slender, values)
     inside = np.flatnonzero(layout.beyond_mm < 0)
     thinnest = int(inside[np.argmin(layout.thickness_mm[inside])])
     x, y, z = layout.positive.vertices_mm[thinnest].tolist()
@@ -234,13 +243,34 @@ def _previewed(
         positive=positive,
         body=body,
         drawn=drawn,
+        openings=placed.openings,
         layout=layout,
         thinnest_mm=float(layout.thickness_mm[thinnest]),
         thinnest_point_mm=(x, y, z),
         findings=(
             *_widths(body, device, values),
-            *straps_told(body, asked, openings, values, order.recipe),
+            *((note("device.trim.slender", measures=less),) if less else ()),
+            *((note("device.strap.moved", measures=moved),) if moved else ()),
+            *straps_told(body, asked, placed.openings, values, order.recipe),
         ),
+    )
+
+
+def _otherwise(
+    soft: Iterable[Measure], usual: Mapping[str, float], chosen: Mapping[str, float]
+) -> tuple[Finding, ...]:
+    """The values that nobody gave and that are here other than usual."""
+    return tuple(
+        note(
+            "device.measure.now",
+            label=one.en,
+            name=one.name,
+            usual=usual[one.name],
+            chosen=chosen[one.name],
+            unit=one.unit,
+        )
+        for one in soft
+        if chosen[one.name] != usual[one.name]
     )
 
 
@@ -317,26 +347,9 @@ def _carried_over(shell: Mesh, wall: Wall, solid: Mesh) -> Float64[np.ndarray, "
     return np.where(away_mm < _SAME_MM, wall.at_vertices_mm[at], np.nan)
 
 
-def _opening(body: Body, slot: Slot, values: Mapping[str, float]) -> Opening:
-    place = place_point(body, slot.name, slot.at, values)
-    up = np.array([0.0, 0.0, 1.0])
-    normal = _normal_at(body, place)
-    along = up if slot.upright else np.cross(up, normal)
-    return Opening(
-        name=slot.name,
-        middle_mm=place,
-        along=along,
-        length_mm=amount_of(slot.length_mm, values),
-        width_mm=amount_of(slot.width_mm, values),
-        measures=tuple(
-            dict.fromkeys([*measures_in([slot.length_mm, slot.width_mm]), *measures_of(slot.at)])
-        ),
-    )
-
-
 def _gap(slit: Slit, values: Mapping[str, float]) -> Gap:
     return Gap(
-        name="front opening" if slit.side == "anterior" else "back opening",
+        name=slit.name,
         outward=np.array([0.0, 1.0 if slit.side == "anterior" else -1.0, 0.0]),
         across=np.array([1.0, 0.0, 0.0]),
         width_mm=amount_of(slit.width_mm, values),
@@ -344,7 +357,12 @@ def _gap(slit: Slit, values: Mapping[str, float]) -> Gap:
 
 
 def _thickness(
-    body: Body, device: Device, made: Fabrication, covered: Covered, values: Mapping[str, float]
+    body: Body,
+    device: Device,
+    made: Fabrication,
+    covered: Covered,
+    values: Mapping[str, float],
+    ribs: Sequence[Rib],
 ) -> Float64[np.ndarray, " n"]:
     base_mm = values[device.wall[made].name]
     if made == "draped":
@@ -357,8 +375,14 @@ def _thickness(
             add_mm=amount_of(pad.add_mm, values),
         )
         for pad in device.pads
+        if amount_of(pad.add_mm, values) > 0
     ]
-    ribs = [
+    return printed(covered, base_mm, zones, ribs)
+
+
+def _ribs(body: Body, device: Device, made: Fabrication, values: Mapping[str, float]) -> list[Rib]:
+    """Of a printed wall, those that are asked for."""
+    return [
         Rib(
             line_mm=_line(body, [place_point(body, one.name, p, values) for p in one.through]),
             width_mm=one.width_mm,
@@ -366,8 +390,8 @@ def _thickness(
             add_mm=amount_of(one.add_mm, values),
         )
         for one in device.ridges
+        if made == "printed" and amount_of(one.add_mm, values) > 0
     ]
-    return printed(covered, base_mm, zones, ribs)
 
 
 def _line(body: Body, places: Sequence[Vector3]) -> Float64[np.ndarray, "k 3"]:
@@ -412,7 +436,7 @@ def _lettered(preview: Preview, shell: Mesh, text: str) -> Part:
         raise EditError("device.lettering.draped", text=text)
     label, body = preview.device.label, preview.body
     place = place_point(body, "lettering", label.at, preview.values)
-    outward, up = _normal_at(body, place), np.array([0.0, 0.0, 1.0])
+    outward, up = body.normal_at(place), np.array([0.0, 0.0, 1.0])
     match label.runs:
         case "up":
             runs = up
@@ -421,12 +445,6 @@ def _lettered(preview: Preview, shell: Mesh, text: str) -> Part:
         case "ahead":
             runs = body.directions("foot")[1]
     return lettering(shell, text, place, outward, runs)
-
-
-def _normal_at(body: Body, place_mm: Vector3) -> Vector3:
-    """Outward, of the face that lies nearest."""
-    face = tree_on(body.mesh).closest(place_mm[None]).faces[0]
-    return unit(body.mesh.face_normals()[face][None])[0]
 
 
 def _widths(body: Body, device: Device, values: Mapping[str, float]) -> Sequence[Finding]:

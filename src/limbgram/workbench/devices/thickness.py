@@ -22,7 +22,7 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh, lengths
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.mesh.tree_cache import tree_on
-from limbgram.workbench.devices.layout import Covered
+from limbgram.workbench.devices.layout import Covered, Rib
 from limbgram.workbench.edits.regions import distances_from, distances_from_point
 
 _HELD_MM = 15.0
@@ -40,17 +40,6 @@ class Zone:
     """Full within it."""
     falloff_mm: float
     """Over which it runs out."""
-    add_mm: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class Rib:
-    """A raised band along a line on the surface."""
-
-    line_mm: Points3
-    width_mm: float
-    """Full across it."""
-    falloff_mm: float
     add_mm: float
 
 

@@ -20,14 +20,12 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError, MeasureError, refusals_about
 from limbgram.core.geometry.arrays import Points3, Vector3
-from limbgram.core.mesh.mesh import unit
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import Within
 from limbgram.workbench.devices.body import Axes, Body
 from limbgram.workbench.devices.curves import fair_curve
 from limbgram.workbench.edits.regions import Curve
-from limbgram.workbench.limb import Limb
 
 Seen = Literal["anterior", "posterior", "lateral", "medial", "right", "left", "plantar"]
 _FROM_BRIM_MM = 3.0
@@ -39,6 +37,8 @@ _DOWNWARDS = np.sqrt(0.5)
 """Cosine to straight down: beyond it a surface looks down rather than to a side."""
 _STEP_MM = 0.5
 """By which a measure is changed to see where its handle goes, and a side is looked for."""
+_FROM_SIDE_MM = 1.0
+"""A measure that yields keeps its points so far from the farthest that the limb has."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +52,8 @@ class Measure:
     within: Within
     en: str
     de: str
+    yields: bool = False
+    """Where nobody gave it, it is no more than the limb is broad enough for."""
 
     @property
     def unit(self) -> str:
@@ -206,6 +208,46 @@ def values_of(measures: tuple[Measure, ...], given: Mapping[str, float]) -> dict
             )
         values[one.name] = float(value)
     return values
+
+
+def on_slender_limb(
+    body: Body, trim: Trim, values: Mapping[str, float], given: Iterable[str]
+) -> dict[str, float]:
+    """The values, those that yield so small that none of their points lies beside the limb.
+
+    At their least where that does not help either: the refusal is the edge's.
+
+    Args:
+        given: Measures whose values somebody gave; they stay.
+    """
+    found = dict(values)
+    for one in trim.measures:
+        if not one.yields or one.name in given:
+            continue
+        points = [
+            (loop.name, point)
+            for loop in trim.loops
+            for point in loop.points
+            if one.name in measures_of(point)
+        ]
+        while found[one.name] > one.within.least and _beside(
+            body, points, {**found, one.name: found[one.name] + _FROM_SIDE_MM}
+        ):
+            found[one.name] = max(one.within.least, found[one.name] - _STEP_MM)
+    return found
+
+
+def _beside(
+    body: Body, points: Iterable[tuple[str, TrimPoint]], values: Mapping[str, float]
+) -> bool:
+    """Whether one of the points is looked for beside a slender limb."""
+    for loop, point in points:
+        try:
+            place_point(body, loop, point, values)
+        except EditError as error:
+            if error.finding.code == "device.trim.beside_limb":
+                return True
+    return False
 
 
 def draw_trim(
@@ -364,7 +406,7 @@ def _seen_at(body: Body, point: TrimPoint, values: Mapping[str, float]) -> Vecto
     if point.towards:
         base = base + point.share * (body.place_mm(point.towards) - base)
     right, ahead, up = body.directions(point.axes)
-    out = right if _is_trunk(body.limb) else right * body.outward()[0]
+    out = right if body.limb.kind == "torso" else right * body.outward()[0]
     aim = (
         base
         + amount_of(point.up_mm, values) * up
@@ -410,8 +452,7 @@ def _beside_sole(body: Body, met_mm: Vector3, look: Vector3, up: Vector3) -> Vec
         if above is None:
             break
         place = above
-        face = tree_on(body.mesh).closest(place[None]).faces[0]
-        if unit(body.mesh.face_normals()[face][None])[0] @ up > -_DOWNWARDS:
+        if body.normal_at(place) @ up > -_DOWNWARDS:
             return place
     return met_mm
 
@@ -435,10 +476,6 @@ def _missed(body: Body, point: TrimPoint, aim_mm: Vector3, look: Vector3) -> Edi
         lowest_mm=float(lowest_mm),
         highest_mm=float(highest_mm),
     )
-
-
-def _is_trunk(limb: Limb) -> bool:
-    return limb.kind == "torso"
 
 
 def _curve(body: Body, loop: Loop, placed: Points3) -> Curve:

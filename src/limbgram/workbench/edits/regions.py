@@ -268,7 +268,7 @@ def find_sides(mesh: Mesh, curves: Sequence[Curve]) -> Sides:
     for curve in curves:
         band = _faces_along(mesh, tree.closest(_densified(curve)).faces)
         vertices = np.unique(mesh.faces[band])
-        found = _signed_mm(mesh.vertices_mm[vertices], curve)
+        found = signed_mm(mesh.vertices_mm[vertices], curve)
         nearer = np.abs(found) < np.abs(signed[vertices])
         signed[vertices[nearer]] = found[nearer]
     sign = np.where(np.isfinite(signed), np.where(signed > 0, 1, -1), 0)
@@ -334,6 +334,38 @@ def distances_from(
         allowed: Vertices over which the way may lead.
     """
     return _spread(mesh, start_mm, allowed, limit_mm, circular=False)
+
+
+def distances_from_line(
+    mesh: Mesh, line_mm: Float64[np.ndarray, "k 3"], limit_mm: float
+) -> Float64[np.ndarray, " n"]:
+    """Distance of each vertex from a fine line on the surface, open or closed; infinite beyond
+    the limit."""
+    tree = tree_on(mesh)
+    near = np.unique(mesh.faces[_faces_along(mesh, tree.closest(line_mm).faces)])
+    start = np.full(len(mesh), np.inf)
+    start[near] = KDTree(line_mm).query(mesh.vertices_mm[near], workers=1)[0]
+    return distances_from(mesh, start, np.ones(len(mesh), np.bool_), limit_mm)
+
+
+def signed_mm(points: Points3, curve: Curve) -> Float64[np.ndarray, " n"]:
+    """Distance to a curve's polyline, signed by its side on the surface: positive to the left."""
+    line, count = curve.points_mm, len(curve.points_mm)
+    nearest = np.asarray(KDTree(line).query(points)[1])
+    distance = np.full(len(points), np.inf)
+    signed = np.empty(len(points))
+    for first in (nearest - 1, nearest):
+        start, end = line[first % count], line[(first + 1) % count]
+        along = end - start
+        share = ((points - start) * along).sum(1) / np.maximum((along * along).sum(1), 1e-30)
+        foot = start + np.clip(share, 0.0, 1.0)[:, None] * along
+        off = np.linalg.norm(points - foot, axis=1)
+        leftward = np.cross(curve.normals[nearest], _tangents(curve)[nearest])
+        side = ((points - foot) * leftward).sum(1)
+        closer = off < distance
+        distance[closer] = off[closer]
+        signed[closer] = np.where(side > 0, off, -off)[closer]
+    return signed
 
 
 def with_added(mesh: Mesh, places_mm: Points3, like: Int64[np.ndarray, " k"], faces: Faces) -> Mesh:
@@ -470,26 +502,6 @@ def _densified(curve: Curve) -> Points3:
     """The curve's points with three more between each two."""
     here, ahead = curve.points_mm, np.roll(curve.points_mm, -1, axis=0)
     return np.concatenate([here + share * (ahead - here) for share in (0.0, 0.25, 0.5, 0.75)])
-
-
-def _signed_mm(points: Points3, curve: Curve) -> Float64[np.ndarray, " n"]:
-    """Distance to the polyline, signed by its side on the surface."""
-    line, count = curve.points_mm, len(curve.points_mm)
-    nearest = np.asarray(KDTree(line).query(points)[1])
-    distance = np.full(len(points), np.inf)
-    signed = np.empty(len(points))
-    for first in (nearest - 1, nearest):
-        start, end = line[first % count], line[(first + 1) % count]
-        along = end - start
-        share = ((points - start) * along).sum(1) / np.maximum((along * along).sum(1), 1e-30)
-        foot = start + np.clip(share, 0.0, 1.0)[:, None] * along
-        off = np.linalg.norm(points - foot, axis=1)
-        leftward = np.cross(curve.normals[nearest], _tangents(curve)[nearest])
-        side = ((points - foot) * leftward).sum(1)
-        closer = off < distance
-        distance[closer] = off[closer]
-        signed[closer] = np.where(side > 0, off, -off)[closer]
-    return signed
 
 
 def _tangents(curve: Curve) -> Points3:

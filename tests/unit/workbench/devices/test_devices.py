@@ -18,7 +18,6 @@ from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.devices.device import devices
 from limbgram.workbench.devices.making import Order, make_device, preview_device
 from limbgram.workbench.devices.proof import require_solid
-from limbgram.workbench.devices.trims import place_point
 from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.edits.roll import Roll
 from limbgram.workbench.limb import KINDS, Landmark, Limb
@@ -83,26 +82,16 @@ def test_straps_of_a_trunk_lie_beside_the_opening(
     bodies: dict[str, Limb], name: str, front: int
 ) -> None:
     preview = preview_device(bodies["torso"], Order(device=name, made="printed"))
-    values = preview.values
-
-    def height_mm(mark: str) -> float:
-        return float(preview.body.place_mm(mark)[2])
-
-    if front > 0:
-        upper = height_mm("xiphoid") + values["front_top_mm"]
-        lower = height_mm("pubic symphysis") + values["over_pubis_mm"]
-    else:
-        upper = height_mm("right axilla") - values["below_axilla_mm"] + values["back_top_mm"]
-        lower = height_mm("coccyx") + values["over_coccyx_mm"]
-    waist = (height_mm("right waist") + height_mm("left waist")) / 2
-    above_mm = 35 if front > 0 else 20
-    middle = {"chest": upper - 20 - 19, "waist": waist, "pelvis": lower + above_mm + 19}
-    slots = [one for one in preview.device.slots if one.strap]
-    assert len(slots) == 6
-    for slot in slots:
-        x, y, z = place_point(preview.body, slot.name, slot.at, values)
-        assert z == pytest.approx(middle[slot.name.split()[0]], abs=0.01)
-        assert abs(x) - values["gap_mm"] / 2 == pytest.approx(20.0, abs=3.0)
+    body = preview.body
+    waist_mm = 0.5 * (body.place_mm("right waist") + body.place_mm("left waist"))[2]
+    straps = [one for one in preview.device.slots if one.strap]
+    assert len(straps) == 6
+    for slot, opening in zip(preview.device.slots, preview.openings, strict=False):
+        x, y, z = opening.middle_mm
+        if slot.name.startswith("waist"):
+            assert z == pytest.approx(waist_mm, abs=0.01)
+        # To the slot's side, 2.5 mm from its middle; the surface turns by a few degrees there.
+        assert abs(x) - preview.values["gap_mm"] / 2 == pytest.approx(22.5, abs=0.6)
         assert (x > 0) == slot.name.endswith("right")
         assert y * front > 50
     assert not preview.findings
@@ -129,31 +118,46 @@ def test_straps_over_bone_or_half_in_a_roll_are_told(bodies: dict[str, Limb]) ->
 
 
 def test_a_strap_too_near_another_is_told_with_the_width_that_fits(bodies: dict[str, Limb]) -> None:
-    """Widths W of all: chest and pelvic slots keep one end, so a bridge loses 1.5 W + 3 mm."""
-    usual = preview_device(bodies["torso"], Order(device="tlso-front", made="printed"))
-    height_mm = {mark: float(usual.body.place_mm(mark)[2]) for mark in usual.device.landmarks}
-    waist_mm = (height_mm["right waist"] + height_mm["left waist"]) / 2
-    top_mm = height_mm["xiphoid"] + usual.values["front_top_mm"] - 20.0
-    bottom_mm = height_mm["pubic symphysis"] + usual.values["over_pubis_mm"] + 35.0
-    room_mm = top_mm - waist_mm - 40.0, waist_mm + 40.0 - bottom_mm
-    below_mm = min(80.0, 20.0 + room_mm[0] - 45.0)  # leaves about 45 mm, for 50 + 25 of straps
-    room_mm = top_mm - (below_mm - 20.0) - waist_mm - 40.0, room_mm[1]
-    fits_mm = np.floor((min(room_mm) - usual.values["wall_mm"] - 3.0) / 1.5)
-    wide = dict.fromkeys(("chest_strap_mm", "waist_strap_mm", "pelvis_strap_mm"), 50.0)
-    values = {**wide, "waist_strap_up_mm": 40.0, "chest_strap_below_mm": below_mm}
+    """Slots keep the ends at their edges, the waist's its middle: a bridge loses 1.5 W + 3 mm."""
+    widths = ("chest_strap_mm", "waist_strap_mm", "pelvis_strap_mm")
+    wide = dict.fromkeys(widths, 50.0)
+    values = {**wide, "waist_strap_up_mm": 40.0, "chest_strap_below_mm": 50.0}
     order = Order(device="tlso-front", made="printed", values=values)
+    narrow = preview_device(
+        bodies["torso"], replace(order, values={**values, **dict.fromkeys(widths, 10.0)})
+    )
+    slots = {one.name: one for one in narrow.openings}
+    chest, waist = slots["chest strap, right"], slots["waist strap, right"]
+    bridge_mm = float(np.linalg.norm(chest.middle_mm - waist.middle_mm)) - 13.0
+    fits_mm = 10 + np.floor((bridge_mm - narrow.values["wall_mm"]) / 1.5)
     with pytest.raises(EditError) as refused:
         preview_device(bodies["torso"], order)
     told = refused.value.finding
     assert told.code == "device.opening.edge"
-    assert (told.values["name"], told.values["beside"]) == (
+    assert {told.values["name"], told.values["beside"]} == {
         "waist strap, right",
         "chest strap, right",
-    )
-    assert told.values["fits_mm"] == fits_mm
-    preview_device(
-        bodies["torso"], replace(order, values={**values, **dict.fromkeys(wide, fits_mm)})
-    )
+    }
+    assert told.values["fits_mm"] == pytest.approx(fits_mm, abs=1)
+    fitting = {**values, **dict.fromkeys(widths, told.values["fits_mm"])}
+    preview_device(bodies["torso"], replace(order, values=fitting))
+
+
+def test_straps_spread_unless_somebody_said_where(bodies: dict[str, Limb]) -> None:
+    """The chest strap is put down to the waist's: that one moves down, or is refused if given."""
+    order = Order(device="tlso-front", made="printed", values={"chest_strap_below_mm": 80.0})
+    moved = preview_device(bodies["torso"], order)
+    (told,) = moved.findings
+    assert told.code == "device.strap.moved"
+    assert moved.values["waist_strap_up_mm"] < 0
+    assert moved.values["chest_strap_below_mm"] == 80.0
+    again = preview_device(bodies["torso"], replace(order, values=moved.values))
+    assert not again.findings
+    for one, two in zip(moved.openings, again.openings, strict=True):
+        assert one.middle_mm.tobytes() == two.middle_mm.tobytes()
+    given = replace(order, values={**order.values, "waist_strap_up_mm": 0.0})
+    with pytest.raises(EditError, match="chest strap"):
+        preview_device(bodies["torso"], given)
 
 
 @pytest.mark.slow
@@ -165,6 +169,29 @@ def test_each_strap_of_a_trunk_adds_two_holes(bodies: dict[str, Limb], name: str
         solid = make_device(bodies["torso"], order).solid
         euler = len(solid) - len(find_edges(solid.faces).ends) + len(solid.faces)
         assert (2 - euler) // 2 == count
+
+
+def test_ribs_behind_the_malleoli_stiffen_a_printed_wall_and_no_sheet(
+    bodies: dict[str, Limb],
+) -> None:
+    plain = Order(device="solid-afo", made="printed")
+    ribbed = preview_device(bodies["foot"], replace(plain, values={"rib_mm": 3.0}))
+    layout, wall_mm = ribbed.layout, ribbed.values["wall_mm"]
+    added = layout.thickness_mm - wall_mm
+    assert added.max() == pytest.approx(3.0, abs=1e-6)
+    assert preview_device(bodies["foot"], plain).layout.thickness_mm.max() == wall_mm
+    for name, sign in (("lateral malleolus", 1), ("medial malleolus", -1)):
+        _, y, z = ribbed.body.place_mm(name)
+        x_mm, y_mm, z_mm = layout.positive.vertices_mm[
+            (added > 2.9) & (layout.positive.vertices_mm[:, 0] * sign > 0)
+        ].T
+        assert (y_mm < y).all()  # behind it, from the heel to the calf, within the shell
+        assert z_mm.min() < z - 10 < z + 40 < z_mm.max()
+        assert (np.abs(x_mm) > 5).all()
+    assert (layout.beyond_mm[added > 2.9] < 0).all()
+    with pytest.raises(EditError) as refused:
+        preview_device(bodies["foot"], replace(plain, made="draped", values={"rib_mm": 3.0}))
+    assert refused.value.finding.code == "device.value.unknown"
 
 
 @pytest.mark.slow

@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from limbgram.core.mesh.mesh import Mesh, crosses
-from limbgram.workbench.devices.layout import Covered
-from limbgram.workbench.devices.thickness import Rib, Zone, draped, printed
+from limbgram.workbench.devices.layout import Covered, Rib
+from limbgram.workbench.devices.thickness import Zone, draped, printed
 
 RADIUS = 50.0
 

@@ -11,6 +11,7 @@ from tests.unit.workbench.devices.shapes import make_foot
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import with_faces
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.devices.body import Body
@@ -22,6 +23,7 @@ from limbgram.workbench.devices.trims import (
     amount_of,
     draw_trim,
     mirrored,
+    on_slender_limb,
     place_point,
     values_of,
 )
@@ -219,6 +221,22 @@ def test_a_point_beside_a_slender_limb_is_refused_with_its_measures(
     away = np.hypot(slender.mesh.vertices_mm[:, 1] - y, slender.mesh.vertices_mm[:, 2] - z)
     assert told.values["beside_mm"] == pytest.approx(away.min(), abs=0.01)
     assert away.min() > 0.5
+
+
+def test_an_ear_yields_to_a_slender_ankle_unless_somebody_gave_its_width() -> None:
+    body, calf = Body.of(make_foot("right", 0.5)), DEVICES["hinged-afo-calf"].trim
+    usual = values_of(calf.measures, {})
+    found = on_slender_limb(body, calf, usual, given=())
+    assert {name for name in usual if usual[name] != found[name]} == {"ear_mm"}
+    room_mm: list[float] = []
+    for name in ("lateral malleolus", "medial malleolus"):
+        _, y, z = body.place_mm(name) + np.array([0, 0, usual["joint_gap_mm"] + 16])
+        ring = cut(body.mesh, [float(z)])[0].points_mm[:, 1]
+        room_mm += [float(y - ring.min()), float(ring.max() - y)]
+    assert min(room_mm) < usual["ear_mm"]
+    assert min(room_mm) - 1.6 < found["ear_mm"] < min(room_mm) - 0.9
+    draw_trim(body, calf, found)
+    assert on_slender_limb(body, calf, usual, given=("ear_mm",)) == usual
 
 
 def test_a_hole_of_the_scan_inside_the_device_is_refused(bodies: dict[str, Limb]) -> None:

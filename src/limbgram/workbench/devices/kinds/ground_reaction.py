@@ -3,6 +3,7 @@
 from limbgram.workbench.devices.device import ORTHOSIS, Device
 from limbgram.workbench.devices.presets.ankle import GROUND_REACTION
 from limbgram.workbench.devices.presets.labels import FRONT_OF_SHIN
+from limbgram.workbench.devices.presets.ribs import ANKLE_RIBS, RIB
 
 DEVICE = Device(
     name="ground-reaction-afo",
@@ -13,4 +14,6 @@ DEVICE = Device(
     trim=GROUND_REACTION,
     label=FRONT_OF_SHIN,
     wall=ORTHOSIS,
+    ridges=ANKLE_RIBS,
+    more=(RIB,),
 )

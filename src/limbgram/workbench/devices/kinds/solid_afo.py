@@ -3,6 +3,7 @@
 from limbgram.workbench.devices.device import ORTHOSIS, Device
 from limbgram.workbench.devices.presets.ankle import SOLID
 from limbgram.workbench.devices.presets.labels import BEHIND_CALF
+from limbgram.workbench.devices.presets.ribs import ANKLE_RIBS, RIB
 from limbgram.workbench.devices.presets.straps import CALF_STRAP, calf_slots
 
 DEVICE = Device(
@@ -15,5 +16,6 @@ DEVICE = Device(
     label=BEHIND_CALF,
     wall=ORTHOSIS,
     slots=calf_slots(72.0),
-    more=CALF_STRAP,
+    ridges=ANKLE_RIBS,
+    more=(*CALF_STRAP, RIB),
 )

@@ -12,6 +12,7 @@ from limbgram.workbench.devices.presets.spine import (
 )
 from limbgram.workbench.devices.presets.straps import OPENING_STRAPS, opening_slots
 
+_SLIT = Slit(side="posterior", width_mm=GAP.name)
 DEVICE = Device(
     name="tlso-back",
     kind="torso",
@@ -21,7 +22,7 @@ DEVICE = Device(
     trim=THORACOLUMBOSACRAL,
     label=BESIDE_WAIST,
     wall=ORTHOSIS,
-    slots=(*opening_slots(180.0, BACK_TOP, BACK_BOTTOM, GAP.name), *VENTS),
-    slits=(Slit(side="posterior", width_mm="gap_mm"),),
+    slots=(*opening_slots(180.0, BACK_TOP, BACK_BOTTOM, _SLIT), *VENTS),
+    slits=(_SLIT,),
     more=(GAP, *OPENING_STRAPS, *VENTILATION),
 )

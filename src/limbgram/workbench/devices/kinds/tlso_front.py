@@ -10,8 +10,9 @@ from limbgram.workbench.devices.presets.spine import (
     VENTILATION,
     VENTS,
 )
-from limbgram.workbench.devices.presets.straps import FRONT_STRAPS, opening_slots
+from limbgram.workbench.devices.presets.straps import OPENING_STRAPS, opening_slots
 
+_SLIT = Slit(side="anterior", width_mm=GAP.name)
 DEVICE = Device(
     name="tlso-front",
     kind="torso",
@@ -21,7 +22,7 @@ DEVICE = Device(
     trim=THORACOLUMBOSACRAL,
     label=BESIDE_WAIST,
     wall=ORTHOSIS,
-    slots=(*opening_slots(0.0, FRONT_TOP, FRONT_BOTTOM, GAP.name), *VENTS),
-    slits=(Slit(side="anterior", width_mm="gap_mm"),),
-    more=(GAP, *FRONT_STRAPS, *VENTILATION),
+    slots=(*opening_slots(0.0, FRONT_TOP, FRONT_BOTTOM, _SLIT), *VENTS),
+    slits=(_SLIT,),
+    more=(GAP, *OPENING_STRAPS, *VENTILATION),
 )

@@ -266,6 +266,7 @@ EAR = Measure(
     within=Within(14, 22),
     en="Half width of the ear at the joint",
     de="Halbe Breite der Lasche am Gelenk",
+    yields=True,
 )
 CALF_BELOW = Measure(
     name="above_ankle_mm",

@@ -1,17 +1,20 @@
-"""Straps: pairs of slots near the front edge of an orthosis of the leg, or a trunk's opening."""
+"""Straps: pairs of slots near the front edge of an orthosis of the leg, or a trunk's opening.
+
+Margins go from the edge as it was drawn to the slot's nearest side, over the surface.
+"""
 
 from dataclasses import replace
 
 from limbgram.core.request_fields import Within
-from limbgram.workbench.devices.device import Slot
+from limbgram.workbench.devices.device import Inside, Slit, Slot
 from limbgram.workbench.devices.trims import Amount, Measure, Term, TrimPoint
 
 STRAP_BELOW = Measure(
     name="strap_below_mm",
     usual=20.0,
     within=Within(15, 25),
-    en="Calf strap, below the upper edge",
-    de="Wadengurt, unter dem oberen Rand",
+    en="Slots of the calf strap, below the upper edge",
+    de="Schlitze des Wadengurts, unter dem oberen Rand",
 )
 STRAP = Measure(
     name="strap_mm",
@@ -24,8 +27,8 @@ STRAP_BACK = Measure(
     name="strap_back_mm",
     usual=15.0,
     within=Within(10, 30),
-    en="Slots of the strap, round the calf behind the front edge",
-    de="Schlitze des Gurts, um die Wade hinter dem vorderen Rand",
+    en="Slots of the calf strap, behind the front edge",
+    de="Schlitze des Wadengurts, hinter dem vorderen Rand",
 )
 CALF_STRAP = (STRAP_BELOW, STRAP, STRAP_BACK)
 
@@ -49,6 +52,22 @@ def calf_slots(front_deg: float) -> tuple[Slot, ...]:
             length_mm=("strap_mm", 3.0),
             width_mm=5.0,
             strap="strap_mm",
+            inside=(
+                Inside(
+                    edge="edge",
+                    margin_mm="strap_below_mm",
+                    away="down",
+                    stretch=("top, medial", "top, lateral"),
+                ),
+                Inside(
+                    edge="edge",
+                    margin_mm="strap_back_mm",
+                    away="round" if sign > 0 else "back",
+                    stretch=("top, lateral", "ankle, lateral")
+                    if sign > 0
+                    else ("ankle, medial", "top, medial"),
+                ),
+            ),
         )
         for side, sign in (("lateral", 1.0), ("medial", -1.0))
     )
@@ -72,8 +91,8 @@ OPENING_STRAPS = (
         name="chest_strap_below_mm",
         usual=20.0,
         within=Within(10, 80),
-        en="Chest strap, below the middle of the upper edge",
-        de="Brustgurt, unter der Mitte des oberen Rands",
+        en="Slots of the chest strap, below the upper edge",
+        de="Schlitze des Brustgurts, unter dem oberen Rand",
     ),
     Measure(
         name="waist_strap_up_mm",
@@ -86,8 +105,8 @@ OPENING_STRAPS = (
         name="pelvis_strap_above_mm",
         usual=20.0,
         within=Within(10, 80),
-        en="Pelvic strap, above the middle of the lower edge",
-        de="Beckengurt, über der Mitte des unteren Rands",
+        en="Slots of the pelvic strap, above the lower edge",
+        de="Schlitze des Beckengurts, über dem unteren Rand",
     ),
     Measure(
         name="slots_back_mm",
@@ -97,24 +116,17 @@ OPENING_STRAPS = (
         de="Schlitze der Gurte, vom Rand der Öffnung",
     ),
 )
-_FRONT_PELVIS_MM = 35.0
-"""In front the lower edge climbs from its middle to the groins, and nears the slots beside it."""
-FRONT_STRAPS = tuple(
-    replace(one, usual=_FRONT_PELVIS_MM) if one.name == "pelvis_strap_above_mm" else one
-    for one in OPENING_STRAPS
-)
 
 
 def opening_slots(
-    around_deg: float, upper: TrimPoint, lower: TrimPoint, gap: str
+    around_deg: float, upper: TrimPoint, lower: TrimPoint, slit: Slit
 ) -> tuple[Slot, ...]:
     """Upright slots to both sides of a trunk's opening, for three straps.
 
     Args:
         around_deg: Where the opening is.
-        upper: The edge over it.
-        lower: The edge under it.
-        gap: The measure that says how wide it is.
+        upper: The edge over it, about whose height the chest strap is looked for.
+        lower: The edge under it, likewise.
     """
 
     def terms(amount: Amount) -> tuple[Term, ...]:
@@ -122,19 +134,15 @@ def opening_slots(
 
     chest = (*terms(upper.up_mm), "-chest_strap_below_mm", "-0.5*chest_strap_mm")
     pelvis = (*terms(lower.up_mm), "pelvis_strap_above_mm", "0.5*pelvis_strap_mm")
+    waist = TrimPoint(
+        name="", at="right waist", towards="left waist", share=0.5, up_mm="waist_strap_up_mm"
+    )
+    below = Inside(edge="upper edge", margin_mm="chest_strap_below_mm", away="down")
+    above = Inside(edge="lower edge", margin_mm="pelvis_strap_above_mm", away="up")
     places = (
-        ("chest", replace(upper, up_mm=chest)),
-        (
-            "waist",
-            TrimPoint(
-                name="",
-                at="right waist",
-                towards="left waist",
-                share=0.5,
-                up_mm="waist_strap_up_mm",
-            ),
-        ),
-        ("pelvis", replace(lower, up_mm=pelvis)),
+        ("chest", replace(upper, up_mm=chest), (below,), ""),
+        ("waist", waist, (), "waist_strap_up_mm"),
+        ("pelvis", replace(lower, up_mm=pelvis), (above,), ""),
     )
     return tuple(
         Slot(
@@ -143,14 +151,22 @@ def opening_slots(
                 place,
                 name=f"{name} strap, {side}",
                 around_deg=around_deg,
-                round_mm=(f"{sign}0.5*{gap}", f"{sign}slots_back_mm"),
+                round_mm=tuple(
+                    f"{sign}{term}"
+                    for term in (*(f"0.5*{one}" for one in terms(slit.width_mm)), "slots_back_mm")
+                ),
             ),
             length_mm=(f"{name}_strap_mm", 3.0),
             width_mm=5.0,
             strap=f"{name}_strap_mm",
             asked=f"{name}_strap_mm",
+            inside=(
+                *inside,
+                Inside(edge=slit.name, margin_mm="slots_back_mm", away="back" if sign else "round"),
+            ),
+            yields=yields,
         )
-        for name, place in places
+        for name, place, inside, yields in places
         for side, sign in _SIDES[around_deg > 90]
     )
 
