@@ -470,7 +470,10 @@ FAULTS: dict[str, dict[str, Case]] = {
     },
     "cast turned over": {
         "board stays": _fault(
-            replace(_SMALL, photos=24, turning=TurnedOver()), "placing.", "coach.turned_over"
+            replace(_SMALL, photos=24, turning=TurnedOver()),
+            "placing.",
+            "coach.turned_over",
+            "board.photo.tipped",
         )
     },
     "board given with columns and rows swapped": {

@@ -13,6 +13,8 @@ Method  Limb, room and board are three bodies. The first two place the photos (`
         two runs have less than half of their corners in common, the board's known shape, laid on
         the corners that the larger run locates, foretells the others: the smaller run is kept only
         where it agrees with these.
+        A board that is pushed stays in its plane. Where the others agree that it lies in another
+        one, the limb was turned over beside it, or photos are placed wrongly.
 Limits  A push by less than the misses of a still board, and a board that moves in every photo, are
         not told here; the corners' own tests refuse the latter.
 """
@@ -24,8 +26,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from limbgram.core.geometry.arrays import Points3
-from limbgram.core.geometry.frames import fit_similarity
+from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.findings import doubt, note
@@ -44,6 +46,8 @@ _FEWEST_ASIDE = 3
 _IN_COMMON = 0.5
 """Share of the corners of the run with fewer that two runs have in common, from which the corners'
 misses compare both."""
+_TIPPED_DEG = 20.0
+"""Between two planes of the board: more is no push along a table."""
 _LEAST_BREADTH = 0.1
 """Corners that lie more nearly on one line than this, breadth to length, foretell no others."""
 
@@ -67,7 +71,11 @@ def without_displaced_board(scene: Scene, detections: BoardDetections) -> BoardD
         if kept.agree[k] != kept.agree[k - 1]
     )
     reason = doubt(
-        "board.photo.pushed" if kept.sure else "board.photo.perhaps_pushed",
+        "board.photo.tipped"
+        if _tipped(seen, kept.agree, detections.corners_mm)
+        else "board.photo.pushed"
+        if kept.sure
+        else "board.photo.perhaps_pushed",
         others=len(seen) - len(aside),
         pushes=pushes,
     )
@@ -115,6 +123,19 @@ def _agreeing(seen: Sequence[_Seen], corners_mm: Points3) -> _Kept:
             misses_px[unknown] = _misses_px(seen, _completed(places, corners_mm))[unknown]
             return _Kept(misses_px < max(_HALVED * together_px, 2.0 * worst_px[best]))
     return _Kept.all_of(seen)
+
+
+def _tipped(seen: Sequence[_Seen], agree: Bool[np.ndarray, " photos"], corners_mm: Points3) -> bool:
+    """Whether the photos that do not agree show the board in another plane, and alike."""
+    normals: list[Vector3] = []
+    for chosen in (agree, ~agree):
+        group = [one for one, is_in in zip(seen, chosen, strict=True) if is_in]
+        places = _places(group, corners_mm)
+        pose = _pose_of(places, corners_mm)
+        if pose is None or not _worst(_misses_px(group, places)) < _KEPT_STILL_PX:
+            return False
+        normals.append(pose.rotation[:, 2])
+    return float(normals[0] @ normals[1]) < math.cos(math.radians(_TIPPED_DEG))
 
 
 def _by_its_shape(seen: Sequence[_Seen], corners_mm: Points3) -> _Kept:
@@ -177,15 +198,20 @@ def _places(seen: Sequence[_Seen], corners_mm: Points3) -> Points3:
 
 def _completed(places: Points3, corners_mm: Points3) -> Points3:
     """With the corners that were not located where the board's shape has them."""
+    pose = _pose_of(places, corners_mm)
+    return places if pose is None else np.where(np.isnan(places), pose.apply(corners_mm), places)
+
+
+def _pose_of(places: Points3, corners_mm: Points3) -> Similarity | None:
+    """The board laid on the corners that were located; None where these do not foretell others."""
     known = ~np.isnan(places[:, 0])
     if known.sum() < _FEWEST:
-        return places
+        return None
     off = corners_mm[known] - corners_mm[known].mean(axis=0)
     length, breadth = np.linalg.svd(off, compute_uv=False)[:2]
     if breadth < _LEAST_BREADTH * length:
-        return places
-    pose = fit_similarity(corners_mm[known], places[known])
-    return np.where(known[:, None], places, pose.apply(corners_mm))
+        return None
+    return fit_similarity(corners_mm[known], places[known])
 
 
 def _misses_px(seen: Sequence[_Seen], places: Points3) -> Float64[np.ndarray, " photos"]:

@@ -59,6 +59,26 @@ def test_the_larger_part_sets_the_scale_and_the_push_is_named(
     assert abs(scale_error(capture, detections)) < 5e-4
 
 
+@pytest.mark.parametrize(("tip_deg", "code"), [(10.0, "pushed"), (40.0, "tipped")])
+def test_a_board_in_another_plane_was_not_pushed(
+    capture: Capture, tip_deg: float, code: str
+) -> None:
+    """To a limb that is turned over beside it, it is the board that tips."""
+    found = capture.detections(noise_px=NOISE_PX)
+    still = WORLD_FROM_BOARD.apply(found.corners_mm)
+    turn = Rigid.from_rotation_vector(np.array([np.radians(tip_deg), 0.0, 0.0]), np.zeros(3))
+    middle = still.mean(axis=0)
+    tipped = middle + turn.apply(still - middle)
+    photos = list(found.photos)
+    for k in range(7, len(photos)):
+        view, seen = capture.room_views[k], photos[k]
+        moved = view.project(tipped) - view.project(still)
+        photos[k] = replace(seen, xy_px=seen.xy_px + moved[seen.ids])
+    agreeing = without_displaced_board(capture.scene, replace(found, photos=tuple(photos)))
+    assert [one.photo_idx for one in agreeing.photos] == list(range(7))
+    assert {one.reason.code for one in agreeing.set_aside} == {f"board.photo.{code}"}
+
+
 def test_two_pushes_leave_the_largest_part(capture: Capture) -> None:
     agreeing = without_displaced_board(capture.scene, pushed(capture, {3: 8.0, 9: -9.0}))
     assert [one.photo_idx for one in agreeing.photos] == list(range(3, 9))
