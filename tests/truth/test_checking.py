@@ -39,17 +39,16 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
 
 
 @pytest.fixture(scope="module")
-def whole(capture: Capture, lens_of: Callable[[Capture], Calibration]) -> CaptureCheck:
-    """What is told of all photos."""
-    photos = list(capture.photos)
-    return check_sources(photos, [lens_of(capture)], parse_board(DEFAULT_BOARD), Run())
-
-
-@pytest.fixture(scope="module")
 def watch(capture: Capture, lens_of: Callable[[Capture], Calibration]) -> Iterator[CaptureWatch]:
     """A check that looks at each photo, and at each pair, once for all tests of this file."""
     with CaptureWatch([lens_of(capture)], parse_board(DEFAULT_BOARD)) as watch:
         yield watch
+
+
+@pytest.fixture(scope="module")
+def whole(capture: Capture, watch: CaptureWatch) -> CaptureCheck:
+    """What is told of all photos."""
+    return watch.check(list(capture.photos))
 
 
 def true_azimuths_deg(capture: Capture) -> np.ndarray:
