@@ -198,7 +198,7 @@ def test_damaged_photos_of_a_board_with_markers(
 
 
 def test_another_board_is_not_blamed_on_good_photos(capture: Path) -> None:
-    photos = read_photos([capture / "images"])
+    photos = read_photos(sorted((capture / "images").iterdir())[::2])
     with pytest.raises(CalibrationError) as refusal:
         calibrate(photos, Board.charuco("7x5", 30.0, 22.0, "APRILTAG_36H11"))
     assert_names_only(str(refusal.value), "board")
