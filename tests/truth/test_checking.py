@@ -162,11 +162,12 @@ def test_without_the_board_it_is_said(capture: Capture) -> None:
 @pytest.mark.slow
 def test_a_capture_that_grows_is_told_the_same_and_known_photos_cost_nothing(
     capture: Capture,
-    whole: CaptureCheck,
     tmp_path: Path,
     lens_of: Callable[[Capture], Calibration],
 ) -> None:
-    with CaptureWatch([lens_of(capture)], parse_board(DEFAULT_BOARD)) as watch:
+    lens, board = lens_of(capture), parse_board(DEFAULT_BOARD)
+    whole = check_sources(list(capture.photos), [lens], board, Run())
+    with CaptureWatch([lens], board) as watch:
         shutil.copy(capture.photos[0], tmp_path)
         with pytest.raises(PhotoError, match="can be read so far: 1;"):
             watch.check([tmp_path])
