@@ -44,7 +44,13 @@ WORDS = {
 
 
 OPTIONS = CaptureOptions(
-    photos=12, width_px=720, height_px=480, seed=31, samples=2, mesh_step_mm=1.2
+    photos=12,
+    width_px=720,
+    height_px=480,
+    seed=31,
+    samples=2,
+    mesh_step_mm=1.2,
+    calibration_photos=8,
 )
 
 
@@ -81,10 +87,6 @@ def exposed(times: float) -> Callable[[Image.Image], Image.Image]:
         return Image.fromarray((255 * np.clip(light, 0, 1) ** (1 / 2.2)).astype(np.uint8))
 
     return change
-
-
-def as_it_is(picture: Image.Image) -> Image.Image:
-    return picture
 
 
 MATCHED: dict[str, tuple[Features, Matches]] = {}
@@ -146,10 +148,10 @@ def test_the_undamaged_capture_is_scaled(capture: Path, calibration: Calibration
 @pytest.mark.parametrize("times", [0.6, pytest.param(1.3, marks=pytest.mark.slow), 2.0])
 @pytest.mark.parametrize("tells_its_lens", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_the_file_of_another_camera_of_the_same_size(
-    capture: Path, calibration: Calibration, tmp_path: Path, times: float, tells_its_lens: bool
+    capture: Path, calibration: Calibration, times: float, tells_its_lens: bool
 ) -> None:
     """Nothing but the shape of the light tells where neither file nor photos name a lens."""
-    photos = damaged(capture / "images", tmp_path / "photos", as_it_is)
+    photos = read_photos([capture / "images"])
     if not tells_its_lens:
         bare = tuple(replace(group, exif=type(group.exif)()) for group in photos.cameras)
         photos = replace(photos, cameras=bare)
@@ -196,7 +198,7 @@ def test_damaged_photos_of_a_board_with_markers(
 
 
 def test_another_board_is_not_blamed_on_good_photos(capture: Path) -> None:
-    photos = read_photos([capture / "images"])
+    photos = read_photos(sorted((capture / "images").iterdir())[::2])
     with pytest.raises(CalibrationError) as refusal:
         calibrate(photos, Board.charuco("7x5", 30.0, 22.0, "APRILTAG_36H11"))
     assert_names_only(str(refusal.value), "board")

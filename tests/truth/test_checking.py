@@ -39,17 +39,16 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
 
 
 @pytest.fixture(scope="module")
-def whole(capture: Capture, lens_of: Callable[[Capture], Calibration]) -> CaptureCheck:
-    """What is told of all photos."""
-    photos = list(capture.photos)
-    return check_sources(photos, [lens_of(capture)], parse_board(DEFAULT_BOARD), Run())
-
-
-@pytest.fixture(scope="module")
 def watch(capture: Capture, lens_of: Callable[[Capture], Calibration]) -> Iterator[CaptureWatch]:
     """A check that looks at each photo, and at each pair, once for all tests of this file."""
     with CaptureWatch([lens_of(capture)], parse_board(DEFAULT_BOARD)) as watch:
         yield watch
+
+
+@pytest.fixture(scope="module")
+def whole(capture: Capture, watch: CaptureWatch) -> CaptureCheck:
+    """What is told of all photos."""
+    return watch.check(list(capture.photos))
 
 
 def true_azimuths_deg(capture: Capture) -> np.ndarray:
@@ -163,11 +162,12 @@ def test_without_the_board_it_is_said(capture: Capture) -> None:
 @pytest.mark.slow
 def test_a_capture_that_grows_is_told_the_same_and_known_photos_cost_nothing(
     capture: Capture,
-    whole: CaptureCheck,
     tmp_path: Path,
     lens_of: Callable[[Capture], Calibration],
 ) -> None:
-    with CaptureWatch([lens_of(capture)], parse_board(DEFAULT_BOARD)) as watch:
+    lens, board = lens_of(capture), parse_board(DEFAULT_BOARD)
+    whole = check_sources(list(capture.photos), [lens], board, Run())
+    with CaptureWatch([lens], board) as watch:
         shutil.copy(capture.photos[0], tmp_path)
         with pytest.raises(PhotoError, match="can be read so far: 1;"):
             watch.check([tmp_path])

@@ -28,8 +28,10 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture(scope="session")
-def limb() -> Mesh:
-    return stage_truth(replace(SMALL, mesh_step_mm=1.6)).limb.mesh
+def limb(request: pytest.FixtureRequest) -> Mesh:
+    """Of edges of 2.4 mm where a test asks for no others."""
+    step_mm: float = getattr(request, "param", 2.4)
+    return stage_truth(replace(SMALL, mesh_step_mm=step_mm)).limb.mesh
 
 
 @pytest.fixture

@@ -280,13 +280,13 @@ def board_photos(folder: Path, columns: int, rows: int, legacy: bool, mirrored: 
     kind = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
     printed = cv2.aruco.CharucoBoard((columns, rows), 30.0, 22.0, kind)
     printed.setLegacyPattern(legacy)
-    flat = np.pad(printed.generateImage((60 * columns, 60 * rows)), 40, constant_values=255)
+    flat = np.pad(printed.generateImage((40 * columns, 40 * rows)), 27, constant_values=255)
     high, wide = flat.shape
     corners = np.array([[0, 0], [wide, 0], [wide, high], [0, high]], np.float32)
-    for k, (dx, dy) in enumerate(((0, 0), (60, 20), (-50, 40), (20, -60))):
-        ends = [[150 + dx, 120], [780, 140 + dy], [800 - dx, 600], [120, 620 - dy]]
+    for k, (dx, dy) in enumerate(((0, 0), (40, 13), (-33, 27), (13, -40))):
+        ends = [[100 + dx, 80], [520, 93 + dy], [533 - dx, 400], [80, 413 - dy]]
         seen = cv2.getPerspectiveTransform(corners, np.array(ends, np.float32))
-        grey = cv2.warpPerspective(flat, seen, (960, 720), borderValue=(180,))
+        grey = cv2.warpPerspective(flat, seen, (640, 480), borderValue=(180,))
         grey = cv2.GaussianBlur(grey, (0, 0), 0.8)
         cv2.imwrite(str(folder / f"{k}.png"), grey[:, ::-1] if mirrored else grey)
 
