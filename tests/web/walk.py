@@ -701,6 +701,19 @@ def test_answers_late_or_lost_keep_every_place(worked: Worked, way: str) -> None
     assert sorted(places) == sorted(names)
 
 
+def test_answers_that_are_late_are_told_of_without_moving_the_limb(worked: Worked) -> None:
+    """What comes by itself lies over the page: else the next press lands elsewhere on the limb."""
+    page = worked.page
+    worked.open("align")
+    page.locator(".overlay .place").first.wait_for(state="attached")
+    before = page.locator(".limb-canvas").bounding_box()
+    worked.through("stopped")
+    page.get_by_role("button", name="It is there: distal end").click()
+    page.get_by_text("1 change is on the way").wait_for()
+    assert page.locator(".limb-canvas").bounding_box() == before
+    no_serious_fault(worked.app)
+
+
 def test_answers_to_two_windows_keep_what_each_says_of_a_case(worked: Worked) -> None:
     with another_window(worked.app, 1200, 800, "light") as app:
         app.page.add_init_script(WAYS)

@@ -16,6 +16,7 @@ from limbgram.formats.sheets.kinds import LENS_BOARD
 from limbgram.reconstruction.calibration.board import CalibrationOptions
 from limbgram.report.drawings.coverage import SURENESS_MM
 from limbgram.report.drawings.differences import EDGES_MM
+from limbgram.workbench.recipe.ledger import SPACING_MM
 
 
 def figures() -> dict[str, Any]:
@@ -29,6 +30,7 @@ def figures() -> dict[str, Any]:
     ).model_dump(exclude={"ruler"})
     return {
         "SMOOTHING_MM": SMOOTHING_MM,
+        "LEVEL_SPACING_MM": SPACING_MM,
         "SURE_STOPS_MM": list(SURENESS_MM),
         "DIFFERENCE_LIMITS_MM": list(EDGES_MM[:4]),
         "PRINTED_BOARD": printed,

@@ -24,6 +24,7 @@ from limbgram.workbench.measures.measuring import Measures, Row, check_alone
 from limbgram.workbench.measures.sheet import SheetRow
 from limbgram.workbench.measures.table import csv_text
 from limbgram.workbench.measures.tape import TapeCheck, TapeReading
+from limbgram.workbench.recipe.ledger import SPACING_MM
 
 router = APIRouter(tags=["measures"])
 _XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
@@ -110,7 +111,7 @@ class AskMeasures(MeasureRequest):
 
     __pydantic_config__ = SAYS_ITSELF
 
-    every_mm: Annotated[float, Within(0.1, 1000), Field(alias="spacing_mm")] = 20.0
+    every_mm: Annotated[float, Within(0.1, 1000), Field(alias="spacing_mm")] = SPACING_MM
     """Of the levels."""
     of: Which = "scan"
     """Which shape of the case."""

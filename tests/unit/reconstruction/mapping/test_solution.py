@@ -189,3 +189,27 @@ def test_a_lens_found_without_a_board_shows_its_whole_picture(
         assert lens.k1 == pytest.approx(radial.get("k1", 0.0), abs=0.01)
     off = np.linalg.norm(centre_errors(adjusted.scene, true), axis=1)
     assert off.max() < (0.3 if folds else 0.02), "of 600"
+
+
+@pytest.mark.parametrize("radial", [{"k2": -0.58}, {"k1": 0.2, "k2": -1.2}, {"k1": -0.4}])
+def test_a_check_on_small_copies_finds_the_lens_that_a_reconstruction_finds(
+    radial: dict[str, float], make_scene: MakeScene
+) -> None:
+    """Whoever checks asks the adjustment of copies of half the size; each lens wants to fold."""
+    size = CameraGroup(label="", width_px=900, height_px=900, exif=Exif(focal_35mm=36.0))
+    copies = replace(size, width_px=450, height_px=450, file_px=(900, 900))
+    true = make_scene(photos=8, points=80, lenses=(replace(WIDE, **radial),), spread=60.0)
+    seen = true.observations
+    halved = replace(seen, xy_px=(seen.xy_px + 0.5) / 2 - 0.5)
+    found: list[Scene] = []
+    for group, observed in ((size, seen), (copies, halved)):
+        guess = from_exif(group)
+        start = replace(true, cameras=(guess.camera,), observations=observed)
+        found.append(adjust(shaken(start, 3), [guess], rounds=8).scene)
+    (large,), (small,) = (one.cameras for one in found)
+    assert small.fx == pytest.approx(large.fx / 2, rel=1e-3)
+    assert (small.k1, small.k2) == pytest.approx((large.k1, large.k2), abs=2e-3)
+    rays = np.column_stack([large.normalize(CORNERS), np.ones(4)])
+    np.testing.assert_allclose(large.project(rays), CORNERS, atol=0.5)
+    np.testing.assert_allclose(small.project(rays), (CORNERS + 0.5) / 2 - 0.5, atol=0.5)
+    assert np.abs(centre_errors(found[1], found[0])).max() < 0.02, "of 600"

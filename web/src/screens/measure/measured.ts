@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 
 import { ROOT, type Schemas, api, refusedBy, taken } from "../../api/client";
+import figures from "../../api/figures.json";
 import { cut, heightsOf } from "../../geometry/section";
 import { useAsked } from "../../state/asked";
 import { useLimb } from "../limb";
@@ -19,7 +20,7 @@ export type Measured = ReturnType<typeof useMeasured>;
 
 export function useMeasured(room: Room) {
   const of = useSignal<"scan" | "rectified">("scan");
-  const spacing = useSignal(20);
+  const spacing = useSignal(figures.LEVEL_SPACING_MM);
   const sock = useSignal(0);
   const level = useSignal<number | null>(null);
   const { limb, asked } = useLimb(room, of.value);

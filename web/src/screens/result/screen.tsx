@@ -6,6 +6,7 @@ import { useEffect, useMemo, useRef } from "preact/hooks";
 import { Vector3 } from "three";
 
 import { api, taken } from "../../api/client";
+import figures from "../../api/figures.json";
 import { Icon } from "../../design/icons";
 import { Button, Notice } from "../../design/parts";
 import { Refusal } from "../../design/refusal";
@@ -56,7 +57,7 @@ function Finished({ room }: RoomProps) {
               ...path,
               body: {
                 of: "scan",
-                spacing_mm: 20,
+                spacing_mm: figures.LEVEL_SPACING_MM,
                 volumes: [],
                 lengths: [],
                 tapes: [],
