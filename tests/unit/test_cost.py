@@ -80,13 +80,12 @@ def test_a_stage_that_ran_for_two_bodies_is_added_up(
 ) -> None:
     machine = cost.machine()
     results = {"machine": machine, "sets": {"p15x1": _one([_ours(50.0)], [_theirs(100.0)])}}
-    tables.write_cost(results, tmp_path / "out.json")
-    written = (tmp_path / "out.md").read_text("utf-8")
+    written = tables.page(results)
     assert "| repair | 4.0 / 400 |" in written
     assert "## Before" not in written
+    tables.plot(results, tmp_path / "out.png")
     assert (tmp_path / "out.png").exists()
-    tables.write_cost({**results, "before": results}, tmp_path / "out.json")
-    assert "## Before" in (tmp_path / "out.md").read_text("utf-8")
+    assert "## Before" in tables.page({**results, "before": results})
 
 
 @pytest.mark.parametrize("factor", [2.0, 0.5])
