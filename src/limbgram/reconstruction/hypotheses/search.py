@@ -14,10 +14,10 @@ Method  Score tests (Rao 1948) against everything that the null has: poses, one 
         Where no board calibrated the lens, or single photos have lenses of their own, what a real
         lens does beyond its model, and a rolling shutter at other depths, differs with the bodies'
         places in the picture, which differ from photo to photo: a sway is no fact there, unless
-        it explains clearly more than those lenses, and a lens none where it does not explain
-        clearly more than a sway. Photos
-        that were framed or focused otherwise look like a step or a drift: one is no fact there if
-        chance explains it beside lenses that do all they may along the courses of all terms.
+        it explains clearly more than those lenses; and such a lens is none unless it explains
+        clearly more than a sway. Photos that were framed or focused otherwise look like a step or
+        a drift: one is no fact there if chance explains it beside lenses that do all they may along
+        the courses of all terms.
         A term is told as a fact where it stands all rules of `mapping.scene.Rule`.
 """
 
@@ -31,7 +31,7 @@ from jaxtyping import Bool, Float64
 from limbgram.core.interval import COVER, chi_square_tail, length_within
 from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
-from limbgram.reconstruction.hypotheses.spread import Left, left_of, spread_of
+from limbgram.reconstruction.hypotheses.spread import Left, left_of, seen_of_lenses, spread_of
 from limbgram.reconstruction.hypotheses.terms import Term, drifts, single_photos, steps
 from limbgram.reconstruction.mapping.lens_evidence import MOST, OWN, USUAL, place_of
 from limbgram.reconstruction.mapping.quadratic import (
@@ -186,8 +186,7 @@ def _with(evidence: Evidence, found: _Found, term: Term, among: int) -> _Found:
 
 def _criterion(evidence: Evidence, found: _Found) -> float:
     """Minus twice the logarithm of likelihood, with what the numbers and candidates cost."""
-    own = evidence.own
-    seen = Quadratic(evidence.normal[own, own], evidence.right[own])
+    seen = seen_of_lenses(evidence)
     columns = found.columns
     moved = Fall.of(found.left.only(found.left.motion).along(columns))
     cost = columns.shape[1] * np.log(evidence.facts) + 2.0 * np.log(found.candidates).sum()
@@ -450,17 +449,12 @@ def _sway_instead(
     Args:
         kinds: Deviations that are usual ones at most where the limb sways.
     """
-    columns = np.zeros((len(evidence.right), found.columns.shape[1]))
-    columns[evidence.motion] = found.columns
-    free = Quadratic(evidence.normal, evidence.right).without(columns)
-    lessened = replace(evidence, normal=free.normal, right=free.right)
-    seen = Quadratic(free.normal[evidence.own, evidence.own], free.right[evidence.own])
+    seen = seen_of_lenses(evidence, found.columns)
     most = MOST.copy()
     for kind in kinds:
         most[place_of(kind)] = USUAL[place_of(kind)]
     usual = likeliest(seen, USUAL, most).spread
-    left = left_of(lessened, usual)
-    sway = _sway_in(evidence, left.only(left.motion), floor)
+    sway = _sway_of(evidence, found, left_of(evidence, usual), floor)
     by_lenses = unlikeliness(seen, found.left.spread, USUAL)
     return _Instead(sway.gain, by_lenses - unlikeliness(seen, usual, USUAL) + sway.gain)
 

@@ -63,11 +63,17 @@ def spread_of(
     Args:
         granted: Columns of motions, 6 a photo, that are free.
     """
-    own, motion = evidence.own, evidence.motion
-    seen = Quadratic(evidence.normal[own, own], evidence.right[own])
+    return likeliest(seen_of_lenses(evidence, granted), USUAL, MOST).spread
+
+
+def seen_of_lenses(
+    evidence: Evidence, granted: Float64[np.ndarray, "m k"] | None = None
+) -> Quadratic:
+    """What is seen of all photos' lens deviations; `granted` as `spread_of` has it."""
+    own = evidence.own
+    every = Quadratic(evidence.normal, evidence.right)
     if granted is not None and granted.shape[1]:
         columns = np.zeros((len(evidence.right), granted.shape[1]))
-        columns[motion] = granted
-        free = Quadratic(evidence.normal, evidence.right).without(columns)
-        seen = Quadratic(free.normal[own, own], free.right[own])
-    return likeliest(seen, USUAL, MOST).spread
+        columns[evidence.motion] = granted
+        every = every.without(columns)
+    return Quadratic(every.normal[own, own], every.right[own])
