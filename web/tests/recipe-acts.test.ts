@@ -20,8 +20,8 @@ const edits = ["sock", "load", "smoothing"].map((kind, i) => ({
 async function after(...acts: readonly (readonly [string, number, object?])[]) {
   const { EDIT, afterActs } = await import("../src/screens/recipe-acts");
   return afterActs(
-    edits,
-    acts.map(([method, number, body]) => ({ method, path: EDIT, init: { params: { path: { number } }, body } })),
+    { edits, act: null },
+    acts.map(([method, number, body], i) => ({ id: `act ${i}`, method, path: EDIT, init: { params: { path: { number } }, body } })),
   );
 }
 
@@ -34,6 +34,15 @@ test("numbers are those after the changes that are on their way", async () => {
   ]);
 });
 
+test("what a recipe has in it already is not done to it again, though its answer is late", async () => {
+  const { EDIT, afterActs } = await import("../src/screens/recipe-acts");
+  const acts = ["first", "second"].map((id) => ({ id, method: "delete", path: EDIT, init: { params: { path: { number: 1 } } } }));
+  const names = (list: readonly { readonly kind: string }[] | null) => list?.map((one) => one.kind);
+  expect(names(afterActs({ edits, act: "an act of before" }, acts))).toEqual(["smoothing"]);
+  expect(names(afterActs({ edits: edits.slice(1), act: "first" }, acts))).toEqual(["smoothing"]);
+  expect(names(afterActs({ edits: edits.slice(2), act: "second" }, acts))).toEqual(["smoothing"]);
+});
+
 test("a switch that is pressed twice is as it was, and a changed edit has no figures yet", async () => {
   expect((await after(["patch", 2, { on: false }]))?.[1].on).toBe(false);
   expect((await after(["patch", 2, { on: false }], ["patch", 2, { on: true }]))?.[1].on).toBe(true);
@@ -42,8 +51,12 @@ test("a switch that is pressed twice is as it was, and a changed edit has no fig
 
 test("what undo brings is not guessed, and what is added comes with its answer", async () => {
   const { EDITS, RECIPE, afterActs } = await import("../src/screens/recipe-acts");
-  expect(afterActs(edits, [{ method: "post", path: `${RECIPE}/undo`, init: {} }])).toBeNull();
-  expect(afterActs(edits, [{ method: "post", path: EDITS, init: {} }])?.map((one) => one.kind)).toEqual(["sock", "load", "smoothing"]);
+  expect(afterActs({ edits, act: null }, [{ id: "undo", method: "post", path: `${RECIPE}/undo`, init: {} }])).toBeNull();
+  expect(afterActs({ edits, act: null }, [{ id: "add", method: "post", path: EDITS, init: {} }])?.map((one) => one.kind)).toEqual([
+    "sock",
+    "load",
+    "smoothing",
+  ]);
 });
 
 test("a change is made on what the one before it makes", async () => {

@@ -138,6 +138,7 @@ class RecipeReply(BaseModel):
     fits: bool = Field(description="Whether it was made for the surface that is worked on.")
     tag: str = Field(description="Of the shape after it: `surface?of=rectified` has the same.")
     mark: str = Field(description="Another one whenever the recipe changes.")
+    act: str | None = Field(description="Id of the act that made it, where that is known.")
     notes: list[FindingReply]
 
 
@@ -375,6 +376,8 @@ def recipe_reply(app_state: AppState, workspace: Workspace) -> RecipeReply:
         workspace.recipe(),
         workspace.history(),
     )
+    mark = _mark(recipe)
+    act, made = app_state.shape_cache.made.get(workspace.root, (None, ""))
     return RecipeReply(
         name=recipe.name,
         edits=[
@@ -393,7 +396,8 @@ def recipe_reply(app_state: AppState, workspace: Workspace) -> RecipeReply:
         can_redo=history.can_redo,
         fits=not recipe.scan_sha256 or recipe.scan_sha256 == shape.file.sha256,
         tag=tag_of(shape.file.sha256, shape.limb, recipe),
-        mark=_mark(recipe),
+        mark=mark,
+        act=act if made == mark else None,
         notes=[
             FindingReply.of(one, app_state.shelf.root)
             for one in (

@@ -202,6 +202,8 @@ def test_a_number_meets_the_edit_that_was_seen_under_it_or_none(
     assert client.delete(f"{edits}/1?seen={seen}", headers=act(1)).status_code == 200
     assert client.delete(f"{edits}/1?seen={act(1)['act-id']}", headers=act(2)).status_code == 200
     assert passes(client, case) == [3]
+    # Whoever asks before an answer came is told whose changes the recipe has in it already.
+    assert client.get(f"{case}/recipe").json()["act"] == act(2)["act-id"]
 
     # Another one still shows all three: its number 1 is gone.
     late = client.patch(f"{edits}/1?seen={seen}", json={"on": False}, headers=act(3))

@@ -2,8 +2,9 @@
  * Changes of a recipe that are on their way to the server, and the list of edits as it is after them.
  *
  * An edit is called by its number, so the list shows at once what a change makes of the numbers: the next
- * press means what it shows. Each change also says on which recipe it was made; the server refuses it on
- * any other one.
+ * press means what it shows. A recipe that is asked for while an answer is late or lost may have that
+ * change in it already: it names the act that made it. Each change also says on which recipe it was made;
+ * the server refuses it on any other one.
  */
 import type { Schemas } from "../api/client";
 import { type Act, pending } from "../state/acts";
@@ -22,10 +23,14 @@ export const recipeActs = (caseId: string): readonly Act[] =>
 /** The recipe on which the next change is made: what the last pending one makes, else what the server said. */
 export const seenBy = (acts: readonly Act[], mark: string | undefined): string | undefined => acts[acts.length - 1]?.id ?? mark;
 
-/** The edits once the acts are done; null where that cannot be told before the answer, as of undo. */
-export function afterActs(edits: readonly Schemas["EditReply"][], acts: readonly Pick<Act, "method" | "path" | "init">[]): readonly Shown[] | null {
-  let list: Shown[] = edits.map((one) => ({ ...one, was: one.number }));
-  for (const { method, path, init } of acts) {
+/** The edits of a recipe once the acts are done; null where that cannot be told before the answer, as of undo. */
+export function afterActs(
+  recipe: Pick<Schemas["RecipeReply"], "edits" | "act">,
+  acts: readonly Pick<Act, "id" | "method" | "path" | "init">[],
+): readonly Shown[] | null {
+  let list: Shown[] = recipe.edits.map((one) => ({ ...one, was: one.number }));
+  const done = acts.findIndex((one) => one.id === recipe.act);
+  for (const { method, path, init } of acts.slice(done + 1)) {
     if (path === EDITS) continue; // it comes at the end, once the server has done it
     if (path !== EDIT) return null;
     const at = Number(init.params?.path?.["number"]) - 1;

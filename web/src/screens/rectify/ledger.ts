@@ -17,7 +17,7 @@ export function useLedger(room: Room): Ledger {
   const asked = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/recipe/ledger", { params: { path: { case_id: room.id } } })), [room.id, room.news.work]);
   const book = asked.value.value;
   const going = recipeActs(room.id);
-  return { asked, book, listed: book && afterActs(book.recipe.edits, going) };
+  return { asked, book, listed: book && afterActs(book.recipe, going) };
 }
 
 /** By how much an edit changed the volume, mL; null where it is not comparable. */
