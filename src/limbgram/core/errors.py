@@ -38,8 +38,8 @@ What is told to people goes through `printable`: names of files come from anywhe
 import errno
 import re
 import unicodedata
-from collections.abc import Generator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any, Self
 
 from limbgram.findings import Finding, Value, fault, told
@@ -181,16 +181,21 @@ class Cancelled(LimbgramError):
 
 
 @contextmanager
-def refusals_about(what: str) -> Generator[None]:
+def refusals_saying(more: Callable[[Finding], Finding]) -> Generator[None]:
+    """Let refusals of edits say more than those who raise them know."""
+    try:
+        yield
+    except EditError as error:
+        error.finding = more(error.finding)
+        raise
+
+
+def refusals_about(what: str) -> AbstractContextManager[None]:
     """Let refusals of edits say what was being made, the subject of their sentences.
 
     Helpers do not know for whom they work; who runs them does. The innermost name counts.
     """
-    try:
-        yield
-    except EditError as error:
-        error.finding = error.finding.about(what)
-        raise
+    return refusals_saying(lambda finding: finding.about(what))
 
 
 def in_words(message: str) -> Finding:

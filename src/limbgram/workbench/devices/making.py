@@ -8,8 +8,8 @@ Method  recipe -> positive -> edges -> what is covered -> thickness -> shell -> 
 Fails   EditError, with the place: see trims, layout, shell, fittings and proof.
 """
 
-from collections.abc import Generator, Iterable, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial import KDTree
 
-from limbgram.core.errors import EditError, refusals_about
+from limbgram.core.errors import EditError, refusals_about, refusals_saying
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.sections import Z_AXIS, cut
@@ -170,38 +170,36 @@ def preview_device(limb: Limb, order: Order) -> Preview:
         return _previewed(positive, order, device, made, values)
 
 
-@contextmanager
-def _measures_called(measures: Iterable[Measure]) -> Generator[None]:
+def _measures_called(measures: Iterable[Measure]) -> AbstractContextManager[None]:
     """Let refusals that name measures say what these are called; places know only their names."""
-    try:
-        yield
-    except EditError as error:
-        named = error.finding.values.get("measures")
-        if isinstance(named, tuple):
-            called = tuple(
-                note("device.measure", label=one.en, name=one.name)
-                for one in measures
-                if one.name in named
-            )
-            values = {**error.finding.values, "labels": called}
-            error.finding = replace(error.finding, values=values)
-        raise
+
+    def called(finding: Finding) -> Finding:
+        named = finding.values.get("measures")
+        if not isinstance(named, tuple):
+            return finding
+        labels = tuple(
+            note("device.measure", label=one.en, name=one.name)
+            for one in measures
+            if one.name in named
+        )
+        return replace(finding, values={**finding.values, "labels": labels})
+
+    return refusals_saying(called)
 
 
-@contextmanager
 def _straps_that_fit(
     ground: Ground, slots: Sequence[Slot], values: Mapping[str, float], room: Room
-) -> Generator[None]:
+) -> AbstractContextManager[None]:
     """Let the refusal of a slot beside another say how wide straps may be."""
-    try:
-        yield
-    except EditError as error:
-        if error.finding.code == "device.opening.edge":
-            beside_slot = error.finding.values["beside"] in {slot.name for slot in slots}
-            fits_mm = widest_straps_mm(ground, slots, values, room) if beside_slot else None
-            told = {**error.finding.values, "fits_mm": fits_mm}
-            error.finding = replace(error.finding, values=told)
-        raise
+
+    def fitting(finding: Finding) -> Finding:
+        if finding.code != "device.opening.edge":
+            return finding
+        beside_slot = finding.values["beside"] in {slot.name for slot in slots}
+        fits_mm = widest_straps_mm(ground, slots, values, room) if beside_slot else None
+        return replace(finding, values={**finding.values, "fits_mm": fits_mm})
+
+    return refusals_saying(fitting)
 
 
 def _previewed(
