@@ -28,8 +28,8 @@ from limbgram.formats.sidecar import hash_of
 from limbgram.formats.stl import write_stl
 from limbgram.formats.threemf import Told, write_3mf
 from limbgram.services.export import file_name
-from limbgram.services.parse_text import VALUE, Value
-from limbgram.workbench.devices.device import Fabrication
+from limbgram.services.parse_text import VALUE, ZONE, Value
+from limbgram.workbench.devices.device import Fabrication, WallZone
 from limbgram.workbench.devices.making import (
     ImportedBody,
     Made,
@@ -63,6 +63,10 @@ class MakeDeviceRequest:
     """Which device; see --list."""
     values: Annotated[tuple[Annotated[Value, VALUE], ...], AtMost(100), Flag("set")] = ()
     """A measure of it: NAME=NUMBER."""
+    zones: Annotated[tuple[Annotated[WallZone, ZONE], ...], AtMost(100), Flag("zone")] = ()
+    """A printed wall thicker or thinner round a landmark: LANDMARK=ADD:REACH in mm. It runs out
+    over 10 mm beyond its reach. With an order, the same landmark goes over it, and 0 takes it
+    out."""
     made: Fabrication | None = None
     """Printed, or draped of a sheet that thins as it stretches."""
     order: Path | None = None
@@ -206,9 +210,16 @@ def _ordered(read: ShapeFile, ask: MakeDeviceRequest) -> _Ordered:
         free={} if same is None else same.free,
         recipe=recipe,
         bodies=tuple(one.body for one in bodies),
+        zones=_zones(ask, kept),
         lettering=_lettering(ask, kept),
     )
     return _Ordered(order, tuple(one.known for one in bodies))
+
+
+def _zones(ask: MakeDeviceRequest, kept: OrderFile | None) -> tuple[WallZone, ...]:
+    zones = (*(() if kept is None else kept.zones), *ask.zones)
+    by_place = {zone.at: zone for zone in zones}
+    return tuple(zone for zone in by_place.values() if zone.add_mm != 0)
 
 
 def _lettering(ask: MakeDeviceRequest, kept: OrderFile | None) -> str:
@@ -262,6 +273,7 @@ def _written(
         values=preview.values,
         free=ordered.order.free,
         recipe=ordered.order.recipe,
+        zones=ordered.order.zones,
         bodies=ordered.bodies,
         limb_sha256=read.sha256,
         lettering=ordered.order.lettering,

@@ -20,6 +20,8 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import COVER
 from limbgram.core.request_fields import Text, Within
 from limbgram.core.tape import READING_SIGMA_MM, read_girth
+from limbgram.core.typed import Mismatch, any_value_of
+from limbgram.workbench.devices.device import WallZone
 from limbgram.workbench.limb import Landmark
 from limbgram.workbench.measures.tape import TapeReading
 
@@ -147,6 +149,20 @@ def value_of(text: str, option: str = "") -> Value:  # noqa: ARG001
     return name.strip(), value
 
 
+def zone_of(text: str, option: str = "") -> WallZone:  # noqa: ARG001
+    """A zone of a wall as LANDMARK=ADD:REACH in mm."""
+    name, _, numbers = text.rpartition("=")
+    add, _, reach = numbers.partition(":")
+    parts = {"at": name.strip(), "add_mm": _number(add), "reach_mm": _number(reach)}
+    try:
+        if not name.strip() or math.isnan(_number(add)) or math.isnan(_number(reach)):
+            raise Mismatch("it is LANDMARK=ADD:REACH")
+        zone: WallZone = any_value_of(parts, WallZone)
+        return zone
+    except Mismatch as error:
+        raise OptionsError("options.no_zone", text=text, reason=str(error)) from error
+
+
 def day_of(text: str, option: str = "") -> date:  # noqa: ARG001
     """A day as 2026-03-31."""
     try:
@@ -178,6 +194,10 @@ def _colour_text(given: tuple[int, int, int]) -> str:
 
 def _weight_text(given: tuple[str, float]) -> str:
     return f"{given[0]}={given[1]!r}"
+
+
+def _zone_text(given: WallZone) -> str:
+    return f"{given.at}={given.add_mm!r}:{given.reach_mm!r}"
 
 
 def _landmark(text: str, marks: Sequence[Vector3]) -> Landmark:
@@ -215,5 +235,6 @@ SPAN: Final = Text(span_of, _span_text)
 READING: Final = Text(reading_of, _reading_text)
 COLOUR: Final = Text(colour_of, _colour_text)
 WEIGHT: Final = Text(weight_of, _weight_text)
+ZONE: Final = Text(zone_of, _zone_text)
 VALUE: Final = Text(value_of, _weight_text)
 DAY: Final = Text(day_of)

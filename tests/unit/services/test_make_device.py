@@ -2,21 +2,25 @@
 
 import json
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.workbench.devices.shapes import make_foot, make_stump
+from tests.unit.workbench.devices.shapes import FOOT_PLACES, make_foot, make_stump
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.core.errors import LimbgramError, OptionsError
+from limbgram.core.errors import EditError, LimbgramError, OptionsError
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile, read_limb, read_mesh, read_shape
 from limbgram.formats.stl import write_stl
 from limbgram.services.make_device import MakeDeviceRequest, bed_from, make, preview
+from limbgram.services.parse_text import ZONE
+from limbgram.workbench.devices.device import Fabrication, WallZone
+from limbgram.workbench.devices.order import encode_order, parse_order, read_order
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +78,61 @@ def test_a_draped_sheet_takes_no_lettering(foot: ShapeFile, tmp_path: Path) -> N
         make(foot, ask, tmp_path / "out")
     assert refused.value.finding.code == "device.lettering.draped"
     assert not (tmp_path / "out").exists()
+
+
+HEEL_ZONE = WallZone(at="heel", add_mm=2.0, reach_mm=15.0)
+
+
+def test_a_zone_of_the_wall_is_as_thick_as_ordered_and_nothing_else_changes(
+    foot: ShapeFile, tmp_path: Path
+) -> None:
+    ask = replace(ASK, values=(("cup_mm", 25.0),), zones=(HEEL_ZONE,), lettering=None)
+    layout = preview(foot, ask).layout
+    away_mm = np.linalg.norm(layout.positive.vertices_mm - FOOT_PLACES["heel"], axis=1)
+    wall_mm = 3.5
+    # Ways over the surface are longer than straight ones, by little on a heel.
+    assert np.allclose(layout.thickness_mm[away_mm < 13.0], wall_mm + 2.0)
+    assert np.allclose(layout.thickness_mm[away_mm > 25.0], wall_mm)
+    assert ((away_mm < 13.0) & (layout.beyond_mm < 0)).sum() > 20
+
+    done = make(foot, ask, tmp_path / "out")
+    assert done.made.wall.off_mm < 0.05
+    assert "device.zone" in {one.code for one in done.said}
+    order = tmp_path / "out" / "foot-orthosis-R.toml"
+    kept = read_order(order)
+    assert kept.zones == (HEEL_ZONE,)
+    assert parse_order(encode_order(kept).decode(), "") == kept
+    again = preview(foot, MakeDeviceRequest(order=order)).layout
+    assert np.array_equal(again.thickness_mm, layout.thickness_mm)
+    gone = MakeDeviceRequest(order=order, zones=(replace(HEEL_ZONE, add_mm=0.0),))
+    assert np.allclose(preview(foot, gone).layout.thickness_mm, wall_mm)
+
+
+@pytest.mark.parametrize(
+    ("zone", "made", "code"),
+    [
+        (HEEL_ZONE, "draped", "device.zone.draped"),
+        (replace(HEEL_ZONE, add_mm=-2.0), "printed", "device.zone.thin"),
+        (replace(HEEL_ZONE, at="lateral malleolus"), "printed", "device.zone.outside"),
+        (replace(HEEL_ZONE, at="nowhere"), "printed", "edit.landmark.none"),
+    ],
+)
+def test_a_zone_that_cannot_be_is_refused(
+    foot: ShapeFile, zone: WallZone, made: Fabrication, code: str
+) -> None:
+    values = (("cup_mm", 25.0),)
+    ask = MakeDeviceRequest(device="foot-orthosis", values=values, made=made, zones=(zone,))
+    with pytest.raises(EditError) as refused:
+        preview(foot, ask)
+    assert refused.value.finding.code == code
+
+
+def test_a_zone_is_written_as_it_is_read() -> None:
+    assert ZONE.read("heel=2:15", "") == HEEL_ZONE
+    assert ZONE.read(ZONE.write(HEEL_ZONE), "") == HEEL_ZONE
+    for text in ("heel=2", "=2:15", "heel=2:1", "heel=nan:15", "heel=13:15"):
+        with pytest.raises(OptionsError, match="no zone"):
+            ZONE.read(text, "")
 
 
 def test_a_preview_has_handles_with_ranges(foot: ShapeFile) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import Literal
+from typing import Annotated, Literal
 
 from limbgram.core.notebook import brief
 from limbgram.core.request_fields import Within
@@ -65,6 +65,18 @@ class Pad:
     reach_mm: float
     falloff_mm: float
     add_mm: Amount
+
+
+@dataclass(frozen=True, kw_only=True)
+class WallZone:
+    """A place where somebody wants a printed wall thicker, or thinner, than the device has it."""
+
+    at: str
+    """The landmark in its middle."""
+    add_mm: Annotated[float, Within(-6.0, 12.0)]
+    """Thinner where it is less than nothing."""
+    reach_mm: Annotated[float, Within(5.0, 200.0)]
+    """Over the surface, from its middle to where it begins to run out."""
 
 
 @dataclass(frozen=True, kw_only=True)

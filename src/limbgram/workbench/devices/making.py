@@ -27,7 +27,16 @@ from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.devices.adapter import Alignment, plate_of
 from limbgram.workbench.devices.blocks import Block, Boss
 from limbgram.workbench.devices.body import Body
-from limbgram.workbench.devices.device import DRAW, Device, Fabrication, Seat, Slit, Slot, devices
+from limbgram.workbench.devices.device import (
+    DRAW,
+    Device,
+    Fabrication,
+    Seat,
+    Slit,
+    Slot,
+    WallZone,
+    devices,
+)
 from limbgram.workbench.devices.fittings import Part, fitted, hole, imported
 from limbgram.workbench.devices.layout import Covered, Gap, Opening, Rib, cover
 from limbgram.workbench.devices.lettering import lettering
@@ -58,6 +67,8 @@ _ML_OFF_MM = 5.0
 """A width of the positive that differs by more from the patient's is pointed out."""
 _LEAST_OF_SHEET = 0.5
 """Sheets are said to thin by 20 to 40 per cent over heels and malleoli: more is pointed out."""
+_ZONE_FALLOFF_MM = 10.0
+"""Over which an ordered zone runs out: as over the ribs' and the seats' rims, no edge shows."""
 _SAME_MM = 1e-9
 """Booleans leave the vertices that they do not touch where they are."""
 _NO_RECIPE = Recipe(name="")
@@ -88,6 +99,8 @@ class Order:
     recipe: Recipe = _NO_RECIPE
     """What makes the positive of the limb."""
     bodies: tuple[ImportedBody, ...] = ()
+    zones: tuple[WallZone, ...] = ()
+    """What is added to a printed wall, or taken off it, beside what the device itself has."""
     lettering: str = ""
     """Raised on the outer side of a printed wall: whose it is, which side, what date."""
 
@@ -228,8 +241,16 @@ def _previewed(
     layout = Layout(
         positive=covered.positive,
         beyond_mm=covered.beyond_mm,
-        thickness_mm=_thickness(body, device, made, covered, values, ribs),
+        thickness_mm=_thickness(
+            covered,
+            values,
+            device.wall[made],
+            made,
+            _zones(body, device, made, order, values),
+            ribs,
+        ),
     )
+    _require_zones(order.zones, body, layout, device.wall[made])
     less, moved = _otherwise(soft, broad, slender), _otherwise(soft, slender, values)
     inside = np.flatnonzero(layout.beyond_mm < 0)
     thinnest = int(inside[np.argmin(layout.thickness_mm[inside])])
@@ -247,6 +268,10 @@ def _previewed(
         thinnest_point_mm=(x, y, z),
         findings=(
             *_widths(body, device, values),
+            *(
+                note("device.zone", place=one.at, add_mm=one.add_mm, reach_mm=one.reach_mm)
+                for one in order.zones
+            ),
             *((note("device.trim.slender", measures=less),) if less else ()),
             *((note("device.strap.moved", measures=moved),) if moved else ()),
             *straps_told(body, asked, placed.openings, values, order.recipe),
@@ -355,17 +380,27 @@ def _gap(slit: Slit, values: Mapping[str, float]) -> Gap:
 
 
 def _thickness(
-    body: Body,
-    device: Device,
-    made: Fabrication,
     covered: Covered,
     values: Mapping[str, float],
+    wall: Measure,
+    made: Fabrication,
+    zones: Sequence[Zone],
     ribs: Sequence[Rib],
 ) -> Float64[np.ndarray, " n"]:
-    base_mm = values[device.wall[made].name]
     if made == "draped":
-        return draped(covered, base_mm, values[DRAW.name])
-    zones = [
+        return draped(covered, values[wall.name], values[DRAW.name])
+    return printed(covered, values[wall.name], zones, ribs)
+
+
+def _zones(
+    body: Body, device: Device, made: Fabrication, order: Order, values: Mapping[str, float]
+) -> list[Zone]:
+    """Of a printed wall: those of the device, and those that were ordered."""
+    if made == "draped":
+        if order.zones:
+            raise EditError("device.zone.draped", place=order.zones[0].at)
+        return []
+    own = [
         Zone(
             middle_mm=place_point(body, pad.name, pad.at, values),
             reach_mm=pad.reach_mm,
@@ -375,7 +410,36 @@ def _thickness(
         for pad in device.pads
         if amount_of(pad.add_mm, values) > 0
     ]
-    return printed(covered, base_mm, zones, ribs)
+    ordered = [
+        Zone(
+            middle_mm=body.place_mm(one.at),
+            reach_mm=one.reach_mm,
+            falloff_mm=_ZONE_FALLOFF_MM,
+            add_mm=one.add_mm,
+        )
+        for one in order.zones
+    ]
+    return own + ordered
+
+
+def _require_zones(zones: Sequence[WallZone], body: Body, layout: Layout, wall: Measure) -> None:
+    """Refuse a zone that the device does not cover, or a wall that is thinner than walls may be."""
+    mesh = layout.positive
+    for zone in zones:
+        x, y, z = body.place_mm(zone.at).tolist()
+        nearest = mesh.faces[tree_on(mesh).closest(np.array([[x, y, z]])).faces[0]]
+        if layout.beyond_mm[nearest].min() > 0:
+            raise EditError("device.zone.outside", place=zone.at, point_mm=(x, y, z))
+    covered = np.flatnonzero(layout.beyond_mm < 0)
+    thin = covered[np.argmin(layout.thickness_mm[covered])]
+    if zones and layout.thickness_mm[thin] < wall.within.least:
+        x, y, z = mesh.vertices_mm[thin].tolist()
+        raise EditError(
+            "device.zone.thin",
+            thinnest_mm=float(layout.thickness_mm[thin]),
+            least_mm=wall.within.least,
+            point_mm=(x, y, z),
+        )
 
 
 def _ribs(body: Body, device: Device, made: Fabrication, values: Mapping[str, float]) -> list[Rib]:

@@ -13,6 +13,11 @@
     [free]
     "edge: ankle, lateral" = [44.0, 3.0, 71.0]
 
+    [[zone]]
+    at = "lateral malleolus"
+    add_mm = 1.5
+    reach_mm = 25.0
+
     [[body]]
     name = "lock.stl"
     cut = false
@@ -31,7 +36,7 @@ from typing import Any, cast, get_args
 from limbgram.core.errors import OptionsError, ShapeFileError
 from limbgram.core.files import read_content, toml_of
 from limbgram.core.typed import Mismatch, any_value_of
-from limbgram.workbench.devices.device import Fabrication
+from limbgram.workbench.devices.device import Fabrication, WallZone
 from limbgram.workbench.devices.trims import Free
 from limbgram.workbench.recipe.file import encode_recipe, parse_recipe, toml_text
 from limbgram.workbench.recipe.recipe import Recipe
@@ -40,7 +45,7 @@ _FORMAT, _VERSION = "limbgram device", 1
 _LARGEST_BYTES = 4_000_000
 _KEYS = {
     *("format", "version", "device", "made", "limb_sha256"),
-    *("values", "free", "body", "recipe", "lettering"),
+    *("values", "free", "zone", "body", "recipe", "lettering"),
 }
 
 
@@ -62,6 +67,7 @@ class OrderFile:
     values: Mapping[str, float]
     free: Free
     recipe: Recipe
+    zones: tuple[WallZone, ...] = ()
     bodies: tuple[KnownBody, ...] = ()
     limb_sha256: str = ""
     lettering: str = ""
@@ -102,6 +108,7 @@ def parse_order(text: str, name: str) -> OrderFile:
             made=_value(tree, "made", Fabrication, get_args(Fabrication)[0]),
             values=_table(tree, "values", float),
             free=_table(tree, "free", tuple[float, float, float]),
+            zones=_value(tree, "zone", tuple[WallZone, ...], ()),
             bodies=_value(tree, "body", tuple[KnownBody, ...], ()),
             recipe=parse_recipe(recipe, name) if recipe else Recipe(name=""),
             limb_sha256=_value(tree, "limb_sha256", str, ""),
@@ -133,6 +140,9 @@ def encode_order(order: OrderFile) -> bytes:
             f"{toml_text(name)} = [{', '.join(repr(float(one)) for one in place)}]"
             for name, place in order.free.items()
         ]
+    for zone in order.zones:
+        lines += ["", "[[zone]]", f"at = {toml_text(zone.at)}"]
+        lines += [f"add_mm = {zone.add_mm!r}", f"reach_mm = {zone.reach_mm!r}"]
     for body in order.bodies:
         lines += ["", "[[body]]", f"name = {toml_text(body.name)}"]
         lines += [f"cut = {str(body.cut).lower()}", f"sha256 = {toml_text(body.sha256)}"]
