@@ -45,9 +45,11 @@ of 0.5, 0.36, 0.18 and 0.05: 0.81, 0.66, 0.48 and 0.19 of the energy; this power
 and 0.22."""
 _MOST = 3.0
 """What stands out further over its neighbourhood is an oddity of the mesh."""
-_STANDS_OUT = 1.0, 2.0
-"""Energy along folds over that of the median place from which they count, and from which folds have
-half of it: round a limb the rest of it, which runs all ways, sums up to next to nothing."""
+_STANDS_OUT = 2.5, 5.0
+"""Energy along folds over that of the median place from which they count, and from which they have
+all of it. 95 % of the places of sheets that have noise, or relief of all ways, and no folds lie
+below 2.4 to 2.8, 99 % below 3 to 4.5: what stands out so far by chance is as much alike as its
+neighbours are, and no more."""
 
 
 def lost_creases_mm(
