@@ -20,7 +20,7 @@ the axis.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool, Float64, Int
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import MeasureError
@@ -44,8 +44,12 @@ _NEARLY_STILL_MM = 0.05
 """From here on the places that have a counterpart stay the same: else those at brims flicker."""
 _TOUCHING_MM = 1e-6
 """Nearer than this the way to the nearest place is rounding, and the normal stands for it."""
-_PATCH = 0.5
-"""Side of a patch whose places err alike, in shares of the mean reach of the surface."""
+_LEAST_SLOPE = 0.25
+"""At least, of the pull over the weight: nothing tells where most places are nearly rejected."""
+_PATCH = 1.0
+"""Side of a patch whose places err alike, in shares of the mean reach of the surface.
+
+A limb changes over such lengths. Where errors are shorter, few large patches hold as often."""
 _LOOSE = 3e-5
 """A motion is undetermined if the surface answers it by less than the root of this, mm per mm."""
 
@@ -170,34 +174,64 @@ def _larger_share(placed: Points3, found: Counterparts, valid: Bool[np.ndarray, 
 def _looseness(
     placed: Points3, found: Counterparts, weights: Float64[np.ndarray, " n"]
 ) -> Looseness | None:
-    """From the normal matrix and the robust distances, summed by patch: neighbours err alike.
+    """From the distances that no motion and no growth takes away, patch by patch, and from growth.
 
-    A patch errs as one, so its whole pull counts once (the clustered sandwich estimator).
+    Growth all round pulls every patch the same way. Counted among their pulls as well, it would
+    pass for as many errors that know nothing of each other.
     """
     if np.count_nonzero(weights) < FEWEST:
         return None
     middle, reach_mm = _arms(placed, weights)
     columns = _columns(placed, found.smooth_normals, middle, reach_mm)
-    normal = (columns * weights[:, None]).T @ columns / weights.sum()
-    inverse = np.linalg.pinv(normal, rcond=_SINGULAR, hermitian=True) / weights.sum()
+    normal = (columns * weights[:, None]).T @ columns
+    inverse = np.linalg.pinv(normal, rcond=_SINGULAR, hermitian=True)
     cells = np.floor((placed - middle) / (_PATCH * reach_mm)).astype(int)
     patch = np.unique(cells, axis=0, return_inverse=True)[1].ravel()
-    pulls = columns * (weights * found.signed_mm)[:, None]
-    patches = np.zeros((int(patch.max()) + 1, 6))
-    np.add.at(patches, patch, pulls)
-    free = max(len(patches) - 6, 1)
-    few = len(patches) / free * widening(free) ** 2
-    covariance = few * inverse @ (patches.T @ patches) @ inverse
+    pulls = _pulls(columns, found.signed_mm, weights, patch)
+    moved = pulls @ inverse / _slope(weights)
     growth = inverse @ (columns.T @ weights)
     off_mm, counted = np.bincount(patch, weights * found.signed_mm), np.bincount(patch, weights)
     off_mm2 = float(np.sum(off_mm**2 / np.maximum(counted, 1e-12)) / counted.sum())
-    covariance = covariance + off_mm2 * np.outer(growth, growth)
+    covariance = moved.T @ moved + off_mm2 * np.outer(growth, growth)
     in_rad = np.repeat([1 / reach_mm, 1.0], 3)  # turns were counted in mm at the reach
     return Looseness(
         middle_mm=middle,
         covariance=covariance * np.outer(in_rad, in_rad),
         growth_shift=growth[3:],
     )
+
+
+def _pulls(
+    columns: Float64[np.ndarray, "n 6"],
+    off_mm: Float64[np.ndarray, " n"],
+    weights: Float64[np.ndarray, " n"],
+    patch: Int[np.ndarray, " n"],
+) -> Float64[np.ndarray, "p 6"]:
+    """How each patch pulls the pose by what it errs as a whole, growth left out.
+
+    A fit gives way to its patches, the more the more they hold. So each one errs by what the others
+    leave of it (the jackknife of clusters; Bell and McCaffrey 2002, Survey Methodology 28:169-181).
+    """
+    count = int(patch.max()) + 1
+    columns = np.column_stack([columns, np.ones(len(columns))])
+    normals, pulls = np.zeros((count, 7, 7)), np.zeros((count, 7))
+    np.add.at(normals, patch, np.einsum("n,ni,nj->nij", weights, columns, columns))
+    normal = normals.sum(0)
+    inverse = np.linalg.pinv(normal, rcond=_SINGULAR, hermitian=True)
+    left_mm = off_mm - columns @ (inverse @ (columns.T @ (weights * off_mm)))
+    np.add.at(pulls, patch, columns * (weights * left_mm)[:, None])
+    without = np.linalg.pinv(normal - normals, rcond=_SINGULAR, hermitian=True)
+    pulls = np.einsum("ij,pjk,pk->pi", normal, without, pulls)[:, :6]
+    return pulls * np.sqrt((count - 1) / count) * widening(max(count - 7, 1))
+
+
+def _slope(weights: Float64[np.ndarray, " n"]) -> float:
+    """Of Tukey's pull over its weight, on average: by so much less than weights say places hold.
+
+    Huber 1981, Robust Statistics, 7.6.
+    """
+    roots = np.sqrt(weights)
+    return max(float((roots * (5 * roots - 4)).sum() / weights.sum()), _LEAST_SLOPE)
 
 
 def _valid(found: Counterparts) -> Bool[np.ndarray, " n"]:

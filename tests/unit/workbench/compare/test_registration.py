@@ -9,7 +9,9 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.compare.counterparts import Ground
 from limbgram.workbench.compare.frames import mesh_in_frame
+from limbgram.workbench.compare.icp import IcpOptions, places_of, run_icp
 from limbgram.workbench.compare.registration import (
     RegistrationOptions,
     as_is,
@@ -18,6 +20,13 @@ from limbgram.workbench.compare.registration import (
     slide_to_volume,
 )
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
+
+
+def uneven(height_mm: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """A radius of which no two sides are alike, mm."""
+    crest = 0.04 * np.exp(4 * (np.cos(angle) - 1)) * np.sin(height_mm / 60)
+    flat = 0.05 * np.cos(2 * angle) + 0.03 * np.cos(3 * angle + 0.4)
+    return (45 + 0.06 * height_mm) * (1 + flat + crest)
 
 
 def pose_of(seed: int) -> Rigid:
@@ -273,3 +282,66 @@ def test_landmarks_lay_a_shape_within_what_they_say_95_times_of_100(limb, count:
         off = found.first_from_second.apply(middle[None])[0] - middle
         held.append(np.abs(off) < 1.96 * np.sqrt(np.diag(found.looseness.covariance_mm2)))
     assert 0.93 < np.mean(held) < 0.97
+
+
+def patches_of(places: np.ndarray) -> np.ndarray:
+    """Which patch each place is in: boxes as wide as half of the places' mean reach."""
+    away = places - places.mean(0)
+    cells = np.floor(away / (0.5 * np.sqrt(np.mean(np.sum(away**2, axis=1))))).astype(int)
+    return np.unique(cells, axis=0, return_inverse=True)[1].ravel()
+
+
+def spread_of(places: np.ndarray, ground: Ground) -> np.ndarray:
+    """Standard deviations of a turn, rad, and of a shift, mm, of places laid on a ground."""
+    fit = run_icp(places, ground, Rigid.identity(), IcpOptions())
+    assert fit.looseness is not None
+    return np.sqrt(np.diag(fit.looseness.covariance))
+
+
+def test_a_shape_that_errs_by_patches_lies_within_what_it_says_95_times_of_100(make_limb) -> None:
+    """Patches of a slender limb, of all sizes, err by 0.1 mm as a whole.
+
+    Along the axis growth all round is taken for a shift, whose interval has room for that.
+    """
+    limb = make_limb(lambda height, angle: 0.5 * uneven(height, angle))
+    ground, places = Ground.of(limb.mesh, 3.0), places_of(limb, 300, 3.0)
+    normals, patch = ground.counterparts(places).smooth_normals, patches_of(places)
+    rng, held = np.random.default_rng(2), []
+    for _ in range(600):
+        off_mm = rng.normal(0, 0.1, patch.max() + 1)[patch]
+        fit = run_icp(places + normals * off_mm[:, None], ground, Rigid.identity(), IcpOptions())
+        assert fit.looseness is not None
+        middle, pose = fit.looseness.middle_mm, fit.first_from_second
+        turn = Rotation.from_matrix(pose.rotation).as_rotvec()
+        moved = np.concatenate([turn, middle - pose.inverse.apply(middle[None])[0]])
+        held.append(np.abs(moved) < 1.96 * np.sqrt(np.diag(fit.looseness.covariance)))
+    assert 0.93 < np.mean(np.array(held)[:, :5]) < 0.97
+
+
+def test_places_that_err_alike_tell_no_more_where_ten_times_as_many_are_taken(make_limb) -> None:
+    """The same 0.1 mm by patches at 300 and at 3000 places: as single errors, a third."""
+    limb = make_limb(lambda height, angle: 0.5 * uneven(height, angle))
+    ground, places = Ground.of(limb.mesh, 3.0), places_of(limb, 3000, 3.0)
+    normals, patch = ground.counterparts(places).smooth_normals, patches_of(places)
+    rng, few, many = np.random.default_rng(4), [], []
+    for _ in range(10):
+        off_mm = rng.normal(0, 0.1, patch.max() + 1)[patch]
+        moved = places + normals * off_mm[:, None]
+        many.append(spread_of(moved, ground))
+        few.append(spread_of(moved[::10], ground))
+    assert np.mean(many, axis=0) / np.mean(few, axis=0) == pytest.approx(1.0, abs=0.25)
+
+
+def test_growth_all_round_is_no_error_of_patches(make_limb) -> None:
+    """1 mm lost all round neither turns a shape nor shifts it aside; 0.1 mm by patches do."""
+    limb = make_limb(uneven)
+    ground, places = Ground.of(limb.mesh, 3.0), places_of(limb, 300, 3.0)
+    normals, patch = ground.counterparts(places).smooth_normals, patches_of(places)
+    rng, same, lost = np.random.default_rng(6), [], []
+    for _ in range(5):
+        off_mm = rng.normal(0, 0.1, patch.max() + 1)[patch]
+        same.append(spread_of(places + normals * off_mm[:, None], ground))
+        lost.append(spread_of(places + normals * (off_mm - 1.0)[:, None], ground))
+    ratio = np.mean(lost, axis=0) / np.mean(same, axis=0)
+    assert (ratio[:5] < 1.5).all(), "as ten times the error by patches, 10"
+    assert ratio[5] > 5, "along the axis it is taken for a shift"
