@@ -1,12 +1,15 @@
 """Landmarks carried from a marked foot to another scan of it: the vertices tell where they lie."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
+from limbgram.formats.limb_file import write_limb
+from limbgram.formats.reading import read_limb
 from limbgram.services.align import confirm, propose
 from limbgram.workbench.compare.carried_landmarks import Carried, carry_landmarks
 from limbgram.workbench.edits.cutting import keep_positive
@@ -130,6 +133,16 @@ def test_what_is_another_limb_is_refused(marked: Limb, foot_of: MakeLimb) -> Non
         assert refused.value.finding.code == code
 
 
+def test_the_limb_file_keeps_what_nobody_confirmed(marked: Limb, tmp_path: Path) -> None:
+    open_marks = tuple(
+        replace(mark, placed="proposed", sigma_mm=1.5, confirmed=mark.name == "heel")
+        for mark in marked.landmarks
+    )
+    read = read_limb(write_limb(replace(marked, landmarks=open_marks), tmp_path / "today.ply"))
+    assert [one.name for one in read.landmarks if one.confirmed] == ["heel"]
+    assert [one.code for one in read.notes] == ["landmark.unconfirmed"]
+
+
 def test_nobody_takes_a_proposal_for_a_place_that_was_felt_for(marked: Limb) -> None:
     assert isinstance(marked, AlignedLimb)
     proposed = propose(today(marked), marked, "right", "foot").limb
@@ -140,9 +153,9 @@ def test_nobody_takes_a_proposal_for_a_place_that_was_felt_for(marked: Limb) -> 
     said = measuring_sheet(proposed, ankle).doubt
     assert said is not None
     assert said.code == "landmark.unconfirmed"
-    rest = unconfirmed(confirm(proposed, ("navicular", "Ferse")))
-    assert rest is not None
-    assert not {"navicular", "heel"} & set(rest.values["names"])
+    two = confirm(proposed, ("navicular", "Ferse"))
+    assert {one.name for one in two.landmarks if one.confirmed} == {"navicular", "heel"}
+    assert unconfirmed(two) is not None
     looked_at = confirm(proposed, ("all",))
     assert unconfirmed(looked_at) is None
     assert measuring_sheet(looked_at, ankle).doubt is None
