@@ -16,7 +16,7 @@ from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.repose import Repose
 from limbgram.workbench.frame.landmarks import unconfirmed
-from limbgram.workbench.limb import AlignedLimb, Limb
+from limbgram.workbench.limb import AlignedLimb, Limb, Side
 from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
 
 from .conftest import MakeLimb
@@ -122,12 +122,13 @@ def test_where_the_shape_has_changed_nothing_is_proposed(marked: Limb) -> None:
 
 
 def test_what_is_another_limb_is_refused(marked: Limb, foot_of: MakeLimb) -> None:
-    for limb, side, code in (
+    cases: tuple[tuple[Limb, Side, str], ...] = (
         (today(marked), "left", "carried.side"),
         (replace(today(marked), kind="transtibial"), "right", "carried.kind"),
         (today(foot_of(left=True)), "right", "carried.other_limb"),
         (today(foot_of("adult_female")), "right", "carried.other_limb"),
-    ):
+    )
+    for limb, side, code in cases:
         with pytest.raises(MeasureError) as refused:
             carry_landmarks(limb, marked, side)
         assert refused.value.finding.code == code

@@ -244,7 +244,7 @@ class _Carrier:
                 _with_prior(fit, start, start.covariance + own * np.outer(scale, scale))
                 for fit, start in zip(found, fits, strict=True)
             ]
-        return [_as_sure_as_even(fit) for fit in fits[: len(marks_mm)]]
+        return fits[: len(marks_mm)]
 
     def _own(self, part: _Part) -> Float64[np.ndarray, "7 7"]:
         """Covariance of what a part may move by itself."""
@@ -356,16 +356,6 @@ def _with_prior(fit: _Fit, start: _Fit, prior: Float64[np.ndarray, "7 7"]) -> _F
         rms_mm=fit.rms_mm,
         share=fit.share,
     )
-
-
-def _as_sure_as_even(fit: _Fit) -> _Fit:
-    """Where a part moved more than the others of its limb, its error is as much larger."""
-    if fit.share < _LEAST_SHARE:
-        return fit
-    held = np.linalg.inv(fit.prior)
-    told = float(np.trace(np.eye(7) - fit.covariance @ held))
-    moved = float(fit.motion @ held @ fit.motion)
-    return replace(fit, covariance=fit.covariance * max(1.0, moved / max(told, 1.0)))
 
 
 def _weights(found: Counterparts, bell: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
