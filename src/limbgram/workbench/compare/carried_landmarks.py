@@ -72,6 +72,9 @@ _LEAST_TOLD = 3.0
 """Motions that the surface must have told, of those parts together."""
 _SCALES = 0.25, 3.0
 """Within these, a limb says how much its parts move."""
+_SKIN = 0.03
+"""Skin about a bone that stays slides by so much of the size for a radian that a joint turns:
+12 mm on a man's foot, assumed."""
 _ALIEN = frozenset({"compare.pose.rival", "compare.shape.mirrored", "compare.shape.far"})
 """What the registration says where the surfaces are hardly one limb, or lie as nobody knows."""
 
@@ -131,13 +134,29 @@ def carry_landmarks(today: Limb, marked: Limb, side: Side, placing: Placing = US
     marks_mm = np.array([mark.position_mm for mark in wanted]).reshape(-1, 3)
     places: list[CarriedPlace] = []
     left_out: list[NotCarried] = []
-    for mark, fit in zip(wanted, carrier.fits(marks_mm, laid.first_from_second), strict=True):
-        found = carrier.carried(mark, fit, placing)
+    fits = carrier.fits(marks_mm, laid.first_from_second)
+    slid_mm = _SKIN * carrier.size_mm * _turned_rad(fits)
+    for mark, fit in zip(wanted, fits, strict=True):
+        sliding = slid_mm if identity_of(mark.name) in _still_names(today) else 0.0
+        found = carrier.carried(mark, fit, placing, sliding)
         if isinstance(found, Finding):
             left_out.append(NotCarried(name=mark.name, reason=found))
         else:
             places.append(found)
     return Carried(places=tuple(places), left_out=tuple(left_out), rms_mm=laid.rms_mm or 0.0)
+
+
+def _still_names(limb: Limb) -> frozenset[str]:
+    """Landmarks on bone that stays where a joint turns: the skin around them slides."""
+    joints = () if limb.kind is None else KIND_NAMED[limb.kind].joints
+    return frozenset(name for joint in joints for name in joint.rigid)
+
+
+def _turned_rad(fits: Sequence["_Fit"]) -> float:
+    """How far any two parts of the limb turned against each other: a joint is held otherwise."""
+    turns = np.stack([fit.rotation for fit in fits]) if fits else np.eye(3)[None]
+    traces = np.einsum("nij,mij->nm", turns, turns)
+    return float(np.arccos(np.clip((traces.min() - 1) / 2, -1, 1)))
 
 
 def _require_same(today: Limb, marked: Limb, side: Side) -> None:
@@ -251,14 +270,17 @@ class _Carrier:
         sigmas = [np.radians(part.turn_deg), part.shift * self.size_mm, part.growth]
         return np.diag(np.square(np.repeat(sigmas, [3, 3, 1])))
 
-    def carried(self, mark: Landmark, fit: _Fit, placing: Placing) -> CarriedPlace | Finding:
+    def carried(
+        self, mark: Landmark, fit: _Fit, placing: Placing, sliding_mm: float
+    ) -> CarriedPlace | Finding:
         """One landmark on today's surface, or why it is not told."""
         if not mark.confirmed:
             return note("carried.unconfirmed")
         if not self.marked.counterparts(mark.position_mm[None]).measured[0]:
             return note("carried.marked_unmeasured")
         found = self.ground.counterparts(fit.at_mm[None])
-        carrying_mm = _along(fit.covariance[3:6, 3:6], found.smooth_normals[0])
+        along_mm = _along(fit.covariance[3:6, 3:6], found.smooth_normals[0])
+        carrying_mm = float(np.hypot(along_mm, sliding_mm))
         reason = self._against(found, fit, carrying_mm)
         if reason is not None:
             return reason
