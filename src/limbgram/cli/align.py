@@ -1,29 +1,37 @@
 """`limbgram align`: landmarks, side and axes of a shape, kept beside it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from limbgram.cli.landmark_options import MarksRequest, landmarks_asked, marks_seen
+from limbgram.cli.landmark_options import (
+    MarksRequest,
+    ProposalRequest,
+    landmarks_asked,
+    marks_seen,
+)
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import READ, UnitOption, shape_of
 from limbgram.core.errors import OptionsError, with_full_stop
+from limbgram.core.interval import Interval, explained, plus_minus
 from limbgram.core.typed import tree_of
 from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb_file
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import limb_file_beside
-from limbgram.services.align import AlignRequest, Axes, align
+from limbgram.services.align import AlignRequest, Axes, align, confirm, propose
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Place
 from limbgram.workbench.anatomy.names import LANGUAGES, NAMES_IN
 from limbgram.workbench.bodies import outside_of
+from limbgram.workbench.compare.carried_landmarks import Carried
 from limbgram.workbench.devices.landmark_uses import uses_of
-from limbgram.workbench.frame.landmarks import with_landmarks
+from limbgram.workbench.frame.landmarks import unconfirmed, with_landmarks
 from limbgram.workbench.limb import AlignedLimb, KindName, Side
 
 
@@ -32,6 +40,7 @@ from limbgram.workbench.limb import AlignedLimb, KindName, Side
 def align_command(
     axes: Axes,
     look: MarksRequest,
+    proposals: ProposalRequest,
     shape: Annotated[
         Path | None,
         typer.Argument(help=f"The shape: {READ}.", show_default=False),
@@ -68,11 +77,20 @@ def align_command(
     if side is None:
         raise OptionsError("align.side.unsaid")
     limb = with_landmarks(read.limb, landmarks_asked(read.limb, look, seen))
-    return _kept(align(limb, AlignRequest.of(axes, side, kind), read.declared), shape, read)
+    limb = confirm(limb, proposals.confirm) if proposals.confirm else limb
+    carried = None
+    if proposals.landmarks_from is not None:
+        proposed = propose(limb, shape_of(proposals.landmarks_from, None).limb, side, kind)
+        limb, carried = proposed.limb, proposed.carried
+    aligned = align(limb, AlignRequest.of(axes, side, kind), read.declared)
+    return _kept(aligned, shape, read, carried)
 
 
-def _kept(limb: AlignedLimb, shape: Path, read: ShapeFile) -> Reply:
+def _kept(limb: AlignedLimb, shape: Path, read: ShapeFile, carried: Carried | None) -> Reply:
     """Write the limb file, and say where the limb lies now."""
+    doubts = [one for one in limb.notes if one.code != "landmark.unconfirmed"]
+    said = unconfirmed(limb)
+    limb = replace(limb, notes=tuple(doubts) if said is None else (said, *doubts))
     written = write_limb_file(limb, shape, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
     motion = limb.limb_from_mesh
     limb = outside_of(limb)
@@ -86,6 +104,7 @@ def _kept(limb: AlignedLimb, shape: Path, read: ShapeFile) -> Reply:
             f"  {name:<28} right {x:7.1f}   anterior {y:7.1f}   proximal {z:7.1f} mm"
             for name, (x, y, z) in places.items()
         ),
+        *([] if carried is None else _carried_lines(carried)),
         f"Written: {written}",
     ]
     content: dict[str, Any] = {
@@ -98,11 +117,38 @@ def _kept(limb: AlignedLimb, shape: Path, read: ShapeFile) -> Reply:
         "landmarks": [
             {"name": name, "in_limb_mm": place.tolist()} for name, place in places.items()
         ],
+        "carried": None if carried is None else _carried_tree(carried),
         "kind": limb.kind,
         "notes": tree_of(limb.notes),
         "written": str(limb_file_beside(shape)),
     }
     return Reply(tuple(lines), content)
+
+
+def _carried_lines(carried: Carried) -> list[str]:
+    """Each proposal with its error, and why the others have none."""
+    lines = [
+        f"  proposed: {one.landmark.name:<28} "
+        f"{plus_minus(Interval.of_sigma(one.landmark.sigma_mm or 0.0), 1)} mm"
+        for one in carried.places
+    ]
+    lines += [f"  not proposed: {one.name}: {told(one.reason)}" for one in carried.left_out]
+    return list(explained(lines))
+
+
+def _carried_tree(carried: Carried) -> dict[str, Any]:
+    return {
+        "proposed": [
+            {
+                "name": one.landmark.name,
+                "sigma_mm": one.landmark.sigma_mm,
+                "carrying_sigma_mm": one.carrying_mm,
+            }
+            for one in carried.places
+        ],
+        "left_out": [{"name": one.name, "reason": tree_of(one.reason)} for one in carried.left_out],
+        "rms_mm": carried.rms_mm,
+    }
 
 
 def _names(kind: KindName | None) -> Reply:

@@ -41,6 +41,22 @@ class MarksRequest:
     the sock's paint does not have."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class ProposalRequest:
+    """Landmarks that another scan of the limb tells, and which of them somebody has looked at."""
+
+    landmarks_from: Path | None = None
+    """Propose the landmarks of a marked scan of the same limb, such as an earlier visit's, each
+    with its error. What is made of them says so until they are confirmed."""
+    confirm: tuple[str, ...] = ()
+    """A proposal that you have looked at on the shape, by its name; all for every one."""
+
+    def __post_init__(self) -> None:
+        """Refuse to confirm what nobody can have looked at yet."""
+        if self.landmarks_from is not None and self.confirm:
+            raise OptionsError("carried.confirm_later")
+
+
 @dataclass(frozen=True)
 class Seen:
     """Marks in the order of their numbers, and a reply that lists them."""

@@ -113,6 +113,8 @@ def _form_lines(form: MeasuringSheet) -> Iterator[str]:
     """The measuring sheet, a figure a line."""
     side = "" if form.side == "none" else f", {form.side}"
     yield f"Measuring sheet: {KIND_NAMED[form.kind].words['en']}{side}."
+    if form.doubt is not None:
+        yield f"  {told(form.doubt)}"
     for row in form.rows:
         value = told(row.reason) if row.reason is not None else ""
         if row.figure is not None:

@@ -50,6 +50,7 @@ class _Mark:
     position_mm: _Triple
     placed: Placed = "click"
     sigma_mm: float | None = None
+    confirmed: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,6 +185,7 @@ def encode_record(limb: Limb, mesh_name: str, mesh_hash: str, mm_per_unit: float
                 "position_mm": mark.position_mm.tolist(),
                 "placed": mark.placed,
                 "sigma_mm": mark.sigma_mm,
+                **({} if mark.confirmed else {"confirmed": False}),
             }
             for mark in limb.landmarks
         ],
@@ -277,6 +279,7 @@ def _landmark(mark: _Mark) -> Landmark:
         position_mm=np.array(mark.position_mm),
         placed=mark.placed,
         sigma_mm=mark.sigma_mm,
+        confirmed=mark.confirmed,
     )
 
 

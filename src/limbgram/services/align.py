@@ -1,11 +1,14 @@
 """Align: a shape gets its axes from landmarks, its side and what is stated of its directions.
 
-In      a limb in its mesh's frame; what the clinician states; the frame of the shape's own file.
+In      a limb in its mesh's frame; what the clinician states; the frame of the shape's own file; a
+        marked limb whose landmarks are proposed on it.
 Out     the limb with its frame: +Z proximal, +Y anterior, +X the patient's right, origin distal.
-Fails   MeasureError: something is not stated, or landmarks or file contradict it.
+Fails   MeasureError: something is not stated, or landmarks or file contradict it; the marked limb
+        is another one.
 """
 
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -13,9 +16,14 @@ import numpy as np
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.request_fields import Flag, Within
 from limbgram.services.parse_text import AXIS, DIRECTION, PAIR, Direction, Pair
+from limbgram.workbench.compare.carried_landmarks import Carried, carry_landmarks
 from limbgram.workbench.frame.alignment import AlignOptions
 from limbgram.workbench.frame.alignment import align as with_frame
-from limbgram.workbench.limb import AlignedLimb, KindName, Limb, LimbFrame, Side
+from limbgram.workbench.frame.landmarks import with_confirmed, with_landmarks
+from limbgram.workbench.limb import AlignedLimb, AnyLimb, KindName, Limb, LimbFrame, Side
+
+ALL = "all"
+"""In place of names, every landmark."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +84,40 @@ def align(limb: Limb, ask: AlignRequest, declared: LimbFrame | None = None) -> A
         OptionsError: a direction that cannot be meant.
     """
     return with_frame(limb, ask.options(declared))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Proposed:
+    """A limb with proposals that nobody has confirmed, and what was not carried over to it."""
+
+    limb: Limb
+    carried: Carried
+
+
+def propose(limb: Limb, marked: Limb, side: Side, kind: KindName | None) -> Proposed:
+    """Carry the landmarks of a marked limb, such as an earlier visit's, over to this one.
+
+    Landmarks that this limb has, and that somebody placed or confirmed, stay.
+
+    Raises:
+        MeasureError: the marked limb is of another kind or side, or hardly the same limb.
+    """
+    known = replace(limb, kind=kind or limb.kind)
+    carried = carry_landmarks(known, marked, side)
+    return Proposed(limb=with_landmarks(limb, carried.landmarks), carried=carried)
+
+
+def confirm(limb: AnyLimb, names: Sequence[str]) -> AnyLimb:
+    """Somebody looked at proposals and says that they stand where they should.
+
+    Args:
+        names: Of landmarks; "all" for every one.
+
+    Raises:
+        MeasureError: the limb has no landmark of such a name.
+    """
+    every = [mark.name for mark in limb.landmarks]
+    return with_confirmed(limb, every if tuple(names) == (ALL,) else names)
 
 
 def _vector(given: Direction | None) -> Vector3 | None:

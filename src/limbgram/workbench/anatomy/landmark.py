@@ -7,7 +7,7 @@ from limbgram.core.geometry.arrays import Vector3
 
 Placed = Literal["click", "painted", "proposed"]
 """By a click on the surface; at a mark that was painted on the limb; proposed by the program from
-the shape, and confirmed."""
+the shape, or from another scan of the limb."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,6 +21,8 @@ class Landmark:
     sigma_mm: float | None = None
     """How well it was placed: one standard deviation in each direction along the surface; None for
     what `Placing` says of the way."""
+    confirmed: bool = True
+    """False of a proposal that nobody has looked at yet: what is made of it says so."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -57,6 +57,7 @@ from limbgram.workbench.devices.trims import (
     values_of,
 )
 from limbgram.workbench.edits.closing import enclosure
+from limbgram.workbench.frame.landmarks import unconfirmed
 from limbgram.workbench.limb import Limb, likeliest
 from limbgram.workbench.measures.geodesic import shortest_path
 from limbgram.workbench.recipe.recipe import Recipe, replay
@@ -267,6 +268,7 @@ def _previewed(
         thinnest_mm=float(layout.thickness_mm[thinnest]),
         thinnest_point_mm=(x, y, z),
         findings=(
+            *_of_landmarks(positive),
             *_widths(body, device, values),
             *(
                 note("device.zone", place=one.at, add_mm=one.add_mm, reach_mm=one.reach_mm)
@@ -277,6 +279,11 @@ def _previewed(
             *straps_told(body, asked, placed.openings, values, order.recipe),
         ),
     )
+
+
+def _of_landmarks(limb: Limb) -> tuple[Finding, ...]:
+    said = unconfirmed(limb)
+    return () if said is None else (said,)
 
 
 def _otherwise(

@@ -13,6 +13,7 @@ import numpy as np
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.findings import Finding, doubt
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Place
 from limbgram.workbench.anatomy.names import known_identity, named, names_of, words_of
@@ -86,6 +87,27 @@ def with_landmarks(
         for name, mark, place in zip(names, picked, closest.points_mm)
     )
     return replace(limb, landmarks=kept + snapped)
+
+
+def unconfirmed(limb: Limb) -> Finding | None:
+    """What is said of all that is made of a limb with proposals that nobody has looked at."""
+    names = tuple(mark.name for mark in limb.landmarks if not mark.confirmed)
+    return doubt("landmark.unconfirmed", names=names) if names else None
+
+
+def with_confirmed(limb: AnyLimb, names: Sequence[str]) -> AnyLimb:
+    """The limb after somebody has looked at proposals, and says that they stand where they should.
+
+    Raises:
+        MeasureError: the limb has no landmark of such a name.
+    """
+    meant = {id(landmark(limb, name)) for name in names}
+    return replace(
+        limb,
+        landmarks=tuple(
+            replace(mark, confirmed=True) if id(mark) in meant else mark for mark in limb.landmarks
+        ),
+    )
 
 
 def known_name(name: str, kind: KindName) -> Place | None:

@@ -11,6 +11,7 @@ def sheet_tree(sheet: MeasuringSheet) -> dict[str, Any]:
     return {
         "kind": sheet.kind,
         "side": sheet.side,
+        "doubt": None if sheet.doubt is None else as_json(sheet.doubt),
         "rows": [_row(row) for row in sheet.rows],
     }
 

@@ -41,6 +41,7 @@ from limbgram.workbench.anatomy.kind import (
     Share,
 )
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
+from limbgram.workbench.frame.landmarks import unconfirmed
 from limbgram.workbench.limb import Limb, Side
 from limbgram.workbench.measures.cranial import cranial_figures, require_whole
 from limbgram.workbench.measures.levels import (
@@ -111,6 +112,8 @@ class MeasuringSheet:
     side: Side
     shape: str
     rows: tuple[SheetRow, ...]
+    doubt: Finding | None = None
+    """Landmarks that were proposed and that nobody has confirmed."""
 
     __repr__ = brief
 
@@ -129,11 +132,16 @@ class MeasuringSheet:
                     _rounded(None if row.figure is None else row.figure.sigma),
                     _rounded(row.placing_sigma),
                     row.formula,
-                    None if row.reason is None else told(row.reason, language),
+                    None if said is None else told(said, language),
                 )
                 for row in self.rows
+                for said in [self.said_of(row)]
             ),
         )
+
+    def said_of(self, row: SheetRow) -> Finding | None:
+        """Why a figure has no answer, or why one that hangs on landmarks is not to be relied on."""
+        return row.reason or (self.doubt if row.placing_sigma else None)
 
     def to_frame(self) -> Any:
         """A pandas.DataFrame with a row for each figure.
@@ -150,9 +158,10 @@ class MeasuringSheet:
                 row.words["en"],
                 "" if row.figure is None else row.figure.with_reach,
                 row.unit,
-                None if row.reason is None else told(row.reason),
+                None if said is None else told(said),
             )
             for row in self.rows
+            for said in [self.said_of(row)]
         )
         columns = ("measure", "value", "unit", "reason")
         said = f"{self.shape}: {self.kind}, {self.side}; {HOLDS}".removeprefix(": ")
@@ -200,6 +209,7 @@ def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSh
         side=limb.side,
         shape=limb.name,
         rows=tuple(found.values()),
+        doubt=unconfirmed(limb),
     )
 
 
