@@ -80,6 +80,7 @@ BLAMES: dict[str, tuple[str, ...]] = {
     "limb": (
         "movement.step", "movement.drift", "movement.restless", "movement.photo",
         "movement.shape.bent", "coach.moved", "coach.bent", "coach.turned_over",
+        "coach.board_tipped",
         "placing.poses_apart", "placing.side",
     ),
     "board": (
@@ -473,6 +474,7 @@ FAULTS: dict[str, dict[str, Case]] = {
             replace(_SMALL, photos=24, turning=TurnedOver()),
             "placing.",
             "coach.turned_over",
+            "coach.board_tipped",
             "board.photo.tipped",
         )
     },

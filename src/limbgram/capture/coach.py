@@ -87,6 +87,7 @@ from limbgram.reconstruction.pipeline import (
     with_files_that_fit,
 )
 from limbgram.reconstruction.poses import Poses, Unplaced
+from limbgram.reconstruction.scale.metric import Scale
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import Board
 from limbgram.reconstruction.targets.board_detection import find_board
@@ -186,6 +187,7 @@ class Coach:
         except ScaleError as refusal:
             findings.append(refusal.finding)
             metric = to_millimetres(scene)
+        findings += tipped_board(metric.scale)
         if board_photos is not None and board_photos < options.min_board_photos and not findings:
             least = options.min_board_photos
             findings.append(fault("coach.board_unseen", photos=board_photos, least=least))
@@ -279,6 +281,15 @@ class Coach:
                 own = replace(kept.matches, first=pair.first, second=pair.second)
                 verified.append(replace(kept, matches=own))
         return matches, Pairs(tuple(verified), matches.pairs_tried - len(verified))
+
+
+def tipped_board(scale: Scale) -> list[Finding]:
+    """That photos show the board in another plane: the object may stand in the scene twice."""
+    reasons = [one.reason for one in scale.set_aside]
+    tipped = [one for one in reasons if one.code == "board.photo.tipped"]
+    if not tipped:
+        return []
+    return [fault("coach.board_tipped", photos=len(tipped), others=tipped[0].values["others"])]
 
 
 def _turning_notes(still: Still) -> tuple[Finding, ...]:

@@ -124,14 +124,27 @@ DEFAULTS = PosesOptions()
 
 
 @dataclass(frozen=True, kw_only=True)
-class Side:
-    """Photos in which the object kept one pose."""
+class Part:
+    """Photos of one side that hang together without those of the other."""
 
-    photos: tuple[int, ...]
     metric: MetricScene
     """Of these photos alone; it knows the board and the floor of this pose."""
     region: Region
     """Where the object is in it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Side:
+    """Photos in which the object kept one pose."""
+
+    photos: tuple[int, ...]
+    parts: tuple[Part, ...]
+    """The largest first. One, unless photos between two parts share too little with either."""
+
+    @property
+    def placed(self) -> int:
+        """Photos that have a place in one of its parts."""
+        return sum(len(part.metric.scene.placed) for part in self.parts)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,9 +162,9 @@ class Poses:
     def on_object(self, features: Features) -> tuple[Bool[np.ndarray, " n"], ...]:
         """Which keypoints of each photo lie on the object; of photos without a place, none."""
         found = [np.zeros(len(one), bool) for one in features.keypoints]
-        for side in self.sides:
-            for photo in side.metric.scene.placed:
-                seen = footprint(side.region, side.metric.scene.view(photo))
+        for part in (part for side in self.sides for part in side.parts):
+            for photo in part.metric.scene.placed:
+                seen = footprint(part.region, part.metric.scene.view(photo))
                 found[photo] = seen.shows(features.keypoints[photo].xy_px)
         return tuple(found)
 
@@ -333,7 +346,7 @@ def poses_of_groups(
         PlacementError: they are not two, or one of them makes no scene of its own.
     """
     sides = [
-        _side(group, photos, features, pairs, cameras, detections, options)
+        _side(group, photos, features, pairs, cameras, detections, options, whole=True)
         for group in groups.photos
     ]
     known = tuple(side for side in sides if side is not None)
@@ -361,6 +374,7 @@ def find_poses(
     others = _weak_links(pairs, count) if scene is None else _suspected(scene, detections, pairs)
     candidates, tried = [*by_pairs, *others], set[int]()
     best: tuple[Side, ...] = ()
+    moves = scene is not None and _board_moves(scene, detections)
     while candidates and len(tried) < _MOST_TRIED:
         start = candidates.pop(0)
         if start in tried:
@@ -368,14 +382,16 @@ def find_poses(
         tried.add(start)
         halves = tuple(range(start)), tuple(range(start, count))
         sides = [
-            _side(half, photos, features, pairs, cameras, detections, options) for half in halves
+            _side(half, photos, features, pairs, cameras, detections, options, whole=not moves)
+            for half in halves
         ]
         known = tuple(side for side in sides if side is not None)
         if len(known) < len(halves):
             continue
-        if scene is None or _board_moves(scene, detections) or not _one_body(known, scene):
+        if scene is None or moves or not _one_body(known, scene):
             # a side that itself falls apart begins or ends elsewhere
-            again = [k for side in known for k in _suspected(side.metric.scene, detections)]
+            scenes = (part.metric.scene for side in known for part in side.parts)
+            again = [k for one in scenes for k in _suspected(one, detections)]
             if not again:
                 return Poses(sides=known, clearance=options.clearance)
             candidates = [*again, *candidates]
@@ -384,7 +400,7 @@ def find_poses(
 
 
 def _photos_placed(sides: Sequence[Side]) -> int:
-    return sum(len(side.metric.scene.placed) for side in sides)
+    return sum(side.placed for side in sides)
 
 
 def may_be_turned_over(scene: Scene, detections: BoardDetections | None) -> bool:
@@ -404,17 +420,22 @@ def refuse_apart(poses: Poses, scene: Scene) -> None:
         PlacementError: what lies on the object does not join the sides firmly.
     """
     for side in poses.sides:
-        shared = sorted({*side.metric.scene.placed} & {*scene.placed})
-        if len(shared) >= max(_FEWEST_PHOTOS, _PLACED_SHARE * len(side.photos)):
-            moved = _moved(side.metric.scene, scene, shared)
-            ours = np.array([scene.view(photo).centre_in_world for photo in shared])
-            theirs = [side.metric.scene.view(photo).centre_in_world for photo in shared]
-            off = np.linalg.norm(moved.apply(np.array(theirs)) - ours, axis=1)
-            size = np.linalg.norm(ours - ours.mean(0), axis=1)
-            if off.max() < _AGREEING * size.mean():
-                continue
-        names = [scene.names[photo] for photo in side.photos]
-        raise PlacementError("placing.poses_apart", first=names[0], last=names[-1])
+        agreeing = [_agreeing(part.metric.scene, scene) for part in side.parts]
+        if None in agreeing or sum(filter(None, agreeing)) < _PLACED_SHARE * len(side.photos):
+            names = [scene.names[photo] for photo in side.photos]
+            raise PlacementError("placing.poses_apart", first=names[0], last=names[-1])
+
+
+def _agreeing(own: Scene, scene: Scene) -> int | None:
+    """Photos that both scenes have; None where they are few, or stand otherwise."""
+    shared = sorted({*own.placed} & {*scene.placed})
+    if len(shared) < _FEWEST_PHOTOS:
+        return None
+    ours = np.array([scene.view(photo).centre_in_world for photo in shared])
+    theirs = np.array([own.view(photo).centre_in_world for photo in shared])
+    off = np.linalg.norm(_moved(own, scene, shared).apply(theirs) - ours, axis=1)
+    size = np.linalg.norm(ours - ours.mean(0), axis=1)
+    return len(shared) if off.max() < _AGREEING * size.mean() else None
 
 
 def _side(
@@ -425,20 +446,36 @@ def _side(
     cameras: Cameras,
     detections: BoardDetections | None,
     options: PosesOptions,
+    *,
+    whole: bool,
 ) -> Side | None:
-    """Photos of one pose, placed by all that keeps still in them."""
+    """Photos of one pose, placed by all that keeps still in them.
+
+    What the largest part leaves out is placed apart: a face of the object may share too little with
+    the next one of the same pose, and be joined to it by the other pose alone.
+
+    Args:
+        whole: Whether one part must have most of the photos.
+    """
     own = {*half}
     within = [one for one in pairs.verified if {one.matches.first, one.matches.second} <= own]
     mapping = replace(options.mapping, min_placed_share=0.0)
+    parts: list[Part] = []
+    left = own
     try:
-        scene = place_roughly(photos, features, Pairs(tuple(within), 0), cameras, mapping)
-        if len(scene.placed) < _PLACED_SHARE * len(half):
-            return None
-        metric = _metric(scene, detections, own)
-        region = find_region(photos, metric, options.region)
+        while len(left) >= _FEWEST_PHOTOS and not (whole and parts):
+            inside = [k for k in within if {k.matches.first, k.matches.second} <= left]
+            scene = place_roughly(photos, features, Pairs(tuple(inside), 0), cameras, mapping)
+            if len(scene.placed) < _FEWEST_PHOTOS:
+                break
+            metric = _metric(scene, detections, own)
+            parts.append(Part(metric=metric, region=find_region(photos, metric, options.region)))
+            left = left - {*scene.placed}
     except (PlacementError, RegionError):
+        pass
+    if len(own - left) < _PLACED_SHARE * len(own):
         return None
-    return Side(photos=tuple(half), metric=metric, region=region)
+    return Side(photos=tuple(half), parts=tuple(parts))
 
 
 def _metric(scene: Scene, detections: BoardDetections | None, own: set[int]) -> MetricScene:
@@ -581,12 +618,13 @@ def _one_body(sides: Sequence[Side], scene: Scene) -> bool:
     """Whether the object is in one place of the scene for both sides."""
     cells: list[Points3] = []
     for side in sides:
-        shared = sorted({*side.metric.scene.placed} & {*scene.placed})
+        part = side.parts[0]
+        shared = sorted({*part.metric.scene.placed} & {*scene.placed})
         if len(shared) < _FEWEST_PHOTOS:
             return False
         cells.append(
-            _moved(side.metric.scene, scene, shared).apply(
-                side.region.centres_mm(side.region.occupied)
+            _moved(part.metric.scene, scene, shared).apply(
+                part.region.centres_mm(part.region.occupied)
             )
         )
     size = max(float(np.ptp(one, axis=0).max()) for one in cells)
@@ -743,15 +781,17 @@ class _Floor:
 
 
 def _floor_in(side: Side, metric: MetricScene) -> _Floor | None:
-    """The floor of one side in the scene of both, by the photos that both scenes placed."""
-    floor_z = side.metric.floor_z_mm
-    shared = sorted({*side.metric.scene.placed} & {*metric.scene.placed})
-    if floor_z is None or len(shared) < _FEWEST_PHOTOS:
-        return None
-    world_from_side = _moved(side.metric.scene, metric.scene, shared)
-    normal = world_from_side.rotation[:, 2]
-    on_floor = world_from_side.apply(np.array([[0.0, 0.0, floor_z]]))[0]
-    return _Floor(normal, float(normal @ on_floor))
+    """The floor of one side in the scene of both, by the first part of it that shows one."""
+    for part in side.parts:
+        floor_z = part.metric.floor_z_mm
+        shared = sorted({*part.metric.scene.placed} & {*metric.scene.placed})
+        if floor_z is None or len(shared) < _FEWEST_PHOTOS:
+            continue
+        world_from_part = _moved(part.metric.scene, metric.scene, shared)
+        normal = world_from_part.rotation[:, 2]
+        on_floor = world_from_part.apply(np.array([[0.0, 0.0, floor_z]]))[0]
+        return _Floor(normal, float(normal @ on_floor))
+    return None
 
 
 def _moved(one: Scene, other: Scene, shared: Sequence[int]) -> Similarity:

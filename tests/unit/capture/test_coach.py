@@ -8,18 +8,19 @@ import pytest
 from PIL import Image
 
 from limbgram.capture.answer import CheckedPhoto
+from limbgram.capture.coach import tipped_board
 from limbgram.capture.limb_in_photos import limb_shown, look_at_limb
 from limbgram.capture.limb_motion import limb_motion
 from limbgram.capture.photos_to_add import missing_round
 from limbgram.core.errors import RegionError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
-from limbgram.findings import Finding
+from limbgram.findings import Finding, Gravity, doubt
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.region import find_region
 from limbgram.reconstruction.features.detection import detect
 from limbgram.reconstruction.mapping.scene import Movement, Observations, Scene
-from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
+from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
 from limbgram.reconstruction.scale.scaling import to_millimetres
@@ -52,6 +53,16 @@ def walk(photos: int, rings: int, seed: int) -> list[CheckedPhoto]:
 def test_a_whole_walk_is_never_held_back(photos: int, rings: int) -> None:
     """A second ring falls between the photos of the first and takes none of them away."""
     assert [seed for seed in SEEDS if missing_round(walk(photos, rings, seed))] == []
+
+
+@pytest.mark.parametrize(("code", "photos"), [("tipped", 3), ("pushed", 0)])
+def test_a_board_in_two_planes_of_a_scene_is_a_fault(code: str, photos: int) -> None:
+    """A push along the table leaves one plane, and is told elsewhere."""
+    reason = doubt(f"board.photo.{code}", others=9, pushes=())
+    aside = tuple(SetAside(f"{k}.jpg", reason) for k in range(3))
+    found = tipped_board(Scale(unit="mm", source="board", relative_sigma=1e-4, set_aside=aside))
+    assert [one.values["photos"] for one in found] == [photos] * bool(photos)
+    assert all(one.gravity is Gravity.FAULT and one.values["others"] == 9 for one in found)
 
 
 @pytest.mark.parametrize("photos", [12, 16, 20])

@@ -17,6 +17,7 @@ from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.poses import (
+    Part,
     Poses,
     Side,
     above_floors,
@@ -213,8 +214,8 @@ def test_without_a_board_nothing_is_said(turned_over: Truth) -> None:
     assert not may_be_turned_over(scene_of(turned_over), None)
 
 
-def side_of(truth: Truth, photos: range, floor_z_mm: float | None = 0.0) -> Side:
-    """One side as its own scene has it: placed by the room, in millimetres."""
+def part_of(truth: Truth, photos: range, floor_z_mm: float | None = 0.0) -> Part:
+    """Photos of one side as their own scene has them: placed by the room, in millimetres."""
     scene = scene_of(truth, in_room=True).moved(OTHER_UNIT.inverse)
     poses = tuple(pose if k in photos else None for k, pose in enumerate(scene.camera_from_world))
     skin = truth.room_from_limb[photos[0]].apply(truth.limb.mesh.vertices_mm[::20])
@@ -222,7 +223,12 @@ def side_of(truth: Truth, photos: range, floor_z_mm: float | None = 0.0) -> Side
     metric = MetricScene(
         scene=replace(scene, camera_from_world=poses), scale=scale, floor_z_mm=floor_z_mm
     )
-    return Side(photos=tuple(photos), metric=metric, region=solid(skin, 10.0, 5.0, 4.0))
+    return Part(metric=metric, region=solid(skin, 10.0, 5.0, 4.0))
+
+
+def side_of(truth: Truth, photos: range) -> Side:
+    """All its photos hang together."""
+    return Side(photos=tuple(photos), parts=(part_of(truth, photos),))
 
 
 @pytest.fixture(scope="module")
@@ -240,7 +246,7 @@ def test_a_side_that_falls_apart_itself_is_parted_there(
     def guess(*_: Any) -> list[int]:
         return [first_guess]
 
-    def side(half: range, *_: Any) -> Side:
+    def side(half: range, *_: Any, **__: Any) -> Side:
         return side_of(turned_over, half)
 
     monkeypatch.setattr("limbgram.reconstruction.poses._where_pairs_leave_board", guess)
@@ -251,6 +257,84 @@ def test_a_side_that_falls_apart_itself_is_parted_there(
     cameras = cast(Cameras, SimpleNamespace(calibrations=[calibration]))
     found = find_poses(photos, Features(()), Pairs((), 0), cameras, board_in(turned_over), None)
     assert [side.photos for side in found.sides] == [tuple(range(8)), tuple(range(8, PHOTOS))]
+
+
+LYING = range(PHOTOS // 2, PHOTOS)
+FACES = range(LYING.start, LYING.start + 4), range(LYING.start + 4, LYING.stop)
+"""Of the lying cast: what photos of one show, those of the other do not."""
+
+
+@pytest.mark.parametrize(("board_moves", "expected"), [(True, FACES), (False, ())])
+def test_faces_of_a_side_that_share_nothing_are_its_parts(
+    monkeypatch: pytest.MonkeyPatch,
+    turned_over: Truth,
+    board_moves: bool,
+    expected: tuple[range, ...],
+) -> None:
+    """Where the board lies in two places of the scene; elsewhere such photos are no side."""
+
+    def placed(_: Any, __: Any, pairs: Any, *___: Any) -> Scene:
+        joined = {k for one in pairs.verified for k in (one.matches.first, one.matches.second)}
+        first = min(joined)
+        end = next(one.stop for one in (range(LYING.start), *FACES) if first in one)
+        return part_of(turned_over, range(first, end)).metric.scene
+
+    def metric(scene: Scene, *_: Any) -> MetricScene:
+        return part_of(turned_over, range(scene.placed[0], scene.placed[-1] + 1)).metric
+
+    def region(_: Any, metric: MetricScene, *__: Any) -> object:
+        return part_of(turned_over, range(metric.scene.placed[0], PHOTOS)).region
+
+    def moves(*_: Any) -> bool:
+        return board_moves
+
+    def guess(*_: Any) -> list[int]:
+        return [LYING.start]
+
+    of = "limbgram.reconstruction.poses"
+    monkeypatch.setattr(f"{of}._where_pairs_leave_board", guess)
+    monkeypatch.setattr(f"{of}._suspected", lambda *_: [])  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(f"{of}._board_moves", moves)
+    monkeypatch.setattr(f"{of}.place_roughly", placed)
+    monkeypatch.setattr(f"{of}._metric", metric)
+    monkeypatch.setattr(f"{of}.find_region", region)
+    runs = (range(LYING.start), *FACES)
+    pairs = [
+        SimpleNamespace(matches=SimpleNamespace(first=k, second=k + 1))
+        for one in runs
+        for k in one[:-1]
+    ]
+    photo = SimpleNamespace(camera_idx=0)
+    photos = cast(PhotoSet, SimpleNamespace(photos=[photo] * PHOTOS))
+    calibration = SimpleNamespace(camera=turned_over.views[0].camera)
+    cameras = cast(Cameras, SimpleNamespace(calibrations=[calibration]))
+    given = cast(Pairs, SimpleNamespace(verified=pairs))
+    monkeypatch.setattr(f"{of}.by_found_lenses", lambda *_: given)  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(f"{of}.found_lenses", lambda *_: cameras)  # pyright: ignore[reportUnknownLambdaType]
+    scene = scene_of(turned_over)
+    found = find_poses(photos, Features(()), given, cameras, board_in(turned_over), scene)
+    parts = [part.metric.scene.placed for side in found.sides[1:] for part in side.parts]
+    assert parts == [tuple(one) for one in expected]
+
+
+def test_the_parts_of_a_side_may_have_units_of_their_own(turned_over: Truth, poses: Poses) -> None:
+    """The joined scene must agree with each of them, and with most photos of both."""
+    first, second = (part_of(turned_over, face) for face in FACES)
+    twice = Similarity(2.0, np.eye(3), np.zeros(3))
+    second = replace(second, metric=replace(second.metric, scene=second.metric.scene.moved(twice)))
+    lying = Side(photos=tuple(LYING), parts=(first, second))
+    assert lying.placed == len(LYING)
+    parted = replace(poses, sides=(poses.sides[0], lying))
+    joined = scene_of(turned_over)
+    refuse_apart(parted, joined)
+    astray = list(joined.camera_from_world)
+    last = astray[FACES[1].stop - 1]
+    assert last is not None
+    astray[FACES[1].stop - 1] = Rigid(last.rotation, last.translation + 2.0)
+    lost = (*joined.camera_from_world[: FACES[1].start], *(None,) * len(FACES[1]))
+    for camera_from_world in (tuple(astray), lost):
+        with pytest.raises(PlacementError, match="The object was turned over"):
+            refuse_apart(parted, replace(joined, camera_from_world=camera_from_world))
 
 
 def keypoints(xy_px: np.ndarray) -> Keypoints:

@@ -22,27 +22,35 @@ Method  Score tests (Rao 1948) against everything that the null has: poses, one 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
 
-from limbgram.core.interval import COVER, chi_square_tail, length_within
+from limbgram.core.interval import COVER
 from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
+from limbgram.reconstruction.hypotheses.found import Effect, Found, columns_of, motion_size
 from limbgram.reconstruction.hypotheses.spread import Left, left_of, seen_of_lenses, spread_of
+from limbgram.reconstruction.hypotheses.sway import (
+    Instead,
+    Sway,
+    explains_as_well,
+    sway_instead,
+    sway_of,
+    swaying,
+)
 from limbgram.reconstruction.hypotheses.terms import Term, drifts, single_photos, steps
-from limbgram.reconstruction.mapping.lens_evidence import MOST, OWN, USUAL, place_of
+from limbgram.reconstruction.mapping.lens_evidence import MOST, OWN, USUAL
 from limbgram.reconstruction.mapping.quadratic import (
     CLEARLY,
     FALSE_ALARM,
     MANY_TIMES,
     Fall,
-    Likeliest,
     Quadratic,
     chance_of,
-    likeliest,
     pseudo_inverse,
     unlikeliness,
 )
@@ -52,8 +60,6 @@ _MOST_ALONE = 0.2
 """Share of the photos that may lie elsewhere one by one; more of them are a sway."""
 _MOST_TERMS = 8
 _TENTH = 0.1
-_SWAY_MOST = (0.2, 0.1)
-"""Of a sway: rad, and of the distance. What moves farther is no patient who shifts."""
 
 
 def explained(evidence: Evidence, bodies: Bodies, floor: float) -> Explained:
@@ -64,7 +70,12 @@ def explained(evidence: Evidence, bodies: Bodies, floor: float) -> Explained:
     """
     found = _best(evidence)
     parts = [_described(evidence, found, term, bodies, floor) for term in found.terms]
-    sway = _swaying(evidence, found, bodies, floor)
+
+    @cache
+    def instead(*kinds: Deviation) -> Instead:
+        return sway_instead(evidence, found, kinds, floor)
+
+    sway = swaying(evidence, found, bodies, floor, instead)
     rest = _rest(evidence, found, bodies, floor, sway)
     every = [*parts, *([sway.explanation] if sway else []), *([rest] if rest else [])]
     ranked = tuple(sorted(every, key=lambda one: -one.score))
@@ -76,47 +87,12 @@ def explained(evidence: Evidence, bodies: Bodies, floor: float) -> Explained:
         photos=evidence.photos,
         motions=motions,
         instead_of_lenses=tuple(
-            kind for kind in evidence.deviations if _sways_as_well(evidence, found, kind, floor)
+            kind for kind in evidence.deviations if explains_as_well(instead(kind))
         ),
     )
 
 
-@dataclass(frozen=True)
-class _Found:
-    """Terms that chance does not explain, and what is left."""
-
-    terms: tuple[Term, ...]
-    left: Left
-    chances: tuple[float, ...]
-    candidates: tuple[int, ...]
-
-    @property
-    def columns(self) -> Float64[np.ndarray, "m k"]:
-        return _columns(self.terms, self.left.photos)
-
-    def others(self, term: Term) -> Float64[np.ndarray, "m k"]:
-        return _columns([one for one in self.terms if one is not term], self.left.photos)
-
-    @property
-    def rest(self) -> Fall:
-        return Fall.of(self.left.only(self.left.motion).without(self.columns))
-
-    def motions(self, told: Sequence[bool]) -> Float64[np.ndarray, "n 6"]:
-        """By photo, of the terms that are facts."""
-        columns = self.columns
-        if not columns.shape[1]:
-            return np.zeros((self.left.photos, MOVE))
-        seen = self.left.only(self.left.motion).along(columns)
-        values = pseudo_inverse(seen.normal) @ seen.right
-        kept = np.repeat(told, [one.columns.shape[1] for one in self.terms])
-        return (columns[:, kept] @ values[kept]).reshape(-1, MOVE)
-
-
-def _columns(terms: Sequence[Term], photos: int) -> Float64[np.ndarray, "m k"]:
-    return np.hstack([np.zeros((MOVE * photos, 0)), *(one.columns for one in terms)])
-
-
-def _best(evidence: Evidence) -> _Found:
+def _best(evidence: Evidence) -> Found:
     """Terms one by one, each the one that explains most, while chance does not explain it.
 
     A motion that is not explained yet looks like lenses that differ much from photo to photo. So
@@ -124,7 +100,7 @@ def _best(evidence: Evidence) -> _Found:
     tenth of that, and those that chance does not explain are compared with the spread found anew
     beside them.
     """
-    found = _Found((), left_of(evidence, spread_of(evidence)), (), ())
+    found = Found((), left_of(evidence, spread_of(evidence)), (), ())
     while len(found.terms) < _MOST_TERMS:
         trials = [_with(evidence, found, *one) for one in _likely(evidence, found)]
         trials = [one for one in trials if one.chances[-1] <= FALSE_ALARM]
@@ -141,7 +117,7 @@ class _Candidate(NamedTuple):
     among: int
 
 
-def _likely(evidence: Evidence, found: _Found) -> list[_Candidate]:
+def _likely(evidence: Evidence, found: Found) -> list[_Candidate]:
     """The best of each kind, by one spread of lenses or another, unless chance explains it."""
     spreads = [np.minimum(found.left.spread, most) for most in (USUAL, _TENTH * USUAL)]
     lefts = [found.left, *(left_of(evidence, one) for one in spreads)]
@@ -173,18 +149,18 @@ def _candidates(evidence: Evidence, terms: Sequence[Term]) -> list[list[Term]]:
     return groups
 
 
-def _with(evidence: Evidence, found: _Found, term: Term, among: int) -> _Found:
+def _with(evidence: Evidence, found: Found, term: Term, among: int) -> Found:
     """With one term more, and the spread found anew."""
     terms = (*found.terms, term)
-    columns = _columns(terms, len(evidence.photos))
+    columns = columns_of(terms, len(evidence.photos))
     left = left_of(evidence, spread_of(evidence, columns))
     seen = left.only(left.motion).without(found.columns)
     one = Fall.of(seen.along(term.columns))
     chance = chance_of(Fall.of(seen), one, among)
-    return _Found(terms, left, (*found.chances, chance), (*found.candidates, among))
+    return Found(terms, left, (*found.chances, chance), (*found.candidates, among))
 
 
-def _criterion(evidence: Evidence, found: _Found) -> float:
+def _criterion(evidence: Evidence, found: Found) -> float:
     """Minus twice the logarithm of likelihood, with what the numbers and candidates cost."""
     seen = seen_of_lenses(evidence)
     columns = found.columns
@@ -194,7 +170,7 @@ def _criterion(evidence: Evidence, found: _Found) -> float:
 
 
 def _described(
-    evidence: Evidence, found: _Found, term: Term, bodies: Bodies, floor: float
+    evidence: Evidence, found: Found, term: Term, bodies: Bodies, floor: float
 ) -> Explanation:
     """One term of those that were found, held against the rules."""
     number = next(k for k, one in enumerate(found.terms) if one is term)
@@ -247,14 +223,7 @@ def _elsewhere(evidence: Evidence, term: Term) -> tuple[int, ...]:
             return evidence.photos
 
 
-@dataclass(frozen=True)
-class _Effect:
-    size: float
-    low: float
-    high: float
-
-
-def _effect(evidence: Evidence, seen: Quadratic, term: Term, noise: float) -> _Effect:
+def _effect(evidence: Evidence, seen: Quadratic, term: Term, noise: float) -> Effect:
     """Largest motion of a point at the first body's radius, with its interval of 95 %."""
     along = seen.along(term.columns)
     covariance = noise * pseudo_inverse(along.normal)
@@ -262,19 +231,10 @@ def _effect(evidence: Evidence, seen: Quadratic, term: Term, noise: float) -> _E
     covariance = covariance * float(np.ptp(term.course) or 1.0) ** 2
     size = len(values)
     to_move = np.eye(MOVE)[:, MOVE - size :]
-    return _motion_size(to_move @ values, to_move @ covariance @ to_move.T, evidence.radius)
+    return motion_size(to_move @ values, to_move @ covariance @ to_move.T, evidence.radius)
 
 
-def _motion_size(
-    motion: Float64[np.ndarray, "6"], covariance: Float64[np.ndarray, "6 6"], radius: float
-) -> _Effect:
-    weight = np.array([radius] * 3 + [1.0] * 3)
-    moved = weight * motion
-    spread = covariance * np.outer(weight, weight)
-    return _Effect(*length_within(moved, spread))
-
-
-def _beats_lens(evidence: Evidence, found: _Found, term: Term) -> bool:
+def _beats_lens(evidence: Evidence, found: Found, term: Term) -> bool:
     """Whether it explains clearly more than what a lens may do along the same course.
 
     Rivals are a lens that changes so, seen by the second body alone; and a motion of the second
@@ -304,7 +264,7 @@ def _beats_lens(evidence: Evidence, found: _Found, term: Term) -> bool:
     return chance_of(Fall.of(again), Fall.of(again.along(term.columns)), 1) <= FALSE_ALARM
 
 
-def _stands_beside_lenses(evidence: Evidence, found: _Found, term: Term) -> bool:
+def _stands_beside_lenses(evidence: Evidence, found: Found, term: Term) -> bool:
     """Whether chance does not explain it where lenses change along the courses of all terms."""
     changing = [_lens_along(evidence, course) for one in found.terms for course in one.rivals]
     free = _with_free(evidence, np.hstack(changing), found.left.spread)
@@ -340,7 +300,7 @@ def _with_free(
     return left_of(lessened, spread)
 
 
-def _stands_without_any(found: _Found, term: Term) -> bool:
+def _stands_without_any(found: Found, term: Term) -> bool:
     """Whether chance does not explain it either where any one photo is left out."""
     seen = found.left.only(found.left.motion).without(found.others(term))
     every = Fall.of(seen)
@@ -356,141 +316,14 @@ def _stands_without_any(found: _Found, term: Term) -> bool:
     return True
 
 
-@dataclass(frozen=True)
-class _Sway:
-    explanation: Explanation
-    motions: Float64[np.ndarray, "n 6"]
-
-
-def _swaying(evidence: Evidence, found: _Found, bodies: Bodies, floor: float) -> _Sway | None:
-    """Motions drawn anew for each photo, where they explain what chance does not."""
-    by_motion = _sway_of(evidence, found, found.left, floor)
-    chance = chi_square_tail(by_motion.gain, 2)
-    rest = found.rest
-    if max(chance, rest.chance) > FALSE_ALARM:
-        return None
-    lens = found.left.lens
-    moved = np.zeros((len(found.left.right), found.columns.shape[1]))
-    moved[found.left.motion] = found.columns
-    free = Quadratic(found.left.normal, found.left.right).without(moved)
-    by_lens = likeliest(Quadratic(free.normal[lens, lens], free.right[lens]), USUAL, MOST)
-    wide = left_of(evidence, np.minimum(MANY_TIMES * found.left.spread, MOST))
-    again = _sway_of(evidence, found, wide, floor)
-    seen = found.left.only(found.left.motion).without(found.columns)
-    firm = seen.without(_motions_of(~evidence.firm))
-    drawn = np.tile(np.repeat(by_motion.spread, MOVE // 2), found.left.photos)
-    covariance = np.linalg.inv(seen.normal + np.diag(1.0 / drawn**2))
-    motions = (covariance @ seen.right).reshape(-1, MOVE)
-    sizes = [
-        _motion_size(motions[k], covariance[rows, rows], evidence.radius)
-        for k in (np.flatnonzero(evidence.firm) if evidence.firm.any() else range(len(motions)))
-        for rows in [slice(MOVE * k, MOVE * (k + 1))]
-    ]
-    largest = max(sizes, key=lambda one: one.low)
-    failed: list[Rule] = []
-    if by_motion.gain - by_lens.gain < CLEARLY:
-        failed.append("lens")
-    own = evidence.deviations
-    if not evidence.by_boards or (
-        own and _sway_instead(evidence, found, own, floor).over_lenses < CLEARLY
-    ):
-        failed.append("model")
-    if largest.low < floor:
-        failed.append("size")
-    if chi_square_tail(_sway_in(evidence, firm, floor).gain, 2) > FALSE_ALARM:
-        failed.append("few points")
-    if not _sways_without_any(evidence, firm, floor):
-        failed.append("one photo")
-    if chi_square_tail(again.gain, 2) > FALSE_ALARM:
-        failed.append("lenses of photos")
-    told = Explanation(
-        bodies=bodies,
-        kind="sway",
-        photos=evidence.photos,
-        numbers=2,
-        score=float(by_motion.gain - 2 * np.log(evidence.facts)),
-        chance=chance,
-        effect=largest.size,
-        low=largest.low,
-        high=largest.high,
-        variance_before=rest.variance,
-        variance_after=1.0,
-        failed=tuple(failed),
-        floor=floor,
-    )
-    return _Sway(told, motions)
-
-
-def _sway_of(evidence: Evidence, found: _Found, left: Left, floor: float) -> Likeliest:
-    return _sway_in(evidence, left.only(left.motion).without(found.columns), floor)
-
-
-def _sway_in(evidence: Evidence, seen: Quadratic, floor: float) -> Likeliest:
-    """Of turns and of shifts, each alike in all directions."""
-    usual = np.array([floor / evidence.radius] * 3 + [floor] * 3)
-    most = np.array([_SWAY_MOST[0]] * 3 + [_SWAY_MOST[1] * evidence.distance] * 3)
-    return likeliest(seen, usual, most, alike=3)
-
-
-class _Instead(NamedTuple):
-    """A sway where lenses of single photos are usual ones."""
-
-    gain: float
-    """By it, over usual lenses alone."""
-    over_lenses: float
-    """By both, over the lenses that the capture shows, without it."""
-
-
-def _sway_instead(
-    evidence: Evidence, found: _Found, kinds: Sequence[Deviation], floor: float
-) -> _Instead:
-    """What a sway explains instead of these kinds: twice logarithms of likelihood.
-
-    Args:
-        kinds: Deviations that are usual ones at most where the limb sways.
-    """
-    seen = seen_of_lenses(evidence, found.columns)
-    most = MOST.copy()
-    for kind in kinds:
-        most[place_of(kind)] = USUAL[place_of(kind)]
-    usual = likeliest(seen, USUAL, most).spread
-    sway = _sway_of(evidence, found, left_of(evidence, usual), floor)
-    by_lenses = unlikeliness(seen, found.left.spread, USUAL)
-    return _Instead(sway.gain, by_lenses - unlikeliness(seen, usual, USUAL) + sway.gain)
-
-
-def _sways_as_well(evidence: Evidence, found: _Found, kind: Deviation, floor: float) -> bool:
-    """Whether a deviation does not explain clearly more than a sway does."""
-    sway = _sway_instead(evidence, found, (kind,), floor)
-    return chi_square_tail(sway.gain, 2) <= FALSE_ALARM and sway.over_lenses > -CLEARLY
-
-
-def _motions_of(photos: Bool[np.ndarray, " n"]) -> Float64[np.ndarray, "m k"]:
-    """Columns of the motions of these photos."""
-    return np.kron(np.eye(len(photos))[:, photos], np.eye(MOVE))
-
-
-def _sways_without_any(evidence: Evidence, firm: Quadratic, floor: float) -> bool:
-    """Whether they sway without the photo that moves farthest, too.
-
-    Args:
-        firm: Of photos that many points hold: wrong matches draw the others each its own way, and
-            nothing outvotes them.
-    """
-    every = np.eye(len(evidence.photos), dtype=bool)
-    falls = [Fall.of(firm.along(_motions_of(one))).fall for one in every]
-    without = firm.without(_motions_of(every[int(np.argmax(falls))]))
-    return chi_square_tail(_sway_in(evidence, without, floor).gain, 2) <= FALSE_ALARM
-
-
 def _rest(
-    evidence: Evidence, found: _Found, bodies: Bodies, floor: float, sway: _Sway | None
+    evidence: Evidence, found: Found, bodies: Bodies, floor: float, sway: Sway | None
 ) -> Explanation | None:
     """What no term explains, where chance does not either."""
     rest = found.rest
     if rest.chance > FALSE_ALARM or sway is not None:
         return None
-    by_motion = _sway_of(evidence, found, found.left, floor)
+    by_motion = sway_of(evidence, found, found.left, floor)
     turn, shift = by_motion.spread
     size = float(np.hypot(evidence.radius * turn, shift))
     return Explanation(

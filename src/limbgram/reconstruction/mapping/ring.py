@@ -22,6 +22,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.arrays import Points2
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.calibration.cameras import (
@@ -435,7 +436,24 @@ def without_photos(scene: Scene, photos: set[int]) -> Scene:
     poses = [
         None if photo in photos else pose for photo, pose in enumerate(scene.camera_from_world)
     ]
-    return replace(scene, camera_from_world=tuple(poses), observations=seen.some(keep))
+    return replace(
+        scene,
+        camera_from_world=tuple(poses),
+        observations=seen.some(keep),
+        camera_covariance=_covariance_without(scene, photos),
+    )
+
+
+def _covariance_without(scene: Scene, photos: set[int]) -> Float64[np.ndarray, "u u"] | None:
+    """Of what is left of poses and lenses."""
+    if scene.camera_covariance is None:
+        return None
+    left = np.array([photo not in photos for photo in scene.placed])
+    poses = np.repeat(left, POSE_SIZE)
+    lenses = len(scene.camera_covariance) - len(poses)
+    of_photos = scene.own is not None
+    kept = np.r_[poses, np.repeat(left, LENS_SIZE) if of_photos else np.ones(lenses, bool)]
+    return scene.camera_covariance[np.ix_(kept, kept)]
 
 
 def ring_of(scene: Scene) -> Ring:

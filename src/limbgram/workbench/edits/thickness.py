@@ -9,7 +9,7 @@ and 2.70 mm; with faces within 18 degrees of each other they find 2.08, 2.44 and
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -144,7 +144,7 @@ def thin_lip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
         rim: Number of faces of both skins; those after them are the rim.
     """
     cast = _Cast.of(solid)
-    least, places = cast.everywhere(_LEANING, rim=rim)
+    least, places = cast.everywhere(_LEANING, _Rim(rim))
     thin = np.flatnonzero(least < least_mm)
     thin = thin[_in_patches(places[thin], cast.areas_mm2[thin])]
     if not len(thin):
@@ -164,13 +164,24 @@ def narrow_strip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
         rim: Number of faces of both skins; those after them are the rim.
     """
     cast = _Cast.of(solid)
-    across, places = cast.everywhere(_OPPOSED, rim, at_rim=2)
+    across, places = cast.everywhere(_OPPOSED, _Rim(rim, of_two=2))
     narrow = np.flatnonzero(across < least_mm)
     narrow = narrow[_in_patches(places[narrow], cast.areas_mm2[narrow])]
     if not len(narrow):
         return None
     one = int(narrow[across[narrow].argmin()])
     return Lip(thickness_mm=float(across[one]), place_mm=places[one], faces=narrow)
+
+
+class _Rim(NamedTuple):
+    """The faces that join the skins, and how many of two opposite faces must be of them."""
+
+    first: int = 0
+    """The faces from here on are the rim's."""
+    of_two: int = 1
+
+
+_ANYWHERE = _Rim()
 
 
 @dataclass(frozen=True)
@@ -191,15 +202,10 @@ class _Cast:
         return cls(scene, corners, unit(weighted), np.linalg.norm(weighted, axis=1) / 2)
 
     def everywhere(
-        self, opposed: float, rim: int = 0, at_rim: int = 1
+        self, opposed: float, rim: _Rim = _ANYWHERE
     ) -> tuple[Float64[np.ndarray, " f"], Points3]:
-        """The least distance across from each face, infinite for none, and where on it that is.
-
-        Args:
-            rim: The faces from here on join the skins.
-            at_rim: Two opposite faces count of which so many do.
-        """
-        first = rim if at_rim == 2 else 0
+        """The least distance across from each face, infinite for none, and where on it that is."""
+        first = rim.first if rim.of_two == 2 else 0
         corners = self.corners
         sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(1)
         least = np.full(len(corners), np.inf)
@@ -208,7 +214,7 @@ class _Cast:
             looked = np.flatnonzero(sides > _FINE_MM) if k else np.arange(len(corners))
             looked = looked[looked >= first]
             points = np.einsum("k,fkd->fd", share, corners[looked])
-            reach = self.across(looked, points, opposed, rim, at_rim)
+            reach = self.across(looked, points, opposed, rim)
             nearer = reach < least[looked]
             least[looked[nearer]] = reach[nearer]
             places[looked[nearer]] = points[nearer]
@@ -219,21 +225,16 @@ class _Cast:
         looked: Int64[np.ndarray, " k"],
         points: Points3,
         opposed: float,
-        rim: int = 0,
-        at_rim: int = 1,
+        rim: _Rim = _ANYWHERE,
     ) -> Float64[np.ndarray, " k"]:
-        """Distance of a place on each face from the plane of what lies opposite.
-
-        Args:
-            rim: The faces from here on join the skins.
-            at_rim: Two opposite faces count of which so many do.
-        """
+        """Distance of a place on each face from the plane of what lies opposite."""
         inward = -self.normals[looked]
         start = (points + INSET_MM * inward).astype(np.float32)
         met = np.asarray(self.scene.run(start, inward.astype(np.float32)))
         facing = np.einsum("fd,fd->f", self.normals[looked], self.normals[met])
         drop = np.einsum("fd,fd->f", self.corners[met, 0] - points, self.normals[met])
-        counts = (met >= 0) & (facing < opposed) & ((looked >= rim) * 1 + (met >= rim) >= at_rim)
+        on_rim = (looked >= rim.first) * 1 + (met >= rim.first)
+        counts = (met >= 0) & (facing < opposed) & (on_rim >= rim.of_two)
         return np.where(counts, np.maximum(drop, 0.0), np.inf)
 
 

@@ -11,6 +11,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.reconstruction.hypotheses.evidence import Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
 from limbgram.reconstruction.hypotheses.search import explained
+from limbgram.reconstruction.hypotheses.sway import sway_instead
 from limbgram.reconstruction.mapping.lens_evidence import USUAL, place_of
 from limbgram.reconstruction.mapping.scene import Deviation
 
@@ -112,6 +113,22 @@ def test_a_sway_is_told_from_lenses_that_were_solved_for_it(take: Take) -> None:
     found = told(replace(evidence, deviations=("rolling shutter",)))
     assert [one.kind for one in found.told] == ["sway"]
     assert found.instead_of_lenses == ("rolling shutter",)
+
+
+def test_a_sway_is_held_once_against_the_one_kind_of_lenses(
+    take: Take, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The sway's own rule and the rule of that kind ask the same."""
+    asked: list[object] = []
+
+    def counted(*given: Any) -> Any:
+        asked.append(given[2])
+        return sway_instead(*given)
+
+    monkeypatch.setattr("limbgram.reconstruction.hypotheses.search.sway_instead", counted)
+    evidence = take(seed=2, own=phone(2), motions=sway(4.0, 2)).evidence
+    told(replace(evidence, deviations=("rolling shutter",)))
+    assert asked == [("rolling shutter",)]
 
 
 @pytest.mark.parametrize(("kind", "times"), [("rolling shutter", 3.0), ("principal point", 4.0)])

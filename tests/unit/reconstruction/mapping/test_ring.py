@@ -8,7 +8,7 @@ import pytest
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import LENS_SIZE
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.ring import (
@@ -19,7 +19,7 @@ from limbgram.reconstruction.mapping.ring import (
     ring_of,
     without_photos,
 )
-from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
+from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, PhotoVerdict, Scene
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
 MakeScene = Callable[..., Scene]
@@ -52,6 +52,30 @@ def test_a_gap_is_as_wide_as_the_photos_that_lack(make_scene: MakeScene) -> None
     ring = ring_of(scene)
     assert ring.largest_gap_deg == pytest.approx(90.0, abs=8.0)
     assert not ring.closed
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_the_covariance_of_photos_without_a_place_leaves_with_them(
+    make_scene: MakeScene, own: bool
+) -> None:
+    """Six numbers a photo, then ten of the one lens or of each photo's."""
+    scene = make_scene(photos=4, points=60, share=1.0)
+    lenses = OwnLenses(
+        deviations=("focal length",),
+        values=np.zeros((4, 1)),
+        spread=np.zeros(1),
+        shifts=np.zeros((4, LENS_SIZE)),
+        chances=(1e-9,),
+    )
+    variances = np.arange(4.0 * POSE_SIZE + (4 if own else 1) * LENS_SIZE)
+    scene = replace(scene, own=lenses if own else None, camera_covariance=np.diag(variances))
+    left = without_photos(scene, {1}).camera_covariance
+    assert left is not None
+    rest = variances[4 * POSE_SIZE :]
+    if own:
+        rest = np.delete(rest, range(LENS_SIZE, 2 * LENS_SIZE))
+    poses = np.delete(variances[: 4 * POSE_SIZE], range(POSE_SIZE, 2 * POSE_SIZE))
+    np.testing.assert_array_equal(left, np.diag(np.concatenate([poses, rest])))
 
 
 def test_a_ring_is_open_where_no_points_join_both_sides(make_scene: MakeScene) -> None:
