@@ -786,6 +786,14 @@ const TEXTS = {
   "align.sticker": ["sticker {0}", "Aufkleber {0}"],
   "align.guess.shape": ["guess, by the shape", "geraten, nach der Form"],
   "align.guess.sticker": ["guess, by its sticker", "geraten, nach dem Aufkleber"],
+  "align.guess.visit": ["as at the visit, ± {0} mm", "wie beim Termin, ± {0} mm"],
+  "align.visit": ["Places of an earlier visit", "Stellen eines früheren Termins"],
+  "align.visit.none": ["none", "keiner"],
+  "align.visit.how": [
+    "Choose the patient's earlier case: its places are proposed here, each with its ±. Look at each on the limb, then confirm it.",
+    "Den früheren Fall des Patienten wählen: Seine Stellen werden hier vorgeschlagen, jede mit ihrem ±. Jede am Gliedmaß ansehen, dann bestätigen.",
+  ],
+  "align.visit.left": ["Not proposed", "Nicht vorgeschlagen"],
   "align.guess.confirm": ["It is there", "Stimmt"],
   "align.guess.confirm.long": ["It is there: {0}", "Stimmt: {0}"],
   "align.keys.axes": [

@@ -44,8 +44,8 @@ test("a guess is offered until its name is set, or something nearer than 3 mm", 
     (sticker) => (sticker === 4 ? "d" : ""),
   );
   expect(found).toEqual([
-    { name: "b", sticker: null, by: "shape", at: [100, 0, 0] },
-    { name: "d", sticker: 4, by: "sticker", at: [50, 0, 0] },
+    { name: "b", sticker: null, by: "shape", at: [100, 0, 0], sigma_mm: null, within_mm: null },
+    { name: "d", sticker: 4, by: "sticker", at: [50, 0, 0], sigma_mm: null, within_mm: null },
   ]);
   expect(offeredOf([{ by: "shape", name: "b", position_mm: [100, 0, 0] }], [at("c", 103.1)], () => "")).toHaveLength(1);
 });

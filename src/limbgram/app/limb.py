@@ -12,11 +12,12 @@ from limbgram.app.replies import FindingReply, missing
 from limbgram.app.state import AppState, AppStateHere, WorkspaceHere
 from limbgram.app.surface import Coordinates, triple
 from limbgram.cases.case_assessment import stickers_of
+from limbgram.cases.shelf import ID_PATTERN
 from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import COVER
-from limbgram.services.align import AlignRequest, align
+from limbgram.services.align import AlignRequest, align, propose
 from limbgram.workbench.anatomy.kind import Facing
 from limbgram.workbench.frame.landmarks import NAMES, with_landmarks
 from limbgram.workbench.frame.painted_marks import MarkOptions, find_marks
@@ -25,6 +26,7 @@ from limbgram.workbench.limb import KIND_NAMED, KindName, Landmark, Limb, Placed
 
 router = APIRouter(tags=["limb"])
 
+EarlierCase = Annotated[str, Path(pattern=ID_PATTERN, description="Id of the other case.")]
 NameHere = Annotated[str, Path(min_length=1, max_length=80, description="The landmark's name.")]
 
 
@@ -68,6 +70,10 @@ class PlaceMark(BaseModel):
 
     position_mm: Coordinates = Field(description="In the mesh's frame, near the surface.")
     placed: Placed = Field(default="click", description="How: it tells how well, for angles.")
+    sigma_mm: Annotated[float, Field(gt=0, le=50)] | None = Field(
+        default=None,
+        description="How well, in each direction along the surface; else as usual for that way.",
+    )
 
 
 class TemplateName(BaseModel):
@@ -100,10 +106,29 @@ class Mark(BaseModel):
 class Guess(BaseModel):
     """A place that may be a landmark: somebody confirms it."""
 
-    by: Literal["shape", "sticker"]
+    by: Literal["shape", "sticker", "visit"]
     name: str = Field(default="", description="Of the landmark; empty for a sticker.")
     sticker: int | None = Field(default=None, description="Number on the sticker.")
     position_mm: Coordinates = Field(description="In the mesh's frame, on the surface.")
+    sigma_mm: float | None = Field(
+        default=None, description="How well it is told, in each direction along the surface."
+    )
+    within_mm: float | None = Field(default=None, description="The same, ± in 95 of 100.")
+
+
+class NotCarriedReply(BaseModel):
+    """A landmark of the other scan that this one does not tell."""
+
+    name: str
+    reason: FindingReply
+
+
+class CarriedGuesses(BaseModel):
+    """What another scan of the limb, such as an earlier visit's, tells of its landmarks."""
+
+    places: list[Guess]
+    left_out: list[NotCarriedReply]
+    rms_mm: float = Field(description="Between both surfaces, laid on each other as a whole.")
 
 
 class Guesses(BaseModel):
@@ -156,7 +181,12 @@ def put_place(
     app_state: AppStateHere, workspace: WorkspaceHere, name: NameHere, given: PlaceMark
 ) -> LimbReply:
     """Place a landmark, or move it; it goes to the nearest place on the surface."""
-    picked = Landmark(name=name, position_mm=_vector(given.position_mm), placed=given.placed)
+    picked = Landmark(
+        name=name,
+        position_mm=_vector(given.position_mm),
+        placed=given.placed,
+        sigma_mm=given.sigma_mm,
+    )
     with app_state.shape_cache.changing(workspace):
         shape = app_state.shape_cache.shape(workspace)
         workspace.save_limb(with_landmarks(shape.limb, [picked]), shape.file)
@@ -206,6 +236,35 @@ def list_guesses(app_state: AppStateHere, workspace: WorkspaceHere) -> Guesses:
         at = shape.tree.closest(one.position_mm[None]).points_mm[0]
         found.append(Guess(by="sticker", sticker=one.mark_id, position_mm=triple(at)))
     return Guesses(places=found)
+
+
+@router.get("/cases/{case_id}/limb/guesses/{earlier_id}")
+def list_carried_guesses(
+    app_state: AppStateHere, workspace: WorkspaceHere, earlier_id: EarlierCase
+) -> CarriedGuesses:
+    """Landmarks of another case, such as the patient's last one, as they lie on this limb."""
+    label = workspace.case.label
+    limb = app_state.shape_cache.shape(workspace).limb
+    marked = app_state.shape_cache.shape(Workspace(app_state.shelf.case(earlier_id))).limb
+    side = limb.side if limb.side != "none" else label.side or "none"
+    carried = propose(limb, marked, side, label.kind).carried
+    return CarriedGuesses(
+        places=[
+            Guess(
+                by="visit",
+                name=one.landmark.name,
+                position_mm=triple(one.landmark.position_mm),
+                sigma_mm=one.landmark.sigma_mm,
+                within_mm=COVER * (one.landmark.sigma_mm or 0.0),
+            )
+            for one in carried.places
+        ],
+        left_out=[
+            NotCarriedReply(name=one.name, reason=FindingReply.of(one.reason))
+            for one in carried.left_out
+        ],
+        rms_mm=carried.rms_mm,
+    )
 
 
 @router.post("/cases/{case_id}/limb/align")

@@ -24,6 +24,7 @@ from limbgram.app.state import AppState
 from limbgram.cases.workspace import Workspace
 from limbgram.cli.main import app as command_line
 from limbgram.core.errors import ShapeFileError
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import SUFFIXES, ShapeFile, read_limb, read_shape
@@ -171,6 +172,42 @@ def test_what_the_shape_tells_is_offered_as_a_guess(
     place = {"position_mm": one["position_mm"]}
     assert client.put(f"{aligned}/limb/places/distal end", json=place).status_code == 200
     assert client.get(f"{aligned}/limb/guesses").json()["places"] == []
+
+
+def test_places_of_an_earlier_visit_are_proposed_until_somebody_confirms_them(
+    client: TestClient, app_state: AppState, aligned: str, limb: Mesh
+) -> None:
+    """Today's scan is the earlier one, turned and moved: where each place lies is known."""
+    motion = Rigid.from_rotation_vector(np.array([0.1, -0.2, 0.5]), np.array([30.0, -12.0, 5.0]))
+    label = {"kind": "transtibial", "side": "left"}
+    today_id = client.post(f"{API}/cases", json=label).json()["id"]
+    folder = app_state.shelf.root / today_id / "deliverables"
+    folder.mkdir()
+    write_ply(limb.with_vertices(motion.apply(limb.vertices_mm)), folder / "surface.ply", "mm")
+    today, earlier_id = f"{API}/cases/{today_id}", aligned.rpartition("/")[2]
+    (marked,) = client.get(f"{aligned}/limb").json()["places"]
+
+    carried = client.get(f"{today}/limb/guesses/{earlier_id}").json()
+    (guess,) = carried["places"]
+    assert (guess["by"], guess["name"]) == ("visit", "patellar tendon")
+    true_mm = motion.apply(np.array([marked["position_mm"]]))[0]
+    off_mm = float(np.linalg.norm(np.array(guess["position_mm"]) - true_mm))
+    assert off_mm < guess["within_mm"] == pytest.approx(1.96 * guess["sigma_mm"], rel=1e-3)
+    assert guess["sigma_mm"] >= 2.0  # no better than a click on the earlier scan
+    assert carried["left_out"] == []
+    assert client.get(f"{today}/limb").json()["places"] == []  # proposed, and nothing more
+
+    place = {key: guess[key] for key in ("position_mm", "sigma_mm")} | {"placed": "proposed"}
+    assert client.put(f"{today}/limb/places/patellar tendon", json=place).status_code == 200
+    workspace = Workspace(app_state.shelf.case(today_id))
+    (kept,) = app_state.shape_cache.shape(workspace).limb.landmarks
+    assert (kept.placed, kept.sigma_mm, kept.confirmed) == ("proposed", guess["sigma_mm"], True)
+    assert client.get(f"{today}/limb/guesses/{earlier_id}").json()["places"] == []
+
+    client.patch(f"{today}", json={"side": "right"})
+    refused = client.get(f"{today}/limb/guesses/{earlier_id}")
+    assert refused.status_code == 422
+    assert "a left limb" in refused.json()["message"]
 
 
 # So fine that what a load changes is less than half of the surface, and is sent alone.

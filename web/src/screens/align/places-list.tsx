@@ -70,7 +70,7 @@ function Row(props: RowProps) {
 
 /** How a place stands, in words: guessed, how sure, to be pressed, left out, or where it lies. */
 function stateOf({ placing: { armed, left, known }, name, place, guess }: RowProps): string {
-  if (guess) return t(`align.guess.${guess.by}`);
+  if (guess) return t(`align.guess.${guess.by}`, guess.within_mm?.toFixed(1) ?? "");
   if (place) return place.within_mm ? `± ${place.within_mm.toFixed(2)} mm` : "";
   if (armed.value === name) return t("align.press");
   if (left.value.has(name)) return t("align.left");
@@ -81,12 +81,14 @@ function stateOf({ placing: { armed, left, known }, name, place, guess }: RowPro
 /** What else can be done with it: confirm a guess, take it away, leave it out. */
 function RowButton({ placing, name, place, guess }: RowProps) {
   const { armed, left, put, remove, after } = placing;
-  if (guess)
+  if (guess) {
+    const found = guess.by === "visit" ? ({ placed: "proposed", sigma_mm: guess.sigma_mm } as const) : undefined;
     return (
-      <Button bare onClick={() => put(name, new Vector3(...guess.at))} label={t("align.guess.confirm.long", term(name))}>
+      <Button bare onClick={() => put(name, new Vector3(...guess.at), found)} label={t("align.guess.confirm.long", term(name))}>
         {t("align.guess.confirm")}
       </Button>
     );
+  }
   if (place) return <Button bare icon="close" class="icon-only" label={t("align.remove", term(name))} onClick={() => remove(name)} />;
   if (armed.value !== name) return null;
   const leave = () => {

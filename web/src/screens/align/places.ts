@@ -13,8 +13,11 @@ export const SAME_MM = 3;
 export interface Offered {
   readonly name: string;
   readonly sticker: number | null;
-  readonly by: "shape" | "sticker";
+  readonly by: Schemas["Guess"]["by"];
   readonly at: Vec3;
+  /** How well another scan of the limb tells it: one standard deviation, and ± in 95 of 100. */
+  readonly sigma_mm: number | null;
+  readonly within_mm: number | null;
 }
 
 /** The places once the acts that are pending are done. */
@@ -48,6 +51,8 @@ export function offeredOf(guesses: readonly Schemas["Guess"][], places: readonly
       sticker: one.sticker ?? null,
       by: one.by,
       at: vec3(one.position_mm),
+      sigma_mm: one.sigma_mm ?? null,
+      within_mm: one.within_mm ?? null,
     }))
     .filter((one) => !places.some((p) => p.name === one.name || distance(vec3(p.position_mm), one.at) < SAME_MM));
 }

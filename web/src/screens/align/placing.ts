@@ -12,6 +12,10 @@ import { t } from "../../texts";
 import { term } from "../../words";
 import { type Known, type Offered, type Place, SAME_MM, nextAfter, offeredOf, orderOf, withPending } from "./places";
 import type { Subject } from "./subject";
+import { type Visit, useVisit } from "./visit";
+
+/** How a place was found that no hand placed. */
+export type Told = Pick<Schemas["PlaceMark"], "placed" | "sigma_mm">;
 
 const PLACE = "/api/v1/cases/{case_id}/limb/places/{name}";
 
@@ -21,6 +25,8 @@ export interface Placing {
   /** All names, in the order of the list. */
   readonly order: readonly string[];
   readonly offered: readonly Offered[];
+  /** What the places of an earlier visit tell, and the case that it was. */
+  readonly visit: Visit;
   /** Marks that the photos show, before anything is set. */
   readonly marks: readonly Schemas["Mark"][];
   readonly namesRefused: Asked<unknown>["refused"];
@@ -31,7 +37,7 @@ export interface Placing {
   readonly held: Signal<{ readonly name: string; readonly point: Vector3 } | null>;
   /** Names that are left out. */
   readonly left: Signal<ReadonlySet<string>>;
-  readonly put: (name: string, point: Vector3) => void;
+  readonly put: (name: string, point: Vector3, told?: Told) => void;
   readonly remove: (name: string) => void;
   readonly after: (name: string) => string | null;
 }
@@ -56,7 +62,12 @@ export function usePlacing(subject: Subject): Placing {
   const places = withPending(limb?.reply.places ?? [], pendingAt(room.id, PLACE));
   const known = names.value.value ?? [];
   const order = orderOf(known, places);
-  const offered = useMemo(() => offeredOf(guesses.value.value?.places ?? [], places, nameOfSticker), [guesses.value.value, places]);
+  const visit = useVisit(subject);
+  const told = visit.asked.value.value?.places ?? [];
+  const offered = useMemo(() => {
+    const own = guesses.value.value?.places ?? [];
+    return offeredOf([...own, ...told.filter((one) => !own.some((guess) => guess.name === one.name))], places, nameOfSticker);
+  }, [guesses.value.value, told, places]);
 
   // The first name is armed at once: one press on the limb is all that is asked.
   const first = order.find((name) => !places.some((one) => one.name === name) && !left.value.has(name)) ?? null;
@@ -64,7 +75,7 @@ export function usePlacing(subject: Subject): Placing {
     if (limb && !aligned && armed.value === null && places.length === 0 && first) armed.value = first;
   }, [limb, first]);
 
-  const put = (name: string, point: Vector3) =>
+  const put = (name: string, point: Vector3, found: Told = { placed: "click" }) =>
     void act.run(async () => {
       chosen.value = name;
       const [x, y, z] = xyz(point);
@@ -72,7 +83,7 @@ export function usePlacing(subject: Subject): Placing {
         room.id,
         "put",
         PLACE,
-        { params: { path: { case_id: room.id, name } }, body: { placed: "click", position_mm: [x, y, z] } },
+        { params: { path: { case_id: room.id, name } }, body: { ...found, position_mm: [x, y, z] } },
         { done: take, again: asked.again, askedSince: asked.askedSince },
       );
       if (held.value?.name === name) held.value = null; // what is on its way to the server is shown by itself
@@ -94,5 +105,5 @@ export function usePlacing(subject: Subject): Placing {
     });
   const after = (name: string) => nextAfter(name, order, places, left.value);
 
-  return { places, known, order, offered, marks: marks.value.value ?? [], namesRefused: names.refused, armed, chosen, held, left, put, remove, after };
+  return { places, known, order, offered, visit, marks: marks.value.value ?? [], namesRefused: names.refused, armed, chosen, held, left, put, remove, after };
 }

@@ -20,6 +20,7 @@ import type { RoomProps } from "../room";
 import { type Axes, useAxes } from "./axes";
 import { AxesForm, handWords } from "./axes-form";
 import { marksOf } from "./drawn";
+import { EarlierVisit } from "./earlier-visit";
 import { KindAndSide } from "./kind-and-side";
 import { useKeys } from "./keys";
 import { PlacesList } from "./places-list";
@@ -75,6 +76,7 @@ export function AlignScreen({ room }: RoomProps) {
           <section class="tab">
             <PlacesList subject={subject} placing={placing} />
           </section>
+          <EarlierVisit visit={placing.visit} />
           <AxesForm subject={subject} axes={axes} />
         </div>
         <Next subject={subject} axes={axes} />
