@@ -34,6 +34,8 @@ from limbgram.synthetic.truth import stage_truth
 
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 NEAR_MM = 0.2
+MOVED_MM = np.array([10.0, -20.0, 30.0])
+"""From an earlier visit to today."""
 USER, PASSWORD = "A. Meier", "a password of the walk"
 PLACES = ("cases", "cameras", "settings")
 STEPS = ("capture", "result", "align", "measure", "rectify", "send", "record", "compare")
@@ -639,6 +641,28 @@ def test_answers_late_or_lost_let_a_number_mean_the_edit_that_is_shown(
     edits = worked.asked("/recipe")["edits"]
     assert [(one["parameters"]["passes"], one["on"]) for one in edits] == [(3, True), (4, False)]
     expect(rows).to_have_count(2)
+
+
+def test_places_of_an_earlier_visit_are_confirmed_by_a_press(worked: Worked) -> None:
+    limb, folder = stage_truth(SMALL).limb.mesh, worked.app.cases
+    kind = {"kind": "transtibial", "side": "left"}
+    today = replace(worked, case_id=asked(worked.page, "/api/v1/cases", "POST", kind)["id"])
+    (folder / today.case_id / "deliverables").mkdir()
+    moved = limb.with_vertices(limb.vertices_mm + MOVED_MM)
+    write_ply(moved, folder / today.case_id / "deliverables" / "surface.ply", "mm")
+    today.open("align")
+    page = today.page
+    row = page.locator(".places-list li", has_text="patellar tendon")
+    page.get_by_label("Places of an earlier visit").select_option(worked.case_id)
+    expect(row).to_contain_text(re.compile(r"as at the visit, ± \d+\.\d mm"))
+    no_serious_fault(today.app)
+    row.get_by_role("button", name="It is there: patellar tendon").click()
+    today.settled()
+    (place,) = today.asked("/limb")["places"]
+    (marked,) = worked.asked("/limb")["places"]
+    off = np.subtract(place["position_mm"], marked["position_mm"]) - MOVED_MM
+    assert np.linalg.norm(off) < 1.0
+    expect(row).not_to_contain_text("as at the visit")
 
 
 def test_answers_to_two_windows_never_change_an_edit_that_one_of_them_does_not_show(
