@@ -185,18 +185,23 @@ def preview_device(limb: Limb, order: Order) -> Preview:
 
 
 def _measures_called(measures: Iterable[Measure]) -> AbstractContextManager[None]:
-    """Let refusals that name measures say what these are called; places know only their names."""
+    """Let refusals that name measures say what these are called; places know only their names.
+
+    Args:
+        measures: Those that may be chosen otherwise; the innermost call of this counts.
+    """
 
     def called(finding: Finding) -> Finding:
         named = finding.values.get("measures")
-        if not isinstance(named, tuple):
+        if not isinstance(named, tuple) or "labels" in finding.values:
             return finding
         labels = tuple(
             note("device.measure", label=one.en, name=one.name)
             for one in measures
             if one.name in named
         )
-        return replace(finding, values={**finding.values, "labels": labels})
+        told = {"measures": named if labels else None, "labels": labels}
+        return replace(finding, values={**finding.values, **told})
 
     return refusals_saying(called)
 
@@ -223,7 +228,9 @@ def _previewed(
     body.require_marked(device.landmarks, device.en)
     body.require_sides(device.landmarks)
     broad, values = values, on_slender_limb(body, device.trim, values, order.values)
-    drawn = draw_trim(body, device.trim, values, order.free)
+    above = [one for one in device.measures(made) if values[one.name] > one.within.least]
+    with _measures_called(above):
+        drawn = draw_trim(body, device.trim, values, order.free)
     asked = [
         slot
         for slot in device.slots

@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.unit.workbench.devices.shapes import make_foot
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges, volume_mm3
+from limbgram.findings import Finding, Value
 from limbgram.findings.tell import filled, terms
 from limbgram.formats.threemf import write_3mf
 from limbgram.workbench.anatomy.found import KIND_NAMED
@@ -115,6 +117,23 @@ def test_straps_over_bone_or_half_in_a_roll_are_told(bodies: dict[str, Limb]) ->
     }
     none = replace(order, values={"waist_strap_mm": 0.0})
     assert not preview_device(marked, none).findings
+
+
+def test_advice_to_choose_less_names_no_measure_that_is_at_its_least() -> None:
+    """An ankle a quarter as thick: ears yield to their least, unless somebody gave another size."""
+    order = Order(device="hinged-afo-calf")
+
+    def advised(order: Order) -> set[Value]:
+        with pytest.raises(EditError) as refused:
+            preview_device(make_foot(size=0.25), order)
+        found = refused.value.finding
+        assert found.code == "device.trim.beside_limb"
+        labels = found.values["labels"]
+        assert isinstance(labels, tuple)
+        return {one.values["name"] for one in labels if isinstance(one, Finding)}
+
+    assert "ear_mm" not in advised(order)
+    assert "ear_mm" in advised(replace(order, values={"ear_mm": 20.0}))
 
 
 def test_a_strap_too_near_another_is_told_with_the_width_that_fits(bodies: dict[str, Limb]) -> None:
