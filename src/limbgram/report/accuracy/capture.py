@@ -11,7 +11,7 @@ from limbgram.core.geometry.arrays import GreyImage
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS
-from limbgram.findings import Finding, told
+from limbgram.findings import Finding
 from limbgram.reconstruction.mapping.scene import Explanation, Scene
 from limbgram.reconstruction.movement import (
     bending_found,
@@ -34,7 +34,6 @@ from limbgram.report.accuracy.figures import (
     ExplanationFigures,
     ImageFigures,
     KnownLength,
-    LeftOut,
     LengthFigures,
     MovementFigures,
     PhotoFigures,
@@ -146,10 +145,7 @@ def image_figures(evidence: Evidence) -> ImageFigures:
     return ImageFigures(
         photos=len(rows),
         placed=sum(row.placed for row in rows),
-        set_aside=tuple(
-            LeftOut(name=part.name, reason=told(part.reason))
-            for part in (*photos.set_aside, *evidence.metric.scale.set_aside)
-        ),
+        set_aside=(*photos.set_aside, *evidence.metric.scale.set_aside),
         pixel=_median([row.pixel for row in rows]),
         distance=_median([row.distance for row in rows]),
         distance_over_stated=_median(stated),

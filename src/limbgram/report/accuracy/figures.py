@@ -13,6 +13,7 @@ from typing import Literal
 from limbgram.core.mesh.mesh import Relation
 from limbgram.findings import Finding
 from limbgram.reconstruction.calibration.cameras import LensSource
+from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.metric import StretchDoubt
 
 LENGTH = "length"
@@ -596,14 +597,6 @@ class SurfaceFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LeftOut:
-    """Something that was not used, and why."""
-
-    name: str
-    reason: str
-
-
-@dataclass(frozen=True, kw_only=True)
 class PhotoFigures:
     """What one photo is worth."""
 
@@ -626,7 +619,7 @@ class ImageFigures:
 
     photos: int
     placed: int
-    set_aside: tuple[LeftOut, ...]
+    set_aside: tuple[SetAside, ...]
     pixel: float = field(
         metadata=meaning("Pixel on the object", LENGTH, "Median over photos: distance / f in px.")
     )

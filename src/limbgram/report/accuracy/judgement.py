@@ -144,6 +144,9 @@ soft parts gave way. Where the limb alone places the photos it is never red by i
 _MOVED_RED_MM = 1.0
 """Where limb and surroundings place the photos together, a shift of half the photos goes into the
 surface by half, and girths are wrong by a ply of sock."""
+TIPPED = _Limit("board_tipped", "Photos that show the board in another plane", "", 0.0, 0.0)
+"""Red at once where the limb is not known to have kept still: an object that was turned over stands
+in the scene twice then, and no figure of the surface tells it."""
 BENT = _Limit("bending", "Bending of the limb", "mm", 0.0, _MOVED_RED_MM)
 FOCUSED = _Limit("focused", "Scale against the distance in EXIF", "times", 1.5, 3.0)
 """Lenses tell their distance in coarse steps and from the sensor: only a clear contradiction
@@ -582,6 +585,7 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
     cause is not known, that is a doubt.
     """
     movement = figures.movement
+    yield from _tipped(figures, kept_still=movement is not None and movement.shift == 0.0)
     if movement is None:
         return
     if movement.misfit:
@@ -603,6 +607,15 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
             yield BENT.judge("verdict.bent", movement.bending, bending=said)
         else:
             yield BENT.judged(movement.bending, said)
+
+
+def _tipped(figures: Figures, *, kept_still: bool) -> Iterator[Criterion]:
+    """Whether photos that show the board in another plane may show the object in another pose."""
+    reasons = [one.reason for one in figures.images.set_aside]
+    tipped = [one for one in reasons if one.code == "board.photo.tipped"]
+    if tipped and not kept_still:
+        count, others = len(tipped), tipped[0].values["others"]
+        yield TIPPED.judge("verdict.board_tipped", float(count), photos=count, others=others)
 
 
 def _expected(figures: Figures) -> tuple[Criterion, ...]:

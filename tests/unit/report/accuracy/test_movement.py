@@ -10,6 +10,7 @@ from limbgram.findings import note, told
 from limbgram.reconstruction.mapping.lens_deviations import with_room_for
 from limbgram.reconstruction.mapping.scene import Explanation, Movement
 from limbgram.reconstruction.movement import moved_mm, movement_found, movement_remark
+from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.report.accuracy.assessment import Assessment, assess
 from limbgram.report.accuracy.capture import movement_figures
 from limbgram.report.accuracy.evidence import Evidence
@@ -49,6 +50,23 @@ def test_nothing_is_said_where_nobody_looked_or_nothing_is_known(with_sigmas: Ev
     for found in (assessed(with_sigmas), assessed(with_sigmas, unknown, unknown)):
         assert not {"movement", "bending"} & {one.key for one in found.criteria}
         assert found.light == "green"
+
+
+def test_a_board_in_two_planes_is_red_unless_the_limb_kept_still(with_sigmas: Evidence) -> None:
+    """An object that was turned over beside it may stand in the scene twice."""
+    count = len(with_sigmas.metric.scene.names)
+    reason = note("board.photo.tipped", others=9, pushes=())
+    aside = tuple(SetAside(name, reason) for name in ("a.jpg", "b.jpg"))
+    scale = replace(with_sigmas.metric.scale, set_aside=aside)
+    tipped = replace(with_sigmas, metric=replace(with_sigmas.metric, scale=scale))
+    unknown = Movement.unknown(count, note("said.as_is", message="no points"))
+    for moved in (None, unknown):
+        found = assessed(tipped, moved)
+        assert (found.light, light_of(found, "board_tipped")) == ("red", "red")
+        (one,) = (one for one in found.criteria if one.key == "board_tipped")
+        assert told(one.finding).startswith("2 photos show the board in another plane than the 9 ")
+    still = assessed(tipped, movement([0.0] * count, "still"))
+    assert "board_tipped" not in {one.key for one in still.criteria}
 
 
 def test_what_does_not_fit_for_a_cause_that_is_not_known_is_a_doubt(with_sigmas: Evidence) -> None:
