@@ -816,7 +816,7 @@ def outcome(one: dict[str, Any], door: str) -> str:
             return "asks for photos"
         return "refused" if found["refused"] else "set aside" if found["aside"] else "right"
     if found["told"]:
-        return "told"
+        return "told beside another cause" if found["accused"] else "told"
     if found["accused"]:
         return "another cause"
     if any(code.startswith(UNDECIDED) for code in found["said"]):
@@ -858,8 +858,9 @@ def page(result: dict[str, Any]) -> str:
     for title, asked, listed in (
         ("Sound captures: false accusations", sound, ("accused",)),
         ("Sound captures: refused, or photos set aside", sound, ("refused", "set aside")),
-        ("Faults: another cause named", [one for one in answers if one not in sound],
-         ("another cause",)),
+        ("Faults: another cause named, alone or beside the true one",
+         [one for one in answers if one not in sound],
+         ("another cause", "told beside another cause")),
     ):  # fmt: skip
         found = [one for one in asked if outcome(one[1], one[2]) in listed]
         parts.append(f"{title}: {len(found)} answers of {len(asked)}.")
