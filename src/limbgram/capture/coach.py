@@ -87,6 +87,7 @@ from limbgram.reconstruction.pipeline import (
     with_files_that_fit,
 )
 from limbgram.reconstruction.poses import Poses, Unplaced
+from limbgram.reconstruction.scale.displaced_board import tipped_photos
 from limbgram.reconstruction.scale.metric import Scale
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import Board
@@ -285,8 +286,7 @@ class Coach:
 
 def tipped_board(scale: Scale) -> list[Finding]:
     """That photos show the board in another plane: the object may stand in the scene twice."""
-    reasons = [one.reason for one in scale.set_aside]
-    tipped = [one for one in reasons if one.code == "board.photo.tipped"]
+    tipped = tipped_photos(scale.set_aside)
     if not tipped:
         return []
     return [fault("coach.board_tipped", photos=len(tipped), others=tipped[0].values["others"])]

@@ -30,7 +30,7 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
-from limbgram.findings import doubt, note
+from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
@@ -84,6 +84,12 @@ def without_displaced_board(scene: Scene, detections: BoardDetections) -> BoardD
         photos=tuple(one for one in detections.photos if one.name not in aside),
         set_aside=(*detections.set_aside, *(SetAside(name, reason) for name in aside)),
     )
+
+
+def tipped_photos(set_aside: Sequence[SetAside]) -> list[Finding]:
+    """Why photos were set aside that show the board in another plane, one each."""
+    reasons = [one.reason for one in set_aside]
+    return [one for one in reasons if one.code == "board.photo.tipped"]
 
 
 @dataclass(frozen=True)

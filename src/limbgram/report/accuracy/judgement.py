@@ -21,6 +21,7 @@ from limbgram.findings import Finding, Gravity, Value, note
 from limbgram.reconstruction.calibration.cameras import SQUARE_WITHIN, squareness
 from limbgram.reconstruction.mapping.zoom import zoomed_photos
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
+from limbgram.reconstruction.scale.displaced_board import tipped_photos
 from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.report.accuracy.figures import (
     BudgetPart,
@@ -611,8 +612,7 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
 
 def _tipped(figures: Figures, *, kept_still: bool) -> Iterator[Criterion]:
     """Whether photos that show the board in another plane may show the object in another pose."""
-    reasons = [one.reason for one in figures.images.set_aside]
-    tipped = [one for one in reasons if one.code == "board.photo.tipped"]
+    tipped = tipped_photos(figures.images.set_aside)
     if tipped and not kept_still:
         count, others = len(tipped), tipped[0].values["others"]
         yield TIPPED.judge("verdict.board_tipped", float(count), photos=count, others=others)

@@ -29,6 +29,7 @@ from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.anatomy.names import identity_of
 from limbgram.workbench.compare.counterparts import Counterparts, Ground, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
+from limbgram.workbench.compare.icp import tukey
 from limbgram.workbench.compare.registration import RegistrationOptions, by_shape
 from limbgram.workbench.limb import Landmark, Limb, Side
 
@@ -56,7 +57,6 @@ _SAMPLES = 20_000
 """Places on the marked surface: 300 within the smallest part."""
 _MOST_ROUNDS = 12
 _STILL_MM = 1e-3
-_TUKEY = 4.685
 _PATCH = 0.5
 """Side of a patch whose places err alike, in shares of a part's reach, as in `icp.py`."""
 _LEAST_RMS_MM = 0.05
@@ -238,12 +238,11 @@ class _Carrier:
     def of(cls, today: Mesh, marked: Mesh) -> "_Carrier":
         samples = sample_evenly(marked, _SAMPLES)
         kept = measured_faces(marked, _BRIM_MM)[samples.faces]
-        area_mm2 = float(np.linalg.norm(marked.face_normals(), axis=1).sum() / 2)
         return cls(
             ground=Ground.of(today, _BRIM_MM),
             marked=Ground.of(marked, _BRIM_MM),
             samples_mm=samples.points_mm[kept],
-            size_mm=float(np.sqrt(area_mm2)),
+            size_mm=float(np.sqrt(marked.area_mm2())),
         )
 
     def fits(self, marks_mm: Points3, pose: Rigid) -> list[_Fit]:
@@ -387,7 +386,7 @@ def _weights(found: Counterparts, bell: Float64[np.ndarray, " n"]) -> Float64[np
         return np.zeros(len(bell))
     off_mm = np.abs(found.signed_mm)
     scale_mm = max(MAD_TO_SIGMA * float(np.median(off_mm[valid])), _LEAST_RMS_MM)
-    return np.where(valid, bell * np.clip(1 - (off_mm / (_TUKEY * scale_mm)) ** 2, 0, None) ** 2, 0)
+    return np.where(valid, bell * tukey(off_mm, scale_mm), 0)
 
 
 def _along(covariance: Float64[np.ndarray, "3 3"], normal: Vector3) -> float:

@@ -250,8 +250,12 @@ def _weights(
     found: Counterparts, valid: Bool[np.ndarray, " n"], scale_mm: float
 ) -> Float64[np.ndarray, " n"]:
     """Tukey's; nothing where there is no counterpart."""
-    share = np.clip(1 - (found.signed_mm / (_TUKEY * scale_mm)) ** 2, 0, None)
-    return np.where(valid, share**2, 0.0)
+    return np.where(valid, tukey(found.signed_mm, scale_mm), 0.0)
+
+
+def tukey(off_mm: Float64[np.ndarray, " n"], scale_mm: float) -> Float64[np.ndarray, " n"]:
+    """Tukey's weights of distances of this spread: nothing beyond 4.685 times it."""
+    return np.clip(1 - (off_mm / (_TUKEY * scale_mm)) ** 2, 0, None) ** 2
 
 
 def _ways(placed: Points3, found: Counterparts) -> Points3:

@@ -246,23 +246,15 @@ def _previewed(
     ribs = _ribs(body, device, made, values)
     with _straps_that_fit(ground, asked, values, room):
         covered = cover(body, drawn.edges, placed.openings, gaps, wall_mm, ribs)
+    zones = _zones(body, device, made, order, values)
     layout = Layout(
         positive=covered.positive,
         beyond_mm=covered.beyond_mm,
-        thickness_mm=_thickness(
-            covered,
-            values,
-            device.wall[made],
-            made,
-            _zones(body, device, made, order, values),
-            ribs,
-        ),
+        thickness_mm=_thickness(covered, values, device.wall[made], made, zones, ribs),
     )
     _require_zones(order.zones, body, layout, device.wall[made])
     less, moved = _otherwise(soft, broad, slender), _otherwise(soft, slender, values)
-    inside = np.flatnonzero(layout.beyond_mm < 0)
-    thinnest = int(inside[np.argmin(layout.thickness_mm[inside])])
-    x, y, z = layout.positive.vertices_mm[thinnest].tolist()
+    thinnest_mm, thinnest_point_mm = _thinnest(layout)
     return Preview(
         device=device,
         made=made,
@@ -272,8 +264,8 @@ def _previewed(
         drawn=drawn,
         openings=placed.openings,
         layout=layout,
-        thinnest_mm=float(layout.thickness_mm[thinnest]),
-        thinnest_point_mm=(x, y, z),
+        thinnest_mm=thinnest_mm,
+        thinnest_point_mm=thinnest_point_mm,
         findings=(
             *_of_landmarks(positive),
             *_widths(body, device, values),
@@ -444,16 +436,20 @@ def _require_zones(zones: Sequence[WallZone], body: Body, layout: Layout, wall: 
         nearest = mesh.faces[tree_on(mesh).closest(np.array([[x, y, z]])).faces[0]]
         if layout.beyond_mm[nearest].min() > 0:
             raise EditError("device.zone.outside", place=zone.at, point_mm=(x, y, z))
-    covered = np.flatnonzero(layout.beyond_mm < 0)
-    thin = covered[np.argmin(layout.thickness_mm[covered])]
-    if zones and layout.thickness_mm[thin] < wall.within.least:
-        x, y, z = mesh.vertices_mm[thin].tolist()
+    thinnest_mm, point_mm = _thinnest(layout)
+    least_mm = wall.within.least
+    if zones and thinnest_mm < least_mm:
         raise EditError(
-            "device.zone.thin",
-            thinnest_mm=float(layout.thickness_mm[thin]),
-            least_mm=wall.within.least,
-            point_mm=(x, y, z),
+            "device.zone.thin", thinnest_mm=thinnest_mm, least_mm=least_mm, point_mm=point_mm
         )
+
+
+def _thinnest(layout: Layout) -> tuple[float, tuple[float, float, float]]:
+    """How thick the wall is where it is thinnest, and where that is."""
+    covered = np.flatnonzero(layout.beyond_mm < 0)
+    thinnest = int(covered[np.argmin(layout.thickness_mm[covered])])
+    x, y, z = layout.positive.vertices_mm[thinnest].tolist()
+    return float(layout.thickness_mm[thinnest]), (x, y, z)
 
 
 def _ribs(body: Body, device: Device, made: Fabrication, values: Mapping[str, float]) -> list[Rib]:
