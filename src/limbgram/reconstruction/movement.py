@@ -312,32 +312,38 @@ def third_moved(limb: Scene, pairs: Sequence[PairMatches], found: BodyMotion) ->
     """Whether what these pairs match moved against the limb as the second body did, or kept still.
 
     They need not join the photos: each pair of photos that shows the second body in two places
-    tells by itself. None where neither is likelier by the chance of a false alarm.
+    tells by itself. None where neither is likelier by the chance of a false alarm, or no longer is
+    without one of the photos: points that one photo shows falsely agree with each other.
     """
     told = found.movement.group >= 0
+    ends: list[tuple[int, int]] = []
     misses_px: list[Float64[np.ndarray, "2 m"]] = []
     for pair in pairs:
-        ends = pair.first, pair.second
-        known = all(told[k] and limb.camera_from_world[k] is not None for k in ends)
-        if not known or not len(pair) or not np.ptp(found.motions[list(ends)], axis=0).any():
+        photos = pair.first, pair.second
+        known = all(told[k] and limb.camera_from_world[k] is not None for k in photos)
+        if not known or not len(pair) or not np.ptp(found.motions[list(photos)], axis=0).any():
             continue
         seen_px = (pair.xy_first_px, pair.xy_second_px)
-        still = [limb.view(k) for k in ends]
+        still = [limb.view(k) for k in photos]
         moved = [
             replace(view, camera_from_world=view.camera_from_world @ found.moved(k))
-            for k, view in zip(ends, still, strict=True)
+            for k, view in zip(photos, still, strict=True)
         ]
         misses_px.append(np.array([_missed_px(views, seen_px) for views in (still, moved)]))
-    if not misses_px:
+        ends.append(photos)
+    if not ends:
         return None
     # of the limb's own points: many matches beside it are wrong, and fit neither
     scale_px = CAUCHY_SIGMAS * MAD_TO_SIGMA * float(np.nanmedian(np.abs(limb.residuals_px())))
-    misses = np.hstack(misses_px) / scale_px
-    costs = (CAUCHY_SIGMAS / SHARED_ERROR) ** 2 * np.log1p(misses**2).sum(axis=1)
-    for_motion = float(costs[0] - costs[1])
-    if abs(for_motion) < -2.0 * math.log(FALSE_ALARM):
-        return None
-    return for_motion > 0.0
+    weight = (CAUCHY_SIGMAS / SHARED_ERROR) ** 2
+    costs = np.array([weight * np.log1p((px / scale_px) ** 2).sum(axis=1) for px in misses_px])
+    for_motion = costs[:, 0] - costs[:, 1]
+    shows = np.array([np.isin(ends, photo).any(axis=1) for photo in np.unique(ends)])
+    without_one = for_motion.sum() - shows @ for_motion
+    least = -2.0 * math.log(FALSE_ALARM)
+    if (without_one > least).all():
+        return True
+    return False if (without_one < -least).all() else None
 
 
 def _missed_px(views: Sequence[View], seen_px: Sequence[Points2]) -> Float64[np.ndarray, " m"]:

@@ -132,12 +132,13 @@ def pairs_of(third: Scene, photos: tuple[int, ...]) -> list[PairMatches]:
 
 @pytest.mark.parametrize("size_mm", [1.0, 8.0])
 def test_what_moved_against_two_others_is_what_moved(take: Take, size_mm: float) -> None:
-    """Few photos of both sides tell, and none of one side alone."""
+    """Few photos of both sides tell; one photo of a side does not, nor do those of one side."""
     motions = steps(0.0, size_mm)
     board = take(motions=motions)
     room = seen(board)
     for moved, third in ((False, take(points=60)), (True, take(points=60, motions=motions))):
         assert third_moved(board.limb, pairs_of(third.room, (4, 6, 7, 9)), room) is moved
+        assert third_moved(board.limb, pairs_of(third.room, (4, 6, 7)), room) is None
         assert third_moved(board.limb, pairs_of(third.room, (7, 8, 9)), room) is None
 
 
