@@ -312,8 +312,8 @@ def third_moved(limb: Scene, pairs: Sequence[PairMatches], found: BodyMotion) ->
     """Whether what these pairs match moved against the limb as the second body did, or kept still.
 
     They need not join the photos: each pair of photos that shows the second body in two places
-    tells by itself. None where neither is likelier by the chance of a false alarm, or no longer is
-    without one of the photos: points that one photo shows falsely agree with each other.
+    tells by itself. None where neither is likelier by the chance of a false alarm, or where that
+    rests on one photo: points that one photo shows falsely agree with each other.
     """
     told = found.movement.group >= 0
     ends: list[tuple[int, int]] = []
@@ -339,11 +339,14 @@ def third_moved(limb: Scene, pairs: Sequence[PairMatches], found: BodyMotion) ->
     costs = np.array([weight * np.log1p((px / scale_px) ** 2).sum(axis=1) for px in misses_px])
     for_motion = costs[:, 0] - costs[:, 1]
     shows = np.array([np.isin(ends, photo).any(axis=1) for photo in np.unique(ends)])
-    without_one = for_motion.sum() - shows @ for_motion
+    total = float(for_motion.sum())
+    without_one = total - shows @ for_motion
+    sign = math.copysign(1.0, total)
+    # that one photo is wrong is rare by itself: the others need to tell half as much
     least = -2.0 * math.log(FALSE_ALARM)
-    if (without_one > least).all():
-        return True
-    return False if (without_one < -least).all() else None
+    if abs(total) < least or (sign * without_one < least / 2.0).any():
+        return None
+    return total > 0.0
 
 
 def _missed_px(views: Sequence[View], seen_px: Sequence[Points2]) -> Float64[np.ndarray, " m"]:
