@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from limbgram.capture.prediction import cosines_of
-from limbgram.capture.proxy import LimbProxy
+from limbgram.capture.proxy import Skin
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
@@ -77,15 +77,15 @@ def stand_of(centre: Vector3, middle: Vector3, first_rad: float) -> Stand:
     return Stand(azimuth_deg=float(azimuth), elevation_deg=float(elevation), distance=distance)
 
 
-def shows_squarely(proxy: LimbProxy, views: Sequence[View]) -> Bool[np.ndarray, "n v"]:
+def shows_squarely(skin: Skin, views: Sequence[View]) -> Bool[np.ndarray, "n v"]:
     """Which cells each view shows well enough to be planned with."""
     if not views:
-        return np.zeros((len(proxy.mesh), 0), bool)
-    return cosines_of(proxy, views) >= _SQUARELY
+        return np.zeros((len(skin.mesh), 0), bool)
+    return cosines_of(skin, views) >= _SQUARELY
 
 
 def stands_to_add(
-    proxy: LimbProxy,
+    skin: Skin,
     photos: Int64[np.ndarray, " n"],
     wanted: int,
     camera: Camera,
@@ -97,15 +97,15 @@ def stands_to_add(
     """Photos after which no cell is seen by fewer than `wanted`, as far as that can be reached."""
     tried: list[Stand] = []
     for elevation_deg in _ELEVATIONS_DEG:
-        height = proxy.middle[2] + distance * np.sin(np.radians(elevation_deg))
+        height = skin.middle[2] + distance * np.sin(np.radians(elevation_deg))
         if floor_z is None or height > floor_z + 0.03 * distance:
             tried += [
                 Stand(azimuth_deg=float(one), elevation_deg=elevation_deg, distance=distance)
                 for one in _AZIMUTHS_DEG
             ]
-    views = [one.view(camera, proxy.middle, first_rad) for one in tried]
-    sees = shows_squarely(proxy, views)
-    area = np.where(proxy.known, proxy.area_mm2, 0.0)
+    views = [one.view(camera, skin.middle, first_rad) for one in tried]
+    sees = shows_squarely(skin, views)
+    area = np.where(skin.known, skin.area_mm2, 0.0)
     return tuple(tried[k] for k in _cover(sees, area / area.sum(), photos, wanted, most))
 
 

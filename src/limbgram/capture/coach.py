@@ -194,12 +194,13 @@ class Coach:
             findings.append(fault("coach.board_unseen", photos=board_photos, least=least))
         found = True
         try:
-            limb = limb_shown(metric)
+            limb_idx = limb_shown(metric)
         except RegionError as refusal:
             findings.append(refusal.finding)
-            limb, found = metric.scene.points_in_world, False
+            limb_idx, found = np.arange(len(metric.scene.points_in_world)), False
+        limb = metric.scene.points_in_world[limb_idx]
         looked_at = run(look_at_limb, photos, small, features, metric, limb, self._seen)
-        seen = Seen(photos, small, metric, limb, looked_at, found)
+        seen = Seen(photos, small, metric, limb_idx, looked_at, found)
         motion = limb_motion(metric, limb)
         findings += motion.findings(cameras)
         lenses = tuple(lenses_told(metric.scene, cameras, photos))

@@ -10,9 +10,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool, Float64, Int64
 
 from limbgram.capture.answer import CheckedPhoto, CheckOptions, Coverage, CoveredRegion
+from limbgram.capture.closed_surface import (
+    Underside,
+    closed_surface,
+    towards_cameras,
+    underside_of,
+)
 from limbgram.capture.limb_in_photos import LookedAt
 from limbgram.capture.prediction import Prediction, Showing, narrowest_deg, predict
 from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, proxy_of
@@ -42,10 +48,15 @@ class Seen:
     photos: PhotoSet
     small: PhotoSet
     metric: MetricScene
-    limb: Points3
+    limb_idx: Int64[np.ndarray, " n"]
+    """Points of the scene."""
     looked_at: Sequence[LookedAt]
     found: bool
     """Whether these points are the limb; otherwise they are all there are."""
+
+    @property
+    def limb(self) -> Points3:
+        return self.metric.scene.points_in_world[self.limb_idx]
 
 
 @dataclass(frozen=True)
@@ -57,6 +68,8 @@ class Shown:
     coverage: Coverage
     thin: float
     """Share of the limb of which no two photos stand near enough to each other to find depth."""
+    underside: Underside | None
+    """None where the points enclose nothing."""
     bare: tuple[Finding, ...] = ()
     """Regions in which paint is missing."""
 
@@ -92,7 +105,9 @@ def shown_by(seen: Seen, checked: Sequence[CheckedPhoto], options: CheckOptions)
     apart_deg = narrowest_deg(proxy, views, _SQUARELY_DEG)
     wide = np.isfinite(apart_deg) & (apart_deg > options.widest_pair_deg)
     coverage = coverage_of(proxy, prediction, in_mm)
-    return Shown(proxy, prediction, coverage, prediction.share(wide, proxy), bare)
+    closed = closed_surface(seen.limb, towards_cameras(scene)[seen.limb_idx])
+    under = closed and underside_of(closed, proxy.axis, views, options.least_photos)
+    return Shown(proxy, prediction, coverage, prediction.share(wide, proxy), under, bare)
 
 
 def _usual_pixel(views: Sequence[View], proxy: LimbProxy) -> float:

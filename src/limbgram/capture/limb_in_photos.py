@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Float32, Float64, Int64
 
 from limbgram.core.geometry.arrays import GreyImage, Points3
 from limbgram.core.run import in_parallel
@@ -92,8 +92,8 @@ class Looked:
     slopes: Slopes
 
 
-def limb_shown(metric: MetricScene) -> Points3:
-    """The points of what the cameras aim at, above the floor.
+def limb_shown(metric: MetricScene) -> Int64[np.ndarray, " n"]:
+    """Which points of the scene are of what the cameras aim at, above the floor.
 
     Raises:
         RegionError: too few points lie where the photos look, or two objects could be meant.
@@ -108,7 +108,7 @@ def limb_shown(metric: MetricScene) -> Points3:
         above = _ABOVE_FLOOR_MM if in_mm else RegionOptions().floor_clearance * aim.reach
         usable &= points[:, 2] > metric.floor_z_mm + above
     refuse_few(int(usable.sum()), _FEWEST_LIMB_POINTS)
-    return limb_among(points[usable], aim, _FEWEST_LIMB_POINTS).points_mm
+    return np.flatnonzero(usable)[limb_among(points[usable], aim, _FEWEST_LIMB_POINTS).chosen]
 
 
 def look_at_limb(

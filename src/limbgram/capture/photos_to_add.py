@@ -11,7 +11,7 @@ from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, Int64
 
 from limbgram.capture.answer import DEFAULTS, CheckedPhoto, CheckOptions, MissingPhotos
 from limbgram.capture.camera_positions import (
@@ -22,6 +22,7 @@ from limbgram.capture.camera_positions import (
     stands_to_add,
 )
 from limbgram.capture.coverage import Shown
+from limbgram.capture.proxy import Skin
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import COVER
 from limbgram.findings import Finding, Value, doubt, fault, note
@@ -30,6 +31,8 @@ from limbgram.reconstruction.scale.metric import MetricScene
 
 _OTHER_RING_DEG = 8.0
 """Between the heights of photos of one ring and those of the next: hands waver by half of it."""
+_WORTH_A_NOTE = 0.01
+"""Of the limb: what faces down and is hidden is told, though the verdict would not name it."""
 
 
 def missing_round(
@@ -131,14 +134,17 @@ def photos_for(
     options: CheckOptions,
 ) -> tuple[tuple[MissingPhotos, ...], list[Finding], tuple[Finding, ...]]:
     """Photos for places that too few see, the findings that they belong to, and notes."""
-    proxy, prediction = shown.proxy, shown.prediction
+    proxy, prediction, under = shown.proxy, shown.prediction, shown.underside
     unseen = prediction.share(prediction.squarely < options.least_photos, proxy)
+    lacking: tuple[Skin, Int64[np.ndarray, " n"]] = (proxy, prediction.squarely)
+    if under is not None and under.share > unseen:
+        unseen, lacking = under.share, (under.skin, under.squarely)
     unsure = prediction.share(prediction.sigma_mm > options.max_sigma_mm, proxy)
     findings: list[Finding] = []
     asked: tuple[MissingPhotos, ...] = ()
     first = first_placed(checked)
     if unseen > options.max_unseen:
-        asked = _for_places(shown, metric, missing, options)
+        asked = _for_places(*lacking, metric, missing, options)
         part: dict[str, Value] = {"share": float(unseen), "least": options.least_photos}
         if asked:
             count, places = sum(one.count for one in asked), _grouped(asked)
@@ -165,6 +171,18 @@ def photos_for(
         most_mm = COVER * options.max_sigma_mm
         findings.append(fault("coach.unsure", share=float(unsure), most_mm=most_mm))
     notes: list[Finding] = []
+    if under is not None and _WORTH_A_NOTE < under.share <= options.max_unseen:
+        added = _for_places(under.skin, under.squarely, metric, missing, options)
+        notes.append(
+            doubt(
+                "coach.overhang",
+                share=under.share,
+                least=options.least_photos,
+                count=sum(one.count for one in added),
+                places=_grouped(added),
+                first=first,
+            )
+        )
     if not proxy.known[-1]:
         notes.append(note("coach.no_upper_end"))
     if shown.bare:
@@ -175,7 +193,8 @@ def photos_for(
 
 
 def _for_places(
-    shown: Shown,
+    skin: Skin,
+    squarely: Int64[np.ndarray, " n"],
     metric: MetricScene,
     missing: Sequence[MissingPhotos],
     options: CheckOptions,
@@ -183,20 +202,21 @@ def _for_places(
     """Photos that would show what too few show, one entry each, from below upwards.
 
     Args:
+        squarely: Photos that show each place of the skin well enough to measure it.
         missing: Photos that are asked for already; what they will show is not asked for again.
     """
-    scene, proxy = metric.scene, shown.proxy
-    away = [np.linalg.norm(view.centre_in_world - proxy.middle) for view in scene.views]
+    scene = metric.scene
+    away = [np.linalg.norm(view.centre_in_world - skin.middle) for view in scene.views]
     distance, camera = float(np.median(away)), scene.views[0].camera
-    first_rad = first_direction_rad(scene, proxy.middle)
+    first_rad = first_direction_rad(scene, skin.middle)
     coming = [
-        replace(one, distance=distance).view(camera, proxy.middle, first_rad)
+        replace(one, distance=distance).view(camera, skin.middle, first_rad)
         for part in missing
         for one in _stands_of(part)
     ]
     stands = stands_to_add(
-        proxy,
-        shown.prediction.squarely + shows_squarely(proxy, coming).sum(axis=1),
+        skin,
+        squarely + shows_squarely(skin, coming).sum(axis=1),
         options.wanted_photos,
         camera,
         distance,

@@ -30,7 +30,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from limbgram.capture.proxy import LimbProxy
+from limbgram.capture.proxy import LimbProxy, Skin
 from limbgram.core.geometry.lens import View
 from limbgram.core.interval import weighted_quantile
 from limbgram.reconstruction.measuring.measurement import GRAZING_DEG
@@ -107,9 +107,9 @@ class Showing:
         )
 
 
-def cosines_of(proxy: LimbProxy, views: Sequence[View]) -> Float64[np.ndarray, "n v"]:
-    """Between normal and ray, by cell and view; 0 where a photo does not show the cell."""
-    return np.concatenate(list(incidences(proxy.mesh, views, GRAZING_DEG))).astype(float)
+def cosines_of(skin: Skin, views: Sequence[View]) -> Float64[np.ndarray, "n v"]:
+    """Between normal and ray, by place and view; 0 where a photo does not show the place."""
+    return np.concatenate(list(incidences(skin.mesh, views, GRAZING_DEG))).astype(float)
 
 
 def narrowest_deg(

@@ -46,19 +46,28 @@ _FAINT = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
-class LimbProxy:
-    """Cells of a limb: the vertices of a coarse mesh."""
+class Skin:
+    """A coarse mesh of a limb: which of its places count, and how much skin each stands for."""
 
     mesh: Mesh
-    """A vertex is the middle of a cell: rows of the side from below, rings of the cap, the pole."""
     middle: Vector3
+    known: Bool[np.ndarray, " n"]
+    """Vertices that count."""
+    area_mm2: Float64[np.ndarray, " n"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimbProxy(Skin):
+    """Cells of a limb: a vertex of the mesh is the middle of a cell.
+
+    Rows of the side from below, rings of the cap, the pole. All of the side is known, and of the
+    cap what points lie on.
+    """
+
     axis: Vector3
     """Unit, towards the upper end."""
     first: Vector3
     """Unit, across the axis: where azimuth is 0."""
-    known: Bool[np.ndarray, " n"]
-    """Cells that are part of the limb: those of the cap only where points lie on it."""
-    area_mm2: Float64[np.ndarray, " n"]
 
     @property
     def rows(self) -> int:

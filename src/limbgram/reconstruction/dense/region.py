@@ -53,6 +53,8 @@ class LimbPoints:
 
     points_mm: Points3
     link_mm: float
+    chosen: Bool[np.ndarray, " all"]
+    """Which of all the points that were asked about."""
 
 
 def link_length(points: Points3) -> float:
@@ -89,7 +91,7 @@ def limb_among(points: Points3, aim: Aim, least_points: int, gap_mm: float = 0.0
         raise RegionError(
             "limbregion.few_points", points=int(choice.limb.sum()), least=least_points
         )
-    return LimbPoints(points[choice.limb], choice.link_mm)
+    return LimbPoints(points[choice.limb], choice.link_mm, choice.limb)
 
 
 @dataclass(frozen=True)
@@ -352,7 +354,7 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
     aim = aim_of(metric.scene.views, metric.scene.points_in_world)
     candidates = _points_looked_at(metric, aim, masked, floor_z_mm, options)
     if masks_decide:
-        limb = LimbPoints(candidates, link_length(candidates))
+        limb = LimbPoints(candidates, link_length(candidates), np.ones(len(candidates), bool))
     else:
         limb = limb_among(candidates, aim, LEAST_POINTS, options.gap_mm)
 
