@@ -57,6 +57,7 @@ from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
+from limbgram.reconstruction.twoview.repeated_print import without_repeated_print
 from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
 
 _FEWEST_PHOTOS = 4
@@ -248,6 +249,7 @@ def place_object(found: Unplaced, run: Run, options: PlacingOptions = PLACING) -
     Raises:
         PlacementError: see `_placed`.
     """
+    found = replace(found, pairs=without_repeated_print(found.pairs, found.detections))
     photos, cameras = found.photos, found.cameras
 
     def with_lenses(lenses: ByLens) -> Placed:

@@ -151,11 +151,9 @@ def _placed(
         except PlacementError as fault:
             refusal = fault
             continue
-        whole = len(one.scene.placed) == len(photos.photos)
-        # what fewer pairs leave out may hang on those that were taken away
-        if whole or (seeds.rejected == pairs.rejected and _larger(one, best)):
+        if best is None or len(one.scene.placed) > len(best.scene.placed):
             best = one
-        if whole:
+        if len(best.scene.placed) == len(photos.photos):
             break
     if best is None:
         raise refusal
@@ -165,17 +163,10 @@ def _placed(
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
 
 
-def _larger(one: "_Mapped", best: "_Mapped | None") -> bool:
-    return best is None or len(one.scene.placed) > len(best.scene.placed)
-
-
 def _routes(
     cameras: Cameras, pairs: Pairs, photos: int, matches: int
 ) -> Iterator[tuple[tuple[bool, ...], Pairs]]:
-    """Which lenses the mapper holds and which pairs it gets; the next if photos were left out.
-
-    Without the pairs that contradict chains of stronger ones, all photos must be placed.
-    """
+    """Which lenses the mapper holds and which pairs it gets; the next if photos were left out."""
     seeds = farthest_reaching(pairs, matches)
     lenses = tuple(_held_lenses(cameras))
     yield from ((held, seeds) for held in lenses)

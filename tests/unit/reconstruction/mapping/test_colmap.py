@@ -9,6 +9,7 @@ import numpy as np
 import pycolmap
 import pytest
 
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features, Keypoints
@@ -118,6 +119,50 @@ def test_photos_that_a_free_lens_loses_are_placed_by_that_of_exif(
 ) -> None:
     scene = make_scene(photos=6, points=60, share=1.0, lenses=(LENS,))
     photos, cameras = given(scene, source)
+    features, pairs = in_a_row(scene, make_pair)
+    tried: list[tuple[bool, ...]] = []
+
+    def mapped(*given: Any) -> _Mapped:
+        held = given[5]
+        tried.append(held)
+        return _Mapped(scene if all(held) else without_photos(scene, {4, 5}), (), {})
+
+    monkeypatch.setattr(ring, "_mapped", mapped)
+    found = place_roughly(photos, features, pairs, cameras)
+    assert found.placed == tuple(range(6))
+    assert len(tried) == routes
+
+
+@pytest.mark.parametrize("left_out", [{5}, {2, 3, 4, 5}])
+def test_pairs_without_those_that_contradict_chains_may_place_more_photos(
+    make_scene: Callable[..., Scene],
+    make_pair: Callable[..., VerifiedPair],
+    monkeypatch: pytest.MonkeyPatch,
+    left_out: set[int],
+) -> None:
+    """A ring that a wrong pair folds over loses photos 3 to 5; without that pair, these."""
+    scene = make_scene(photos=6, points=60, share=1.0, lenses=(LENS,))
+    photos, cameras = given(scene, "board")
+    features, pairs = in_a_row(scene, make_pair)
+    first, second = (scene.view(k).camera_from_world for k in (0, 3))
+    wrong = Rigid.from_rotation_vector(np.radians([0.0, 90.0, 0.0]), np.zeros(3))
+    rows = np.tile(np.arange(30)[:, None], 2)
+    ends_px = tuple(features.keypoints[k].xy_px[:30].astype(float) for k in (0, 3))
+    folded = make_pair(0, 3, rows, wrong @ second @ first.inverse, xy_px=ends_px)
+
+    def mapped(*given: Any) -> _Mapped:
+        whole = len(given[2].verified) == len(pairs.verified) + 1
+        return _Mapped(without_photos(scene, {3, 4, 5} if whole else left_out), (), {})
+
+    monkeypatch.setattr(ring, "_mapped", mapped)
+    given_pairs = Pairs((*pairs.verified, folded), 0)
+    found = place_roughly(photos, features, given_pairs, cameras)
+    fewer = left_out if len(left_out) < 3 else {3, 4, 5}
+    assert {*range(6)} - {*found.placed} == fewer
+
+
+def in_a_row(scene: Scene, make_pair: Callable[..., VerifiedPair]) -> tuple[Features, Pairs]:
+    """Each photo with the next one, by points that both show."""
     keypoints = [
         Keypoints(
             xy_px=view.project(scene.points_in_world).astype(np.float32),
@@ -134,14 +179,4 @@ def test_photos_that_a_free_lens_loses_are_placed_by_that_of_exif(
         poses = [scene.view(k).camera_from_world for k in (first, first + 1)]
         turn = poses[1] @ poses[0].inverse
         pairs.append(make_pair(first, first + 1, rows, turn, xy_px=xy_px))
-    tried: list[tuple[bool, ...]] = []
-
-    def mapped(*given: Any) -> _Mapped:
-        held = given[5]
-        tried.append(held)
-        return _Mapped(scene if all(held) else without_photos(scene, {4, 5}), (), {})
-
-    monkeypatch.setattr(ring, "_mapped", mapped)
-    found = place_roughly(photos, Features(tuple(keypoints)), Pairs(tuple(pairs), ()), cameras)
-    assert found.placed == tuple(range(6))
-    assert len(tried) == routes
+    return Features(tuple(keypoints)), Pairs(tuple(pairs), 0)
