@@ -137,7 +137,7 @@ def _sheet(content: Content) -> Iterator[Section]:
     rows = [] if content.sheet is None else content.sheet["rows"]
     filled = tuple(
         (
-            row["words"]["en"] + (f" ({row['formula']})" if row["formula"] else ""),
+            _of_sheet(row),
             f"{row['value']:.1f}",
             plus_minus(row["sigma"] and Interval.of_sigma(row["sigma"]), 1),
             row["unit"],
@@ -151,6 +151,14 @@ def _sheet(content: Content) -> Iterator[Section]:
             blocks=(Table(heads=SHEET_HEADS, rows=filled, shorten="cut"),),
             sheet=1,
         )
+
+
+def _of_sheet(row: Json) -> str:
+    """What a figure is called, its formula, and the landmarks that it goes by unconfirmed."""
+    said = row["words"]["en"] + (f" ({row['formula']})" if row["formula"] else "")
+    if row["doubt"] is None:
+        return said
+    return f"{said}; not confirmed: {', '.join(row['doubt']['values']['names'])}"
 
 
 def _to_sign(content: Content) -> Section:
@@ -310,7 +318,11 @@ def measure_note(content: Content) -> str:
 
 def landmark_rows(content: Content) -> list[Row]:
     return [
-        (str(number), mark.name, *(f"{value:+z.1f}" for value in mark.in_limb_mm))
+        (
+            str(number),
+            mark.name + ("" if mark.confirmed else " (proposed, not confirmed)"),
+            *(f"{value:+z.1f}" for value in mark.in_limb_mm),
+        )
         for number, mark in enumerate(content.landmarks, start=1)
     ]
 
