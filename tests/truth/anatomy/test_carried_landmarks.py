@@ -163,3 +163,33 @@ def test_nobody_takes_a_proposal_for_a_place_that_was_felt_for(marked: Limb) -> 
     # What nobody confirmed is not carried on, either.
     again = carry_landmarks(today(marked), proposed, "right")
     assert set(reasons(again).values()) == {"carried.unconfirmed"}
+
+
+def test_a_limb_whose_parts_stayed_as_they_were_is_told_surely(marked: Limb) -> None:
+    """Growth alone: no part moves beside the rest, so that even a plain shank tells its places."""
+    size = 1.02
+    grown = replace(
+        marked,
+        mesh=marked.mesh.with_vertices(size * marked.mesh.vertices_mm),
+        landmarks=tuple(
+            replace(mark, position_mm=size * mark.position_mm) for mark in marked.landmarks
+        ),
+    )
+    found = carry_landmarks(today(grown), marked, "right")
+    off_mm = errors_mm(found, grown)
+    stated = {one.landmark.name: one.carrying_mm for one in found.places}
+    assert all(off_mm[name] < INSIDE * sigma for name, sigma in stated.items())
+    assert max(stated.values()) < 0.5
+
+
+def test_skin_that_may_slide_is_stated_apart_and_beside_turned_joints_alone(marked: Limb) -> None:
+    turned = do_edit(marked, Repose(joint="ankle", by_deg=5.0))
+    found = carry_landmarks(today(turned), marked, "right")
+    slid = {one.landmark.name: one.sliding_mm for one in found.places if one.sliding_mm > 0}
+    assert set(slid) == {"medial malleolus", "lateral malleolus"}
+    size_mm = float(np.sqrt(marked.mesh.area_mm2()))
+    for mm in slid.values():  # 3 % of the size for a radian; parts turn about as far as the joint
+        assert 0.7 < mm / (0.03 * size_mm * np.radians(5.0)) < 1.5
+    for one in found.places:
+        whole = np.hypot(one.carrying_mm, one.sliding_mm)  # the marked ones lie exactly
+        assert one.landmark.sigma_mm == pytest.approx(whole)
