@@ -10,6 +10,10 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb
+from limbgram.report.blocks import Table
+from limbgram.report.record.layout import record_report
+from limbgram.report.record.record import record_of
+from limbgram.report.record.sources import ShapeSource
 from limbgram.services.align import confirm, propose
 from limbgram.workbench.compare.carried_landmarks import Carried, carry_landmarks
 from limbgram.workbench.edits.cutting import keep_positive
@@ -23,6 +27,7 @@ from .conftest import MakeLimb
 
 LYING = Rigid.from_rotation_vector(np.array([0.4, -0.8, 0.3]), np.array([60.0, -20.0, 35.0]))
 """How today's scan lies to the marked one."""
+SIDES = "medial", "lateral"
 INSIDE = 2.448
 """Sigmas along both directions of a surface within which 95 of 100 lie."""
 
@@ -193,3 +198,20 @@ def test_skin_that_may_slide_is_stated_apart_and_beside_turned_joints_alone(mark
     for one in found.places:
         whole = np.hypot(one.carrying_mm, one.sliding_mm)  # the marked ones lie exactly
         assert one.landmark.sigma_mm == pytest.approx(whole)
+
+
+def test_the_record_s_sheet_names_what_each_figure_goes_by_unconfirmed(marked: Limb) -> None:
+    marks = tuple(replace(one, confirmed=one.name != "navicular") for one in marked.landmarks)
+    assert isinstance(marked, AlignedLimb)
+    under = 0.5 * sum(marked.landmark(f"{one} malleolus").position_mm for one in SIDES)
+    stood = Rigid(np.eye(3), -under * np.array([1.0, 1.0, 0.0]))
+    limb = marked.with_frame(replace(marked.frame, limb_from_mesh=stood))
+    limb = replace(limb, landmarks=marks)
+    source = ShapeSource(limb=limb, sha256=64 * "a", kind="PLY", limb_file_sha256=None)
+    record = record_of(source)
+    report = record_report(record.content, record.pictures)
+    (section,) = (one for one in report.sections if one.title == "Measuring sheet")
+    (table,) = (one for one in section.blocks if isinstance(one, Table))
+    said = {row[0]: row[-1] for row in table.rows}
+    assert said["Height of the navicular"] == "navicular"
+    assert said["Height of the lateral malleolus"] == ""
