@@ -18,6 +18,7 @@ from typing import Any
 
 from cost_tables import BY_PHOTOS, BY_PIXELS, cost_table, finished, least
 from harness import described, table
+from landmark_tables import by_kind
 
 Json = dict[str, Any]
 
@@ -263,6 +264,11 @@ def real() -> str:
     )
 
 
+def landmarks() -> str:
+    """How far landmarks of an earlier visit come to lie from where the skin went, by kind."""
+    return by_kind(result("landmarks")) + "\n\n" + _measured_on(("landmarks",))
+
+
 def _placed(one: Json) -> str:
     photos = one["summary"]["photos"]
     return f"{sum(photo['placed'] for photo in photos)} of {len(photos)}"
@@ -285,6 +291,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "intervals": intervals,
     "cost": cost,
     "real": real,
+    "landmarks": landmarks,
 }
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ from limbgram.workbench.edits.toe_bridge import ToeBridge
 from limbgram.workbench.limb import AlignedLimb, KindName, Landmark, Limb, LimbFrame, Side
 
 sys.path.append(str(Path(__file__).parents[1]))
-from tests.truth.anatomy.conftest import BODIES, FOOT, TRUNK_MM
+from tests.truth.anatomy.conftest import BODIES, FOOT, HEAD, TRUNK_MM
 
 GAP = 0.1
 """Widest gap between toes that is closed, as a share of the foot's length."""
@@ -116,6 +116,16 @@ def trunk_of(whole: Mesh, man: Mesh, wide: float = 1.0, tall: float = 1.0) -> Li
     return _limb(mesh, fine.places, "torso", "none", np.array([wide, wide, tall]), [0, 0, 0])
 
 
+def head_of(whole: Mesh) -> Limb:
+    """The head of a body, open at the neck."""
+    ear, top = (whole.vertices_mm[HEAD[one], 2] for one in ("right tragion", "vertex"))
+    chin = float(ear - 0.8 * (top - ear))
+    fine = _finer(whole, whole.vertices_mm[:, 2] > chin - 0.2 * (top - ear), HEAD)
+    mesh = _largest(keep_positive(fine.mesh, fine.mesh.vertices_mm[:, 2] - chin).mesh)
+    middle = 0.5 * (fine.places["right tragion"] + fine.places["left tragion"])
+    return _limb(mesh, fine.places, "head", "none", 1.0, [*middle[:2], chin])
+
+
 def body_of(data: Path, name: str) -> Mesh:
     return read_shape(data / "shapes" / "human" / f"{name}.ply", 1.0).limb.mesh
 
@@ -169,12 +179,12 @@ def _stumps(shapes: Path) -> Iterator[Subject]:
         for side in ("right", "left"):
 
             def make(name: str = name, side: Side = side) -> Limb:
-                return _stump(shapes / "openlimb_TT", name, side)
+                return stump_of(shapes / "openlimb_TT", name, side)
 
             yield Subject(f"{name}, {side}", 1.0, make)
 
 
-def _stump(folder: Path, name: str, side: Side) -> Limb:
+def stump_of(folder: Path, name: str, side: Side) -> Limb:
     mean = _soup(folder / f"{_OPENLIMB['mean']}.stl")
     unit = np.ptp(mean[..., 2]) / np.ptp(_soup(folder / "Mean_Skin_Shape.stl")[..., 2])
     soup = mean if name == "mean" else unit * _soup(folder / f"{_OPENLIMB[name]}.stl")[: len(mean)]

@@ -24,6 +24,7 @@ MADE_BY = {
     "skull": "tables",
     "sweep": "tables",
     "device_limbs": "devices",
+    "landmarks": "landmark_tables",
 }
 """Results whose name does not begin with that of the benchmark that has their page."""
 

@@ -143,6 +143,7 @@ def _carried_tree(carried: Carried) -> dict[str, Any]:
                 "name": one.landmark.name,
                 "sigma_mm": one.landmark.sigma_mm,
                 "carrying_sigma_mm": one.carrying_mm,
+                "sliding_sigma_mm": one.sliding_mm,
             }
             for one in carried.places
         ],

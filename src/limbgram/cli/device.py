@@ -54,7 +54,11 @@ def device_command(
     done = make(read, ask, folder)
     return Reply(
         (
-            *(f"Note: {with_full_stop(told(one, spoken()))}" for one in read.limb.notes),
+            *(
+                f"Note: {with_full_stop(told(one, spoken()))}"
+                for one in read.limb.notes
+                if one.code != "landmark.unconfirmed"  # `done` says which of them it goes by
+            ),
             *(told(one, spoken()) for one in done.said),
             *(f"Written: {path}" for path in done.written),
         ),

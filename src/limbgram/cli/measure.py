@@ -18,9 +18,10 @@ from limbgram.cli.shape_options import (
 from limbgram.core.errors import with_full_stop
 from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.interval import Interval, explained, plus_minus
-from limbgram.findings import told
+from limbgram.findings import Finding, told
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
 from limbgram.workbench.bodies import left_out
+from limbgram.workbench.frame.landmarks import unconfirmed
 from limbgram.workbench.limb import KIND_NAMED, Limb
 from limbgram.workbench.measures.along import AlongCentreline, along_tree
 from limbgram.workbench.measures.form import sheet_tree
@@ -78,7 +79,7 @@ def measure_command(
 
 def _lines(limb: Limb, measures: Measures) -> list[str]:
     return [
-        *(f"Note: {with_full_stop(told(note))}" for note in limb.notes),
+        *(f"Note: {with_full_stop(told(note))}" for note in _notes(limb, measures)),
         *(
             f"Note: {with_full_stop(told(one))}"
             for one in left_out(
@@ -107,6 +108,15 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
         ),
         *(_tape_line(check, measures.reference_mm) for check in measures.tape),
     ]
+
+
+def _notes(limb: Limb, measures: Measures) -> Iterator[Finding]:
+    """What was said of the limb; of landmarks that nobody confirmed, those that the table uses."""
+    ends = [name for one in measures.lengths for name in (one.start, one.end)]
+    said = unconfirmed(limb, [*ends, *([measures.reference] if measures.reference else [])])
+    if said is not None:
+        yield said
+    yield from (one for one in limb.notes if one.code != "landmark.unconfirmed")
 
 
 def _form_lines(form: MeasuringSheet) -> Iterator[str]:

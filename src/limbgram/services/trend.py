@@ -69,6 +69,11 @@ def trend(limbs: Sequence[Limb], ask: TrendRequest) -> SheetTrend:
         SheetVisit(day=day, sheet=measuring_sheet(limb, options))
         for day, limb in zip(ask.days, limbs, strict=True)
     ]
-    notes = [one for limb in limbs for one in limb.notes]
+    notes = [
+        *(one.sheet.doubt for one in visits if one.sheet.doubt is not None),
+        *(
+            one for limb in limbs for one in limb.notes if one.code != "landmark.unconfirmed"
+        ),  # a sheet says it of the landmarks that its figures go by
+    ]
     notes += [one for limb in limbs[1:] for one in at_odds(limbs[0], limb)]
     return follow_sheets(visits, tuple(dict.fromkeys(notes)))

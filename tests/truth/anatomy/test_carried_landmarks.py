@@ -10,6 +10,10 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb
+from limbgram.report.blocks import Table
+from limbgram.report.record.layout import record_report
+from limbgram.report.record.record import record_of
+from limbgram.report.record.sources import ShapeSource
 from limbgram.services.align import confirm, propose
 from limbgram.workbench.compare.carried_landmarks import Carried, carry_landmarks
 from limbgram.workbench.edits.cutting import keep_positive
@@ -23,6 +27,7 @@ from .conftest import MakeLimb
 
 LYING = Rigid.from_rotation_vector(np.array([0.4, -0.8, 0.3]), np.array([60.0, -20.0, 35.0]))
 """How today's scan lies to the marked one."""
+SIDES = "medial", "lateral"
 INSIDE = 2.448
 """Sigmas along both directions of a surface within which 95 of 100 lie."""
 
@@ -163,3 +168,50 @@ def test_nobody_takes_a_proposal_for_a_place_that_was_felt_for(marked: Limb) -> 
     # What nobody confirmed is not carried on, either.
     again = carry_landmarks(today(marked), proposed, "right")
     assert set(reasons(again).values()) == {"carried.unconfirmed"}
+
+
+def test_a_limb_whose_parts_stayed_as_they_were_is_told_surely(marked: Limb) -> None:
+    """Growth alone: no part moves beside the rest, so that even a plain shank tells its places."""
+    size = 1.02
+    grown = replace(
+        marked,
+        mesh=marked.mesh.with_vertices(size * marked.mesh.vertices_mm),
+        landmarks=tuple(
+            replace(mark, position_mm=size * mark.position_mm) for mark in marked.landmarks
+        ),
+    )
+    found = carry_landmarks(today(grown), marked, "right")
+    off_mm = errors_mm(found, grown)
+    stated = {one.landmark.name: one.carrying_mm for one in found.places}
+    assert all(off_mm[name] < INSIDE * sigma for name, sigma in stated.items())
+    assert max(stated.values()) < 0.5
+
+
+def test_skin_that_may_slide_is_stated_apart_and_beside_turned_joints_alone(marked: Limb) -> None:
+    turned = do_edit(marked, Repose(joint="ankle", by_deg=5.0))
+    found = carry_landmarks(today(turned), marked, "right")
+    slid = {one.landmark.name: one.sliding_mm for one in found.places if one.sliding_mm > 0}
+    assert set(slid) == {"medial malleolus", "lateral malleolus"}
+    size_mm = float(np.sqrt(marked.mesh.area_mm2()))
+    for mm in slid.values():  # 3 % of the size for a radian; parts turn about as far as the joint
+        assert 0.7 < mm / (0.03 * size_mm * np.radians(5.0)) < 1.5
+    for one in found.places:
+        whole = np.hypot(one.carrying_mm, one.sliding_mm)  # the marked ones lie exactly
+        assert one.landmark.sigma_mm == pytest.approx(whole)
+
+
+def test_the_record_s_sheet_names_what_each_figure_goes_by_unconfirmed(marked: Limb) -> None:
+    marks = tuple(replace(one, confirmed=one.name != "navicular") for one in marked.landmarks)
+    assert isinstance(marked, AlignedLimb)
+    under = 0.5 * sum(marked.landmark(f"{one} malleolus").position_mm for one in SIDES)
+    stood = Rigid(np.eye(3), -under * np.array([1.0, 1.0, 0.0]))
+    limb = marked.with_frame(replace(marked.frame, limb_from_mesh=stood))
+    limb = replace(limb, landmarks=marks)
+    source = ShapeSource(limb=limb, sha256=64 * "a", kind="PLY", limb_file_sha256=None)
+    record = record_of(source)
+    report = record_report(record.content, record.pictures)
+    (section,) = (one for one in report.sections if one.title == "Measuring sheet")
+    (table,) = (one for one in section.blocks if isinstance(one, Table))
+    said = {row[0]: row[-1] for row in table.rows}
+    assert said["Height of the navicular"] == "navicular"
+    assert said["Height of the lateral malleolus"] == ""

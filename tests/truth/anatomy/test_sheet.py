@@ -569,3 +569,19 @@ def test_both_halves_are_the_whole_section_on_bodies(trunk_of: MakeLimb, body: s
     x, y, z = (upright @ np.mean(waist, axis=0)).tolist()
     area_mm2_of_it = area_mm2(level_at(turned_mesh, z, (x, y))).value
     assert right + left == pytest.approx(area_mm2_of_it / 100, rel=1e-9)
+
+
+def test_a_figure_names_the_unconfirmed_landmarks_that_it_goes_by(foot_of: MakeLimb) -> None:
+    limb = foot_of()
+    proposed = {"navicular", "tibial crest"}
+    marks = tuple(replace(one, confirmed=one.name not in proposed) for one in limb.landmarks)
+    sheet = only(
+        replace(limb, landmarks=marks), "navicular_height_mm", "fibula_head_height_mm", "ankle_deg"
+    )
+    said = {row.name: row.doubt and row.doubt.values["names"] for row in sheet.rows}
+    assert said["navicular_height_mm"] == ("navicular",)
+    assert said["fibula_head_height_mm"] is None
+    assert said["ankle_deg"] is None
+    assert sheet.doubt is not None
+    assert sheet.doubt.values["names"] == ("navicular",)  # nothing goes by the crest
+    assert only(replace(limb, landmarks=marks), "ankle_deg").doubt is None

@@ -13,7 +13,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import HOLDS
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import value_of
-from limbgram.findings import note, told
+from limbgram.findings import doubt, note, told
 from limbgram.report.html import html_of
 from limbgram.report.record.bias import biases
 from limbgram.report.record.layout import badge, measure_rows, record_report
@@ -324,3 +324,35 @@ def test_a_wall_s_thickness_and_inside_are_in_the_record() -> None:
     assert "Measures of the inside by level" in page
     assert "Of the OUTSIDE of the wall" in page
     assert "mm thick where it is thinnest" in page
+
+
+def test_a_landmark_that_nobody_confirmed_is_named_in_table_advice_and_sheet() -> None:
+    limb = cylinder()
+    crest, scar = limb.landmarks
+    open_marks = (
+        replace(crest, confirmed=False, placed="proposed"),
+        replace(scar, confirmed=False),
+    )
+    read = replace(
+        limb,
+        landmarks=open_marks,
+        notes=(doubt("landmark.unconfirmed", names=(crest.name, scar.name)),),
+    )
+    record = record_of(source(read))
+    said = [one for one in record.content.findings if one.code == "landmark.unconfirmed"]
+    assert [one.values["names"] for one in said] == [("tibial crest", "own landmark 1")]
+    assert [one.confirmed for one in record.content.landmarks] == [False, False]
+    report = record_report(record.content, record.pictures)
+    paper = " ".join(one.words for one in papers_of(report))
+    for words_of in (" ".join(html_of(report).split()), paper):
+        assert words_of.count("tibial crest (proposed, not confirmed)") == 1
+        assert words_of.count("own landmark 1 (proposed, not confirmed)") == 1
+        assert "Proposed, and confirmed by nobody: tibial crest" in words_of
+        assert "Anna" not in words_of
+
+
+def test_confirmed_landmarks_are_not_doubted() -> None:
+    record = record_of(source(cylinder()))
+    assert all(one.confirmed for one in record.content.landmarks)
+    page = html_of(record_report(record.content, record.pictures))
+    assert "not confirmed" not in page

@@ -31,6 +31,8 @@ class Mark:
 
     name: str
     in_limb_mm: tuple[float, ...]
+    confirmed: bool = True
+    """False of a proposal that nobody has looked at."""
 
 
 @dataclass(frozen=True, kw_only=True)

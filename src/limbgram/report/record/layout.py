@@ -135,22 +135,30 @@ def _measures(content: Content) -> Section:
 def _sheet(content: Content) -> Iterator[Section]:
     """The form of the kind of limb; what was not marked is not listed."""
     rows = [] if content.sheet is None else content.sheet["rows"]
+    known = [row for row in rows if row["value"] is not None]
+    doubted = any(row["doubt"] for row in known)
     filled = tuple(
         (
             row["words"]["en"] + (f" ({row['formula']})" if row["formula"] else ""),
             f"{row['value']:.1f}",
             plus_minus(row["sigma"] and Interval.of_sigma(row["sigma"]), 1),
             row["unit"],
+            *((_unconfirmed(row),) if doubted else ()),
         )
-        for row in rows
-        if row["value"] is not None
+        for row in known
     )
     if filled:
+        heads = (*SHEET_HEADS, *(("goes by, not confirmed",) if doubted else ()))
         yield Section(
             title="Measuring sheet",
-            blocks=(Table(heads=SHEET_HEADS, rows=filled, shorten="cut"),),
+            blocks=(Table(heads=heads, rows=filled, shorten="cut"),),
             sheet=1,
         )
+
+
+def _unconfirmed(row: Json) -> str:
+    """The landmarks that a figure goes by and that nobody has confirmed."""
+    return "" if row["doubt"] is None else ", ".join(row["doubt"]["values"]["names"])
 
 
 def _to_sign(content: Content) -> Section:
@@ -310,7 +318,11 @@ def measure_note(content: Content) -> str:
 
 def landmark_rows(content: Content) -> list[Row]:
     return [
-        (str(number), mark.name, *(f"{value:+z.1f}" for value in mark.in_limb_mm))
+        (
+            str(number),
+            mark.name + ("" if mark.confirmed else " (proposed, not confirmed)"),
+            *(f"{value:+z.1f}" for value in mark.in_limb_mm),
+        )
         for number, mark in enumerate(content.landmarks, start=1)
     ]
 

@@ -136,7 +136,11 @@ def record_of(
         sheet=_sheet(measures.limb),
         inside=None if inside is None else measures_tree(inside),
         landmarks=tuple(
-            Mark(name=mark.name, in_limb_mm=tuple(mark.position_mm.tolist()))
+            Mark(
+                name=mark.name,
+                in_limb_mm=tuple(mark.position_mm.tolist()),
+                confirmed=mark.confirmed,
+            )
             for mark in limb.landmarks
         ),
         comparison=None if compared is None else comparison_tree(compared),

@@ -137,7 +137,11 @@ def nameless(source: ShapeSource, printed: Mapping[str, str]) -> ShapeSource:
             landmarks=tuple(
                 replace(mark, name=printed.get(mark.name, mark.name)) for mark in limb.landmarks
             ),
-            notes=tuple(_without(note, limb.name, source.id) for note in limb.notes),
+            notes=tuple(
+                _without(note, limb.name, source.id)
+                for note in limb.notes
+                if note.code != "landmark.unconfirmed"  # the record says it of its own landmarks
+            ),
         ),
     )
 

@@ -5,8 +5,9 @@ Out     for each landmark that today's limb lacks a proposal with its error, or 
 Method  The marked surface is laid on today's as a whole (`registration.py`). About each landmark an
         ever smaller part of it may then turn, shift and grow a little more, as a joint that is held
         otherwise or a lost volume asks for; a Gaussian prior holds these seven motions, and its
-        posterior is the next part's prior, widened by what that part may move by itself. Patches of
-        a surface err alike, so that their number counts, not that of the samples. What the shape
+        posterior is the next part's prior, widened by what that part may move by itself: assumed,
+        and scaled by what the parts of this limb are seen to move, the near ones above all. Patches
+        of a surface err alike, so that their number counts, not that of the samples. What the shape
         does not tell stays as wide as the prior: on a plain shank a place errs along it by
         millimetres, on a toe by tenths.
 Fails   MeasureError: another kind, another side, or surfaces that are hardly one limb.
@@ -53,8 +54,15 @@ _PARTS = (
     _Part(reach=0.25, turn_deg=3.0, shift=0.01, growth=0.02),
     _Part(reach=0.11, turn_deg=2.0, shift=0.004, growth=0.02),
 )
+_SHIFTS = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0])
+"""Which of the seven motions are shifts."""
+_SMALLER_SHIFT = 0.0023
+"""What still smaller parts shift by themselves, which no surface tells: as in `_PARTS` it goes with
+their reach, so that those of a half, a quarter and so on of the smallest add up to this."""
 _SAMPLES = 20_000
 """Places on the marked surface: 300 within the smallest part."""
+_PLACES = 800
+"""Of a part: more of them tell no more, as their patches err alike."""
 _MOST_ROUNDS = 12
 _STILL_MM = 1e-3
 _PATCH = 0.5
@@ -70,11 +78,16 @@ _FEWEST_PARTS = 16
 """Parts that tell how much those of a limb move."""
 _LEAST_TOLD = 3.0
 """Motions that the surface must have told, of those parts together."""
-_SCALES = 0.25, 3.0
-"""Within these, a limb says how much its parts move."""
+_NEAR = 1.0
+"""So far from a part, in reaches, the others count for how much it moves."""
+_OF_ALL = 3.0
+"""As many parts' weight all of them together have in that."""
+_SCALES = 0.05, 3.0
+"""Within these, a limb says how much its parts move: heads and thighs 0.04 to 0.15 of what is
+assumed of large parts, 0.2 to 0.4 of small ones."""
 _SKIN = 0.03
 """Skin about a bone that stays slides by so much of the size for a radian that a joint turns:
-12 mm on a man's foot, assumed."""
+12 mm on a man's foot. Assumed: no scan at hand tells how far the skin goes over a malleolus."""
 _ALIEN = frozenset({"compare.pose.rival", "compare.shape.mirrored", "compare.shape.far"})
 """What the registration says where the surfaces are hardly one limb, or lie as nobody knows."""
 
@@ -84,9 +97,12 @@ class CarriedPlace:
     """A landmark on today's limb, as the marked one tells it."""
 
     landmark: Landmark
-    """Not confirmed; its sigma holds what the marked one errs by and what the carrying adds."""
+    """Not confirmed; its sigma holds what the marked one errs by, and both figures below."""
     carrying_mm: float
-    """What the carrying alone adds: one standard deviation in each direction along the surface."""
+    """What the shape leaves open: one standard deviation in each direction along the surface.
+    `benchmarks/landmarks.py` holds it against places of the skin that are known."""
+    sliding_mm: float = 0.0
+    """An allowance for skin that slides over the bone beside a turned joint: the same, assumed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -253,16 +269,20 @@ class _Carrier:
         spread = self.samples_mm[:: max(len(self.samples_mm) // _FEWEST_PARTS, 1)]
         beside = spread[: max(_FEWEST_PARTS - len(marks_mm), 0)]
         fits = [_Fit.laid(at, pose) for at in (*marks_mm, *beside)]
+        scales = np.ones((len(fits), 7))
         for part in _PARTS:
             own = self._own(part)
             found = [self._fitted(fit, part, own) for fit in fits]
-            there = [one for one in found if one.share >= _LEAST_SHARE]
-            scale = _scale_of(there)
+            scales = _scales_of(found, part.reach * self.size_mm)
             fits = [
                 _with_prior(fit, start, start.covariance + own * np.outer(scale, scale))
-                for fit, start in zip(found, fits, strict=True)
+                for fit, start, scale in zip(found, fits, scales, strict=True)
             ]
-        return fits[: len(marks_mm)]
+        smaller_mm = _SMALLER_SHIFT * self.size_mm * scales[: len(marks_mm), 3]
+        return [
+            replace(fit, covariance=fit.covariance + np.diag(one_mm**2 * _SHIFTS))
+            for fit, one_mm in zip(fits, smaller_mm, strict=False)
+        ]
 
     def _own(self, part: _Part) -> Float64[np.ndarray, "7 7"]:
         """Covariance of what a part may move by itself."""
@@ -278,8 +298,7 @@ class _Carrier:
         if not self.marked.counterparts(mark.position_mm[None]).measured[0]:
             return note("carried.marked_unmeasured")
         found = self.ground.counterparts(fit.at_mm[None])
-        along_mm = _along(fit.covariance[3:6, 3:6], found.smooth_normals[0])
-        carrying_mm = float(np.hypot(along_mm, sliding_mm))
+        carrying_mm = _along(fit.covariance[3:6, 3:6], found.smooth_normals[0])
         reason = self._against(found, fit, carrying_mm)
         if reason is not None:
             return reason
@@ -288,10 +307,11 @@ class _Carrier:
                 name=mark.name,
                 position_mm=found.points_mm[0],
                 placed="proposed",
-                sigma_mm=float(np.hypot(carrying_mm, placing.of(mark))),
+                sigma_mm=float(np.hypot(np.hypot(carrying_mm, sliding_mm), placing.of(mark))),
                 confirmed=False,
             ),
             carrying_mm=carrying_mm,
+            sliding_mm=sliding_mm,
         )
 
     def _against(self, found: Counterparts, fit: _Fit, carrying_mm: float) -> Finding | None:
@@ -314,7 +334,9 @@ class _Carrier:
         reach_mm = part.reach * self.size_mm
         arms = self.samples_mm - start.mark_mm
         away = np.linalg.norm(arms, axis=1) / reach_mm
-        arms, bell = arms[away < 1], (1 - away[away < 1] ** 2) ** 2
+        arms, away = arms[away < 1], away[away < 1]
+        thin = max(len(arms) // _PLACES, 1)
+        arms, bell = arms[::thin], (1 - away[::thin] ** 2) ** 2
         prior = start.covariance + own
         held = np.linalg.inv(prior)
         fit = replace(start, motion=np.zeros(7), prior=prior, covariance=prior)
@@ -346,21 +368,32 @@ class _Carrier:
         return fit
 
 
-def _scale_of(fits: Sequence[_Fit]) -> Float64[np.ndarray, " 7"]:
-    """How much more or less the parts of this limb moved than assumed: by turn, shift and growth.
+def _scales_of(fits: Sequence[_Fit], reach_mm: float) -> Float64[np.ndarray, "n 7"]:
+    """How much more or less each part moved than assumed: by turn, shift and growth.
 
-    What the surface told of a motion, over what it would have told of one as large as assumed.
+    What the surface told of a motion, over what it would have told of one as large as assumed: of
+    the parts near by, as a joint turns only what lies beside it, and with the weight of a few
+    parts of all of them.
     """
-    scale = np.ones(7)
+    there = np.array([one.share >= _LEAST_SHARE for one in fits])
+    scales = np.ones((len(fits), 7))
+    if not there.any():
+        return scales
+    usual = np.stack([np.diag(one.prior) for one in fits])[there]
+    moved = np.stack([one.motion for one in fits])[there] ** 2 / usual
+    told = 1 - np.stack([np.diag(one.covariance) for one in fits])[there] / usual
+    places = np.stack([one.mark_mm for one in fits])
+    apart = np.linalg.norm(places[:, None] - places[None, there], axis=2)
+    near = np.exp(-((apart / (_NEAR * reach_mm)) ** 2))
     for group in (slice(0, 3), slice(3, 6), slice(6, 7)):
-        moved = told = 0.0
-        for fit in fits:
-            usual = np.diag(fit.prior)[group]
-            moved += float(np.sum(fit.motion[group] ** 2 / usual))
-            told += float(np.sum(1 - np.diag(fit.covariance)[group] / usual))
-        if told > _LEAST_TOLD:
-            scale[group] = np.clip(np.sqrt(moved / told), *_SCALES)
-    return scale
+        own_moved, own_told = moved[:, group].sum(1), told[:, group].sum(1)
+        if own_told.sum() < _LEAST_TOLD:
+            continue
+        whole = own_moved.sum() / own_told.sum()
+        share = _OF_ALL * own_told.mean()
+        local = (near @ own_moved + share * whole) / (near @ own_told + share)
+        scales[:, group] = np.clip(np.sqrt(local), *_SCALES)[:, None]
+    return scales
 
 
 def _with_prior(fit: _Fit, start: _Fit, prior: Float64[np.ndarray, "7 7"]) -> _Fit:

@@ -1,4 +1,7 @@
-"""What each landmark of a kind of limb serves, for those who choose which to mark."""
+"""What each landmark of a kind of limb serves, for those who choose which to mark.
+
+And which of them an edit or a device goes by, for what is said of those that nobody confirmed.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
@@ -6,6 +9,7 @@ from typing import Any, Literal, get_args
 
 from limbgram.workbench.anatomy.kind import Kind
 from limbgram.workbench.devices.device import devices
+from limbgram.workbench.recipe.recipe import Recipe
 
 Use = Literal["axes", "sheet", "joint", "device", "no pressure", "build-up"]
 USES: tuple[Use, ...] = get_args(Use)
@@ -30,6 +34,17 @@ def uses_of(kind: Kind) -> Mapping[str, tuple[Use, ...]]:
         place.identity: tuple(use for use in USES if place.identity in serving[use])
         for place in kind.places
     }
+
+
+def landmarks_of_edits(recipe: Recipe, kind: Kind) -> frozenset[str]:
+    """Names that the edits which are on go by: of places, and of the joints that they turn.
+
+    Among them may be words that name no landmark.
+    """
+    done = [one.edit for one in recipe.entries if one.on]
+    said = {word for edit in done for word in _words(edit)}
+    joints = tuple(one for one in kind.joints if one.name in said)
+    return frozenset(said | _named_in(joints, kind))
 
 
 def _named_in(what: Any, kind: Kind) -> set[str]:

@@ -38,6 +38,7 @@ from limbgram.workbench.devices.device import (
     devices,
 )
 from limbgram.workbench.devices.fittings import Part, fitted, hole, imported
+from limbgram.workbench.devices.landmark_uses import landmarks_of_edits
 from limbgram.workbench.devices.layout import Covered, Gap, Opening, Rib, cover
 from limbgram.workbench.devices.lettering import lettering
 from limbgram.workbench.devices.proof import Wall, measure_wall, require_solid
@@ -58,7 +59,7 @@ from limbgram.workbench.devices.trims import (
 )
 from limbgram.workbench.edits.closing import enclosure
 from limbgram.workbench.frame.landmarks import unconfirmed
-from limbgram.workbench.limb import Limb, likeliest
+from limbgram.workbench.limb import KIND_NAMED, Limb, likeliest
 from limbgram.workbench.measures.geodesic import shortest_path
 from limbgram.workbench.recipe.recipe import Recipe, replay
 
@@ -267,7 +268,7 @@ def _previewed(
         thinnest_mm=thinnest_mm,
         thinnest_point_mm=thinnest_point_mm,
         findings=(
-            *_of_landmarks(positive),
+            *_of_landmarks(positive, device, order),
             *_widths(body, device, values),
             *(
                 note("device.zone", place=one.at, add_mm=one.add_mm, reach_mm=one.reach_mm)
@@ -280,8 +281,12 @@ def _previewed(
     )
 
 
-def _of_landmarks(limb: Limb) -> tuple[Finding, ...]:
-    said = unconfirmed(limb)
+def _of_landmarks(limb: Limb, device: Device, order: Order) -> tuple[Finding, ...]:
+    """Those that the edges, what is fitted, ordered zones and the recipe's edits go by."""
+    edited = landmarks_of_edits(order.recipe, KIND_NAMED[device.kind])
+    lettered = (device.label.at.at, device.label.at.towards) if order.lettering else ()
+    zones = [one.at for one in order.zones]
+    said = unconfirmed(limb, {*device.landmarks, *zones, *lettered, *edited})
     return () if said is None else (said,)
 
 

@@ -4,7 +4,7 @@ What a name means, in any language, `kinds/names` tells. A name that no kind kno
 it does not turn the limb. A limb's mesh is put in its limb frame, and back, here too.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from types import MappingProxyType
@@ -16,7 +16,7 @@ from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, doubt
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Place
-from limbgram.workbench.anatomy.names import known_identity, named, names_of, words_of
+from limbgram.workbench.anatomy.names import identity_of, known_identity, named, names_of, words_of
 from limbgram.workbench.limb import KINDS, AnyLimb, KindName, Landmark, Limb, likeliest
 
 ALIKE = 0.8
@@ -89,9 +89,18 @@ def with_landmarks(
     return replace(limb, landmarks=kept + snapped)
 
 
-def unconfirmed(limb: Limb) -> Finding | None:
-    """What is said of all that is made of a limb with proposals that nobody has looked at."""
-    names = tuple(mark.name for mark in limb.landmarks if not mark.confirmed)
+def unconfirmed(limb: Limb, used: Iterable[str] | None = None) -> Finding | None:
+    """What is said of all that is made by landmarks that nobody has looked at.
+
+    Args:
+        used: Names of the landmarks that it goes by; None for all of the limb's.
+    """
+    meant = None if used is None else {identity_of(name) for name in used}
+    names = tuple(
+        mark.name
+        for mark in limb.landmarks
+        if not mark.confirmed and (meant is None or identity_of(mark.name) in meant)
+    )
     return doubt("landmark.unconfirmed", names=names) if names else None
 
 

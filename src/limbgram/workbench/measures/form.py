@@ -27,4 +27,5 @@ def _row(row: SheetRow) -> dict[str, Any]:
         "sigma_of_placing": row.placing_sigma,
         "formula": row.formula,
         "reason": None if row.reason is None else as_json(row.reason),
+        "doubt": None if row.doubt is None else as_json(row.doubt),
     }

@@ -98,6 +98,10 @@ class SheetRow:
     """What of its sigma comes of how landmarks were placed."""
     reason: Finding | None
     """Why it has no answer."""
+    places: tuple[str, ...] = ()
+    """Identities of the landmarks that it goes by."""
+    doubt: Finding | None = None
+    """Those of them that were proposed and that nobody has confirmed."""
 
     @property
     def unit(self) -> str:
@@ -113,7 +117,7 @@ class MeasuringSheet:
     shape: str
     rows: tuple[SheetRow, ...]
     doubt: Finding | None = None
-    """Landmarks that were proposed and that nobody has confirmed."""
+    """Landmarks that a figure goes by, that were proposed and that nobody has confirmed."""
 
     __repr__ = brief
 
@@ -141,7 +145,7 @@ class MeasuringSheet:
 
     def said_of(self, row: SheetRow) -> Finding | None:
         """Why a figure has no answer, or why one that hangs on landmarks is not to be relied on."""
-        return row.reason or (self.doubt if row.placing_sigma else None)
+        return row.reason or row.doubt
 
     def to_frame(self) -> Any:
         """A pandas.DataFrame with a row for each figure.
@@ -203,13 +207,14 @@ def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSh
     for item in anatomy.kind.sheet:
         if wanted and item.name not in wanted:
             continue
-        found[item.name] = _row(_Filling(subject, options, found, heads), item)
+        row = _row(_Filling(subject, options, found, heads), item)
+        found[item.name] = replace(row, doubt=unconfirmed(limb, row.places))
     return MeasuringSheet(
         kind=anatomy.kind.name,
         side=limb.side,
         shape=limb.name,
         rows=tuple(found.values()),
-        doubt=unconfirmed(limb),
+        doubt=unconfirmed(limb, {name for row in found.values() for name in row.places}),
     )
 
 
@@ -226,35 +231,51 @@ class _Filling:
 
 
 def _row(filling: _Filling, item: AnyItem) -> SheetRow:
-    figure, placing, reason = None, None, None
+    found, reason = None, None
     try:
-        figure, placing = _measured(filling, item)
+        found = _measured(filling, item)
     except MeasureError as error:
         reason = error.finding
     return SheetRow(
         name=item.name,
         words=item.words,
         formula=item.note,
-        figure=figure,
-        placing_sigma=placing,
+        figure=None if found is None else found.figure,
+        placing_sigma=None if found is None else found.placing_sigma,
         reason=reason,
+        places=() if found is None else found.places,
     )
 
 
-def _measured(filling: _Filling, item: AnyItem) -> tuple[Figure, float | None]:
+@dataclass(frozen=True, kw_only=True)
+class _Measured:
+    """A figure, and what landmarks have to do with it."""
+
+    figure: Figure
+    placing_sigma: float | None = None
+    places: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, subject: Subject, sensed: Sensed) -> "_Measured":
+        figure, placing = subject.figure(sensed)
+        return cls(figure=figure, placing_sigma=placing, places=tuple(sensed.by_place))
+
+
+def _measured(filling: _Filling, item: AnyItem) -> _Measured:
     subject = filling.subject
     match item:
         case Angle():
             pitch_mm = filling.options.shoe_heel_mm - filling.options.shoe_sole_mm
-            return subject.figure(_angle(subject, item, pitch_mm))
+            return _Measured.of(subject, _angle(subject, item, pitch_mm))
         case Distance():
-            return subject.figure(_by_landmarks(subject, lambda one: _distance_mm(one, item)))
+            found = _by_landmarks(subject, lambda one: _distance_mm(one, item))
+            return _Measured.of(subject, found)
         case Share():
             return _share(filling.rows[item.part], filling.rows[item.whole])
         case Extent():
-            return subject.figure(_extent(subject, item))
+            return _Measured.of(subject, _extent(subject, item))
         case Section():
-            return subject.figure(_section(subject, item))
+            return _Measured.of(subject, _section(subject, item))
         case Extreme():
             return _extreme(subject, item)
         case Cranial():
@@ -262,7 +283,7 @@ def _measured(filling: _Filling, item: AnyItem) -> tuple[Figure, float | None]:
                 filling.heads.update(cranial_figures(subject))
             if item.what not in filling.heads:
                 require_whole(subject)
-            return subject.figure(filling.heads[item.what])
+            return _Measured.of(subject, filling.heads[item.what])
 
 
 def _by_landmarks(subject: Subject, what: Callable[[Anatomy], float]) -> Sensed:
@@ -303,14 +324,15 @@ def _distance_mm(anatomy: Anatomy, item: Distance) -> float:
     return float(way @ anatomy.axis(item.along).direction)
 
 
-def _share(part: SheetRow, whole: SheetRow) -> tuple[Figure, float | None]:
+def _share(part: SheetRow, whole: SheetRow) -> _Measured:
     """One over the other; their errors count as independent, which widens the interval."""
     above, below = _figure_of(part), _figure_of(whole)
     value = 100 * above.value / below.value
+    places = tuple(dict.fromkeys((*part.places, *whole.places)))
     if above.sigma is None or below.sigma is None:
-        return Figure(value, None), None
+        return _Measured(figure=Figure(value, None), places=places)
     spread = math.hypot(100 * above.sigma, value * below.sigma) / abs(below.value)
-    return Figure(value, spread), None
+    return _Measured(figure=Figure(value, spread), places=places)
 
 
 def _figure_of(row: SheetRow) -> Figure:
@@ -449,16 +471,25 @@ _OF_SECTION: Mapping[str, Callable[[Level], Sloped]] = {
 }
 
 
-def _extreme(subject: Subject, item: Extreme) -> tuple[Figure, float | None]:
+def _extreme(subject: Subject, item: Extreme) -> _Measured:
     """The largest or smallest girth between two places, or its height.
 
     There a girth does not change with its height, so that only the surface's errors and those of
-    the direction count.
+    the direction count; but landmarks say between which heights it is looked for.
     """
     found = _Extremum.of(subject, item)
     if item.height_from is not None:
-        return subject.figure(found.height(subject, item, item.height_from))
-    return found.turned.figure(found.level, tape_mm(found.level)), None
+        return _Measured.of(subject, found.height(subject, item, item.height_from))
+    slopes = subject.slopes(lambda one: _ends_mm(one, item))
+    return _Measured(
+        figure=found.turned.figure(found.level, tape_mm(found.level)), places=tuple(slopes)
+    )
+
+
+def _ends_mm(anatomy: Anatomy, item: Extreme) -> Float64[np.ndarray, " 2"]:
+    """Between which heights it is looked for."""
+    up = anatomy.axis(item.normal).direction
+    return np.array([up @ anatomy.at(end, item.en) for end in item.between])
 
 
 @dataclass(frozen=True)

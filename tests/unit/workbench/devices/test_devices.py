@@ -21,6 +21,7 @@ from limbgram.workbench.devices.device import devices
 from limbgram.workbench.devices.making import Order, make_device, preview_device
 from limbgram.workbench.devices.proof import require_solid
 from limbgram.workbench.edits.offset import Offset
+from limbgram.workbench.edits.repose import Repose
 from limbgram.workbench.edits.roll import Roll
 from limbgram.workbench.limb import KINDS, Landmark, Limb
 from limbgram.workbench.recipe.recipe import Entry, Recipe
@@ -380,3 +381,26 @@ def test_a_landmark_on_the_wrong_side_is_refused(bodies: dict[str, Limb]) -> Non
             "device.wrong_side",
             "Solid ankle-foot orthosis",
         )
+
+
+def test_of_unconfirmed_landmarks_a_device_names_those_that_it_goes_by(
+    bodies: dict[str, Limb],
+) -> None:
+    foot = bodies["foot"]
+    every = {one.name for one in foot.landmarks}
+
+    def named(*open_names: str, turn: bool = False) -> set[str]:
+        marks = tuple(replace(one, confirmed=one.name not in open_names) for one in foot.landmarks)
+        edits = (Entry(edit=Repose(joint="ankle", by_deg=1.0)),) if turn else ()
+        order = Order(device=QUICK, recipe=Recipe(name="", entries=edits))
+        said = preview_device(replace(foot, landmarks=marks), order).findings
+        found = [one.values["names"] for one in said if one.code == "landmark.unconfirmed"]
+        assert len(found) <= 1
+        return {name for names in found if isinstance(names, tuple) for name in map(str, names)}
+
+    uses = every & set(DEVICES[QUICK].landmarks)
+    assert "heel" in uses
+    assert "medial malleolus" in every - uses
+    assert named(*every) == uses
+    assert named(*(every - uses)) == set()
+    assert {"medial malleolus", "lateral malleolus"} <= named(*every, turn=True)
