@@ -9,7 +9,7 @@ Method  Turns and shifts, each alike in all directions, of the likeliest spread.
         more than a sway.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -69,38 +69,16 @@ def swaying(
     rest = found.rest
     if max(chance, rest.chance) > FALSE_ALARM:
         return None
-    lens = found.left.lens
-    moved = np.zeros((len(found.left.right), found.columns.shape[1]))
-    moved[found.left.motion] = found.columns
-    free = Quadratic(found.left.normal, found.left.right).without(moved)
-    by_lens = likeliest(Quadratic(free.normal[lens, lens], free.right[lens]), USUAL, MOST)
-    wide = left_of(evidence, np.minimum(MANY_TIMES * found.left.spread, MOST))
-    again = sway_of(evidence, found, wide, floor)
     seen = found.left.only(found.left.motion).without(found.columns)
-    firm = seen.without(_motions_of(~evidence.firm))
-    drawn = np.tile(np.repeat(by_motion.spread, MOVE // 2), found.left.photos)
-    covariance = np.linalg.inv(seen.normal + np.diag(1.0 / drawn**2))
-    motions = (covariance @ seen.right).reshape(-1, MOVE)
+    motions, covariance = _likeliest_motions(seen, by_motion)
     sizes = [
         motion_size(motions[k], covariance[rows, rows], evidence.radius)
         for k in (np.flatnonzero(evidence.firm) if evidence.firm.any() else range(len(motions)))
         for rows in [slice(MOVE * k, MOVE * (k + 1))]
     ]
     largest = max(sizes, key=lambda one: one.low)
-    failed: list[Rule] = []
-    if by_motion.gain - by_lens.gain < CLEARLY:
-        failed.append("lens")
-    own = evidence.deviations
-    if not evidence.by_boards or (own and instead(*own).over_lenses < CLEARLY):
-        failed.append("model")
-    if largest.low < floor:
-        failed.append("size")
-    if chi_square_tail(_sway_in(evidence, firm, floor).gain, 2) > FALSE_ALARM:
-        failed.append("few points")
-    if not _sways_without_any(evidence, firm, floor):
-        failed.append("one photo")
-    if chi_square_tail(again.gain, 2) > FALSE_ALARM:
-        failed.append("lenses of photos")
+    small = largest.low < floor
+    failed = tuple(_failed(evidence, found, by_motion, seen, floor, small, instead))
     told = Explanation(
         bodies=bodies,
         kind="sway",
@@ -113,10 +91,56 @@ def swaying(
         high=largest.high,
         variance_before=rest.variance,
         variance_after=1.0,
-        failed=tuple(failed),
+        failed=failed,
         floor=floor,
     )
     return Sway(told, motions)
+
+
+def _likeliest_motions(
+    seen: Quadratic, sway: Likeliest
+) -> tuple[Float64[np.ndarray, "n 6"], Float64[np.ndarray, "k k"]]:
+    """Of each photo where they are of this spread, and the covariance of all."""
+    drawn = np.tile(np.repeat(sway.spread, MOVE // 2), len(seen.right) // MOVE)
+    covariance = np.linalg.inv(seen.normal + np.diag(1.0 / drawn**2))
+    return (covariance @ seen.right).reshape(-1, MOVE), covariance
+
+
+def _failed(
+    evidence: Evidence,
+    found: Found,
+    sway: Likeliest,
+    seen: Quadratic,
+    floor: float,
+    small: bool,
+    instead: Callable[..., Instead],
+) -> Iterator[Rule]:
+    """What a sway fails of.
+
+    Args:
+        seen: Of the motions, without those that were found.
+        small: Whether even its largest motion may be below what matters.
+    """
+    lens = found.left.lens
+    moved = np.zeros((len(found.left.right), found.columns.shape[1]))
+    moved[found.left.motion] = found.columns
+    free = Quadratic(found.left.normal, found.left.right).without(moved)
+    by_lens = likeliest(Quadratic(free.normal[lens, lens], free.right[lens]), USUAL, MOST)
+    if sway.gain - by_lens.gain < CLEARLY:
+        yield "lens"
+    own = evidence.deviations
+    if not evidence.by_boards or (own and instead(*own).over_lenses < CLEARLY):
+        yield "model"
+    if small:
+        yield "size"
+    firm = seen.without(_motions_of(~evidence.firm))
+    if chi_square_tail(_sway_in(evidence, firm, floor).gain, 2) > FALSE_ALARM:
+        yield "few points"
+    if not _sways_without_any(evidence, firm, floor):
+        yield "one photo"
+    wide = left_of(evidence, np.minimum(MANY_TIMES * found.left.spread, MOST))
+    if chi_square_tail(sway_of(evidence, found, wide, floor).gain, 2) > FALSE_ALARM:
+        yield "lenses of photos"
 
 
 def sway_of(evidence: Evidence, found: Found, left: Left, floor: float) -> Likeliest:
