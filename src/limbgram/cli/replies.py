@@ -15,6 +15,7 @@ from typing import Any, ParamSpec, cast, get_args
 import typer
 from rich.console import Console
 from rich.text import Text
+from typer.models import OptionInfo
 
 from limbgram.core.errors import (
     RED_EXIT_CODE,
@@ -108,13 +109,19 @@ def _require_measures(options: Mapping[str, object], command: Callable[..., obje
     for name, value in options.items():
         for number in cast(list[object], value) if isinstance(value, list) else [value]:
             if isinstance(number, float) and number and not _SMALLEST <= abs(number) <= _LARGEST:
-                raise OptionsError("options.no_measure", option=_flag(command, name), number=number)
+                raise OptionsError(
+                    "options.no_measure", option=_flag(command, name), number=f"{number:g}"
+                )
 
 
 def _flag(command: Callable[..., object], name: str) -> str:
-    """What the command line calls a parameter, without the two dashes."""
+    """What the command line calls a parameter, without the two dashes.
+
+    Beside a type, typer keeps the first name of an option as its default.
+    """
     beside = get_args(inspect.signature(command).parameters[name].annotation)[1:]
-    flags = [flag for one in beside for flag in getattr(one, "param_decls", None) or ()]
+    options = [one for one in beside if isinstance(one, OptionInfo)]
+    flags = [str(flag) for one in options for flag in (one.default, *(one.param_decls or ()))]
     long = (flag[2:] for flag in flags if flag.startswith("--"))
     return next(long, name.replace("_", "-"))
 

@@ -3,7 +3,8 @@
 In      triangles or polygons as a reader found them.
 Out     a Mesh to trust: finite, faces that point at vertices, one winding, outward, edge-manifold.
 Method  no triangle moves: where sheets meet at an edge, vertices are doubled.
-Fails   ShapeFileError: no surface, numbers that are none, or faces without their vertices.
+Fails   ShapeFileError: no surface, numbers that are none, faces without their vertices, or
+        triangles that lie side by side without sharing corners.
 """
 
 from dataclasses import dataclass, replace
@@ -19,6 +20,7 @@ from limbgram.core.files import ContentError
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import (
+    boundary_half_edges,
     find_edges,
     half_edges,
     is_edge_manifold,
@@ -32,6 +34,10 @@ from limbgram.workbench.carving.radius_map import Grid
 from limbgram.workbench.limb import Landmark, LimbFrame
 
 _MOST_FACES = 20_000_000
+_LOOSE_SHARE = 0.5
+"""Of all sides of triangles, that are open: at half, most triangles have lost their neighbours."""
+_FEW_TRIANGLES = 100
+"""A surface of so few may be all brim."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,12 +113,14 @@ def sound_mesh(mesh: Mesh, name: str) -> Sound:
     """The same surface as a mesh that later stages can trust.
 
     Raises:
-        ShapeFileError: no surface, numbers that are none, or faces without their vertices.
+        ShapeFileError: no surface, numbers that are none, faces without their vertices, or
+            triangles that share no corners.
     """
     _check(mesh, name)
     faces = drop_flat_and_double(mesh.vertices_mm, mesh.faces)
     if not len(faces):
         raise ShapeFileError("file.no_area", name=name)
+    _require_joined(faces, name)
     wound = _wound_alike(faces)
     turned = int((wound != faces).any(1).sum())
     whole = sheets_apart(replace(mesh, faces=wound))
@@ -149,6 +157,22 @@ def _check(mesh: Mesh, name: str) -> None:
     if bad or np.abs(mesh.vertices_mm).max(initial=0.0) > 1e9:
         raise ShapeFileError(
             "file.vertices_without_place", name=name, bad=bad, vertices=len(mesh.vertices_mm)
+        )
+
+
+def _require_joined(faces: Faces, name: str) -> None:
+    """Refuse triangles that only lie beside each other: no section of them is whole.
+
+    Some programs round the corners of each triangle by itself, and the same place of two
+    neighbours becomes two places.
+    """
+    loose = len(boundary_half_edges(faces))
+    if len(faces) > _FEW_TRIANGLES and loose > _LOOSE_SHARE * faces.size:
+        raise ShapeFileError(
+            "file.triangles_apart",
+            name=name,
+            triangles=len(faces),
+            sides_open_share=loose / faces.size,
         )
 
 

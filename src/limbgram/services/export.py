@@ -20,7 +20,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
 from limbgram.core.request_fields import Flag, Usual, Within
 from limbgram.core.spreadsheet import Decimal, Table, csv_of, xlsx_of
-from limbgram.findings import Finding, note
+from limbgram.findings import Finding, doubt, note
 from limbgram.formats.aop.cost import AopReport
 from limbgram.formats.aop.profiles import Profile
 from limbgram.formats.aop.writing import AopOptions, LineEnd, Own, write_aop
@@ -38,6 +38,7 @@ from limbgram.workbench.anatomy.names import Language
 from limbgram.workbench.bodies import Apart, Outside, kept, left_out, without_loose
 from limbgram.workbench.carving.mapping import MapOptions
 from limbgram.workbench.carving.setup import FAST, LIMITS, CarveOptions
+from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, Side
 
 _IN_LIMB = "in_limb_mm"
@@ -476,7 +477,7 @@ def _gcode(limb: AlignedLimb, path: Path, ask: Gcode, machine: Machine) -> Expor
         path=path,
         limb=limb,
         unit="mm",
-        said=_said_of_gcode(report, machine, kept_as),
+        said=(*_said_of_gcode(report, machine, kept_as), *_outside_carved(limb)),
         figures=_gcode_figures(report, limb.side, machine, kept_as),
         shown=check.carved.surface(),
         marks=limb.landmarks,
@@ -527,6 +528,14 @@ def _said_of_gcode(
         *left_out(report.bodies_left_out, report.loose, frame="limb"),
         *(() if kept_as is None else (note("exported.gcode.machine", path=str(kept_as)),)),
     )
+
+
+def _outside_carved(limb: AlignedLimb) -> tuple[Finding, ...]:
+    """Of a wall the tool reaches the outer skin alone: no positive of what the wall holds."""
+    wall = wall_of(limb.mesh_in_limb)
+    if wall is None:
+        return ()
+    return (doubt("exported.gcode.outside_of_wall", wall_mm=wall.median_mm),)
 
 
 def _gcode_figures(

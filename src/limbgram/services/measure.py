@@ -111,6 +111,7 @@ class MeasureRequest(SheetRequest):
                 for low, high in self.volumes
             ),
             lengths=self.lengths,
+            placing=self.of_sheet().placing,
             tape=self.tapes,
             through=self.through,
         )

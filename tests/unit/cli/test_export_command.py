@@ -3,7 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -22,6 +22,9 @@ from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb, read_shape
 from limbgram.services import export as exporting
 from limbgram.workbench.carving.radius_map import RadiusMap
+from limbgram.workbench.edits.cutting import keep_positive
+from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 
 RUNNER = CliRunner()
@@ -156,6 +159,27 @@ def test_gcode(scan: Path) -> None:
     assert content["gouge_mm"] < 0.02  # type: ignore[operator]
     assert "( SIDE: LEFT )" in Path(str(content["written"])).read_text()
     assert Path(str(content["mirror_check"])).is_file()
+
+
+@pytest.mark.parametrize("side", ["outward", "inward"])
+def test_of_a_wall_it_is_said_that_its_outside_is_carved(
+    tmp_path: Path, side: Literal["outward", "inward"]
+) -> None:
+    """A positive carved of an outward wall is larger all round by the wall's thickness."""
+    dome = trimesh.creation.icosphere(4, radius=40.0)
+    cup = Mesh(vertices_mm=np.asarray(dome.vertices, np.float64), faces=dome.faces.astype(np.int32))
+    cup = keep_positive(cup, 25.0 - cup.vertices_mm[:, 2]).mesh
+    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="left")
+    walled = do_edit(AlignedLimb(mesh=cup, frame=frame), Wall(thickness_mm=4.0, side=side))
+    said = {}
+    for name, limb in (("limb", AlignedLimb(mesh=cup, frame=frame)), ("wall", walled)):
+        read = read_shape(write_limb(limb, tmp_path / f"{name}.ply"))
+        ask = exporting.Gcode(scallop_mm=0.3)
+        done = exporting.export(read, ask, tmp_path / f"{name}.nc", side="left")
+        said[name] = {one.code: one.values for one in done.said}
+    told = said["wall"]["exported.gcode.outside_of_wall"]
+    assert told["wall_mm"] == pytest.approx(4.0, abs=0.05)
+    assert "exported.gcode.outside_of_wall" not in said["limb"]
 
 
 def test_a_machine_file_is_kept_and_taken(scan: Path) -> None:

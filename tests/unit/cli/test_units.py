@@ -68,3 +68,23 @@ def test_what_cannot_be_is_refused_and_nothing_is_written(
     command, *rest = arguments
     assert RUNNER.invoke(app, [command, "cone.stl", *rest, "--unit", "m"]).exit_code == 2
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("typed", "named"),
+    [
+        (["measure", "--height", "nan"], "--height: nan measures nothing."),
+        (["measure", "--every", "inf"], "--every: inf measures nothing."),
+        (["measure", "--sock", "1e-12"], "--sock: 1e-12 measures nothing."),
+        (["export", "--to", "dxf", "--spacing", "nan"], "--spacing: nan measures nothing."),
+    ],
+    ids=lambda one: one if isinstance(one, str) else " ".join(one),
+)
+def test_a_number_that_measures_nothing_is_shown_as_it_was_typed(
+    in_metres: str, typed: list[str], named: str
+) -> None:
+    """With the option's name as help has it, not that of the request's field."""
+    command, *rest = typed
+    refused = RUNNER.invoke(app, [command, in_metres, *rest])
+    assert refused.exit_code == 2
+    assert refused.output.startswith(named)

@@ -410,3 +410,27 @@ def test_a_sigma_that_cannot_be_is_refused(tmp_path: Path, told: str, value: flo
     assert content.count(old) == 1
     with pytest.raises(ShapeFileError, match=told):
         read(tmp_path, "b.glb", content.replace(old, struct.pack("<f", value)))
+
+
+def _with_corners_apart(share: float) -> bytes:
+    """A sphere of 1,280 triangles as STL, some of them each moved by 0.0002 mm."""
+    triangles = np.array(trimesh.creation.icosphere(3, radius=60.0).triangles)
+    moved = int(share * len(triangles))
+    step = np.random.default_rng(4).normal(0.0, 2e-4, (moved, 3, 3))
+    triangles[:moved] += step
+    loose = trimesh.Trimesh(
+        triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), process=False
+    )
+    return bytes(loose.export(file_type="stl"))
+
+
+def test_triangles_that_share_no_corners_are_refused_and_not_called_a_brim(tmp_path: Path) -> None:
+    with pytest.raises(ShapeFileError) as refused:
+        read(tmp_path, "a.stl", _with_corners_apart(1.0))
+    assert refused.value.finding.code == "file.triangles_apart"
+    assert refused.value.finding.values["triangles"] == 1280
+    assert refused.value.finding.values["sides_open_share"] == 1.0
+
+
+def test_a_surface_with_some_triangles_apart_is_read(tmp_path: Path) -> None:
+    assert len(read(tmp_path, "a.stl", _with_corners_apart(0.1)).mesh.faces) > 1100

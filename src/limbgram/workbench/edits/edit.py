@@ -76,7 +76,7 @@ class Effect:
     """Where that carves in over what bears no pressure, the ledger says so."""
     reports_displacement: bool = True
     """The ledger says how far the surface moved. That means nothing where all of it moved, or where
-    parts were only added or taken away."""
+    parts were only added or taken away: the cover of a cut lies deep inside, but presses not."""
     start: Literal["stays", "follows", "anew"] = "stays"
     """The skin from which depths count: it stays, the edit is done to it too, or it is what the
     edit made."""

@@ -1,7 +1,8 @@
 """Lengths between two landmarks: along the limb's axis, straight, and over the surface.
 
 The way over the surface has its length at the smoothing length, and is the limb's as girths are:
-what fine relief the surface lost is added.
+what fine relief the surface lost is added. A length's sigma holds the surface's errors and, beside
+them, how both landmarks were placed: each errs along the surface, which is nearly all of it.
 """
 
 import math
@@ -13,7 +14,7 @@ from jaxtyping import Float64, Int32
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.smoothed_length import smoothed_length
 from limbgram.core.mesh.closest_point import TriangleTree
-from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.mesh import Mesh, dots, unit
 from limbgram.core.mesh.uncertainty import propagate
 from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 from limbgram.workbench.measures.levels import Figure, Sigmas
@@ -40,6 +41,8 @@ class Place:
 
     name: str
     in_limb_mm: Vector3
+    sigma_mm: float = 0.0
+    """How well it was placed: one standard deviation in each direction along the surface."""
 
 
 def length_between(sigmas: Sigmas, start: Place, end: Place) -> Length:
@@ -52,14 +55,38 @@ def length_between(sigmas: Sigmas, start: Place, end: Place) -> Length:
     rise = float(ends[1, 2] - ends[0, 2])
     upwards = np.array([[0.0, 0, -1], [0, 0, 1]])
     path = shortest_path(sigmas.mesh, ends[0], ends[1])
+    straight = _slopes(ends)
+    placing = _Placed.of(sigmas, (start, end))
     return Length(
         start=start.name,
         end=end.name,
-        along_axis=_figure(sigmas, rise, ends, upwards),
-        straight=_figure(sigmas, length_mm(ends), ends, _slopes(ends)),
-        over_surface=over_surface(sigmas, path),
+        along_axis=placing.counted(_figure(sigmas, rise, ends, upwards), upwards),
+        straight=placing.counted(_figure(sigmas, length_mm(ends), ends, straight), straight),
+        over_surface=placing.counted(over_surface(sigmas, path), _slopes(path)[[0, -1]]),
         path_in_limb_mm=path,
     )
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """How both ends of a length err along the surface."""
+
+    sigmas_mm: Float64[np.ndarray, "2"]
+    normals: Float64[np.ndarray, "2 3"]
+
+    @classmethod
+    def of(cls, sigmas: Sigmas, ends: tuple[Place, Place]) -> "_Placed":
+        ids, shares = on_triangles(sigmas.mesh, np.stack([end.in_limb_mm for end in ends]))
+        normals = unit(np.einsum("pk,pkd->pd", shares, sigmas.normals[ids]))
+        return cls(np.array([end.sigma_mm for end in ends]), normals)
+
+    def counted(self, figure: Figure, slopes: Float64[np.ndarray, "2 3"]) -> Figure:
+        """A length with its placing counted, given its change for a millimetre of either end."""
+        if figure.sigma is None:
+            return figure
+        along = slopes - dots(slopes, self.normals)[:, None] * self.normals
+        placing_mm = float(np.linalg.norm(self.sigmas_mm[:, None] * along))
+        return Figure(figure.value, math.hypot(figure.sigma, placing_mm))
 
 
 def over_surface(sigmas: Sigmas, path_mm: Points3) -> Figure:

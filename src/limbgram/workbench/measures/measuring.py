@@ -20,6 +20,7 @@ from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Table, heading
 from limbgram.core.tape import PLACING_SIGMA_MM
 from limbgram.findings import Finding, note
+from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.bodies import Apart, outer_bodies
 from limbgram.workbench.edits.thickness import Thickness, wall_of
 from limbgram.workbench.frame.landmarks import landmark
@@ -71,6 +72,8 @@ class LimbMeasureOptions:
     """Pairs of heights; infinite ones stand for the limb's ends."""
     lengths: tuple[tuple[str, str], ...] = ()
     """Pairs of landmarks."""
+    placing: Placing = USUAL
+    """How well the landmarks of lengths are placed where they do not say it themselves."""
     tape: tuple[TapeReading, ...] = ()
     through: str | None = None
     """Landmark of the limb that is measured where a plane cuts several, as a trunk and its arms;
@@ -269,7 +272,11 @@ def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures
             _volume(volumes, zero, span, _BEYOND_MM + bare.sock_mm) for span in options.volumes_mm
         ),
         lengths=tuple(
-            length_between(sigmas, _place(bare, start), _place(bare, end))
+            length_between(
+                sigmas,
+                _place(bare, start, options.placing),
+                _place(bare, end, options.placing),
+            )
             for start, end in options.lengths
         ),
         tape=_tape(sigmas, zero, options.tape, through_mm),
@@ -311,8 +318,9 @@ def _through_mm(limb: AlignedLimb, name: str | None) -> tuple[float, float]:
     return x, y
 
 
-def _place(limb: AlignedLimb, name: str) -> Place:
-    return Place(name, limb.landmark_in_limb_mm(landmark(limb, name)))
+def _place(limb: AlignedLimb, name: str, placing: Placing = USUAL) -> Place:
+    mark = landmark(limb, name)
+    return Place(name, limb.landmark_in_limb_mm(mark), placing.of(mark))
 
 
 def _heights(sigmas: Sigmas, zero: float, options: LimbMeasureOptions) -> list[float]:

@@ -99,8 +99,8 @@ class Line:
     """None where nothing moved, or where the displacement is not told."""
     displacement: Displacement | None
     """None for a mirror, which moves everything; for a cleaning, which takes away what was no
-    limb; and where an edit only added surface beyond an open edge, which lies neither outside the
-    old one nor inside."""
+    limb; for a cut and a wall, whose new surface is no skin that moved; and where an edit only
+    added surface beyond an open edge, which lies neither outside the old one nor inside."""
     told: tuple[Finding, ...] = ()
     """What the edit itself has to say: what it took away, or could not do."""
     concerns: tuple[Concern, ...] = ()

@@ -20,6 +20,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, told
 from limbgram.formats.limb_file import write_limb
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
+from limbgram.workbench.anatomy.landmark import Placing
 from limbgram.workbench.compare.levels import changes_by_level
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.lengths import vertex_gradient
@@ -147,6 +148,33 @@ def test_lengths_between_landmarks(cylinder: Mesh) -> None:
     assert length.over_surface.value == pytest.approx(math.hypot(50 * SMOOTH / 4, 90), rel=5e-5)
     with pytest.raises(MeasureError, match="no landmark 'c'"):
         measure_limb(limb, LimbMeasureOptions(lengths=(("a", "c"),)))
+
+
+def test_the_sigma_of_a_length_holds_how_its_landmarks_were_placed(cylinder: Mesh) -> None:
+    """2 mm of each in each direction along the surface; of the straight way, which leaves the wall
+    at an angle, what lies along the wall counts."""
+    sure = replace(cylinder, sigma_mm=np.full(len(cylinder), 0.1, np.float32))
+    limb = aligned(sure, ("a", 50, 0, 40.0), ("b", 0, 50, 130.0))
+
+    def sigmas(click_mm: float) -> np.ndarray:
+        options = LimbMeasureOptions(lengths=(("a", "b"),), placing=Placing(click_mm=click_mm))
+        (length,) = measure_limb(limb, options).lengths
+        figures = (length.along_axis, length.over_surface, length.straight)
+        return np.array([figure.sigma for figure in figures])
+
+    inwards = 50 / math.hypot(50, 50, 90)
+    along = np.array([1.0, 1.0, math.sqrt(1 - inwards**2)])
+    np.testing.assert_allclose(
+        np.sqrt(sigmas(2.0) ** 2 - sigmas(0.0) ** 2), 2 * math.sqrt(2) * along, rtol=5e-3
+    )
+    np.testing.assert_array_equal(sigmas(2.0), _usual_sigmas(limb))
+
+
+def _usual_sigmas(limb: Limb) -> np.ndarray:
+    (length,) = measure_limb(limb, LimbMeasureOptions(lengths=(("a", "b"),))).lengths
+    return np.array(
+        [one.sigma for one in (length.along_axis, length.over_surface, length.straight)]
+    )
 
 
 def test_a_length_over_a_wall_grows_as_the_wall_does(cylinder: Mesh) -> None:

@@ -10,6 +10,7 @@ import trimesh
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.edits.edit import Edit
 from limbgram.workbench.edits.extension import Extension
 from limbgram.workbench.edits.fill import Fill
 from limbgram.workbench.edits.offset import Offset
@@ -17,6 +18,7 @@ from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.reduction import Reduction
 from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.edits.trimline import Trimline
+from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.recipe.ledger import SPACING_MM, choose_levels, lines_of
@@ -73,6 +75,34 @@ def test_what_only_adds_surface_has_a_volume_and_no_displacement(edit: Extension
     longer_mm = 30 if isinstance(edit, Extension) else 0
     assert line.after.volume_ml == pytest.approx((100 + longer_mm) * area / 1000, rel=0.07)
     assert not any("largest" in told for told in lines_of(done.ledger))
+
+
+@pytest.mark.parametrize(
+    ("edits", "volume_mm3"),
+    [
+        ([PlaneCut(height_mm=50.0, capped=True)], 40**2 * 50),
+        ([Wall(thickness_mm=4.0)], 44**2 * 104 - 40**2 * 100),
+        ([Wall(thickness_mm=4.0, side="inward")], 40**2 * 100 - 36**2 * 96),
+        ([Wall(thickness_mm=4.0), PlaneCut(height_mm=50.0)], 44**2 * 54 - 40**2 * 50),
+    ],
+    ids=lambda one: " ".join(type(edit).title for edit in one) if isinstance(one, list) else "",
+)
+def test_a_cut_and_a_wall_neither_press_nor_give_room(edits: list[Edit], volume_mm3: float) -> None:
+    """The cover of a cut, its rim in a wall, and a wall's second surface are no skin that moved."""
+    made = trimesh.creation.cylinder(
+        40.0,
+        100.0,
+        sections=SIDES,
+        transform=trimesh.transformations.translation_matrix([0, 0, 50]),
+    )
+    cup = made.faces[made.face_normals[:, 2] < 0.5].astype(np.int32)
+    limb = replace(cone(1, 1), mesh=Mesh(vertices_mm=np.asarray(made.vertices), faces=cup))
+    done = replay(Recipe(name="cut", entries=tuple(Entry(edit=one) for one in edits)), limb)
+    told = lines_of(done.ledger)
+    assert [line.displacement for line in done.ledger.lines] == [None] * len(edits)
+    assert not any("largest" in one or "gives pressure" in one for one in told)
+    last = done.ledger.lines[-1].after
+    assert last.volume_ml == pytest.approx(math.pi * volume_mm3 / 1000, rel=0.02)
 
 
 def cup(radius_mm: float, high_mm: float, step_mm: float = 2.0) -> Limb:
