@@ -49,7 +49,10 @@ def near(make_scene: MakeScene, seed: int = 1) -> Scene:
     points = scene.points_in_world * 3.0
     views = [scene.view(k) for k in scene.placed]
     seen = scene.observations
-    xy_px = np.array([views[p].project(points[i]) for p, i in zip(seen.photo_idx, seen.point_idx)])
+    xy_px = np.empty((len(seen.photo_idx), 2))
+    for k, view in enumerate(views):
+        rows = seen.photo_idx == k
+        xy_px[rows] = view.project(points[seen.point_idx[rows]])
     inside = LENS.contains(xy_px)
     kept = Observations(seen.photo_idx[inside], seen.point_idx[inside], xy_px[inside])
     return replace(scene, points_in_world=points, observations=kept)
