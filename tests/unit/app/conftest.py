@@ -32,7 +32,7 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def limb(request: pytest.FixtureRequest) -> Mesh:
     """Of edges of 2.4 mm where a test asks for no others."""
     step_mm: float = getattr(request, "param", 2.4)
-    return stage_truth(replace(SMALL, mesh_step_mm=step_mm)).limb.mesh
+    return stage_truth(replace(SMALL, mesh_step_mm=step_mm, calibration_photos=0)).limb.mesh
 
 
 @pytest.fixture
