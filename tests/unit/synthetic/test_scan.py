@@ -217,8 +217,9 @@ def test_the_camera_goes_as_far_off_as_the_limb_is_long(tmp_path: Path) -> None:
 
 def test_a_scan_is_known_by_its_file_and_stands_alone(tmp_path: Path) -> None:
     path = written(tmp_path, dome(50.0, 180.0))
-    assert read_scan(path) == read_scan(path)
-    assert CaptureOptions(scan=read_scan(path)) == CaptureOptions(scan=read_scan(path))
-    assert read_scan(path) != read_scan(path, 1.1)
+    scan, again = read_scan(path), read_scan(path)
+    assert scan == again
+    assert CaptureOptions(scan=scan) == CaptureOptions(scan=again)
+    assert scan != read_scan(path, 1.1)
     with pytest.raises(OptionsError, match="nor has it a fin"):
-        CaptureOptions(scan=read_scan(path), fin_mm=4.0)
+        CaptureOptions(scan=scan, fin_mm=4.0)
