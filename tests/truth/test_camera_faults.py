@@ -35,6 +35,7 @@ from limbgram.synthetic.truth import ideal_camera, stage_truth, surface_points
 FEW = replace(
     SMALL, photos=3, calibration_photos=3, mesh_step_mm=3.0, noise=0.2, samples=2, coverage=0.0
 )
+STAGE = replace(FEW, calibration_photos=0)
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +237,7 @@ def test_what_is_out_of_focus_is_blurred_by_the_disc_of_its_depth() -> None:
 
 
 def test_depth_is_that_of_the_limb_and_of_the_table() -> None:
-    truth = stage_truth(FEW)
+    truth = stage_truth(STAGE)
     view = truth.views[0]
     panels = make_room(FEW.seed, under_stand=True)[:1]
     near = nearness_of(view, Stage(panels, truth.limb))
@@ -256,7 +257,7 @@ def test_depth_is_that_of_the_limb_and_of_the_table() -> None:
 
 
 def test_the_lamps_part_and_the_rest_add_up_to_the_whole_light() -> None:
-    view = stage_truth(FEW).views[0]
+    view = stage_truth(STAGE).views[0]
     stage = Stage(make_room(FEW.seed, under_stand=True))
     light = light_of(Lighting(), view.camera_from_world, FEW.distance_mm, np.zeros(3))
     lamp = light._replace(ambient=0.0, flash_strength=0.0)
@@ -266,7 +267,7 @@ def test_the_lamps_part_and_the_rest_add_up_to_the_whole_light() -> None:
 
 
 def test_cloth_slides_down_its_open_end_and_the_shape_stays() -> None:
-    limb = stage_truth(FEW).limb
+    limb = stage_truth(STAGE).limb
     slid = crept(limb, 0.3, FEW.seed)
     assert slid.mesh is limb.mesh
     moved = (slid.chart - limb.chart)[..., 1]
@@ -327,8 +328,8 @@ def test_exposure_and_colours_wander_by_what_was_asked_for() -> None:
 
 
 def test_one_fault_does_not_change_another() -> None:
-    alone = stage_truth(replace(FEW, faults=Faults(stabiliser_px=2.0)))
-    both = stage_truth(replace(FEW, faults=Faults(stabiliser_px=2.0, breathing=0.001)))
+    alone = stage_truth(replace(STAGE, faults=Faults(stabiliser_px=2.0)))
+    both = stage_truth(replace(STAGE, faults=Faults(stabiliser_px=2.0, breathing=0.001)))
     for one, other in zip(alone.views, both.views, strict=True):
         assert (one.camera.cx, one.camera.cy) == (other.camera.cx, other.camera.cy)
         np.testing.assert_array_equal(

@@ -11,6 +11,7 @@ from typing import Any
 
 from fastapi.responses import JSONResponse
 
+from limbgram.cases.shelf import Shelf
 from limbgram.core.errors import printable
 from limbgram.findings import Finding, told
 
@@ -21,12 +22,12 @@ SAID = frozenset(f"{_SENTENCES} {_REASONS}".split())
 _PATH = re.compile(r"(?<![\w:/.<])(?:/[^\s/:;,'\"`()<>]+){2,}|(?<!\w)[A-Za-z]:\\[^\s:;,'\"`()]+")
 
 
-def plain_answers(root: Path) -> type[JSONResponse]:
-    """JSON whose sentences name no folder of the machine; the cases lie in the one given."""
+def plain_answers(shelf: Shelf) -> type[JSONResponse]:
+    """JSON whose sentences name no folder of the machine, nor that of the cases."""
 
     class PlainAnswer(JSONResponse):
         def render(self, content: Any) -> bytes:
-            return super().render(_worded(content, root, said=False))
+            return super().render(_worded(content, shelf.root, said=False))
 
     return PlainAnswer
 

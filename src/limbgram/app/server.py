@@ -101,7 +101,7 @@ def build(app_state: AppState, static: Path = STATIC) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         lifespan=living,
-        default_response_class=plain_answers(app_state.shelf.root),
+        default_response_class=plain_answers(app_state.shelf),
         generate_unique_id_function=lambda route: route.name,
     )
     app.state.app_state = app_state

@@ -288,9 +288,9 @@ HALF = np.array([70.0, 90.0, 80.0])
 """Of an ellipsoid: right, front, up."""
 
 
-def ellipsoid(skew_deg: float) -> Limb:
+def ellipsoid(skew_deg: float, subdivisions: int = 5) -> Limb:
     """A head whose closed forms are known, turned about the vertical in its own base plane."""
-    ball = trimesh.creation.icosphere(subdivisions=5, radius=1.0)
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=1.0)
     turn = Rigid.from_rotation_vector(np.radians([0.0, 0.0, skew_deg]), np.zeros(3))
     vertices = turn.apply(np.asarray(ball.vertices) * HALF)
     mesh = Mesh(vertices_mm=vertices, faces=np.asarray(ball.faces, np.int32))
@@ -374,7 +374,7 @@ def test_a_heads_length_holds_though_a_fill_lies_beside_its_foremost_place(
     at: tuple[float, float],
 ) -> None:
     """30 true heads, whose forehead bulges by what nobody measured there; landmarks are exact."""
-    limb = ellipsoid(0.0)
+    limb = ellipsoid(0.0, subdivisions=4)
     marks = tuple(replace(one, sigma_mm=1e-6) for one in limb.landmarks)
     limb = replace(limb, landmarks=marks)
     level_mm = 0.3 * HALF[2]

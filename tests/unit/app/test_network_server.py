@@ -11,7 +11,7 @@ import stat
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,14 +24,13 @@ from typer.testing import CliRunner
 
 from limbgram.app import network_server as network_module
 from limbgram.app import phone as phone_module
-from limbgram.app.access import Access
+from limbgram.app.access import Access, Guard
 from limbgram.app.journal import Journal
 from limbgram.app.local_server import EndingServer, ServeOptions, socket_at
 from limbgram.app.network_server import NetworkOptions, Reached, names_of, serve_on_network
 from limbgram.app.openapi import document
 from limbgram.app.password_attempts import Attempts
 from limbgram.app.phone_port import PhonePorts
-from limbgram.app.server import guarded
 from limbgram.app.server_socket import ImpatientProtocol
 from limbgram.app.state import AppState
 from limbgram.app.tls_certificates import given_certificate, own_certificate
@@ -75,8 +74,8 @@ def app_state(tmp_path: Path, users: Users, now: list[float]) -> AppState:
 
 
 @pytest.fixture
-def stranger(app_state: AppState, tmp_path: Path) -> Iterator[TestClient]:
-    with TestClient(guarded(app_state, tmp_path), base_url=f"https://{HOST}") as client:
+def stranger(app_state: AppState, serve: Callable[[AppState], Guard]) -> Iterator[TestClient]:
+    with TestClient(serve(app_state), base_url=f"https://{HOST}") as client:
         yield client
 
 

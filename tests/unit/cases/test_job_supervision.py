@@ -299,15 +299,10 @@ def test_what_is_in_the_way_is_refused_by_the_real_worker(
         Supervision(Job(case=tmp_path / "case", sources=(photos,)), lambda _event: None).wait()
 
 
-@pytest.mark.parametrize("inside", [(), ("left leg/a.jpg",), ("letter.docx",)])
-def test_a_folder_without_photos_is_refused_by_the_real_worker(
-    inside: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_a_folder_without_photos_is_refused_by_the_real_worker(tmp_path: Path) -> None:
     photos = tmp_path / "photos"
     photos.mkdir()
-    for name in inside:
-        (photos / name).parent.mkdir(parents=True, exist_ok=True)
-        (photos / name).write_bytes(b"")
+    (photos / "letter.docx").write_bytes(b"")
     with pytest.raises(PhotoError, match="no photos in"):
         Supervision(Job(case=tmp_path / "case", sources=(photos,)), lambda _event: None).wait()
     record = json.loads((tmp_path / "case" / "case.json").read_text("utf-8"))

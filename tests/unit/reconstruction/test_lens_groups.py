@@ -26,7 +26,10 @@ from limbgram.synthetic.truth import ideal_camera
 
 PHOTOS, POINTS, NOISE_PX = 14, 500, 0.1
 LONGER = 2.0
-OPTIONS = replace(SMALL, photos=PHOTOS, lens=PHONE, width_px=800, height_px=600, distance_mm=500.0)
+OPTIONS = replace(
+    SMALL, photos=PHOTOS, calibration_photos=0, lens=PHONE, width_px=800, height_px=600,
+    distance_mm=500.0,
+)  # fmt: skip
 LENS = ideal_camera(OPTIONS)
 WHOLE = CameraGroup(label="", width_px=800, height_px=600, exif=Exif())
 SMALLER = replace(WHOLE, width_px=640, height_px=480)

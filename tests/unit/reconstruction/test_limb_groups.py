@@ -24,7 +24,7 @@ NONE = Matches(pairs=(), pairs_tried=0, descriptor_matches=0)
 
 @pytest.fixture(scope="module")
 def truth() -> Truth:
-    return stage_truth(replace(SMALL, photos=PHOTOS))
+    return stage_truth(replace(SMALL, photos=PHOTOS, calibration_photos=0))
 
 
 @pytest.fixture(scope="module")

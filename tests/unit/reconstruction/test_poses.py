@@ -43,7 +43,7 @@ OTHER_UNIT = Similarity(0.01, np.eye(3), np.array([3.0, -1.0, 2.0]))
 
 
 def staged(**told: Any) -> Truth:
-    return stage_truth(replace(SMALL, photos=PHOTOS, **told))
+    return stage_truth(replace(SMALL, photos=PHOTOS, calibration_photos=0, **told))
 
 
 def scene_of(truth: Truth, *, in_room: bool = False) -> Scene:

@@ -9,6 +9,7 @@ from limbgram.core.errors import OptionsError
 from limbgram.synthetic import SMALL, CaptureOptions, Movement, MovementKind, stage_truth
 from limbgram.synthetic.movement import bent, motions
 
+STAGE = replace(SMALL, calibration_photos=0)
 MIDDLE = np.array([10.0, -20.0, 150.0])
 
 
@@ -32,14 +33,14 @@ def test_a_sway_stays_within_its_reach_and_uses_it() -> None:
 
 
 def test_views_see_the_limb_as_the_room_does() -> None:
-    truth = stage_truth(replace(SMALL, movement=Movement()))
+    truth = stage_truth(replace(STAGE, movement=Movement()))
     points = truth.limb.mesh.vertices_mm[::500]
     for k in (0, 7):
         in_room = truth.room_from_limb[k].apply(points)
         np.testing.assert_allclose(
             truth.in_room(k).project(in_room), truth.views[k].project(points), atol=1e-8
         )
-    still = stage_truth(SMALL)
+    still = stage_truth(STAGE)
     np.testing.assert_allclose(
         truth.in_room(7).camera_from_world.matrix_3x4,
         still.views[7].camera_from_world.matrix_3x4,
@@ -48,14 +49,14 @@ def test_views_see_the_limb_as_the_room_does() -> None:
 
 
 def test_a_pushed_board_leaves_the_limb_alone() -> None:
-    truth = stage_truth(replace(SMALL, movement=Movement(kind=MovementKind.PUSHED_BOARD)))
+    truth = stage_truth(replace(STAGE, movement=Movement(kind=MovementKind.PUSHED_BOARD)))
     assert all((one.matrix_3x4 == np.eye(3, 4)).all() for one in truth.room_from_limb)
     corner = np.zeros((1, 3))
     assert np.linalg.norm(truth.room_from_board[7].apply(corner) - corner) > 1.0
 
 
 def test_a_bent_limb_keeps_its_base_and_its_normals_stand_on_it() -> None:
-    limb = stage_truth(SMALL).limb
+    limb = stage_truth(STAGE).limb
     other = bent(limb, 8.0, 5)
     moved = np.linalg.norm(other.mesh.vertices_mm - limb.mesh.vertices_mm, axis=1)
     heights = limb.mesh.vertices_mm[:, 2]

@@ -8,7 +8,7 @@ from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
 from limbgram.synthetic.turned_limb import TurnedOver, Turning
 
-TURNING = replace(SMALL, turning=Turning(sway_mm=4.0), photos=12, rings=2)
+TURNING = replace(SMALL, turning=Turning(sway_mm=4.0), photos=12, rings=2, calibration_photos=0)
 ON_THE_WALL = np.array([[200.0, 300.0, 400.0], [-150.0, 200.0, 10.0]])
 
 
@@ -38,7 +38,7 @@ def test_the_limb_goes_all_round_and_sways_by_what_was_asked() -> None:
 
 
 def test_a_cast_that_is_turned_over_lies_on_the_table() -> None:
-    truth = stage_truth(replace(SMALL, turning=TurnedOver(), photos=12))
+    truth = stage_truth(replace(TURNING, turning=TurnedOver(), rings=SMALL.rings))
     skin = truth.limb.mesh.vertices_mm
     assert all((one.rotation == np.eye(3)).all() for one in truth.room_from_limb[:6])
     lying = truth.room_from_limb[-1].apply(skin)

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.lenses import lens_explanations
@@ -49,7 +49,10 @@ def near(make_scene: MakeScene, seed: int = 1) -> Scene:
     points = scene.points_in_world * 3.0
     views = [scene.view(k) for k in scene.placed]
     seen = scene.observations
-    xy_px = np.array([views[p].project(points[i]) for p, i in zip(seen.photo_idx, seen.point_idx)])
+    xy_px = np.empty((len(seen.photo_idx), 2))
+    for k, view in enumerate(views):
+        rows = seen.photo_idx == k
+        xy_px[rows] = view.project(points[seen.point_idx[rows]])
     inside = LENS.contains(xy_px)
     kept = Observations(seen.photo_idx[inside], seen.point_idx[inside], xy_px[inside])
     return replace(scene, points_in_world=points, observations=kept)
@@ -247,14 +250,11 @@ def rolled(scene: Scene, turns: np.ndarray, longer: np.ndarray) -> Scene:
 
     def rolling(k: int, points: np.ndarray) -> np.ndarray:
         lens = replace(LENS, fx=longer[k] * LENS.fx, fy=longer[k] * LENS.fy)
-        view = replace(scene.view(k), camera=lens)
-        xy_px = view.project(points)
+        in_camera = scene.view(k).camera_from_world.apply(points)
+        xy_px = lens.project(in_camera)
         for _ in range(5):  # the row that a point falls on tells when it was taken
             when = xy_px[:, 1] / LENS.height_px - 0.5
-            for n, at in enumerate(when):
-                moved = Rigid.from_rotation_vector(turns[k] * at, np.zeros(3))
-                pose = moved @ view.camera_from_world
-                xy_px[n] = replace(view, camera_from_world=pose).project(points[n][None])[0]
+            xy_px = lens.project(Rotation.from_rotvec(when[:, None] * turns[k]).apply(in_camera))
         return xy_px
 
     return taken(scene, 6, rolling)

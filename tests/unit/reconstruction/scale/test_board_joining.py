@@ -40,9 +40,9 @@ def measured(capture, seed: int = 0, alike: int = 1) -> Scene:
     scene = replace(scene, points_in_world=scene.points_in_world[kept])
     point = np.repeat(np.arange(len(kept), dtype=np.int32), RAYS)
     photo = (point + np.tile(np.arange(RAYS), len(kept))).astype(np.int32) % photos
-    xy = np.array(
-        [scene.view(p).project(scene.points_in_world[[k]])[0] for p, k in zip(photo, point)]
-    )
+    xy = np.empty((len(photo), 2))
+    for k in range(photos):
+        xy[photo == k] = scene.view(k).project(scene.points_in_world[point[photo == k]])
     xy += draw.normal(scale=TIE_PX, size=xy.shape)
     scene = replace(
         scene,

@@ -50,7 +50,7 @@ def client(app_state: AppState, tmp_path: Path) -> Iterator[TestClient]:
 @pytest.fixture(scope="module")
 def limb() -> Mesh:
     """A surface that is sure to 0.2 mm."""
-    limb = stage_truth(replace(SMALL, mesh_step_mm=2.5)).limb.mesh
+    limb = stage_truth(replace(SMALL, mesh_step_mm=2.5, calibration_photos=0)).limb.mesh
     return replace(limb, sigma_mm=np.full(len(limb.vertices_mm), 0.2, np.float32))
 
 

@@ -205,6 +205,6 @@ def make_trunk() -> Limb:
         )
         return (share - 1) * 90
 
-    mesh = surface(field, (-190, -130, -60), (190, 130, 500), 7.0, 470.0)
+    mesh = surface(field, (-190, -130, -60), (190, 130, 500), 10.0, 470.0)
     mesh = keep_positive(mesh, mesh.vertices_mm[:, 2] + 30).mesh
     return limb_of(mesh, TRUNK_PLACES, "torso", "none")
