@@ -44,7 +44,7 @@ from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
 from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, SHARED_ERROR, adjust
-from limbgram.reconstruction.mapping.tracks import with_tracks
+from limbgram.reconstruction.mapping.tracks import beyond_chance, with_tracks
 from limbgram.reconstruction.mapping.verdicts import agreed_by
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet, first_of
@@ -616,6 +616,7 @@ def _placed_by(
         if len(scene.placed) < 2:
             return None
         scene = _adjusted(scene, cameras, outlier_sigmas)
+        pairs = beyond_chance(scene, places_px, pairs, options.track_px) or pairs
     while loose := {*scene.placed} - {*joined_photos(scene)}:
         scene = without_photos(scene, loose)
         if len(scene.placed) < 2:

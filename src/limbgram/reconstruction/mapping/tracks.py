@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int32, Int64
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.special import bdtrc
 
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.triangulation import sampson_px, triangulate
@@ -128,6 +129,36 @@ def with_tracks(
     members = members[length[track] > 1]
     point_idx = np.unique(label[members], return_inverse=True)[1].astype(np.int32)
     return _triangulated(scene, keypoints, members, point_idx, largest_px)
+
+
+_BY_CHANCE = 0.01
+"""Level of the test for all pairs together."""
+_FITTED = 5
+"""Numbers of the relative pose of two photos: it can be made to fit so many wrong matches."""
+
+
+def beyond_chance(
+    scene: Scene, places_px: Sequence[Points2], matches: Sequence[PairMatches], largest_px: float
+) -> list[PairMatches]:
+    """Less the pairs of which no more matches obey the cameras than wrong ones do by chance.
+
+    Of photos from opposite sides of a limb all matches are wrong, and a few lie near their
+    epipolar lines. Five such points moved photos that the limb alone placed by 7 mm.
+    """
+    level = _BY_CHANCE / max(len(matches), 1)
+    kept: list[PairMatches] = []
+    for pair in matches:
+        obeying = int(_obeying(scene, places_px, pair, largest_px).sum())
+        free, tried = obeying - _FITTED, len(pair) - _FITTED
+        if free <= 0:
+            continue
+        # of places spread evenly over a strip as broad as the matches' shorter side
+        spread_px2 = np.cov(places_px[pair.second][pair.keypoint_idx[:, 1]].T)
+        broad_px = np.sqrt(12.0 * max(np.linalg.eigvalsh(spread_px2)[0], 0.0))
+        chance = 2.0 * largest_px / max(broad_px, 2.0 * largest_px)
+        if bdtrc(free - 1, tried, chance) <= level:
+            kept.append(pair)
+    return kept
 
 
 def _obeying(

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
+from limbgram.reconstruction.mapping.tracks import beyond_chance, farthest_reaching, with_all_tracks
+from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
 MakeScene = Callable[..., Scene]
@@ -84,3 +85,31 @@ def test_tracks_are_what_true_matches_join(make_scene: MakeScene, make_pair: Mak
     assert any(len(group) > 2 and (1, len(point_of[1]) - 1) in group for group in groups)
     for place in found.points_in_world:
         assert np.linalg.norm(scene.points_in_world - place, axis=1).min() < 1e-5
+
+
+@pytest.mark.parametrize("largest_px", [0.5, 2.0])
+def test_pairs_that_obey_by_chance_alone_tell_nothing(
+    make_scene: MakeScene, largest_px: float
+) -> None:
+    """Neighbours share their points; photos from opposite sides have wrong matches alone."""
+    scene = make_scene(photos=8, points=90, share=1.0)
+    random = np.random.default_rng(6)
+    places = tuple(view.project(scene.points_in_world) for view in scene.views)
+
+    def matched(first: int, second: int, count: int, wrong: float) -> PairMatches:
+        own = random.permutation(90)[:count]
+        mixed = np.where(random.uniform(size=count) < wrong, random.permutation(90)[:count], own)
+        return PairMatches(
+            first=first,
+            second=second,
+            keypoint_idx=np.column_stack([own, mixed]).astype(np.int32),
+            xy_first_px=places[first][own],
+            xy_second_px=places[second][mixed],
+            correlation=np.ones(count, np.float32),
+        )
+
+    true = [matched(k, (k + 1) % 8, 60, 0.0) for k in range(8)]
+    true += [matched(0, 2, 60, 0.5), matched(1, 3, 14, 0.0)]
+    wrong = [matched(k, (k + 4) % 8, count, 1.0) for k in range(8) for count in (4, 12, 60)]
+    kept = beyond_chance(scene, places, [*true, *wrong], largest_px)
+    assert [id(one) for one in kept] == [id(one) for one in true]
