@@ -551,7 +551,10 @@ def _between(
     try:
         for body in (first, second):
             some = _thinned(body.pairs, options.pair_matches)
-            placed = _placed_by(seen.features, some, scene, cameras, seen.photos, options)
+            limb = body.where != "room"
+            placed = _placed_by(
+                seen.features, some, scene, cameras, seen.photos, options, of_limb=limb
+            )
             if placed is None:
                 few = note("movement.unknown.few_points", where=body.where)
                 return BodyMotion.unknown(len(scene.names), few)
@@ -605,8 +608,14 @@ def _placed_by(
     photos: PhotoSet,
     options: LookOptions,
     outlier_sigmas: float = OUTLIER_SIGMAS,
+    of_limb: bool = True,
 ) -> Scene | None:
-    """The photos placed by these matches alone, from where the scene has them; lenses held."""
+    """The photos placed by these matches alone, from where the scene has them; lenses held.
+
+    Args:
+        of_limb: Photos from opposite sides share none of a limb: pairs of which no more matches
+            obey than by chance are left out. No poses fit all of a room in which a board is pushed.
+    """
     if not any(len(pair) for pair in pairs):
         return None
     places_px = agreed_by(features, pairs)
@@ -616,7 +625,8 @@ def _placed_by(
         if len(scene.placed) < 2:
             return None
         scene = _adjusted(scene, cameras, outlier_sigmas)
-        pairs = beyond_chance(scene, places_px, pairs, options.track_px) or pairs
+        if of_limb:
+            pairs = beyond_chance(scene, places_px, pairs, options.track_px) or pairs
     while loose := {*scene.placed} - {*joined_photos(scene)}:
         scene = without_photos(scene, loose)
         if len(scene.placed) < 2:

@@ -8,6 +8,10 @@ the tree that has the most matches (the maximum spanning tree: on its way betwee
 pair has at least as many matches as the pair of the two), and a pair that turns its second photo
 otherwise than the tree does contradicts it. A pair that shows little but a plane may do so too and
 be right: this is asked only where photos could not be placed by all pairs, of the mapper's alone.
+
+Points on a plane allow a photo two poses. Opposite photos on a turntable share nothing but the
+board, and more of it than neighbours share of sparse paint: the mapper poses them by it, half of
+the ring takes the other pose, and which half depends on the pair that it starts from.
 """
 
 from collections.abc import Sequence
@@ -20,6 +24,8 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components, mini
 from limbgram.core.geometry.frames import Rigid
 from limbgram.reconstruction.mapping.verdicts import CONTRADICTION_DEG, angles_deg
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
+
+_MOST_STARTS = 4
 
 
 def along_chains(pairs: Pairs, photos: int) -> Pairs:
@@ -36,6 +42,22 @@ def along_chains(pairs: Pairs, photos: int) -> Pairs:
     wrong = {_ends(turned[k][0]) for k in np.flatnonzero(contradict).tolist()}
     kept = tuple(pair for pair in pairs.verified if _ends(pair) not in wrong)
     return Pairs(kept, pairs.rejected + len(pairs.verified) - len(kept))
+
+
+def without_planes(pairs: Pairs) -> Pairs:
+    """Less the pairs that see a plane: by its points a photo has two poses."""
+    kept = tuple(pair for pair in pairs.verified if pair.kind != "planar")
+    return Pairs(kept, pairs.rejected + len(pairs.verified) - len(kept))
+
+
+def starts(pairs: Pairs) -> tuple[tuple[int, int], ...]:
+    """General pairs with the most matches to start the mapper from, no photo in two of them."""
+    general = [pair for pair in pairs.verified if pair.kind == "general"]
+    found: list[tuple[int, int]] = []
+    for pair in sorted(general, key=lambda pair: -len(pair.matches)):
+        if not any({*_ends(pair)} & {*other} for other in found):
+            found.append(_ends(pair))
+    return tuple(found[:_MOST_STARTS])
 
 
 def _ends(pair: VerifiedPair) -> tuple[int, int]:

@@ -10,6 +10,7 @@ There   the centre of the top left pixel is (0.5, 0.5); ids count from 1; a came
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64, Int32
@@ -36,14 +37,23 @@ _CONFIGURATIONS = {
 }
 
 
+class Begin(NamedTuple):
+    """How the mapper begins, and goes on."""
+
+    fewest_points: int
+    """Points of the scene that must agree for a photo to join it."""
+    seed: int = 0
+    pair: tuple[int, int] | None = None
+    """Photos to start from; the mapper's choice without."""
+
+
 def map_incrementally(
     photos: PhotoSet,
     places_px: Sequence[Points2],
     pairs: Pairs,
     cameras: Cameras,
     held: Sequence[bool],
-    fewest_points: int,
-    seed: int = 0,
+    begin: Begin,
     own_sigmas_px: Sequence[Float64[np.ndarray, " k"]] | None = None,
 ) -> tuple[Scene, ...]:
     """Seed pair, resection of each next photo, triangulation, bundle adjustment.
@@ -53,7 +63,7 @@ def map_incrementally(
     Args:
         held: By camera, whether its lens stays as it is.
         places_px: Keypoints of every photo, in the order that the pairs number them.
-        fewest_points: Points of the scene that must agree for a photo to join it.
+        begin: What the mapper starts from; with a pair given, no second scene is begun.
         own_sigmas_px: Of the same, where some are points of coded marks.
     """
     pycolmap.logging.minloglevel = pycolmap.logging.ERROR.value
@@ -63,7 +73,7 @@ def map_incrementally(
             _write_pair(database, pair)
         cache = pycolmap.DatabaseCache.create(database, pycolmap.DatabaseCacheOptions())
     manager = pycolmap.ReconstructionManager()
-    pipeline = pycolmap.IncrementalPipeline(_options(held, fewest_points, seed), cache, manager)
+    pipeline = pycolmap.IncrementalPipeline(_options(held, begin), cache, manager)
     steps = track(range(len(photos.photos)))
 
     def one_more() -> None:
@@ -77,16 +87,17 @@ def map_incrementally(
     return tuple(_scene(model, photos, places_px, cameras, own_sigmas_px) for model in models)
 
 
-def _options(
-    held: Sequence[bool], fewest_points: int, seed: int
-) -> pycolmap.IncrementalPipelineOptions:
+def _options(held: Sequence[bool], begin: Begin) -> pycolmap.IncrementalPipelineOptions:
     options = pycolmap.IncrementalPipelineOptions()
     options.extract_colors = False
     options.num_threads = 1
-    options.random_seed = seed
+    options.random_seed = begin.seed
+    if begin.pair is not None:
+        options.init_image_id1, options.init_image_id2 = (photo + 1 for photo in begin.pair)
+        options.multiple_models = False
     options.min_num_matches = _FEWEST_MATCHES
     options.min_model_size = _SMALLEST_MODEL
-    options.mapper.abs_pose_min_num_inliers = fewest_points
+    options.mapper.abs_pose_min_num_inliers = begin.fewest_points
     options.constant_cameras = {idx + 1 for idx, one in enumerate(held) if one}
     options.ba_refine_principal_point = False
     options.ba_global_frames_ratio = options.ba_global_points_ratio = 1.5

@@ -5,10 +5,10 @@ Out     a Scene: poses, points, lenses, a verdict for every photo, and whether t
 Method  keypoints moved to agree with all their window matches; incremental mapping (pycolmap)
         with the matches that reach farthest, lenses free that no board calibrated, and, where that
         leaves photos out, with those of EXIF held or without the pairs that contradict chains of
-        stronger ones; photos that contradict their pairs or hang on too few points lose their
-        pose; tracks from all matches; our own adjustment with the calibration's covariance as a
-        prior; a few photos that were zoomed lose theirs too; lenses of single photos are set free
-        where the residuals ask for it.
+        stronger ones, and from other starts where the ring folded; photos that contradict their
+        pairs or hang on too few points lose their pose; tracks from all matches; our own adjustment
+        with the calibration's covariance as a prior; a few photos that were zoomed lose theirs too;
+        lenses of single photos are set free where the residuals ask for it.
 Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.
 """
 
@@ -32,7 +32,7 @@ from limbgram.reconstruction.calibration.cameras import (
     from_exif,
 )
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.mapping.chains import along_chains
+from limbgram.reconstruction.mapping.chains import along_chains, starts, without_planes
 from limbgram.reconstruction.mapping.lens_evidence import LensEvidence, zoomed_photos
 from limbgram.reconstruction.mapping.lens_selection import with_supported_lenses
 from limbgram.reconstruction.mapping.scene import Ring, Scene
@@ -145,12 +145,16 @@ def _placed(
     places_px = agreed_places(features, pairs)
     own_sigmas_px = None if coded is None else coded.own_sigmas_px()
     best, refusal = None, PlacementError("placing.no_start", pairs=len(pairs.verified))
-    for held, seeds in _routes(cameras, pairs, len(photos.photos), options.mapper_matches):
+    folded = False
+    for route in _routes(cameras, pairs, len(photos.photos), options.mapper_matches):
+        if route.unfolds and not folded:
+            break
         try:
-            one = _mapped(photos, places_px, seeds, pairs, cameras, held, options, own_sigmas_px)
+            one = _mapped(photos, places_px, route, pairs, cameras, options, own_sigmas_px)
         except PlacementError as fault:
             refusal = fault
             continue
+        folded = folded or one.is_folded
         if best is None or len(one.scene.placed) > len(best.scene.placed):
             best = one
         if len(best.scene.placed) == len(photos.photos):
@@ -163,16 +167,33 @@ def _placed(
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
 
 
-def _routes(
-    cameras: Cameras, pairs: Pairs, photos: int, matches: int
-) -> Iterator[tuple[tuple[bool, ...], Pairs]]:
-    """Which lenses the mapper holds and which pairs it gets; the next if photos were left out."""
+@dataclass(frozen=True, kw_only=True)
+class _Route:
+    """What the mapper gets."""
+
+    held: tuple[bool, ...]
+    """By camera, whether its lens stays as it is."""
+    pairs: Pairs
+    start: tuple[int, int] | None = None
+    """Photos to start from; the mapper's choice without."""
+    unfolds: bool = False
+    """Whether it is meant for rings that folded."""
+
+
+def _routes(cameras: Cameras, pairs: Pairs, photos: int, matches: int) -> Iterator[_Route]:
+    """Ways to map the photos; the next is taken if photos were left out."""
     seeds = farthest_reaching(pairs, matches)
     lenses = tuple(_held_lenses(cameras))
-    yield from ((held, seeds) for held in lenses)
+    yield from (_Route(held=held, pairs=seeds) for held in lenses)
     chained = along_chains(pairs, photos)
+    kept = farthest_reaching(chained, matches)
     if len(chained.verified) < len(pairs.verified):
-        yield lenses[0], farthest_reaching(chained, matches)
+        yield _Route(held=lenses[0], pairs=kept)
+    solid = without_planes(chained)
+    if 0 < len(solid.verified) < len(chained.verified):
+        yield _Route(held=lenses[-1], pairs=farthest_reaching(solid, matches), unfolds=True)
+    for start in starts(chained):
+        yield _Route(held=lenses[-1], pairs=kept, start=start, unfolds=True)
 
 
 def _held_lenses(cameras: Cameras) -> Iterator[tuple[bool, ...]]:
@@ -197,21 +218,26 @@ class _Mapped:
     dropped: dict[int, Finding]
     """Photos that had a place which contradicts others, or hung on too few points."""
 
+    @property
+    def is_folded(self) -> bool:
+        return any(one.code == "placing.photo.contradicted" for one in self.dropped.values())
+
 
 def _mapped(
     photos: PhotoSet,
     places_px: Sequence[Points2],
-    seeds: Pairs,
+    route: _Route,
     pairs: Pairs,
     cameras: Cameras,
-    held: Sequence[bool],
     options: MappingOptions,
     own_sigmas_px: Sequence[Float64[np.ndarray, " k"]] | None,
 ) -> _Mapped:
-    from limbgram.reconstruction.mapping.colmap import map_incrementally  # loads pycolmap
+    from limbgram.reconstruction.mapping.colmap import Begin, map_incrementally  # loads pycolmap
 
-    fewest, seed = options.min_photo_points, options.seed
-    found = map_incrementally(photos, places_px, seeds, cameras, held, fewest, seed, own_sigmas_px)
+    begin = Begin(options.min_photo_points, options.seed, route.start)
+    found = map_incrementally(
+        photos, places_px, route.pairs, cameras, route.held, begin, own_sigmas_px
+    )
     if not found:
         raise PlacementError("placing.no_start", pairs=len(pairs.verified))
     rough = _adjusted(found[0], cameras, options)

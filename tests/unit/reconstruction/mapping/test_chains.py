@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.frames import Rigid
-from limbgram.reconstruction.mapping.chains import along_chains
+from limbgram.reconstruction.mapping.chains import along_chains, starts, without_planes
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
@@ -57,3 +57,11 @@ def test_a_plane_and_a_pair_that_no_chain_joins_are_kept(pair_of: MakePair) -> N
     given = Pairs((*chain, *others), 0)
     assert along_chains(given, 12) == given
     assert along_chains(Pairs((), 3), 12) == Pairs((), 3)
+
+
+def test_the_mapper_starts_from_solid_pairs_elsewhere_each_time(pair_of: MakePair) -> None:
+    ring = [pair_of(k, (k + 1) % 12, 120 + k) for k in range(12)]
+    given = Pairs((*ring, pair_of(0, 6, 300, 0.0, "planar")), 2)
+    assert starts(given) == ((11, 0), (9, 10), (7, 8), (5, 6))
+    assert without_planes(given) == Pairs(tuple(ring), 3)
+    assert starts(Pairs((), 0)) == ()

@@ -11,10 +11,11 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
+from limbgram.findings import note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.mapping import ring
-from limbgram.reconstruction.mapping.colmap import _lens, _write_photos, map_incrementally
+from limbgram.reconstruction.mapping.colmap import Begin, _lens, _write_photos, map_incrementally
 from limbgram.reconstruction.mapping.ring import _Mapped, place_roughly, without_photos
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
@@ -99,13 +100,13 @@ def test_exact_matches_come_back_as_an_exact_scene(
                 poses = [scene.view(k).camera_from_world for k in (first, second)]
                 pairs.append(make_pair(first, second, rows, poses[1] @ poses[0].inverse))
     held = (True,)
-    found = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras, held, 20)
+    found = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras, held, Begin(20))
     assert len(found) == 1
     assert found[0].placed == tuple(range(12))
     assert found[0].cameras == scene.cameras
     assert len(found[0].points_in_world) == 120
     assert np.abs(found[0].residuals_px()).max() < 0.01
-    again = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras, held, 20)[0]
+    again = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras, held, Begin(20))[0]
     np.testing.assert_array_equal(again.points_in_world, found[0].points_in_world)
 
 
@@ -123,7 +124,7 @@ def test_photos_that_a_free_lens_loses_are_placed_by_that_of_exif(
     tried: list[tuple[bool, ...]] = []
 
     def mapped(*given: Any) -> _Mapped:
-        held = given[5]
+        held = given[2].held
         tried.append(held)
         return _Mapped(scene if all(held) else without_photos(scene, {4, 5}), (), {})
 
@@ -151,7 +152,7 @@ def test_pairs_without_those_that_contradict_chains_may_place_more_photos(
     folded = make_pair(0, 3, rows, wrong @ second @ first.inverse, xy_px=ends_px)
 
     def mapped(*given: Any) -> _Mapped:
-        whole = len(given[2].verified) == len(pairs.verified) + 1
+        whole = len(given[2].pairs.verified) == len(pairs.verified) + 1
         return _Mapped(without_photos(scene, {3, 4, 5} if whole else left_out), (), {})
 
     monkeypatch.setattr(ring, "_mapped", mapped)
@@ -159,6 +160,54 @@ def test_pairs_without_those_that_contradict_chains_may_place_more_photos(
     found = place_roughly(photos, features, given_pairs, cameras)
     fewer = left_out if len(left_out) < 3 else {3, 4, 5}
     assert {*range(6)} - {*found.placed} == fewer
+
+
+@pytest.mark.parametrize(("folded", "placed", "tried"), [(True, 6, 4), (False, 3, 1)])
+def test_a_ring_that_folded_is_begun_elsewhere(
+    make_scene: Callable[..., Scene],
+    make_pair: Callable[..., VerifiedPair],
+    monkeypatch: pytest.MonkeyPatch,
+    folded: bool,
+    placed: int,
+    tried: int,
+) -> None:
+    """Only the third way, from the second start, has all photos: by pairs 0-1, then by 2-3.
+
+    Without contradicted photos, few matches are the cause, and no start helps.
+    """
+    scene = make_scene(photos=6, points=60, share=1.0, lenses=(LENS,))
+    photos, cameras = given(scene, "board")
+    features, pairs = in_a_row(scene, make_pair)
+    across = replace(pairs.verified[0], kind="planar", matches=replace(
+        pairs.verified[0].matches, first=0, second=5
+    ))  # fmt: skip
+    starts: list[tuple[int, int] | None] = []
+    reason = note("placing.photo.contradicted") if folded else note("placing.photo.loose", points=3)
+
+    def mapped(*given: Any) -> _Mapped:
+        starts.append(given[2].start)
+        if given[2].start == (2, 3):
+            return _Mapped(scene, (), {})
+        return _Mapped(without_photos(scene, {3, 4, 5}), (), dict.fromkeys((3, 4, 5), reason))
+
+    monkeypatch.setattr(ring, "_mapped", mapped)
+    found = place_roughly(photos, features, Pairs((*pairs.verified, across), 0), cameras)
+    assert len(found.placed) == placed
+    assert starts == [None, None, (0, 1), (2, 3)][:tried]
+
+
+def test_the_mapper_starts_from_the_pair_given(
+    make_scene: Callable[..., Scene], make_pair: Callable[..., VerifiedPair]
+) -> None:
+    """Two rows of photos that nothing joins: the scene is that of the start, and the only one."""
+    scene = make_scene(photos=6, points=60, share=1.0, lenses=(LENS,))
+    photos, cameras = given(scene, "board")
+    features, pairs = in_a_row(scene, make_pair)
+    parted = Pairs(tuple(one for one in pairs.verified if one.matches.first != 2), 0)
+    places = [one.xy_px.astype(float) for one in features.keypoints]
+    for pair, row in (((0, 1), (0, 1, 2)), ((3, 4), (3, 4, 5))):
+        found = map_incrementally(photos, places, parted, cameras, (True,), Begin(20, 0, pair))
+        assert [one.placed for one in found] == [row]
 
 
 def in_a_row(scene: Scene, make_pair: Callable[..., VerifiedPair]) -> tuple[Features, Pairs]:
