@@ -99,6 +99,7 @@ BLAMES: dict[str, tuple[str, ...]] = {
 """Codes, or how they begin, by what they blame."""
 UNDECIDED = (
     "movement.unknown", "movement.shape.unknown", "board.stretched_or_lens", "board.bent_or_lens",
+    "scale.cause.board_or_lens",
 )  # fmt: skip
 """Codes that name a second cause beside the first, and what would decide."""
 ASKS = (

@@ -17,8 +17,10 @@ import numpy as np
 from limbgram.core.errors import ScaleError
 from limbgram.core.geometry.arrays import Matrix3, Vector3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
+from limbgram.core.interval import chi_square_tail
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.cameras import Cameras
+from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.board import (
@@ -101,9 +103,20 @@ def _moved(scene_board: SceneBoard, scene: Scene) -> Finding | None:
     return doubt("board.probably_moved", seen=seen)
 
 
-def check_lengths(scale: Scale, max_disagreement: float) -> None:
-    """Refuse where a length, whether it set the scale or checks it, contradicts the scale."""
-    wrong = [one for one in scale.lengths if not abs(one.error) <= max_disagreement]
+def check_lengths(scale: Scale, max_disagreement: float, of_board: int = 0) -> None:
+    """Refuse where a length, whether it set the scale or checks it, contradicts the scale.
+
+    Args:
+        of_board: How many of the lengths, the first ones, lie on the board that sets the scale.
+            They are the longest of few corners, so noise takes one of them past what is allowed;
+            it is a fact only where chance does not explain it.
+    """
+    wrong = [
+        one
+        for k, one in enumerate(scale.lengths)
+        if not abs(one.error) <= max_disagreement
+        and not (k < of_board and _by_chance(one, of_board, max_disagreement))
+    ]
     if wrong:
         worst = max(wrong, key=lambda one: abs(one.error))
         others = tuple(one.label for one in scale.lengths if one.role == "control")
@@ -116,15 +129,28 @@ def check_lengths(scale: Scale, max_disagreement: float) -> None:
             sigma_mm=float(worst.sigma_mm),
             others=others,
             allowed=max_disagreement,
-            cause=_cause(scale, worst),
+            cause=_cause(scale, worst, any(worst is one for one in scale.lengths[:of_board])),
         )
 
 
-def _cause(scale: Scale, worst: LengthCheck) -> Finding:
+def _by_chance(length: LengthCheck, compared: int, max_disagreement: float) -> bool:
+    """Whether one of so many lengths errs as much by noise, which is no more than is allowed."""
+    if not length.sigma_mm <= max_disagreement * length.known_mm:
+        return False
+    off_mm = abs(length.measured_mm - length.known_mm)
+    return off_mm == 0 or (
+        length.sigma_mm > 0
+        and compared * chi_square_tail((off_mm / length.sigma_mm) ** 2, 1) > FALSE_ALARM
+    )
+
+
+def _cause(scale: Scale, worst: LengthCheck, on_board: bool) -> Finding:
     if worst.sigma_mm > abs(worst.measured_mm - worst.known_mm) / 2:
         return doubt("scale.cause.poor")
     if scale.source == "distances":
         return doubt("scale.cause.mistyped")
+    if on_board and scale.stretch_doubt == "uncalibrated":
+        return doubt("scale.cause.board_or_lens")
     return doubt("scale.cause.board")
 
 
@@ -212,7 +238,8 @@ def _scaled(
         )
     if scene_board is not None:
         check_scene_board(scene_board, _MAX_DISAGREEMENT, scene, scale.stretch_doubt)
-    check_lengths(scale, _MAX_DISAGREEMENT)
+    of_board = 0 if scene_board is None else len(scene_board.ruler.lengths)
+    check_lengths(scale, _MAX_DISAGREEMENT, of_board)
     mm_per_unit = 1 / rulers[0].units_per_mm
     if scene_board is not None:
         metric = _on_board(scene, aim, scene_board, mm_per_unit, scale)

@@ -12,9 +12,14 @@ from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.geometry.lens import POSE_SIZE
 from limbgram.reconstruction.mapping.scene import Movement, Scene
 from limbgram.reconstruction.scale.board import find_scene_board
-from limbgram.reconstruction.scale.metric import StretchDoubt
+from limbgram.reconstruction.scale.metric import LengthCheck, Scale, StretchDoubt
 from limbgram.reconstruction.scale.ruler import stretch_by_cameras
-from limbgram.reconstruction.scale.scaling import _moved, check_scene_board, to_millimetres
+from limbgram.reconstruction.scale.scaling import (
+    _moved,
+    check_lengths,
+    check_scene_board,
+    to_millimetres,
+)
 from limbgram.reconstruction.targets.board import BoardDetections
 
 
@@ -129,6 +134,40 @@ def test_a_stretch_that_a_lens_may_have_done_is_refused_where_the_scale_is_not_s
     assert board.relative_sigma == pytest.approx(0.002, rel=0.1)
     with pytest.raises(ScaleError, match=r"0\.40% longer along its x"):
         check_scene_board(board, 0.003, capture.scene)
+
+
+def with_length(measured_mm: float, sigma_mm: float, by: StretchDoubt) -> Scale:
+    """A board's scale with one checking length of 60 mm."""
+    one = LengthCheck(
+        label="board, along y",
+        known_mm=60.0,
+        measured_mm=measured_mm,
+        sigma_mm=sigma_mm,
+        role="check",
+    )
+    return Scale(unit="mm", source="board", relative_sigma=3e-4, lengths=(one,), stretch_doubt=by)
+
+
+@pytest.mark.parametrize("by", ["none", "uncalibrated"])
+def test_a_length_of_the_board_that_noise_explains_accuses_no_print(by: StretchDoubt) -> None:
+    """0.19 mm is 2.7 sigma: one length in 150 errs so, and eight are compared."""
+    scale = with_length(60.19, 0.07, by)
+    check_lengths(scale, 0.003, of_board=8)
+    with pytest.raises(ScaleError):  # a typed length is held to what is allowed
+        check_lengths(scale, 0.003)
+
+
+@pytest.mark.parametrize(
+    ("by", "said"), [("none", "scale.cause.board"), ("uncalibrated", "scale.cause.board_or_lens")]
+)
+def test_a_length_of_the_board_that_noise_does_not_explain_is_told(
+    by: StretchDoubt, said: str
+) -> None:
+    """0.4 % of 60 mm is 0.24 mm, 8 sigma."""
+    with pytest.raises(ScaleError) as refusal:
+        check_lengths(with_length(60.24, 0.03, by), 0.003, of_board=8)
+    cause = refusal.value.finding.values["cause"]
+    assert cause.code == said
 
 
 @pytest.mark.parametrize("number", [0, 2, 5])
