@@ -589,10 +589,13 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
     yield from _tipped(figures, kept_still=movement is not None and movement.shift == 0.0)
     if movement is None:
         return
+    known = all(lens.source == "board" for lens in figures.cameras)
     if movement.misfit:
-        yield MOVED.judge("verdict.misfit.moved", math.nan, movement=movement.found)
+        said = movement.found
+        yield MOVED.judge("verdict.misfit.moved", math.nan, movement=said, calibrated=known)
     if movement.bending_misfit:
-        yield BENT.judge("verdict.misfit.bent", math.nan, bending=movement.bent)
+        said = movement.bent
+        yield BENT.judge("verdict.misfit.bent", math.nan, bending=said, calibrated=known)
     if math.isfinite(movement.shift):
         said = movement.found
         if movement.shift > 0.0 and movement.alone:

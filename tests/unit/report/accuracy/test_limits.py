@@ -1,11 +1,12 @@
 """What limits a result is said from its limit on, and not a hair before it."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from limbgram.findings import Gravity, note
+from limbgram.findings import Gravity, note, told
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import BoardSeen, Figures, MovementFigures, TapedLength
@@ -116,6 +117,21 @@ def test_a_shift_of_all_that_places_the_photos_is_red_beyond_a_millimetre(
         turn_deg=0.0, chance=0.0, bent=None, bending_misfit=False, bending=0.0,
     )  # fmt: skip
     assert light_of(replace(figures, movement=moved), "movement") == light
+
+
+@pytest.mark.parametrize(("source", "asks"), [("board", False), ("exif", True)])
+def test_a_calibration_that_is_there_is_not_asked_for(
+    figures: Figures, source: str, asks: bool
+) -> None:
+    doubtful = MovementFigures(
+        kind="unknown", found=note("said.as_is", message="it may have moved"), photos=(),
+        alone=False, misfit=True, unexplained=False, explanations=(), shift=math.nan,
+        turn_deg=math.nan, chance=0.0, bent=note("said.as_is", message="it may have bent"),
+        bending_misfit=True, bending=math.nan,
+    )  # fmt: skip
+    found = put(replace(figures, movement=doubtful), "cameras.0.source", source)
+    said = [one.finding for one in criteria(found) if one.finding.code.startswith("verdict.misfit")]
+    assert [("Calibrate" in told(one)) for one in said] == [asks, asks]
 
 
 @pytest.mark.parametrize(("sigma_mm", "tells"), [(1.75, True), (1.76, False)])
