@@ -18,20 +18,20 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float64, Int32, Int64
 from manifold3d import Manifold
-from scipy import sparse
-from scipy.sparse import csgraph
 from scipy.spatial import KDTree
 
 from limbgram.capture.prediction import cosines_of
-from limbgram.capture.proxy import Skin
+from limbgram.capture.proxy import ENDS, Skin
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh, dots, unit
+from limbgram.core.mesh.topology import components, find_edges
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.measuring.measurement_pass import MatchingOptions
 
 _MOST_POINTS = 2000
+"""More of them make the surface no finer, and each costs in every place of the field."""
 _NEIGHBOURS = 12
 _SMOOTHINGS = 2
 """Times that normals become the mean of their neighbours'."""
@@ -46,8 +46,6 @@ _LEAST_DOWN = np.sin(np.radians(20.0))
 """Of the normal, down the axis: sides of a cone are the tube's own."""
 _LOWER_END = 0.1
 """Of the length along the axis."""
-_ENDS = 0.01
-"""Share of the points beyond either end: strays."""
 
 
 def towards_cameras(scene: Scene) -> Points3:
@@ -76,7 +74,8 @@ def closed_surface(points: Points3, towards: Points3) -> ClosedSurface | None:
     """
     every = max(1, -(-len(points) // _MOST_POINTS))
     points, towards = np.ascontiguousarray(points[::every]), towards[::every]
-    far, near = KDTree(points).query(points, k=min(_NEIGHBOURS, len(points) - 1) + 1)
+    tree = KDTree(points)
+    far, near = tree.query(points, k=min(_NEIGHBOURS, len(points) - 1) + 1)
     far, near = np.asarray(far), np.asarray(near)
     about = points[near] - points[near].mean(axis=1, keepdims=True)
     _, directions = np.linalg.eigh(np.einsum("nki,nkj->nij", about, about))
@@ -98,7 +97,7 @@ def closed_surface(points: Points3, towards: Points3) -> ClosedSurface | None:
     found = max(solid.decompose(), key=lambda one: one.volume()).to_mesh()
     vertices = np.asarray(found.vert_properties, np.float64)[:, :3]
     mesh = Mesh(vertices_mm=vertices, faces=np.asarray(found.tri_verts, np.int32))
-    _, near = KDTree(points).query(vertices, k=near.shape[1])
+    _, near = tree.query(vertices, k=near.shape[1])
     alike = np.einsum("ni,nki->nk", mesh.vertex_normals(), normals[np.asarray(near)])
     return ClosedSurface(mesh, alike.max(axis=1) < _LEAST_ALIKE)
 
@@ -151,7 +150,7 @@ def underside_of(
     unmeasured = (squarely < fewest) | surface.guessed
     down = mesh.vertex_normals() @ axis < -_LEAST_DOWN
     height = vertices @ axis
-    low, high = np.quantile(height, (_ENDS, 1 - _ENDS))
+    low, high = np.quantile(height, (ENDS, 1 - ENDS))
     patch = _patches(mesh, unmeasured)
     at_end = np.unique(patch[height < low + _LOWER_END * (high - low)])
     known = down & ~((patch >= 0) & np.isin(patch, at_end))
@@ -160,11 +159,6 @@ def underside_of(
 
 def _patches(mesh: Mesh, part: Bool[np.ndarray, " n"]) -> Int32[np.ndarray, " n"]:
     """The connected patch of each vertex of a part; -1 elsewhere."""
-    faces = mesh.faces
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    edges = edges[part[edges].all(axis=1)]
-    ones = np.ones(len(edges), np.int8)
-    graph = sparse.coo_array((ones, (edges[:, 0], edges[:, 1])), (len(mesh), len(mesh)))
-    found = np.asarray(csgraph.connected_components(graph, directed=False)[1], np.int32)
-    found[~part] = -1
-    return found
+    ends = find_edges(mesh.faces).ends
+    label = components(ends[part[ends].all(axis=1)].astype(np.int64), len(mesh))
+    return np.where(part, label, -1)

@@ -21,6 +21,7 @@ from limbgram.capture.camera_positions import (
     shows_squarely,
     stands_to_add,
 )
+from limbgram.capture.closed_surface import Underside
 from limbgram.capture.coverage import Shown
 from limbgram.capture.proxy import Skin
 from limbgram.core.geometry.arrays import Vector3
@@ -172,17 +173,7 @@ def photos_for(
         findings.append(fault("coach.unsure", share=float(unsure), most_mm=most_mm))
     notes: list[Finding] = []
     if under is not None and _WORTH_A_NOTE < under.share <= options.max_unseen:
-        added = _for_places(under.skin, under.squarely, metric, missing, options)
-        notes.append(
-            doubt(
-                "coach.overhang",
-                share=under.share,
-                least=options.least_photos,
-                count=sum(one.count for one in added),
-                places=_grouped(added),
-                first=first,
-            )
-        )
+        notes.append(_overhang(under, metric, missing, first, options))
     if not proxy.known[-1]:
         notes.append(note("coach.no_upper_end"))
     if shown.bare:
@@ -190,6 +181,25 @@ def photos_for(
     if shown.coverage.weakest is not None:
         notes.append(note("coach.least_sure", weakest=shown.coverage.weakest))
     return asked, findings, tuple(notes)
+
+
+def _overhang(
+    under: Underside,
+    metric: MetricScene,
+    missing: Sequence[MissingPhotos],
+    first: str,
+    options: CheckOptions,
+) -> Finding:
+    """That some of the limb faces down where too few photos show it, and what would show it."""
+    added = _for_places(under.skin, under.squarely, metric, missing, options)
+    return doubt(
+        "coach.overhang",
+        share=under.share,
+        least=options.least_photos,
+        count=sum(one.count for one in added),
+        places=_grouped(added),
+        first=first,
+    )
 
 
 def _for_places(

@@ -26,7 +26,7 @@ ROWS = 9
 _CAP_RINGS = (0.66, 0.33)
 """Rings of the cap, as shares of the radius under it; its pole is one more cell."""
 _MOST_POINTS = 4000
-_ENDS = 0.01
+ENDS = 0.01
 """Share of the points beyond either end of the tube: strays."""
 _SIDE = 0.9
 """Share of the length that is side; the cap covers the rest."""
@@ -104,7 +104,7 @@ def proxy_of(points: Points3, towards: Vector3) -> LimbProxy:
     axis = _axis_of(points)
     first, second = _across(axis, towards - np.median(points, axis=0))
     local = np.column_stack([points @ first, points @ second, points @ axis])
-    low, high = np.quantile(local[:, 2], (_ENDS, 1 - _ENDS))
+    low, high = np.quantile(local[:, 2], (ENDS, 1 - ENDS))
     local = local[(local[:, 2] >= low) & (local[:, 2] <= high)]
     line = _middle_line(local, low, high)
     aside = local[:, :2] - line(local[:, 2])

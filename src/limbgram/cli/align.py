@@ -31,7 +31,7 @@ from limbgram.workbench.anatomy.names import LANGUAGES, NAMES_IN
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.compare.carried_landmarks import Carried
 from limbgram.workbench.devices.landmark_uses import uses_of
-from limbgram.workbench.frame.landmarks import unconfirmed, with_landmarks
+from limbgram.workbench.frame.landmarks import other_notes, unconfirmed, with_landmarks
 from limbgram.workbench.limb import AlignedLimb, KindName, Side
 
 
@@ -88,9 +88,8 @@ def align_command(
 
 def _kept(limb: AlignedLimb, shape: Path, read: ShapeFile, carried: Carried | None) -> Reply:
     """Write the limb file, and say where the limb lies now."""
-    doubts = [one for one in limb.notes if one.code != "landmark.unconfirmed"]
     said = unconfirmed(limb)
-    limb = replace(limb, notes=tuple(doubts) if said is None else (said, *doubts))
+    limb = replace(limb, notes=(*(() if said is None else (said,)), *other_notes(limb)))
     written = write_limb_file(limb, shape, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
     motion = limb.limb_from_mesh
     limb = outside_of(limb)

@@ -16,6 +16,7 @@ from limbgram.services.make_device import MakeDeviceRequest, make
 from limbgram.workbench.devices.device import Device, devices
 from limbgram.workbench.devices.making import device_named
 from limbgram.workbench.devices.trims import Measure
+from limbgram.workbench.frame.landmarks import other_notes
 
 
 @answered
@@ -54,11 +55,7 @@ def device_command(
     done = make(read, ask, folder)
     return Reply(
         (
-            *(
-                f"Note: {with_full_stop(told(one, spoken()))}"
-                for one in read.limb.notes
-                if one.code != "landmark.unconfirmed"  # `done` says which of them it goes by
-            ),
+            *(f"Note: {with_full_stop(told(one, spoken()))}" for one in other_notes(read.limb)),
             *(told(one, spoken()) for one in done.said),
             *(f"Written: {path}" for path in done.written),
         ),

@@ -21,7 +21,7 @@ from limbgram.core.interval import Interval, explained, plus_minus
 from limbgram.findings import Finding, told
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
 from limbgram.workbench.bodies import left_out
-from limbgram.workbench.frame.landmarks import unconfirmed
+from limbgram.workbench.frame.landmarks import other_notes, unconfirmed
 from limbgram.workbench.limb import KIND_NAMED, Limb
 from limbgram.workbench.measures.along import AlongCentreline, along_tree
 from limbgram.workbench.measures.form import sheet_tree
@@ -116,7 +116,7 @@ def _notes(limb: Limb, measures: Measures) -> Iterator[Finding]:
     said = unconfirmed(limb, [*ends, *([measures.reference] if measures.reference else [])])
     if said is not None:
         yield said
-    yield from (one for one in limb.notes if one.code != "landmark.unconfirmed")
+    yield from other_notes(limb)
 
 
 def _form_lines(form: MeasuringSheet) -> Iterator[str]:

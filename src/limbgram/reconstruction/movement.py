@@ -620,13 +620,13 @@ def _placed_by(
         return None
     places_px = agreed_by(features, pairs)
     width = max(photo.width_px for photo in photos.photos)
-    for reach_px in (options.reach * width, options.track_px):
+    for again, reach_px in enumerate((options.reach * width, options.track_px)):
+        if of_limb and again:
+            pairs = beyond_chance(scene, places_px, pairs, reach_px) or pairs
         scene = _retracked(scene, places_px, pairs, reach_px)
         if len(scene.placed) < 2:
             return None
         scene = _adjusted(scene, cameras, outlier_sigmas)
-        if of_limb:
-            pairs = beyond_chance(scene, places_px, pairs, options.track_px) or pairs
     while loose := {*scene.placed} - {*joined_photos(scene)}:
         scene = without_photos(scene, loose)
         if len(scene.placed) < 2:

@@ -261,7 +261,7 @@ def boundary_loops(faces: Faces) -> list[Int32[np.ndarray, " l"]]:
 def face_components(faces: Faces) -> Int32[np.ndarray, " f"]:
     """Label of each face's component; faces belong together across shared edges."""
     sides = find_edges(faces).faces()
-    return _components(sides[sides[:, 1] >= 0].astype(np.int64), len(faces))
+    return components(sides[sides[:, 1] >= 0].astype(np.int64), len(faces))
 
 
 def largest_piece(mesh: Mesh) -> tuple[Mesh, int]:
@@ -285,7 +285,7 @@ def corner_fans(faces: Faces) -> Int32[np.ndarray, "f 3"]:
     links = np.concatenate(
         [np.column_stack([one, _next_corner(two)]), np.column_stack([_next_corner(one), two])]
     )
-    return _components(links, 3 * len(faces)).reshape(-1, 3)
+    return components(links, 3 * len(faces)).reshape(-1, 3)
 
 
 def is_vertex_manifold(faces: Faces) -> bool:
@@ -389,7 +389,7 @@ def _cones_mm3(around: Points3, border: Int32[np.ndarray, "b 2"]) -> float:
     """Volumes under the cones that close several openings; of one, whose mean is the origin, 0."""
     used, ends = np.unique(border, return_inverse=True)
     ends = ends.reshape(-1, 2)
-    loop = _components(ends.astype(np.int64), len(used))
+    loop = components(ends.astype(np.int64), len(used))
     if not loop.max():
         return 0.0
     counts = np.bincount(loop)
@@ -417,7 +417,7 @@ def with_any(marked: np.ndarray, faces: np.ndarray):
 
 
 @njit(cache=True, nogil=True)
-def _components(links: np.ndarray, count: int):
+def components(links: np.ndarray, count: int):
     """Components of a graph by union and find, numbered in the order of their first nodes."""
     root = np.arange(count)
     for k in range(len(links)):

@@ -18,8 +18,7 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int32, Int64
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError
@@ -27,7 +26,7 @@ from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh, dots, unit
 from limbgram.core.mesh.sections import area_and_centroid, cut
-from limbgram.core.mesh.topology import boundary_half_edges, edge_lengths, find_edges
+from limbgram.core.mesh.topology import boundary_half_edges, components, edge_lengths, find_edges
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.reconstruction.surface.holes import fill_holes
 from limbgram.workbench.anatomy.names import named
@@ -275,9 +274,7 @@ def find_sides(mesh: Mesh, curves: Sequence[Curve]) -> Sides:
     ends = find_edges(mesh.faces).ends
     across = sign[ends[:, 0]] * sign[ends[:, 1]] < 0
     count = len(mesh)
-    joined = ends[~across]
-    graph = coo_array((np.ones(len(joined), np.int8), (joined[:, 0], joined[:, 1])), (count, count))
-    part = connected_components(graph, directed=False)[1]
+    part = components(ends[~across].astype(np.int64), count)
     parts = int(part.max()) + 1
     lefts = np.bincount(part[sign > 0], minlength=parts)
     rights = np.bincount(part[sign < 0], minlength=parts)

@@ -104,6 +104,12 @@ def unconfirmed(limb: Limb, used: Iterable[str] | None = None) -> Finding | None
     return doubt("landmark.unconfirmed", names=names) if names else None
 
 
+def other_notes(limb: Limb) -> tuple[Finding, ...]:
+    """What was said of the limb, but for unconfirmed landmarks: of these, what is made of it says
+    which ones it goes by."""
+    return tuple(one for one in limb.notes if one.code != "landmark.unconfirmed")
+
+
 def with_confirmed(limb: AnyLimb, names: Sequence[str]) -> AnyLimb:
     """The limb after somebody has looked at proposals, and says that they stand where they should.
 
