@@ -14,8 +14,10 @@ Method  Noise: what single photos pull the surface by, each solved through the t
         off again and again, (1 - H)^2 H x, is seen where there is paint, and for relief whose power
         falls like the wave number's fifth to seventh power the lost part has about a constant
         multiple of its energy. Elsewhere it is as much more as relief can stand off the plate
-        unseen: drawn from the plate's energy less what is held, which is kriging's variance.
-        Both are pooled over neighbours. Of folds it is alike all along them (`creases`).
+        unseen. Drawn from the plate's energy less what is held, that is kriging's variance of
+        relief whose power falls like the fourth power; of the steeper relief of limbs, heights
+        grow like its square and squared slopes like itself. Energies are pooled over neighbours.
+        Of folds detail is alike all along them (`creases`).
         Lines: relief of slope s makes a line longer by s^2 / 4 of itself, whatever its direction;
         what is lost follows from the slope of (1 - H) x, what noise adds from the slope of the
         photos' disagreement.
@@ -74,6 +76,10 @@ from limbgram.reconstruction.scale.metric import MetricScene
 _LOST_PER_SEEN = 12.0
 """Energy of the detail that the plate took over that of (1 - H)^2 H x. Theory says 30 for endless
 relief, less where the mesh or the relief ends; seven captures of our own asked for 7 to 14."""
+_STEEP_UP_TO = 5.0
+"""Energy of the plate's relief that is left unseen, over the usual vertex's, up to which that of a
+limb grows as its square: the one falls like the fourth power of the wave number, the other like the
+sixth. Wider gaps have relief that is less steep, and it grows in proportion."""
 _DETAIL_BY_SHARE, _SLOPE_BY_SHARE = 0.5, 0.25
 """A plate of so much less stiffness loses so much less: powers of its share of the usual stiffness.
 Theory, plates of 2 mm on edges of 3 mm, shares of 0.6, 0.4 and 0.2: 0.69, 0.49, 0.24 of the energy
@@ -180,7 +186,7 @@ def local_errors(
     plate = sp.csr_matrix(bending @ equations.plate.laplacian)
     system = sp.csr_matrix(equations.held + plate)
     pool = Pool.of(thin_plate, equations.photos)
-    painted = pool.among(equations.signal > PAINTED)
+    painted, alone = pool.among(equations.signal > PAINTED), times_unseen(equations.photos)
     free = _free(thin_plate, equations, pool)
     loud = free * _loudness(mesh, equations, pool)
 
@@ -191,13 +197,13 @@ def local_errors(
     squares = [probe**2 for probe in probes]
     noise = _noise(squares, equations, pool, loud, NOISE_RINGS)
     noise /= 1 + left * noise / (_PUSHED_PX * seen.pixel_mm) ** 2
-    squares = [probe**2 for probe in usual.probes]
-    in_seen = _noise(squares, equations, painted, loud, NOISE_RINGS) / free
-    detail = painted.energy((usual.taken - usual.again) ** 2 / free, DETAIL_RINGS)
-    detail -= _NOISE_IN_SEEN * painted.energy(in_seen, NOISE_RINGS)
+    unseen = free**2 / (1 + free / _STEEP_UP_TO)
+    detail = _as_in_paint((usual.taken - usual.again) ** 2, unseen, painted)
+    in_seen = alone * np.mean(np.square(usual.probes), axis=0)
+    detail -= _NOISE_IN_SEEN * _as_in_paint(in_seen, unseen, painted)
     wrinkled = _wrinkled(usual, thin_plate, equations, painted)
     per_seen = _LOST_PER_SEEN * (1 + (_WRINKLED_DETAIL - 1) * wrinkled) * share**_DETAIL_BY_SHARE
-    variance = noise + per_seen * np.maximum(detail, 0.0) * free
+    variance = noise + per_seen * np.maximum(detail, 0.0)
     variance += _chord(seen, pool) ** 2
     variance += _given(left, equations, thin_plate) * seen.pixel_mm**2
 
@@ -207,8 +213,8 @@ def local_errors(
         _squared_slope(thin_plate, probe - held)
         for probe, held in zip(usual.probes, usual.kept, strict=True)
     ]
-    in_taken = _noise(steep, equations, pool, loud, WIDE_RINGS)
-    steepness = pool.energy(_squared_slope(thin_plate, usual.taken), WIDE_RINGS)
+    in_taken = _as_in_paint(alone * np.mean(steep, axis=0), unseen / free, painted)
+    steepness = _as_in_paint(_squared_slope(thin_plate, usual.taken), unseen / free, painted)
     relief = np.maximum(steepness - in_taken, 0.0)
     across, more_one_way = _one_way(mesh, usual.taken, seen, pool)
     folded = np.clip((more_one_way - _ALL_WAYS) * steepness, 0.0, relief)
@@ -221,6 +227,13 @@ def local_errors(
         left=left,
         creases_mm=_within(lost_creases_mm(mesh, seen, equations, usual), variance, pool),
     )
+
+
+def _as_in_paint(
+    squares: Float64[np.ndarray, " n"], unseen: Float64[np.ndarray, " n"], painted: Pool
+) -> Float64[np.ndarray, " n"]:
+    """Energies as paint shows them, enlarged by as much more as is left unseen at each vertex."""
+    return unseen * painted.energy(squares / unseen, WIDE_RINGS)
 
 
 def _within(

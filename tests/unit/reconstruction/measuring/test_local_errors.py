@@ -50,12 +50,14 @@ def solved(
     turn_rad: float | None = None,
     share: float = 1.0,
     crease_mm: float = 0.0,
+    dabs_mm: float = np.inf,
 ) -> Solved:
     """A flat surface (or one with waves of that amplitude) measured by photos that err alike.
 
     By a plate with that share of the usual stiffness; `crease_mm` are folds beside its middle.
 
-    Within `bare_mm` of its middle the photos show nothing. With `turn_rad` all waves run nearly
+    Within `bare_mm` of its middle the photos show nothing, and with `dabs_mm` nothing right of the
+    middle but in dabs of that radius. With `turn_rad` all waves run nearly
     that way, from x; without, each goes its own.
     """
     mesh = _sheet()
@@ -71,7 +73,9 @@ def solved(
         (np.full(3 * count, 1 / 3), (np.repeat(np.arange(count), 3), mesh.faces.ravel())),
         (count, len(mesh)),
     )
+    bare = (_from_middle(mesh) < bare_mm) | (_beside_dabs_mm(mesh) > dabs_mm)
     shown = (_from_middle(mesh)[mesh.faces].mean(1) >= bare_mm).astype(float)
+    shown[_beside_dabs_mm(mesh)[mesh.faces].mean(1) > dabs_mm] = 0.0
     weighted = sp.csr_matrix(weight * spread.T @ sp.diags(shown))
     data = sp.csr_matrix(PHOTOS * weighted @ spread + 1e-3 * sp.eye(len(mesh)))
     told = noise + (spread @ true_mm)[:, None]
@@ -103,7 +107,7 @@ def solved(
         stiffness_share=share,
         plate=thin_plate,
         across=np.ones(len(mesh)),
-        signal=np.where(_from_middle(mesh) < bare_mm, 0.1, 1.0),
+        signal=np.where(bare, 0.1, 1.0),
         held=sp.csr_matrix(data + 1.4 * sp.eye(len(mesh))),  # belief in the given surface
         unheld=sp.csr_matrix((len(mesh), len(mesh))),
     )
@@ -536,6 +540,27 @@ def test_sigma_grows_over_a_bare_patch_the_more_the_wider_it_is() -> None:
     assert 0.4 * errors[2] < sigmas[2] < 1.2 * errors[2]
 
 
+def test_sigma_grows_between_dabs_as_errors_do() -> None:
+    """Dense paint on one half and dabs 8 mm apart beside it, over waves of 4 mm and longer.
+
+    If relief between dabs grew only as the plate's own, errors there were twice what is stated.
+    """
+    right_mm = _right_mm(_sheet())
+    halves = _inside() & (right_mm < -8), _inside() & (right_mm > 8)
+    squares: list[np.ndarray] = []
+    variances: list[np.ndarray] = []
+    for seed in range(5):
+        found = solved(0.1, seed, wave_mm=0.3, growth=0.7, dabs_mm=2.8)
+        squares.append(found.errors_mm**2)
+        variances.append(_local(found.mesh, found.seen, _believing(found)).variance_mm2)
+    dense, dabs = (
+        np.sqrt(np.mean(np.array(squares)[:, half]) / np.mean(np.array(variances)[:, half]))
+        for half in halves
+    )
+    assert 0.8 < dense < 1.3
+    assert 0.7 < dabs / dense < 1.4  # 1.85 in proportion to the plate's
+
+
 def test_noise_taken_for_texture_makes_a_vertex_less_sure() -> None:
     """The photos pull as much as anywhere, and a tenth of it is what truly holds."""
     found = solved(0.1, 2)
@@ -605,8 +630,19 @@ def _folds(mesh: Mesh) -> np.ndarray:
 
 
 def _beside_middle_mm(mesh: Mesh) -> np.ndarray:
+    return np.abs(_right_mm(mesh))
+
+
+def _right_mm(mesh: Mesh) -> np.ndarray:
     x = mesh.vertices_mm[:, 0]
-    return np.abs(x - x.mean())
+    return x - x.mean()
+
+
+def _beside_dabs_mm(mesh: Mesh) -> np.ndarray:
+    """Distance of each vertex from the nearest place of a grid of 8 mm, right of the middle."""
+    flat = mesh.vertices_mm[:, :2] - mesh.vertices_mm[:, :2].mean(0)
+    away_mm = np.linalg.norm(flat - 8.0 * np.round(flat / 8.0), axis=1)
+    return np.where(flat[:, 0] > 0, away_mm, 0.0)
 
 
 def _from_middle(mesh: Mesh) -> np.ndarray:
