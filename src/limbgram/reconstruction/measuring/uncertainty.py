@@ -14,10 +14,10 @@ Method  Noise: what single photos pull the surface by, each solved through the t
         off again and again, (1 - H)^2 H x, is seen where there is paint, and for relief whose power
         falls like the wave number's fifth to seventh power the lost part has about a constant
         multiple of its energy. Elsewhere it is as much more as relief can stand off the plate
-        unseen. Drawn from the plate's energy less what is held, that is kriging's variance of
-        relief whose power falls like the fourth power; of the steeper relief of limbs, heights
-        grow like its square and squared slopes like itself. Energies are pooled over neighbours.
-        Of folds detail is alike all along them (`creases`).
+        unseen: drawn from the plate's energy less what is held (kriging's variance), which grows
+        like the square of the length that is not seen, while the limb's own grows as paint shows
+        it to. Energies are pooled over neighbours. Of folds detail is alike all along them
+        (`creases`).
         Lines: relief of slope s makes a line longer by s^2 / 4 of itself, whatever its direction;
         what is lost follows from the slope of (1 - H) x, what noise adds from the slope of the
         photos' disagreement.
@@ -76,10 +76,9 @@ from limbgram.reconstruction.scale.metric import MetricScene
 _LOST_PER_SEEN = 12.0
 """Energy of the detail that the plate took over that of (1 - H)^2 H x. Theory says 30 for endless
 relief, less where the mesh or the relief ends; seven captures of our own asked for 7 to 14."""
-_STEEP_UP_TO = 5.0
-"""Energy of the plate's relief that is left unseen, over the usual vertex's, up to which that of a
-limb grows as its square: the one falls like the fourth power of the wave number, the other like the
-sixth. Wider gaps have relief that is less steep, and it grows in proportion."""
+_LENGTHS = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0)
+"""Lengths, in those below which the plate rules at the usual vertex, at which the growth of relief
+is measured."""
 _DETAIL_BY_SHARE, _SLOPE_BY_SHARE = 0.5, 0.25
 """A plate of so much less stiffness loses so much less: powers of its share of the usual stiffness.
 Theory, plates of 2 mm on edges of 3 mm, shares of 0.6, 0.4 and 0.2: 0.69, 0.49, 0.24 of the energy
@@ -197,10 +196,14 @@ def local_errors(
     squares = [probe**2 for probe in probes]
     noise = _noise(squares, equations, pool, loud, NOISE_RINGS)
     noise /= 1 + left * noise / (_PUSHED_PX * seen.pixel_mm) ** 2
-    unseen = free**2 / (1 + free / _STEEP_UP_TO)
-    detail = _as_in_paint((usual.taken - usual.again) ** 2, unseen, painted)
+    unseen = _unseen(free, usual, thin_plate, equations, painted)
     in_seen = alone * np.mean(np.square(usual.probes), axis=0)
-    detail -= _NOISE_IN_SEEN * _as_in_paint(in_seen, unseen, painted)
+    near, wide = (
+        _as_in_paint((usual.taken - usual.again) ** 2, unseen, painted, rings)
+        - _NOISE_IN_SEEN * _as_in_paint(in_seen, unseen, painted, rings)
+        for rings in (DETAIL_RINGS, WIDE_RINGS)
+    )
+    detail = np.maximum(near, wide)  # dabs show less of it than even paint
     wrinkled = _wrinkled(usual, thin_plate, equations, painted)
     per_seen = _LOST_PER_SEEN * (1 + (_WRINKLED_DETAIL - 1) * wrinkled) * share**_DETAIL_BY_SHARE
     variance = noise + per_seen * np.maximum(detail, 0.0)
@@ -213,8 +216,9 @@ def local_errors(
         _squared_slope(thin_plate, probe - held)
         for probe, held in zip(usual.probes, usual.kept, strict=True)
     ]
-    in_taken = _as_in_paint(alone * np.mean(steep, axis=0), unseen / free, painted)
-    steepness = _as_in_paint(_squared_slope(thin_plate, usual.taken), unseen / free, painted)
+    in_taken = _as_in_paint(alone * np.mean(steep, axis=0), unseen / free, painted, WIDE_RINGS)
+    steepness = _squared_slope(thin_plate, usual.taken)
+    steepness = _as_in_paint(steepness, unseen / free, painted, WIDE_RINGS)
     relief = np.maximum(steepness - in_taken, 0.0)
     across, more_one_way = _one_way(mesh, usual.taken, seen, pool)
     folded = np.clip((more_one_way - _ALL_WAYS) * steepness, 0.0, relief)
@@ -229,11 +233,35 @@ def local_errors(
     )
 
 
-def _as_in_paint(
-    squares: Float64[np.ndarray, " n"], unseen: Float64[np.ndarray, " n"], painted: Pool
+def _unseen(
+    free: Float64[np.ndarray, " n"],
+    usual: ByUsualPlate,
+    thin_plate: ThinPlate,
+    equations: JointEquations,
+    painted: Pool,
 ) -> Float64[np.ndarray, " n"]:
-    """Energies as paint shows them, enlarged by as much more as is left unseen at each vertex."""
-    return unseen * painted.energy(squares / unseen, WIDE_RINGS)
+    """How far the limb's relief stands off the plate unseen, squared, over the usual vertex's.
+
+    Where the plate's own has `free`, what is not seen is as long as its root: so much relief as a
+    plate of that length takes off what was measured.
+    """
+    length_mm, told = _usual_length_mm(thin_plate, equations), painted.counted
+    taken = [_taken_by(times * length_mm, usual, thin_plate, [])[0] for times in _LENGTHS]
+    heights = np.array([usual_square(each[told]) for each in taken])
+    if not heights.all():  # flat, or no vertex to tell
+        return free
+    growth = np.log(heights / heights[_LENGTHS.index(1.0)])
+    return np.exp(np.interp(np.log(free), 2 * np.log(_LENGTHS), growth))
+
+
+def _as_in_paint(
+    squares: Float64[np.ndarray, " n"],
+    unseen: Float64[np.ndarray, " n"],
+    painted: Pool,
+    rings: int,
+) -> Float64[np.ndarray, " n"]:
+    """Energies as paint near by shows them, enlarged by as much more as is left unseen."""
+    return unseen * painted.energy(squares / unseen, rings)
 
 
 def _within(
@@ -388,17 +416,26 @@ def _bands(
     for band in _BANDS:
         taken: list[Float64[np.ndarray, "k n"]] = []
         for times in band:
-            length_mm = times * equations.length_mm
-            bending = bending_of(thin_plate, stiffness_of(thin_plate, 1.0, length_mm))
-            system = sp.csr_matrix(sp.diags(area) + bending @ thin_plate.laplacian)
-            flattening = bending @ curvature_of(usual.surface, thin_plate, length_mm)
-            noises = (area * probe for probe in usual.probes)
-            first, *rest = solve_all(system, [flattening, *noises])
-            taken.append(np.array([first, *rest])[:, told])
+            noises = [area * probe for probe in usual.probes]
+            both = _taken_by(times * equations.length_mm, usual, thin_plate, noises)
+            taken.append(np.array(both)[:, told])
         whole, *noises = taken[1] - taken[0]
         noise = sum(usual_square(np.sqrt(unseen) * each) for each in noises) / PROBES
         found.append(_Band(usual_square(whole) - noise, noise))
     return found
+
+
+def _taken_by(
+    length_mm: float,
+    usual: ByUsualPlate,
+    thin_plate: ThinPlate,
+    loads: list[Float64[np.ndarray, " n"]],
+) -> list[Float64[np.ndarray, " n"]]:
+    """What a plate of that length takes off the measured surface, mm, and what is left of loads."""
+    bending = bending_of(thin_plate, stiffness_of(thin_plate, 1.0, length_mm))
+    system = sp.csr_matrix(sp.diags(thin_plate.area_mm2) + bending @ thin_plate.laplacian)
+    flattening = bending @ curvature_of(usual.surface, thin_plate, length_mm)
+    return solve_all(system, [flattening, *loads])
 
 
 @dataclass(frozen=True)

@@ -515,8 +515,8 @@ def _believing(found: Solved) -> JointEquations:
 def test_sigma_grows_over_a_bare_patch_the_more_the_wider_it_is() -> None:
     """Relief under a gap in the paint is not seen: the plate runs straight over it.
 
-    These waves are higher for their length than the plate has them, so that sigma, which is told by
-    what is seen round the gap, comes out too small; it knows of the gap all the same.
+    It grows with the gap as paint round it shows that it grows: waves end at 16 mm, so that a gap
+    of 14 mm costs hardly more than one of 8 mm.
     """
     away_mm = _from_middle(_sheet())
     middle, round_it = away_mm < 2, _inside() & (away_mm > 10)
@@ -536,8 +536,9 @@ def test_sigma_grows_over_a_bare_patch_the_more_the_wider_it_is() -> None:
         assert 0.025 < rest < 0.05  # the gap is no matter of theirs
     assert errors[1] > 2 * errors[0]  # the gap costs what it is to cost
     assert sigmas[1] > 1.6 * sigmas[0]
-    assert sigmas[2] > 1.5 * sigmas[1]
-    assert 0.4 * errors[2] < sigmas[2] < 1.2 * errors[2]
+    assert sigmas[2] > 1.1 * sigmas[1]
+    for error, sigma in zip(errors[1:], sigmas[1:], strict=True):
+        assert 0.6 * error < sigma < 1.2 * error
 
 
 def test_sigma_grows_between_dabs_as_errors_do() -> None:
