@@ -76,7 +76,7 @@ from limbgram.reconstruction.scale.metric import MetricScene
 _LOST_PER_SEEN = 12.0
 """Energy of the detail that the plate took over that of (1 - H)^2 H x. Theory says 30 for endless
 relief, less where the mesh or the relief ends; seven captures of our own asked for 7 to 14."""
-_LENGTHS = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0)
+_LENGTHS = (0.35, 0.7, 1.0, 1.4, 2.0, 4.0)
 """Lengths, in those below which the plate rules at the usual vertex, at which the growth of relief
 is measured."""
 _DETAIL_BY_SHARE, _SLOPE_BY_SHARE = 0.5, 0.25
