@@ -212,6 +212,7 @@ def test_what_a_covered_cut_takes_away_is_no_change_of_volume(
     for volume in (ledger.lines[-1].volume, ledger.volume):
         assert volume is not None
         assert volume.low_mm == (None if low_mm is None else pytest.approx(low_mm, abs=0.01))
+        assert volume.high_mm is not None
         assert volume.high_mm == pytest.approx(high_mm, abs=0.1)
         of_span = AREA_MM2 * (volume.high_mm - (volume.low_mm or 0.0)) / 1000
         assert volume.before_ml == pytest.approx(of_span, rel=1e-6)
