@@ -3,10 +3,11 @@
 In      two shapes, either of which may be a wall.
 Out     the same, each wall as one skin that faces outwards as a limb does; and what was taken.
 Method  The inside is what `measured_skin` tells by levels; the outside is what is left of the wall
-        without it, its rim included. Beside a limb that skin counts which is nearer to it, where
-        one was made from the other, or else nearer in width: the inside of a socket, the outside of
-        a shape that was made hollow. Of two walls the insides count. A wall that is open on a side,
-        as a half shell is, shows no hollow: both its skins are compared, and that is said.
+        without it, its rim included. The inside counts, as of a socket, also where a limb that was
+        much reduced lies nearer to the outside; the outside only where it is the other shape's own
+        surface, of which the wall was made inwards. Of two walls the insides count. A wall that is
+        open on a side, as a half shell is, shows no hollow: both its skins are compared, and that
+        is said.
 Fails   never.
 """
 
@@ -18,10 +19,13 @@ from limbgram.core.mesh.topology import is_watertight, with_faces
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, doubt
 from limbgram.workbench.compare.frames import axes_of, mesh_in_frame
-from limbgram.workbench.compare.icp import MIDDLE, descent, places_of, width_mm
+from limbgram.workbench.compare.icp import MIDDLE, descent, places_of
 from limbgram.workbench.edits.thickness import Thickness, wall_of
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.measured_skin import inner_faces
+
+_SAME_MM = 0.1
+"""So near lies the middle of what was made of a surface to that surface."""
 
 
 class _Taken(NamedTuple):
@@ -52,24 +56,16 @@ def _wall(limb: Limb) -> Thickness | None:
 
 
 def _skin(wall: Limb, other: Limb | None) -> _Taken:
-    """The skin of a wall that is nearer to another shape in width, or its inside beside none."""
+    """The skin of a wall that is compared with another shape, or with another wall: None."""
     mesh = wall.mesh
     inner = inner_faces(mesh_in_frame(mesh, axes_of(wall).limb_from_mesh))
     if not inner.any():
         return _Taken(wall, "both")
     inside = wall.with_mesh(with_faces(mesh, mesh.faces[inner][:, ::-1].copy()))
     outside = wall.with_mesh(with_faces(mesh, mesh.faces[~inner]))
-    if other is None:
+    made = None if other is None else descent(other, outside)
+    if other is None or made is None:
         return _Taken(inside, "inside")
-    off_mm = [_off_mm(one, other) for one in (inside, outside)]
-    return _Taken(inside, "inside") if off_mm[0] <= off_mm[1] else _Taken(outside, "outside")
-
-
-def _off_mm(skin: Limb, other: Limb) -> float:
-    """How far a skin lies from another shape, or by how much its width differs."""
-    places_mm = places_of(skin, MIDDLE, 0.0)
-    made = descent(other, skin)
-    if made is None:
-        return abs(width_mm(places_mm) - width_mm(places_of(other, MIDDLE, 0.0)))
-    apart_mm = tree_on(other.mesh).closest(made.first_from_second.apply(places_mm)).distances_mm
-    return float(np.median(apart_mm))
+    places_mm = made.first_from_second.apply(places_of(outside, MIDDLE, 0.0))
+    off_mm = float(np.median(tree_on(other.mesh).closest(places_mm).distances_mm))
+    return _Taken(outside, "outside") if off_mm < _SAME_MM else _Taken(inside, "inside")
