@@ -1,5 +1,6 @@
 """Bent shapes: rings that follow a surface round a bend lie on it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -91,3 +92,15 @@ def test_a_bent_shape_that_is_closed_has_no_end_to_stand_on(tmp_path: Path) -> N
     with pytest.raises(ShapeFileError) as refused:
         read_scan(write_stl(whole, tmp_path / "foot.stl", "mm"))
     assert refused.value.finding.code in {"made.scan.folded", "made.scan.steep"}
+
+
+def test_a_refusal_names_the_file_and_no_hash(tmp_path: Path) -> None:
+    mesh = hook()
+    shape = read_scan(write_stl(mesh, tmp_path / "trunk.stl", "mm"))
+    assert isinstance(shape, BentShape)
+    gone = np.linalg.norm(shape.mesh.vertices_mm - shape.mesh.vertices_mm.mean(0), axis=1)
+    hole = gone.argmin()
+    holed = with_faces(shape.mesh, shape.mesh.faces[~(shape.mesh.faces == hole).any(1)])
+    with pytest.raises(ShapeFileError) as refused:
+        limb_of_bent(replace(shape, mesh=holed), 1, 1.5, 60.0, SMOOTH)
+    assert refused.value.finding.values["name"] == "trunk.stl"

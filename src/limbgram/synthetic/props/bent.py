@@ -53,6 +53,8 @@ class BentShape:
 
     sha256: str
     """Of the file, or another name of the shape."""
+    name: str = field(default="", compare=False)
+    """Of the file, for people; empty where there is none."""
     mm_per_unit: float = 1.0
     side: Literal["left", "right", "none"]
     mesh: Mesh = field(compare=False)
@@ -153,7 +155,7 @@ class _Chart:
 def _rings(shape: BentShape, step_mm: float) -> Float64[np.ndarray, "rows columns 3"]:
     """Points in rings from the open edge to the pole."""
     mesh = shape.mesh
-    chart = _chart(mesh, shape.pole, shape.sha256)
+    chart = _chart(mesh, shape.pole, shape.name or shape.sha256)
     rows, columns = _even(mesh, chart, step_mm)
     around = 2 * np.pi * np.arange(columns) / columns
     at = np.stack(np.broadcast_arrays(rows[:, None], around, 0.0), -1).reshape(-1, 3)

@@ -153,6 +153,7 @@ def _bent(shape: ShapeFile, mesh: Mesh, apart: tuple[Finding, ...], name: str) -
     cut_off = bent.cut_mm > _STEP_MM
     return BentShape(
         sha256=shape.sha256,
+        name=name,
         mm_per_unit=shape.mm_per_unit,
         side=shape.limb.side,
         mesh=bent.mesh,

@@ -45,6 +45,7 @@ from limbgram.workbench.compare.registration import (
     by_shape,
     slide_to_volume,
 )
+from limbgram.workbench.compare.skins import skins_to_compare
 from limbgram.workbench.limb import AlignedLimb, Limb
 
 _LEAST_SPACING_MM = 1.0
@@ -149,13 +150,13 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
     brim_mm = options.registration.brim_mm
     if not (np.isfinite(brim_mm) and brim_mm >= 0):
         raise OptionsError("compare.brim.negative", brim_mm=brim_mm)
-    first, second = outside_by_name(first), outside_by_name(second)
+    first, second, walls = skins_to_compare(outside_by_name(first), outside_by_name(second))
     axes = axes_of(first)
     registration = options.registration
     alignment = lay(first, second, axes, registration)
     one = mesh_in_frame(first.mesh, axes.limb_from_mesh)
     two = mesh_in_frame(second.mesh, axes.limb_from_mesh @ alignment.first_from_second)
-    notes = [*first.notes, *second.notes, *alignment.notes, *at_odds(first, second)]
+    notes = [*walls, *first.notes, *second.notes, *alignment.notes, *at_odds(first, second)]
     if axes.doubt is not None:
         notes.append(axes.doubt)
     scanned = one.sigma_mm is not None and two.sigma_mm is not None

@@ -77,6 +77,10 @@ class Effect:
     reports_displacement: bool = True
     """The ledger says how far the surface moved. That means nothing where all of it moved, or where
     parts were only added or taken away: the cover of a cut lies deep inside, but presses not."""
+    volume: Literal["compares", "cuts", "becomes"] = "compares"
+    """How volumes before and after compare: all that lies between the same heights; not what is
+    cut away, though the cut be closed by a cover; or not at all, as a wall encloses its material
+    and no longer the limb."""
     start: Literal["stays", "follows", "anew"] = "stays"
     """The skin from which depths count: it stays, the edit is done to it too, or it is what the
     edit made."""

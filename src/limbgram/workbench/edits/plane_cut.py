@@ -18,7 +18,7 @@ _STEEPEST_DEG = 80
 @edit(
     group="cuts",
     order=1,
-    effect=Effect(reports_displacement=False),
+    effect=Effect(reports_displacement=False, volume="cuts"),
     everyday=True,
     rarely=("forward_deg", "right_deg"),
     example={"height_mm": 60.0, "forward_deg": 10.0},

@@ -42,7 +42,7 @@ _MOST_ACROSS = 3.0
 @edit(
     group="cuts",
     order=2,
-    effect=Effect(reports_displacement=False),
+    effect=Effect(reports_displacement=False, volume="cuts"),
     rarely=("positions_in",),
     example={"through": ["fibula head", [1.0, 2.5, 3.0], "patellar tendon"]},
 )

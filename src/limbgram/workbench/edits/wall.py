@@ -64,7 +64,7 @@ _ROUNDING = 1 - 1e-6
 @edit(
     group="solids",
     order=2,
-    effect=Effect(reports_displacement=False, start="anew"),
+    effect=Effect(reports_displacement=False, volume="becomes", start="anew"),
     everyday=True,
     rarely=("least_mm",),
     guarded=False,

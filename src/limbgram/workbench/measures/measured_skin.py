@@ -41,16 +41,22 @@ def inside_of(limb: Limb) -> AlignedLimb:
         MeasureError: there is no hollow that the wall goes round.
     """
     limb = outside_of(limb.aligned())
-    mesh = limb.mesh_in_limb
-    inner = _inner_vertices(mesh)
-    faces = inner[mesh.faces].all(1)
-    if not faces.any():
+    taken = inner_faces(limb.mesh_in_limb)
+    if not taken.any():
         raise MeasureError("measure.inside.none")
-    taken = np.flatnonzero(faces)
-    pieces = face_components(mesh.faces[taken])
-    areas = np.bincount(pieces, np.linalg.norm(mesh.face_normals()[taken], axis=1))
-    taken = taken[pieces == int(areas.argmax())]
     return replace(limb, mesh=with_faces(limb.mesh, limb.mesh.faces[taken][:, ::-1].copy()))
+
+
+def inner_faces(mesh_in_limb: Mesh) -> Bool[np.ndarray, " f"]:
+    """Triangles of the inside of a wall's largest hollow; none where it goes round no hollow."""
+    mesh = mesh_in_limb
+    inner = _inner_vertices(mesh)[mesh.faces].all(1)
+    taken = np.flatnonzero(inner)
+    if len(taken):
+        pieces = face_components(mesh.faces[taken])
+        areas = np.bincount(pieces, np.linalg.norm(mesh.face_normals()[taken], axis=1))
+        inner[taken[pieces != int(areas.argmax())]] = False
+    return inner
 
 
 def is_hollow(level: Level) -> bool:

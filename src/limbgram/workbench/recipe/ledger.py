@@ -3,8 +3,9 @@
 Girths are taken at levels that stay the same for the whole recipe, so lines can be compared: those
 of a measuring table with `SPACING_MM`, and for each edit the height where it moved most. Volumes
 before and after an edit are those between the same two heights, between which neither surface is
-open: what a trimline cuts away above them is no change of volume. Displacement is the distance of
-the new surface from the old one, positive outwards.
+open, nor closed by the cover of a cut: what is cut away is no change of volume. A wall encloses its
+material and no longer the limb: it has no volume to compare, and all edits together are told up to
+it. Displacement is the distance of the new surface from the old one, positive outwards.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,7 +16,9 @@ import numpy as np
 from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, told
+from limbgram.workbench.edits.cutting import ON_IT_MM
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
 from limbgram.workbench.edits.regions import roughness_mm, upright_mm
 from limbgram.workbench.limb import Limb
@@ -94,7 +97,7 @@ class Line:
     before: Figures
     after: Figures
     volume: VolumeChange | None
-    """None where no span of heights is closed in both."""
+    """None where no span of heights is closed in both, and for what `becomes` another thing."""
     extreme: Extreme | None
     """None where nothing moved, or where the displacement is not told."""
     displacement: Displacement | None
@@ -105,6 +108,8 @@ class Line:
     """What the edit itself has to say: what it took away, or could not do."""
     concerns: tuple[Concern, ...] = ()
     """Where it presses on what bears no pressure, and what of it is unusually deep."""
+    becomes: bool = False
+    """Whether the shape is another thing after it, as a wall is none of the limb's surface."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +120,7 @@ class Ledger:
     """Heights of the girths: along the limb's axis, or the mesh's z where it is not aligned."""
     lines: tuple[Line, ...]
     volume: VolumeChange | None = None
-    """Of all edits together."""
+    """Of all edits together, up to what made another thing of the shape, such as a wall."""
     places_mm: Mapping[str, float] = field(default_factory=dict[str, float])
     """How far all edits together moved the surface at each sensitive place that is marked, without
     the sock: positive outward, room."""
@@ -158,12 +163,26 @@ def extreme_of(before: Limb, after: Limb, moved: Displacement | None) -> Extreme
     )
 
 
-def volume_change(before: Limb, after: Limb) -> VolumeChange | None:
-    """Volumes between two heights between which neither surface is open."""
+def cover_mm(before: Limb, after: Limb) -> tuple[float, float] | None:
+    """Between which heights a cut was closed by a cover; None where it was left open."""
+    corners = after.mesh.vertices_mm[after.mesh.faces]
+    off_mm = tree_on(before.mesh).closest(corners.mean(1)).distances_mm
+    heights = upright(after).vertices_mm[after.mesh.faces[off_mm > ON_IT_MM], 2]
+    return (float(heights.min()), float(heights.max())) if heights.size else None
+
+
+def volume_change(
+    before: Limb, after: Limb, covers_mm: Sequence[tuple[float, float]] = ()
+) -> VolumeChange | None:
+    """Volumes between two heights between which neither surface is open, or covered.
+
+    Args:
+        covers_mm: Lowest and highest place of each cover of a cut that was made between.
+    """
     old, new = Volumes.of(Sigmas.of(upright(before))), Volumes.of(Sigmas.of(upright(after)))
     tips_mm = [float(one.lowest.min()) for one in (old, new)]
     tops_mm = [float(one.tops[-1]) for one in (old, new)]
-    open_mm = np.concatenate([old.border, new.border])
+    open_mm = np.concatenate([old.border, new.border, np.reshape(covers_mm, (-1, 2))])
     open_mm = open_mm[np.argsort(open_mm[:, 0])]
     starts = np.concatenate([[min(tips_mm)], np.maximum.accumulate(open_mm[:, 1])])
     stops = np.concatenate([open_mm[:, 0], [max(tops_mm)]])
@@ -189,11 +208,17 @@ def _volume_ml(volumes: Volumes, low_mm: float, high_mm: float) -> float:
     return volumes.between(low_mm, high_mm).value / 1000
 
 
-def figures_of(limb: Limb, levels_mm: tuple[float, ...]) -> Figures:
-    """Volume, girths and roughness."""
+def figures_of(
+    limb: Limb, levels_mm: tuple[float, ...], covers_mm: Sequence[tuple[float, float]] = ()
+) -> Figures:
+    """Volume, girths and roughness; a level that runs through a cut's cover has no girth."""
+    girths_mm = tuple(
+        None if any(low < level < high for low, high in covers_mm) else girth
+        for level, girth in zip(levels_mm, _contours_mm(upright(limb), levels_mm), strict=True)
+    )
     return Figures(
         volume_ml=volume_mm3(limb.mesh) / 1000,
-        girths_mm=_contours_mm(upright(limb), levels_mm),
+        girths_mm=girths_mm,
         roughness_mm=roughness_mm(limb.mesh),
     )
 
@@ -223,13 +248,13 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
     for line in ledger.lines:
         old, new = line.before, line.after
         texts.append(f"{line.number}. {line.edit}")
-        parts = [_volume(line.volume)]
+        parts = [] if line.becomes else [_volume(line.volume)]
         if line.displacement is not None:
             d = line.displacement
             parts.append(f"largest {d.largest_mm:+z.2f} mm, mean {d.mean_mm:+z.4f} mm")
         if abs(new.roughness_mm - old.roughness_mm) > 0.05 * old.roughness_mm:
             parts.append(f"roughness {old.roughness_mm:.3f} -> {new.roughness_mm:.3f} mm")
-        texts.append("   " + "; ".join(parts))
+        texts += ["   " + "; ".join(parts)] if parts else []
         texts += [f"   {told(one)}" for one in line.told]
         texts += [f"   {concern_line(concern)}" for concern in line.concerns]
         texts.append(
@@ -238,8 +263,10 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
         )
         if line.extreme is not None:
             texts.append(f"   where it moved most: {extreme_line(line.extreme)}")
-    if len(ledger.lines) > 1:
-        texts.append(f"All edits together: {_volume(ledger.volume)}")
+    if len(ledger.lines) > 1 and not ledger.lines[0].becomes:
+        wall = next((line.number for line in ledger.lines if line.becomes), None)
+        which = "All edits" if wall is None else f"All edits before no. {wall}"
+        texts.append(f"{which} together: {_volume(ledger.volume)}")
     if ledger.places_mm:
         moves = ", ".join(f"{name} {moved:+z.1f}" for name, moved in ledger.places_mm.items())
         texts.append(f"All edits together, at places that bear no pressure: {moves} mm")

@@ -20,7 +20,7 @@ from difflib import SequenceMatcher
 from limbgram.core.errors import EditError, OptionsError
 from limbgram.core.notebook import brief
 from limbgram.core.run import track
-from limbgram.findings import Finding
+from limbgram.findings import Finding, note
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.edits.closing import enclosure
 from limbgram.workbench.edits.edit import Edit, name_of
@@ -46,6 +46,7 @@ from limbgram.workbench.recipe.ledger import (
     Ledger,
     Line,
     choose_levels,
+    cover_mm,
     displacement_between,
     extreme_of,
     figures_of,
@@ -152,10 +153,21 @@ def replay_as_it_is(recipe: Recipe, limb: Limb, kept: Kept | None = None) -> Rep
     ledger = Ledger(
         levels_mm=levels,
         lines=reached.lines,
-        volume=volume_change(began, reached.limb) if reached.lines else None,
+        volume=volume_change(began, reached.positive.limb, reached.positive.covers_mm)
+        if reached.lines
+        else None,
         places_mm=dict(reached.places_mm),
     )
     return Replayed(limb=reached.limb, ledger=ledger)
+
+
+@dataclass(frozen=True)
+class _Positive:
+    """A shape that encloses the limb, as a wall does not."""
+
+    limb: Limb
+    covers_mm: tuple[tuple[float, float], ...] = ()
+    """Between which heights its cuts were covered."""
 
 
 @dataclass(frozen=True)
@@ -167,7 +179,11 @@ class _Reached:
     levels_mm: tuple[float, ...]
     start: Limb
     """The skin from which depths count."""
+    positive: "_Positive"
+    """The last one, before a wall was made over it."""
     places_mm: Mapping[str, float]
+    covers_mm: tuple[tuple[float, float], ...] = ()
+    """Between which heights the cuts so far were covered, those of a wall too."""
     lines: tuple[Line, ...] = ()
     walled: Wall | None = None
 
@@ -175,7 +191,7 @@ class _Reached:
 def _beginning(limb: Limb) -> _Reached:
     limb = outside_of(limb, as_bones=True)
     levels = choose_levels(limb)
-    return _Reached(limb, figures_of(limb, levels), levels, limb, {})
+    return _Reached(limb, figures_of(limb, levels), levels, limb, _Positive(limb), {})
 
 
 def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
@@ -191,34 +207,44 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         raise EditError(
             "recipe.edit.refused", number=number, edit=described(entry), reason=error.finding
         ) from error
-    gained = figures_of(after, reached.levels_mm)
+    effect = entry.edit.about.effect
+    covered = cover_mm(limb, after) if effect.volume == "cuts" else None
+    covers = () if covered is None else (covered,)
+    all_covers = (*reached.covers_mm, *covers)
+    gained = figures_of(after, reached.levels_mm, all_covers)
     found = AtPlaces(pressures=(), shifts_mm={})
     reach_mm = (0.0, 0.0)
-    if entry.edit.about.effect.moves_skin:
+    if effect.moves_skin:
         found = at_places(limb, after)
         for name, moved_mm in found.shifts_mm.items():
             places[name] = places.get(name, 0.0) + moved_mm
     if isinstance(entry.edit, Load | Relieve):
         reach_mm = reach_of(reached.start.mesh, limb.mesh, after.mesh)
     moved = None
-    if entry.edit.about.effect.reports_displacement:
+    if effect.reports_displacement:
         moved = displacement_between(limb.mesh, after.mesh)
+    becomes = effect.volume == "becomes"
+    is_wall = becomes or reached.limb is not reached.positive.limb
+    said = (note("recipe.becomes_wall"),) if becomes else ()
     line = Line(
         number=number,
         edit=described(entry),
         before=reached.figures,
         after=gained,
-        volume=volume_change(limb, after),
+        volume=None if becomes else volume_change(limb, after, covers),
         extreme=extreme_of(limb, after, moved),
         displacement=moved,
-        told=(*after.notes[len(limb.notes) :], enclosure(after.mesh)),
+        told=(*after.notes[len(limb.notes) :], enclosure(after.mesh), *said),
         concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
+        becomes=becomes,
     )
     return _Reached(
         limb=after,
         figures=gained,
         levels_mm=reached.levels_mm,
         start=_start_after(entry.edit, reached.start, limb, after),
+        positive=reached.positive if is_wall else _Positive(after, all_covers),
+        covers_mm=all_covers,
         places_mm=places,
         lines=(*reached.lines, line),
         walled=entry.edit if isinstance(entry.edit, Wall) else reached.walled,

@@ -182,15 +182,79 @@ def test_a_trimline_anywhere_leaves_a_volume_to_compare(share: float) -> None:
     assert line.volume.after_ml == pytest.approx(line.volume.before_ml, rel=1e-6)
 
 
-def test_what_a_capped_cut_takes_away_is_a_change_of_volume() -> None:
-    """Closed at 80 mm, the new shape has nothing between there and the brim of the old one."""
-    recipe = Recipe(name="cap", entries=(Entry(edit=PlaneCut(height_mm=80.0, capped=True)),))
-    (line,) = replay(recipe, cup(50.0, 200.0)).ledger.lines
-    area_mm2 = 160 / 2 * math.sin(2 * math.pi / 160) * 50.0**2
-    assert line.volume is not None
-    assert line.volume.high_mm == pytest.approx(200.0)
-    assert line.volume.before_ml == pytest.approx(area_mm2 * 200 / 1000, rel=1e-6)
-    assert line.volume.after_ml == pytest.approx(area_mm2 * 80 / 1000, rel=1e-3)
+AREA_MM2 = 160 / 2 * math.sin(2 * math.pi / 160) * 50.0**2
+"""Of a section of `cup(50, ...)`."""
+RING = np.radians(np.arange(0, 360, 15))
+SLOPE_DEG = math.degrees(math.atan(0.4))
+"""Rises by 20 mm over the radius of `cup(50, ...)`."""
+SLANTED = Trimline(
+    through=tuple((50 * math.cos(a), 50 * math.sin(a), 120 - 20 * math.sin(a)) for a in RING)
+)
+
+
+@pytest.mark.parametrize(
+    ("edits", "low_mm", "high_mm"),
+    [
+        ([PlaneCut(height_mm=80.0, capped=True)], None, 80.0),
+        ([PlaneCut(height_mm=80.0, capped=True, keep="proximal")], 80.0, 200.0),
+        ([PlaneCut(height_mm=120.0, capped=True, forward_deg=SLOPE_DEG)], None, 100.0),
+        ([Fill(brim=True), PlaneCut(height_mm=80.0)], None, 80.0),
+        ([Fill(brim=True), SLANTED], None, 100.0),
+    ],
+    ids=("level", "distal part", "slanted", "of a solid", "trimline of a solid"),
+)
+def test_what_a_covered_cut_takes_away_is_no_change_of_volume(
+    edits: list[Edit], low_mm: float | None, high_mm: float
+) -> None:
+    """Between the tip and the lowest place of the cut nothing moved."""
+    recipe = Recipe(name="cap", entries=tuple(Entry(edit=edit) for edit in edits))
+    ledger = replay(recipe, cup(50.0, 200.0)).ledger
+    for volume in (ledger.lines[-1].volume, ledger.volume):
+        assert volume is not None
+        assert volume.low_mm == (None if low_mm is None else pytest.approx(low_mm, abs=0.01))
+        assert volume.high_mm is not None
+        assert volume.high_mm == pytest.approx(high_mm, abs=0.1)
+        of_span = AREA_MM2 * (volume.high_mm - (volume.low_mm or 0.0)) / 1000
+        assert volume.before_ml == pytest.approx(of_span, rel=1e-6)
+        assert volume.after_ml == pytest.approx(of_span, rel=1e-6)
+
+
+def test_a_reduction_is_counted_beside_a_covered_cut() -> None:
+    """3 % of the girth, closed, cut level at 100 mm: 0.97 squared of what lay below it before."""
+    reduced = Reduction(heights_mm=(0.0, 200.0), per_cent=(3.0, 3.0), of="girth")
+    entries = [Entry(edit=one) for one in (reduced, Fill(brim=True), PlaneCut(height_mm=100.0))]
+    ledger = replay(Recipe(name="r", entries=tuple(entries)), cup(50.0, 200.0)).ledger
+    assert ledger.volume is not None
+    assert ledger.volume.high_mm == pytest.approx(100.0, abs=0.01)
+    assert ledger.volume.before_ml == pytest.approx(AREA_MM2 * 100 / 1000, rel=1e-6)
+    assert ledger.volume.after_ml == pytest.approx(0.97**2 * AREA_MM2 * 100 / 1000, rel=1e-3)
+
+
+def test_a_level_through_the_cover_of_a_cut_has_no_girth() -> None:
+    """The cover lies between 100 and 140 mm: a tape at 120 mm would run across it."""
+    entries = (Entry(edit=Fill(brim=True)), Entry(edit=SLANTED))
+    ledger = replay(Recipe(name="slanted", entries=entries), cup(50.0, 200.0)).ledger
+    assert ledger.levels_mm == (20, 40, 60, 80, 100, 120, 140, 160, 180)
+    told = [girth is not None for girth in ledger.lines[-1].after.girths_mm]
+    assert told == [True] * 5 + [False] * 4
+
+
+def test_a_wall_has_no_volume_to_compare_with_the_limb() -> None:
+    """Its material, 4 mm thick, is a fifth of what the limb encloses; no limb has shrunk so."""
+    reduced = Reduction(heights_mm=(0.0, 200.0), per_cent=(3.0, 3.0), of="girth")
+    edits = (reduced, Wall(thickness_mm=4.0), PlaneCut(height_mm=100.0))
+    recipe = Recipe(name="socket", entries=tuple(Entry(edit=edit) for edit in edits))
+    ledger = replay(recipe, cup(50.0, 200.0)).ledger
+    first, wall, cut = ledger.lines
+    assert first.volume == ledger.volume
+    assert wall.volume is None
+    assert "recipe.becomes_wall" in [one.code for one in wall.told]
+    assert cut.volume is not None
+    assert cut.volume.high_mm == pytest.approx(100.0, abs=0.01)
+    assert cut.volume.after_ml == pytest.approx(cut.volume.before_ml, rel=1e-6)
+    told = "\n".join(lines_of(ledger))
+    assert "All edits before no. 2 together: volume from the distal end to 200.0 mm" in told
+    assert "not comparable" not in told
 
 
 def test_the_ledger_counts_the_relief_that_the_surface_lost_as_a_table_does() -> None:
