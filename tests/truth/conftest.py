@@ -1,17 +1,25 @@
 """A capture and the case that the command line makes of it, which several files try."""
 
+import io
+import json
 import os
 import shutil
+import signal
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from limbgram.cases import job_supervision
+from limbgram.cases.child_process import NO_MORE, Event
+from limbgram.cases.job_messages import read_job
+from limbgram.cases.job_worker import Events, work
 from limbgram.cli.main import app
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.synthetic.capture import Capture, make_capture
@@ -40,6 +48,12 @@ def folder(finished: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return shutil.copytree(finished, tmp_path_factory.mktemp("copy") / finished.name)
 
 
+@pytest.fixture
+def jobs_in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Jobs are done in the process of the tests: a process of their own costs 2.5 s to start."""
+    monkeypatch.setattr(job_supervision, "ChildProcess", _JobInProcess)
+
+
 @pytest.fixture(scope="session")
 def lens_of() -> Callable[[Capture], Calibration]:
     """Of a capture: its true lens, as a calibration board would have told it."""
@@ -50,6 +64,30 @@ def lens_of() -> Callable[[Capture], Calibration]:
         return Calibration(camera=camera, covariance=covariance, source="board")
 
     return told
+
+
+class _JobInProcess:
+    """A job done at once, and all its events; stands for `ChildProcess` and for its process."""
+
+    pid = os.getpid()
+
+    def __init__(self, _command: Sequence[str], order: str, _errors: IO[bytes]) -> None:
+        before = signal.getsignal(signal.SIGTERM)
+        stop, _ = os.pipe()  # stays open: the end of it would end this process
+        told = io.StringIO()
+        self._code = work(read_job(json.loads(order), Path.cwd()), Events(told), stop)
+        signal.signal(signal.SIGTERM, before)
+        self._events = iter([json.loads(line) for line in told.getvalue().splitlines()])
+        self.process = self
+
+    def event(self, _within_s: float) -> Event:
+        return next(self._events, NO_MORE)
+
+    def wait(self) -> int:
+        return self._code
+
+    def kill(self) -> None:
+        """It has ended."""
 
 
 def _finish(folder: Path) -> None:

@@ -20,6 +20,8 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.scale.stated_lengths import TapedGirth
 from limbgram.reconstruction.scale.taped_girths import hold_tapes
 
+pytestmark = pytest.mark.usefixtures("jobs_in_process")
+
 PHOTOS = 12
 TAPED_AT_MM = 150
 """Above the table."""

@@ -224,6 +224,7 @@ def test_a_second_run_computes_nothing_and_gives_the_same_bytes(folder: Path) ->
     assert after["files"] == before["files"]
 
 
+@pytest.mark.usefixtures("jobs_in_process")
 def test_another_surface_recomputes_only_what_hangs_on_it(folder: Path) -> None:
     assert reconstruct(folder, "--surface", "poisson").exit_code == 0
     computed = [s["stage"] for s in last_run(folder / "case")["stages"] if not s["reused"]]
@@ -231,6 +232,7 @@ def test_another_surface_recomputes_only_what_hangs_on_it(folder: Path) -> None:
     assert computed == ["poisson", *shaped, "draw"]
 
 
+@pytest.mark.usefixtures("jobs_in_process")
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [

@@ -60,7 +60,7 @@ def smoothed(points_mm: Float64[np.ndarray, "n d"], *, closed: bool) -> Float64[
 def smoothed_length(points_mm: Float64[np.ndarray, "n d"], *, closed: bool) -> SmoothedLength:
     """How long a polyline is once it is smoothed."""
     line = _Line.along(points_mm, closed)
-    return _length(line, np.arange(len(line.points_mm)))
+    return _length(line, _filtered(line, line.points_mm), np.arange(len(line.points_mm)))
 
 
 def taut_length(points_mm: Points2) -> SmoothedLength:
@@ -70,8 +70,9 @@ def taut_length(points_mm: Points2) -> SmoothedLength:
         QhullError: the outline has no inside.
     """
     line = _Line.along(points_mm, closed=True)
-    around = ConvexHull(_filtered(line, line.points_mm)[0]).vertices
-    return _length(line, around.astype(np.int64))
+    filtered = _filtered(line, line.points_mm)
+    around = ConvexHull(filtered[0]).vertices
+    return _length(line, filtered, around.astype(np.int64))
 
 
 @dataclass(frozen=True)
@@ -130,9 +131,13 @@ class _Line:
         return found + np.bincount(after, self.share * of_steps, count)
 
 
-def _length(line: _Line, passed: Int64[np.ndarray, " p"]) -> SmoothedLength:
+_Filtered = tuple[Float64[np.ndarray, "m d"], Float64[np.ndarray, "m d"]]
+"""The smoothed points, and their change for a millimetre more of the line's length alone."""
+
+
+def _length(line: _Line, filtered: _Filtered, passed: Int64[np.ndarray, " p"]) -> SmoothedLength:
     """Length of the straight pieces that join the smoothed points that are passed."""
-    smooth, opened = _filtered(line, line.points_mm)
+    smooth, opened = filtered
     onward = np.roll(passed, -1)
     if not line.closed:
         passed, onward = passed[:-1], onward[:-1]
@@ -152,10 +157,8 @@ def _length(line: _Line, passed: Int64[np.ndarray, " p"]) -> SmoothedLength:
     )
 
 
-def _filtered(
-    line: _Line, points_mm: Float64[np.ndarray, "m d"]
-) -> tuple[Float64[np.ndarray, "m d"], Float64[np.ndarray, "m d"]]:
-    """The smoothed points, and their change for a millimetre more of the line's length alone."""
+def _filtered(line: _Line, points_mm: Float64[np.ndarray, "m d"]) -> _Filtered:
+    """The line's points smoothed."""
     stays, opens = _transfer(line)
     if line.closed:
         waves = rfft(points_mm, axis=0)

@@ -74,6 +74,10 @@ class Anatomy:
     """The surface; None where landmarks alone are asked for."""
     leant: Mapping[str, float] = field(default_factory=dict[str, float])
     """What is added to the slope of lines that the surface tells: to see what hangs on them."""
+    _axes: dict[str, AnatomicalAxis] = field(
+        default_factory=dict[str, AnatomicalAxis], init=False, repr=False, compare=False
+    )
+    """Those that were asked for: axes hang on each other, and many figures on the same ones."""
 
     def at(self, mid: Mid, wanted_for: str = "") -> Vector3:
         """The middle of landmarks.
@@ -99,6 +103,11 @@ class Anatomy:
         Raises:
             MeasureError: the kind has none of that name, or what spans it is missing.
         """
+        if name not in self._axes:
+            self._axes[name] = self._told(name)
+        return self._axes[name]
+
+    def _told(self, name: str) -> AnatomicalAxis:
         if name in _OF_FRAME:
             if self.frame is None:
                 raise MeasureError("align.not_aligned", name=None)

@@ -196,9 +196,15 @@ def _carve(
                 if centre > room:
                     wide = min(wide, int(math.asin(room / centre) / bin_rad) + 1)
                 for side in range(-wide, wide + 1):
-                    column = (here + side) % columns
+                    column = here + side
+                    if column < 0:
+                        column += columns
+                    elif column >= columns:
+                        column -= columns
                     # cosine and sine of the angle between the cell and the tool
                     along = cosines[column] * turned_cos + sines[column] * turned_sin
+                    if centre * along - room >= radii[row, column]:
+                        continue  # even right under the tool its end would not come so deep
                     across = sines[column] * turned_cos - cosines[column] * turned_sin
                     free2 = room2 - (centre * across) ** 2
                     if free2 <= 0 or along <= 0:

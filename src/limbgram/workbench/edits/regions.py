@@ -11,6 +11,7 @@ Method  A curve is a periodic cubic spline through the points, brought to the su
 Fails   EditError: an unknown place, too few points, or a curve that jumps or meets itself.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -24,6 +25,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh, dots, unit
 from limbgram.core.mesh.sections import area_and_centroid, cut
 from limbgram.core.mesh.topology import boundary_half_edges, components, edge_lengths, find_edges
@@ -514,61 +516,117 @@ def _spread(
     *,
     circular: bool,
 ) -> Float64[np.ndarray, " n"]:
-    faces = mesh.faces[allowed[mesh.faces].all(1)].astype(np.int64)
-    used, compact = np.unique(faces, return_inverse=True)
-    compact = compact.reshape(-1, 3)
-    triples = _Triples.of(mesh.vertices_mm[used], compact.astype(np.int32))
+    faces = mesh.faces[allowed[mesh.faces].all(1)]
+    kept = np.zeros(len(mesh), np.bool_)
+    kept[faces] = True
+    used = np.flatnonzero(kept)
+    compact = (np.cumsum(kept) - 1)[faces]
     distance = start_mm[used].copy()
-    changed = np.isfinite(distance)
-    for _ in range(_MOST_ROUNDS):
-        busy = np.flatnonzero(changed[triples.a] | changed[triples.b])
-        if not len(busy):
-            break
-        offered = triples.arrivals(busy, distance, circular=circular)
-        better = distance.copy()
-        np.minimum.at(better, triples.c[busy], offered)
-        better[better > limit_mm] = np.inf
-        changed = better < distance - _CONVERGED_MM
-        distance[changed] = better[changed]
+    sides = _sides(mesh.vertices_mm[used], compact)
+    _spread_over(compact, sides, *_faces_round(compact, len(used)), distance, limit_mm, circular)
     whole = start_mm.copy()
     whole[used] = distance
     return whole
 
 
-class _Triples:
-    """Every corner c of every face, seen across the edge from a to b."""
+def _sides(vertices: Points3, faces: Int64[np.ndarray, "f 3"]) -> Float64[np.ndarray, "f 3 5"]:
+    """Of each face and each of its sides, from a to b: its length, how far along it the third
 
-    def __init__(self, vertices: Points3, faces: Faces) -> None:
-        self.a: Int64[np.ndarray, " t"] = np.concatenate([faces[:, k] for k in (0, 1, 2)])
-        self.b: Int64[np.ndarray, " t"] = np.concatenate([faces[:, k] for k in (1, 2, 0)])
-        self.c: Int64[np.ndarray, " t"] = np.concatenate([faces[:, k] for k in (2, 0, 1)])
-        along = vertices[self.b] - vertices[self.a]
-        to_c = vertices[self.c] - vertices[self.a]
-        self.edge = np.maximum(np.linalg.norm(along, axis=1), 1e-12)
-        self.c_along = (along * to_c).sum(1) / self.edge
-        self.c_up = np.linalg.norm(np.cross(along, to_c), axis=1) / self.edge
+    corner c lies and how far from it, and how far c lies from a and from b."""
+    a, b, c = (vertices[np.roll(faces, -k, axis=1)] for k in (0, 1, 2))
+    along, to_c = b - a, c - a
+    edge = np.maximum(np.linalg.norm(along, axis=2), 1e-12)
+    x, y = (along * to_c).sum(2) / edge, np.linalg.norm(np.cross(along, to_c), axis=2) / edge
+    return np.stack([edge, x, y, np.hypot(x, y), np.hypot(x - edge, y)], axis=2)
 
-    @classmethod
-    def of(cls, vertices: Points3, faces: Faces) -> "_Triples":
-        return cls(vertices, faces)
 
-    def arrivals(
-        self, rows: Int64[np.ndarray, " r"], distance: Float64[np.ndarray, " n"], *, circular: bool
-    ) -> Float64[np.ndarray, " r"]:
-        """When a front that reached a and b reaches c."""
-        from_a, from_b = distance[self.a[rows]], distance[self.b[rows]]
-        edge, x, y = self.edge[rows], self.c_along[rows], self.c_up[rows]
-        round_edges = np.minimum(from_a + np.hypot(x, y), from_b + np.hypot(x - edge, y))
-        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            if circular:
-                foot = (from_a**2 - from_b**2 + edge**2) / (2 * edge)
-                below = np.sqrt(from_a**2 - foot**2)
-                crossing = foot + (x - foot) * below / (below + y)
-                through = np.hypot(x - foot, y + below)
-            else:
-                slope = (from_b - from_a) / edge
-                rise = np.sqrt(1 - slope**2)
-                crossing = x - y * slope / rise
-                through = from_a + slope * x + rise * y
-            passes = (crossing >= 0) & (crossing <= edge)
-        return np.where(passes, through, round_edges)
+@njit(cache=True, nogil=True)
+def _faces_round(faces: np.ndarray, count: int):
+    """Where the faces of each vertex begin in the list, and that list."""
+    begins = np.zeros(count + 2, np.int64)
+    for f in range(len(faces)):
+        for k in range(3):
+            begins[faces[f, k] + 2] += 1
+    begins = np.cumsum(begins)
+    found = np.empty(3 * len(faces), np.int64)
+    for f in range(len(faces)):
+        for k in range(3):
+            vertex = faces[f, k]
+            found[begins[vertex + 1]] = f
+            begins[vertex + 1] += 1
+    return begins, found
+
+
+@njit(cache=True, nogil=True)
+def _spread_over(
+    faces: np.ndarray,
+    sides: np.ndarray,
+    begins: np.ndarray,
+    faces_round: np.ndarray,
+    distance: np.ndarray,
+    limit: float,
+    circular: bool,
+):
+    """Let fronts spread over the faces beside what changed, until no distance does; those beyond
+    the limit stay infinite.
+    """
+    changed, better = np.isfinite(distance), distance.copy()
+    front, asked = np.flatnonzero(changed), np.full(len(faces), -1)
+    reached, ahead = np.empty(len(distance), np.int64), np.empty(len(distance), np.int64)
+    for turn in range(_MOST_ROUNDS):
+        count = 0
+        for vertex in front:
+            for at in range(begins[vertex], begins[vertex + 1]):
+                f = faces_round[at]
+                if asked[f] == turn:
+                    continue
+                asked[f] = turn
+                for k in range(3):
+                    a, b, c = faces[f, k], faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+                    from_a, from_b = float(distance[a]), float(distance[b])
+                    if (changed[a] or changed[b]) and min(from_a, from_b) < better[c]:
+                        offered = _arrival(from_a, from_b, sides[f, k], circular)
+                        if offered < better[c]:
+                            if better[c] == distance[c]:
+                                reached[count] = c
+                                count += 1
+                            better[c] = offered
+        changed[front] = False
+        nearer = 0
+        for vertex in reached[:count]:
+            if better[vertex] <= limit and better[vertex] < distance[vertex] - _CONVERGED_MM:
+                distance[vertex] = better[vertex]
+                changed[vertex] = True
+                ahead[nearer] = vertex
+                nearer += 1
+            better[vertex] = distance[vertex]
+        front = ahead[:nearer].copy()
+        if not nearer:
+            break
+
+
+@njit(cache=True, nogil=True)
+def _arrival(from_a: float, from_b: float, side: np.ndarray, circular: bool):
+    """When a front that reached a and b reaches c."""
+    edge, x, y, to_a, to_b = side
+    round_edges = min(from_a + to_a, from_b + to_b)
+    if math.isinf(from_a) or math.isinf(from_b):
+        return round_edges
+    if circular:
+        foot = (from_a**2 - from_b**2 + edge**2) / (2 * edge)
+        below2 = from_a**2 - foot**2
+        if below2 < 0:
+            return round_edges
+        below = math.sqrt(below2)
+        if below + y == 0:
+            return round_edges
+        crossing = foot + (x - foot) * below / (below + y)
+        through = math.hypot(x - foot, y + below)
+    else:
+        slope = (from_b - from_a) / edge
+        if abs(slope) >= 1:
+            return round_edges
+        rise = math.sqrt(1 - slope**2)
+        crossing = x - y * slope / rise
+        through = from_a + slope * x + rise * y
+    return through if 0 <= crossing <= edge else round_edges

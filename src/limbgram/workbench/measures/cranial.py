@@ -22,6 +22,7 @@ from jaxtyping import Bool, Float64
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Vector3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.units import MM3_PER_ML
 from limbgram.workbench.anatomy.directions import Anatomy
@@ -61,7 +62,7 @@ def cranial_figures(subject: Subject) -> Mapping[str, Sensed]:
         MeasureError: a landmark is missing, or the section at the measuring level is not whole.
     """
     whole = _open_above_mm(subject) is None
-    here = _values(subject.sigmas, *_frame(subject.anatomy), whole=whole)
+    here = _values(subject.sigmas, *_frame(subject.anatomy), whole=whole, sloping=True)
     names = tuple(here)
     found: dict[str, dict[str, Vector3]] = {name: {} for name in names}
     for place in ("sellion", "right tragion", "left tragion"):
@@ -100,7 +101,8 @@ def require_whole(subject: Subject) -> None:
 
 def _numbers(subject: Subject, place: str, step: Vector3, whole: bool) -> Float64[np.ndarray, " k"]:
     """All values, with one landmark elsewhere."""
-    values = _values(subject.sigmas, *_frame(subject.moved(place, step)), whole=whole)
+    frame = _frame(subject.moved(place, step))
+    values = _values(subject.sigmas, *frame, whole=whole, sloping=False)
     return np.array([value for value, _ in values.values()])
 
 
@@ -113,18 +115,22 @@ def _frame(anatomy: Anatomy) -> tuple[Matrix3, Vector3]:
 
 
 _Valued = tuple[float, Float64[np.ndarray, " n"]]
-"""A value, and its change for a millimetre of each vertex along its normal."""
+"""A value, and its change for a millimetre of each vertex along its normal, where it is told."""
+_NOT_TOLD = np.zeros(0)
 
 
 def _values(
-    sigmas: Sigmas, rotation: Matrix3, origin: Vector3, *, whole: bool
+    sigmas: Sigmas, rotation: Matrix3, origin: Vector3, *, whole: bool, sloping: bool
 ) -> dict[str, _Valued]:
+    """The figures; `sloping` tells their changes too."""
     turned, level = _measuring_level(sigmas, rotation, origin)
-    sloped = _of_level(level)
-    values = {name: (one.value, turned.gradient(level, one)) for name, one in sloped.items()}
+    values = {
+        name: (one.value, turned.gradient(level, one) if sloping else _NOT_TOLD)
+        for name, one in _of_level(level).items()
+    }
     if not whole:
         return values
-    volumes = {name: _quadrant(turned, *signs) for name, signs in _QUADRANTS.items()}
+    volumes = _quadrants(turned, sloping)
     values |= {f"volume {name}": one for name, one in volumes.items()}
     for half in ("front", "back"):
         values[f"symmetry {half}"] = _smaller_per_larger(
@@ -237,19 +243,25 @@ def _smaller_per_larger(one: _Valued, other: _Valued) -> _Valued:
     return value, (100 * small[1] - value * large[1]) / large[0]
 
 
-def _quadrant(turned: Sigmas, right: int, front: int) -> _Valued:
-    """Volume of a quadrant above the base plane, mL."""
+def _quadrants(turned: Sigmas, sloping: bool) -> dict[str, _Valued]:
+    """Volumes of the quadrants above the base plane, mL."""
     mesh = turned.mesh
-    pieces = mesh.vertices_mm[mesh.faces]
-    for axis, sign in ((2, 1), (0, right), (1, front)):
-        pieces = clipped(pieces, axis, sign)
-    volume = np.einsum("fi,fi->f", pieces[:, 0], np.cross(pieces[:, 1], pieces[:, 2])).sum() / 6
-    inside: Bool[np.ndarray, " n"] = (
-        (mesh.vertices_mm[:, 2] > 0)
-        & (right * mesh.vertices_mm[:, 0] > 0)
-        & (front * mesh.vertices_mm[:, 1] > 0)
-    )
-    return float(volume) / MM3_PER_ML, mesh.vertex_areas_mm2() * inside / MM3_PER_ML
+    above = clipped(mesh.vertices_mm[mesh.faces], 2, 1)
+    halves = {right: clipped(above, 0, right) for right in (1, -1)}
+    areas = mesh.vertex_areas_mm2() if sloping else _NOT_TOLD
+    found: dict[str, _Valued] = {}
+    for name, (right, front) in _QUADRANTS.items():
+        pieces = clipped(halves[right], 1, front)
+        volume = np.einsum("fi,fi->f", pieces[:, 0], np.cross(pieces[:, 1], pieces[:, 2])).sum() / 6
+        gradient = areas * _inside(mesh, right, front) / MM3_PER_ML if sloping else _NOT_TOLD
+        found[name] = float(volume) / MM3_PER_ML, gradient
+    return found
+
+
+def _inside(mesh: Mesh, right: int, front: int) -> Bool[np.ndarray, " n"]:
+    """The vertices of a quadrant."""
+    x, y, z = mesh.vertices_mm.T
+    return (z > 0) & (right * x > 0) & (front * y > 0)
 
 
 def clipped(pieces: Triangles, axis: int, sign: int) -> Triangles:

@@ -72,6 +72,10 @@ class Subject:
     normals: Mapping[str, Vector3]
     """Of the surface at each landmark."""
     placing_mm: Mapping[str, float]
+    _moved: dict[tuple[str, bytes], Anatomy] = field(
+        default_factory=dict[tuple[str, bytes], Anatomy], init=False, repr=False, compare=False
+    )
+    """By the landmark and its step: figures that hang on the same axes find them there."""
 
     @classmethod
     def of(cls, limb: Limb, placing: Placing) -> "Subject":
@@ -117,9 +121,12 @@ class Subject:
 
     def moved(self, name: str, step: Vector3) -> Anatomy:
         """What its landmarks span, with one of them elsewhere."""
-        places = dict(self.anatomy.places)
-        places[name] = places[name] + step
-        return replace(self.anatomy, places=places)
+        key = name, step.tobytes()
+        if key not in self._moved:
+            places = dict(self.anatomy.places)
+            places[name] = places[name] + step
+            self._moved[key] = replace(self.anatomy, places=places)
+        return self._moved[key]
 
     def by_surface(
         self, what: Callable[[Anatomy], float], names: Iterable[str]
