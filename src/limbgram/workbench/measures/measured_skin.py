@@ -50,7 +50,7 @@ def inside_of(limb: Limb) -> AlignedLimb:
 def inner_faces(mesh_in_limb: Mesh) -> Bool[np.ndarray, " f"]:
     """Triangles of the inside of a wall's largest hollow; none where it goes round no hollow."""
     mesh = mesh_in_limb
-    inner = _inner_vertices(mesh)[mesh.faces].all(1)
+    inner = np.asarray(_inner_vertices(mesh)[mesh.faces].all(axis=1))
     taken = np.flatnonzero(inner)
     if len(taken):
         pieces = face_components(mesh.faces[taken])
