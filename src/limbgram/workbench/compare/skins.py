@@ -44,7 +44,7 @@ def skins_to_compare(first: Limb, second: Limb) -> tuple[Limb, Limb, tuple[Findi
         for limb, wall, other, others_wall in zip(both, walls, both[::-1], walls[::-1], strict=True)
     ]
     said = tuple(
-        doubt("compare.wall", name=limb.name or "a shape", median_mm=wall.median_mm, skin=one.skin)
+        doubt("compare.wall", name=limb.name, median_mm=wall.median_mm, skin=one.skin)
         for limb, wall, one in zip(both, walls, taken, strict=True)
         if wall is not None
     )

@@ -530,9 +530,11 @@ def _spread(
 
 
 def _sides(vertices: Points3, faces: Int64[np.ndarray, "f 3"]) -> Float64[np.ndarray, "f 3 5"]:
-    """Of each face and each of its sides, from a to b: its length, how far along it the third
+    """Of each side of each face, from a to b: five lengths.
 
-    corner c lies and how far from it, and how far c lies from a and from b."""
+    Its own, how far along it the third corner c lies and how far from it, and how far c lies from a
+    and from b.
+    """
     a, b, c = (vertices[np.roll(faces, -k, axis=1)] for k in (0, 1, 2))
     along, to_c = b - a, c - a
     edge = np.maximum(np.linalg.norm(along, axis=2), 1e-12)
