@@ -17,13 +17,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int32, Int64
-from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.folds import find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_half_edges, find_edges, with_any, with_faces
+from limbgram.core.mesh.topology import boundary_half_edges, with_any, with_faces
 from limbgram.core.run import track
 from limbgram.reconstruction.measuring.edge_overshoot import without_overshoot
 from limbgram.reconstruction.measuring.grain import grained
@@ -57,12 +56,8 @@ GRAZING_DEG = 85.0
 
 _RIM_RINGS = 8
 """Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
-_ALONE, _OVERHANGING = 0.5, 0.7
-"""Share of a vertex's neighbours whose patches are believed, up to which its own is believed by
-chance; and, at a rim, up to which its patch may hang over the edge: 4 of 6 on a straight one."""
 _BRIM_ROUNDS = 4
 """Rounds in which a closed notch is measured from its rim inwards."""
-_SAME_MM = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,12 +101,11 @@ def measure(
     imagery = prepare(crops, views)
     del crops  # all photos are in the imagery a second time
     mesh, believed = _by_patches(mesh, imagery, views, seen_by, rim, matching)
-    trimmed, overhang = trimmed_to_belief(mesh, rim, believed)
-    mesh, guessed = _with_even_brim(trimmed, imagery, views, options)
+    mesh = cut_back(mesh, rim & ~believed, _RIM_RINGS)
+    mesh, guessed = _with_even_brim(mesh, imagery, views, options)
     seen_by, unseen = _seen_by(mesh, views, matching)
-    unmeasured = unseen | _still_at_rim(mesh, trimmed.vertices_mm[overhang])
     mesh, found = _jointly(mesh, imagery, views, seen_by, options)
-    mesh = replace(mesh, filled=unmeasured if mesh.filled is None else unmeasured | mesh.filled)
+    mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
     if found is not None:
         mesh = with_sigma(mesh, *found, metric, guessed)
         mesh = without_overshoot(mesh) if options.lay_back_overshoot else mesh
@@ -142,38 +136,6 @@ def torn_open(mesh: Mesh) -> Mesh:
         mesh = with_faces(mesh, largest_manifold(mesh.vertices_mm, kept))
         folds = find_folds(mesh)
     return mesh
-
-
-def trimmed_to_belief(
-    mesh: Mesh, rim: Bool[np.ndarray, " n"], believed: Bool[np.ndarray, " n"]
-) -> tuple[Mesh, Bool[np.ndarray, " k"]]:
-    """The mesh cut back at its openings to where patches are believed, and what overhangs there.
-
-    Depth maps reach past a sharp edge. Beyond it single patches look alike by chance, and hold up
-    tongues of a surface that is not there: such a patch counts only among others. At the edge
-    itself patches that hang over it by half are believed, too: their vertices stay, as guesses.
-
-    Args:
-        rim: Vertices by the openings, all of which were asked for a patch.
-    """
-    ends = find_edges(mesh.faces).ends
-    both = np.concatenate([ends, ends[:, ::-1]])
-    around = np.bincount(both[:, 0], minlength=len(mesh))
-    share = np.bincount(both[:, 0], believed[both[:, 1]], len(mesh)) / np.maximum(around, 1)
-    cut = cut_back(mesh, rim & ~(believed & (share > _ALONE)), _RIM_RINGS)
-    kept = KDTree(mesh.vertices_mm).query(cut.vertices_mm)[1]
-    overhang = np.zeros(len(cut), bool)
-    overhang[boundary_half_edges(cut.faces).ravel()] = True
-    return cut, overhang & (share[kept] < _OVERHANGING)
-
-
-def _still_at_rim(mesh: Mesh, places_mm: Float64[np.ndarray, "k 3"]) -> Bool[np.ndarray, " n"]:
-    """Vertices at an opening that stand at one of these places."""
-    at_rim = np.unique(boundary_half_edges(mesh.faces))
-    found = np.zeros(len(mesh), bool)
-    if len(places_mm):
-        found[at_rim] = KDTree(places_mm).query(mesh.vertices_mm[at_rim])[0] < _SAME_MM
-    return found
 
 
 def _by_patches(
