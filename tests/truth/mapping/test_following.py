@@ -9,7 +9,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.geometry.lens import Camera, View
-from limbgram.findings import told
+from limbgram.findings import fault
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.following import FollowingOptions, follow_points
 from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
@@ -115,7 +115,7 @@ def test_points_are_found_in_every_photo_that_looks_at_them_and_in_no_other(
     assert len(followed.points_in_world) > 0.8 * POINTS
     assert np.median(rays) == len(LEANING_DEG)
     assert followed.placed == tuple(range(len(LEANING_DEG)))
-    assert "Only 0 points" in told(followed.verdicts[-1].reason)
+    assert followed.verdicts[-1].reason == fault("placing.photo.unfollowed", points=0)
     assert [one.points for one in followed.verdicts] == np.bincount(
         seen.photo_idx, minlength=6
     ).tolist()

@@ -234,7 +234,7 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         volume=None if becomes else volume_change(limb, after, covers),
         extreme=extreme_of(limb, after, moved),
         displacement=moved,
-        told=(*after.notes[len(limb.notes) :], enclosure(after.mesh), *said),
+        told=(*after.notes[len(limb.notes) :], *said, enclosure(after.mesh)),
         concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
         becomes=becomes,
     )
