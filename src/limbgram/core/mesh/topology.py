@@ -437,3 +437,20 @@ def components(links: np.ndarray, count: int):
         else:
             labels[node] = labels[root[node]]
     return labels
+
+
+def corners_by_vertex(faces: Faces, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (3 f + k) at vertex v are corners[starts[v]:starts[v + 1]]."""
+    flat = faces.ravel()
+    starts = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=count))])
+    corners = np.empty(flat.size, np.int64)
+    _sort_corners(flat, starts[:-1].copy(), corners)
+    return starts, corners
+
+
+@njit(cache=True, nogil=True)
+def _sort_corners(vertex_of: np.ndarray, place: np.ndarray, corners: np.ndarray):
+    """Corners in the order of their vertices, each vertex's in their own."""
+    for corner in range(vertex_of.shape[0]):
+        corners[place[vertex_of[corner]]] = corner
+        place[vertex_of[corner]] += 1

@@ -410,15 +410,14 @@ def _bands(
 ) -> list[_Band]:
     """What lies in either of the two bands of lengths."""
     told = painted.counted
-    area = thin_plate.area_mm2
+    loads = [thin_plate.area_mm2 * probe for probe in usual.probes]
     unseen = times_unseen(equations.photos)[told]
     found: list[_Band] = []
     for band in _BANDS:
         taken: list[Float64[np.ndarray, "k n"]] = []
         for times in band:
-            noises = [area * probe for probe in usual.probes]
-            both = _taken_by(times * equations.length_mm, usual, thin_plate, noises)
-            taken.append(np.array(both)[:, told])
+            length_mm = times * equations.length_mm
+            taken.append(np.array(_taken_by(length_mm, usual, thin_plate, loads))[:, told])
         whole, *noises = taken[1] - taken[0]
         noise = sum(usual_square(np.sqrt(unseen) * each) for each in noises) / PROBES
         found.append(_Band(usual_square(whole) - noise, noise))

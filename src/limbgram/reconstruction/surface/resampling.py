@@ -20,7 +20,7 @@ from limbgram.core.geometry.arrays import Faces
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import is_edge_manifold, taking_vertices
+from limbgram.core.mesh.topology import corners_by_vertex, is_edge_manifold, taking_vertices
 from limbgram.core.run import track
 
 
@@ -231,23 +231,6 @@ def _closed_up(faces: np.ndarray, goes_to: np.ndarray):
                 left[at, k] = number[goes_to[faces[f, k]]]
             at += 1
     return left, whole, used
-
-
-def corners_by_vertex(faces: Faces, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (3 f + k) at vertex v are corners[starts[v]:starts[v + 1]]."""
-    flat = faces.ravel()
-    starts = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=count))])
-    corners = np.empty(flat.size, np.int64)
-    _sort_corners(flat, starts[:-1].copy(), corners)
-    return starts, corners
-
-
-@njit(cache=True, nogil=True)
-def _sort_corners(vertex_of: np.ndarray, place: np.ndarray, corners: np.ndarray):
-    """Corners in the order of their vertices, each vertex's in their own."""
-    for corner in range(vertex_of.shape[0]):
-        corners[place[vertex_of[corner]]] = corner
-        place[vertex_of[corner]] += 1
 
 
 @njit(cache=True, nogil=True)

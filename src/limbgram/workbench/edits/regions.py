@@ -28,7 +28,13 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh, dots, unit
 from limbgram.core.mesh.sections import area_and_centroid, cut
-from limbgram.core.mesh.topology import boundary_half_edges, components, edge_lengths, find_edges
+from limbgram.core.mesh.topology import (
+    boundary_half_edges,
+    components,
+    corners_by_vertex,
+    edge_lengths,
+    find_edges,
+)
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.reconstruction.surface.holes import fill_holes
 from limbgram.workbench.anatomy.names import named
@@ -520,16 +526,17 @@ def _spread(
     kept = np.zeros(len(mesh), np.bool_)
     kept[faces] = True
     used = np.flatnonzero(kept)
-    compact = (np.cumsum(kept) - 1)[faces]
+    compact = (np.cumsum(kept) - 1).astype(np.int32)[faces]
     distance = start_mm[used].copy()
     sides = _sides(mesh.vertices_mm[used], compact)
-    _spread_over(compact, sides, *_faces_round(compact, len(used)), distance, limit_mm, circular)
+    begins, corners = corners_by_vertex(compact, len(used))
+    _spread_over(compact, sides, begins, corners // 3, distance, limit_mm, circular)
     whole = start_mm.copy()
     whole[used] = distance
     return whole
 
 
-def _sides(vertices: Points3, faces: Int64[np.ndarray, "f 3"]) -> Float64[np.ndarray, "f 3 5"]:
+def _sides(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3 5"]:
     """Of each side of each face, from a to b: five lengths.
 
     Its own, how far along it the third corner c lies and how far from it, and how far c lies from a
@@ -540,23 +547,6 @@ def _sides(vertices: Points3, faces: Int64[np.ndarray, "f 3"]) -> Float64[np.nda
     edge = np.maximum(np.linalg.norm(along, axis=2), 1e-12)
     x, y = (along * to_c).sum(2) / edge, np.linalg.norm(np.cross(along, to_c), axis=2) / edge
     return np.stack([edge, x, y, np.hypot(x, y), np.hypot(x - edge, y)], axis=2)
-
-
-@njit(cache=True, nogil=True)
-def _faces_round(faces: np.ndarray, count: int):
-    """Where the faces of each vertex begin in the list, and that list."""
-    begins = np.zeros(count + 2, np.int64)
-    for f in range(len(faces)):
-        for k in range(3):
-            begins[faces[f, k] + 2] += 1
-    begins = np.cumsum(begins)
-    found = np.empty(3 * len(faces), np.int64)
-    for f in range(len(faces)):
-        for k in range(3):
-            vertex = faces[f, k]
-            found[begins[vertex + 1]] = f
-            begins[vertex + 1] += 1
-    return begins, found
 
 
 @njit(cache=True, nogil=True)

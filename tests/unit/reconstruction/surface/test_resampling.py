@@ -11,12 +11,13 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import (
     boundary_loops,
+    corners_by_vertex,
     find_edges,
     half_edges,
     is_edge_manifold,
     with_faces,
 )
-from limbgram.reconstruction.surface.resampling import corners_by_vertex, find_twins, refine
+from limbgram.reconstruction.surface.resampling import find_twins, refine
 
 SPHERE = trimesh.creation.icosphere(5, 30.0)
 
