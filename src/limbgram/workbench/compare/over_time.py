@@ -42,6 +42,7 @@ from limbgram.workbench.compare.levels import (
     shared_heights_mm,
 )
 from limbgram.workbench.compare.registration import Alignment
+from limbgram.workbench.compare.skins import skins_to_compare
 from limbgram.workbench.limb import Limb
 
 _FEWEST_REPEATS = 2
@@ -117,7 +118,7 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     Raises:
         MeasureError: a scan cannot be laid on the first, or its volume is open.
     """
-    limbs = [outside_by_name(limb) for limb in limbs]
+    limbs, walls = skins_to_compare([outside_by_name(limb) for limb in limbs])
     first = limbs[0]
     axes = axes_of(first)
     alignments = tuple(lay(first, limb, axes, options.registration) for limb in limbs[1:])
@@ -148,7 +149,7 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
         [level.measures["tape_mm"].second if level.measures else None for level in change.levels]
         for change in against
     ]
-    notes = [one for limb in limbs for one in limb.notes]
+    notes = [*walls, *(one for limb in limbs for one in limb.notes)]
     notes += [one for alignment in alignments for one in alignment.notes]
     notes += [one for limb in limbs[1:] for one in at_odds(first, limb)]
     notes += [] if axes.doubt is None else [axes.doubt]

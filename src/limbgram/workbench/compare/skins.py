@@ -1,16 +1,18 @@
 """Skins: of a wall with two skins, such as a socket, the one that its limb would touch.
 
-In      two shapes, either of which may be a wall.
+In      two shapes or more, any of which may be a wall.
 Out     the same, each wall as one skin that faces outwards as a limb does; and what was taken.
 Method  The inside is what `measured_skin` tells by levels; the outside is what is left of the wall
         without it, its rim included. The inside counts, as of a socket, also where a limb that was
-        much reduced lies nearer to the outside; the outside only where it is the other shape's own
-        surface, of which the wall was made inwards. Of two walls the insides count. A wall that is
+        much reduced lies nearer to the outside; the outside only where it is the own surface of the
+        first shape that is no wall, of which the wall was made inwards. Of walls alone the insides
+        count. A wall that is
         open on a side, as a half shell is, shows no hollow: both its skins are compared, and that
         is said.
 Fails   never.
 """
 
+from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -35,20 +37,28 @@ class _Taken(NamedTuple):
     skin: Literal["inside", "outside", "both"]
 
 
-def skins_to_compare(first: Limb, second: Limb) -> tuple[Limb, Limb, tuple[Finding, ...]]:
-    """Both shapes as what is compared of them, and what is to be said of each wall."""
-    both = first, second
-    walls = [_wall(limb) for limb in both]
+class Skins(NamedTuple):
+    """What is compared of shapes."""
+
+    limbs: tuple[Limb, ...]
+    said: tuple[Finding, ...]
+    """Of each wall."""
+
+
+def skins_to_compare(limbs: Sequence[Limb]) -> Skins:
+    """Shapes as what is compared of them, in their order, and what is to be said of each wall."""
+    walls = [_wall(limb) for limb in limbs]
+    limb_itself = next((limb for limb, wall in zip(limbs, walls) if wall is None), None)
     taken = [
-        _Taken(limb, "both") if wall is None else _skin(limb, None if others_wall else other)
-        for limb, wall, other, others_wall in zip(both, walls, both[::-1], walls[::-1], strict=True)
+        _Taken(limb, "both") if wall is None else _skin(limb, limb_itself)
+        for limb, wall in zip(limbs, walls, strict=True)
     ]
     said = tuple(
         doubt("compare.wall", name=limb.name, median_mm=wall.median_mm, skin=one.skin)
-        for limb, wall, one in zip(both, walls, taken, strict=True)
+        for limb, wall, one in zip(limbs, walls, taken, strict=True)
         if wall is not None
     )
-    return taken[0].limb, taken[1].limb, said
+    return Skins(tuple(one.limb for one in taken), said)
 
 
 def _wall(limb: Limb) -> Thickness | None:
@@ -56,7 +66,7 @@ def _wall(limb: Limb) -> Thickness | None:
 
 
 def _skin(wall: Limb, other: Limb | None) -> _Taken:
-    """The skin of a wall that is compared with another shape, or with another wall: None."""
+    """The skin of a wall that is compared with another shape, or with walls alone: None."""
     mesh = wall.mesh
     inner = inner_faces(mesh_in_frame(mesh, axes_of(wall).limb_from_mesh))
     if not inner.any():

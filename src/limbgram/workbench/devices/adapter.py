@@ -1,10 +1,11 @@
 """Adapter: where the plate of a modular prosthesis sits under a socket, and what joins both.
 
 Method  The line of reference leads from the middle of the socket, half way up, straight down. The
-        socket leans against it: its upper end forwards by flexion, outwards by adduction. The plate
-        lies square to the line; the foot's direction is the limb's, turned outwards by toe-out;
-        inset moves the plate medially. The order of turns does not matter: the line has both
-        slopes at once.
+        socket leans against it as the joint above flexes: below a knee its upper end forwards, as
+        the end of a shank goes backwards; below a hip backwards, as that of a thigh goes forwards.
+        Adduction takes the upper end outwards. The plate lies square to the line; the foot's
+        direction is the limb's, turned outwards by toe-out; inset moves the plate medially. The
+        order of turns does not matter: the line has both slopes at once.
 """
 
 from collections.abc import Mapping
@@ -16,6 +17,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import unit
 from limbgram.workbench.devices.blocks import RoundCone
 from limbgram.workbench.devices.body import Body
+from limbgram.workbench.devices.device import FlexedJoint
 from limbgram.workbench.devices.fittings import Part, hole, plate, pyramid
 from limbgram.workbench.devices.shell import Layout
 
@@ -49,14 +51,17 @@ class Plate:
     parts: tuple[Part, ...]
 
 
-def plate_of(body: Body, layout: Layout, values: Mapping[str, float]) -> Plate:
+def plate_of(body: Body, layout: Layout, values: Mapping[str, float], joint: FlexedJoint) -> Plate:
     """The plate under a socket.
+
+    Args:
+        joint: The one above the socket, which flexes.
 
     Raises:
         EditError: nobody said which side the limb is of.
     """
     out = body.outward()
-    up, ahead = _line_of(values, out)
+    up, ahead = _line_of(values, joint, out)
     turn = np.radians(values["toe_out_deg"])
     sideways = unit((out - (out @ up) * up)[None])[0]
     foot = np.cos(turn) * ahead + np.sin(turn) * (sideways - (sideways @ ahead) * ahead)
@@ -108,9 +113,12 @@ def plate_of(body: Body, layout: Layout, values: Mapping[str, float]) -> Plate:
     return Plate(alignment=alignment, block=block, parts=parts)
 
 
-def _line_of(values: Mapping[str, float], out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _line_of(
+    values: Mapping[str, float], joint: FlexedJoint, out: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Up the line of reference, and forwards square to it, in the limb frame."""
-    back = np.tan(np.radians(values["flexion_deg"]))
+    flexed = np.radians(values["flexion_deg"])
+    back = np.tan(flexed if joint == "knee" else -flexed)
     inwards = np.tan(np.radians(values["adduction_deg"]))
     up = unit((np.array([0.0, -back, 1.0]) - inwards * out)[None])[0]
     forward = np.array([0.0, 1.0, 0.0])

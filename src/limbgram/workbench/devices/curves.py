@@ -2,26 +2,24 @@
 
 A spline in space, brought to the surface, jumps where the surface turns away under it
 (`edits/regions.draw_curve`, for points that were drawn close together). Here the shortest ways
-along the mesh's edges join the points, and are made fair on the surface.
+over the surface join the points, and are made fair on it.
 
 Method  Points along the curve move to where it bends least, each the mean of four neighbours (the
         discrete biharmonic equation), and back to the surface; the given points stay. Coarse steps
-        first, so that the whole curve settles; so every step is short, and none jumps.
+        first: every step is short, and none jumps. Corners are rounded far; a long leg stays near
+        the shortest way, for so many rounds do not settle all of it. So that way has to be the
+        surface's own: one along the edges of triangles would differ from scan to scan of a limb.
 """
 
 import numpy as np
 from jaxtyping import Float64, Int64
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
-from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, lengths, unit
-from limbgram.core.mesh.topology import edge_lengths, find_edges
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.edits.regions import Curve
-from limbgram.workbench.measures.geodesic import length_mm
+from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 
 _STEPS_MM = (16.0, 8.0, 4.0, 2.0, 1.0, 0.5)
 _ROUNDS = 60
@@ -44,7 +42,11 @@ def fair_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
     """
     count = len(picked_mm)
     tree = tree_on(mesh)
-    legs, ring = _legs(mesh, tree, picked_mm), picked_mm
+    ring = picked_mm
+    legs = [
+        shortest_path(mesh, here, ahead)
+        for here, ahead in zip(picked_mm, np.roll(picked_mm, -1, axis=0), strict=True)
+    ]
     for step_mm in _STEPS_MM:
         parts = [_even(leg, max(_LEAST_PARTS, round(length_mm(leg) / step_mm))) for leg in legs]
         sizes = np.array([len(part) for part in parts])
@@ -57,29 +59,6 @@ def fair_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
     found = tree.closest(ring)
     normals = mesh.vertex_normals()[mesh.faces[found.faces]].mean(1)
     return Curve(found.points_mm, _evened(normals))
-
-
-def _legs(mesh: Mesh, tree: TriangleTree, picked_mm: Points3) -> list[Line]:
-    """Ways along edges from each place to the next."""
-    near = mesh.faces[tree.closest(picked_mm).faces, 0]
-    ends = find_edges(mesh.faces).ends
-    links = csr_array(
-        (edge_lengths(mesh.vertices_mm, ends), (ends[:, 0], ends[:, 1])),
-        shape=(len(mesh), len(mesh)),
-    )
-    far_mm, before = dijkstra(links, directed=False, indices=near, return_predecessors=True)
-    legs: list[Line] = []
-    for k, start in enumerate(near):
-        ahead = (k + 1) % len(near)
-        vertex = near[ahead]
-        if not np.isfinite(far_mm[k, vertex]):
-            raise MeasureError("measure.path.apart")
-        way = [vertex]
-        while way[-1] != start:
-            way.append(before[k, way[-1]])
-        inner = mesh.vertices_mm[way[-2:0:-1]]
-        legs.append(np.concatenate([picked_mm[k : k + 1], inner, picked_mm[ahead : ahead + 1]]))
-    return legs
 
 
 def _settled(ring: Points3, held: Int64[np.ndarray, " k"], tree: TriangleTree) -> Points3:

@@ -19,6 +19,8 @@ from limbgram.workbench.devices import kinds
 from limbgram.workbench.devices.trims import Amount, Measure, Trim, TrimPoint, measures_in
 
 Fabrication = Literal["printed", "draped"]
+FlexedJoint = Literal["knee", "hip"]
+"""Where it flexes, a knee takes the end of the limb backwards, a hip forwards."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,8 +156,9 @@ class Device:
     ridges: tuple[Ridge, ...] = ()
     seats: tuple[Seat, ...] = ()
     slits: tuple[Slit, ...] = ()
-    adapter: bool = False
-    """A plate of modular prostheses under its end, with its alignment."""
+    adapter: FlexedJoint | None = None
+    """A plate of modular prostheses under its end, with its alignment, which goes by how the joint
+    above flexes."""
     widths: tuple[Width, ...] = ()
     more: tuple[Measure, ...] = ()
     """Measures beside those of the trim, the wall and the adapter."""

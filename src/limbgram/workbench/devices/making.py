@@ -327,7 +327,7 @@ def make_device(limb: Limb, order: Order) -> Made:
     alignment = None
     if device.adapter:
         with refusals_about("adapter"):
-            plate = plate_of(body, preview.layout, values)
+            plate = plate_of(body, preview.layout, values, device.adapter)
         alignment = plate.alignment
         blocks.append(plate.block)
         parts += plate.parts

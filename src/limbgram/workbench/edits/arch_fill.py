@@ -6,7 +6,7 @@ import numpy as np
 
 from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.sole import Sole, bump, ramp
+from limbgram.workbench.edits.sole import Sole, bump, ramp, whole
 from limbgram.workbench.limb import Limb
 
 
@@ -53,5 +53,6 @@ class ArchFill(Edit):
         x, y, z = sole.points_mm.T
         along = bump((y - sole.arch[1]) / (self.along * sole.length_mm))
         across = ramp((sole.lateral_mm - x) / (sole.lateral_mm - sole.medial_mm))
-        down = np.minimum(self.depth_mm * along * across, np.maximum(z, 0.0))
-        return sole.moved(np.outer(down * sole.plantar, [0.0, 0.0, -1.0]))
+        share = whole(along * across * sole.plantar)
+        down = np.minimum(self.depth_mm * share, np.maximum(z, 0.0))
+        return sole.moved(np.outer(down, [0.0, 0.0, -1.0]))

@@ -3,11 +3,10 @@
 from typing import Annotated
 
 import numpy as np
-from jaxtyping import Float64
 
 from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.sole import Sole, ramp
+from limbgram.workbench.edits.sole import Sole, ramp, whole
 from limbgram.workbench.limb import Limb
 
 _HEEL_AT = 0.18
@@ -63,12 +62,7 @@ class Expansion(Edit):
         reach = np.linalg.norm(away, axis=1)
         back = ramp(reach / (0.8 * middle)) * ramp((1.5 * middle - y) / middle)
         steps = np.zeros_like(sole.points_mm)
-        steps[:, 0] = self.lateral_mm * _whole(side * low)
+        steps[:, 0] = self.lateral_mm * whole(side * low)
         outwards = away / np.maximum(reach, 1e-9)[:, None]
-        steps[:, :2] += self.heel_mm * _whole(back * low)[:, None] * outwards
+        steps[:, :2] += self.heel_mm * whole(back * low)[:, None] * outwards
         return sole.moved(steps)
-
-
-def _whole(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """So scaled that it is 1 where it is most."""
-    return share / max(float(share.max(initial=0.0)), 1e-9)

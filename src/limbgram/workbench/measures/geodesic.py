@@ -34,6 +34,7 @@ from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import Edges, find_edges
+from limbgram.core.mesh.tree_cache import tree_on
 
 _FIRST_REACH = 1.6
 """The way is first looked for among faces that a way so much longer than straight could touch."""
@@ -53,7 +54,7 @@ def shortest_path(mesh: Mesh, start_mm: Vector3, end_mm: Vector3) -> Points3:
     Raises:
         MeasureError: no surface joins the two places.
     """
-    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    tree = tree_on(mesh)
     closest = tree.closest(np.stack([start_mm, end_mm]).astype(np.float64))
     first, last = (int(face) for face in closest.faces)
     places_mm = closest.points_mm

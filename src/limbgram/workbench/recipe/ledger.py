@@ -12,7 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial import KDTree
 
+from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
@@ -163,12 +165,27 @@ def extreme_of(before: Limb, after: Limb, moved: Displacement | None) -> Extreme
     )
 
 
-def cover_mm(before: Limb, after: Limb) -> tuple[float, float] | None:
-    """Between which heights a cut was closed by a cover; None where it was left open."""
+def cover_of(before: Limb, after: Limb) -> Points3 | None:
+    """Vertices of the cover by which a cut was closed; None where it was left open."""
     corners = after.mesh.vertices_mm[after.mesh.faces]
     off_mm = tree_on(before.mesh).closest(corners.mean(1)).distances_mm
-    heights = upright(after).vertices_mm[after.mesh.faces[off_mm > ON_IT_MM], 2]
-    return (float(heights.min()), float(heights.max())) if heights.size else None
+    ids = np.unique(after.mesh.faces[off_mm > ON_IT_MM])
+    return after.mesh.vertices_mm[ids] if len(ids) else None
+
+
+def gone_along(covers: Sequence[Points3], before: Limb, after: Limb) -> tuple[Points3, ...]:
+    """Covers after an edit that moved the shape and kept its triangles, as a joint is turned."""
+    if not covers or len(after.mesh) != len(before.mesh):
+        return tuple(covers)
+    tree = KDTree(before.mesh.vertices_mm)
+    return tuple(after.mesh.vertices_mm[tree.query(one)[1]] for one in covers)
+
+
+def spans_mm(limb: Limb, covers: Sequence[Points3]) -> tuple[tuple[float, float], ...]:
+    """Between which heights each cover lies."""
+    motion = limb.known_limb_from_mesh
+    placed = covers if motion is None else [motion.apply(one) for one in covers]
+    return tuple((float(one[:, 2].min()), float(one[:, 2].max())) for one in placed)
 
 
 def volume_change(

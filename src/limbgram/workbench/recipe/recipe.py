@@ -18,6 +18,7 @@ from dataclasses import dataclass, field, fields, replace
 from difflib import SequenceMatcher
 
 from limbgram.core.errors import EditError, OptionsError
+from limbgram.core.geometry.arrays import Points3
 from limbgram.core.notebook import brief
 from limbgram.core.run import track
 from limbgram.findings import Finding, note
@@ -46,10 +47,12 @@ from limbgram.workbench.recipe.ledger import (
     Ledger,
     Line,
     choose_levels,
-    cover_mm,
+    cover_of,
     displacement_between,
     extreme_of,
     figures_of,
+    gone_along,
+    spans_mm,
     volume_change,
 )
 
@@ -153,7 +156,11 @@ def replay_as_it_is(recipe: Recipe, limb: Limb, kept: Kept | None = None) -> Rep
     ledger = Ledger(
         levels_mm=levels,
         lines=reached.lines,
-        volume=volume_change(began, reached.positive.limb, reached.positive.covers_mm)
+        volume=volume_change(
+            began,
+            reached.positive.limb,
+            spans_mm(reached.positive.limb, reached.positive.covers_mm),
+        )
         if reached.lines
         else None,
         places_mm=dict(reached.places_mm),
@@ -166,8 +173,8 @@ class _Positive:
     """A shape that encloses the limb, as a wall does not."""
 
     limb: Limb
-    covers_mm: tuple[tuple[float, float], ...] = ()
-    """Between which heights its cuts were covered."""
+    covers_mm: tuple[Points3, ...] = ()
+    """Vertices of what covers its cuts, of each cut."""
 
 
 @dataclass(frozen=True)
@@ -182,8 +189,8 @@ class _Reached:
     positive: "_Positive"
     """The last one, before a wall was made over it."""
     places_mm: Mapping[str, float]
-    covers_mm: tuple[tuple[float, float], ...] = ()
-    """Between which heights the cuts so far were covered, those of a wall too."""
+    covers_mm: tuple[Points3, ...] = ()
+    """Vertices of what covers the cuts so far, those of a wall too."""
     lines: tuple[Line, ...] = ()
     walled: Wall | None = None
 
@@ -208,10 +215,10 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
             "recipe.edit.refused", number=number, edit=described(entry), reason=error.finding
         ) from error
     effect = entry.edit.about.effect
-    covered = cover_mm(limb, after) if effect.volume == "cuts" else None
+    covered = cover_of(limb, after) if effect.volume == "cuts" else None
     covers = () if covered is None else (covered,)
-    all_covers = (*reached.covers_mm, *covers)
-    gained = figures_of(after, reached.levels_mm, all_covers)
+    all_covers = (*gone_along(reached.covers_mm, limb, after), *covers)
+    gained = figures_of(after, reached.levels_mm, spans_mm(after, all_covers))
     found = AtPlaces(pressures=(), shifts_mm={})
     reach_mm = (0.0, 0.0)
     if effect.moves_skin:
@@ -231,7 +238,7 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         edit=described(entry),
         before=reached.figures,
         after=gained,
-        volume=None if becomes else volume_change(limb, after, covers),
+        volume=None if becomes else volume_change(limb, after, spans_mm(after, covers)),
         extreme=extreme_of(limb, after, moved),
         displacement=moved,
         told=(*after.notes[len(limb.notes) :], *said, enclosure(after.mesh)),

@@ -1,6 +1,8 @@
 """A wall is compared by the skin that its limb would touch, and is told to be a wall."""
 
 import math
+from collections.abc import Callable
+from datetime import date
 
 import numpy as np
 import pytest
@@ -8,7 +10,8 @@ import pytest
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding
-from limbgram.workbench.compare.comparison import Comparison, compare
+from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
+from limbgram.workbench.compare.over_time import Visit, follow, repeats
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.reduction import Reduction
 from limbgram.workbench.edits.wall import Wall
@@ -66,6 +69,34 @@ def test_a_socket_over_a_reduced_limb_is_smaller_by_the_reduction(per_cent: floa
     assert [one.values["skin"] for one in _walls(found)] == ["inside"]
     assert found.radial is not None
     assert found.radial.mre_mm == pytest.approx(-RADIUS_MM * per_cent / 100, abs=0.05)
+
+
+def _socket(per_cent: float, thickness_mm: float = 4.0) -> Limb:
+    reduced = Reduction(heights_mm=(0.0, HIGH_MM), per_cent=(per_cent, per_cent), of="girth")
+    limb = do_edit(_cup(), reduced) if per_cent else _cup()
+    return do_edit(limb, Wall(thickness_mm=thickness_mm))
+
+
+@pytest.mark.parametrize("first", [_cup, lambda: _socket(0.0)], ids=["limb", "socket"])
+def test_sockets_over_time_are_followed_by_what_they_hold(first: Callable[[], Limb]) -> None:
+    """Both skins of a wall of 4 mm would hold a fifth of it, and a tape lie 25 mm farther out."""
+    shapes = (first(), _socket(3.0), _socket(6.0))
+    days = [date(2026, 3, day) for day in (2, 9, 16)]
+    series = follow([Visit(limb=limb, day=day) for limb, day in zip(shapes, days, strict=True)])
+    left = np.array([1.0, 0.97, 0.94])
+    np.testing.assert_allclose(series.stack.volumes_mm3, left**2 * AREA_MM2 * 180, rtol=2e-3)
+    girth_mm = 2 * SPOKES * RADIUS_MM * math.sin(math.pi / SPOKES)
+    middle = series.stack.tapes_mm[:, len(series.stack.heights_mm) // 2]
+    np.testing.assert_allclose(middle, left * girth_mm, atol=0.3)
+    told = [one for one in series.stack.notes if one.code == "compare.wall"]
+    assert {one.values["skin"] for one in told} == {"inside"}
+
+
+def test_walls_of_one_limb_repeat_it_however_thick_they_are() -> None:
+    found = repeats([_socket(0.0, thick_mm) for thick_mm in (3.0, 4.0, 5.0)], CompareOptions())
+    volumes = found.stack.volumes_mm3
+    np.testing.assert_allclose(volumes, AREA_MM2 * 180, rtol=1e-3)
+    assert np.ptp(found.stack.tapes_mm, axis=0).max() < 0.05
 
 
 def test_a_half_shell_is_told_to_be_compared_by_both_skins() -> None:

@@ -11,7 +11,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.workbench.devices.adapter import plate_of
 from limbgram.workbench.devices.body import Body
-from limbgram.workbench.devices.device import ADAPTER
+from limbgram.workbench.devices.device import ADAPTER, FlexedJoint, devices
 from limbgram.workbench.devices.fittings import fitted, imported, plate, pyramid
 from limbgram.workbench.devices.layout import Covered
 from limbgram.workbench.devices.proof import require_solid
@@ -93,21 +93,25 @@ def socket_of(limb: Limb) -> tuple[Body, Layout]:
     return body, Layout(positive=covered.positive, beyond_mm=covered.beyond_mm, thickness_mm=thick)
 
 
+@pytest.mark.parametrize(("joint", "ahead"), [("knee", 1.0), ("hip", -1.0)])
 @pytest.mark.parametrize("side", ["right", "left"])
-def test_the_socket_leans_over_its_plate_as_asked(side: str) -> None:
-    """Seen from the plate: flexed, its upper end lies in front; adducted, it lies outwards."""
+def test_the_socket_leans_over_its_plate_as_asked(
+    side: str, joint: FlexedJoint, ahead: float
+) -> None:
+    """Seen from the plate: below a flexed knee its upper end lies in front, below a flexed hip
+    behind, for a thigh points forwards; adducted, it lies outwards."""
     body, layout = socket_of(make_stump("right" if side == "right" else "left"))
     out = 1.0 if side == "right" else -1.0
     flat = dict.fromkeys(("flexion_deg", "adduction_deg", "toe_out_deg", "inset_mm"), 0.0)
 
     def turned(**asked: float) -> Rigid:
         values = values_of(ADAPTER, {**flat, **asked})
-        return plate_of(body, layout, values).alignment.limb_from_plate.inverse
+        return plate_of(body, layout, values, joint).alignment.limb_from_plate.inverse
 
     up = np.array([0.0, 0, 1])
     flexed = turned(flexion_deg=10.0).rotation @ up
     np.testing.assert_allclose(
-        flexed, [0, np.sin(np.radians(10)), np.cos(np.radians(10))], atol=1e-9
+        flexed, [0, ahead * np.sin(np.radians(10)), np.cos(np.radians(10))], atol=1e-9
     )
     adducted = turned(adduction_deg=8.0).rotation @ up
     np.testing.assert_allclose(adducted[0] * out, np.sin(np.radians(8)), atol=1e-9)
@@ -117,9 +121,14 @@ def test_the_socket_leans_over_its_plate_as_asked(side: str) -> None:
     np.testing.assert_allclose(inset, [-7.0 * out, 0, 0], atol=1e-9)
 
 
+def test_a_socket_goes_by_the_joint_above_its_limb() -> None:
+    joints = {(one.kind, one.adapter) for one in devices().values() if one.adapter}
+    assert joints == {("transtibial", "knee"), ("transfemoral", "hip")}
+
+
 def test_the_plate_lies_below_the_end_by_what_is_built() -> None:
     body, layout = socket_of(make_stump())
     values = values_of(ADAPTER, {"flexion_deg": 0.0, "adduction_deg": 0.0, "build_mm": 22.0})
-    origin = plate_of(body, layout, values).alignment.limb_from_plate.translation
+    origin = plate_of(body, layout, values, "knee").alignment.limb_from_plate.translation
     lowest = body.mesh.vertices_mm[:, 2].min()
     assert origin[2] == pytest.approx(lowest - 5.0 - 22.0 - 14.0, abs=1e-9)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from scipy.spatial import Delaunay
+from scipy.spatial import Delaunay, KDTree
 from tests.unit.workbench.devices.shapes import make_foot
 
 from limbgram.core.errors import EditError
@@ -97,6 +97,8 @@ def test_a_left_limb_has_the_same_edges_mirrored(bodies: dict[str, Limb]) -> Non
     for one, other in zip(right.handles, left.handles, strict=True):
         mirror = np.array(other.point_mm) * [-1, 1, 1]
         np.testing.assert_allclose(mirror, one.point_mm, atol=0.05)
+    (edge,), mirrored = right.edges, left.edges[0].curve.points_mm * [-1, 1, 1]
+    assert KDTree(mirrored).query(edge.curve.points_mm)[0].max() < 0.5  # as far as points lie apart
 
 
 def test_a_handle_goes_where_it_says(bodies: dict[str, Limb]) -> None:

@@ -17,9 +17,10 @@ from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.reduction import Reduction
 from limbgram.workbench.edits.relieve import Relieve
+from limbgram.workbench.edits.repose import Repose
 from limbgram.workbench.edits.trimline import Trimline
 from limbgram.workbench.edits.wall import Wall
-from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.recipe.ledger import SPACING_MM, choose_levels, lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
@@ -237,6 +238,38 @@ def test_a_level_through_the_cover_of_a_cut_has_no_girth() -> None:
     assert ledger.levels_mm == (20, 40, 60, 80, 100, 120, 140, 160, 180)
     told = [girth is not None for girth in ledger.lines[-1].after.girths_mm]
     assert told == [True] * 5 + [False] * 4
+
+
+ANKLE_MM = 150.0
+
+
+def test_a_cover_goes_along_with_a_joint_that_is_turned() -> None:
+    """Cut level at 40 mm and turned by 10 degrees about 150 mm, the cover slants from below 40 to
+    over it: a tape at 40 mm would run across it."""
+    places = {
+        "medial malleolus": (45.0, 0.0, ANKLE_MM),
+        "lateral malleolus": (-45.0, 0.0, ANKLE_MM),
+        "tibial tubercle": (0.0, 50.0, 195.0),
+        "first metatarsal head": (20.0, 0.0, 45.0),
+        "fifth metatarsal head": (-20.0, 0.0, 45.0),
+    }
+    foot = replace(
+        cup(50.0, 200.0),
+        kind="foot",
+        landmarks=tuple(
+            Landmark(name=name, position_mm=np.array(at)) for name, at in places.items()
+        ),
+    )
+    cut = PlaneCut(height_mm=40.0, keep="proximal", capped=True)
+    turned = Repose(joint="ankle", by_deg=10.0, band_mm=60.0)
+    ledger = replay(Recipe(name="r", entries=(Entry(edit=cut), Entry(edit=turned))), foot).ledger
+    at = ledger.levels_mm.index(40)
+    slant_mm = 50.0 * np.sin(np.radians(10.0))
+    middle_mm = ANKLE_MM - (ANKLE_MM - 40.0) * np.cos(np.radians(10.0))
+    assert middle_mm - slant_mm < 40.0 < middle_mm + slant_mm
+    assert ledger.lines[-1].after.girths_mm[at] is None
+    beyond = next(k for k, z in enumerate(ledger.levels_mm) if z > middle_mm + slant_mm)
+    assert ledger.lines[-1].after.girths_mm[beyond] is not None
 
 
 def test_a_wall_has_no_volume_to_compare_with_the_limb() -> None:

@@ -16,7 +16,7 @@ DEVICE = Device(
     wall=SOCKET,
     pads=(DISTAL_PAD,),
     ridges=(strip_behind("ischial tuberosity", -30.0),),
-    adapter=True,
+    adapter="hip",
     widths=(Width(measure="skeletal_ml_mm", at="ischial tuberosity"),),
     more=(SKELETAL_ML, PAD, STRIP),
 )

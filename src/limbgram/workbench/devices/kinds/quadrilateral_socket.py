@@ -16,6 +16,6 @@ DEVICE = Device(
     wall=SOCKET,
     pads=(DISTAL_PAD,),
     ridges=(strip_behind("ischial tuberosity", -30.0),),
-    adapter=True,
+    adapter="hip",
     more=(PAD, STRIP),
 )

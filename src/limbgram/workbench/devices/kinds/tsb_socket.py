@@ -16,6 +16,6 @@ DEVICE = Device(
     wall=SOCKET,
     pads=(DISTAL_PAD,),
     ridges=(strip_behind("patellar tendon", -30.0),),
-    adapter=True,
+    adapter="knee",
     more=(PAD, STRIP),
 )
