@@ -14,6 +14,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.core.mesh.folds import find_folds
 from limbgram.core.mesh.mesh import Mesh, Repairs
+from limbgram.core.mesh.topology import boundary_half_edges, with_faces
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.measuring.measurement_pass import MatchingOptions
@@ -27,6 +28,7 @@ CAMERA = Camera(
     width_px=360, height_px=330, fx=1000.0, fy=1004.0, cx=182.3, cy=161.9, k1=-0.12, p1=0.001
 )
 NOISE_GREY = 1.5
+FLOOR_MM = -30.0
 FACE_POINTS = np.random.default_rng(1).dirichlet(np.ones(3), 8)
 """The surface is what lies on the faces: on a ball, corners stand out and middles lie in."""
 SCALE = Scale(unit="mm", source="board", relative_sigma=0.0)
@@ -56,8 +58,10 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Ball:
     return _photographed(tmp_path_factory.mktemp("ball"), paint, random)
 
 
-def _photographed(folder: Path, paint: Paint, random: np.random.Generator) -> Ball:
-    """Ten photos from all sides of a ball painted so."""
+def _photographed(
+    folder: Path, paint: Paint, random: np.random.Generator, *, cut: bool = False
+) -> Ball:
+    """Ten photos from all sides of a ball painted so; cut: of its upper half over a floor."""
     names: list[str] = []
     poses: list[Rigid] = []
     for k in range(10):
@@ -66,7 +70,7 @@ def _photographed(folder: Path, paint: Paint, random: np.random.Generator) -> Ba
         pose = Rigid.looking_at(centre, random.normal(size=3), np.array([0.0, 0.0, 1.0]))
         names.append(f"ball{k:02d}.png")
         poses.append(pose)
-        grey = _photo_of_ball(View(names[-1], CAMERA, pose), paint)
+        grey = _photo_of_ball(View(names[-1], CAMERA, pose), paint, cut=cut)
         noisy = np.clip(grey * (1 - 0.02 * k) + random.normal(0, NOISE_GREY, grey.shape), 0, 255)
         cv2.imwrite(str(folder / names[-1]), np.round(noisy).astype(np.uint8))
     scene = Scene(
@@ -81,7 +85,7 @@ def _photographed(folder: Path, paint: Paint, random: np.random.Generator) -> Ba
     return Ball(folder, MetricScene(scene=scene, scale=SCALE))
 
 
-def _photo_of_ball(view: View, paint: Paint) -> np.ndarray:
+def _photo_of_ball(view: View, paint: Paint, *, cut: bool) -> np.ndarray:
     """Exact rays through four points of every pixel."""
     total = np.zeros((CAMERA.height_px, CAMERA.width_px))
     for dx in (-0.25, 0.25):
@@ -94,7 +98,13 @@ def _photo_of_ball(view: View, paint: Paint) -> np.ndarray:
             distance = -along - np.sqrt(np.maximum(inside, 0))
             hit = eye + distance[..., None] * rays
             grey = paint(hit.reshape(-1, 3)).reshape(inside.shape)
-            total += np.where(inside > 0, grey, 30)
+            behind, there = np.full(inside.shape, 30.0), inside > 0
+            if cut:
+                there &= hit[..., 2] > 0
+                down = np.minimum(rays[..., 2], -1e-3)
+                floor = eye + ((FLOOR_MM - eye[2]) / down)[..., None] * rays
+                behind = paint(floor.reshape(-1, 3)).reshape(inside.shape)
+            total += np.where(there, grey, behind)
     return total / 4
 
 
@@ -163,6 +173,24 @@ def test_what_no_photo_sees_is_called_filled_and_stays(ball: Ball) -> None:
     np.testing.assert_allclose(
         result.vertices_mm[bottom], start.vertices_mm[bottom], atol=0.5 * PIXEL_MM
     )
+
+
+def test_the_surface_ends_within_half_a_window_of_a_sharp_edge(tmp_path: Path) -> None:
+    """A bowl that ends at height 0; depth maps went on to -12 mm, over a floor painted as it is."""
+    random = np.random.default_rng(7)
+    waves, phases = random.normal(size=(40, 3)) * 0.9, random.uniform(0, 2 * np.pi, 40)
+
+    def paint(points: np.ndarray) -> np.ndarray:
+        return np.clip(120 + 9 * np.sin(points @ waves.T + phases).sum(-1), 10, 245)
+
+    bowl = _photographed(tmp_path, paint, random, cut=True)
+    whole = _start(0.3 * PIXEL_MM)
+    past = with_faces(whole, whole.faces[(whole.vertices_mm[whole.faces, 2] > -12.0).all(1)])
+    result = measure(read_photos([bowl.photos]), bowl.metric, past)
+    height_mm, half_window_mm = result.vertices_mm[:, 2], 4 * PIXEL_MM
+    assert height_mm.min() > -half_window_mm
+    row_mm = 0.83
+    assert height_mm[boundary_half_edges(result.faces)[:, 0]].max() < 2.5 * row_mm
 
 
 def test_a_crumpled_start_is_measured_without_folds(ball: Ball) -> None:

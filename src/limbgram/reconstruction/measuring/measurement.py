@@ -56,6 +56,8 @@ GRAZING_DEG = 85.0
 
 _RIM_RINGS = 8
 """Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
+_LOST_TO_CHANCE = 0.02
+"""Share of sound patches that are given up by a rim, so that what is alike by chance goes."""
 _BRIM_ROUNDS = 4
 """Rounds in which a closed notch is measured from its rim inwards."""
 
@@ -100,8 +102,8 @@ def measure(
     rim = _near(at_rim, mesh.faces, _RIM_RINGS + 1)
     imagery = prepare(crops, views)
     del crops  # all photos are in the imagery a second time
-    mesh, believed = _by_patches(mesh, imagery, views, seen_by, rim, matching)
-    mesh = cut_back(mesh, rim & ~believed, _RIM_RINGS)
+    mesh, alike = _by_patches(mesh, imagery, views, seen_by, rim, matching)
+    mesh = cut_back(mesh, rim & ~as_alike_as_inside(alike, rim), _RIM_RINGS)
     mesh, guessed = _with_even_brim(mesh, imagery, views, options)
     seen_by, unseen = _seen_by(mesh, views, matching)
     mesh, found = _jointly(mesh, imagery, views, seen_by, options)
@@ -145,11 +147,27 @@ def _by_patches(
     seen_by: Int32[np.ndarray, "n c"],
     densely: Bool[np.ndarray, " n"],
     options: MatchingOptions,
-) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
-    """The mesh moved by patches all over it, and which patches are believed."""
+) -> tuple[Mesh, Float32[np.ndarray, " n"]]:
+    """The mesh moved by patches all over it, and how alike those are that are believed."""
     seen = look(mesh, imagery, views, seen_by)
-    moves, believed = match_patches(mesh, imagery, seen, densely, options)
-    return _moved(mesh, moves, seen, options), believed
+    moves, alike = match_patches(mesh, imagery, seen, densely, options)
+    return _moved(mesh, moves, seen, options), alike
+
+
+def as_alike_as_inside(
+    alike: Float32[np.ndarray, " n"], rim: Bool[np.ndarray, " n"]
+) -> Bool[np.ndarray, " n"]:
+    """Believed patches that correlate as well as nearly all do away from the openings.
+
+    Depth maps reach past a sharp edge. Beyond it some patches look alike by chance, less than the
+    limb's own do, and would hold up tongues of a surface that is not there.
+
+    Args:
+        alike: Mean correlation of each believed patch, 0 elsewhere.
+    """
+    inside = alike[(alike > 0) & ~rim]
+    least = np.quantile(inside, _LOST_TO_CHANCE) if len(inside) else 0.0
+    return (alike > 0) & (alike >= least)
 
 
 def _jointly(

@@ -161,11 +161,12 @@ def match_patches(
     seen: SeenSurface,
     densely: Bool[np.ndarray, " n"],
     options: MatchingOptions,
-) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+) -> tuple[Float64[np.ndarray, " n"], Float32[np.ndarray, " n"]]:
     """Moves by patches, each on its own, and the plate through all of them.
 
-    Also tells which patches are believed. No two neighbours have a patch, except where every vertex
-    is asked for (`densely`): it is wider than an edge, so that one between says little more.
+    Also tells the mean correlation of the patches that are believed, 0 of the others. No two
+    neighbours have a patch, except where every vertex is asked for (`densely`): it is wider than an
+    edge, so that one between says little more.
     """
     near = seen.thin_plate.neighbours
     asked = densely | no_two_neighbours(near.indptr, near.indices)
@@ -177,7 +178,7 @@ def match_patches(
     # The plate is as stiff as if every vertex had been asked.
     usual = float(np.median(1 / sigma_mm[asked] ** 2))
     stiff = np.where(asked, 1 / sigma_mm**2, usual)
-    return _through(mesh, seen, found, sigma_mm, stiff), good
+    return _through(mesh, seen, found, sigma_mm, stiff), np.where(good, found.correlation, 0.0)
 
 
 @njit(cache=True, nogil=True)
@@ -218,6 +219,8 @@ class _Patches:
     offsets_mm: Float64[np.ndarray, " n"]
     sigma_mm: Float64[np.ndarray, " n"]
     """Formal."""
+    correlation: Float32[np.ndarray, " n"]
+    """Mean between the photos."""
     good: Bool[np.ndarray, " n"]
     """Believed."""
 
@@ -242,7 +245,8 @@ def _patches(
         state,
     )
     good = _believed(report, state[:, 0], seen.pixel_mm, options)
-    return _Patches(state[:, 0], np.maximum(report[:, 1], _HELD_PX * seen.pixel_mm), good)
+    sigma_mm = np.maximum(report[:, 1], _HELD_PX * seen.pixel_mm)
+    return _Patches(state[:, 0], sigma_mm, report[:, 3], good)
 
 
 def _through(

@@ -4,7 +4,8 @@ In      a manifold mesh whose open end is ragged: photos saw less of some sides 
 Out     the mesh with its notches filled and marked; what was there stays as it is, unless it
         folds: a ragged rim does where it is closed.
 Method  the whole opening is capped by a thin plate that continues the surface; of the cap stays
-        what goes on as a wall above the brim's level. Folds are laid back, and marked too.
+        what goes on as a wall above the brim's level, within the brim's convex hull: a notch lies
+        between measured parts. Folds are laid back, and marked too.
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int32
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import KDTree
+from scipy.spatial import ConvexHull, KDTree
 
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import square_to
@@ -33,6 +34,8 @@ _NOTCH_EDGES = 4.0
 """A brim that nowhere stands this many edge lengths above its level is even enough."""
 _FLOOR_DEG = 25.0
 """Parts of the cap flatter than this to the brim's plane are its floor, and go."""
+_END_DEG = 45.0
+"""Facets of the hull less tilted than this to the brim's plane are the limb's end."""
 _FLOOR_SHARE = 0.05
 """Parts of the floor smaller than this part of the largest one stay closed with the walls."""
 
@@ -69,7 +72,8 @@ def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
     if (mesh.vertices_mm[brim] @ upward).max() < notch_mm:
         return mesh
     capped = fill_holes(mesh.vertices_mm, mesh.faces, [brim], _CAP_EDGES * edge_mm)
-    opened = capped.faces[~_opening(mesh, capped, upward, level_mm, notch_mm)]
+    past = _past_end(capped, mesh.vertices_mm[brim], mesh.vertices_mm.mean(0), upward)
+    opened = capped.faces[~_opening(mesh, capped, upward, level_mm, notch_mm, past)]
     opened = largest_manifold(capped.vertices_mm, opened)
     result = with_faces(_carried(mesh, capped), opened)
     much = _filled_area(result) - _filled_area(mesh) > options.most_share * result.area_mm2()
@@ -111,14 +115,18 @@ def _opening(
     upward: Vector3,
     level_mm: float,
     notch_mm: float,
+    past: Bool[np.ndarray, " f"],
 ) -> Bool[np.ndarray, " f"]:
-    """Faces of the cap that are taken out again: its floor, in one part, and scraps at the rim."""
+    """Faces of the cap that are taken out again: its floor, in one part, and scraps at the rim.
+
+    `past` are those that go on past the end.
+    """
     new = ~np.isin(_keys(capped.faces), _keys(mesh.faces))
     heights = (capped.vertices_mm @ upward)[capped.faces].mean(1)
     flat = np.abs(face_normals(capped.vertices_mm, capped.faces) @ upward) > np.cos(
         np.radians(_FLOOR_DEG)
     )
-    going = np.flatnonzero(new & (flat | (heights < level_mm)))
+    going = np.flatnonzero(new & (flat | (heights < level_mm) | past))
     out = np.zeros(len(new), np.bool_)
     if len(going):
         labels = face_components(capped.faces[going])
@@ -134,6 +142,20 @@ def _opening(
     np.maximum.at(highest, part, heights[staying])
     out[staying[highest[part] < notch_mm]] = True
     return out
+
+
+def _past_end(
+    capped: Mesh, brim: Points3, middle_mm: Vector3, upward: Vector3
+) -> Bool[np.ndarray, " f"]:
+    """Faces that stand out of the convex hull of the brim at the limb's end.
+
+    Where one side of a limb ends higher than the others, as under a chin, the level is tilted: it
+    runs below the measured rim of the other side, which would grow by a wall that is not there.
+    """
+    hull = ConvexHull(np.vstack([brim, middle_mm])).equations
+    ends = hull[hull[:, :3] @ upward < -np.cos(np.radians(_END_DEG))]
+    middles = capped.vertices_mm[capped.faces].mean(1)
+    return (middles @ ends[:, :3].T + ends[:, 3] > 0).any(axis=1)
 
 
 def _as_one(

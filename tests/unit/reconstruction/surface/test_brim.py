@@ -12,7 +12,7 @@ RADIUS_MM, HEIGHT_MM, STEP_MM = 40.0, 70.0, 1.5
 NOTCH_DEG, NOTCH_MM = 35.0, 14.0
 
 
-def _beaker(notch_mm: float) -> Mesh:
+def _beaker(notch_mm: float, notch_deg: float = NOTCH_DEG) -> Mesh:
     """A tube round z, closed at its top, with a notch cut into its open lower end."""
     around = int(2 * np.pi * RADIUS_MM / STEP_MM)
     rows = int(HEIGHT_MM / STEP_MM)
@@ -27,7 +27,7 @@ def _beaker(notch_mm: float) -> Mesh:
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], lid])
     middle = vertices[faces].mean(1)
     turned = np.degrees(np.abs(np.arctan2(middle[:, 1], middle[:, 0])))
-    faces = faces[~((turned < NOTCH_DEG) & (middle[:, 2] < notch_mm))]
+    faces = faces[~((turned < notch_deg) & (middle[:, 2] < notch_mm))]
     used, compact = np.unique(faces, return_inverse=True)
     filled = np.zeros(len(used), np.bool_)
     return Mesh(
@@ -75,6 +75,15 @@ def test_a_crinkled_rim_is_closed_without_folds() -> None:
     assert even.filled is not None
     new = even.vertices_mm[even.filled]
     assert np.abs(np.hypot(new[:, 0], new[:, 1]) - RADIUS_MM).max() < 0.35 * NOTCH_MM
+
+
+def test_a_side_that_ends_higher_adds_nothing_below_the_other() -> None:
+    """As under a chin: over 144 degrees the wall begins 24 mm higher, and the level is tilted."""
+    chin = _beaker(24.0, notch_deg=72.0)
+    even = level_brim(chin, BrimOptions(most_share=1.0))
+    assert even.filled is not None
+    assert even.filled.any()
+    assert even.vertices_mm[:, 2].min() > -1.5 * STEP_MM
 
 
 def test_an_even_brim_stays() -> None:
