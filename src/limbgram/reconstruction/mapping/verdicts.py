@@ -323,6 +323,24 @@ class _Agreement(NamedTuple):
 def _agreement(
     photo: int, scene: Scene, places_px: Sequence[Points2], own: Sequence[VerifiedPair]
 ) -> _Agreement:
+    matched = matched_points(photo, scene, places_px, own)
+    xy_px, points = places_px[photo][matched[:, 0]], scene.points_in_world[matched[:, 1]]
+    lens = scene.cameras[scene.camera_idx[photo]]
+    pose = resect(lens, points, xy_px)
+    if pose is None:
+        return _Agreement(min(len(matched), FEWEST_POINTS - 1), len(matched))
+    off_px = np.linalg.norm(lens.project(pose.apply(points)) - xy_px, axis=1)
+    return _Agreement(int((off_px < LARGEST_MISS_PX).sum()), len(matched))
+
+
+def matched_points(
+    photo: int, scene: Scene, places_px: Sequence[Points2], own: Sequence[VerifiedPair]
+) -> Int64[np.ndarray, "m 2"]:
+    """Keypoints of a photo, each with a point of the scene that a pair of the photo says it shows.
+
+    Args:
+        own: The pairs of the photo.
+    """
     found = [np.zeros((0, 2), np.int64)]
     for pair in own:
         ends = pair.matches.first, pair.matches.second
@@ -335,11 +353,4 @@ def _agreement(
             point = point_of[pair.matches.keypoint_idx[:, 1 - side]]
             ours = pair.matches.keypoint_idx[:, side]
             found.append(np.column_stack([ours, point])[point >= 0])
-    matched = np.unique(np.concatenate(found), axis=0)
-    xy_px, points = places_px[photo][matched[:, 0]], scene.points_in_world[matched[:, 1]]
-    lens = scene.cameras[scene.camera_idx[photo]]
-    pose = resect(lens, points, xy_px)
-    if pose is None:
-        return _Agreement(min(len(matched), FEWEST_POINTS - 1), len(matched))
-    off_px = np.linalg.norm(lens.project(pose.apply(points)) - xy_px, axis=1)
-    return _Agreement(int((off_px < LARGEST_MISS_PX).sum()), len(matched))
+    return np.unique(np.concatenate(found), axis=0)
