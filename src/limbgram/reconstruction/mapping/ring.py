@@ -165,11 +165,25 @@ def _placed(
         raise refusal
     scene = best.scene
     if options.min_placed <= len(scene.placed) < len(scene.names):
-        scene = _with_left_out(scene, places_px, pairs, cameras, options, coded)
+        by = _without_contradicted(pairs, best.dropped)
+        scene = _with_left_out(scene, places_px, by, cameras, options, coded)
     _refuse_too_few(scene, options)
     scene = with_all_tracks(scene, places_px, pairs, options.track_px, coded)
     verdicts = judge(scene, photos, places_px, pairs, best.others, best.dropped)
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
+
+
+def _without_contradicted(pairs: Pairs, dropped: dict[int, Finding]) -> Pairs:
+    """Less those of photos that contradicted their pairs.
+
+    Such a photo shows a second thing that is as real, as the room in which a cast was turned over:
+    many points of that hold it, in a wrong place.
+    """
+    barred = {k for k, why in dropped.items() if why.code == "placing.photo.contradicted"}
+    kept = tuple(
+        one for one in pairs.verified if not {one.matches.first, one.matches.second} & barred
+    )
+    return Pairs(kept, pairs.rejected)
 
 
 def _with_left_out(

@@ -9,9 +9,10 @@ Method  The mapper resects a photo from points that three photos show, and asks 
         So a photo's place is tried by each of its general pairs, at the length of step on which
         most points agree, and by resection. The one with most points joins the scene, whose points
         are made anew and adjusted with it. The photo stays if chance would make so many points
-        agree in one of 10^4 photos, if its turn is known to a quarter of a degree, and if its pairs
-        do not contradict it. Matches of a verified pair lie near their epipolar lines even if they
-        are wrong: chance has to meet a place on the line.
+        agree in one of 10^4 photos, if its turn is known to a quarter of a degree, if its pairs do
+        not contradict it, and if no two of them turn it the same other way. Matches of a verified
+        pair lie near their epipolar lines even if they are wrong: chance has to meet a place on
+        the line.
 Fails   never: a photo that cannot be joined stays without a place.
 """
 
@@ -30,7 +31,7 @@ from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.mapping.resection import LARGEST_MISS_PX, resect
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.solution import turn_sigma_deg
-from limbgram.reconstruction.mapping.verdicts import contradicted, matched_points
+from limbgram.reconstruction.mapping.verdicts import contradicted, disputed, matched_points
 from limbgram.reconstruction.twoview.pairs import Pairs
 
 _BY_CHANCE = 1e-4
@@ -132,7 +133,9 @@ def _joined(
     holding = int(np.isin(place.keypoints, shown).sum())
     if place.by_chance(holding, outlier_sigmas * joined.sigma_px) > _BY_CHANCE:
         return None
-    if turn_sigma_deg(joined, photo) > _MOST_TURN_DEG or contradicted(joined, pairs)[photo]:
+    if turn_sigma_deg(joined, photo) > _MOST_TURN_DEG:
+        return None
+    if contradicted(joined, pairs)[photo] or disputed(joined, pairs)[photo]:
         return None
     return joined
 
