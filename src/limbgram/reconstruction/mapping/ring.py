@@ -6,7 +6,8 @@ Method  keypoints moved to agree with all their window matches; incremental mapp
         with the matches that reach farthest, lenses free that no board calibrated, and, where that
         leaves photos out, with those of EXIF held or without the pairs that contradict chains of
         stronger ones, and from other starts where the ring folded; photos that contradict their
-        pairs or hang on too few points lose their pose; tracks from all matches; our own adjustment
+        pairs or hang on too few points lose their pose; photos that were left out are placed by a
+        pair's turn and a few points (stragglers.py); tracks from all matches; our own adjustment
         with the calibration's covariance as a prior; a few photos that were zoomed lose theirs too;
         lenses of single photos are set free where the residuals ask for it.
 Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.
@@ -37,6 +38,7 @@ from limbgram.reconstruction.mapping.lens_evidence import LensEvidence, zoomed_p
 from limbgram.reconstruction.mapping.lens_selection import with_supported_lenses
 from limbgram.reconstruction.mapping.scene import Ring, Scene
 from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, Adjusted, Unheld, adjust
+from limbgram.reconstruction.mapping.stragglers import with_stragglers
 from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
 from limbgram.reconstruction.mapping.verdicts import (
     agreed_places,
@@ -161,10 +163,49 @@ def _placed(
             break
     if best is None:
         raise refusal
-    _refuse_too_few(best.scene, options)
-    scene = with_all_tracks(best.scene, places_px, pairs, options.track_px, coded)
+    scene = best.scene
+    if options.min_placed <= len(scene.placed) < len(scene.names):
+        by = _without_contradicted(pairs, best.dropped)
+        scene = _with_left_out(scene, places_px, by, cameras, options, coded)
+    _refuse_too_few(scene, options)
+    scene = with_all_tracks(scene, places_px, pairs, options.track_px, coded)
     verdicts = judge(scene, photos, places_px, pairs, best.others, best.dropped)
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
+
+
+def _without_contradicted(pairs: Pairs, dropped: dict[int, Finding]) -> Pairs:
+    """Less those of photos that contradicted their pairs.
+
+    Such a photo shows a second thing that is as real, as the room in which a cast was turned over:
+    many points of that hold it, in a wrong place.
+    """
+    barred = {k for k, why in dropped.items() if why.code == "placing.photo.contradicted"}
+    kept = tuple(
+        one for one in pairs.verified if not {one.matches.first, one.matches.second} & barred
+    )
+    return Pairs(kept, pairs.rejected)
+
+
+def _with_left_out(
+    scene: Scene,
+    places_px: Sequence[Points2],
+    pairs: Pairs,
+    cameras: Cameras,
+    options: MappingOptions,
+    coded: Coded | None,
+) -> Scene:
+    """With the photos that their pairs and few points place."""
+
+    def remade(scene: Scene) -> Scene:
+        tracked = with_all_tracks(scene, places_px, pairs, options.track_px, coded)
+        return _scene_of(_adjusted_alike(tracked, cameras, options))
+
+    before = remade(scene)
+    left = {*range(len(scene.names))} - {*before.placed}
+    theirs = tuple(one for one in pairs.verified if {one.matches.first, one.matches.second} & left)
+    solved = by_found_lenses(before, Pairs(theirs, pairs.rejected), cameras)
+    joined = with_stragglers(before, places_px, solved, remade, options.outlier_sigmas)
+    return joined if len(joined.placed) > len(scene.placed) else scene
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -137,6 +137,21 @@ def _respread(bundle: Bundle, body: Body | None, prior: "LensPrior", sigma_px: f
     return replace(bundle, ties=ties.respread(variance))
 
 
+def turn_sigma_deg(scene: Scene, photo: int) -> float:
+    """Standard deviation of a placed photo's turn, were the other photos and all lenses held.
+
+    About the axis of which least is known. Without a calibration all photos of a part of a ring
+    turn with the focal length, by a degree from end to end: that is left out here.
+    """
+    bundle = Bundle.of(scene)
+    first = POSE_SIZE * scene.placed.index(photo)
+    own = np.arange(first, first + POSE_SIZE)
+    normal = _Measured.at(bundle, bundle.sigma_px(scene), 0.0).only(own).normal
+    scale = np.outer(*[1.0 / np.sqrt(np.diag(normal))] * 2)
+    turn = (np.linalg.inv(normal * scale) * scale)[:3, :3]
+    return float(np.degrees(np.sqrt(np.linalg.eigvalsh(turn)[-1])))
+
+
 def predicted_falls(
     scenes: Sequence[Scene], priors: Sequence[Calibration], sigma_px: float, observations: int
 ) -> Float64[np.ndarray, " s"]:

@@ -157,6 +157,25 @@ def contradicted(scene: Scene, pairs: Pairs) -> Bool[np.ndarray, " p"]:
     and one of chance matches turns anyhow: a pair that disagrees counts if another one turns the
     photo the same way, or if it alone has more matches than all that agree.
     """
+    return np.array([bool(own) and _is_contradicted(own) for own in _turns(scene, pairs)], bool)
+
+
+def disputed(scene: Scene, pairs: Pairs) -> Bool[np.ndarray, " p"]:
+    """Photos that two pairs turn the same other way, however many agree with their poses.
+
+    Pairs of chance matches turn a photo anyhow. Where two turn it alike it shows two things that
+    moved against each other, as a cast that was turned over and its room, and may hang on either.
+    """
+    found: list[bool] = []
+    for own in _turns(scene, pairs):
+        against = np.array([one.from_placed for one in own if not one.planar]).reshape(-1, 3, 3)
+        against = against[angles_deg(against) >= CONTRADICTION_DEG]
+        found.append(bool(_backed(against).any()))
+    return np.array(found, bool)
+
+
+def _turns(scene: Scene, pairs: Pairs) -> "list[list[_Turn]]":
+    """By photo, what pairs with placed photos say of it."""
     turns: list[list[_Turn]] = [[] for _ in scene.names]
     for pair in pairs.verified:
         ends = pair.matches.first, pair.matches.second
@@ -168,7 +187,7 @@ def contradicted(scene: Scene, pairs: Pairs) -> Bool[np.ndarray, " p"]:
         told = pair.kind == "planar", len(pair.matches)
         turns[ends[0]].append(_Turn(turn.rotation.T @ other @ one.T, *told))
         turns[ends[1]].append(_Turn(turn.rotation @ one @ other.T, *told))
-    return np.array([bool(own) and _is_contradicted(own) for own in turns], bool)
+    return turns
 
 
 def refuse_torn(scene: Scene, pairs: Pairs, cameras: Cameras) -> None:
@@ -222,9 +241,13 @@ def _is_contradicted(turns: Sequence[_Turn]) -> bool:
     agrees = angles_deg(from_placed) < CONTRADICTION_DEG
     agreeing = count[agrees].sum()
     against, matches = from_placed[~agrees & ~planar], count[~agrees & ~planar]
-    apart_deg = angles_deg(against[:, None] @ against.transpose(0, 2, 1)[None])
-    backed = (apart_deg < CONTRADICTION_DEG).sum(axis=1) > 1  # by one beside itself
-    return bool(agreeing < matches[backed | (matches > agreeing)].sum())
+    return bool(agreeing < matches[_backed(against) | (matches > agreeing)].sum())
+
+
+def _backed(turns: Float64[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
+    """Which of the turns another one repeats."""
+    apart_deg = angles_deg(turns[:, None] @ turns.transpose(0, 2, 1)[None])
+    return (apart_deg < CONTRADICTION_DEG).sum(axis=1) > 1  # one is itself
 
 
 def angles_deg(turns: Float64[np.ndarray, "*n 3 3"]) -> Float64[np.ndarray, "*n"]:
@@ -323,6 +346,24 @@ class _Agreement(NamedTuple):
 def _agreement(
     photo: int, scene: Scene, places_px: Sequence[Points2], own: Sequence[VerifiedPair]
 ) -> _Agreement:
+    matched = matched_points(photo, scene, places_px, own)
+    xy_px, points = places_px[photo][matched[:, 0]], scene.points_in_world[matched[:, 1]]
+    lens = scene.cameras[scene.camera_idx[photo]]
+    pose = resect(lens, points, xy_px)
+    if pose is None:
+        return _Agreement(min(len(matched), FEWEST_POINTS - 1), len(matched))
+    off_px = np.linalg.norm(lens.project(pose.apply(points)) - xy_px, axis=1)
+    return _Agreement(int((off_px < LARGEST_MISS_PX).sum()), len(matched))
+
+
+def matched_points(
+    photo: int, scene: Scene, places_px: Sequence[Points2], own: Sequence[VerifiedPair]
+) -> Int64[np.ndarray, "m 2"]:
+    """Keypoints of a photo, each with a point of the scene that a pair of the photo says it shows.
+
+    Args:
+        own: The pairs of the photo.
+    """
     found = [np.zeros((0, 2), np.int64)]
     for pair in own:
         ends = pair.matches.first, pair.matches.second
@@ -335,11 +376,4 @@ def _agreement(
             point = point_of[pair.matches.keypoint_idx[:, 1 - side]]
             ours = pair.matches.keypoint_idx[:, side]
             found.append(np.column_stack([ours, point])[point >= 0])
-    matched = np.unique(np.concatenate(found), axis=0)
-    xy_px, points = places_px[photo][matched[:, 0]], scene.points_in_world[matched[:, 1]]
-    lens = scene.cameras[scene.camera_idx[photo]]
-    pose = resect(lens, points, xy_px)
-    if pose is None:
-        return _Agreement(min(len(matched), FEWEST_POINTS - 1), len(matched))
-    off_px = np.linalg.norm(lens.project(pose.apply(points)) - xy_px, axis=1)
-    return _Agreement(int((off_px < LARGEST_MISS_PX).sum()), len(matched))
+    return np.unique(np.concatenate(found), axis=0)

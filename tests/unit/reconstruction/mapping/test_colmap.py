@@ -156,6 +156,7 @@ def test_pairs_without_those_that_contradict_chains_may_place_more_photos(
         return _Mapped(without_photos(scene, {3, 4, 5} if whole else left_out), (), {})
 
     monkeypatch.setattr(ring, "_mapped", mapped)
+    monkeypatch.setattr(ring, "_with_left_out", as_mapped)
     given_pairs = Pairs((*pairs.verified, folded), 0)
     found = place_roughly(photos, features, given_pairs, cameras)
     fewer = left_out if len(left_out) < 3 else {3, 4, 5}
@@ -191,6 +192,7 @@ def test_a_ring_that_folded_is_begun_elsewhere(
         return _Mapped(without_photos(scene, {3, 4, 5}), (), dict.fromkeys((3, 4, 5), reason))
 
     monkeypatch.setattr(ring, "_mapped", mapped)
+    monkeypatch.setattr(ring, "_with_left_out", as_mapped)
     found = place_roughly(photos, features, Pairs((*pairs.verified, across), 0), cameras)
     assert len(found.placed) == placed
     assert starts == [None, None, (0, 1), (2, 3)][:tried]
@@ -208,6 +210,11 @@ def test_the_mapper_starts_from_the_pair_given(
     for pair, row in (((0, 1), (0, 1, 2)), ((3, 4), (3, 4, 5))):
         found = map_incrementally(photos, places, parted, cameras, (True,), Begin(20, 0, pair))
         assert [one.placed for one in found] == [row]
+
+
+def as_mapped(scene: Scene, *_: Any) -> Scene:
+    """Without the photos that few points would place."""
+    return scene
 
 
 def in_a_row(scene: Scene, make_pair: Callable[..., VerifiedPair]) -> tuple[Features, Pairs]:

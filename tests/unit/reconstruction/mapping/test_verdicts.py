@@ -22,6 +22,7 @@ from limbgram.reconstruction.mapping.verdicts import (
     by_found_lenses,
     contradicted,
     contradicting_share,
+    disputed,
     found_lenses,
     judge,
     photo_points,
@@ -151,6 +152,25 @@ def test_pairs_that_contradict_each_other_contradict_no_photo(
         make_pair(0, 1, np.zeros((40, 2)), relative(scene, 0, 1)),
     )
     assert contradicted(scene, Pairs(verified, ())).tolist() == [False, False, False, wrong]
+
+
+@pytest.mark.parametrize(("apart_deg", "two"), [(10.0, True), (60.0, False)])
+def test_two_pairs_that_turn_a_photo_alike_dispute_it_whatever_agrees(
+    make_scene: MakeScene, make_pair: MakePair, apart_deg: float, two: bool
+) -> None:
+    """Photo 3 has 90 matches that agree, and twice 25 that turn it by 90 degrees, or otherwise.
+
+    So a cast that was turned over shows: 90 of them lie on the room. It is no contradiction.
+    """
+    scene = make_scene(photos=4)
+    against = np.zeros((25, 2))
+    verified = (
+        make_pair(2, 3, np.zeros((90, 2)), relative(scene, 2, 3)),
+        make_pair(0, 3, against, relative(scene, 0, 3, 90.0)),
+        make_pair(1, 3, against, relative(scene, 1, 3, 90.0 + apart_deg)),
+    )
+    assert disputed(scene, Pairs(verified, ())).tolist() == [False, False, False, two]
+    assert not contradicted(scene, Pairs(verified, ()))[3]
 
 
 @pytest.mark.parametrize(("wrong", "torn"), [(24, False), (26, True)])

@@ -1,0 +1,195 @@
+"""Stragglers: photos that the mapper left out, placed by a pair's turn and a few points.
+
+In      a scene with points from all matches, keypoints, verified pairs; how a scene is remade.
+Out     the scene with the photos that could be joined to it, one by one, the surest first.
+Method  The mapper resects a photo from points that three photos show, and asks for twenty. Where
+        photos stand 30 degrees apart a pair still shares a hundred points, of which a third photo
+        shows ten. The pair tells how its photos are turned and which way the step went; each of
+        the ten tells how long the step was, and one would do.
+        So a photo's place is tried by each of its general pairs, at the length of step on which
+        most points agree, and by resection. The one with most points joins the scene, whose points
+        are made anew and adjusted with it. The photo stays if chance would make so many points
+        agree in one of 10^4 photos, if its turn is known to a quarter of a degree, if its pairs do
+        not contradict it, and if no two of them turn it the same other way. Matches of a verified
+        pair lie near their epipolar lines even if they are wrong: chance has to meet a place on
+        the line.
+Fails   never: a photo that cannot be joined stays without a place.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from scipy.spatial import KDTree
+from scipy.special import bdtrc, gammaln
+
+from limbgram.core.errors import PlacementError
+from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.mapping.resection import LARGEST_MISS_PX, resect
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.solution import turn_sigma_deg
+from limbgram.reconstruction.mapping.verdicts import contradicted, disputed, matched_points
+from limbgram.reconstruction.twoview.pairs import Pairs
+
+_BY_CHANCE = 1e-4
+"""Level of the test of one photo."""
+_FITTED = 3
+"""Points that a pose can be made to meet."""
+_MOST_TURN_DEG = 0.25
+"""Standard deviation of the turn of a photo that stays. Of 60 photos of which three quarters of the
+matches were taken, it was 0.02 to 0.22; where wrong pairs placed them, 0.42 and more."""
+_TELLING_RAYS = 3
+"""Photos that show a point which tells how long a step was."""
+_MOST_LENGTHS = 100
+"""Lengths of one step that are tried."""
+_REMADE = 2
+"""Times that a scene is remade: the first places bring more matches within reach."""
+
+
+def with_stragglers(
+    scene: Scene,
+    places_px: Sequence[Points2],
+    pairs: Pairs,
+    remade: Callable[[Scene], Scene],
+    outlier_sigmas: float,
+) -> Scene:
+    """The scene with those of its photos without a place that a few points hold beyond chance.
+
+    Args:
+        pairs: Of these photos, by the lenses of the scene.
+        remade: A scene with its points made anew from all matches, and adjusted.
+        outlier_sigmas: Beyond which it drops observations.
+    """
+    left, refused = {*range(len(scene.names))} - {*scene.placed}, set[int]()
+    while left - refused:
+        within_px = outlier_sigmas * scene.sigma_px
+        tried = (_likeliest(photo, scene, places_px, pairs) for photo in sorted(left - refused))
+        hopeful = [
+            one
+            for one in tried
+            if one is not None and one.by_chance(one.agreeing, within_px) <= _BY_CHANCE
+        ]
+        if not hopeful:
+            break
+        best = min(hopeful, key=lambda one: one.by_chance(one.agreeing, within_px))
+        joined = _joined(best, scene, places_px, pairs, remade, outlier_sigmas)
+        if joined is None:
+            refused.add(best.photo)
+            continue
+        scene, refused = joined, set()
+        left.remove(best.photo)
+    return scene
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a photo may have been taken."""
+
+    photo: int
+    camera_from_world: Rigid
+    keypoints: Int64[np.ndarray, " k"]
+    """Those that its pairs join with points of the scene,"""
+    agreeing: int
+    """and how many of them lie near these."""
+    broad_px: float
+    """Shorter side of the strip of the photo in which they lie."""
+
+    def by_chance(self, agreeing: int, within_px: float) -> float:
+        """How many of such photos would have so many agree, were all matches wrong."""
+        free, tried = agreeing - _FITTED, len(self.keypoints)
+        if free <= 0:
+            return 1.0
+        chance = 2.0 * within_px / max(self.broad_px, 2.0 * within_px)
+        ways = gammaln(tried + 1) - gammaln(_FITTED + 1) - gammaln(tried - _FITTED + 1)
+        return float(np.exp(ways) * bdtrc(free - 1, tried - _FITTED, chance))
+
+
+def _joined(
+    place: _Place,
+    scene: Scene,
+    places_px: Sequence[Points2],
+    pairs: Pairs,
+    remade: Callable[[Scene], Scene],
+    outlier_sigmas: float,
+) -> Scene | None:
+    """The scene with a photo at its place; None where it does not stay there."""
+    photo, poses = place.photo, list(scene.camera_from_world)
+    poses[photo] = place.camera_from_world
+    joined = replace(scene, camera_from_world=tuple(poses))
+    try:
+        for _ in range(_REMADE):
+            joined = remade(joined)
+    except PlacementError:
+        return None
+    if {*joined.placed} != {*scene.placed, photo}:
+        return None
+    seen = joined.observations
+    rays = np.bincount(seen.point_idx, minlength=len(joined.points_in_world))
+    telling = (seen.photo_idx == photo) & (rays[seen.point_idx] >= _TELLING_RAYS)
+    shown = KDTree(places_px[photo]).query(seen.xy_px[telling])[1]
+    holding = int(np.isin(place.keypoints, shown).sum())
+    if place.by_chance(holding, outlier_sigmas * joined.sigma_px) > _BY_CHANCE:
+        return None
+    if turn_sigma_deg(joined, photo) > _MOST_TURN_DEG:
+        return None
+    if contradicted(joined, pairs)[photo] or disputed(joined, pairs)[photo]:
+        return None
+    return joined
+
+
+def _likeliest(
+    photo: int, scene: Scene, places_px: Sequence[Points2], pairs: Pairs
+) -> _Place | None:
+    """The place at which most points agree; None where no pair tells one."""
+    own = Pairs(
+        tuple(one for one in pairs.verified if photo in (one.matches.first, one.matches.second)), 0
+    )
+    matched = matched_points(photo, scene, places_px, own.verified)
+    keypoints = np.unique(matched[:, 0])
+    if len(keypoints) <= _FITTED:
+        return None
+    lens = scene.cameras[scene.camera_idx[photo]]
+    points, xy_px = scene.points_in_world[matched[:, 1]], places_px[photo][matched[:, 0]]
+    broad_px = float(np.sqrt(12.0 * max(np.linalg.eigvalsh(np.cov(xy_px.T))[0], 0.0)))
+
+    def place(pose: Rigid) -> _Place:
+        off_px = np.linalg.norm(lens.project(pose.apply(points)) - xy_px, axis=1)
+        agreeing = len(np.unique(matched[off_px < LARGEST_MISS_PX, 0]))
+        return _Place(photo, pose, keypoints, agreeing, broad_px)
+
+    tried = map(place, _poses(photo, scene, own, lens, points, xy_px))
+    return max(tried, key=lambda one: one.agreeing, default=None)
+
+
+def _poses(
+    photo: int, scene: Scene, own: Pairs, lens: Camera, points: Points3, xy_px: Points2
+) -> Iterator[Rigid]:
+    """By resection, and by each general pair with a placed photo."""
+    by_points = resect(lens, points, xy_px)
+    if by_points is not None:
+        yield by_points
+    for pair in own.verified:
+        ends, turn = (pair.matches.first, pair.matches.second), pair.second_from_first
+        other = scene.camera_from_world[ends[1 - ends.index(photo)]]
+        if pair.kind == "general" and turn is not None and other is not None:
+            step = turn if ends[1] == photo else turn.inverse
+            yield from _by_step(step, other, lens, points, xy_px)
+
+
+def _by_step(
+    step: Rigid, other: Rigid, lens: Camera, points: Points3, xy_px: Points2
+) -> Iterator[Rigid]:
+    """Poses a step of known turn and direction from another, as long as each point tells it."""
+    way = step.translation / np.linalg.norm(step.translation)
+    turned = Rigid(step.rotation, np.zeros(3)) @ other
+    rays = np.column_stack([lens.normalize(xy_px), np.ones(len(xy_px))])
+    # ray x (point + length * way) = 0
+    across, along = np.cross(rays, turned.apply(points)), np.cross(rays, way)
+    square: Float64[np.ndarray, " m"] = (along**2).sum(1)
+    lengths = -(across * along).sum(1)[square > 0] / square[square > 0]
+    lengths = np.sort(lengths[lengths > 0])
+    for length in lengths[:: 1 + len(lengths) // _MOST_LENGTHS].tolist():
+        yield Rigid(turned.rotation, turned.translation + length * way)

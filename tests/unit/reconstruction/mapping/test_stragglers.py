@@ -1,0 +1,157 @@
+"""Photos that share many points with one photo and few with two: placed by turn and few points."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from limbgram.core.geometry.frames import Rigid, angle_between_deg
+from limbgram.core.geometry.lens import LENS_SIZE
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.mapping.ring import place
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.solution import turn_sigma_deg
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
+from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
+
+MakeScene = Callable[..., Scene]
+MakePair = Callable[..., VerifiedPair]
+NOISE_PX = 0.1
+SHARED = np.arange(100)
+"""Points that photos 0 to 5 show."""
+OWN = np.arange(100, 180)
+"""Points that photos 5 and 6 show; photo 4 shows the first of them."""
+
+
+@pytest.fixture
+def ring(make_scene: MakeScene) -> Scene:
+    """Seven photos in steps of 51 degrees, by one lens."""
+    scene = make_scene(photos=7, points=180, share=1.0)
+    lens = scene.cameras[0].pinhole
+    return replace(scene, cameras=(lens,), camera_idx=(0,) * 7)
+
+
+@pytest.fixture
+def photographed(make_pair: MakePair) -> Callable[..., Scene]:
+    """The ring placed by its matches, of which photo 6 has so many with points of the scene.
+
+    Args of the function: the ring; these points; whether its matches with photo 5 are right.
+    """
+
+    def placed(ring: Scene, third: int, *, right: bool = True) -> Scene:
+        rng = np.random.default_rng(3)
+        places = [one.project(ring.points_in_world) for one in ring.views]
+        places = [one + rng.normal(0.0, NOISE_PX, one.shape) for one in places]
+        if not right:
+            places[6][OWN] = _astray(ring, rng)
+        rows = [(k, m, SHARED) for k in range(5) for m in (k + 1, k + 2) if m < 6]
+        rows[rows.index((4, 5, SHARED))] = (4, 5, np.r_[SHARED, OWN[:third]])
+        pairs = [_pair(ring, places, make_pair, *one) for one in (*rows, (5, 6, OWN))]
+        features = Features(tuple(map(_keypoints, places)))
+        return place(_photos(ring), features, Pairs(tuple(pairs), 0), _cameras(ring))
+
+    return placed
+
+
+def _astray(ring: Scene, rng: np.random.Generator) -> np.ndarray:
+    """Places in photo 6 on the epipolar lines of other points: right for the pair, and nothing."""
+    elsewhere = ring.points_in_world[OWN]
+    toward = elsewhere - ring.view(5).centre_in_world
+    far = 1.0 + rng.uniform(-0.15, 0.15, (len(OWN), 1))
+    return ring.view(6).project(ring.view(5).centre_in_world + far * toward)
+
+
+def _pair(
+    ring: Scene,
+    places: list[np.ndarray],
+    make_pair: MakePair,
+    first: int,
+    second: int,
+    rows: np.ndarray,
+) -> VerifiedPair:
+    poses = [ring.view(k).camera_from_world for k in (first, second)]
+    turn = poses[1] @ poses[0].inverse
+    unit = Rigid(turn.rotation, turn.translation / np.linalg.norm(turn.translation))
+    ends = places[first][rows], places[second][rows]
+    return make_pair(first, second, np.column_stack([rows, rows]), unit, xy_px=ends)
+
+
+def _keypoints(xy_px: np.ndarray) -> Keypoints:
+    count = len(xy_px)
+    return Keypoints(
+        xy_px=xy_px.astype(np.float32),
+        scale_px=np.ones(count, np.float32),
+        angle_deg=np.zeros(count, np.float32),
+        descriptors=np.zeros((count, 128), np.uint8),
+    )
+
+
+def _photos(ring: Scene) -> PhotoSet:
+    wide, high = 900, 700
+    photos = tuple(
+        Photo(
+            name=one,
+            path=Path(one),
+            sha256="",
+            camera_idx=0,
+            width_px=wide,
+            height_px=high,
+            exif=Exif(),
+        )
+        for one in ring.names
+    )
+    return PhotoSet(photos, (CameraGroup(label="", width_px=wide, height_px=high, exif=Exif()),))
+
+
+def _cameras(ring: Scene) -> Cameras:
+    lens = ring.cameras[0]
+    held = np.zeros((LENS_SIZE, LENS_SIZE))
+    return Cameras((Calibration(camera=lens, covariance=held, source="board"),))
+
+
+def turned_deg(found: Scene, ring: Scene) -> float:
+    """How far photo 6 is turned against photo 5 otherwise than in truth."""
+    one, other = (
+        scene.view(6).camera_from_world.rotation @ scene.view(5).camera_from_world.rotation.T
+        for scene in (found, ring)
+    )
+    return angle_between_deg(one, other)
+
+
+def test_ten_points_and_a_pair_place_a_photo(
+    ring: Scene, photographed: Callable[..., Scene]
+) -> None:
+    found = photographed(ring, 10)
+    assert found.placed == tuple(range(7))
+    assert 1e-4 < turned_deg(found, ring) < 0.1
+    assert all(one.reason is None for one in found.verdicts)
+    step = [
+        np.linalg.norm(scene.view(6).centre_in_world - scene.view(5).centre_in_world)
+        / np.linalg.norm(scene.view(5).centre_in_world - scene.view(4).centre_in_world)
+        for scene in (found, ring)
+    ]
+    assert step[0] == pytest.approx(step[1], rel=0.005)
+
+
+@pytest.mark.parametrize(("third", "right"), [(3, True), (10, False), (40, False)])
+def test_what_chance_may_do_places_no_photo(
+    ring: Scene, photographed: Callable[..., Scene], third: int, right: bool
+) -> None:
+    """Three points that agree, or forty matches that lie on their epipolar lines and are wrong."""
+    found = photographed(ring, third, right=right)
+    assert found.placed == tuple(range(6))
+    assert [k for k, one in enumerate(found.verdicts) if one.reason is not None] == [6]
+
+
+def test_a_turn_is_known_as_well_as_its_points_are_spread(make_scene: MakeScene) -> None:
+    """Eight points tell it by the root of 60 / 8 less sharply than sixty do."""
+    scene = make_scene(photos=6, points=60, noise_px=NOISE_PX, share=1.0)
+    seen = scene.observations
+    narrow = (seen.photo_idx != 3) | (seen.point_idx < 8)
+    wide_deg, narrow_deg = (
+        turn_sigma_deg(one, 3) for one in (scene, replace(scene, observations=seen.some(narrow)))
+    )
+    assert narrow_deg == pytest.approx(wide_deg * np.sqrt(60 / 8), rel=0.6)
