@@ -22,7 +22,7 @@ from limbgram.core.geometry.arrays import Faces
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.folds import find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_half_edges, with_any, with_faces
+from limbgram.core.mesh.topology import boundary_half_edges, find_edges, with_any, with_faces
 from limbgram.core.run import track
 from limbgram.reconstruction.measuring.edge_overshoot import without_overshoot
 from limbgram.reconstruction.measuring.grain import grained
@@ -56,8 +56,8 @@ GRAZING_DEG = 85.0
 
 _RIM_RINGS = 8
 """Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
-_LOST_TO_CHANCE = 0.02
-"""Share of sound patches that are given up by a rim, so that what is alike by chance goes."""
+_LEAST_ALIKE = 0.02
+"""Share of the patches inside that are less alike than one by an opening has to be."""
 _BRIM_ROUNDS = 4
 """Rounds in which a closed notch is measured from its rim inwards."""
 
@@ -103,7 +103,7 @@ def measure(
     imagery = prepare(crops, views)
     del crops  # all photos are in the imagery a second time
     mesh, alike = _by_patches(mesh, imagery, views, seen_by, rim, matching)
-    mesh = cut_back(mesh, rim & ~as_alike_as_inside(alike, rim), _RIM_RINGS)
+    mesh = cut_back(mesh, rim & ~borne_out(mesh.faces, alike, rim), _RIM_RINGS)
     mesh, guessed = _with_even_brim(mesh, imagery, views, options)
     seen_by, unseen = _seen_by(mesh, views, matching)
     mesh, found = _jointly(mesh, imagery, views, seen_by, options)
@@ -154,20 +154,31 @@ def _by_patches(
     return _moved(mesh, moves, seen, options), alike
 
 
-def as_alike_as_inside(
-    alike: Float32[np.ndarray, " n"], rim: Bool[np.ndarray, " n"]
+def borne_out(
+    faces: Faces, alike: Float32[np.ndarray, " n"], rim: Bool[np.ndarray, " n"]
 ) -> Bool[np.ndarray, " n"]:
-    """Believed patches that correlate as well as nearly all do away from the openings.
+    """Believed patches; by openings those alone that are alike beyond doubt or stand together.
 
     Depth maps reach past a sharp edge. Beyond it some patches look alike by chance, less than the
-    limb's own do, and would hold up tongues of a surface that is not there.
+    limb's own do, and would hold up tongues of a surface that is not there. A patch by an opening
+    that is less alike than nearly all inside counts while most of its neighbours count.
 
     Args:
         alike: Mean correlation of each believed patch, 0 elsewhere.
     """
-    inside = alike[(alike > 0) & ~rim]
-    least = np.quantile(inside, _LOST_TO_CHANCE) if len(inside) else 0.0
-    return (alike > 0) & (alike >= least)
+    counts = alike > 0
+    inside = alike[counts & ~rim]
+    if not len(inside):
+        return counts
+    doubtful = rim & counts & (alike < np.quantile(inside, _LEAST_ALIKE))
+    ends = find_edges(faces).ends
+    one, other = np.concatenate([ends, ends[:, ::-1]]).T
+    around = np.bincount(one, minlength=len(alike))
+    while True:
+        alone = doubtful & counts & (2 * np.bincount(one, counts[other], len(alike)) <= around)
+        if not alone.any():
+            return counts
+        counts &= ~alone
 
 
 def _jointly(

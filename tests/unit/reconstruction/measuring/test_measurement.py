@@ -2,19 +2,48 @@
 
 import numpy as np
 
-from limbgram.reconstruction.measuring.measurement import as_alike_as_inside
+from limbgram.reconstruction.measuring.measurement import borne_out
+
+ROWS, COLUMNS, EDGE = 24, 30, 8
+"""A tube of which rows from 8 on show the limb."""
 
 
-def test_a_rim_is_held_to_how_alike_the_surface_is_elsewhere() -> None:
-    """Sound patches correlate by 0.9 to 1; those past an edge by 0.6 to 0.88, by chance."""
-    alike = np.concatenate([np.linspace(0.9, 1.0, 500), np.linspace(0.6, 0.88, 50), np.zeros(50)])
-    rim = np.arange(600) >= 400
-    believed = as_alike_as_inside(alike.astype(np.float32), rim)
-    assert believed[400:500].all()
-    assert not believed[500:].any()
+def _faces() -> np.ndarray:
+    """Round a tube, two triangles a square; six neighbours round a vertex."""
+    first = np.arange((ROWS - 1) * COLUMNS).reshape(ROWS - 1, COLUMNS)
+    ahead = np.roll(first, -1, axis=1)
+    below, across = first + COLUMNS, ahead + COLUMNS
+    triangles = np.stack([first, ahead, across, first, across, below], -1)
+    return triangles.reshape(-1, 3).astype(np.int32)
+
+
+def _alike(past: dict[tuple[int, int], float], at_edge: float) -> np.ndarray:
+    alike = np.zeros((ROWS, COLUMNS), np.float32)
+    alike[EDGE:] = np.linspace(0.9, 1.0, (ROWS - EDGE) * COLUMNS).reshape(-1, COLUMNS)
+    alike[EDGE] = at_edge
+    for place, value in past.items():
+        alike[place] = value
+    return alike.ravel()
+
+
+def test_a_tongue_that_is_alike_by_chance_goes_and_the_last_row_stays() -> None:
+    """Patches of the last row hang over the edge: they are less alike, and stand together."""
+    tongue = {(7, 12): 0.8, (6, 12): 0.7, (6, 11): 0.65, (5, 11): 0.7, (3, 20): 0.66}
+    rim = np.arange(ROWS * COLUMNS) < 16 * COLUMNS
+    counts = borne_out(_faces(), _alike(tongue, at_edge=0.75), rim).reshape(ROWS, COLUMNS)
+    assert not counts[:EDGE].any()
+    assert counts[EDGE].all()
+    assert counts[EDGE + 1 :].all()
+
+
+def test_what_is_as_alike_as_the_limb_stays_by_itself() -> None:
+    """Between dabs of sparse paint a patch may stand alone."""
+    rim = np.arange(ROWS * COLUMNS) < 16 * COLUMNS
+    counts = borne_out(_faces(), _alike({(5, 11): 0.97}, at_edge=0.95), rim)
+    assert counts.reshape(ROWS, COLUMNS)[5, 11]
 
 
 def test_with_nothing_but_a_rim_every_believed_patch_counts() -> None:
-    alike = np.array([0.0, 0.62, 0.9], np.float32)
-    everywhere = np.ones(3, bool)
-    assert as_alike_as_inside(alike, everywhere).tolist() == [False, True, True]
+    everywhere = np.ones(ROWS * COLUMNS, bool)
+    alike = _alike({(5, 11): 0.62}, at_edge=0.75)
+    np.testing.assert_array_equal(borne_out(_faces(), alike, everywhere), alike > 0)
