@@ -63,24 +63,23 @@ def with_stragglers(
         remade: A scene with its points made anew from all matches, and adjusted.
         outlier_sigmas: Beyond which it drops observations.
     """
-    left, refused = {*range(len(scene.names))} - {*scene.placed}, set[int]()
-    while left - refused:
-        within_px = outlier_sigmas * scene.sigma_px
-        tried = (_likeliest(photo, scene, places_px, pairs) for photo in sorted(left - refused))
-        hopeful = [
-            one
-            for one in tried
-            if one is not None and one.by_chance(one.agreeing, within_px) <= _BY_CHANCE
+    grown: Scene | None = scene
+    while grown is not None:
+        scene, within_px = grown, outlier_sigmas * grown.sigma_px
+        tried = [
+            _likeliest(photo, scene, places_px, pairs)
+            for photo in sorted({*range(len(scene.names))} - {*scene.placed})
         ]
-        if not hopeful:
-            break
-        best = min(hopeful, key=lambda one: one.by_chance(one.agreeing, within_px))
-        joined = _joined(best, scene, places_px, pairs, remade, outlier_sigmas)
-        if joined is None:
-            refused.add(best.photo)
-            continue
-        scene, refused = joined, set()
-        left.remove(best.photo)
+        hopeful = [
+            (chance, one)
+            for one in tried
+            if one is not None and (chance := one.by_chance(one.agreeing, within_px)) <= _BY_CHANCE
+        ]
+        joined = (
+            _joined(one, scene, places_px, pairs, remade, outlier_sigmas)
+            for _, one in sorted(hopeful, key=lambda hope: hope[0])
+        )
+        grown = next((one for one in joined if one is not None), None)
     return scene
 
 

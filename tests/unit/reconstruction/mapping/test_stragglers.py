@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,9 +12,11 @@ from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.geometry.lens import LENS_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.mapping import stragglers
 from limbgram.reconstruction.mapping.ring import place
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.solution import turn_sigma_deg
+from limbgram.reconstruction.mapping.stragglers import with_stragglers
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
@@ -144,6 +147,34 @@ def test_what_chance_may_do_places_no_photo(
     found = photographed(ring, third, right=right)
     assert found.placed == tuple(range(6))
     assert [k for k, one in enumerate(found.verdicts) if one.reason is not None] == [6]
+
+
+def test_a_photo_is_looked_at_once_while_the_scene_stays(
+    ring: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of three that look right the second stays; in the scene with it the other two do not."""
+    poses = (*ring.camera_from_world[:4], None, None, None)
+    looked, tried = list[int](), list[int]()
+
+    def likeliest(photo: int, *_: Any) -> stragglers._Place:
+        looked.append(photo)
+        pose = ring.camera_from_world[photo]
+        assert pose is not None
+        return stragglers._Place(photo, pose, np.arange(60), 40 + photo, 500.0)
+
+    def joined(place: stragglers._Place, scene: Scene, *_: Any) -> Scene | None:
+        tried.append(place.photo)
+        found = [*scene.camera_from_world]
+        found[place.photo] = place.camera_from_world
+        return replace(scene, camera_from_world=tuple(found)) if place.photo == 5 else None
+
+    monkeypatch.setattr(stragglers, "_likeliest", likeliest)
+    monkeypatch.setattr(stragglers, "_joined", joined)
+    left_out = replace(ring, camera_from_world=poses, sigma_px=0.1)
+    found = with_stragglers(left_out, (), Pairs((), 0), lambda scene: scene, 4.0)
+    assert found.placed == (0, 1, 2, 3, 5)
+    assert tried == [6, 5, 6, 4]
+    assert looked == [4, 5, 6, 4, 6]
 
 
 def test_a_turn_is_known_as_well_as_its_points_are_spread(make_scene: MakeScene) -> None:
