@@ -177,6 +177,24 @@ def test_a_photo_is_looked_at_once_while_the_scene_stays(
     assert looked == [4, 5, 6, 4, 6]
 
 
+def test_a_turn_is_known_as_well_as_its_pixels_tell_it(make_scene: MakeScene) -> None:
+    """By differences of the pixels, the points known, each coordinate counted as three times as
+    unsure as its noise: neighbours share errors. Unknown points and robust weights add a half."""
+    scene = make_scene(photos=6, points=60, noise_px=NOISE_PX, share=1.0)
+    view, step = scene.view(3), 1e-6
+    in_camera = view.camera_from_world.apply(scene.points_in_world)
+    turned = [np.cross(one, in_camera) for one in np.eye(3)]
+    moved = [np.broadcast_to(one, in_camera.shape) for one in np.eye(3)]
+    slopes = [
+        (view.camera.project(in_camera + step * one) - view.camera.project(in_camera)) / step
+        for one in (*turned, *moved)
+    ]
+    by_pose = np.reshape(slopes, (6, -1))
+    known = np.linalg.inv(by_pose @ by_pose.T)[:3, :3] * (3 * NOISE_PX) ** 2
+    least_deg = np.degrees(np.sqrt(np.linalg.eigvalsh(known)[-1]))
+    assert least_deg < turn_sigma_deg(scene, 3) < 2.0 * least_deg
+
+
 def test_a_turn_is_known_as_well_as_its_points_are_spread(make_scene: MakeScene) -> None:
     """Eight points tell it by the root of 60 / 8 less sharply than sixty do."""
     scene = make_scene(photos=6, points=60, noise_px=NOISE_PX, share=1.0)
