@@ -84,7 +84,7 @@ def with_stragglers(
 
 
 @dataclass(frozen=True)
-class _Place:
+class Place:
     """Where a photo may have been taken."""
 
     photo: int
@@ -107,7 +107,7 @@ class _Place:
 
 
 def _joined(
-    place: _Place,
+    place: Place,
     scene: Scene,
     places_px: Sequence[Points2],
     pairs: Pairs,
@@ -141,7 +141,7 @@ def _joined(
 
 def _likeliest(
     photo: int, scene: Scene, places_px: Sequence[Points2], pairs: Pairs
-) -> _Place | None:
+) -> Place | None:
     """The place at which most points agree; None where no pair tells one."""
     own = Pairs(
         tuple(one for one in pairs.verified if photo in (one.matches.first, one.matches.second)), 0
@@ -154,10 +154,10 @@ def _likeliest(
     points, xy_px = scene.points_in_world[matched[:, 1]], places_px[photo][matched[:, 0]]
     broad_px = float(np.sqrt(12.0 * max(np.linalg.eigvalsh(np.cov(xy_px.T))[0], 0.0)))
 
-    def place(pose: Rigid) -> _Place:
+    def place(pose: Rigid) -> Place:
         off_px = np.linalg.norm(lens.project(pose.apply(points)) - xy_px, axis=1)
         agreeing = len(np.unique(matched[off_px < LARGEST_MISS_PX, 0]))
-        return _Place(photo, pose, keypoints, agreeing, broad_px)
+        return Place(photo, pose, keypoints, agreeing, broad_px)
 
     tried = map(place, _poses(photo, scene, own, lens, points, xy_px))
     return max(tried, key=lambda one: one.agreeing, default=None)

@@ -153,7 +153,8 @@ def _past_end(
     """
     hull = ConvexHull(np.vstack([brim, middle_mm])).equations
     ends = hull[hull[:, :3] @ upward < -np.cos(np.radians(_END_DEG))]
-    return (places_mm @ ends[:, :3].T + ends[:, 3] > 0).any(axis=1)
+    outside: Bool[np.ndarray, "p e"] = places_mm @ ends[:, :3].T + ends[:, 3] > 0
+    return np.asarray(outside.any(axis=1))
 
 
 def _as_one(

@@ -156,13 +156,13 @@ def test_a_photo_is_looked_at_once_while_the_scene_stays(
     poses = (*ring.camera_from_world[:4], None, None, None)
     looked, tried = list[int](), list[int]()
 
-    def likeliest(photo: int, *_: Any) -> stragglers._Place:
+    def likeliest(photo: int, *_: Any) -> stragglers.Place:
         looked.append(photo)
         pose = ring.camera_from_world[photo]
         assert pose is not None
-        return stragglers._Place(photo, pose, np.arange(60), 40 + photo, 500.0)
+        return stragglers.Place(photo, pose, np.arange(60), 40 + photo, 500.0)
 
-    def joined(place: stragglers._Place, scene: Scene, *_: Any) -> Scene | None:
+    def joined(place: stragglers.Place, scene: Scene, *_: Any) -> Scene | None:
         tried.append(place.photo)
         found = [*scene.camera_from_world]
         found[place.photo] = place.camera_from_world
