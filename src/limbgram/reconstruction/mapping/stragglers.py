@@ -63,29 +63,28 @@ def with_stragglers(
         remade: A scene with its points made anew from all matches, and adjusted.
         outlier_sigmas: Beyond which it drops observations.
     """
-    left, refused = {*range(len(scene.names))} - {*scene.placed}, set[int]()
-    while left - refused:
-        within_px = outlier_sigmas * scene.sigma_px
-        tried = (_likeliest(photo, scene, places_px, pairs) for photo in sorted(left - refused))
-        hopeful = [
-            one
-            for one in tried
-            if one is not None and one.by_chance(one.agreeing, within_px) <= _BY_CHANCE
+    grown: Scene | None = scene
+    while grown is not None:
+        scene, within_px = grown, outlier_sigmas * grown.sigma_px
+        tried = [
+            _likeliest(photo, scene, places_px, pairs)
+            for photo in sorted({*range(len(scene.names))} - {*scene.placed})
         ]
-        if not hopeful:
-            break
-        best = min(hopeful, key=lambda one: one.by_chance(one.agreeing, within_px))
-        joined = _joined(best, scene, places_px, pairs, remade, outlier_sigmas)
-        if joined is None:
-            refused.add(best.photo)
-            continue
-        scene, refused = joined, set()
-        left.remove(best.photo)
+        hopeful = [
+            (chance, one)
+            for one in tried
+            if one is not None and (chance := one.by_chance(one.agreeing, within_px)) <= _BY_CHANCE
+        ]
+        joined = (
+            _joined(one, scene, places_px, pairs, remade, outlier_sigmas)
+            for _, one in sorted(hopeful, key=lambda hope: hope[0])
+        )
+        grown = next((one for one in joined if one is not None), None)
     return scene
 
 
 @dataclass(frozen=True)
-class _Place:
+class Place:
     """Where a photo may have been taken."""
 
     photo: int
@@ -108,7 +107,7 @@ class _Place:
 
 
 def _joined(
-    place: _Place,
+    place: Place,
     scene: Scene,
     places_px: Sequence[Points2],
     pairs: Pairs,
@@ -142,7 +141,7 @@ def _joined(
 
 def _likeliest(
     photo: int, scene: Scene, places_px: Sequence[Points2], pairs: Pairs
-) -> _Place | None:
+) -> Place | None:
     """The place at which most points agree; None where no pair tells one."""
     own = Pairs(
         tuple(one for one in pairs.verified if photo in (one.matches.first, one.matches.second)), 0
@@ -155,10 +154,10 @@ def _likeliest(
     points, xy_px = scene.points_in_world[matched[:, 1]], places_px[photo][matched[:, 0]]
     broad_px = float(np.sqrt(12.0 * max(np.linalg.eigvalsh(np.cov(xy_px.T))[0], 0.0)))
 
-    def place(pose: Rigid) -> _Place:
+    def place(pose: Rigid) -> Place:
         off_px = np.linalg.norm(lens.project(pose.apply(points)) - xy_px, axis=1)
         agreeing = len(np.unique(matched[off_px < LARGEST_MISS_PX, 0]))
-        return _Place(photo, pose, keypoints, agreeing, broad_px)
+        return Place(photo, pose, keypoints, agreeing, broad_px)
 
     tried = map(place, _poses(photo, scene, own, lens, points, xy_px))
     return max(tried, key=lambda one: one.agreeing, default=None)

@@ -72,8 +72,7 @@ def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
     if (mesh.vertices_mm[brim] @ upward).max() < notch_mm:
         return mesh
     capped = fill_holes(mesh.vertices_mm, mesh.faces, [brim], _CAP_EDGES * edge_mm)
-    past = _past_end(capped, mesh.vertices_mm[brim], mesh.vertices_mm.mean(0), upward)
-    opened = capped.faces[~_opening(mesh, capped, upward, level_mm, notch_mm, past)]
+    opened = capped.faces[~_opening(mesh, brim, capped, upward, level_mm, notch_mm)]
     opened = largest_manifold(capped.vertices_mm, opened)
     result = with_faces(_carried(mesh, capped), opened)
     much = _filled_area(result) - _filled_area(mesh) > options.most_share * result.area_mm2()
@@ -111,22 +110,22 @@ def _level(
 
 def _opening(
     mesh: Mesh,
+    brim: Int32[np.ndarray, " b"],
     capped: Mesh,
     upward: Vector3,
     level_mm: float,
     notch_mm: float,
-    past: Bool[np.ndarray, " f"],
 ) -> Bool[np.ndarray, " f"]:
-    """Faces of the cap that are taken out again: its floor, in one part, and scraps at the rim.
-
-    `past` are those that go on past the end.
-    """
+    """Faces of the cap that are taken out again: its floor, in one part, and scraps at the rim."""
     new = ~np.isin(_keys(capped.faces), _keys(mesh.faces))
     heights = (capped.vertices_mm @ upward)[capped.faces].mean(1)
     flat = np.abs(face_normals(capped.vertices_mm, capped.faces) @ upward) > np.cos(
         np.radians(_FLOOR_DEG)
     )
-    going = np.flatnonzero(new & (flat | (heights < level_mm) | past))
+    going = new & (flat | (heights < level_mm))
+    middles = capped.vertices_mm[capped.faces[new]].mean(1)
+    going[new] |= _past_end(middles, mesh.vertices_mm[brim], mesh.vertices_mm.mean(0), upward)
+    going = np.flatnonzero(going)
     out = np.zeros(len(new), np.bool_)
     if len(going):
         labels = face_components(capped.faces[going])
@@ -145,17 +144,17 @@ def _opening(
 
 
 def _past_end(
-    capped: Mesh, brim: Points3, middle_mm: Vector3, upward: Vector3
-) -> Bool[np.ndarray, " f"]:
-    """Faces that stand out of the convex hull of the brim at the limb's end.
+    places_mm: Float64[np.ndarray, "p 3"], brim: Points3, middle_mm: Vector3, upward: Vector3
+) -> Bool[np.ndarray, " p"]:
+    """Places that stand out of the convex hull of the brim at the limb's end.
 
     Where one side of a limb ends higher than the others, as under a chin, the level is tilted: it
     runs below the measured rim of the other side, which would grow by a wall that is not there.
     """
     hull = ConvexHull(np.vstack([brim, middle_mm])).equations
     ends = hull[hull[:, :3] @ upward < -np.cos(np.radians(_END_DEG))]
-    middles = capped.vertices_mm[capped.faces].mean(1)
-    return (middles @ ends[:, :3].T + ends[:, 3] > 0).any(axis=1)
+    outside: Bool[np.ndarray, "p e"] = places_mm @ ends[:, :3].T + ends[:, 3] > 0
+    return np.asarray(outside.any(axis=1))
 
 
 def _as_one(

@@ -48,7 +48,9 @@ class Skins(NamedTuple):
 def skins_to_compare(limbs: Sequence[Limb]) -> Skins:
     """Shapes as what is compared of them, in their order, and what is to be said of each wall."""
     walls = [_wall(limb) for limb in limbs]
-    limb_itself = next((limb for limb, wall in zip(limbs, walls) if wall is None), None)
+    limb_itself = next(
+        (limb for limb, wall in zip(limbs, walls, strict=True) if wall is None), None
+    )
     taken = [
         _Taken(limb, "both") if wall is None else _skin(limb, limb_itself)
         for limb, wall in zip(limbs, walls, strict=True)

@@ -175,7 +175,7 @@ def cover_of(before: Limb, after: Limb) -> Points3 | None:
 
 def gone_along(covers: Sequence[Points3], before: Limb, after: Limb) -> tuple[Points3, ...]:
     """Covers after an edit that moved the shape and kept its triangles, as a joint is turned."""
-    if not covers or len(after.mesh) != len(before.mesh):
+    if not covers or not np.array_equal(after.mesh.faces, before.mesh.faces):
         return tuple(covers)
     tree = KDTree(before.mesh.vertices_mm)
     return tuple(after.mesh.vertices_mm[tree.query(one)[1]] for one in covers)

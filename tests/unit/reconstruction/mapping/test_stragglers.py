@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,9 +12,11 @@ from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.geometry.lens import LENS_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.mapping import stragglers
 from limbgram.reconstruction.mapping.ring import place
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.solution import turn_sigma_deg
+from limbgram.reconstruction.mapping.stragglers import with_stragglers
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
@@ -144,6 +147,52 @@ def test_what_chance_may_do_places_no_photo(
     found = photographed(ring, third, right=right)
     assert found.placed == tuple(range(6))
     assert [k for k, one in enumerate(found.verdicts) if one.reason is not None] == [6]
+
+
+def test_a_photo_is_looked_at_once_while_the_scene_stays(
+    ring: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of three that look right the second stays; in the scene with it the other two do not."""
+    poses = (*ring.camera_from_world[:4], None, None, None)
+    looked, tried = list[int](), list[int]()
+
+    def likeliest(photo: int, *_: Any) -> stragglers.Place:
+        looked.append(photo)
+        pose = ring.camera_from_world[photo]
+        assert pose is not None
+        return stragglers.Place(photo, pose, np.arange(60), 40 + photo, 500.0)
+
+    def joined(place: stragglers.Place, scene: Scene, *_: Any) -> Scene | None:
+        tried.append(place.photo)
+        found = [*scene.camera_from_world]
+        found[place.photo] = place.camera_from_world
+        return replace(scene, camera_from_world=tuple(found)) if place.photo == 5 else None
+
+    monkeypatch.setattr(stragglers, "_likeliest", likeliest)
+    monkeypatch.setattr(stragglers, "_joined", joined)
+    left_out = replace(ring, camera_from_world=poses, sigma_px=0.1)
+    found = with_stragglers(left_out, (), Pairs((), 0), lambda scene: scene, 4.0)
+    assert found.placed == (0, 1, 2, 3, 5)
+    assert tried == [6, 5, 6, 4]
+    assert looked == [4, 5, 6, 4, 6]
+
+
+def test_a_turn_is_known_as_well_as_its_pixels_tell_it(make_scene: MakeScene) -> None:
+    """By differences of the pixels, the points known, each coordinate counted as three times as
+    unsure as its noise: neighbours share errors. Unknown points and robust weights add a half."""
+    scene = make_scene(photos=6, points=60, noise_px=NOISE_PX, share=1.0)
+    view, step = scene.view(3), 1e-6
+    in_camera = view.camera_from_world.apply(scene.points_in_world)
+    turned = [np.cross(one, in_camera) for one in np.eye(3)]
+    moved = [np.broadcast_to(one, in_camera.shape) for one in np.eye(3)]
+    slopes = [
+        (view.camera.project(in_camera + step * one) - view.camera.project(in_camera)) / step
+        for one in (*turned, *moved)
+    ]
+    by_pose = np.reshape(slopes, (6, -1))
+    known = np.linalg.inv(by_pose @ by_pose.T)[:3, :3] * (3 * NOISE_PX) ** 2
+    least_deg = np.degrees(np.sqrt(np.linalg.eigvalsh(known)[-1]))
+    assert least_deg < turn_sigma_deg(scene, 3) < 2.0 * least_deg
 
 
 def test_a_turn_is_known_as_well_as_its_points_are_spread(make_scene: MakeScene) -> None:

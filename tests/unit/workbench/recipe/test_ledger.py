@@ -22,7 +22,7 @@ from limbgram.workbench.edits.trimline import Trimline
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
-from limbgram.workbench.recipe.ledger import SPACING_MM, choose_levels, lines_of
+from limbgram.workbench.recipe.ledger import SPACING_MM, choose_levels, gone_along, lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
 SIDES = 256
@@ -270,6 +270,15 @@ def test_a_cover_goes_along_with_a_joint_that_is_turned() -> None:
     assert ledger.lines[-1].after.girths_mm[at] is None
     beyond = next(k for k, z in enumerate(ledger.levels_mm) if z > middle_mm + slant_mm)
     assert ledger.lines[-1].after.girths_mm[beyond] is not None
+
+
+def test_a_cover_stays_where_vertices_were_numbered_anew() -> None:
+    """As many vertices are no sign that each is the one that had its number before."""
+    limb = cup(50.0, 200.0)
+    faces = len(limb.mesh) - 1 - limb.mesh.faces
+    anew = replace(limb, mesh=Mesh(vertices_mm=limb.mesh.vertices_mm[::-1].copy(), faces=faces))
+    cover = limb.mesh.vertices_mm[:5]
+    np.testing.assert_array_equal(gone_along((cover,), limb, anew)[0], cover)
 
 
 def test_a_wall_has_no_volume_to_compare_with_the_limb() -> None:
