@@ -200,7 +200,10 @@ def _with_left_out(
         tracked = with_all_tracks(scene, places_px, pairs, options.track_px, coded)
         return _scene_of(_adjusted_alike(tracked, cameras, options))
 
-    before = remade(scene)
+    try:
+        before = remade(scene)
+    except PlacementError:  # it is told where the scene is made for good
+        return scene
     left = {*range(len(scene.names))} - {*before.placed}
     theirs = tuple(one for one in pairs.verified if {one.matches.first, one.matches.second} & left)
     solved = by_found_lenses(before, Pairs(theirs, pairs.rejected), cameras)
