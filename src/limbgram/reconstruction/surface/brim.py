@@ -34,8 +34,6 @@ _NOTCH_EDGES = 4.0
 """A brim that nowhere stands this many edge lengths above its level is even enough."""
 _FLOOR_DEG = 25.0
 """Parts of the cap flatter than this to the brim's plane are its floor, and go."""
-_END_DEG = 45.0
-"""Facets of the hull less tilted than this to the brim's plane are the limb's end."""
 _FLOOR_SHARE = 0.05
 """Parts of the floor smaller than this part of the largest one stay closed with the walls."""
 
@@ -152,7 +150,7 @@ def _past_end(
     runs below the measured rim of the other side, which would grow by a wall that is not there.
     """
     hull = ConvexHull(np.vstack([brim, middle_mm])).equations
-    ends = hull[hull[:, :3] @ upward < -np.cos(np.radians(_END_DEG))]
+    ends = hull[hull[:, :3] @ upward < -np.cos(np.radians(_FLOOR_DEG))]
     outside: Bool[np.ndarray, "p e"] = places_mm @ ends[:, :3].T + ends[:, 3] > 0
     return np.asarray(outside.any(axis=1))
 
