@@ -16,13 +16,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy.sparse as sp
 from jaxtyping import Bool, Float32, Float64, Int32, Int64
 
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.folds import find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_half_edges, find_edges, with_any, with_faces
+from limbgram.core.mesh.topology import boundary_half_edges, with_any, with_faces
 from limbgram.core.run import track
 from limbgram.reconstruction.measuring.edge_overshoot import without_overshoot
 from limbgram.reconstruction.measuring.grain import grained
@@ -102,8 +103,8 @@ def measure(
     rim = _near(at_rim, mesh.faces, _RIM_RINGS + 1)
     imagery = prepare(crops, views)
     del crops  # all photos are in the imagery a second time
-    mesh, alike = _by_patches(mesh, imagery, views, seen_by, rim, matching)
-    mesh = cut_back(mesh, rim & ~borne_out(mesh.faces, alike, rim), _RIM_RINGS)
+    mesh, believed = _by_patches(mesh, imagery, views, seen_by, rim, matching)
+    mesh = cut_back(mesh, rim & ~believed, _RIM_RINGS)
     mesh, guessed = _with_even_brim(mesh, imagery, views, options)
     seen_by, unseen = _seen_by(mesh, views, matching)
     mesh, found = _jointly(mesh, imagery, views, seen_by, options)
@@ -145,17 +146,18 @@ def _by_patches(
     imagery: Imagery,
     views: Sequence[View],
     seen_by: Int32[np.ndarray, "n c"],
-    densely: Bool[np.ndarray, " n"],
+    rim: Bool[np.ndarray, " n"],
     options: MatchingOptions,
-) -> tuple[Mesh, Float32[np.ndarray, " n"]]:
-    """The mesh moved by patches all over it, and how alike those are that are believed."""
+) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
+    """The mesh moved by patches all over it, densely by the rim, and which of them count."""
     seen = look(mesh, imagery, views, seen_by)
-    moves, alike = match_patches(mesh, imagery, seen, densely, options)
-    return _moved(mesh, moves, seen, options), alike
+    moves, alike = match_patches(mesh, imagery, seen, rim, options)
+    counts = borne_out(seen.thin_plate.neighbours, alike, rim)
+    return _moved(mesh, moves, seen, options), counts
 
 
 def borne_out(
-    faces: Faces, alike: Float32[np.ndarray, " n"], rim: Bool[np.ndarray, " n"]
+    neighbours: sp.csr_matrix, alike: Float32[np.ndarray, " n"], rim: Bool[np.ndarray, " n"]
 ) -> Bool[np.ndarray, " n"]:
     """Believed patches; by openings those alone that are alike beyond doubt or stand together.
 
@@ -164,6 +166,7 @@ def borne_out(
     that is less alike than nearly all inside counts while most of its neighbours count.
 
     Args:
+        neighbours: (n, n), 1 where an edge joins two vertices.
         alike: Mean correlation of each believed patch, 0 elsewhere.
     """
     counts = alike > 0
@@ -171,11 +174,9 @@ def borne_out(
     if not len(inside):
         return counts
     doubtful = rim & counts & (alike < np.quantile(inside, _LEAST_ALIKE))
-    ends = find_edges(faces).ends
-    one, other = np.concatenate([ends, ends[:, ::-1]]).T
-    around = np.bincount(one, minlength=len(alike))
+    around = neighbours @ np.ones(len(alike))
     while True:
-        alone = doubtful & counts & (2 * np.bincount(one, counts[other], len(alike)) <= around)
+        alone = doubtful & counts & (2 * (neighbours @ counts) <= around)
         if not alone.any():
             return counts
         counts &= ~alone

@@ -120,10 +120,10 @@ def _opening(
     flat = np.abs(face_normals(capped.vertices_mm, capped.faces) @ upward) > np.cos(
         np.radians(_FLOOR_DEG)
     )
-    going = new & (flat | (heights < level_mm))
+    past = np.zeros(len(new), np.bool_)
     middles = capped.vertices_mm[capped.faces[new]].mean(1)
-    going[new] |= _past_end(middles, mesh.vertices_mm[brim], mesh.vertices_mm.mean(0), upward)
-    going = np.flatnonzero(going)
+    past[new] = _past_end(middles, mesh.vertices_mm[brim], mesh.vertices_mm.mean(0), upward)
+    going = np.flatnonzero(new & (flat | (heights < level_mm) | past))
     out = np.zeros(len(new), np.bool_)
     if len(going):
         labels = face_components(capped.faces[going])
