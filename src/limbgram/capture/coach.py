@@ -271,7 +271,7 @@ class Coach:
         fresh = [pair for pair in matches.pairs if not known(pair)]
         if fresh:
             held = run(verify, small, replace(matches, pairs=tuple(fresh)), cameras)
-            found = {(one.matches.first, one.matches.second): one for one in held.verified}
+            found = {one.matches.photos: one for one in held.verified}
             for pair in fresh:
                 own = found.get((pair.first, pair.second))
                 tried = _Verified(pair.keypoint_idx, lenses(pair), own)

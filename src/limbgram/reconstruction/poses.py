@@ -460,13 +460,13 @@ def _side(
         whole: Whether one part must have most of the photos.
     """
     own = {*half}
-    within = [one for one in pairs.verified if {one.matches.first, one.matches.second} <= own]
+    within = [one for one in pairs.verified if {*one.matches.photos} <= own]
     mapping = replace(options.mapping, min_placed_share=0.0)
     parts: list[Part] = []
     left = own
     try:
         while len(left) >= _FEWEST_PHOTOS and not (whole and parts):
-            inside = [k for k in within if {k.matches.first, k.matches.second} <= left]
+            inside = [k for k in within if {*k.matches.photos} <= left]
             scene = place_roughly(photos, features, Pairs(tuple(inside), 0), cameras, mapping)
             if len(scene.placed) < _FEWEST_PHOTOS:
                 break

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.unit.reconstruction.mapping.conftest import described
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
@@ -110,16 +111,6 @@ def photo_set(names: list[str]) -> PhotoSet:
         Photo(name=name, path=Path(name), sha256="", camera_idx=0, **shared) for name in names
     ]
     return PhotoSet(tuple(photos), (CameraGroup(label="made up", **shared),))
-
-
-def described(xy_px: np.ndarray) -> Keypoints:
-    count = len(xy_px)
-    return Keypoints(
-        xy_px=xy_px.astype(np.float32),
-        scale_px=np.ones(count, np.float32),
-        angle_deg=np.zeros(count, np.float32),
-        descriptors=np.zeros((count, 128), np.uint8),
-    )
 
 
 def matched(

@@ -6,6 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from tests.unit.reconstruction.mapping.conftest import described
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid, Similarity
@@ -274,7 +275,7 @@ def test_faces_of_a_side_that_share_nothing_are_its_parts(
     """Where the board lies in two places of the scene; elsewhere such photos are no side."""
 
     def placed(_: Any, __: Any, pairs: Any, *___: Any) -> Scene:
-        joined = {k for one in pairs.verified for k in (one.matches.first, one.matches.second)}
+        joined = {k for one in pairs.verified for k in one.matches.photos}
         first = min(joined)
         end = next(one.stop for one in (range(LYING.start), *FACES) if first in one)
         return part_of(turned_over, range(first, end)).metric.scene
@@ -300,7 +301,7 @@ def test_faces_of_a_side_that_share_nothing_are_its_parts(
     monkeypatch.setattr(f"{of}.find_region", region)
     runs = (range(LYING.start), *FACES)
     pairs = [
-        SimpleNamespace(matches=SimpleNamespace(first=k, second=k + 1))
+        SimpleNamespace(matches=SimpleNamespace(photos=(k, k + 1)))
         for one in runs
         for k in one[:-1]
     ]
@@ -337,16 +338,6 @@ def test_the_parts_of_a_side_may_have_units_of_their_own(turned_over: Truth, pos
             refuse_apart(parted, replace(joined, camera_from_world=camera_from_world))
 
 
-def keypoints(xy_px: np.ndarray) -> Keypoints:
-    count = len(xy_px)
-    return Keypoints(
-        xy_px=xy_px.astype(np.float32),
-        scale_px=np.ones(count, np.float32),
-        angle_deg=np.zeros(count, np.float32),
-        descriptors=np.zeros((count, 128), np.uint8),
-    )
-
-
 def test_only_what_lies_on_the_object_joins_the_poses(turned_over: Truth, poses: Poses) -> None:
     """The limb's middle is on it in both poses; the board's corners and the corner are not."""
     assert turned_over.board is not None
@@ -354,7 +345,7 @@ def test_only_what_lies_on_the_object_joins_the_poses(turned_over: Truth, poses:
     shown: list[Keypoints] = []
     for k, view in enumerate(turned_over.views):
         board = turned_over.in_room(k).project(turned_over.board.outline_in_world()[2:3])
-        shown.append(keypoints(np.concatenate([view.project(middle), board, [[2.0, 2.0]]])))
+        shown.append(described(np.concatenate([view.project(middle), board, [[2.0, 2.0]]])))
     features = Features(tuple(shown))
     every = np.column_stack([np.arange(3), np.arange(3)]).astype(np.int32)
     pair = PairMatches(

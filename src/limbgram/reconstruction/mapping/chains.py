@@ -35,12 +35,12 @@ def along_chains(pairs: Pairs, photos: int) -> Pairs:
     if not turned:
         return pairs
     turns, tree = _turns_by_tree(turned, photos)
-    first, second = np.array([_ends(pair) for pair, _ in turned]).T
+    first, second = np.array([pair.matches.photos for pair, _ in turned]).T
     shown = np.array([pose.rotation for _, pose in turned])
     off_deg = angles_deg(shown @ turns[first] @ turns[second].transpose(0, 2, 1))
     contradict = (tree[first] == tree[second]) & (off_deg > CONTRADICTION_DEG)
-    wrong = {_ends(turned[k][0]) for k in np.flatnonzero(contradict).tolist()}
-    kept = tuple(pair for pair in pairs.verified if _ends(pair) not in wrong)
+    wrong = {turned[k][0].matches.photos for k in np.flatnonzero(contradict).tolist()}
+    kept = tuple(pair for pair in pairs.verified if pair.matches.photos not in wrong)
     return Pairs(kept, pairs.rejected + len(pairs.verified) - len(kept))
 
 
@@ -55,22 +55,18 @@ def starts(pairs: Pairs) -> tuple[tuple[int, int], ...]:
     general = [pair for pair in pairs.verified if pair.kind == "general"]
     found: list[tuple[int, int]] = []
     for pair in sorted(general, key=lambda pair: -len(pair.matches)):
-        if not any({*_ends(pair)} & {*other} for other in found):
-            found.append(_ends(pair))
+        if not any({*pair.matches.photos} & {*other} for other in found):
+            found.append(pair.matches.photos)
     return tuple(found[:_MOST_STARTS])
-
-
-def _ends(pair: VerifiedPair) -> tuple[int, int]:
-    return pair.matches.first, pair.matches.second
 
 
 def _turns_by_tree(
     turned: Sequence[tuple[VerifiedPair, Rigid]], photos: int
 ) -> tuple[Float64[np.ndarray, "p 3 3"], Int32[np.ndarray, " p"]]:
     """Turn of every photo along the tree of most matches, and the tree that each stands in."""
-    by_ends = {_ends(pair): pose.rotation for pair, pose in turned}
+    by_ends = {pair.matches.photos: pose.rotation for pair, pose in turned}
     by_ends |= {(second, first): turn.T for (first, second), turn in by_ends.items()}
-    first, second = np.array([_ends(pair) for pair, _ in turned]).T
+    first, second = np.array([pair.matches.photos for pair, _ in turned]).T
     rarity = 1.0 / np.array([len(pair.matches) for pair, _ in turned])
     links = minimum_spanning_tree(csr_array((rarity, (first, second)), shape=(photos, photos)))
     tree = connected_components(links, directed=False)[1]

@@ -180,9 +180,7 @@ def _without_contradicted(pairs: Pairs, dropped: dict[int, Finding]) -> Pairs:
     many points of that hold it, in a wrong place.
     """
     barred = {k for k, why in dropped.items() if why.code == "placing.photo.contradicted"}
-    kept = tuple(
-        one for one in pairs.verified if not {one.matches.first, one.matches.second} & barred
-    )
+    kept = tuple(one for one in pairs.verified if not {*one.matches.photos} & barred)
     return Pairs(kept, pairs.rejected)
 
 
@@ -205,7 +203,7 @@ def _with_left_out(
     except PlacementError:  # it is told where the scene is made for good
         return scene
     left = {*range(len(scene.names))} - {*before.placed}
-    theirs = tuple(one for one in pairs.verified if {one.matches.first, one.matches.second} & left)
+    theirs = tuple(one for one in pairs.verified if {*one.matches.photos} & left)
     solved = by_found_lenses(before, Pairs(theirs, pairs.rejected), cameras)
     joined = with_stragglers(before, places_px, solved, remade, options.outlier_sigmas)
     return joined if len(joined.placed) > len(scene.placed) else scene

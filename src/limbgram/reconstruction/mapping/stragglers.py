@@ -18,11 +18,11 @@ Fails   never: a photo that cannot be joined stays without a place.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import comb
 
 import numpy as np
 from jaxtyping import Float64, Int64
 from scipy.spatial import KDTree
-from scipy.special import bdtrc, gammaln
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.arrays import Points2, Points3
@@ -31,6 +31,7 @@ from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.mapping.resection import LARGEST_MISS_PX, resect
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.solution import turn_sigma_deg
+from limbgram.reconstruction.mapping.tracks import breadth_px, near_by_chance
 from limbgram.reconstruction.mapping.verdicts import contradicted, disputed, matched_points
 from limbgram.reconstruction.twoview.pairs import Pairs
 
@@ -98,12 +99,9 @@ class Place:
 
     def by_chance(self, agreeing: int, within_px: float) -> float:
         """How many of such photos would have so many agree, were all matches wrong."""
-        free, tried = agreeing - _FITTED, len(self.keypoints)
-        if free <= 0:
-            return 1.0
-        chance = 2.0 * within_px / max(self.broad_px, 2.0 * within_px)
-        ways = gammaln(tried + 1) - gammaln(_FITTED + 1) - gammaln(tried - _FITTED + 1)
-        return float(np.exp(ways) * bdtrc(free - 1, tried - _FITTED, chance))
+        tried = len(self.keypoints)
+        of_those = near_by_chance(agreeing, tried, _FITTED, within_px, self.broad_px)
+        return min(comb(tried, _FITTED) * of_those, 1.0)
 
 
 def _joined(
@@ -143,16 +141,14 @@ def _likeliest(
     photo: int, scene: Scene, places_px: Sequence[Points2], pairs: Pairs
 ) -> Place | None:
     """The place at which most points agree; None where no pair tells one."""
-    own = Pairs(
-        tuple(one for one in pairs.verified if photo in (one.matches.first, one.matches.second)), 0
-    )
+    own = Pairs(tuple(one for one in pairs.verified if photo in one.matches.photos), 0)
     matched = matched_points(photo, scene, places_px, own.verified)
     keypoints = np.unique(matched[:, 0])
     if len(keypoints) <= _FITTED:
         return None
     lens = scene.cameras[scene.camera_idx[photo]]
     points, xy_px = scene.points_in_world[matched[:, 1]], places_px[photo][matched[:, 0]]
-    broad_px = float(np.sqrt(12.0 * max(np.linalg.eigvalsh(np.cov(xy_px.T))[0], 0.0)))
+    broad_px = breadth_px(xy_px)
 
     def place(pose: Rigid) -> Place:
         off_px = np.linalg.norm(lens.project(pose.apply(points)) - xy_px, axis=1)
@@ -171,7 +167,7 @@ def _poses(
     if by_points is not None:
         yield by_points
     for pair in own.verified:
-        ends, turn = (pair.matches.first, pair.matches.second), pair.second_from_first
+        ends, turn = pair.matches.photos, pair.second_from_first
         other = scene.camera_from_world[ends[1 - ends.index(photo)]]
         if pair.kind == "general" and turn is not None and other is not None:
             step = turn if ends[1] == photo else turn.inverse

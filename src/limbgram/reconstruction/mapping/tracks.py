@@ -28,7 +28,7 @@ def farthest_reaching(pairs: Pairs, most: int) -> Pairs:
     """The pairs with at most `most` matches each: those whose keypoints have most other matches."""
     degree: dict[int, Int64[np.ndarray, " k"]] = {}
     for pair in pairs.verified:
-        for side, photo in enumerate((pair.matches.first, pair.matches.second)):
+        for side, photo in enumerate(pair.matches.photos):
             seen = np.bincount(pair.matches.keypoint_idx[:, side])
             before = degree.get(photo, np.zeros(0, np.int64))
             total = np.zeros(max(len(seen), len(before)), np.int64)
@@ -149,16 +149,30 @@ def beyond_chance(
     kept: list[PairMatches] = []
     for pair in matches:
         obeying = int(_obeying(scene, places_px, pair, largest_px).sum())
-        free, tried = obeying - _FITTED, len(pair) - _FITTED
-        if free <= 0:
+        if obeying <= _FITTED:
             continue
-        # of places spread evenly over a strip as broad as the matches' shorter side
-        spread_px2 = np.cov(places_px[pair.second][pair.keypoint_idx[:, 1]].T)
-        broad_px = np.sqrt(12.0 * max(np.linalg.eigvalsh(spread_px2)[0], 0.0))
-        chance = 2.0 * largest_px / max(broad_px, 2.0 * largest_px)
-        if bdtrc(free - 1, tried, chance) <= level:
+        broad_px = breadth_px(places_px[pair.second][pair.keypoint_idx[:, 1]])
+        if near_by_chance(obeying, len(pair), _FITTED, largest_px, broad_px) <= level:
             kept.append(pair)
     return kept
+
+
+def breadth_px(xy_px: Points2) -> float:
+    """Shorter side of the strip over which places are spread evenly."""
+    return float(np.sqrt(12.0 * max(np.linalg.eigvalsh(np.cov(xy_px.T))[0], 0.0)))
+
+
+def near_by_chance(near: int, tried: int, fitted: int, within_px: float, broad_px: float) -> float:
+    """Probability that so many of the wrong matches tried lie near their line or place.
+
+    Args:
+        fitted: Matches that the pose, or the poses, were made to meet: of the near ones.
+        within_px: How far from it counts as near, along a strip as broad as `broad_px`.
+    """
+    if near <= fitted:
+        return 1.0
+    chance = 2.0 * within_px / max(broad_px, 2.0 * within_px)
+    return float(bdtrc(near - fitted - 1, tried - fitted, chance))
 
 
 def _obeying(

@@ -138,9 +138,7 @@ def by_found_lenses(scene: Scene, pairs: Pairs, cameras: Cameras) -> Pairs:
     found = found_lenses(scene, cameras).calibrations
 
     def again(pair: VerifiedPair) -> VerifiedPair | None:
-        first, second = (
-            found[scene.camera_idx[photo]] for photo in (pair.matches.first, pair.matches.second)
-        )
+        first, second = (found[scene.camera_idx[photo]] for photo in pair.matches.photos)
         if first.source == second.source == "board":
             return pair
         return verify_pair(pair.matches, first, second)
@@ -178,7 +176,7 @@ def _turns(scene: Scene, pairs: Pairs) -> "list[list[_Turn]]":
     """By photo, what pairs with placed photos say of it."""
     turns: list[list[_Turn]] = [[] for _ in scene.names]
     for pair in pairs.verified:
-        ends = pair.matches.first, pair.matches.second
+        ends = pair.matches.photos
         placed = [scene.camera_from_world[k] for k in ends]
         turn = pair.second_from_first
         if pair.kind == "rotation" or turn is None or placed[0] is None or placed[1] is None:
@@ -213,9 +211,7 @@ def contradicting_share(scene: Scene, pairs: Pairs) -> float:
     """
     contradicting = matched = 0
     for pair in pairs.verified:
-        first, second = (
-            scene.camera_from_world[k] for k in (pair.matches.first, pair.matches.second)
-        )
+        first, second = (scene.camera_from_world[k] for k in pair.matches.photos)
         turn = pair.second_from_first
         if pair.kind != "general" or turn is None or first is None or second is None:
             continue
@@ -317,7 +313,7 @@ def _why(
         if photo in other.placed:
             names = tuple(other.names[k] for k in other.placed if k != photo)
             return fault("placing.photo.other_group", names=names)
-    own = [pair for pair in pairs.verified if photo in (pair.matches.first, pair.matches.second)]
+    own = [pair for pair in pairs.verified if photo in pair.matches.photos]
     if not own:
         return fault("placing.photo.alone")
     if all(pair.kind == "rotation" for pair in own):
@@ -366,7 +362,7 @@ def matched_points(
     """
     found = [np.zeros((0, 2), np.int64)]
     for pair in own:
-        ends = pair.matches.first, pair.matches.second
+        ends = pair.matches.photos
         side = ends.index(photo)
         other = ends[1 - side]
         seen = scene.observations.some(scene.observations.photo_idx == other)

@@ -56,6 +56,10 @@ class PairMatches:
     correlation: Float32[np.ndarray, " m"]
     """Normalized cross-correlation of the windows after refinement; NaN where not correlated."""
 
+    @property
+    def photos(self) -> tuple[int, int]:
+        return self.first, self.second
+
     def __len__(self) -> int:
         return len(self.keypoint_idx)
 

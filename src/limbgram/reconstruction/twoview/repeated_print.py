@@ -40,7 +40,7 @@ def without_repeated_print(pairs: Pairs, detections: BoardDetections | None) -> 
     }
 
     def is_confused(pair: VerifiedPair) -> bool:
-        one, other = (prints.get(k) for k in (pair.matches.first, pair.matches.second))
+        one, other = (prints.get(k) for k in pair.matches.photos)
         if one is None or other is None:
             return False
         first, second = one.at(pair.matches.xy_first_px), other.at(pair.matches.xy_second_px)

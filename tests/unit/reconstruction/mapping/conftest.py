@@ -8,6 +8,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.features.detection import Keypoints
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.twoview.pairs import VerifiedPair
@@ -53,6 +54,19 @@ def ring_scene(
             np.concatenate([xy for _, _, xy in rows]),
         ),
         verdicts=(),
+    )
+
+
+def described(
+    xy_px: np.ndarray, scale_px: np.ndarray | float = 1.0, angle_deg: np.ndarray | float = 0.0
+) -> Keypoints:
+    """Keypoints at these places, with descriptors that tell nothing."""
+    count = len(xy_px)
+    return Keypoints(
+        xy_px=xy_px.astype(np.float32),
+        scale_px=np.broadcast_to(scale_px, count).astype(np.float32),
+        angle_deg=np.broadcast_to(angle_deg, count).astype(np.float32),
+        descriptors=np.zeros((count, 128), np.uint8),
     )
 
 

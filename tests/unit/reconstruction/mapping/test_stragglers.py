@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.unit.reconstruction.mapping.conftest import described
 
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.geometry.lens import LENS_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
-from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping import stragglers
 from limbgram.reconstruction.mapping.ring import place
 from limbgram.reconstruction.mapping.scene import Scene
@@ -53,7 +54,7 @@ def photographed(make_pair: MakePair) -> Callable[..., Scene]:
         rows = [(k, m, SHARED) for k in range(5) for m in (k + 1, k + 2) if m < 6]
         rows[rows.index((4, 5, SHARED))] = (4, 5, np.r_[SHARED, OWN[:third]])
         pairs = [_pair(ring, places, make_pair, *one) for one in (*rows, (5, 6, OWN))]
-        features = Features(tuple(map(_keypoints, places)))
+        features = Features(tuple(map(described, places)))
         return place(_photos(ring), features, Pairs(tuple(pairs), 0), _cameras(ring))
 
     return placed
@@ -80,16 +81,6 @@ def _pair(
     unit = Rigid(turn.rotation, turn.translation / np.linalg.norm(turn.translation))
     ends = places[first][rows], places[second][rows]
     return make_pair(first, second, np.column_stack([rows, rows]), unit, xy_px=ends)
-
-
-def _keypoints(xy_px: np.ndarray) -> Keypoints:
-    count = len(xy_px)
-    return Keypoints(
-        xy_px=xy_px.astype(np.float32),
-        scale_px=np.ones(count, np.float32),
-        angle_deg=np.zeros(count, np.float32),
-        descriptors=np.zeros((count, 128), np.uint8),
-    )
 
 
 def _photos(ring: Scene) -> PhotoSet:

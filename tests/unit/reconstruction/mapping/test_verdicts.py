@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.unit.reconstruction.mapping.conftest import described
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.findings import note, told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
-from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.verdicts import (
     agreed_places,
@@ -34,18 +35,6 @@ from limbgram.reconstruction.twoview.verification import verify_pair
 
 MakeScene = Callable[..., Scene]
 MakePair = Callable[..., VerifiedPair]
-
-
-def described(
-    xy_px: np.ndarray, scale_px: np.ndarray | float = 1.0, angle_deg: np.ndarray | float = 0.0
-) -> Keypoints:
-    count = len(xy_px)
-    return Keypoints(
-        xy_px=xy_px.astype(np.float32),
-        scale_px=np.broadcast_to(scale_px, count).astype(np.float32),
-        angle_deg=np.broadcast_to(angle_deg, count).astype(np.float32),
-        descriptors=np.zeros((count, 128), np.uint8),
-    )
 
 
 def agreed(features: Features, pairs: list[VerifiedPair]) -> list[np.ndarray]:
