@@ -20,8 +20,9 @@ way over 307,000.
 
 import cmath
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -31,6 +32,7 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.kernels import njit
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import Edges, find_edges
@@ -92,9 +94,8 @@ def _shortest_detours_mm(
     return detours[mesh.faces].min(1) - 2 * sides
 
 
-@dataclass(frozen=True)
-class _Net:
-    """A surface that can be walked over."""
+class _Net(NamedTuple):
+    """A surface that can be walked over: a named tuple, which kernels take."""
 
     vertices_mm: Points3
     faces: Faces
@@ -227,253 +228,250 @@ def _neighbours(edges: Edges) -> Int64[np.ndarray, "f 3"]:
     return np.where(single[edges.of_half_edge], other, -1).reshape(-1, 3)
 
 
-@dataclass(frozen=True)
-class _Corner:
-    """Where the line bends."""
-
-    gate: int
-    """Index of a gate at whose end it lies; -1 for the start, the number of gates for the end."""
-    vertex: int
-    """-1 for the start and the end."""
-    left: bool
-    place: complex
-
-
-@dataclass(frozen=True)
-class _Unfolded:
-    """A strip in the plane: gates between its faces, and its ends."""
-
-    faces: list[int]
-    left_id: list[int]
-    right_id: list[int]
-    left: list[complex]
-    right: list[complex]
-    """Places of the gates' ends, seen in the direction of the walk."""
-    start: complex
-    end: complex
-
-
 def _straighten(net: _Net, strip: list[int], start_mm: Vector3, end_mm: Vector3) -> Points3:
-    """The shortest polyline near a strip of faces, from a place in its first to one in its last.
+    """The shortest polyline near a strip of faces, from a place in its first to one in its last."""
+    ids, flat, corners, places = _straightened(net, np.array(strip), start_mm, end_mm)
+    pieces = [start_mm[None]]
+    gates_mm = net.vertices_mm[ids]
+    for one, two, here, there in zip(corners, corners[1:], places, places[1:]):
+        gates = np.arange(one[_GATE] + 1, two[_GATE])
+        left, right = flat[gates].T
+        across = ((right - left) * np.conj(there - here)).imag
+        offset = ((here - left) * np.conj(there - here)).imag
+        share = np.divide(offset, across, out=np.zeros(len(gates)), where=np.abs(across) > 0)
+        share = np.clip(share, 0, 1)[:, None]
+        left_mm, right_mm = gates_mm[gates].transpose(1, 0, 2)
+        pieces.append(left_mm + share * (right_mm - left_mm))
+        bend = two[_VERTEX]
+        pieces.append(end_mm[None] if bend < 0 else net.vertices_mm[[bend]])
+    line = np.concatenate(pieces)
+    moves = np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-12
+    return line[np.concatenate([[True], moves])]
+
+
+# A strip in the plane: the gates between its faces, each with a left and a right end as seen on the
+# way (ids of vertices, places as complex numbers); a line through them bends at corners.
+_LEFT, _RIGHT = 0, 1
+_GATE, _VERTEX, _SIDE = 0, 1, 2
+"""Of a corner: the gate at whose end it lies (-1 the start, the number of gates the end); the
+vertex, -1 at start and end; on which side of the way."""
+
+
+@njit(cache=True, nogil=True)
+def _straightened(net: _Net, strip: np.ndarray, start_mm: np.ndarray, end_mm: np.ndarray):
+    """Gates of the strip that holds the shortest line, and the line's corners with their places.
 
     Each change of the strip shortens the line, so it ends.
     """
     strip = _without_spurs(strip)
-    flat = _unfold(net, strip, start_mm, end_mm)
-    corners = _funnel(flat)
-    length = _length(corners)
+    ids, flat, ends = _unfold(net, strip, start_mm, end_mm)
+    corners, places = _funnel(ids, flat, ends)
     while True:
-        better = _led_round(net, flat, corners)
-        if better is None:
+        better, changed = _led_round(net, strip, ids, flat, corners, places)
+        if not changed:
             break
-        flat_better = _unfold(net, better, start_mm, end_mm)
-        corners_better = _funnel(flat_better)
-        if _length(corners_better) >= length * (1 - 1e-13):
+        ids_better, flat_better, ends = _unfold(net, better, start_mm, end_mm)
+        corners_better, places_better = _funnel(ids_better, flat_better, ends)
+        if _length(places_better) >= _length(places) * (1 - 1e-13):
             break
-        flat, corners, length = flat_better, corners_better, _length(corners_better)
-    return _on_surface(net, flat, corners, start_mm, end_mm)
+        strip, ids, flat = better, ids_better, flat_better
+        corners, places = corners_better, places_better
+    return ids, flat, corners, places
 
 
-def _without_spurs(strip: list[int]) -> list[int]:
+@njit(cache=True, nogil=True)
+def _without_spurs(strip: np.ndarray):
     """The strip without stepping into a face and back."""
-    kept: list[int] = []
+    kept = np.empty(len(strip), np.int64)
+    count = 0
     for face in strip:
-        if kept and kept[-1] == face:
+        if count and kept[count - 1] == face:
             continue
-        if len(kept) > 1 and kept[-2] == face:
-            kept.pop()
+        if count > 1 and kept[count - 2] == face:
+            count -= 1
             continue
-        kept.append(face)
-    return kept
+        kept[count] = face
+        count += 1
+    return kept[:count].copy()
 
 
-def _unfold(net: _Net, strip: list[int], start_mm: Vector3, end_mm: Vector3) -> _Unfolded:
-    """Lay the faces of a strip beside each other in the plane."""
-    ids = net.faces[strip].tolist()
-    where = dict(
-        zip(
-            (v for row in ids for v in row),
-            net.vertices_mm[net.faces[strip]].reshape(-1, 3).tolist(),
-        )
-    )
-    a, b, c = ids[0]
-    along = complex(math.dist(where[a], where[b]), 0)
-    place = {a: 0j, b: along, c: _beside(where[a], where[b], where[c]) * along}
-    flat = _Unfolded(
-        strip, [], [], [], [], _beside(where[a], where[b], start_mm.tolist()) * along, 0j
-    )
-    end, base = end_mm.tolist(), (a, b)
-    for before, row in pairwise(ids):
-        shared = [v for v in before if v in row]
-        right, left = _gate(flat, before, shared)
-        (new,) = (v for v in row if v not in shared)
-        along = place[left] - place[right]
+@njit(cache=True, nogil=True)
+def _unfold(net: _Net, strip: np.ndarray, start_mm: np.ndarray, end_mm: np.ndarray):
+    """Lay the faces of a strip beside each other in the plane: gates, start and end."""
+    count = len(strip) - 1
+    vertices_mm, faces = net.vertices_mm, net.faces
+    ids, flat = np.empty((count, 2), np.int64), np.empty((count, 2), np.complex128)
+    ends = np.empty(2, np.complex128)
+    corners = faces[strip[0]].copy()  # of the face in hand, counter-clockwise in the plane
+    places = np.zeros(3, np.complex128)
+    a, b, c = vertices_mm[corners[0]], vertices_mm[corners[1]], vertices_mm[corners[2]]
+    places[1] = math.sqrt(((b - a) ** 2).sum())
+    places[2] = _beside(a, b, c) * places[1]
+    ends[0] = _beside(a, b, start_mm) * places[1]
+    for i in range(count):
+        ahead = faces[strip[i + 1]]
+        left = 2  # the corner before the one that the next face lacks
+        for k in range(3):
+            if not (ahead == corners[k]).any():
+                left = (k + 2) % 3
+        right = (left + 2) % 3
+        for k in range(2):
+            end = (left, right)[k]
+            ids[i, k], flat[i, k] = corners[end], places[end]
+        new = ahead[0]
+        for vertex in ahead:
+            if vertex != ids[i, _LEFT] and vertex != ids[i, _RIGHT]:
+                new = vertex
         # The next face lies to the right of the way from the right end to the left one.
-        beside = _beside(where[right], where[left], where[new]).conjugate()
-        place[new] = place[right] + beside * along
-        flat.left_id.append(left)
-        flat.right_id.append(right)
-        flat.left.append(place[left])
-        flat.right.append(place[right])
-        base = (right, left)
-    one, two = base
-    weight = _beside(where[one], where[two], end)
-    weight = weight.conjugate() if len(strip) > 1 else weight
-    return replace(flat, end=place[one] + weight * (place[two] - place[one]))
+        one, two = vertices_mm[ids[i, _RIGHT]], vertices_mm[ids[i, _LEFT]]
+        along = flat[i, _LEFT] - flat[i, _RIGHT]
+        corners[0], corners[1], corners[2] = ids[i, _LEFT], ids[i, _RIGHT], new
+        places[0], places[1] = flat[i, _LEFT], flat[i, _RIGHT]
+        places[2] = places[1] + _beside(one, two, vertices_mm[new]).conjugate() * along
+    along = places[1] - places[0]
+    ends[1] = places[0] + along * _beside(vertices_mm[corners[0]], vertices_mm[corners[1]], end_mm)
+    return ids, flat, ends
 
 
-def _gate(flat: _Unfolded, before: list[int], shared: list[int]) -> tuple[int, int]:
-    """Right and left end of the edge that two neighbours in a strip share."""
-    if not flat.left_id:
-        k = next(k for k in range(3) if before[k] in shared and before[(k + 1) % 3] in shared)
-        return before[k], before[(k + 1) % 3]
-    one, two = shared
-    if flat.left_id[-1] in shared:
-        return (two if one == flat.left_id[-1] else one), flat.left_id[-1]
-    return flat.right_id[-1], (two if one == flat.right_id[-1] else one)
-
-
-def _beside(a: list[float], b: list[float], p: list[float]) -> complex:
+@njit(cache=True, nogil=True)
+def _beside(a: np.ndarray, b: np.ndarray, p: np.ndarray):
     """Where p lies from a, as a multiple of the way from a to b; to its left counts positive."""
-    along = [y - x for x, y in zip(a, b)]
-    to_p = [y - x for x, y in zip(a, p)]
-    squared = along[0] ** 2 + along[1] ** 2 + along[2] ** 2
-    share = (along[0] * to_p[0] + along[1] * to_p[1] + along[2] * to_p[2]) / squared
-    rest = math.dist(to_p, [share * x for x in along])
-    return complex(share, rest / math.sqrt(squared))
+    along, to_p = b - a, p - a
+    squared = (along * along).sum()
+    share = (along * to_p).sum() / squared
+    rest = to_p - share * along
+    return complex(share, math.sqrt((rest * rest).sum() / squared))
 
 
-def _funnel(flat: _Unfolded) -> list[_Corner]:
-    """Corners of the shortest line through all gates, with both ends."""
-    count = len(flat.left)
-    lefts, rights = [*flat.left, flat.end], [*flat.right, flat.end]
-    apex = left = right = flat.start
-    left_at = right_at = -1
-    corners = [_Corner(-1, -1, True, apex)]
+@njit(cache=True, nogil=True)
+def _funnel(ids: np.ndarray, flat: np.ndarray, ends: np.ndarray):
+    """Corners of the shortest line through all gates, with both ends, and their places."""
+    count = len(ids)
+    corners, places = np.empty((count + 2, 3), np.int64), np.empty(count + 2, np.complex128)
+    corners[0], places[0] = (-1, -1, _LEFT), ends[0]
+    found = 1
+    apex, sides, sides_at = ends[0], np.array([ends[0], ends[0]]), np.array([-1, -1])
     i = 0
     while i <= count:
-        if _turn(right - apex, rights[i] - apex) >= 0:
-            if right == apex or _turn(left - apex, rights[i] - apex) <= 0:
-                right, right_at = rights[i], i
-            else:
-                corners.append(_Corner(left_at, flat.left_id[left_at], True, left))
-                apex = right = left
-                right_at = left_at
-                i = left_at + 1
+        bent = False
+        for own, other, sign in ((_RIGHT, _LEFT, 1.0), (_LEFT, _RIGHT, -1.0)):
+            gate = flat[i, own] if i < count else ends[1]
+            if sign * _turn(sides[own] - apex, gate - apex) < 0:
                 continue
-        if _turn(left - apex, lefts[i] - apex) <= 0:
-            if left == apex or _turn(right - apex, lefts[i] - apex) >= 0:
-                left, left_at = lefts[i], i
-            else:
-                corners.append(_Corner(right_at, flat.right_id[right_at], False, right))
-                apex = left = right
-                left_at = right_at
-                i = right_at + 1
+            if sides[own] == apex or sign * _turn(sides[other] - apex, gate - apex) <= 0:
+                sides[own], sides_at[own] = gate, i
                 continue
-        i += 1
-    corners.append(_Corner(count, -1, True, flat.end))
-    return corners
+            apex, at = sides[other], sides_at[other]
+            corners[found], places[found] = (at, ids[at, other], other), apex
+            found += 1
+            sides[:], sides_at[:] = apex, at
+            i = at + 1
+            bent = True
+            break
+        if not bent:
+            i += 1
+    corners[found], places[found] = (count, -1, _LEFT), ends[1]
+    return corners[: found + 1].copy(), places[: found + 1].copy()
 
 
-def _turn(a: complex, b: complex) -> float:
+@njit(cache=True, nogil=True)
+def _turn(a: complex, b: complex):
     """Positive where b lies to the left of a."""
     return a.real * b.imag - a.imag * b.real
 
 
-def _length(corners: list[_Corner]) -> float:
-    return sum(abs(b.place - a.place) for a, b in pairwise(corners))
+@njit(cache=True, nogil=True)
+def _length(places: np.ndarray):
+    return np.abs(places[1:] - places[:-1]).sum()
 
 
-def _led_round(net: _Net, flat: _Unfolded, corners: list[_Corner]) -> list[int] | None:
-    """The strip led round the other side of corners where that is shorter; or None."""
-    strip = list(flat.faces)
-    free_to = len(strip)
+@njit(cache=True, nogil=True)
+def _led_round(
+    net: _Net,
+    strip: np.ndarray,
+    ids: np.ndarray,
+    flat: np.ndarray,
+    corners: np.ndarray,
+    places: np.ndarray,
+):
+    """The strip led round the other side of corners where that is shorter, and whether it was."""
+    backwards = [0 for _ in range(0)]
+    free_to, kept_to = len(strip), len(strip)
     changed = False
-    for before, corner, after in reversed(list(zip(corners, corners[1:], corners[2:]))):
-        first, last = _run(flat, before, corner, after)
+    for at in range(len(corners) - 2, 0, -1):
+        first, last = _run(ids, corners, at)
         if last + 1 >= free_to:
             continue
-        other = _other_side(net, flat, (before, corner, after), (first, last))
-        if other is not None:
-            strip[first + 1 : last + 1] = other
-            free_to = first
+        other, shorter = _other_side(net, strip, flat, corners, places, at, first, last)
+        if shorter:
+            backwards.extend(strip[last + 1 : kept_to][::-1])
+            backwards.extend(other[::-1])
+            free_to, kept_to = first, first + 1
             changed = True
-    return _without_spurs(strip) if changed else None
+    backwards.extend(strip[:kept_to][::-1])
+    return _without_spurs(np.array(backwards)[::-1]), changed
 
 
-def _run(flat: _Unfolded, before: _Corner, corner: _Corner, after: _Corner) -> tuple[int, int]:
-    """First and last gate at the corner between the line's arrival and departure."""
-    own, opposite = (flat.left_id, flat.right_id) if corner.left else (flat.right_id, flat.left_id)
-    first = last = corner.gate
-    while first > 0 and own[first - 1] == corner.vertex and opposite[first] != before.vertex:
+@njit(cache=True, nogil=True)
+def _run(ids: np.ndarray, corners: np.ndarray, at: int):
+    """First and last gate at a corner between the line's arrival and departure."""
+    vertex, own = corners[at, _VERTEX], corners[at, _SIDE]
+    before, after = corners[at - 1, _VERTEX], corners[at + 1, _VERTEX]
+    first = last = corners[at, _GATE]
+    while first > 0 and ids[first - 1, own] == vertex and ids[first, 1 - own] != before:
         first -= 1
-    while last + 1 < len(own) and own[last + 1] == corner.vertex and opposite[last] != after.vertex:
+    while last + 1 < len(ids) and ids[last + 1, own] == vertex and ids[last, 1 - own] != after:
         last += 1
     return first, last
 
 
+@njit(cache=True, nogil=True)
 def _other_side(
     net: _Net,
-    flat: _Unfolded,
-    line: tuple[_Corner, _Corner, _Corner],
-    run: tuple[int, int],
-) -> list[int] | None:
-    """Faces round the other side of a corner, if they span less than a half turn."""
-    before, corner, after = line
-    first, last = run
-    opposite = flat.right if corner.left else flat.left
-    here, there = flat.faces[first], flat.faces[last + 1]
-    angle = _corner_angle(net, here, corner.vertex) + _corner_angle(net, there, corner.vertex)
-    angle -= _between(before.place - corner.place, opposite[first] - corner.place)
-    angle -= _between(after.place - corner.place, opposite[last] - corner.place)
-    found: list[int] = []
-    came, face = flat.faces[first + 1], here
+    strip: np.ndarray,
+    flat: np.ndarray,
+    corners: np.ndarray,
+    places: np.ndarray,
+    at: int,
+    first: int,
+    last: int,
+):
+    """Faces round the other side of a corner, and whether they span less than a half turn."""
+    vertex, opposite = corners[at, _VERTEX], 1 - corners[at, _SIDE]
+    here, there = strip[first], strip[last + 1]
+    place = places[at]
+    angle = _corner_angle(net, here, vertex) + _corner_angle(net, there, vertex)
+    angle -= _between(places[at - 1] - place, flat[first, opposite] - place)
+    angle -= _between(places[at + 1] - place, flat[last, opposite] - place)
+    found = [0 for _ in range(0)]
+    came, face = strip[first + 1], here
     while angle < math.pi - _FLAT:
-        onward = _onward(net, face, corner.vertex, came)
+        k = _index(net.faces[face], vertex)
+        one, two = net.neighbours[face, k], net.neighbours[face, (k + 2) % 3]
+        onward = two if one == came else one
         if onward < 0:
-            return None
+            return found, False
         if onward == there:
-            return found
+            return found, True
         found.append(onward)
-        angle += _corner_angle(net, onward, corner.vertex)
+        angle += _corner_angle(net, onward, vertex)
         came, face = face, onward
-    return None
+    return found, False
 
 
-def _onward(net: _Net, face: int, vertex: int, came: int) -> int:
-    """The next face round a vertex, away from the one that was left; -1 at a border."""
-    corner = net.faces[face].tolist().index(vertex)
-    one, two = (int(net.neighbours[face, k]) for k in (corner, (corner + 2) % 3))
-    return two if one == came else one
+@njit(cache=True, nogil=True)
+def _corner_angle(net: _Net, face: int, vertex: int):
+    ids = net.faces[face]
+    k = _index(ids, vertex)
+    apex, one, two = ids[k], ids[(k + 1) % 3], ids[(k + 2) % 3]
+    return cmath.phase(_beside(net.vertices_mm[apex], net.vertices_mm[one], net.vertices_mm[two]))
 
 
-def _corner_angle(net: _Net, face: int, vertex: int) -> float:
-    ids = net.faces[face].tolist()
-    k = ids.index(vertex)
-    apex, one, two = (net.vertices_mm[ids[(k + step) % 3]].tolist() for step in range(3))
-    return cmath.phase(_beside(apex, one, two))
+@njit(cache=True, nogil=True)
+def _index(face: np.ndarray, vertex: int):
+    return 0 if face[0] == vertex else 1 if face[1] == vertex else 2
 
 
-def _between(a: complex, b: complex) -> float:
-    return abs(cmath.phase(a * b.conjugate())) if a and b else 0.0
-
-
-def _on_surface(
-    net: _Net, flat: _Unfolded, corners: list[_Corner], start_mm: Vector3, end_mm: Vector3
-) -> Points3:
-    """The line in space: where it crosses each gate."""
-    pieces = [start_mm[None]]
-    left, right = np.array(flat.left), np.array(flat.right)
-    left_mm, right_mm = net.vertices_mm[flat.left_id], net.vertices_mm[flat.right_id]
-    for one, two in pairwise(corners):
-        gates = np.arange(one.gate + 1, two.gate)
-        way = two.place - one.place
-        across = ((right - left)[gates] * np.conj(way)).imag
-        offset = ((one.place - left[gates]) * np.conj(way)).imag
-        share = np.divide(offset, across, out=np.zeros(len(gates)), where=np.abs(across) > 0)
-        share = np.clip(share, 0, 1)[:, None]
-        pieces.append(left_mm[gates] + share * (right_mm[gates] - left_mm[gates]))
-        pieces.append(end_mm[None] if two.vertex < 0 else net.vertices_mm[[two.vertex]])
-    line = np.concatenate(pieces)
-    moves = np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-12
-    return line[np.concatenate([[True], moves])]
+@njit(cache=True, nogil=True)
+def _between(a: complex, b: complex):
+    return abs(cmath.phase(a * b.conjugate())) if a != 0 and b != 0 else 0.0
