@@ -54,7 +54,11 @@ class OnceEach:
         receive, sent = await _sent(scope, receive)
         lock = self._going.setdefault(place, asyncio.Lock())
         async with lock:
-            known = await asyncio.to_thread(_kept, place)
+            try:
+                known = await asyncio.to_thread(_kept, place)
+            except CaseError as error:
+                await refused(409, "CaseError", error.finding)(scope, receive, send)
+                return
             if known is not None and known["of"] == _request(scope):
                 scope["route"] = SimpleNamespace(name=known["act"])
                 scope["path_params"] = {"case_id": known["case"]}
@@ -82,9 +86,10 @@ class OnceEach:
 def forget_acts(shelf: Shelf, case_id: str) -> None:
     """Let go what is kept on the shelf of a case that is deleted: the answer to who made it."""
     for place in (shelf.root / ".acts").glob("*.json"):
-        known = _kept(place)
-        if known is not None and known["case"] == case_id:
-            place.unlink(missing_ok=True)
+        with suppress(CaseError):  # nobody can tell of which case it is
+            known = _kept(place)
+            if known is not None and known["case"] == case_id:
+                place.unlink(missing_ok=True)
 
 
 @dataclass
@@ -126,10 +131,17 @@ def _request(scope: Scope) -> str:
 
 
 def _kept(place: Path) -> dict[str, Any] | None:
+    """The answer to an act; None of one that was not done.
+
+    Raises:
+        CaseError: it was done, and what was answered cannot be read: doing it again is no answer.
+    """
+    if not place.exists():
+        return None
     try:
         return json_of(read_content(place, _LARGEST, CaseError))
-    except (CaseError, ValueError):
-        return None
+    except (CaseError, ValueError) as error:
+        raise CaseError("app.act_unreadable") from error
 
 
 async def _sent(scope: Scope, receive: Receive) -> tuple[Receive, str]:
