@@ -44,6 +44,8 @@ class OnceEach:
     inner: Asgi
     shelf: Shelf
     _going: WeakValueDictionary[Path, asyncio.Lock] = field(default_factory=WeakValueDictionary)
+    _without_room: dict[Path, dict[str, Any]] = field(default_factory=dict[Path, dict[str, Any]])
+    """Answers that the disk did not take: this program knows them, the next one does not."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         act = _id_of(scope)
@@ -55,7 +57,7 @@ class OnceEach:
         lock = self._going.setdefault(place, asyncio.Lock())
         async with lock:
             try:
-                known = await asyncio.to_thread(_kept, place)
+                known = self._without_room.get(place) or await asyncio.to_thread(_kept, place)
             except CaseError as error:
                 await refused(409, "CaseError", error.finding)(scope, receive, send)
                 return
@@ -70,8 +72,13 @@ class OnceEach:
             answer = _Answer()
             await self.inner(scope, receive, answer.take)
             if 200 <= answer.status < 300 and place.parent.parent.is_dir():
-                with suppress(OSError):  # it is done: where no room is left, it is answered still
-                    await asyncio.to_thread(_keep, place, scope, sent, answer)
+                content = _content(scope, sent, answer)
+                try:
+                    await asyncio.to_thread(_keep, place, content)
+                except OSError:  # it is done: where no room is left, it is answered still
+                    self._without_room[place] = content
+                    for old in list(self._without_room)[:-_MOST]:
+                        del self._without_room[old]
             await answer.pass_on(send)
 
     def _place(self, scope: Scope, act: str) -> Path | None:
@@ -159,9 +166,9 @@ async def _sent(scope: Scope, receive: Receive) -> tuple[Receive, str]:
     return receive_again, body
 
 
-def _keep(place: Path, scope: Scope, sent: str, answer: _Answer) -> None:
-    place.parent.mkdir(exist_ok=True)
-    content = {
+def _content(scope: Scope, sent: str, answer: _Answer) -> dict[str, Any]:
+    """What is kept of an act."""
+    return {
         "of": _request(scope),
         "act": str(getattr(scope.get("route"), "name", "")),
         "sent": sent,
@@ -171,6 +178,10 @@ def _keep(place: Path, scope: Scope, sent: str, answer: _Answer) -> None:
         "type": answer.type,
         "body": answer.body.decode("utf-8"),
     }
+
+
+def _keep(place: Path, content: dict[str, Any]) -> None:
+    place.parent.mkdir(exist_ok=True)
     write_bytes(place, json.dumps(content).encode())
     kept = sorted(place.parent.glob("*.json"), key=lambda one: one.stat().st_mtime_ns)
     for old in kept[:-_MOST]:
