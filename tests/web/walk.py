@@ -615,7 +615,7 @@ def test_answers_before_the_limb_is_here_show_what_an_edit_does(worked: Worked) 
     page.locator(".pane .other-edit .eff:not(.waits)").wait_for(timeout=20_000)
 
 
-@pytest.mark.parametrize("way", ["late", "lost", "reload"])
+@pytest.mark.parametrize("way", ["late", "lost", "reload", "back"])
 def test_answers_late_or_lost_let_a_number_mean_the_edit_that_is_shown(
     worked: Worked, way: str
 ) -> None:
@@ -623,7 +623,7 @@ def test_answers_late_or_lost_let_a_number_mean_the_edit_that_is_shown(
     for passes in (1, 2, 3, 4):
         edit = {"kind": "smoothing", "parameters": {"passes": passes}}
         worked.asked("/recipe/edits", "POST", edit)
-    worked.open("rectify", "stopped" if way == "reload" else way)
+    worked.open("rectify", {"reload": "stopped", "back": "late"}.get(way, way))
     rows = page.locator(".edits .ed")
     rows.nth(3).wait_for()
     rows.nth(3).get_by_role("switch").click()
@@ -636,6 +636,11 @@ def test_answers_late_or_lost_let_a_number_mean_the_edit_that_is_shown(
     if way == "reload":
         worked.through("late")
         page.reload()
+        expect(rows).to_have_count(2)
+    if way == "back":
+        page.go_back()
+        rows.first.wait_for(state="detached")
+        page.go_forward()
         expect(rows).to_have_count(2)
     worked.settled()
     edits = worked.asked("/recipe")["edits"]
@@ -725,6 +730,33 @@ def test_answers_late_or_lost_keep_every_place(worked: Worked, way: str) -> None
     assert sorted(places) == sorted(names)
 
 
+@pytest.mark.parametrize("way", ["late", "lost"])
+def test_answers_to_two_windows_keep_every_place_that_each_sets(worked: Worked, way: str) -> None:
+    with another_window(worked.app, 1200, 800, "light") as app:
+        app.page.add_init_script(WAYS)
+        other = Worked(app, worked.case_id)
+        windows = {"tibial crest": worked, "fibula head": other}
+        for window in windows.values():  # both show the first place before either sets another
+            window.open("align")
+            window.page.locator(".places-list li.placed").first.wait_for()
+            window.page.wait_for_timeout(1500)
+            window.through(way)
+        for k, (name, window) in enumerate(windows.items()):
+            page = window.page
+            row = page.locator(".places-list li", has_text=name[0].upper() + name[1:])
+            if row.get_by_role("button").first.get_attribute("aria-pressed") != "true":
+                row.get_by_role("button").first.click()
+            box = page.locator(".limb-canvas").bounding_box()
+            assert box is not None
+            middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+            page.mouse.click(middle[0], middle[1] - 40 + 60 * k)
+        for window in windows.values():
+            window.settled()
+            expect(window.page.locator(".places-list li.placed")).to_have_count(3)
+    places = [one["name"] for one in worked.asked("/limb")["places"]]
+    assert sorted(places) == sorted(["patellar tendon", *windows])
+
+
 def test_answers_that_are_late_are_told_of_without_moving_the_limb(worked: Worked) -> None:
     """What comes by itself lies over the page: else the next press lands elsewhere on the limb."""
     page = worked.page
@@ -736,6 +768,33 @@ def test_answers_that_are_late_are_told_of_without_moving_the_limb(worked: Worke
     page.get_by_text("1 change is on the way").wait_for()
     assert page.locator(".limb-canvas").bounding_box() == before
     no_serious_fault(worked.app)
+
+
+@pytest.mark.parametrize("way", ["late", "lost", "reload", "back"])
+def test_answers_late_or_lost_keep_what_is_said_of_a_case(worked: Worked, way: str) -> None:
+    page = worked.page
+    worked.open("measure")
+    page.locator(".tape-input").first.wait_for()
+    page.goto(f"{worked.app.origin}/#/cases")
+    page.get_by_role("button", name=f"More: {worked.case_id}").click()
+    page.get_by_role("button", name="Rename").click()
+    page.locator(".confirm").get_by_label("A few words, if you want").fill("second fitting")
+    page.locator(".confirm .choice", has_text="RIGHT").click()
+    worked.through({"reload": "stopped", "back": "late"}.get(way, way))
+    page.locator(".confirm").get_by_role("button", name="Save").click()
+    page.wait_for_function("() => sessionStorage.getItem('limbgram.acts')")
+    if way == "reload":
+        worked.through("late")
+        page.reload()
+    if way == "back":
+        page.go_back()
+        page.get_by_role("heading", name="Cases").wait_for(state="detached")
+        page.go_forward()
+    worked.settled()
+    label = worked.asked("")
+    assert (label["note"], label["side"]) == ("second fitting", "right")
+    row = page.locator("tr", has=page.get_by_role("button", name=f"More: {worked.case_id}"))
+    expect(row).to_contain_text("second fitting")
 
 
 def test_answers_to_two_windows_keep_what_each_says_of_a_case(worked: Worked) -> None:

@@ -44,6 +44,8 @@ class OnceEach:
     inner: Asgi
     shelf: Shelf
     _going: WeakValueDictionary[Path, asyncio.Lock] = field(default_factory=WeakValueDictionary)
+    _without_room: dict[Path, dict[str, Any]] = field(default_factory=dict[Path, dict[str, Any]])
+    """Answers that the disk did not take: this program knows them, the next one does not."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         act = _id_of(scope)
@@ -54,7 +56,11 @@ class OnceEach:
         receive, sent = await _sent(scope, receive)
         lock = self._going.setdefault(place, asyncio.Lock())
         async with lock:
-            known = await asyncio.to_thread(_kept, place)
+            try:
+                known = self._without_room.get(place) or await asyncio.to_thread(_kept, place)
+            except CaseError as error:
+                await refused(409, "CaseError", error.finding)(scope, receive, send)
+                return
             if known is not None and known["of"] == _request(scope):
                 scope["route"] = SimpleNamespace(name=known["act"])
                 scope["path_params"] = {"case_id": known["case"]}
@@ -66,8 +72,13 @@ class OnceEach:
             answer = _Answer()
             await self.inner(scope, receive, answer.take)
             if 200 <= answer.status < 300 and place.parent.parent.is_dir():
-                with suppress(OSError):  # it is done: where no room is left, it is answered still
-                    await asyncio.to_thread(_keep, place, scope, sent, answer)
+                content = _content(scope, sent, answer)
+                try:
+                    await asyncio.to_thread(_keep, place, content)
+                except OSError:  # it is done: where no room is left, it is answered still
+                    self._without_room[place] = content
+                    for old in list(self._without_room)[:-_MOST]:
+                        del self._without_room[old]
             await answer.pass_on(send)
 
     def _place(self, scope: Scope, act: str) -> Path | None:
@@ -82,9 +93,10 @@ class OnceEach:
 def forget_acts(shelf: Shelf, case_id: str) -> None:
     """Let go what is kept on the shelf of a case that is deleted: the answer to who made it."""
     for place in (shelf.root / ".acts").glob("*.json"):
-        known = _kept(place)
-        if known is not None and known["case"] == case_id:
-            place.unlink(missing_ok=True)
+        with suppress(CaseError):  # nobody can tell of which case it is
+            known = _kept(place)
+            if known is not None and known["case"] == case_id:
+                place.unlink(missing_ok=True)
 
 
 @dataclass
@@ -126,10 +138,17 @@ def _request(scope: Scope) -> str:
 
 
 def _kept(place: Path) -> dict[str, Any] | None:
+    """The answer to an act; None of one that was not done.
+
+    Raises:
+        CaseError: it was done, and what was answered cannot be read: doing it again is no answer.
+    """
+    if not place.exists():
+        return None
     try:
         return json_of(read_content(place, _LARGEST, CaseError))
-    except (CaseError, ValueError):
-        return None
+    except (CaseError, ValueError) as error:
+        raise CaseError("app.act_unreadable") from error
 
 
 async def _sent(scope: Scope, receive: Receive) -> tuple[Receive, str]:
@@ -147,9 +166,9 @@ async def _sent(scope: Scope, receive: Receive) -> tuple[Receive, str]:
     return receive_again, body
 
 
-def _keep(place: Path, scope: Scope, sent: str, answer: _Answer) -> None:
-    place.parent.mkdir(exist_ok=True)
-    content = {
+def _content(scope: Scope, sent: str, answer: _Answer) -> dict[str, Any]:
+    """What is kept of an act."""
+    return {
         "of": _request(scope),
         "act": str(getattr(scope.get("route"), "name", "")),
         "sent": sent,
@@ -159,6 +178,10 @@ def _keep(place: Path, scope: Scope, sent: str, answer: _Answer) -> None:
         "type": answer.type,
         "body": answer.body.decode("utf-8"),
     }
+
+
+def _keep(place: Path, content: dict[str, Any]) -> None:
+    place.parent.mkdir(exist_ok=True)
     write_bytes(place, json.dumps(content).encode())
     kept = sorted(place.parent.glob("*.json"), key=lambda one: one.stat().st_mtime_ns)
     for old in kept[:-_MOST]:

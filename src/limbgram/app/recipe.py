@@ -15,6 +15,7 @@ from limbgram.app.replies import BINARY, FindingReply
 from limbgram.app.shape_cache import OpenShape
 from limbgram.app.state import AppState, AppStateHere, WorkspaceHere
 from limbgram.app.surface import tag_of
+from limbgram.cases.case_export import unreadable_exports
 from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError
 from limbgram.core.mesh.topology import is_watertight
@@ -403,6 +404,7 @@ def recipe_reply(app_state: AppState, workspace: Workspace) -> RecipeReply:
             for one in (
                 *recipe.notes,
                 *(note("said.as_is", message=text) for text in workspace.notes()),
+                *unreadable_exports(workspace),
             )
         ],
     )

@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from limbgram.cases.case_record import write_json
+from limbgram.cases.case_record import set_aside, unreadable, write_json
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.workspace import MAKING, Work, Workspace, digits_of
 from limbgram.core.errors import CarveError, CaseError
@@ -99,9 +99,12 @@ def _exported(workspace: Workspace, work: Work, options: ExportOptions) -> Expor
     digits = digits_of(read.limb, options, version("limbgram"))
     name = file_name(workspace.case.case_id, options.kind, options.side, digits)
     path = workspace.files / name
-    known = _read(workspace.files / f"{name}.json")
+    told = workspace.files / f"{name}.json"
+    known = _read(told)
     if known is not None and path.is_file() and file_sha256(path) == known.sha256:
         return known
+    if known is None and told.is_file():
+        set_aside(told)  # who signed, and when, is not written over
     picture = workspace.files / f"{name}.mirror.png"
     exported = export(read, options.ask, path, options.side, picture)
     exported = ExportedFile(
@@ -125,17 +128,21 @@ def _exported(workspace: Workspace, work: Work, options: ExportOptions) -> Expor
         signed_by=options.signed_by.strip(),
         notes=tuple(dict.fromkeys((*work.done.limb.notes, *exported.limb.notes))),
     )
-    write_json(workspace.files / f"{name}.json", tree_of(exported))
+    write_json(told, tree_of(exported))
     return exported
 
 
 def exported_files(workspace: Workspace) -> tuple[ExportedFile, ...]:
     """What was written so far, the newest first."""
-    if not workspace.files.is_dir():
-        return ()
-    found = (_read(path) for path in workspace.files.glob("*.json"))
+    found = (_read(path) for path in workspace.told_of_files())
     there = (one for one in found if one is not None and (workspace.files / one.name).is_file())
     return tuple(sorted(there, key=lambda one: one.made, reverse=True))
+
+
+def unreadable_exports(workspace: Workspace) -> tuple[Finding, ...]:
+    """What was read back of files, and cannot be read any more, also what was set aside of it."""
+    told = workspace.told_of_files()
+    return tuple(unreadable(one, "export").finding for one in told if _read(one) is None)
 
 
 def exported_file(workspace: Workspace, name: str) -> ExportedFile:

@@ -7,7 +7,7 @@ from typing import Literal, TypeVar
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.files import json_of
 from limbgram.core.typed import Strictness, value_of
-from limbgram.findings import Finding, note
+from limbgram.findings import Finding, fault, note
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,11 +64,14 @@ def capture_notes(case: CaseFolder) -> tuple[Finding, ...]:
     """Whether the limb kept still, and what was done with the photos, as the pages say it.
 
     Masks, a turntable, two poses, coded marks that helped, lenses of single photos, photos that
-    were reduced. Nothing where no such files can be read.
+    were reduced. Of a file that cannot be read, that.
     """
+    files = {case.accuracy("json"): _Accuracy, case.summary: _Done}
+    unread = [one for one, kind in files.items() if one.exists() and _read(one, kind) is None]
     moved = tuple(one.finding for one in _judged(case, _MOVEMENT))
     done = _read(case.summary, _Done)
-    return moved if done is None else (*moved, *done.scene.notes, *done.resolution.notes)
+    noted = () if done is None else (*done.scene.notes, *done.resolution.notes)
+    return (*(fault("case.findings_unreadable", file=one.name) for one in unread), *moved, *noted)
 
 
 def _judged(case: CaseFolder, key: str) -> tuple[Judged, ...]:

@@ -1,6 +1,7 @@
 """Shape record: the record of a case's edited shape."""
 
 from limbgram.cases.case_assessment import cited
+from limbgram.cases.folder import CaseFolder
 from limbgram.cases.workspace import MAKING, TapeStanding, Work, Workspace
 from limbgram.core.errors import CaseError
 from limbgram.core.interval import COVER
@@ -20,14 +21,19 @@ def shape_record_of(workspace: Workspace, work: Work) -> Record:
         MeasureError: the limb is not aligned.
     """
     scan = _source(work.scan, work.limb_file_sha256)
-    options = RecordOptions(case_id=workspace.case.case_id, tape=_tape(workspace, work))
+    case = _case(workspace)
+    options = RecordOptions(
+        case_id=workspace.case.case_id,
+        case_untold=case is None and _was_computed(workspace.case.folder),
+        tape=_tape(workspace, work),
+    )
     if not work.done.ledger.lines:
-        return record_of(scan, case=_case(workspace), options=options)
+        return record_of(scan, case=case, options=options)
     with MAKING.of(workspace.root):
         path = workspace.rectified(work.done.limb)
         shape = _source(read_shape(path), hash_of(limb_file_beside(path).read_bytes()))
     recipe = RecipeSource(recipe=work.recipe, sha256=work.recipe_sha256)
-    return record_of(shape, scan, recipe, _case(workspace), options)
+    return record_of(shape, scan, recipe, case, options)
 
 
 def _tape(workspace: Workspace, work: Work) -> tuple[TapeRead, ...]:
@@ -63,8 +69,12 @@ def _source(read: ShapeFile, limb_file_sha256: str | None) -> ShapeSource:
 
 
 def _case(workspace: Workspace) -> CaseSource | None:
-    """The case that it came from; None where that was never finished here, or is unscaled."""
+    """The case that it came from; None where that was never computed here, or cannot be cited."""
     try:
         return cited(workspace.case.folder)
     except CaseError:
         return None
+
+
+def _was_computed(case: CaseFolder) -> bool:
+    return case.record.is_file() or case.accuracy("json").is_file()

@@ -36,7 +36,13 @@ from limbgram.core.files import json_of, read_content, write_bytes, written_whol
 from limbgram.core.typed import tree_of
 from limbgram.formats.limb_file import write_limb, write_limb_file
 from limbgram.formats.reading import ShapeFile, read_shape
-from limbgram.formats.sidecar import LimbProgress, hash_of, limb_file_beside, progress_of
+from limbgram.formats.sidecar import (
+    LIMB_FILE_ENDING,
+    LimbProgress,
+    hash_of,
+    limb_file_beside,
+    progress_of,
+)
 from limbgram.workbench.frame.landmarks import with_landmarks
 from limbgram.workbench.limb import Limb, marked_red
 from limbgram.workbench.measures.tape import TapeReading, require_girth
@@ -365,13 +371,18 @@ class Workspace:
 
     def _remove_uncited(self, present: Path) -> None:
         """Remove shapes of earlier recipes that no file for machines was made of."""
-        cited = [_cites(one) for one in self.files.glob("*.json")]
+        cited = [_cites(one) for one in self.told_of_files()]
         if None in cited:
             return
         stays = {present, *(self.root / name for name in cited if name)}
         stays |= {limb_file_beside(one) for one in stays}
         for one in set(self.root.glob("rectified-*")) - stays:
             one.unlink(missing_ok=True)
+
+    def told_of_files(self) -> tuple[Path, ...]:
+        """What was read back of each file for machines; limb files lie among these."""
+        found = sorted(self.files.glob("*.json")) if self.files.is_dir() else []
+        return tuple(one for one in found if not one.name.endswith(LIMB_FILE_ENDING))
 
     def tape(self) -> tuple[TapeReading, ...]:
         """Girths that were read on the patient, by height in the limb.

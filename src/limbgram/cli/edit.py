@@ -18,6 +18,7 @@ from limbgram.core.files import other, require, toml_of, write_file
 from limbgram.core.request_fields import Declared, declared, purpose_of
 from limbgram.core.typed import tree_of, words_of_type
 from limbgram.findings import note, told
+from limbgram.formats.export_checks import as_kept
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.editing import EDIT_NAMED
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, read_recipe
@@ -92,20 +93,19 @@ def apply_command(
     if not other_scan:
         require_scan(made, read.sha256, scan.name)
     replayed = replay(made, read.limb)
-    written = write_limb(replayed.limb, out)
+    limb = as_kept(replayed.limb, out)
+    written = write_limb(limb, out)
     done = bool(replayed.ledger.lines)
     return Reply(
         (
-            *(f"Note: {with_full_stop(told(one))}" for one in (*made.notes, *replayed.limb.notes)),
+            *(f"Note: {with_full_stop(told(one))}" for one in (*made.notes, *limb.notes)),
             *(lines_of(replayed.ledger) if done else (told(_NOTHING_DONE),)),
             f"Written: {written}",
         ),
         {
             "recipe": made.name,
             "ledger": tree_of(replayed.ledger),
-            "notes": tree_of(
-                (*made.notes, *replayed.limb.notes, *(() if done else (_NOTHING_DONE,)))
-            ),
+            "notes": tree_of((*made.notes, *limb.notes, *(() if done else (_NOTHING_DONE,)))),
             "written": str(written),
         },
     )

@@ -18,6 +18,7 @@ from limbgram.cli.shape_options import (
 from limbgram.core.errors import with_full_stop
 from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.interval import Interval, explained, plus_minus
+from limbgram.core.typed import tree_of
 from limbgram.findings import Finding, told
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
 from limbgram.workbench.bodies import left_out
@@ -62,14 +63,14 @@ def measure_command(
     return Reply(
         (
             *explained(_lines(limb, sheet.measures)),
-            *_fit_lines(sheet.fitted),
+            *_fit_lines(sheet.fitted, sheet.measures.limb),
             *([] if sheet.along is None else _along_lines(sheet.along)),
             *([] if sheet.form is None else _form_lines(sheet.form)),
             *(f"Written: {path}" for path in sheet.written),
         ),
         {
             **tree(sheet.measures),
-            "fit": _fit_tree(sheet.fitted),
+            "fit": _fit_tree(sheet.fitted, sheet.measures.limb),
             "along": None if sheet.along is None else along_tree(sheet.along),
             "sheet": None if sheet.form is None else sheet_tree(sheet.form),
             "written": [str(path) for path in sheet.written],
@@ -204,7 +205,7 @@ def _tape_line(check: TapeCheck, reference_mm: float) -> str:
     )
 
 
-def _fit_lines(fitted: TapeFit | None) -> list[str]:
+def _fit_lines(fitted: TapeFit | None, before: Limb) -> list[str]:
     if fitted is None:
         return []
     return [
@@ -215,14 +216,21 @@ def _fit_lines(fitted: TapeFit | None) -> list[str]:
         ),
         f"The farthest point moved by {fitted.largest_mm:.2f} mm; beyond the first and the last "
         "reading the shape was scaled as there.",
+        *(f"Note: {with_full_stop(told(one))}" for one in _of_fit(fitted, before)),
     ]
 
 
-def _fit_tree(fitted: TapeFit | None) -> dict[str, Any] | None:
+def _of_fit(fitted: TapeFit, before: Limb) -> tuple[Finding, ...]:
+    """What is said of the fitted shape alone."""
+    return fitted.limb.notes[len(before.notes) :]
+
+
+def _fit_tree(fitted: TapeFit | None, before: Limb) -> dict[str, Any] | None:
     if fitted is None:
         return None
     return {
         "largest_move_mm": fitted.largest_mm,
+        "notes": tree_of(_of_fit(fitted, before)),
         "changes": [
             {
                 "height_mm": change.height_mm,

@@ -22,6 +22,7 @@ from limbgram.core.files import other, require, write_bytes, write_file
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.core.typed import tree_of
 from limbgram.findings import told
+from limbgram.formats.export_checks import as_kept
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
 from limbgram.workbench.edits.pressing import PRESSES_MM
@@ -108,11 +109,12 @@ def apply_command(
     known = read_template(template)
     limb = shape_of(shape, unit).limb
     applied = apply_template(limb, known, strength)
-    written = write_limb(applied.limb, out)
+    kept = as_kept(applied.limb, out)
+    written = write_limb(kept, out)
     volumes_ml = [volume_mm3(mesh) / 1000 for mesh in (limb.mesh, applied.limb.mesh)]
     change_ml, moved = volumes_ml[1] - volumes_ml[0], applied.moved_mm
     share = change_ml / volumes_ml[0]
-    notes = (*limb.notes, *applied.notes)
+    notes = (*limb.notes, *applied.notes, *kept.notes[len(applied.limb.notes) :])
     return Reply(
         (
             f"{known.name} applied at {strength:.0%}: the surface moved by {moved.min():+z.1f} to "

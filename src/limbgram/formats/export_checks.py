@@ -5,6 +5,7 @@ passes through itself is printed and carved as it stands.
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from limbgram.core.errors import CarveError, FoldedShapeError, OptionsError
 from limbgram.core.mesh.folds import ANY_SHAPE, Folds, find_branching, find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
-from limbgram.findings import note
+from limbgram.findings import doubt, note
 from limbgram.formats.units import LIKELY_MM
 from limbgram.workbench.bodies import left_out, without_loose
 from limbgram.workbench.frame.alignment import AlignOptions, require_landmarks_agree
@@ -78,6 +79,25 @@ def without_folds(limb: AnyLimb) -> AnyLimb:
     laid_back = note("export.folds_laid_back", points=found.vertices, farthest_mm=found.farthest_mm)
     notes = (laid_back, *left_out(len(outside.loose), outside.loose))
     return replace(limb, mesh=found.mesh, notes=(*limb.notes, *notes))
+
+
+def as_kept(limb: AnyLimb, path: Path) -> AnyLimb:
+    """The limb as a file may hold it that is no export: without folds where others read it.
+
+    A PLY is what work goes on with. It keeps what the scan has, and a doubt says where it folds.
+
+    Raises:
+        FoldedShapeError: as `without_folds`, of any other kind of file.
+    """
+    if path.suffix.lower() != ".ply":
+        return without_folds(limb)
+    outside = without_loose(limb.mesh).mesh
+    folds = find_folds(outside, ANY_SHAPE)
+    if not len(folds):
+        return limb
+    x, y, z = (float(one) for one in folds.first_mm(outside))
+    told = doubt("export.folds_kept", places=len(folds), point_mm=(x, y, z))
+    return replace(limb, notes=(*limb.notes, told))
 
 
 def require_unfolded(mesh: Mesh) -> None:

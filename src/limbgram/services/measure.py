@@ -19,6 +19,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.notebook import brief
 from limbgram.core.request_fields import AtMost, Flag, Panel, Within
 from limbgram.core.spreadsheet import Decimal, csv_of, xlsx_of
+from limbgram.formats.export_checks import as_kept
 from limbgram.formats.limb_file import write_limb
 from limbgram.services.parse_text import PAIR, READING, SPAN, Height, Pair, Span
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
@@ -179,6 +180,8 @@ def measure(limb: Limb, ask: MeasureRequest, files: MeasureFiles = NO_FILES) -> 
         if files.fit is None
         else fit_to_tape(measures.limb, ask.tapes, measures.reference_mm, measures.through_mm)
     )
+    if files.fit is not None and fitted is not None:
+        fitted = replace(fitted, limb=as_kept(fitted.limb, files.fit))
     wanted = ask.sheet or files.sheet_csv is not None
     of_sheet = ask.of_sheet()
     form = measuring_sheet(measures.limb, of_sheet) if wanted else None

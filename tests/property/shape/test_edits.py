@@ -18,9 +18,11 @@ from limbgram.core.mesh.topology import (
     is_vertex_manifold,
     volume_mm3,
 )
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import declared
 from limbgram.findings import note
 from limbgram.workbench.edits.clean import Clean
+from limbgram.workbench.edits.cutting import ON_IT_MM
 from limbgram.workbench.edits.distal_end import DistalEnd
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import EDITS, do_edit
@@ -41,6 +43,7 @@ from limbgram.workbench.edits.sock import Sock
 from limbgram.workbench.edits.sock_ply import SockPly
 from limbgram.workbench.edits.trimline import Trimline
 from limbgram.workbench.edits.wall import Wall
+from limbgram.workbench.frame.landmarks import with_landmarks
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, parse_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
@@ -196,6 +199,13 @@ def round_its_example(kind: type[Edit]) -> st.SearchStrategy[Edit]:
 
 
 TRIED = {kind: BY_HAND[kind] if kind in BY_HAND else round_its_example(kind) for kind in EDITS}
+AT_A_PLACE: dict[type[Edit], Edit] = {
+    Relieve: Relieve(at=place(1, 60), depth_mm=5, falloff_mm=20),
+    Load: Load(at=place(1, 60), depth_mm=4, falloff_mm=20),
+    Trimline: Trimline(through=tuple(place(a, 70) for a in range(6))),
+    FromTemplate: FromTemplate(learned=template()),
+}
+"""Of those whose example names what this limb has not."""
 EDIT = st.one_of(*TRIED.values())
 
 
@@ -218,6 +228,30 @@ def test_an_edit_does_its_example_or_says_why_not(kind: type[Edit]) -> None:
         moved = done.mesh.vertices_mm.tobytes() != limb.mesh.vertices_mm.tobytes()
         assert done.notes[0] == before, "it drops what was said"
         assert moved or done.notes[1:], "it does nothing and says nothing"
+
+
+@pytest.mark.parametrize("kind", EDITS, ids=name_of)
+def test_landmarks_are_on_the_surface_or_gone_with_a_word_after_every_edit(
+    kind: type[Edit],
+) -> None:
+    limb = bumpy(1)
+    spread = np.random.default_rng(4).choice(len(limb.mesh), 40, replace=False)
+    marks = [
+        Landmark(name=f"no. {k}", position_mm=limb.mesh.vertices_mm[vertex])
+        for k, vertex in enumerate(spread)
+    ]
+    limb = with_landmarks(limb, [*limb.landmarks, *marks])
+    edit = AT_A_PLACE.get(kind) or make_edit(name_of(kind), kind.about.example, "its example")
+    try:
+        after = do_edit(limb, edit)
+    except EditError as error:
+        assert error.finding.code == "edit.kind"  # noqa: PT017 - others are done
+        return
+    places = np.stack([mark.position_mm for mark in after.landmarks])
+    assert tree_on(after.mesh).closest(places).distances_mm.max() < ON_IT_MM
+    gone = {mark.name for mark in limb.landmarks} - {mark.name for mark in after.landmarks}
+    told = [one for one in after.notes if one.code == "edit.landmark.cut_off"]
+    assert {one.values["name"] for one in told} == gone
 
 
 @settings(max_examples=40)

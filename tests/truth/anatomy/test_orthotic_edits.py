@@ -7,18 +7,24 @@ import pytest
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.topology import volume_mm3
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.edits.arch_fill import ArchFill
 from limbgram.workbench.edits.build_ups import BuildUps
-from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.cutting import ON_IT_MM
+from limbgram.workbench.edits.edit import Edit, name_of
+from limbgram.workbench.edits.editing import EDITS, do_edit
 from limbgram.workbench.edits.expansion import Expansion
 from limbgram.workbench.edits.heel_skive import HeelSkive
 from limbgram.workbench.edits.pad import Pad
 from limbgram.workbench.edits.plantar_board import PlantarBoard
+from limbgram.workbench.edits.repose import Repose
 from limbgram.workbench.edits.roll import Roll
 from limbgram.workbench.edits.room import Room
 from limbgram.workbench.edits.sole import Sole
 from limbgram.workbench.edits.spine import Spine
-from limbgram.workbench.limb import AlignedLimb, Limb
+from limbgram.workbench.frame.landmarks import with_landmarks
+from limbgram.workbench.limb import AlignedLimb, Landmark, Limb
+from limbgram.workbench.recipe.file import make_edit
 
 MakeLimb = Callable[..., Limb]
 SIDES = [False, True]
@@ -29,6 +35,35 @@ def steps(limb: Limb, after: Limb) -> np.ndarray:
     sole = Sole.of(limb)
     assert len(after.mesh) == len(limb.mesh)
     return (after.mesh.vertices_mm - limb.mesh.vertices_mm) @ sole.rotation.T
+
+
+KINDS = ("foot", "torso")
+OF_A_KIND = [(edit, one) for edit in EDITS for one in edit.about.kinds if one in KINDS]
+
+
+@pytest.mark.parametrize(("kind", "of"), OF_A_KIND, ids=lambda one: getattr(one, "__name__", one))
+def test_landmarks_stay_on_the_surface(
+    foot_of: MakeLimb, trunk_of: MakeLimb, kind: type[Edit], of: str
+) -> None:
+    """Those of the kind, and others in between, also where the edit knows none of them."""
+    limb = foot_of() if of == "foot" else trunk_of()
+    spread = np.random.default_rng(4).choice(len(limb.mesh), 60, replace=False)
+    places = limb.mesh.vertices_mm[spread]
+    marks = [Landmark(name=f"no. {k}", position_mm=at) for k, at in enumerate(places)]
+    limb = with_landmarks(limb, [*limb.landmarks, *marks])
+    joint = {"joint": "side bend", "by_deg": 2.0} if kind is Repose and of == "torso" else {}
+    after = do_edit(limb, make_edit(name_of(kind), {**kind.about.example, **joint}, "its example"))
+
+    def off_mm(one: Limb) -> np.ndarray:
+        return (
+            tree_on(one.mesh)
+            .closest(np.stack([mark.position_mm for mark in one.landmarks]))
+            .distances_mm
+        )
+
+    gone = [one for one in after.notes if one.code == "edit.landmark.cut_off"]
+    assert len(after.landmarks) + len(gone) == len(limb.landmarks)
+    assert off_mm(after).max() < off_mm(limb).max() + ON_IT_MM
 
 
 @pytest.mark.parametrize("left", SIDES)

@@ -116,7 +116,13 @@ def test_movement_and_what_was_done_with_the_photos_are_told_as_the_pages_say_it
     said = "The limb moved by up to 8.0 mm."
     assert notes_of(client, case_id) == [said, still, reduced]
     folder.summary.write_text("no JSON")
-    assert notes_of(client, case_id) == [said]
+    unread, still_said = notes_of(client, case_id)
+    assert folder.summary.name in unread
+    assert still_said == said
+    folder.accuracy("json").write_text('{"criteria": 3}')
+    files = (folder.accuracy("json").name, folder.summary.name)
+    told_of = notes_of(client, case_id)
+    assert [name in one for one, name in zip(told_of, files, strict=True)] == [True, True]
 
 
 def test_what_an_earlier_version_wrote_is_told_in_its_words(

@@ -1,5 +1,6 @@
 """Acts: what is sent again under its id is done once; changes at once leave each other alone."""
 
+import errno
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -86,6 +87,34 @@ def test_an_act_is_known_to_the_program_that_is_started_again(
         again = other.post(f"{case}/recipe/edits", json=smoothing(2), headers=act(1))
         assert again.json() == first.json()
         assert passes(other, case) == [2]
+
+
+@pytest.mark.parametrize("damaged", [b"", b'{"of": "PO', b"\xff\xfe"], ids=["empty", "cut", "none"])
+def test_an_act_whose_answer_cannot_be_read_is_not_done_a_second_time(
+    client: TestClient, app_state: AppState, case: str, damaged: bytes
+) -> None:
+    client.post(f"{case}/recipe/edits", json=smoothing(2), headers=act(1))
+    kept = app_state.shelf.root / case.rpartition("/")[2] / ".acts" / f"{1:024x}.json"
+    kept.write_bytes(damaged)
+    again = client.post(f"{case}/recipe/edits", json=smoothing(2), headers=act(1))
+    assert (again.status_code, again.json()["finding"]["code"]) == (409, "app.act_unreadable")
+    assert passes(client, case) == [2]
+    assert kept.read_bytes() == damaged
+    client.post(f"{case}/recipe/edits", json=smoothing(3), headers=act(2))
+    assert passes(client, case) == [2, 3], "other acts go on"
+
+
+def test_an_act_whose_answer_found_no_room_is_not_done_a_second_time(
+    client: TestClient, case: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("limbgram.app.idempotency.write_bytes", full)
+    first = client.post(f"{case}/recipe/edits", json=smoothing(2), headers=act(1))
+    again = client.post(f"{case}/recipe/edits", json=smoothing(2), headers=act(1))
+    assert (first.status_code, again.json()) == (201, first.json())
+    assert passes(client, case) == [2]
 
 
 def test_an_act_that_was_refused_is_tried_again(client: TestClient, case: str) -> None:

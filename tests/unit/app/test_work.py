@@ -425,6 +425,20 @@ def test_the_record_tells_every_reading_conflict_and_acceptance(
         assert re.search(f"{height:.0f} {read} {scan} {said[height]}", printed)
 
 
+@pytest.mark.parametrize("kept", ["case.json", "accuracy.json"])
+def test_a_record_says_where_the_verdict_of_the_capture_cannot_be_told(
+    client: TestClient, app_state: AppState, aligned: str, kept: str
+) -> None:
+    """A red capture whose files were damaged looked as one of which nothing is doubted."""
+    untold = "The verdict on the capture is not known here"
+    assert untold not in client.get(f"{aligned}/record.html").text
+    folder = app_state.shelf.case(aligned.rpartition("/")[2]).folder.root
+    (folder / kept).write_text('{"light": "red", "schema"')
+    page = " ".join(client.get(f"{aligned}/record.html").text.split())
+    assert page.count(untold) == 1
+    assert str(folder) not in page
+
+
 def test_a_reading_is_judged_by_the_scan_whatever_shape_is_measured(
     client: TestClient, aligned: str
 ) -> None:

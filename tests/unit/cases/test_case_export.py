@@ -13,7 +13,12 @@ import pytest
 
 from limbgram.app.shape_cache import ShapeCache
 from limbgram.cases import shape_record
-from limbgram.cases.case_export import ExportOptions, export_shape, exported_files
+from limbgram.cases.case_export import (
+    ExportOptions,
+    export_shape,
+    exported_files,
+    unreadable_exports,
+)
 from limbgram.cases.shape_record import shape_record_of
 from limbgram.cases.shelf import Shelf
 from limbgram.cases.workspace import Work, Workspace
@@ -166,6 +171,25 @@ def test_files_that_were_asked_for_otherwise_have_other_names(
     assert {one.name for one in exported_files(workspace)} == {one.name for one in made}
 
 
+def test_what_cannot_be_read_of_a_file_is_told_and_kept_beside_the_new_one(
+    workspace: Workspace, works: tuple[Work, ...]
+) -> None:
+    signed = replace(STL, signed_by="A. Meier, by the tape")
+    made = export_shape(workspace, works[0], signed)
+    told = workspace.files / f"{made.name}.json"
+    whole = told.read_bytes()
+    assert unreadable_exports(workspace) == ()
+    told.write_bytes(whole[:-9])
+    (unread,) = unreadable_exports(workspace)
+    assert (unread.code, unread.values["file"]) == ("kept.unreadable", told.name)
+    again = export_shape(workspace, works[0], signed)
+    assert replace(again, made=made.made) == made
+    (aside,) = workspace.files.glob("*.unreadable-*.json")
+    assert aside.read_bytes() == whole[:-9]
+    assert [one.values["file"] for one in unreadable_exports(workspace)] == [aside.name]
+    assert exported_files(workspace) == (again,)
+
+
 def rectified(workspace: Workspace) -> set[str]:
     return {one.name for one in workspace.root.glob("rectified-*.ply")}
 
@@ -183,6 +207,12 @@ def test_shapes_of_before_go_but_those_that_files_were_made_of(
     assert rectified(workspace) == {tried.name}
     workspace.rectified(second)
     assert rectified(workspace) == {tried.name, present.name}, "the file is made of the first"
+
+    other = second.with_mesh(second.mesh.with_vertices(second.mesh.vertices_mm + 1.0))
+    later = workspace.rectified(other)
+    assert rectified(workspace) == {tried.name, later.name}, "nothing was made of the second"
+    later.unlink()
+    present = workspace.rectified(second)
 
     # What was written before the shape was cited may be made of any that is there.
     file = workspace.files / f"{exported.name}.json"

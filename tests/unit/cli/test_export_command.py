@@ -66,23 +66,55 @@ def test_meshes_stand_in_the_limb_frame(scan: Path, kind: str) -> None:
     assert read.frame.side == "left"
 
 
-@pytest.mark.parametrize("kind", ["stl", "ply", "obj", "glb", "vtp", "dxf", "aop", "gcode"])
-def test_a_folded_shape_leaves_unfolded_and_a_crossed_one_not_at_all(
-    tmp_path: Path, kind: str
-) -> None:
+FRAME = LimbFrame(limb_from_mesh=Rigid.identity(), side="left")
+
+
+def straight() -> Mesh:
+    """A tube of 30 mm and 60 mm."""
     thetas = np.arange(0, 360, 6.0)
-    body = RadiusMap(
+    return RadiusMap(
         thetas_deg=thetas,
         z_mm=np.linspace(0, 60, 21),
         radii_mm=np.full((21, len(thetas)), 30.0),
     ).surface()
-    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="left")
+
+
+def folded_in(folder: Path) -> Path:
+    """The tube, of which one vertex lies over its neighbour, 3 mm away."""
+    body = straight()
     wall = int(np.abs(body.vertices_mm - [30, 0, 30]).sum(1).argmin())
     vertices = body.vertices_mm.copy()
-    vertices[wall, 2] += 7.0  # over its neighbour, 3 mm away
-    folded = write_limb(
-        AlignedLimb(mesh=body.with_vertices(vertices), frame=frame), tmp_path / "folded.ply"
-    )
+    vertices[wall, 2] += 7.0
+    limb = AlignedLimb(mesh=body.with_vertices(vertices), frame=FRAME)
+    return write_limb(limb, folder / "folded.ply")
+
+
+@pytest.mark.parametrize("door", ["edit", "fit"])
+@pytest.mark.parametrize("kind", ["stl", "obj", "3mf", "glb", "ply"])
+def test_no_other_door_lets_a_fold_out_without_a_word(tmp_path: Path, door: str, kind: str) -> None:
+    """For other programs it goes back; where work goes on with the file it is told."""
+    folded, recipe, out = folded_in(tmp_path), tmp_path / "own.toml", tmp_path / f"out.{kind}"
+    if door == "edit":
+        assert RUNNER.invoke(app, ["edit", "new", str(recipe)]).exit_code == 0
+        words = ["edit", "apply", str(folded), str(recipe), "-o", str(out)]
+    else:
+        words = ["measure", str(folded), "--height", "10", "--tape", "10=188", "--fit", str(out)]
+    answer = RUNNER.invoke(app, [*words, "--json"])
+    assert answer.exit_code == 0, answer.output
+    told = json.loads(answer.stdout)
+    codes = [one["code"] for one in (told if door == "edit" else told["fit"])["notes"]]
+    left = find_folds(read_limb(out).mesh)
+    if kind == "ply":
+        assert ("export.folds_kept" in codes, len(left) > 0) == (True, True)
+    else:
+        assert ("export.folds_laid_back" in codes, len(left)) == (True, 0)
+
+
+@pytest.mark.parametrize("kind", ["stl", "ply", "obj", "glb", "vtp", "dxf", "aop", "gcode"])
+def test_a_folded_shape_leaves_unfolded_and_a_crossed_one_not_at_all(
+    tmp_path: Path, kind: str
+) -> None:
+    body, folded = straight(), folded_in(tmp_path)
     content = exported(folded, "--to", kind, "--side", "left")
     notes = content["notes"]
     assert isinstance(notes, list)
@@ -99,7 +131,7 @@ def test_a_folded_shape_leaves_unfolded_and_a_crossed_one_not_at_all(
         faces=np.concatenate([body.faces, inner.faces + np.int32(len(body))]),
     )
     (tmp_path / "other").mkdir()
-    scan = write_limb(AlignedLimb(mesh=crossed, frame=frame), tmp_path / "other" / "scan.ply")
+    scan = write_limb(AlignedLimb(mesh=crossed, frame=FRAME), tmp_path / "other" / "scan.ply")
     assert "folds over or through itself" in refused(scan, "--to", kind, "--side", "left")
 
 

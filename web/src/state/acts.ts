@@ -1,7 +1,7 @@
 /**
  * Acts: what people change, each with an id of its own, sent in order and again until it is answered.
  *
- * The server does an act once, however often it comes (`limbgram.app.acts`), so an answer that is lost
+ * The server does an act once, however often it comes (`limbgram.app.idempotency`), so an answer that is lost
  * on the way costs nothing. Acts of one lane (a case) go one after the other, which keeps the order in
  * which a hand made them; what was not answered yet is kept by this tab and goes on after a reload, or
  * while another screen is looked at. It goes on under the name that made it alone. Until its answer is here an act is `pending`: screens show it over

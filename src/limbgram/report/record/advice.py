@@ -24,6 +24,7 @@ def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
     found = (
         *(() if proposed is None else (proposed,)),
         *_about_recipe(content.recipe),
+        *((fault("record.case.untold"),) if content.case_untold else ()),
         *_about_case(content.case),
         *_about_surface(measures),
         *_by_tape(content),

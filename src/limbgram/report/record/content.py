@@ -121,6 +121,8 @@ class Content:
     comparison: Json | None
     recipe: RecipeDone | None
     case: CaseCited | None
+    case_untold: bool = False
+    """There is a verdict on the capture that cannot be cited."""
     case_id: str = ""
     """Under which the case is kept; it has no name in it."""
     tape: tuple[TapeRead, ...] = ()

@@ -73,6 +73,8 @@ class RecordOptions:
     """Landmark from which heights count; None for the distal end."""
     case_id: str = ""
     """Under which the case is kept; nothing that names a person."""
+    case_untold: bool = False
+    """The case was computed, and what it says of its own accuracy cannot be cited."""
     tape: tuple[TapeRead, ...] = ()
     """What was read by tape."""
     way: Way | None = None
@@ -146,6 +148,7 @@ def record_of(
         comparison=None if compared is None else comparison_tree(compared),
         recipe=None if done is None else _recipe(done, printed),
         case=None if case is None else _case(case, shape, against),
+        case_untold=options.case_untold,
         case_id=options.case_id,
         tape=options.tape,
         bias=lines,
