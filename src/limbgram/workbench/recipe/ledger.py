@@ -125,7 +125,8 @@ class Ledger:
     """Of all edits together, up to what made another thing of the shape, such as a wall."""
     places_mm: Mapping[str, float] = field(default_factory=dict[str, float])
     """How far all edits together moved the surface at each sensitive place that is marked, without
-    the sock: positive outward, room."""
+    the sock: positive outward, room. Where they press within its reach, the deepest place counts,
+    else its landmark."""
 
 
 def choose_levels(limb: Limb) -> tuple[float, ...]:
