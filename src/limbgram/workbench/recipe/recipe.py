@@ -232,7 +232,8 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
     covered = cover_of(limb, after) if effect.volume == "cuts" else None
     covers = () if covered is None else (covered,)
     all_covers = (*gone_along(reached.covers_mm, limb, after), *covers)
-    gained = figures_of(after, reached.levels_mm, spans_mm(after, all_covers))
+    wall = entry.edit if isinstance(entry.edit, Wall) else reached.walled
+    gained = figures_of(after, reached.levels_mm, spans_mm(after, all_covers), wall)
     found = AtPlaces(pressures=(), shifts_mm={})
     reach_mm = (0.0, 0.0)
     if effect.moves_skin:
@@ -253,7 +254,7 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         before=reached.figures,
         after=gained,
         volume=None if becomes else volume_change(limb, after, spans_mm(after, covers)),
-        extreme=extreme_of(limb, after, moved),
+        extreme=extreme_of(limb, after, moved, wall),
         displacement=moved,
         told=(*after.notes[len(limb.notes) :], *said, enclosure(after.mesh)),
         concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
@@ -269,7 +270,7 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         places_mm=places,
         gone=reached.gone.after(limb, after, moves_skin=effect.moves_skin),
         lines=(*reached.lines, line),
-        walled=entry.edit if isinstance(entry.edit, Wall) else reached.walled,
+        walled=wall,
     )
 
 
