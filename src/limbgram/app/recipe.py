@@ -172,7 +172,8 @@ class LedgerReply(BaseModel):
     lines: list[LineReply]
     volume: VolumeChange | None = Field(description="Of all edits together.")
     places_mm: dict[str, float] = Field(
-        description="How far all edits moved the surface at each sensitive place, outward positive."
+        description="How far all edits moved the surface at each sensitive place, outward "
+        "positive: where they press within its reach the deepest place, else its landmark."
     )
 
 

@@ -9,6 +9,7 @@ from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.request_options import asking
 from limbgram.core.errors import OptionsError
+from limbgram.core.files import require_folder
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
 from limbgram.formats.camera import require_camera_place
@@ -36,6 +37,8 @@ def calibrate_command(
     """
     require_camera_place(out)
     _require_no_photo(report, photos)
+    for path in (out, *(() if report is None else (report,))):
+        require_folder(path.parent)
     with display(as_json) as screen:
         result = calibrate_photos(photos, ask.pattern(), Run(listener=screen.listen))
     save_calibration(result, out, report)

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from limbgram.core.errors import OptionsError
+from limbgram.core.files import require_place
 from limbgram.formats.reading import SUFFIXES, ShapeFile, read_shape
 from limbgram.formats.sidecar import LIMB_FILE_ENDING
 from limbgram.formats.units import mm_per_unit_of
@@ -40,11 +41,14 @@ def require_output(path: Path | None, ending: str, what: str) -> None:
 
     Raises:
         OptionsError: the name ends otherwise than files of this kind do.
+        ExportError: its folder is missing, or may not be written to.
     """
     if path is not None and path.suffix.lower() != ending:
         raise OptionsError("options.output.no_name", name=path.name, what=what, ending=ending)
     if path is not None and path.name.lower().endswith(LIMB_FILE_ENDING):
         raise OptionsError("options.output.limb_file", name=path.name, what=what)
+    if path is not None:
+        require_place(path)
 
 
 def require_no_shape(path: Path, what: str) -> None:
@@ -58,10 +62,13 @@ def require_no_shape(path: Path, what: str) -> None:
 
 
 def require_apart(path: Path | None, read: Path) -> None:
-    """Refuse to write over a file that is read.
+    """Refuse to write over a file that is read, or where nothing can be written.
 
     Raises:
         OptionsError: they are one file.
+        ExportError: its folder is missing, or may not be written to.
     """
     if path is not None and path.resolve() == read.resolve():
         raise OptionsError("options.output.takes_place", name=path.name)
+    if path is not None:
+        require_place(path)

@@ -9,6 +9,7 @@ the process, a number, `part`); it is synced, read back where somebody can tell 
 and only then takes its name.
 """
 
+import errno
 import hashlib
 import itertools
 import json
@@ -140,6 +141,55 @@ def write_folder(
             with (beside / name).open("wb") as stream:
                 encode(stream)
     return path
+
+
+def require_place(path: Path) -> None:
+    """Refuse a file, before any work is done for it, that could not be written where it is to lie.
+
+    Raises:
+        ExportError: its folder is missing, is none, or may not be written to.
+    """
+    with _disk(path):
+        _require_writable(path.parent)
+
+
+def require_folder(folder: Path) -> None:
+    """Refuse a folder, before any work is done for it, that is not there and cannot be made.
+
+    Raises:
+        ExportError: a file stands in its way, or what it would lie in may not be written to.
+    """
+    try:
+        _require_writable(next(one for one in (folder, *folder.absolute().parents) if one.exists()))
+    except OSError as error:
+        raise _no_folder(folder, error) from error
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those that it lies in, where they are not there.
+
+    Raises:
+        ExportError: it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _no_folder(folder, error) from error
+
+
+def _no_folder(folder: Path, error: OSError) -> ExportError:
+    """The refusal of a folder that cannot be made."""
+    return ExportError(
+        "options.report.no_folder", folder=str(folder), system=str(error.strerror or error)
+    )
+
+
+def _require_writable(folder: Path) -> None:
+    if not folder.is_dir():
+        code = errno.ENOTDIR if folder.exists() else errno.ENOENT
+        raise OSError(code, os.strerror(code))
+    if not os.access(folder, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
 
 @contextmanager

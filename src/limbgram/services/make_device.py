@@ -15,8 +15,8 @@ from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 
-from limbgram.core.errors import ExportError, OptionsError, ShapeFileError
-from limbgram.core.files import read_content, write_bytes
+from limbgram.core.errors import OptionsError, ShapeFileError
+from limbgram.core.files import make_folder, read_content, require_folder, write_bytes
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import enclosed_by
@@ -113,14 +113,10 @@ def make(read: ShapeFile, ask: MakeDeviceRequest, folder: Path) -> DeviceFiles:
         OptionsError: the order is for another limb, or names bodies that were not given.
         ExportError: the folder cannot be made, or a file did not read back as it was written.
     """
+    require_folder(folder)
     ordered = _ordered(read, ask)
     made = make_device(read.limb, ordered.order)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ExportError(
-            "options.report.no_folder", folder=str(folder), system=str(error.strerror or error)
-        ) from error
+    make_folder(folder)
     written = _written(read, made, ordered, folder, ask.bed)
     return DeviceFiles(
         made=made, written=written, said=made.findings, figures=figures_of(made, read.limb)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from limbgram.core.errors import ExportError, OptionsError
-from limbgram.core.files import write_bytes
+from limbgram.core.errors import OptionsError
+from limbgram.core.files import make_folder, require_folder, write_bytes
 from limbgram.core.request_fields import Flag, Within
 from limbgram.report.html import html_of
 from limbgram.report.pdf import pdf_of
@@ -66,6 +66,7 @@ def report(subject: Subject, ask: ReportRequest, folder: Path) -> Reported:
     """
     if ask.align is not None and subject.against is None:
         raise OptionsError("options.report.align_alone")
+    require_folder(folder)
     options = RecordOptions(spacing_mm=ask.every_mm, reference=ask.reference, way=ask.align)
     record = record_of(subject.shape, subject.against, subject.recipe, subject.case, options)
     return Reported(record=record, written=_written(record, folder))
@@ -73,12 +74,7 @@ def report(subject: Subject, ask: ReportRequest, folder: Path) -> Reported:
 
 def _written(record: Record, folder: Path) -> tuple[Path, ...]:
     """JSON first: page and PDF are made of its tree."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ExportError(
-            "options.report.no_folder", folder=str(folder), system=str(error.strerror or error)
-        ) from error
+    make_folder(folder)
     laid = record_report(record.content, record.pictures)
     tree = json.dumps(record.tree, indent=1, ensure_ascii=False, allow_nan=False)
     return (

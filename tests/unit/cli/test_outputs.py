@@ -60,6 +60,16 @@ def test_under_a_file_nothing_can_be_written(name: str, work: Path, tmp_path: Pa
     assert [path.read_text() for path in tmp_path.iterdir()] == ["kept"]
 
 
+@pytest.mark.parametrize("name", ["table", "picture", "edit", "mesh", "comparison"])
+def test_a_place_to_write_is_looked_at_before_the_shape_is(name: str, tmp_path: Path) -> None:
+    """There is no shape to work on, and what is said is that nothing could be written."""
+    answer = RUNNER.invoke(app, [*words_of(name, tmp_path, tmp_path / "missing"), "--json"])
+    assert answer.exit_code == 5
+    message = json.loads(answer.stdout)["error"]["message"]
+    assert str(tmp_path / "missing") in message
+    assert "scan.ply" not in message
+
+
 @pytest.mark.parametrize("name", WRITING)
 def test_ctrl_c_while_a_file_is_written_leaves_none(
     name: str, work: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

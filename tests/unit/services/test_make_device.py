@@ -4,6 +4,7 @@ import json
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from tests.unit.workbench.devices.shapes import FOOT_PLACES, make_foot, make_stu
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.core.errors import EditError, LimbgramError, OptionsError
+from limbgram.core.errors import EditError, ExportError, LimbgramError, OptionsError
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
@@ -70,6 +71,25 @@ def test_all_files_are_there_and_say_that_nothing_is_tested(
         if path.suffix in (".3mf", ".stl", ".toml"):
             assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes()
     assert again.figures == done.figures
+
+
+def test_a_folder_that_cannot_be_made_is_refused_before_the_work(
+    foot: ShapeFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def worked(*_: object) -> NoReturn:
+        raise AssertionError
+
+    monkeypatch.setattr("limbgram.services.make_device.make_device", worked)
+    in_the_way = tmp_path / "out"
+    in_the_way.write_text("a file")
+    for folder in (in_the_way, in_the_way / "deeper"):
+        with pytest.raises(ExportError) as refused:
+            make(foot, ASK, folder)
+        assert refused.value.finding.code == "options.report.no_folder"
+        assert refused.value.finding.values["folder"] == str(folder)
+    with pytest.raises(AssertionError):
+        make(foot, ASK, tmp_path / "new" / "deeper")
+    assert not (tmp_path / "new").exists()
 
 
 def test_a_draped_sheet_takes_no_lettering(foot: ShapeFile, tmp_path: Path) -> None:

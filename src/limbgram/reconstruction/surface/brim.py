@@ -64,7 +64,10 @@ def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
     if not loops:
         return mesh
     areas = [loop_area(mesh.vertices_mm[loop]) for loop in loops]
-    brim = loops[int(np.argmax([np.linalg.norm(area) for area in areas]))]
+    sizes = [float(np.linalg.norm(area)) for area in areas]
+    if not max(sizes) > 0:
+        return mesh  # slits: nothing is open
+    brim = loops[int(np.argmax(sizes))]
     upward, level_mm, edge_mm = _level(mesh.vertices_mm[brim], mesh.vertices_mm, options.level)
     notch_mm = level_mm + _NOTCH_EDGES * edge_mm
     if (mesh.vertices_mm[brim] @ upward).max() < notch_mm:
@@ -89,7 +92,7 @@ def _level(
     """
     area = loop_area(brim)
     normal = area / np.linalg.norm(area)
-    normal *= np.sign((body.mean(0) - brim.mean(0)) @ normal)
+    normal *= -1.0 if (body.mean(0) - brim.mean(0)) @ normal < 0 else 1.0
     across = square_to(normal)
     edges = np.linalg.norm(np.roll(brim, -1, axis=0) - brim, axis=1)
     length = (edges + np.roll(edges, 1)) / 2

@@ -9,8 +9,10 @@ from jaxtyping import Bool, Float64
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, dots
 from limbgram.core.mesh.tree_cache import signed_on
+from limbgram.workbench.anatomy.kind import SensitivePlace
 from limbgram.workbench.frame.sensitive import sensitive_place
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import Landmark, Limb
+from limbgram.workbench.measures.lengths import on_triangles
 
 PRESSES_MM = 0.25
 """Inward from which a move counts: from 0.25 mm of radius on, the fit of a socket shows it
@@ -63,6 +65,60 @@ def away_from(surface: Mesh, points_mm: Points3) -> Away:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Gone:
+    """Where the skin stood at first, and how far it has gone since, at each vertex near a place.
+
+    Both go along with the vertices through all edits, so that loads beside each other do not add
+    up, and room at a landmark does not hide that the skin was pressed a little beside it.
+    """
+
+    stood_mm: Points3
+    """In the frame of the first shape; NaN far from every sensitive place."""
+    moved_mm: Float64[np.ndarray, " n"]
+    """Positive outward; what turned or shifted the shape, or took off its sock, is none."""
+
+    @classmethod
+    def nothing_on(cls, limb: Limb) -> "Gone":
+        """Before the first edit."""
+        return cls(stood_mm=limb.mesh.vertices_mm, moved_mm=np.zeros(len(limb.mesh)))
+
+    def after(self, before: Limb, after: Limb, *, moves_skin: bool) -> "Gone":
+        """The same after one more edit.
+
+        Args:
+            moves_skin: What the edit moved counts; else it only takes the skin along.
+        """
+        if not moves_skin and _same_triangles(before.mesh, after.mesh):
+            return self
+        count = len(after.mesh)
+        shared = min(count, len(before.mesh))
+        stood_mm, moved_mm = np.full((count, 3), np.nan), np.zeros(count)
+        stood_mm[:shared], moved_mm[:shared] = self.stood_mm[:shared], self.moved_mm[:shared]
+        changed = changed_vertices(before.mesh, after.mesh)
+        stood_mm[changed] = np.nan
+        marks = sensitive_marks(after)
+        starts = np.array([mark.position_mm for mark, _ in marks]).reshape(-1, 3)
+        changed &= _near(after.mesh, starts, np.array([place.reach_mm for _, place in marks]))
+        if changed.any():
+            away = away_from(before.mesh, after.mesh.vertices_mm[changed])
+            ids, shares = on_triangles(before.mesh, away.nearest_mm)
+            stood_mm[changed] = np.einsum("pk,pki->pi", shares, self.stood_mm[ids])
+            moved_mm[changed] = (shares * self.moved_mm[ids]).sum(1)
+            if moves_skin:
+                moved_mm[changed] += np.where(away.along > _ALONG, away.signed_mm, 0.0)
+        return Gone(stood_mm=stood_mm, moved_mm=moved_mm)
+
+    def pressed_mm(self, limb: Limb) -> dict[str, float]:
+        """How far the skin lies inward, at most, within reach of each place of the first shape."""
+        deepest: dict[str, float] = {}
+        for mark, place in sensitive_marks(limb):
+            within = np.linalg.norm(self.stood_mm - mark.position_mm, axis=1) <= place.reach_mm
+            inward_mm = float((-self.moved_mm[within]).max(initial=0.0))
+            deepest[place.name] = max(inward_mm, deepest.get(place.name, 0.0))
+        return deepest
+
+
+@dataclass(frozen=True, kw_only=True)
 class AtPlaces:
     """What a change did at a limb's sensitive places."""
 
@@ -72,14 +128,19 @@ class AtPlaces:
     """How far each place's own landmark moved, positive outward: room."""
 
 
+def sensitive_marks(limb: Limb) -> tuple[tuple[Landmark, SensitivePlace], ...]:
+    """The limb's landmarks on sensitive places, each with its place."""
+    return tuple(
+        (mark, place)
+        for mark in limb.landmarks
+        if (place := sensitive_place(mark.name, limb.kind)) is not None
+    )
+
+
 def at_places(before: Limb, after: Limb) -> AtPlaces:
     """What a change did at the sensitive places that the limb's landmarks mark."""
     ends = {mark.name: mark.position_mm for mark in after.landmarks}
-    known = [
-        (mark, place)
-        for mark in before.landmarks
-        if mark.name in ends and (place := sensitive_place(mark.name, before.kind)) is not None
-    ]
+    known = [(mark, place) for mark, place in sensitive_marks(before) if mark.name in ends]
     if not known:
         return AtPlaces(pressures=(), shifts_mm={})
     starts = np.stack([mark.position_mm for mark, _ in known])
@@ -122,6 +183,11 @@ def changed_vertices(old: Mesh, new: Mesh) -> Bool[np.ndarray, " n"]:
     x, y, z = (old.vertices_mm[:shared] != new.vertices_mm[:shared]).T
     changed[:shared] = x | y | z
     return changed
+
+
+def _same_triangles(old: Mesh, new: Mesh) -> bool:
+    """Whether both have the same triangles, turned over or not."""
+    return np.array_equal(np.sort(old.faces, axis=1), np.sort(new.faces, axis=1))
 
 
 def _near(

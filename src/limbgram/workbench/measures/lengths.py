@@ -13,8 +13,8 @@ from jaxtyping import Float64, Int32
 
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.smoothed_length import smoothed_length
-from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, dots, unit
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.mesh.uncertainty import propagate
 from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 from limbgram.workbench.measures.levels import Figure, Sigmas
@@ -130,7 +130,7 @@ def on_triangles(
     mesh: Mesh, places_mm: Points3
 ) -> tuple[Int32[np.ndarray, "p 3"], Float64[np.ndarray, "p 3"]]:
     """Corners of the triangle on which each place lies, and its barycentric coordinates there."""
-    closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(places_mm)
+    closest = tree_on(mesh).closest(places_mm)
     ids = mesh.faces[closest.faces]
     a, b, c = (mesh.vertices_mm[ids[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)

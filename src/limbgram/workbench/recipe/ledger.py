@@ -5,7 +5,8 @@ of a measuring table with `SPACING_MM`, and for each edit the height where it mo
 before and after an edit are those between the same two heights, between which neither surface is
 open, nor closed by the cover of a cut: what is cut away is no change of volume. A wall encloses its
 material and no longer the limb: it has no volume to compare, and all edits together are told up to
-it. Displacement is the distance of the new surface from the old one, positive outwards.
+it; its girths are those of the skin that touches the limb. Displacement is the distance of the new
+surface from the old one, positive outwards.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,12 +18,13 @@ from scipy.spatial import KDTree
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import volume_mm3
+from limbgram.core.mesh.topology import volume_mm3, with_faces
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, told
 from limbgram.workbench.edits.cutting import ON_IT_MM
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
 from limbgram.workbench.edits.regions import roughness_mm, upright_mm
+from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import (
     DISTAL_END,
@@ -33,6 +35,7 @@ from limbgram.workbench.measures.levels import (
     contour_mm,
     levels_at,
 )
+from limbgram.workbench.measures.measured_skin import inner_faces
 from limbgram.workbench.recipe.consent import Concern
 
 SPACING_MM = 20.0
@@ -125,7 +128,8 @@ class Ledger:
     """Of all edits together, up to what made another thing of the shape, such as a wall."""
     places_mm: Mapping[str, float] = field(default_factory=dict[str, float])
     """How far all edits together moved the surface at each sensitive place that is marked, without
-    the sock: positive outward, room."""
+    the sock: positive outward, room. Where they press within its reach, the deepest place counts,
+    else its landmark."""
 
 
 def choose_levels(limb: Limb) -> tuple[float, ...]:
@@ -139,9 +143,25 @@ def choose_levels(limb: Limb) -> tuple[float, ...]:
     return tuple(within.tolist())
 
 
-def girth_mm(limb: Limb, height_mm: float) -> float | None:
+def girth_mm(limb: Limb, height_mm: float, wall: Wall | None = None) -> float | None:
     """Along the contour; None where no section is whole."""
-    return _contours_mm(upright(limb), (height_mm,))[0]
+    return _touching_mm(limb, (height_mm,), wall)[0]
+
+
+def _touching_mm(
+    limb: Limb, levels_mm: Sequence[float], wall: Wall | None
+) -> tuple[float | None, ...]:
+    """Girths of the skin that touches the limb: of a wall that was made outwards, its inside.
+
+    A wall that goes round no hollow, as a half shell, shows no girth of its inside.
+    """
+    mesh = upright(limb)
+    if wall is not None and wall.side == "outward":
+        inner = inner_faces(mesh)
+        if not inner.any():
+            return (None,) * len(levels_mm)
+        mesh = with_faces(mesh, mesh.faces[inner][:, ::-1].copy())
+    return _contours_mm(mesh, levels_mm)
 
 
 def _contours_mm(mesh: Mesh, levels_mm: Sequence[float]) -> tuple[float | None, ...]:
@@ -153,15 +173,17 @@ def _contours_mm(mesh: Mesh, levels_mm: Sequence[float]) -> tuple[float | None, 
     )
 
 
-def extreme_of(before: Limb, after: Limb, moved: Displacement | None) -> Extreme | None:
+def extreme_of(
+    before: Limb, after: Limb, moved: Displacement | None, wall: Wall | None = None
+) -> Extreme | None:
     """The girth where an edit moved most."""
     if moved is None or moved.largest_mm == 0:
         return None
     height_mm = round(float(upright(after).vertices_mm[moved.largest_at, 2]), 1)
     return Extreme(
         height_mm=height_mm,
-        before_mm=girth_mm(before, height_mm),
-        after_mm=girth_mm(after, height_mm),
+        before_mm=girth_mm(before, height_mm, wall),
+        after_mm=girth_mm(after, height_mm, wall),
     )
 
 
@@ -226,12 +248,19 @@ def _volume_ml(volumes: Volumes, low_mm: float, high_mm: float) -> float:
 
 
 def figures_of(
-    limb: Limb, levels_mm: tuple[float, ...], covers_mm: Sequence[tuple[float, float]] = ()
+    limb: Limb,
+    levels_mm: tuple[float, ...],
+    covers_mm: Sequence[tuple[float, float]] = (),
+    wall: Wall | None = None,
 ) -> Figures:
-    """Volume, girths and roughness; a level that runs through a cut's cover has no girth."""
+    """Volume, girths and roughness; a level that runs through a cut's cover has no girth.
+
+    Args:
+        wall: The edit that made a wall of the shape.
+    """
     girths_mm = tuple(
         None if any(low < level < high for low, high in covers_mm) else girth
-        for level, girth in zip(levels_mm, _contours_mm(upright(limb), levels_mm), strict=True)
+        for level, girth in zip(levels_mm, _touching_mm(limb, levels_mm, wall), strict=True)
     )
     return Figures(
         volume_ml=volume_mm3(limb.mesh) / 1000,

@@ -27,8 +27,10 @@ from limbgram.workbench.edits.closing import enclosure
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import do_edit, require_sense
 from limbgram.workbench.edits.load import Load
-from limbgram.workbench.edits.pressing import AtPlaces, at_places, reach_of
+from limbgram.workbench.edits.pad import Pad
+from limbgram.workbench.edits.pressing import PRESSES_MM, AtPlaces, Gone, at_places, reach_of
 from limbgram.workbench.edits.relieve import Relieve
+from limbgram.workbench.edits.room import Room
 from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.edits.wall import Wall, require_thickness_kept
 from limbgram.workbench.limb import Limb
@@ -163,7 +165,7 @@ def replay_as_it_is(recipe: Recipe, limb: Limb, kept: Kept | None = None) -> Rep
         )
         if reached.lines
         else None,
-        places_mm=dict(reached.places_mm),
+        places_mm=_together_mm(reached, began),
     )
     return Replayed(limb=reached.limb, ledger=ledger)
 
@@ -189,6 +191,8 @@ class _Reached:
     positive: "_Positive"
     """The last one, before a wall was made over it."""
     places_mm: Mapping[str, float]
+    """How far each sensitive place's own landmark moved."""
+    gone: Gone
     covers_mm: tuple[Points3, ...] = ()
     """Vertices of what covers the cuts so far, those of a wall too."""
     lines: tuple[Line, ...] = ()
@@ -198,7 +202,17 @@ class _Reached:
 def _beginning(limb: Limb) -> _Reached:
     limb = outside_of(limb, as_bones=True)
     levels = choose_levels(limb)
-    return _Reached(limb, figures_of(limb, levels), levels, limb, _Positive(limb), {})
+    gone = Gone.nothing_on(limb)
+    return _Reached(limb, figures_of(limb, levels), levels, limb, _Positive(limb), {}, gone)
+
+
+def _together_mm(reached: _Reached, began: Limb) -> dict[str, float]:
+    """How far all edits moved the surface at each place: where they press on it, the deepest."""
+    pressed_mm = reached.gone.pressed_mm(began)
+    return {
+        name: -pressed_mm[name] if pressed_mm[name] > max(PRESSES_MM, -moved_mm) else moved_mm
+        for name, moved_mm in reached.places_mm.items()
+    }
 
 
 def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
@@ -218,14 +232,15 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
     covered = cover_of(limb, after) if effect.volume == "cuts" else None
     covers = () if covered is None else (covered,)
     all_covers = (*gone_along(reached.covers_mm, limb, after), *covers)
-    gained = figures_of(after, reached.levels_mm, spans_mm(after, all_covers))
+    wall = entry.edit if isinstance(entry.edit, Wall) else reached.walled
+    gained = figures_of(after, reached.levels_mm, spans_mm(after, all_covers), wall)
     found = AtPlaces(pressures=(), shifts_mm={})
     reach_mm = (0.0, 0.0)
     if effect.moves_skin:
         found = at_places(limb, after)
         for name, moved_mm in found.shifts_mm.items():
             places[name] = places.get(name, 0.0) + moved_mm
-    if isinstance(entry.edit, Load | Relieve):
+    if isinstance(entry.edit, Load | Pad | Relieve | Room):
         reach_mm = reach_of(reached.start.mesh, limb.mesh, after.mesh)
     moved = None
     if effect.reports_displacement:
@@ -239,7 +254,7 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         before=reached.figures,
         after=gained,
         volume=None if becomes else volume_change(limb, after, spans_mm(after, covers)),
-        extreme=extreme_of(limb, after, moved),
+        extreme=extreme_of(limb, after, moved, wall),
         displacement=moved,
         told=(*after.notes[len(limb.notes) :], *said, enclosure(after.mesh)),
         concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
@@ -253,8 +268,9 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         positive=reached.positive if is_wall else _Positive(after, all_covers),
         covers_mm=all_covers,
         places_mm=places,
+        gone=reached.gone.after(limb, after, moves_skin=effect.moves_skin),
         lines=(*reached.lines, line),
-        walled=entry.edit if isinstance(entry.edit, Wall) else reached.walled,
+        walled=wall,
     )
 
 

@@ -163,3 +163,17 @@ def test_what_is_closed_does_not_hang_on_a_thousandth_of_a_millimetre() -> None:
         areas.append(float(sides[even.filled[even.faces].any(1)].sum()))
     assert min(areas) > 800
     assert np.ptp(areas) < 0.2 * max(areas)
+
+
+def test_a_flat_sheet_and_a_slit_have_no_notch() -> None:
+    """A sheet lies in the plane of its own brim, and a slit has no plane: both pass as they are."""
+    at = np.arange(12 * 12).reshape(12, 12)
+    quads = np.stack([at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]], -1).reshape(-1, 4)
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
+    rows, columns = np.divmod(np.arange(12.0 * 12), 12)
+    sheet = Mesh(vertices_mm=np.column_stack([rows, columns, np.zeros(12 * 12)]), faces=faces)
+    assert level_brim(sheet) is sheet
+    tips = 20.0 * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
+    sides = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 6, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [6, 3, 5]]
+    slit = Mesh(vertices_mm=np.vstack([tips, tips[0]]), faces=np.array(sides, np.int32))
+    assert level_brim(slit) is slit

@@ -19,9 +19,11 @@ from limbgram.workbench.edits.edit import Edit
 from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.mirror import Mirror
 from limbgram.workbench.edits.offset import Offset
+from limbgram.workbench.edits.pad import Pad
 from limbgram.workbench.edits.pressing import DEEPEST_MM
 from limbgram.workbench.edits.reduction import Reduction
 from limbgram.workbench.edits.relieve import Relieve
+from limbgram.workbench.edits.room import Room
 from limbgram.workbench.edits.sock import Sock
 from limbgram.workbench.frame.landmarks import known_anywhere
 from limbgram.workbench.frame.sensitive import SENSITIVE, sensitive_place
@@ -161,6 +163,44 @@ def test_a_place_by_coordinates_near_the_nerve_counts(arc_mm: float, presses: bo
         replay(recipe(edit), limb())
     (concern,) = replay_as_it_is(recipe(edit), limb()).ledger.lines[0].concerns
     assert not concern.accepted
+
+
+def test_a_load_beside_the_landmark_counts_in_the_sum() -> None:
+    """All edits together press on the nerve as far as the one line says that its load does."""
+    edit = Load(at=beside(30.0), positions_in="mesh", depth_mm=4.0, falloff_mm=15.0)
+    ledger = replay_as_it_is(recipe(edit), limb()).ledger
+    depth_mm = ledger.lines[0].concerns[0].finding.values["depth_mm"]
+    assert isinstance(depth_mm, float)
+    assert 1.0 < depth_mm < 4.0
+    assert ledger.places_mm["fibula head"] == pytest.approx(-depth_mm, abs=1e-6)
+    assert f"fibula head -{depth_mm:.1f} mm" in lines_of(ledger)[-1]
+
+
+def test_loads_beside_each_other_do_not_add_up_and_room_does_not_hide_them() -> None:
+    one, other = (
+        Load(at=beside(arc_mm), positions_in="mesh", depth_mm=3.0, falloff_mm=12.0)
+        for arc_mm in (16.0, -16.0)
+    )
+    room = Relieve(at="fibula head", depth_mm=5.0, falloff_mm=3.0)
+    done = replay_as_it_is(recipe(one, other, room), limb())
+    assert done.ledger.places_mm["fibula head"] == pytest.approx(-3.0, abs=0.05)
+    twice = replay_as_it_is(recipe(one, one, room), limb())
+    assert twice.ledger.places_mm["fibula head"] == pytest.approx(-6.0, abs=0.1)
+    mirrored = replay_as_it_is(recipe(one, Mirror(confirmed_side="left"), one), limb())
+    assert mirrored.ledger.places_mm["fibula head"] == pytest.approx(-3.0, abs=0.05)
+    back = Relieve(at=beside(16.0), positions_in="mesh", depth_mm=3.0, falloff_mm=12.0)
+    taken_back = replay_as_it_is(recipe(one, back), limb())
+    assert taken_back.ledger.places_mm["fibula head"] > -0.25
+
+
+def test_pads_on_one_place_are_one_depth() -> None:
+    six = Pad(at="patellar tendon", depth_mm=6.0, width_mm=40.0, height_mm=40.0)
+    replay(recipe(six), limb())
+    with pytest.raises(EditError, match=r"Edit 2 .*1\d\.\d mm inside the scan.*depth to 1[1-3] mm"):
+        replay(recipe(six, six), limb())
+    room = Room(at="patellar tendon", depth_mm=6.0, width_mm=40.0, height_mm=40.0)
+    with pytest.raises(EditError, match=r"Edit 2 .*1\d\.\d mm outside the scan"):
+        replay(recipe(room, room), limb())
 
 
 def test_a_region_over_the_nerve_counts() -> None:

@@ -22,6 +22,7 @@ from limbgram.workbench.edits.trimline import Trimline
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
+from limbgram.workbench.recipe.file import make_edit
 from limbgram.workbench.recipe.ledger import SPACING_MM, choose_levels, gone_along, lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
@@ -297,6 +298,21 @@ def test_a_wall_has_no_volume_to_compare_with_the_limb() -> None:
     told = "\n".join(lines_of(ledger))
     assert "All edits before no. 2 together: volume from the distal end to 200.0 mm" in told
     assert "not comparable" not in told
+
+
+@pytest.mark.parametrize("side", ["outward", "inward"])
+def test_girths_of_a_wall_are_those_of_the_skin_that_touches_the_limb(side: str) -> None:
+    """Its other side, 4 mm of radius away, would show 25 mm that nobody gave or took."""
+    made = make_edit("wall", {"thickness_mm": 4.0, "side": side}, "wall")
+    edits = (made, PlaneCut(height_mm=150.0))
+    recipe = Recipe(name="socket", entries=tuple(Entry(edit=edit) for edit in edits))
+    wall, cut = replay(recipe, cup(50.0, 200.0)).ledger.lines
+    kept = [girth for girth in wall.after.girths_mm if girth is not None]
+    assert len(kept) >= 8
+    for before, after in zip(wall.before.girths_mm, wall.after.girths_mm, strict=True):
+        assert after is None or after == pytest.approx(before, abs=0.3)
+    for before, after in zip(wall.after.girths_mm[:7], cut.after.girths_mm[:7], strict=True):
+        assert after is None or after == pytest.approx(before, abs=0.3)
 
 
 def test_the_ledger_counts_the_relief_that_the_surface_lost_as_a_table_does() -> None:
