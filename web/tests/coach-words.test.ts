@@ -71,3 +71,11 @@ test("a limb that moved and photos that were zoomed are told", async () => {
   const zoomed = found("lens.zoomed", { count: 1, photos: 2 });
   expect(coachWords({ ...ANSWER, findings: [zoomed] } as never).lead).toMatch(/^Noch nicht: 1 Foto/);
 });
+
+test("a photo is burnt out where the check says so, and by no limit of the page's own", async () => {
+  const { someBurnt } = await import("../src/screens/coach-words");
+  const bright = { counts: true, placed: true, burnt: 0.1, remarks: [] };
+  const burnt = { counts: false, placed: true, burnt: 0.5, remarks: [found("photo.overexposed", { share: 0.5 })] };
+  expect(someBurnt([bright] as never)).toBe(false);
+  expect(someBurnt([bright, burnt] as never)).toBe(true);
+});

@@ -12,8 +12,8 @@ from typing import Any
 from limbgram.app.known_lengths import BoardSpec, Ruler
 from limbgram.core.geometry.smoothed_length import SMOOTHING_MM
 from limbgram.formats.printed_size import MOST_OFF
-from limbgram.formats.sheets.kinds import LENS_BOARD
 from limbgram.reconstruction.calibration.board import CalibrationOptions
+from limbgram.reconstruction.targets.board import LENS_BOARD
 from limbgram.report.drawings.coverage import SURENESS_MM
 from limbgram.report.drawings.differences import EDGES_MM
 from limbgram.workbench.recipe.ledger import SPACING_MM

@@ -12,6 +12,7 @@ from limbgram.app.forms import SAYS_ITSELF
 from limbgram.app.known_lengths import BoardSpec
 from limbgram.app.replies import BINARY, FindingReply, missing
 from limbgram.app.state import AppState, AppStateHere, CaseHere
+from limbgram.app.surface import triple
 from limbgram.cases.intermediate_products import (
     IntermediateProducts,
     cameras_so_far,
@@ -22,7 +23,6 @@ from limbgram.cases.job_messages import order
 from limbgram.cases.job_queue import JobState, StageProgress, TimeLeft, read_job_file
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import CaseError
-from limbgram.core.geometry.arrays import Vector3
 from limbgram.reconstruction.scale.stated_lengths import KnownDistance, TapedGirth
 from limbgram.services.reconstruct import Known, Shaping
 
@@ -165,10 +165,10 @@ def read_cameras(case: CaseHere) -> list[Camera]:
     return [
         Camera(
             photo=view.name,
-            centre_mm=_triple(view.centre_in_world),
-            right=_triple(view.camera_from_world.rotation[0]),
-            down=_triple(view.camera_from_world.rotation[1]),
-            forward=_triple(view.camera_from_world.rotation[2]),
+            centre_mm=triple(view.centre_in_world),
+            right=triple(view.camera_from_world.rotation[0]),
+            down=triple(view.camera_from_world.rotation[1]),
+            forward=triple(view.camera_from_world.rotation[2]),
             width_px=view.camera.width_px,
             height_px=view.camera.height_px,
             focal_px=float(view.camera.fx),
@@ -228,8 +228,3 @@ def _reply(app_state: AppState, case: ShelvedCase) -> JobReply:
         photos=[one.name for one in app_state.intake(case).received()],
         there=there,
     )
-
-
-def _triple(values: Vector3) -> Coordinates:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

@@ -6,7 +6,7 @@ from pydantic import BaseModel, Field
 
 from limbgram.formats.board_file import board_as_printed
 from limbgram.formats.printed_size import PrintedSize, Reading
-from limbgram.reconstruction.targets.board import Board
+from limbgram.reconstruction.targets.board import SCALE_BOARD, Board
 
 
 class Ruler(BaseModel):
@@ -29,19 +29,25 @@ class BoardSpec(BaseModel):
 
     kind: Literal["charuco", "checkerboard"] = "charuco"
     columns: int = Field(
-        default=7, ge=2, le=100, description="Squares across; inner corners of a checker."
+        default=SCALE_BOARD.columns,
+        ge=2,
+        le=100,
+        description="Squares across; inner corners of a checker.",
     )
     rows: int = Field(
-        default=5, ge=2, le=100, description="Squares down; inner corners of a checker."
+        default=SCALE_BOARD.rows,
+        ge=2,
+        le=100,
+        description="Squares down; inner corners of a checker.",
     )
     square_mm: float = Field(
-        default=30.0,
+        default=SCALE_BOARD.square_mm,
         gt=0,
         le=1000,
         description="As measured on the print; with a ruler, as it was drawn.",
     )
-    marker_mm: float = Field(default=22.0, ge=0, le=1000)
-    dictionary: str = Field(default="4X4_50", max_length=40)
+    marker_mm: float = Field(default=SCALE_BOARD.marker_mm, ge=0, le=1000)
+    dictionary: str = Field(default=SCALE_BOARD.dictionary, max_length=40)
     ruler: Ruler | None = Field(
         default=None,
         description="What the ruler of the print reads: square and marker are corrected by it, "

@@ -8,8 +8,6 @@ Out     their part of the summary, and of that, lines for the terminal. A case o
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from limbgram.core.mesh.mesh import Mesh, Relation
 from limbgram.core.mesh.topology import faces_inwards
 from limbgram.findings import told
@@ -99,7 +97,7 @@ def _row(number: int, relation: Relation, mesh: Mesh, file: str) -> PartSummary:
         number=number,
         relation=relation,
         name=_name(relation, mesh),
-        area=float(np.linalg.norm(mesh.face_normals(), axis=1).sum() / 2),
+        area=mesh.area_mm2(),
         middle=tuple(((low + high) / 2).tolist()),
         size=float((high - low).max()),
         file=file,

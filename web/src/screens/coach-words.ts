@@ -63,3 +63,6 @@ export function remarkWords(remark: Finding | undefined): string {
   const known = REMARKS[remark.code];
   return known ? t(known) : sentence(remark);
 }
+
+/** Whether the check remarks on a photo as burnt out. */
+export const someBurnt = (photos: Answer["photos"]): boolean => photos.some((one) => one.remarks.some(({ code }) => code === "photo.overexposed"));

@@ -322,6 +322,11 @@ def unmeasured_at(mesh: Mesh, chosen: Bool[np.ndarray, " n"]) -> Mesh:
     return replace(mesh, **known | {"filled": chosen if mesh.filled is None else known["filled"]})
 
 
+def touches_itself(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> bool:
+    """Whether a loop of vertices comes through one place twice."""
+    return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
+
+
 def volume_mm3(mesh: Mesh) -> float:
     """Enclosed volume; each opening counts as closed by a cone from its own vertices' mean."""
     faces = mesh.faces

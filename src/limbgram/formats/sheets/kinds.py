@@ -19,11 +19,7 @@ from limbgram.formats.sheets.coded import (
 )
 from limbgram.formats.sheets.page import PageName, Sheet
 from limbgram.formats.sheets.sock import draw_sock
-from limbgram.reconstruction.targets.board import Board
-
-SCALE_BOARD = Board.charuco("7x5", 30.0, 22.0, "4X4_50")
-"""The one that `limbgram reconstruct` looks for unless told otherwise."""
-LENS_BOARD = Board.checkerboard("14x10", 10.0)
+from limbgram.reconstruction.targets.board import LENS_BOARD, SCALE_BOARD, Board
 
 
 class KindName(StrEnum):

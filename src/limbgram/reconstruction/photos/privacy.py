@@ -21,7 +21,7 @@ import zlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
+from limbgram.reconstruction.photos.raw import RAW_SUFFIXES, TIFF
 
 _EXIF, _INTEROPERABILITY, _SUB, _PLACE = 0x8769, 0xA005, 0x014A, 0x8825
 _SERIALS = {0xA431: "serial number", 0xA435: "serial number of the lens", 0xC62F: "serial number"}
@@ -51,7 +51,6 @@ _MOST_LISTS = 64
 _MOST_TAGS = 4096
 _WHOLE_HEADER = "the whole header"
 """What is told of a file whose header is not known here."""
-_TIFF = (b"II*\0", b"MM\0*")
 _RAW_TIFF = (b"IIRO", b"IIRS", b"MMOR", b"IIU\0")
 """First bytes of ORF (Olympus) and RW2 (Panasonic): else they are built as TIFF is."""
 _LARGEST_SEGMENT = 65_533
@@ -188,9 +187,9 @@ def without_traces(content: bytes, suffix: str, key: bytes) -> Cleaned:
         return _of_jpeg(content, key)
     if content.startswith(b"\x89PNG\r\n\x1a\n"):
         return _of_png(content, key)
-    if content[:4] in _RAW_TIFF or (content[:4] in _TIFF and suffix in RAW_SUFFIXES):
+    if content[:4] in _RAW_TIFF or (content[:4] in TIFF and suffix in RAW_SUFFIXES):
         return _of_raw(content, key)
-    if content[:4] in _TIFF:
+    if content[:4] in TIFF:
         return _in_place(content, key, [(0, len(content))])
     if content[4:8] == b"ftyp":
         return _of_boxes(content, key)

@@ -34,7 +34,7 @@ NO_RAW = fault("photo.file.no_raw")
 BAD_RAW = fault("photo.file.bad_raw")
 
 _ORIENTATION_OF_FLIP = {0: 1, 3: 3, 5: 8, 6: 6}
-_TIFF = (b"II*\0", b"MM\0*")
+TIFF = (b"II*\0", b"MM\0*")
 _BROKEN = (OSError, SyntaxError, ValueError, TypeError, LookupError, EOFError, struct.error)
 
 
@@ -97,7 +97,7 @@ def _exif_of(raw: Any, path: Path) -> Image.Exif:
     exif = Image.Exif()
     try:
         with path.open("rb") as stream:
-            if stream.read(4) in _TIFF:
+            if stream.read(4) in TIFF:
                 stream.seek(0)
                 exif.load_from_fp(stream)
                 return _kept(exif)

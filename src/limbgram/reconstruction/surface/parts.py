@@ -220,7 +220,7 @@ def _part(number: int, body: Mesh, main: Mesh, looked_at: float) -> Part:
     low, high = body.vertices_mm.min(0), body.vertices_mm.max(0)
     return Part(
         number=number,
-        area_mm2=_area(body),
+        area_mm2=body.area_mm2(),
         middle_mm=(low + high) / 2,
         size_mm=float((high - low).max()),
         looked_at=looked_at,
@@ -230,12 +230,12 @@ def _part(number: int, body: Mesh, main: Mesh, looked_at: float) -> Part:
 
 def _relation(one: Mesh, two: Mesh) -> Relation:
     """How two bodies lie to each other; the order does not matter."""
-    smaller, larger = (one, two) if _area(one) < _area(two) else (two, one)
+    smaller, larger = (one, two) if one.area_mm2() < two.area_mm2() else (two, one)
     size_mm = float(np.linalg.norm(np.ptp(larger.vertices_mm, axis=0)))
     if _backs(smaller, larger, _WALL_SHARE * size_mm) > _MOST_OF_IT:
         return "other side"
     torn_mm = _torn_rim_mm(smaller, larger, _GAP_SHARE * size_mm)
-    return "torn off" if torn_mm > _TORN_RIM * np.sqrt(_area(smaller)) else "apart"
+    return "torn off" if torn_mm > _TORN_RIM * np.sqrt(smaller.area_mm2()) else "apart"
 
 
 def _backs(body: Mesh, other: Mesh, most_mm: float) -> float:
@@ -267,7 +267,3 @@ def _torn_rim_mm(body: Mesh, other: Mesh, widest_mm: float) -> float:
 
 def _lengths(vertices: Points3, ends: Int32[np.ndarray, "b 2"]) -> Float64[np.ndarray, " b"]:
     return np.linalg.norm(vertices[ends[:, 1]] - vertices[ends[:, 0]], axis=1)
-
-
-def _area(mesh: Mesh) -> float:
-    return float(np.linalg.norm(mesh.face_normals(), axis=1).sum() / 2)

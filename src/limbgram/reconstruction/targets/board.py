@@ -196,6 +196,12 @@ def _check_markers(board: Board) -> None:
         )
 
 
+SCALE_BOARD = Board.charuco("7x5", 30.0, 22.0, "4X4_50")
+"""The one that is printed to lie beside the limb, and looked for unless another is named."""
+LENS_BOARD = Board.checkerboard("14x10", 10.0)
+"""The one that is printed to calibrate a camera."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PhotoCorners:
     """The corners of the board seen in one photo."""

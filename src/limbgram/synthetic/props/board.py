@@ -8,7 +8,8 @@ from jaxtyping import Float64
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.reconstruction.targets.board import Board
+from limbgram.reconstruction.targets.board import LENS_BOARD, Board
+from limbgram.reconstruction.targets.board import SCALE_BOARD as PRINTED
 
 BOARD_HEIGHT_MM = 2.5
 
@@ -70,8 +71,8 @@ class PrintedBoard:
         return np.array([1.0, 1.0 + self.stretch])
 
 
-SCALE_BOARD = PrintedBoard(Board.charuco("7x5", 30.0, 22.0, "4X4_50"))
-CALIBRATION_BOARD = PrintedBoard(Board.checkerboard("14x10", 10.0))
+SCALE_BOARD = PrintedBoard(PRINTED)
+CALIBRATION_BOARD = PrintedBoard(LENS_BOARD)
 
 
 @dataclass(frozen=True)

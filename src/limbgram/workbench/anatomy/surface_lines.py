@@ -147,7 +147,7 @@ class Part:
         along = off @ self.along
         found = _window(along, self.half_mm)
         gone = (self.none_mm - off @ self.fades_along) / (self.none_mm - self.whole_mm)
-        found *= _risen(gone)
+        found *= smoothstep(gone)
         if self.reach_mm is not None:
             found *= _window(off @ self.aside - self.skew * along, self.reach_mm, soft=1.0)
         return found
@@ -326,10 +326,10 @@ def _window(
     off_mm: Float64[np.ndarray, " k"], half_mm: float, soft: float = 2 * _SOFT
 ) -> Float64[np.ndarray, " k"]:
     """1 in the middle, 0 at both ends; soft is the share of each half over which it falls."""
-    return _risen((half_mm - np.abs(off_mm)) / (soft * half_mm))
+    return smoothstep((half_mm - np.abs(off_mm)) / (soft * half_mm))
 
 
-def _risen(share: Float64[np.ndarray, " k"]) -> Float64[np.ndarray, " k"]:
+def smoothstep(share: Float64[np.ndarray, " k"]) -> Float64[np.ndarray, " k"]:
     """From 0 at 0 to 1 at 1, level at both ends."""
     x = np.clip(share, 0, 1)
     return x * x * (3 - 2 * x)

@@ -68,12 +68,8 @@ def above(mesh: Mesh, last_mm: float) -> Above:
         last_mm=last_mm,
         rise_mm=max(0.0, high_mm - last_mm),
         theta_deg=float(np.degrees(np.arctan2(x, y))) % 360,
-        share=_area_mm2(clipped(mesh, last_mm, high_mm)) / _area_mm2(mesh),
+        share=clipped(mesh, last_mm, high_mm).area_mm2() / mesh.area_mm2(),
     )
-
-
-def _area_mm2(mesh: Mesh) -> float:
-    return float(np.linalg.norm(mesh.face_normals(), axis=1).sum() / 2)
 
 
 def volume_between_mm3(part: Mesh) -> float:

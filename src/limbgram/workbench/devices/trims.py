@@ -297,7 +297,7 @@ def mirrored(points: tuple[TrimPoint, ...], rename: Mapping[str, str]) -> tuple[
         return rename.get(name, name)
 
     def amount(value: Amount, sign: float = 1.0) -> Amount:
-        return tuple(_renamed(term, other, sign) for term in _terms(value))
+        return tuple(_renamed(term, other, sign) for term in terms_of(value))
 
     sides: dict[Seen, Seen] = {
         "lateral": "medial",
@@ -323,7 +323,8 @@ def mirrored(points: tuple[TrimPoint, ...], rename: Mapping[str, str]) -> tuple[
     )
 
 
-def _terms(value: Amount) -> tuple[Term, ...]:
+def terms_of(value: Amount) -> tuple[Term, ...]:
+    """What an amount adds up."""
     return value if isinstance(value, tuple) else (value,)
 
 
@@ -344,7 +345,7 @@ def _taken_apart(term: str) -> tuple[str, str, str]:
 def amount_of(value: Amount, values: Mapping[str, float]) -> float:
     """An amount in millimetres or degrees."""
     total = 0.0
-    for term in _terms(value):
+    for term in terms_of(value):
         if isinstance(term, str):
             minus, factor, name = _taken_apart(term)
             total += (-1.0 if minus else 1.0) * float(factor or 1.0) * values[name]
@@ -355,7 +356,7 @@ def amount_of(value: Amount, values: Mapping[str, float]) -> float:
 
 def measures_in(amounts: Iterable[Amount]) -> tuple[str, ...]:
     """The measures that amounts name, each once."""
-    terms = (term for one in amounts for term in _terms(one) if isinstance(term, str))
+    terms = (term for one in amounts for term in terms_of(one) if isinstance(term, str))
     return tuple(dict.fromkeys(_taken_apart(term)[2] for term in terms))
 
 

@@ -5,8 +5,9 @@ from typing import Annotated
 import numpy as np
 
 from limbgram.core.request_fields import Within
+from limbgram.workbench.anatomy.surface_lines import smoothstep
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.sole import Sole, bump, ramp, whole
+from limbgram.workbench.edits.sole import Sole, bump, whole
 from limbgram.workbench.limb import Limb
 
 
@@ -52,7 +53,7 @@ class ArchFill(Edit):
         sole = Sole.of(limb)
         x, y, z = sole.points_mm.T
         along = bump((y - sole.arch[1]) / (self.along * sole.length_mm))
-        across = ramp((sole.lateral_mm - x) / (sole.lateral_mm - sole.medial_mm))
+        across = smoothstep((sole.lateral_mm - x) / (sole.lateral_mm - sole.medial_mm))
         share = whole(along * across * sole.plantar)
         down = np.minimum(self.depth_mm * share, np.maximum(z, 0.0))
         return sole.moved(np.outer(down, [0.0, 0.0, -1.0]))

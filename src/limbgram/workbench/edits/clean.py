@@ -17,7 +17,7 @@ from jaxtyping import Int32
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.folds import find_points
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_loops, unmeasured_at
+from limbgram.core.mesh.topology import boundary_loops, touches_itself, unmeasured_at
 from limbgram.core.request_fields import Within
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings
@@ -186,7 +186,7 @@ def _without_holes(limb: Limb, edit: Clean) -> Limb:
         loop for loop in boundary_loops(mesh.faces) if brim is None or loop[0] not in brim.tolist()
     ]
     small = [loop for loop in loops if _width_mm(mesh, loop) <= edit.holes_mm]
-    whole = [loop for loop in small if not _touches_itself(mesh, loop)]
+    whole = [loop for loop in small if not touches_itself(mesh, loop)]
     closed = with_closed(mesh, whole)
     spoilt = spoilt_vertices(mesh, closed)[: len(mesh)]
     if spoilt.any():
@@ -206,10 +206,6 @@ def _without_holes(limb: Limb, edit: Clean) -> Limb:
 def _width_mm(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> float:
     places = mesh.vertices_mm[loop]
     return 2 * float(np.linalg.norm(places - places.mean(0), axis=1).max())
-
-
-def _touches_itself(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> bool:
-    return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
 
 
 def _noted(limb: Limb, notes: list[Finding]) -> Limb:

@@ -5,8 +5,9 @@ from typing import Annotated
 import numpy as np
 
 from limbgram.core.request_fields import Within
+from limbgram.workbench.anatomy.surface_lines import smoothstep
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.sole import Sole, ramp, whole
+from limbgram.workbench.edits.sole import Sole, whole
 from limbgram.workbench.limb import Limb
 
 _HEEL_AT = 0.18
@@ -55,12 +56,16 @@ class Expansion(Edit):
         sole = Sole.of(limb)
         x, y, z = sole.points_mm.T
         length, edge = sole.length_mm, sole.lateral_mm
-        low = 1 - ramp(2 * z / self.height_mm - 1)
-        side = ramp(x / edge) * ramp(4 * y / length - 0.4) * ramp((1.1 - y / length) / 0.2)
+        low = 1 - smoothstep(2 * z / self.height_mm - 1)
+        side = (
+            smoothstep(x / edge)
+            * smoothstep(4 * y / length - 0.4)
+            * smoothstep((1.1 - y / length) / 0.2)
+        )
         middle = _HEEL_AT * length
         away = np.column_stack([x, y - middle])
         reach = np.linalg.norm(away, axis=1)
-        back = ramp(reach / (0.8 * middle)) * ramp((1.5 * middle - y) / middle)
+        back = smoothstep(reach / (0.8 * middle)) * smoothstep((1.5 * middle - y) / middle)
         steps = np.zeros_like(sole.points_mm)
         steps[:, 0] = self.lateral_mm * whole(side * low)
         outwards = away / np.maximum(reach, 1e-9)[:, None]

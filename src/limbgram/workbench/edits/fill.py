@@ -8,7 +8,7 @@ from jaxtyping import Int32
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import face_components
+from limbgram.core.mesh.topology import face_components, touches_itself
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings, loop_area
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
@@ -92,7 +92,7 @@ def _to_fill(limb: Limb, edit: Fill) -> _ToFill:
     loops = [loop for loop, of_scrap in zip(loops, own, strict=True) if not of_scrap]
     if not loops:
         raise EditError("edit.fill.no_hole", scraps=any(own), brim=openings.brim is not None)
-    whole = [loop for loop in loops if not _touches_itself(mesh, loop)]
+    whole = [loop for loop in loops if not touches_itself(mesh, loop)]
     if not whole:
         raise EditError("edit.fill.touching")
     return _ToFill(
@@ -115,10 +115,6 @@ def _of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
         < _SHEET * float(np.linalg.norm(loop_area(mesh.vertices_mm[loop])))
         for loop in loops
     ]
-
-
-def _touches_itself(mesh: Mesh, loop: Loop) -> bool:
-    return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
 
 
 def _filled(mesh: Mesh, found: _ToFill, *, bent: bool) -> Mesh:

@@ -6,8 +6,9 @@ import numpy as np
 
 from limbgram.core.errors import EditError
 from limbgram.core.request_fields import Within
+from limbgram.workbench.anatomy.surface_lines import smoothstep
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.sole import Sole, ramp
+from limbgram.workbench.edits.sole import Sole
 from limbgram.workbench.limb import Limb
 
 
@@ -61,7 +62,7 @@ class HeelSkive(Edit):
         """
         sole = Sole.of(limb)
         x, y, z = sole.points_mm.T
-        front = 1 - ramp(y / (self.reach * sole.length_mm) * 2 - 1)
+        front = 1 - smoothstep(y / (self.reach * sole.length_mm) * 2 - 1)
         heel = sole.plantar & (front > 0)
         if not heel.any():
             raise EditError("edit.heel_skive.no_heel")

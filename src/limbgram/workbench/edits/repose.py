@@ -30,7 +30,7 @@ from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Angle, Joint, Tilted
-from limbgram.workbench.anatomy.surface_lines import Skin
+from limbgram.workbench.anatomy.surface_lines import Skin, smoothstep
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import displaced
@@ -316,13 +316,13 @@ class Turn:
 
     def _shares_at(self, places_mm: Points3) -> Float64[np.ndarray, " n"]:
         beyond = (places_mm - self.parted_mm) @ self.normal / self.band_mm
-        found = _risen((beyond + 1) / 2)
+        found = smoothstep((beyond + 1) / 2)
         if self.upward.any():
             high = (places_mm - self.ceiling_mm) @ self.upward / self.size_mm
-            found = found * _risen((_CEILING[1] - high) / (_CEILING[1] - _CEILING[0]))
+            found = found * smoothstep((_CEILING[1] - high) / (_CEILING[1] - _CEILING[0]))
         for rigid in self.rigid_mm:
             away_mm = np.linalg.norm(places_mm - rigid, axis=1)
-            found = found * _risen((away_mm - _RIGID_MM) / _SOFT_MM)
+            found = found * smoothstep((away_mm - _RIGID_MM) / _SOFT_MM)
         return found
 
     def _turned(self, points_mm: Points3, angles_rad: Float64[np.ndarray, " n"]) -> Points3:
@@ -386,12 +386,6 @@ def _turned(off_mm: Points3, axis: Vector3, angles_rad: Float64[np.ndarray, " n"
     across = off_mm - along
     cosine, sine = np.cos(angles_rad)[:, None], np.sin(angles_rad)[:, None]
     return along + cosine * across + sine * np.cross(axis, across)
-
-
-def _risen(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """From 0 at 0 to 1 at 1, level at both ends."""
-    x = np.clip(share, 0, 1)
-    return x * x * (3 - 2 * x)
 
 
 def _upward(anatomy: Anatomy, joint: Joint) -> Vector3:

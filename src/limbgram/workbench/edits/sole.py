@@ -95,12 +95,6 @@ def bump(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
     return (1 - x * x) ** 2
 
 
-def ramp(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """From 0 at 0 to 1 at 1, level at both ends."""
-    x = np.clip(share, 0, 1)
-    return x * x * (3 - 2 * x)
-
-
 def whole(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
     """So scaled that it is 1 where it is most."""
     return share / max(float(share.max(initial=0.0)), 1e-9)

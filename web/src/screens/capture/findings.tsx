@@ -4,11 +4,9 @@ import { Icon } from "../../design/icons";
 import { Button } from "../../design/parts";
 import { t } from "../../texts";
 import { told } from "../../words";
+import { someBurnt } from "../coach-words";
 
 type Check = Schemas["Check"];
-
-/** So much of a photo may be burnt out. */
-const BURNT = 0.02;
 
 export function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void) | null }) {
   const answer = said?.answer;
@@ -55,7 +53,7 @@ function checksOf(answer: NonNullable<Check["answer"]>): Checked[] {
   const { photos, missing, board_photos, kept_still } = answer;
   const placed = photos.some((one) => one.placed);
   const sharp = photos.filter((one) => one.counts).length;
-  const lit = photos.every((one) => (one.burnt ?? 0) < BURNT);
+  const lit = !someBurnt(photos);
   const checks: Checked[] = [
     {
       ok: placed && missing.length === 0,

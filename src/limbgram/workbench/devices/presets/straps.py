@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from limbgram.core.request_fields import Within
 from limbgram.workbench.devices.device import Inside, Slit, Slot
-from limbgram.workbench.devices.trims import Amount, Measure, Term, TrimPoint
+from limbgram.workbench.devices.trims import Measure, TrimPoint, terms_of
 
 STRAP_BELOW = Measure(
     name="strap_below_mm",
@@ -129,11 +129,8 @@ def opening_slots(
         lower: The edge under it, likewise.
     """
 
-    def terms(amount: Amount) -> tuple[Term, ...]:
-        return amount if isinstance(amount, tuple) else (amount,)
-
-    chest = (*terms(upper.up_mm), "-chest_strap_below_mm", "-0.5*chest_strap_mm")
-    pelvis = (*terms(lower.up_mm), "pelvis_strap_above_mm", "0.5*pelvis_strap_mm")
+    chest = (*terms_of(upper.up_mm), "-chest_strap_below_mm", "-0.5*chest_strap_mm")
+    pelvis = (*terms_of(lower.up_mm), "pelvis_strap_above_mm", "0.5*pelvis_strap_mm")
     waist = TrimPoint(
         name="", at="right waist", towards="left waist", share=0.5, up_mm="waist_strap_up_mm"
     )
@@ -153,7 +150,10 @@ def opening_slots(
                 around_deg=around_deg,
                 round_mm=tuple(
                     f"{sign}{term}"
-                    for term in (*(f"0.5*{one}" for one in terms(slit.width_mm)), "slots_back_mm")
+                    for term in (
+                        *(f"0.5*{one}" for one in terms_of(slit.width_mm)),
+                        "slots_back_mm",
+                    )
                 ),
             ),
             length_mm=(f"{name}_strap_mm", 3.0),
