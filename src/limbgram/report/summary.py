@@ -31,7 +31,7 @@ from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.reconstruction.scale.metric import Scale
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
-from limbgram.report.drawings.charts import ImageScale, image_scales
+from limbgram.report.image_scale import ImageScale, image_scales
 from limbgram.report.intended_use import OF_SCANS
 from limbgram.report.lenses import OwnLensFigures, own_lenses
 from limbgram.report.parts import PartSummary, part_summaries

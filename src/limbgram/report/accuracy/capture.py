@@ -39,7 +39,7 @@ from limbgram.report.accuracy.figures import (
     PhotoFigures,
     TapedLength,
 )
-from limbgram.report.drawings.charts import image_scales
+from limbgram.report.image_scale import image_scales
 from limbgram.workbench.measures.levels import Figure, Refused, Sigmas, levels_at, tape_mm
 
 _NOISE_PHOTOS = 2

@@ -1,10 +1,8 @@
 """Charts: residuals, and the accuracy that the image scale lets one expect.
 
 The paper's residual of a match: sqrt((d(x, x^)^2 + d(x', x'^)^2) / 4), d from the point to where
-the geometry of the pair puts it; its uncertainty in space: dX = m dx', m = h / c.
+the geometry of the pair puts it.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
@@ -14,48 +12,9 @@ from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.twoview.pairs import Pairs
 from limbgram.report.drawings.drawing import BLUE, FAINT, GREEN, INK, ORANGE, Drawing, blank, plain
+from limbgram.report.image_scale import ImageScale, image_scales
 
 _BINS = 60
-
-
-@dataclass(frozen=True, kw_only=True)
-class ImageScale:
-    """What one placed photo can tell of the object."""
-
-    name: str
-    distance_mm: float
-    """Median distance along the optical axis of the points that it sees: h."""
-    pixel_mm: float
-    """Size of a pixel on the object: m times the pixel's size on the sensor."""
-    scale_number: float
-    """m = h / c by the nominal focal length; NaN where EXIF has none."""
-    error_mm: float
-    """dX = m dx' for the RMS residual of one coordinate."""
-
-
-def image_scales(photos: PhotoSet, metric: MetricScene) -> tuple[ImageScale, ...]:
-    """Image scale and expected accuracy of every placed photo."""
-    scene = metric.scene
-    scales: list[ImageScale] = []
-    for idx in scene.placed:
-        view = scene.view(idx)
-        seen = scene.observations.point_idx[scene.observations.photo_idx == idx]
-        points = scene.points_in_world[seen]
-        if len(points) == 0:
-            continue
-        distance_mm = float(np.median(view.camera_from_world.apply(points)[:, 2]))
-        principal_mm = photos.photos[idx].exif.focal_mm or float("nan")
-        pixel_mm = distance_mm / view.camera.fx
-        scales.append(
-            ImageScale(
-                name=view.name,
-                distance_mm=distance_mm,
-                pixel_mm=pixel_mm,
-                scale_number=distance_mm / principal_mm,
-                error_mm=pixel_mm * scene.verdicts[idx].rms_px,
-            )
-        )
-    return tuple(scales)
 
 
 def residual_histograms(pairs: Pairs, metric: MetricScene) -> Drawing:
