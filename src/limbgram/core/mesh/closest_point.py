@@ -69,8 +69,10 @@ class TriangleTree:
         def search(part: Int64[np.ndarray, " m"]) -> None:
             _search(self.triangles, self.boxes, queries, part, places, found, distances)
 
-        parts = worker_count() if len(turn) > _MANY else 1
-        in_parallel(search, np.array_split(turn, parts))
+        if len(turn) > _MANY:
+            in_parallel(search, np.array_split(turn, worker_count()))
+        else:
+            search(turn)  # a line that is drawn taut asks thousands of times for a few places
         return Closest(places, self.order[found], distances)
 
 
