@@ -1,6 +1,7 @@
 """Closest point on a triangle mesh: a tree of boxes over triangles in Morton order, compiled."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float64, Int64
@@ -58,17 +59,13 @@ class TriangleTree:
     def closest(self, points_mm: Points3) -> Closest:
         if not len(points_mm):
             return Closest(np.empty((0, 3)), np.empty(0, np.int64), np.empty(0))
-        places = np.empty((len(points_mm), 3))
-        found = np.empty(len(points_mm), np.int64)
-        distances = np.empty(len(points_mm))
         queries = np.ascontiguousarray(points_mm, np.float64)
+        places, distances = np.empty((len(queries), 3)), np.empty(len(queries))
+        found = np.empty(len(queries), np.int64)
         turn = np.arange(len(queries))
         if np.isfinite(queries).all():
             turn = _along_curve(queries)  # neighbours walk the same boxes
-
-        def search(part: Int64[np.ndarray, " m"]) -> None:
-            _search(self.triangles, self.boxes, queries, part, places, found, distances)
-
+        search = partial(_search, self.triangles, self.boxes, queries, places, found, distances)
         if len(turn) > _MANY:
             in_parallel(search, np.array_split(turn, worker_count()))
         else:
@@ -165,10 +162,10 @@ def _search(
     triangles: np.ndarray,
     boxes: np.ndarray,
     queries: np.ndarray,
-    turn: np.ndarray,
     places: np.ndarray,
     found: np.ndarray,
     distances: np.ndarray,
+    turn: np.ndarray,
 ):
     leaves = boxes.shape[0] // 2
     stack, away2 = np.empty(64, np.int64), np.empty(64)
