@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Bool, Float64, Int64
 
 from limbgram.core.geometry.arrays import Faces, Points3
 from limbgram.core.kernels import njit
@@ -71,6 +71,23 @@ class TriangleTree:
         else:
             search(turn)  # a line that is drawn taut asks thousands of times for a few places
         return Closest(places, self.order[found], distances)
+
+    def relaxed(
+        self,
+        line_mm: Points3,
+        held: Bool[np.ndarray, " n"],
+        weights: tuple[float, float, float],
+        rounds: int,
+    ) -> Points3:
+        """A closed line on the mesh, whose points go together where their neighbours draw them.
+
+        Args:
+            held: Points that stay.
+            weights: Of a point itself, of each of its neighbours, and of each of theirs.
+        """
+        line = line_mm.astype(np.float64)
+        _relax(self.triangles, self.boxes, line, np.flatnonzero(~held), np.array(weights), rounds)
+        return line
 
 
 def nearest_shares(
@@ -155,6 +172,29 @@ def _along_curve(points: np.ndarray):
             places[digit] += 1
         order, dealt = dealt, order
     return order
+
+
+@njit(cache=True, nogil=True)
+def _relax(
+    triangles: np.ndarray,
+    boxes: np.ndarray,
+    line: np.ndarray,
+    free: np.ndarray,
+    weights: np.ndarray,
+    rounds: int,
+):
+    count = len(line)
+    drawn, places = np.empty_like(line), np.empty_like(line)
+    found, distances = np.empty(count, np.int64), np.empty(count)
+    for _ in range(rounds):
+        for i in free:
+            for axis in range(3):
+                near = line[i - 1, axis] + line[(i + 1) % count, axis]
+                far = line[i - 2, axis] + line[(i + 2) % count, axis]
+                drawn[i, axis] = weights[0] * line[i, axis] + weights[1] * near + weights[2] * far
+        _search(triangles, boxes, drawn, places, found, distances, free)
+        for i in free:
+            line[i] = places[i]
 
 
 @njit(cache=True, nogil=True)

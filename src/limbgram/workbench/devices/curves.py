@@ -12,10 +12,9 @@ Method  Points along the curve move to where it bends least, each the mean of fo
 """
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64
 
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, lengths, unit
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.edits.regions import Curve
@@ -25,6 +24,8 @@ _STEPS_MM = (16.0, 8.0, 4.0, 2.0, 1.0, 0.5)
 _ROUNDS = 60
 _SHARE = 0.5
 """Of the way to where the curve bends least, at once: beyond 0.75 the rounds diverge."""
+_DRAWN = 1 - _SHARE, _SHARE * 4 / 6, -_SHARE / 6
+"""Weights by which a point, its neighbours and theirs draw it there."""
 _LEAST_PARTS = 2
 _NORMALS_OVER = 4
 """Steps to either side over which the surface's normals are evened out."""
@@ -52,25 +53,14 @@ def fair_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
         sizes = np.array([len(part) for part in parts])
         ring = np.concatenate(parts)
         starts = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
-        ring = _settled(ring, starts, tree)
+        held = np.isin(np.arange(len(ring)), starts)
+        ring = tree.relaxed(ring, held, _DRAWN, _ROUNDS)
         closed = np.concatenate([ring, ring[:1]])
         ends = np.append(starts, len(ring))
         legs = [closed[ends[k] : ends[k + 1] + 1] for k in range(count)]
     found = tree.closest(ring)
     normals = mesh.vertex_normals()[mesh.faces[found.faces]].mean(1)
     return Curve(found.points_mm, _evened(normals))
-
-
-def _settled(ring: Points3, held: Int64[np.ndarray, " k"], tree: TriangleTree) -> Points3:
-    free = np.ones(len(ring), np.bool_)
-    free[held] = False
-    for _ in range(_ROUNDS):
-        near = np.roll(ring, 1, axis=0) + np.roll(ring, -1, axis=0)
-        far = np.roll(ring, 2, axis=0) + np.roll(ring, -2, axis=0)
-        moved = ring + _SHARE * ((4 * near - far) / 6 - ring)
-        ring = ring.copy()
-        ring[free] = tree.closest(moved[free]).points_mm
-    return ring
 
 
 def _even(way_mm: Points3, parts: int) -> Float64[np.ndarray, "parts 3"]:

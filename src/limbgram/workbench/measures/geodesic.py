@@ -193,9 +193,8 @@ def _pulled_taut(tree: TriangleTree, rough_mm: Points3) -> Float64[np.ndarray, "
     """The way shortened on the surface, to within about a triangle."""
     way = rough_mm
     for count, times in _PULLS:
-        way = _resampled(way, count)
-        for _ in range(times):
-            way[1:-1] = tree.closest((way[:-2] + 2 * way[1:-1] + way[2:]) / 4).points_mm
+        ends = np.isin(np.arange(count), (0, count - 1))
+        way = tree.relaxed(_resampled(way, count), ends, (1 / 2, 1 / 4, 0.0), times)
     return way
 
 
