@@ -159,9 +159,10 @@ def test_what_is_no_finding_is_refused() -> None:
 
 
 def test_a_doubtful_verdict_is_told_in_one_line_by_its_first_doubt() -> None:
-    doubt = Finding("verdict.gap.wide", "doubt", values={"gap_deg": 50.0})
-    verdict = Finding("verdict.doubtful", "doubt", values={"first": doubt})
+    verdict = Finding(
+        "verdict.doubtful", values={"first": Finding("verdict.gap.wide", values={"gap_deg": 50.0})}
+    )
     assert tell.in_short(verdict) == "No photo looks from 50 degrees in a row"
     assert tell.in_short(verdict, "de") == "Über 50 Grad am Stück schaut kein Foto"
-    no_short = Finding("verdict.scale.unchecked", "doubt")
+    no_short = Finding("verdict.scale.unchecked")
     assert tell.in_short(no_short) == tell.sentence(no_short)
