@@ -20,6 +20,8 @@ export interface Finding {
 interface Entry {
   readonly says: string;
   readonly do?: string;
+  /** For one line of a list; empty where `says` is short enough. */
+  readonly short?: string;
 }
 
 /** What is said of each code, and the names of things by their English ones. */
@@ -48,6 +50,12 @@ export function sentence(finding: Finding): string {
 export function advice(finding: Finding): string {
   const entry = words.value[language.value]?.codes[finding.code];
   return entry?.do ? filled(entry.do, valuesOf(finding)) : "";
+}
+
+/** What is found, in one line; the sentence of a finding that has no short words. */
+export function briefly(finding: Finding): string {
+  const entry = words.value[language.value]?.codes[finding.code];
+  return entry?.short ? filled(entry.short, valuesOf(finding)) : sentence(finding);
 }
 
 /** A thing's name, by its English one. */
@@ -111,6 +119,7 @@ function chosen(value: Value, how: string): string {
 
 function clause(reason: Finding, how: string): string {
   if (!how) return told(reason);
+  if (how === "short") return briefly(reason);
   return how === "clause" ? sentence(reason).replace(/\.$/, "") : sentence(reason);
 }
 

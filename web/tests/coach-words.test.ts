@@ -79,3 +79,9 @@ test("a photo is burnt out where the check says so, and by no limit of the page'
   expect(someBurnt([bright] as never)).toBe(false);
   expect(someBurnt([bright, burnt] as never)).toBe(true);
 });
+
+test("a tile says shortly what is wrong with a photo, or that there is a remark", async () => {
+  const { remarkInShort } = await import("../src/screens/coach-words");
+  expect(remarkInShort(found("photo.blurred"))).toBe("unscharf");
+  expect(remarkInShort(found("photo.new_one", {}, "A sentence of v1.5, with stops: many."))).toBe("siehe Hinweis");
+});

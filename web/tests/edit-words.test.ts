@@ -69,3 +69,12 @@ test("the scan has its sock on or off only as it is recorded", async () => {
   expect(scanWords(0, sock(true))).toBe("Against the scan, sock still on");
   expect(scanWords(0.3, [])).toBe("Against the scan, sock off");
 });
+
+test("a template is called as its file says", async () => {
+  const { wordsOf } = await import("../src/screens/edit-words");
+  const of = (learned: string) =>
+    wordsOf({ number: 1, kind: "from-template", on: true, accept: [], parameters: { learned, strength: 0.5 }, telling: [], text: "" });
+  const file = { steps: [{ name: "not this" }], name: 'Knee "new" \u00e4' };
+  expect(of(JSON.stringify(file))).toMatchObject({ where: 'Knee "new" \u00e4', amount: "50 %" });
+  expect(of("no file")).toMatchObject({ where: "" });
+});

@@ -13,14 +13,17 @@ beforeEach(() => {
 });
 
 test("a row of the list says what the surface keeps to, and the first doubt", async () => {
-  const { inShort } = await import("../src/screens/cases");
+  const { inShort, sizeUnchecked } = await import("../src/screens/cases");
   const { words } = await import("../src/words");
   const filled = "{filled_percent:.1f} % of the surface was filled in; no photo measured it.";
   words.value = {
     en: {
       codes: {
-        "verdict.filled": { says: filled },
-        "verdict.no_size": { says: "No millimetres. {size}" },
+        "verdict.green": { says: "Surface: {scale}", short: "Within {p95_mm:.2f} mm" },
+        "verdict.doubtful": { says: "{first} {scale}", short: "{first:short}" },
+        "verdict.filled": { says: filled, short: "{filled_percent:.1f} % was filled in" },
+        "verdict.open": { says: "It is open at 1.5 mm: close it." },
+        "verdict.no_size": { says: "No millimetres. {size}", short: "No millimetres" },
         "verdict.scale.unknown": { says: "Nothing says how large it is." },
       },
       terms: {},
@@ -32,17 +35,20 @@ test("a row of the list says what the surface keeps to, and the first doubt", as
     values: { verdict: { code, gravity, values } },
   });
   const green = headline("note", "verdict.green", { p95_mm: 0.09, limit_mm: 0.6 });
-  expect(inShort({ size_checked: false, headline: green })).toBe("Within 0.09\u00a0mm; size not checked");
-  expect(inShort({ size_checked: true, headline: green })).toBe("Within 0.09\u00a0mm");
+  expect(inShort(green)).toBe("Within 0.09 mm");
+  expect(sizeUnchecked({ size_checked: false, headline: green })).toBe(true);
+  expect(sizeUnchecked({ size_checked: true, headline: green })).toBe(false);
   const amber = headline("doubt", "verdict.doubtful", {
     first: { code: "verdict.filled", gravity: "doubt", values: { filled_percent: 10.1 } },
     second: null,
     p95_mm: 0.2,
   });
-  expect(inShort({ size_checked: true, headline: amber })).toBe("10.1 % of the surface was filled in");
-  expect(inShort({ size_checked: false, headline: amber })).toBe("10.1 % of the surface was filled in; size not checked");
+  expect(inShort(amber)).toBe("10.1 % was filled in");
+  const open = headline("doubt", "verdict.doubtful", { first: { code: "verdict.open", gravity: "doubt", values: {} }, second: null });
+  expect(inShort(open)).toBe("It is open at 1.5 mm: close it.");
   const red = headline("fault", "verdict.no_size", { size: { code: "verdict.scale.unknown", gravity: "fault", values: {} } });
-  expect(inShort({ size_checked: false, headline: red })).toBe("No millimetres");
+  expect(inShort(red)).toBe("No millimetres");
+  expect(sizeUnchecked({ size_checked: false, headline: red })).toBe(false);
 });
 
 test("what an edit asks for is offered as words where it may be only some, and its range is told", async () => {

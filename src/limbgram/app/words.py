@@ -15,6 +15,9 @@ class CodeWords(BaseModel):
 
     says: str
     do: str = Field(default="", description="What to do about it; empty where nothing is.")
+    short: str = Field(
+        default="", description="For one line of a list; empty where `says` is short enough."
+    )
 
 
 class WordsReply(BaseModel):
@@ -29,7 +32,7 @@ def words(language: Literal["en", "de"], response: Response) -> WordsReply:
     """The sentences and the advice of all findings."""
     response.headers["cache-control"] = "private, max-age=0, must-revalidate"
     codes = {
-        code: CodeWords(says=entry.says, do=entry.advice("app"))
+        code: CodeWords(says=entry.says, do=entry.advice("app"), short=entry.short)
         for code, entry in all_words(language).items()
     }
     return WordsReply(codes=codes, terms=dict(terms(language)))

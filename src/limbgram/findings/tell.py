@@ -7,8 +7,9 @@ A file `words/LANGUAGE/TOPIC.toml` has a table for each code of its topic:
     do = "Tape it again."
 
 `says` is what and why, `do` what to do about it (it may lack), and `app` the same where `do` names
-commands or options, which nobody sees before the browser app. In braces stands a value's name and,
-after a colon, how it is told:
+commands or options, which nobody sees before the browser app. `short` is what alone, for one line
+of a list; where it lacks, `says` stands there. In braces stands a value's name and, after a colon,
+how it is told:
 
     {share:.1%}  {rms_mm:.2f}  {error_mm:+.1f}  {count:,}    a number; German has a decimal comma
     {within_mm:±.2f}                                       half an interval: ± 0.25, or ± 0.003, as
@@ -27,6 +28,7 @@ after a colon, how it is told:
     {name!r}  {name:.60}  {name!r:.60}                     in quotes, cut to so many letters
     {reason}  {reason:says}  {reason:clause}               a finding: whole, without advice, without
                                                            its full stop
+    {reason:short}                                         its short words
 
 What stands behind a colon may hold braces itself: `{more:true= ({names})|false=}`. The client words
 by the same rules (`web/src/words.ts`); both are held to the cases of `tests/data/words.json`.
@@ -67,6 +69,8 @@ class Words:
     do: str = ""
     app: str | None = None
     """The advice before the app; None where it is the same."""
+    short: str = ""
+    """What alone, for one line of a list; empty where `says` is short enough."""
 
     def advice(self, door: Door) -> str:
         return self.do if door == "command" or self.app is None else self.app
@@ -93,6 +97,14 @@ def advice(finding: Finding, language: str = LANGUAGES[0], door: Door = "command
     if words is None:
         return ""
     return filled(words.advice(door), finding.values, language, door)
+
+
+def in_short(finding: Finding, language: str = LANGUAGES[0], door: Door = "command") -> str:
+    """What is found, in one line; the sentence of a finding that has no short words."""
+    words = _words_of(finding.code, language)
+    if words is None or not words.short:
+        return sentence(finding, language, door)
+    return filled(words.short, finding.values, language, door)
 
 
 def as_json(finding: Finding) -> dict[str, Any]:
@@ -250,6 +262,8 @@ def _split(how: str) -> list[str]:
 def _clause(reason: Finding, how: str, put: _Put) -> str:
     if not how:
         return told(reason, put.language, put.door)
+    if how == "short":
+        return in_short(reason, put.language, put.door)
     said = sentence(reason, put.language, put.door)
     return said.removesuffix(".") if how == "clause" else said
 

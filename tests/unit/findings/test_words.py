@@ -88,7 +88,8 @@ def test_every_code_has_words_whose_values_are_given(language: str) -> None:
 
 
 def asked_by(words: Words) -> set[str]:
-    return placeholders(words.says) | placeholders(words.do) | placeholders(words.app or "")
+    templates = (words.says, words.do, words.app or "", words.short)
+    return set[str]().union(*map(placeholders, templates))
 
 
 def test_both_languages_tell_the_same_values_of_the_same_codes() -> None:
@@ -99,6 +100,8 @@ def test_both_languages_tell_the_same_values_of_the_same_codes() -> None:
             code
             for code, words in english.items()
             if placeholders(other[code].says) != placeholders(words.says)
+            or placeholders(other[code].short) != placeholders(words.short)
+            or bool(other[code].short) != bool(words.short)
             or bool(other[code].do) != bool(words.do)
             or (other[code].app is None) != (words.app is None)
         ]
@@ -153,3 +156,13 @@ def test_what_is_no_finding_is_refused() -> None:
     for tree in ({}, {"code": "a.b"}, {"code": "a.b", "gravity": "mild", "values": {}}, "a.b"):
         with pytest.raises(ValueError):
             Finding.from_tree(tree)
+
+
+def test_a_doubtful_verdict_is_told_in_one_line_by_its_first_doubt() -> None:
+    verdict = Finding(
+        "verdict.doubtful", values={"first": Finding("verdict.gap.wide", values={"gap_deg": 50.0})}
+    )
+    assert tell.in_short(verdict) == "No photo looks from 50 degrees in a row"
+    assert tell.in_short(verdict, "de") == "Über 50 Grad am Stück schaut kein Foto"
+    no_short = Finding("verdict.scale.unchecked")
+    assert tell.in_short(no_short) == tell.sentence(no_short)

@@ -64,5 +64,8 @@ export function remarkWords(remark: Finding | undefined): string {
   return known ? t(known) : sentence(remark);
 }
 
+/** The same on the photo's tile, where only few words have room: of what has no short words, that there is a remark. */
+export const remarkInShort = (remark: Finding): string => t(REMARKS[remark.code] ?? "remark.other");
+
 /** Whether the check remarks on a photo as burnt out. */
 export const someBurnt = (photos: Answer["photos"]): boolean => photos.some((one) => one.remarks.some(({ code }) => code === "photo.overexposed"));

@@ -17,12 +17,21 @@ export function wordsOf(one: Schemas["EditReply"]): { title: string; where: stri
   if (one.kind === "from-template")
     return {
       title,
-      where: /"name": ?"((?:[^"\\\\]|\\\\.)*)"/.exec(String(p.learned))?.[1] ?? "",
+      where: templateName(p.learned),
       amount: `${(100 * Number(p.strength)).toFixed(0)} %`,
       field: null,
     };
   const thickness = Number(p.thickness_mm ?? p.distance_mm ?? p.offset_mm);
   return { title, where, amount: Number.isFinite(thickness) ? `${thickness} mm` : "", field: null };
+}
+
+/** What a template is called, by its file, which is JSON; nothing of one that no program reads. */
+function templateName(file: unknown): string {
+  try {
+    return String((JSON.parse(String(file)) as { name?: unknown }).name ?? "");
+  } catch {
+    return "";
+  }
 }
 
 /** What was given of an edit, by its words: "Heights 80, 200; per cent 1, 3". */

@@ -8,7 +8,7 @@ import { useAct } from "../../state/asked";
 import type { Upload } from "../../state/uploads";
 import { bytes, t } from "../../texts";
 import { told } from "../../words";
-import { remarkWords } from "../coach-words";
+import { remarkInShort, remarkWords } from "../coach-words";
 import type { Room } from "../room";
 
 interface PhotoProps {
@@ -20,8 +20,11 @@ interface PhotoProps {
 
 export function PhotoTile({ room, photo, said, number, on, onClick }: PhotoProps & { number: number; on: boolean; onClick: () => void }) {
   const film = /\.(mp4|mov|avi|mkv|webm)$/i.test(photo.name);
-  const bad = photo.state === "unusable" || (said !== undefined && !said.counts);
-  const remark = photo.state === "unusable" ? t("capture.unusable") : remarkWords(said?.remarks[0]);
+  const unusable = photo.state === "unusable";
+  const bad = unusable || (said !== undefined && !said.counts);
+  const first = said?.remarks[0];
+  const remark = unusable ? t("capture.unusable") : remarkWords(first);
+  const short = unusable ? remark : first && remarkInShort(first);
   return (
     <button
       type="button"
@@ -31,12 +34,12 @@ export function PhotoTile({ room, photo, said, number, on, onClick }: PhotoProps
       aria-pressed={on}
       aria-label={`${number}: ${photo.name} ${remark}`}
     >
-      {film || photo.state === "unusable" ? (
+      {film || unusable ? (
         <Icon name="camera" />
       ) : (
         <img src={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />
       )}
-      <span>{bad && remark ? `${number} ${remark.split(/[,;:.]/)[0].slice(0, 18)}` : number}</span>
+      <span>{bad && short ? `${number} ${short}` : number}</span>
     </button>
   );
 }

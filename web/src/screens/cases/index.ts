@@ -1,2 +1,2 @@
 export { CasesScreen } from "./screen";
-export { inShort, withoutColour } from "./in-short";
+export { inShort, sizeUnchecked, withoutColour } from "./in-short";

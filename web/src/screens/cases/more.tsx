@@ -26,7 +26,7 @@ export function More({ one, acts }: { one: Schemas["Case"]; acts: ActsOfCase }) 
             {t(one.archived ? "cases.from.archive" : "cases.to.archive")}
           </button>
           <button type="button" onClick={() => void then(acts.ask("clear"))}>
-            {t("cases.clear.sure").replace(/\?$/, "")}
+            {t("cases.clear.parts")}
           </button>
           <button type="button" class="danger" onClick={() => void then(acts.ask("delete"))}>
             {t("cases.delete")}

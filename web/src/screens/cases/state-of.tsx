@@ -1,10 +1,9 @@
 /** What a case says of itself in the list: a chip and one line. */
 import type { Schemas } from "../../api/client";
 import { Chip } from "../../design/parts";
-import { parted } from "../../design/refusal";
 import { t, tOr } from "../../texts";
-import { told } from "../../words";
-import { inShort } from "./in-short";
+import { briefly, told } from "../../words";
+import { inShort, sizeUnchecked } from "./in-short";
 
 export function StateOf({ one }: { one: Schemas["Case"] }) {
   if (one.state === "finished" && one.verdict)
@@ -12,15 +11,16 @@ export function StateOf({ one }: { one: Schemas["Case"] }) {
       <>
         <Chip tone={one.verdict.light}>{t(`verdict.${one.verdict.light}`)}</Chip>
         <div class="small soft nt" title={told(one.verdict.headline)}>
-          {inShort(one.verdict)}
+          {inShort(one.verdict.headline)}
         </div>
+        {sizeUnchecked(one.verdict) && <div class="small soft">{t("case.size.unchecked")}</div>}
       </>
     );
   if (one.state === "refused" || one.state === "failed")
     return (
       <>
         <Chip tone="red">{t("case.state.refused")}</Chip>
-        <div class="small soft nt">{one.finding && parted(told(one.finding))[0]}</div>
+        <div class="small soft nt">{one.finding && briefly(one.finding)}</div>
       </>
     );
   return (
