@@ -325,6 +325,7 @@ def test_a_heads_figures_have_closed_forms(skew_deg: float) -> None:
     assert sheet["diagonal_left_front_mm"].value == pytest.approx(left, abs=0.1)
     assert sheet["diagonal_right_front_mm"].value == pytest.approx(right, abs=0.1)
     assert sheet["cva_mm"].value == pytest.approx(abs(left - right), abs=0.1)
+    assert sheet["cva_signed_mm"].value == pytest.approx(left - right, abs=0.1)
     small, large = sorted((left, right))
     shorter, longer = sheet["cvai_shorter_per_cent"], sheet["cvai_longer_per_cent"]
     assert shorter.value == pytest.approx(100 * (large - small) / small, abs=0.1)
@@ -346,6 +347,49 @@ def test_a_heads_figures_have_closed_forms(skew_deg: float) -> None:
     share = between / (2 * np.pi)
     assert sheet["volume_left_front_ml"].value == pytest.approx(whole * share, rel=5e-3)
     assert sheet["symmetry_per_cent"].value == pytest.approx(100.0, abs=0.1)
+
+
+def test_a_heads_circumference_lies_in_the_plane_of_glabella_and_opisthocranion() -> None:
+    """An ellipsoid's sections are ellipses; here the plane falls from front to back."""
+    up_mm = 20.0
+    ahead = HALF[1] * np.sqrt(1 - (up_mm / HALF[2]) ** 2)
+    places = {"glabella": (0, ahead, up_mm), "opisthocranion": (0, -ahead, -up_mm)}
+    head = ellipsoid(0.0)
+    kept = tuple(one for one in head.landmarks if one.name not in places)
+    marks = tuple(Landmark(name=one, position_mm=np.array(at)) for one, at in places.items())
+    found = only(replace(head, landmarks=(*kept, *marks)), "head_circumference_mm")
+    around = np.linspace(0, 2 * np.pi, 20001)
+    ring = np.column_stack([HALF[0] * np.cos(around), np.hypot(ahead, up_mm) * np.sin(around)])
+    length = float(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum())
+    assert found["head_circumference_mm"].value == pytest.approx(length, abs=0.2)
+
+
+def test_a_heads_ratio_and_signed_asymmetry_between_landmarks() -> None:
+    """Places known to the millimetre, each placed with its own error."""
+    places = {
+        "glabella": (0, 85, 20),
+        "opisthocranion": (0, -85, 20),
+        "right eurion": (68, -20, 10),
+        "left eurion": (-68, -20, 10),
+        "right frontozygoma": (40, 68, 10),
+        "left frontozygoma": (-44, 68, 10),
+    }
+    names = ("eurion_width_mm", "glabella_length_mm", "cephalic_index_per_cent")
+    oblique = ("oblique_left_front_mm", "oblique_right_front_mm", "oblique_cva_mm")
+    head = ellipsoid(0.0)
+    kept = tuple(one for one in head.landmarks if one.name not in places)
+    marks = tuple(
+        Landmark(name=one, position_mm=np.array(at, float), sigma_mm=1.0)
+        for one, at in places.items()
+    )
+    found = only(replace(head, landmarks=(*kept, *marks)), *names, *oblique)
+    assert found["cephalic_index_per_cent"].value == pytest.approx(100 * 136 / 170)
+    left, right = np.hypot(112, 88), np.hypot(108, 88)
+    assert found["oblique_cva_mm"].value == pytest.approx(left - right)
+    rows = {row.name: row for row in found.rows}
+    parts = [rows[one].placing_sigma or np.nan for one in oblique[:2]]
+    assert rows["oblique_cva_mm"].placing_sigma == pytest.approx(np.hypot(*parts))
+    assert set(rows["oblique_cva_mm"].places) == {*places} - {"glabella", "opisthocranion"}
 
 
 @pytest.mark.parametrize(("open_to_mm", "whole"), [(-3.0, True), (4.0, False)])

@@ -245,6 +245,14 @@ class Share(Item):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Difference(Item):
+    """One distance of the sheet less another, with its sign."""
+
+    part: str
+    less: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Section(Item):
     """Of the section that a plane makes with the limb."""
 
@@ -282,7 +290,7 @@ class Cranial(Item):
     what: str
 
 
-AnyItem = Angle | Distance | Extent | Share | Section | Extreme | Cranial
+AnyItem = Angle | Distance | Extent | Share | Difference | Section | Extreme | Cranial
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,13 +11,16 @@ sheet, each with its formula. No severity is told.
 from limbgram.workbench.anatomy.kind import (
     Cranial,
     Cross,
+    Difference,
     Distance,
     Kind,
     Line,
     Mid,
     Place,
     Plane,
+    Section,
     SensitivePlace,
+    Share,
     Upright,
 )
 
@@ -70,6 +73,7 @@ LEFT_FRONTOZYGOMA = Place(
 
 _TRAGIA = Mid(("right tragion", "left tragion"))
 _SELLION = Mid(("sellion",))
+_GLABELLA, _OPISTHOCRANION = Mid(("glabella",)), Mid(("opisthocranion",))
 
 KIND = Kind(
     name="head",
@@ -108,6 +112,7 @@ KIND = Kind(
         ),
         Line(name="midline", start=_TRAGIA, end=_SELLION, within="base"),
         Cross(name="to the right", first="midline", second="base"),
+        Line(name="greatest length", start=_OPISTHOCRANION, end=_GLABELLA),
     ),
     sheet=(
         Cranial(
@@ -155,6 +160,13 @@ KIND = Kind(
             de="Schädelasymmetrie (CVA)",
             what="asymmetry",
             note="|left front - right front| diagonal",
+        ),
+        Cranial(
+            name="cva_signed_mm",
+            en="CVA with its sign; positive: the diagonal from the left front is the longer",
+            de="CVA mit Vorzeichen; positiv: die Diagonale von links vorn ist die längere",
+            what="asymmetry signed",
+            note="left front - right front diagonal, 30 degrees from the midline",
         ),
         Cranial(
             name="cvai_shorter_per_cent",
@@ -233,8 +245,47 @@ KIND = Kind(
             name="glabella_length_mm",
             en="Length, glabella to opisthocranion",
             de="Länge, Glabella bis Opisthokranion",
-            start=Mid(("opisthocranion",)),
-            end=Mid(("glabella",)),
+            start=_OPISTHOCRANION,
+            end=_GLABELLA,
+        ),
+        Share(
+            name="cephalic_index_per_cent",
+            en="Cranial ratio between landmarks",
+            de="Kranialindex zwischen Landmarken",
+            part="eurion_width_mm",
+            whole="glabella_length_mm",
+            note="eurion to eurion / glabella to opisthocranion x 100",
+        ),
+        Section(
+            name="head_circumference_mm",
+            en="Head circumference over glabella and opisthocranion",
+            de="Kopfumfang über Glabella und Opisthokranion",
+            at=Mid(("glabella", "opisthocranion")),
+            normal="base",
+            holds="greatest length",
+            note="taut tape in the plane through both, level from side to side",
+        ),
+        Distance(
+            name="oblique_left_front_mm",
+            en="Left frontozygoma to right eurion",
+            de="Linkes Frontozygoma bis rechtes Euryon",
+            start=Mid(("left frontozygoma",)),
+            end=Mid(("right eurion",)),
+        ),
+        Distance(
+            name="oblique_right_front_mm",
+            en="Right frontozygoma to left eurion",
+            de="Rechtes Frontozygoma bis linkes Euryon",
+            start=Mid(("right frontozygoma",)),
+            end=Mid(("left eurion",)),
+        ),
+        Difference(
+            name="oblique_cva_mm",
+            en="CVA between landmarks; positive: the diagonal from the left front is the longer",
+            de="CVA zwischen Landmarken; positiv: die Diagonale von links vorn ist die längere",
+            part="oblique_left_front_mm",
+            less="oblique_right_front_mm",
+            note="left frontozygoma to right eurion - right frontozygoma to left eurion",
         ),
     ),
 )

@@ -165,6 +165,7 @@ def _of_level(level: Level) -> dict[str, Sloped]:
         "diagonal left": left,
         "diagonal right": right,
         "asymmetry": asymmetry,
+        "asymmetry signed": _mixed((left, 1.0), (right, -1.0)),
         "index shorter": _per_cent(asymmetry, shorter),
         "index longer": _per_cent(asymmetry, longer),
         "radial": _radial(level, middle),

@@ -33,6 +33,7 @@ from limbgram.workbench.anatomy.kind import (
     Angle,
     AnyItem,
     Cranial,
+    Difference,
     Distance,
     Extent,
     Extreme,
@@ -272,6 +273,8 @@ def _measured(filling: _Filling, item: AnyItem) -> _Measured:
             return _Measured.of(subject, found)
         case Share():
             return _share(filling.rows[item.part], filling.rows[item.whole])
+        case Difference():
+            return _difference(filling.rows[item.part], filling.rows[item.less])
         case Extent():
             return _Measured.of(subject, _extent(subject, item))
         case Section():
@@ -328,11 +331,26 @@ def _share(part: SheetRow, whole: SheetRow) -> _Measured:
     """One over the other; their errors count as independent, which widens the interval."""
     above, below = _figure_of(part), _figure_of(whole)
     value = 100 * above.value / below.value
-    places = tuple(dict.fromkeys((*part.places, *whole.places)))
+    places = _places_of(part, whole)
     if above.sigma is None or below.sigma is None:
         return _Measured(figure=Figure(value, None), places=places)
     spread = math.hypot(100 * above.sigma, value * below.sigma) / abs(below.value)
     return _Measured(figure=Figure(value, spread), places=places)
+
+
+def _difference(part: SheetRow, less: SheetRow) -> _Measured:
+    """One less the other, between landmarks of their own: their errors are independent."""
+    figures = _figure_of(part), _figure_of(less)
+    value, places = figures[0].value - figures[1].value, _places_of(part, less)
+    spreads = [one.sigma for one in figures if one.sigma is not None]
+    whole = math.hypot(*spreads) if len(spreads) == len(figures) else None
+    placings = [one.placing_sigma for one in (part, less) if one.placing_sigma is not None]
+    placing = math.hypot(*placings) if placings else None
+    return _Measured(figure=Figure(value, whole), placing_sigma=placing, places=places)
+
+
+def _places_of(*rows: SheetRow) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(name for row in rows for name in row.places))
 
 
 def _figure_of(row: SheetRow) -> Figure:
