@@ -487,6 +487,113 @@ def test_the_height_of_the_calfs_largest_girth_is_that_of_its_top(top_mm: float)
     assert found["calf_girth_mm"].value == pytest.approx(2 * np.pi * 42, abs=0.3)
 
 
+@pytest.mark.parametrize(("forward", "width_mm"), [((0, 1, 0), 84.0), ((-1, 0, 0), 84.0 * 1.2)])
+def test_a_calfs_width_is_taken_across_the_foot_where_its_girth_is_largest(
+    forward: tuple[int, int, int], width_mm: float
+) -> None:
+    round_one = calf(191.3)
+    vertices = round_one.mesh.vertices_mm * [1.0, 1.2, 1.0]
+    across = np.cross(forward, [0, 0, 1]) * 30.0
+    toe = 200.0 * np.array(forward)
+    places = {
+        "heel": -0.2 * toe,
+        "second toe": toe,
+        "first metatarsal head": 0.7 * toe - across,
+        "fifth metatarsal head": 0.7 * toe + across,
+    }
+    down = np.array([0.0, 0.0, -60.0])
+    marks = tuple(
+        Landmark(name=one, position_mm=at + down, sigma_mm=0.0) for one, at in places.items()
+    )
+    limb = replace(round_one, landmarks=(*round_one.landmarks, *marks))
+    limb = limb.with_mesh(limb.mesh.with_vertices(vertices))
+    names = ("calf_width_mm", "calf_trim_width_mm", "calf_trim_girth_mm")
+    found = only(limb, *names)
+    assert found["calf_width_mm"].value == pytest.approx(width_mm, abs=0.15)
+    lower = 1 - 6e-4 * (300 - 22 - 191.3) ** 2 / 42
+    assert found["calf_trim_width_mm"].value == pytest.approx(width_mm * lower, abs=0.15)
+    around = np.linspace(0, 2 * np.pi, 20001)
+    ring = 42 * lower * np.column_stack([np.cos(around), 1.2 * np.sin(around)])
+    length = float(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum())
+    assert found["calf_trim_girth_mm"].value == pytest.approx(length, abs=0.3)
+
+
+def arched(apex_mm: float, height_mm: float, heel_sigma_mm: float = 0.0) -> Limb:
+    """A block of 200 x 60 x 80 mm, hollowed from below by a parabola, 80 mm long, across it."""
+    x, y = np.meshgrid(np.linspace(0, 200, 201), np.linspace(-30, 30, 31), indexing="ij")
+    hollow = height_mm * (1 - ((x - apex_mm) / 40) ** 2)
+    under = np.stack([x, y, np.maximum(hollow, 0.0)], -1)
+    over = np.stack([x, y, np.full_like(x, 80.0)], -1)
+    ids = np.arange(x.size).reshape(x.shape)
+    a, b, c, d = (part.ravel() for part in (ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]))
+    top = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)])
+    rim = np.concatenate([ids[:-1, 0], ids[-1, :-1], ids[:0:-1, -1], ids[0, :0:-1]])
+    after = np.roll(rim, -1)
+    wall = np.concatenate([np.stack([rim, after, after + x.size], -1),
+                           np.stack([rim, after + x.size, rim + x.size], -1)])  # fmt: skip
+    mesh = Mesh(
+        vertices_mm=np.concatenate([under.reshape(-1, 3), over.reshape(-1, 3)]),
+        faces=np.concatenate([top[:, ::-1], top + x.size, wall]).astype(np.int32),
+        sigma_mm=np.full(2 * x.size, 1e-3, np.float32),
+    )
+    places = {
+        "plantar heel": (20.0, 0.0, 0.0),
+        "plantar first metatarsal head": (150.0, -10.0, 0.0),
+        "plantar fifth metatarsal head": (140.0, 25.0, 0.0),
+        "medial malleolus": (40.0, -30.0, 70.0),
+        "lateral malleolus": (30.0, 30.0, 65.0),
+    }
+    marks = tuple(
+        Landmark(
+            name=one,
+            position_mm=np.array(at),
+            sigma_mm=heel_sigma_mm if one == "plantar heel" else 0.0,
+        )
+        for one, at in places.items()
+    )
+    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
+    return AlignedLimb(mesh=mesh, landmarks=marks, frame=frame, kind="foot")
+
+
+@pytest.mark.parametrize(("apex_mm", "height_mm"), [(80.0, 18.0), (91.3, 6.0)])
+def test_an_arch_has_its_apex_where_its_parabola_has(apex_mm: float, height_mm: float) -> None:
+    found = only(arched(apex_mm, height_mm), "arch_height_mm", "heel_to_arch_apex_mm")
+    assert found["arch_height_mm"].value == pytest.approx(height_mm, abs=0.05)
+    slant = np.hypot(130, 10) / 130
+    assert found["heel_to_arch_apex_mm"].value == pytest.approx((apex_mm - 20) * slant, abs=0.2)
+
+
+def test_a_heel_marked_beside_its_place_moves_the_way_to_the_arch_alone() -> None:
+    found = only(arched(80.0, 18.0, heel_sigma_mm=2.0), "arch_height_mm", "heel_to_arch_apex_mm")
+    rows = {row.name: row for row in found.rows}
+    assert rows["heel_to_arch_apex_mm"].placing_sigma == pytest.approx(2.0, rel=0.05)
+    assert rows["arch_height_mm"].placing_sigma == pytest.approx(0.0, abs=0.05)
+
+
+def test_the_height_of_an_arch_moves_with_the_skin_as_its_sigma_says() -> None:
+    limb = arched(80.0, 18.0)
+    x, _, z = limb.mesh.vertices_mm.T
+    bump = 0.2 * np.exp(-(((x - 85) / 15) ** 2)) * (z < 40)
+    told = only(
+        limb.with_mesh(replace(limb.mesh, shared_mm=bump[:, None].astype(np.float32))),
+        "arch_height_mm",
+        "heel_to_arch_apex_mm",
+    )
+    out = limb.mesh.vertices_mm + bump[:, None] * limb.mesh.vertex_normals()
+    back = limb.mesh.vertices_mm - bump[:, None] * limb.mesh.vertex_normals()
+    moved = [only(limb.with_mesh(limb.mesh.with_vertices(one)), "arch_height_mm",
+                  "heel_to_arch_apex_mm") for one in (out, back)]  # fmt: skip
+    for name in ("arch_height_mm", "heel_to_arch_apex_mm"):
+        change = abs(moved[0][name].value - moved[1][name].value) / 2
+        assert told[name].sigma == pytest.approx(change, rel=0.15), name
+
+
+def test_a_flat_sole_has_no_arch() -> None:
+    row = only(arched(80.0, 0.0), "arch_height_mm").rows[0]
+    assert row.reason is not None
+    assert row.reason.code == "measure.sheet.no_arch"
+
+
 def test_a_rough_calf_keeps_the_height_of_its_top() -> None:
     """Rings in and out by 0.05 mm: girths differ by 0.3, as they do within 9 mm of the top.
 

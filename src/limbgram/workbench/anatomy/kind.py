@@ -270,17 +270,34 @@ class Section(Item):
     """The direction of a width."""
     parted: Mid | None = None
     """Across that direction, halves are parted by the plane through here."""
+    beyond_mm: float = 0.0
+    """How far beyond the place, along the normal, the plane lies."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Extreme(Item):
-    """The largest or smallest girth across a direction between two places, or where it lies."""
+    """The largest or smallest girth across a direction between two places, where it lies, or the
+    width there."""
 
     normal: str
     between: tuple[Mid, Mid]
     which: Literal["largest", "smallest"]
     height_from: Mid | None = None
     """The height of that girth from here, along the direction, in place of the girth."""
+    width_along: str = ""
+    """The calliper at that height, along this direction, in place of the girth."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arch(Item):
+    """The highest place under the surface, in the upright plane through two places under it."""
+
+    start: Mid
+    end: Mid
+    base: str
+    """The plane over which it is high."""
+    what: Literal["height", "place"]
+    """Over the base, or its way from the start along the line to the end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -290,7 +307,7 @@ class Cranial(Item):
     what: str
 
 
-AnyItem = Angle | Distance | Extent | Share | Difference | Section | Extreme | Cranial
+AnyItem = Angle | Distance | Extent | Share | Difference | Section | Extreme | Arch | Cranial
 
 
 @dataclass(frozen=True, kw_only=True)

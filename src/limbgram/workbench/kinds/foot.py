@@ -23,6 +23,7 @@ medially, and persons lie far apart. No landmark tells it: it is an editable def
 
 from limbgram.workbench.anatomy.kind import (
     Angle,
+    Arch,
     Bent,
     Cross,
     Distance,
@@ -199,12 +200,17 @@ _SOLE = (
     Mid(("plantar first metatarsal head",), otherwise=("first metatarsal head",)),
     Mid(("plantar fifth metatarsal head",), otherwise=("fifth metatarsal head",)),
 )
+_UNDER_HEEL = Mid(("plantar heel",))
+_UNDER_MT1 = Mid(("plantar first metatarsal head",))
 _UNDER_BALL = Mid(
     ("plantar first metatarsal head", "plantar fifth metatarsal head"),
     otherwise=("first metatarsal head", "fifth metatarsal head"),
 )
 _CALCANEUS = Mid(("medial calcaneus", "lateral calcaneus"))
 _MIDFOOT = Mid(("navicular", "fifth metatarsal base"))
+
+USUAL_TRIM_MM = 22.0
+"""Below the head of the fibula: where the upper edge of an ankle-foot orthosis usually lies."""
 
 KIND = Kind(
     name="foot",
@@ -457,6 +463,25 @@ KIND = Kind(
             end=Mid(("navicular",)),
             along="plantar",
         ),
+        Arch(
+            name="arch_height_mm",
+            en="Height of the arch at its apex",
+            de="Höhe des Längsgewölbes am Scheitel",
+            start=_UNDER_HEEL,
+            end=_UNDER_MT1,
+            base="plantar",
+            what="height",
+            note="highest place of the sole on the line from under the heel to under MT1",
+        ),
+        Arch(
+            name="heel_to_arch_apex_mm",
+            en="Under the heel to the arch's apex, towards the first metatarsal head",
+            de="Fersensohle bis Gewölbescheitel, zum Großzehenballen",
+            start=_UNDER_HEEL,
+            end=_UNDER_MT1,
+            base="plantar",
+            what="place",
+        ),
         Distance(
             name="truncated_length_mm",
             en="Truncated length, heel to first metatarsal head",
@@ -513,6 +538,16 @@ KIND = Kind(
             height_from=_MALLEOLI,
         ),
         Extreme(
+            name="smallest_ankle_width_mm",
+            en="ML width at the smallest girth above the ankle",
+            de="ML-Breite am kleinsten Umfang über dem Knöchel",
+            normal="shank",
+            between=(_MALLEOLI, _KNEE),
+            which="smallest",
+            width_along="lateral",
+            note="calliper across the foot's axis",
+        ),
+        Extreme(
             name="calf_girth_mm",
             en="Largest girth of the calf",
             de="Größter Wadenumfang",
@@ -528,6 +563,35 @@ KIND = Kind(
             between=(_MALLEOLI, _KNEE),
             which="largest",
             height_from=_MALLEOLI,
+        ),
+        Extreme(
+            name="calf_width_mm",
+            en="ML width at the largest girth of the calf",
+            de="ML-Breite am größten Wadenumfang",
+            normal="shank",
+            between=(_MALLEOLI, _KNEE),
+            which="largest",
+            width_along="lateral",
+            note="calliper across the foot's axis",
+        ),
+        Section(
+            name="calf_trim_girth_mm",
+            en="Girth of the calf at the usual upper edge, 22 mm below the head of the fibula",
+            de="Wadenumfang am üblichen oberen Rand, 22 mm unter dem Wadenbeinköpfchen",
+            at=Mid(("fibula head",)),
+            normal="shank",
+            beyond_mm=-USUAL_TRIM_MM,
+        ),
+        Section(
+            name="calf_trim_width_mm",
+            en="ML width of the calf there",
+            de="ML-Breite der Wade dort",
+            at=Mid(("fibula head",)),
+            normal="shank",
+            beyond_mm=-USUAL_TRIM_MM,
+            what="width",
+            along="lateral",
+            note="calliper across the foot's axis",
         ),
         Distance(
             name="fibula_head_height_mm",

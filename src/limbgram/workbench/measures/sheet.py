@@ -32,6 +32,7 @@ from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.kind import (
     Angle,
     AnyItem,
+    Arch,
     Cranial,
     Difference,
     Distance,
@@ -44,6 +45,7 @@ from limbgram.workbench.anatomy.kind import (
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.frame.landmarks import unconfirmed
 from limbgram.workbench.limb import Limb, Side
+from limbgram.workbench.measures.arch import arch_of
 from limbgram.workbench.measures.cranial import cranial_figures, require_whole
 from limbgram.workbench.measures.levels import (
     Figure,
@@ -56,7 +58,7 @@ from limbgram.workbench.measures.levels import (
     ml_mm,
     tape_mm,
 )
-from limbgram.workbench.measures.sensed import Cut, Sensed, Subject, across
+from limbgram.workbench.measures.sensed import STEP_MM, Cut, Sensed, Subject, across
 
 _EXTREME_STEP_MM = 2.0
 _FLAT_SHARE = 0.005
@@ -281,6 +283,8 @@ def _measured(filling: _Filling, item: AnyItem) -> _Measured:
             return _Measured.of(subject, _section(subject, item))
         case Extreme():
             return _extreme(subject, item)
+        case Arch():
+            return _Measured.of(subject, arch_of(subject, item))
         case Cranial():
             if not filling.heads:
                 filling.heads.update(cranial_figures(subject))
@@ -414,6 +418,7 @@ def cut_of(anatomy: Anatomy, item: Section) -> Cut:
     x_axis /= np.linalg.norm(x_axis)
     rotation = np.stack([x_axis, np.cross(normal, x_axis), normal])
     through_mm = rotation @ at
+    through_mm[2] += item.beyond_mm
     if item.parted is not None:
         through_mm[0] = rotation[0] @ anatomy.at(item.parted, item.en)
     return Cut(rotation=rotation, through_mm=through_mm)
@@ -490,7 +495,7 @@ _OF_SECTION: Mapping[str, Callable[[Level], Sloped]] = {
 
 
 def _extreme(subject: Subject, item: Extreme) -> _Measured:
-    """The largest or smallest girth between two places, or its height.
+    """The largest or smallest girth between two places, its height, or the width there.
 
     There a girth does not change with its height, so that only the surface's errors and those of
     the direction count; but landmarks say between which heights it is looked for.
@@ -498,6 +503,8 @@ def _extreme(subject: Subject, item: Extreme) -> _Measured:
     found = _Extremum.of(subject, item)
     if item.height_from is not None:
         return _Measured.of(subject, found.height(subject, item, item.height_from))
+    if item.width_along:
+        return _Measured.of(subject, found.width(subject, item))
     slopes = subject.slopes(lambda one: _ends_mm(one, item))
     return _Measured(
         figure=found.turned.figure(found.level, tape_mm(found.level)), places=tuple(slopes)
@@ -563,6 +570,40 @@ class _Extremum:
         Raises:
             MeasureError: they have no top.
         """
+        top, gradient = self._top(subject)
+
+        def over_start(anatomy: Anatomy) -> float:
+            up = cut_of(anatomy, self.section).rotation[2]
+            return float(up @ (top - anatomy.at(start, item.en)))
+
+        return replace(_by_landmarks(subject, over_start), by_vertex=gradient)
+
+    def width(self, subject: Subject, item: Extreme) -> Sensed:
+        """The calliper at the top: its plane moves with the surface that tells the height, and
+        turns with the landmarks.
+
+        Raises:
+            MeasureError: the girths have no top.
+        """
+        top, gradient = self._top(subject)
+        section = replace(self.section, along=item.width_along)
+
+        def cut_at(anatomy: Anatomy) -> Cut:
+            rotation = cut_of(anatomy, section).rotation
+            return Cut(rotation=rotation, through_mm=rotation @ top)
+
+        found = across(subject, cut_at, {"width": ml_mm})["width"]
+        first = cut_at(subject.anatomy)
+        beside = [
+            ml_mm(first.nudged(step, 0.0, 0.0, 0.0).level(subject.sigmas)).value
+            for step in (STEP_MM, -STEP_MM)
+        ]
+        by_height = (beside[0] - beside[1]) / (2 * STEP_MM)
+        assert found.by_vertex is not None
+        return replace(found, by_vertex=found.by_vertex + by_height * gradient)
+
+    def _top(self, subject: Subject) -> tuple[Vector3, Float64[np.ndarray, " n"]]:
+        """The place of the parabola's top, and how its height moves with the surface."""
         near, weights = self._beside()
         along = self.heights[near] - self.heights[self.at]
         columns = np.vander(along, 3, increasing=True)
@@ -578,13 +619,7 @@ class _Extremum:
             gradient += share * self.turned.gradient(level, tape_mm(level))
         middle = self.level.points_mm[self.level.outer].mean(0)
         top_mm = self.heights[self.at] - rise / (2 * bend)
-        top = self.first.rotation.T @ np.append(middle, top_mm)
-
-        def over_start(anatomy: Anatomy) -> float:
-            up = cut_of(anatomy, self.section).rotation[2]
-            return float(up @ (top - anatomy.at(start, item.en)))
-
-        return replace(_by_landmarks(subject, over_start), by_vertex=gradient)
+        return self.first.rotation.T @ np.append(middle, top_mm), gradient
 
     def _beside(self) -> tuple[Int64[np.ndarray, " n"], Float64[np.ndarray, " n"]]:
         """The levels round the extreme, without a gap, and how much each counts.

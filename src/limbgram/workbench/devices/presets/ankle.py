@@ -7,6 +7,7 @@ and measures of its own.
 
 from limbgram.core.request_fields import Within
 from limbgram.workbench.devices.trims import Amount, Loop, Measure, Trim, TrimPoint, mirrored
+from limbgram.workbench.kinds.foot import USUAL_TRIM_MM
 
 _OTHER = {
     "lateral malleolus": "medial malleolus",
@@ -32,7 +33,7 @@ _OTHER = {
 
 TOP = Measure(
     name="below_fibula_mm",
-    usual=22.0,
+    usual=USUAL_TRIM_MM,
     within=Within(15, 40),
     en="Upper edge, below the fibula head",
     de="Oberer Rand, unter dem Wadenbeinköpfchen",
