@@ -177,8 +177,8 @@ def intervals() -> str:
     """How often stated 95 % intervals held, each side for itself."""
     return (
         f"{_intervals('intervals_smoothed')}\n\n"
-        "More captures, told before girths were smoothed over 5 mm; their contours and tapes mean "
-        f"another length:\n\n{_intervals('intervals')}"
+        "Every setting, on other seeds, before rims ended at the cut of a cast:\n\n"
+        f"{_intervals('intervals_growth')}"
     )
 
 

@@ -13,7 +13,7 @@ many missed on either side.
 `--setting` photographs another sort of limb or more sharply (SETTINGS). `--keep FOLDER` keeps the
 photos and every stage of each case: figures told anew are then a matter of seconds a capture.
 
-    python benchmarks/intervals.py a.jsonl b.jsonl --joined benchmarks/results/intervals.json
+    python benchmarks/intervals.py a.jsonl b.jsonl --joined intervals_smoothed.json
 
 puts runs made so side by side into one table, and into a JSON file.
 """

@@ -10,7 +10,6 @@ Fails   MeasureError: a landmark is missing, the surface is open there, or no pl
         is higher than both.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,7 +54,7 @@ def arch_of(subject: Subject, item: Arch) -> Sensed:
 class _Profile:
     """The lowest surface between two places, in an upright plane."""
 
-    names: Sequence[str]
+    names: tuple[str, ...]
     along_mm: Float64[np.ndarray, " k"]
     heights_mm: Float64[np.ndarray, " k"]
     up: Vector3
