@@ -1,6 +1,6 @@
 """Sheets on bodies whose landmarks are exact, and on shapes with closed forms."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -518,6 +518,16 @@ def test_a_calfs_width_is_taken_across_the_foot_where_its_girth_is_largest(
     assert found["calf_trim_girth_mm"].value == pytest.approx(length, abs=0.3)
 
 
+def marks_at(
+    places: Mapping[str, tuple[float, float, float]], sigmas_mm: Mapping[str, float]
+) -> tuple[Landmark, ...]:
+    """Landmarks, exact but for those with a sigma."""
+    return tuple(
+        Landmark(name=name, position_mm=np.array(at), sigma_mm=sigmas_mm.get(name, 0.0))
+        for name, at in places.items()
+    )
+
+
 def arched(apex_mm: float, height_mm: float, heel_sigma_mm: float = 0.0) -> Limb:
     """A block of 200 x 60 x 80 mm, hollowed from below by a parabola, 80 mm long, across it."""
     x, y = np.meshgrid(np.linspace(0, 200, 201), np.linspace(-30, 30, 31), indexing="ij")
@@ -543,14 +553,7 @@ def arched(apex_mm: float, height_mm: float, heel_sigma_mm: float = 0.0) -> Limb
         "medial malleolus": (40.0, -30.0, 70.0),
         "lateral malleolus": (30.0, 30.0, 65.0),
     }
-    marks = tuple(
-        Landmark(
-            name=one,
-            position_mm=np.array(at),
-            sigma_mm=heel_sigma_mm if one == "plantar heel" else 0.0,
-        )
-        for one, at in places.items()
-    )
+    marks = marks_at(places, {"plantar heel": heel_sigma_mm})
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
     return AlignedLimb(mesh=mesh, landmarks=marks, frame=frame, kind="foot")
 
@@ -669,14 +672,7 @@ def lopsided_trunk(*, sacrum_sigma_mm: float = 0.0) -> Limb:
         "right inframammary fold": (80.0, 117.0, 355.0),
         "left inframammary fold": (-80.0, 113.0, 355.0),
     }
-    marks = tuple(
-        Landmark(
-            name=one,
-            position_mm=np.array(at),
-            sigma_mm=sacrum_sigma_mm if one == "sacrum" else 0.0,
-        )
-        for one, at in places.items()
-    )
+    marks = marks_at(places, {"sacrum": sacrum_sigma_mm})
     frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="none")
     return AlignedLimb(mesh=mesh, landmarks=marks, frame=frame, kind="torso")
 

@@ -576,8 +576,10 @@ KIND = Kind(
         ),
         Section(
             name="calf_trim_girth_mm",
-            en="Girth of the calf at the usual upper edge, 22 mm below the head of the fibula",
-            de="Wadenumfang am üblichen oberen Rand, 22 mm unter dem Wadenbeinköpfchen",
+            en=f"Girth of the calf at the usual upper edge, {USUAL_TRIM_MM:g} mm below the head of "
+            "the fibula",
+            de=f"Wadenumfang am üblichen oberen Rand, {USUAL_TRIM_MM:g} mm unter dem "
+            "Wadenbeinköpfchen",
             at=Mid(("fibula head",)),
             normal="shank",
             beyond_mm=-USUAL_TRIM_MM,
