@@ -16,7 +16,8 @@ from limbgram.app.known_lengths import BoardSpec
 from limbgram.app.photos import NameHere, Photos, Sent, UploadId, photos_reply, receive, received_of
 from limbgram.app.replies import BYTES, PICTURE, FindingReply, missing
 from limbgram.app.state import AppState, AppStateHere
-from limbgram.cases.cameras import CAMERA_ID_PATTERN, Cameras, CameraState, KeptCamera
+from limbgram.cases.cameras import Cameras, CameraState, KeptCamera
+from limbgram.cases.shelf_ids import ID_PATTERN
 from limbgram.cases.uploads import checked_name, photos_in
 from limbgram.core.errors import CaseError, LimbgramError
 from limbgram.core.run import Run
@@ -27,7 +28,7 @@ router = APIRouter(tags=["cameras"])
 _OLD_DAYS = 180
 """Beyond which a lens is to be calibrated again."""
 
-CameraId = Annotated[str, Path(pattern=CAMERA_ID_PATTERN, description="Id of the camera.")]
+CameraId = Annotated[str, Path(pattern=ID_PATTERN, description="Id of the camera.")]
 
 
 class CameraReply(BaseModel):

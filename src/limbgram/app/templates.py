@@ -8,7 +8,8 @@ from pydantic import BaseModel, Field
 from limbgram.app.replies import PICTURE, FindingReply
 from limbgram.app.state import AppState, AppStateHere
 from limbgram.app.surface import limb_of
-from limbgram.cases.templates import TEMPLATE_ID_PATTERN, KeptTemplate, Templates
+from limbgram.cases.shelf_ids import ID_PATTERN
+from limbgram.cases.templates import KeptTemplate, Templates
 from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import OptionsError
 from limbgram.report.drawings.drawing import png
@@ -18,7 +19,7 @@ from limbgram.workbench.templates.template import moves_at_marks
 
 router = APIRouter(tags=["templates"])
 
-TemplateId = Annotated[str, Path(pattern=TEMPLATE_ID_PATTERN, description="Id of the template.")]
+TemplateId = Annotated[str, Path(pattern=ID_PATTERN, description="Id of the template.")]
 
 
 class Move(BaseModel):

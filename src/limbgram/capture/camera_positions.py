@@ -26,6 +26,7 @@ _ELEVATIONS_DEG = (25.0, 45.0, 0.0, 65.0, -20.0, 80.0)
 """Those that are easiest to reach come first: of two as good, the first is taken."""
 _LEVEL_DEG = 8.0
 _SQUARELY = float(np.cos(np.radians(60.0)))
+"""A photo that is asked for stands a little nearer to the normal than one that just measures."""
 _WORTH = 0.004
 """Share of the limb that a photo must add to be asked for."""
 

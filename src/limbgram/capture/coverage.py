@@ -20,7 +20,7 @@ from limbgram.capture.closed_surface import (
     underside_of,
 )
 from limbgram.capture.limb_in_photos import LookedAt
-from limbgram.capture.prediction import Prediction, Showing, narrowest_deg, predict
+from limbgram.capture.prediction import SQUARELY_DEG, Prediction, Showing, narrowest_deg, predict
 from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, proxy_of
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import View
@@ -34,8 +34,6 @@ _BARE_PX = 24.0
 surfaces are 1.7 times less sure there than where paint is dense."""
 _BARE_SHARE = 0.25
 """Of a region that lies so far from paint: less is a gap between dabs."""
-_SQUARELY_DEG = 65.0
-"""Between normal and ray: photos that measure a place."""
 _THIRDS = ("lower", "middle", "upper")
 _HOURS = 2
 """Hours of the clock that a region is wide."""
@@ -102,7 +100,7 @@ def shown_by(seen: Seen, checked: Sequence[CheckedPhoto], options: CheckOptions)
     )
     in_mm = seen.metric.scale.unit == "mm"
     bare = tuple(_bare_regions(proxy, prediction, gap_px))
-    apart_deg = narrowest_deg(proxy, views, _SQUARELY_DEG)
+    apart_deg = narrowest_deg(proxy, views, SQUARELY_DEG)
     wide = np.isfinite(apart_deg) & (apart_deg > options.widest_pair_deg)
     coverage = coverage_of(proxy, prediction, in_mm)
     closed = closed_surface(seen.limb, towards_cameras(scene)[seen.limb_idx])

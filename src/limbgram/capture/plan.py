@@ -21,7 +21,14 @@ import numpy as np
 from limbgram.capture.answer import Coverage
 from limbgram.capture.camera_positions import Stand, height_of
 from limbgram.capture.coverage import coverage_of
-from limbgram.capture.prediction import FINE_POWER, Prediction, Showing, cosines_of, predict
+from limbgram.capture.prediction import (
+    FINE_POWER,
+    SQUARELY_DEG,
+    Prediction,
+    Showing,
+    cosines_of,
+    predict,
+)
 from limbgram.capture.proxy import LimbProxy, tube
 from limbgram.core.errors import OptionsError, PlanError
 from limbgram.core.geometry.lens import Camera
@@ -38,7 +45,7 @@ _STOPS = tuple(float(2 ** (k / 6)) for k in range(6, 61))
 """Thirds of a stop from 1.4 to 32, exactly."""
 _WAVELENGTH_MM = 0.00055
 _DISC, _AIRY = 0.25, 0.42
-_SQUARELY = math.cos(math.radians(65.0))
+_SQUARELY = math.cos(math.radians(SQUARELY_DEG))
 _BOARD_PX = 0.88
 """Width of a board's edges where the camera's own are not known."""
 _FINER_PX = 0.66

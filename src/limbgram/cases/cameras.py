@@ -6,7 +6,6 @@ SHELF/cameras/ID/received/        photos of the board
 SHELF/cameras/ID/label.json       name, day, what became of the last calibration
 """
 
-import re
 import secrets
 import shutil
 from collections.abc import Sequence
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Literal
 
 from limbgram.cases.case_record import read_kept, write_json
+from limbgram.cases.shelf_ids import LONGEST_NAME, is_id, new_id
 from limbgram.core.errors import (
     CalibrationError,
     CaseError,
@@ -44,10 +44,6 @@ from limbgram.reconstruction.targets.board import Board
 from limbgram.report.calibration import calibration_picture
 from limbgram.services.calibrate import calibrate_photos, write_lens
 
-CAMERA_ID_PATTERN = "^[a-z0-9]{8}$"
-_ID = re.compile(CAMERA_ID_PATTERN)
-_LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
-_LONGEST_NAME = 80
 _LOOKED_AT = 12
 """Photos of a capture whose headers tell whether the camera is theirs; the run looks at all."""
 
@@ -116,8 +112,8 @@ class KeptCamera:
         return self.folder / "label.json"
 
     def relabel(self, label: CameraLabel) -> None:
-        if not label.name.strip() or len(label.name) > _LONGEST_NAME:
-            raise OptionsError("camera.name_length", most=_LONGEST_NAME)
+        if not label.name.strip() or len(label.name) > LONGEST_NAME:
+            raise OptionsError("camera.name_length", most=LONGEST_NAME)
         if printable(label.name, keep="") != label.name:
             raise OptionsError("camera.name_not_shown")
         write_json(self.label_file, tree_of(label))
@@ -181,7 +177,7 @@ class Cameras:
     def all(self) -> tuple[KeptCamera, ...]:
         if not self.root.is_dir():
             return ()
-        found = sorted(path for path in self.root.iterdir() if _ID.match(path.name))
+        found = sorted(path for path in self.root.iterdir() if is_id(path.name))
         return tuple(KeptCamera(path.name, path) for path in found)
 
     def camera(self, camera_id: str) -> KeptCamera:
@@ -191,13 +187,13 @@ class Cameras:
             LookupError: there is none of that id.
         """
         folder = self.root / camera_id
-        if not _ID.match(camera_id) or not folder.is_dir():
+        if not is_id(camera_id) or not folder.is_dir():
             raise MissingError("camera.none")
         return KeptCamera(camera_id, folder)
 
     def new_camera(self, name: str) -> KeptCamera:
         """A camera that is not calibrated yet."""
-        camera_id = "".join(secrets.choice(_LETTERS) for _ in range(8))
+        camera_id = new_id()
         folder = self.root / camera_id
         folder.mkdir(parents=True)
         made = KeptCamera(camera_id, folder)

@@ -198,7 +198,7 @@ class Shelf:
 
     def cases(self) -> tuple[ShelvedCase, ...]:
         """All cases, by id."""
-        found = (path for path in self.root.iterdir() if _ID.match(path.name) and path.is_dir())
+        found = (path for path in self.root.iterdir() if _ID.fullmatch(path.name) and path.is_dir())
         return tuple(ShelvedCase(path.name, CaseFolder(path)) for path in sorted(found))
 
     def case(self, case_id: str) -> ShelvedCase:
@@ -208,7 +208,7 @@ class Shelf:
             LookupError: there is none of that id.
         """
         folder = self.root / case_id
-        if not _ID.match(case_id) or folder.is_symlink() or not folder.is_dir():
+        if not _ID.fullmatch(case_id) or folder.is_symlink() or not folder.is_dir():
             raise _no_case(case_id)
         return ShelvedCase(case_id, CaseFolder(folder))
 

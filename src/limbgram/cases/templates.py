@@ -3,22 +3,16 @@
 SHELF/templates/ID.json   a template's file, as `limbgram template learn` writes it
 """
 
-import re
-import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from limbgram.cases.shelf_ids import LONGEST_NAME, is_id, new_id
 from limbgram.core.errors import MissingError, OptionsError, ShapeFileError, printable
 from limbgram.core.files import write_bytes
 from limbgram.workbench.templates.files import decode_template, encode_template, read_template
 from limbgram.workbench.templates.learning import Learned, Pair, learn
 from limbgram.workbench.templates.template import Template
-
-TEMPLATE_ID_PATTERN = "^[a-z0-9]{8}$"
-_ID = re.compile(TEMPLATE_ID_PATTERN)
-_LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
-_LONGEST_NAME = 80
 
 
 @dataclass(frozen=True)
@@ -47,7 +41,7 @@ class Templates:
         if not self.root.is_dir():
             return ()
         files = sorted(self.root.glob("*.json"))
-        return tuple(KeptTemplate(one.stem, one) for one in files if _ID.match(one.stem))
+        return tuple(KeptTemplate(one.stem, one) for one in files if is_id(one.stem))
 
     def template(self, template_id: str) -> KeptTemplate:
         """One template.
@@ -56,7 +50,7 @@ class Templates:
             LookupError: there is none of that id.
         """
         file = self.root / f"{template_id}.json"
-        if not _ID.match(template_id) or not file.is_file():
+        if not is_id(template_id) or not file.is_file():
             raise MissingError("case.template.none")
         return KeptTemplate(template_id, file)
 
@@ -68,8 +62,8 @@ class Templates:
             MeasureError: a pair without axes or shared landmarks, or nothing to learn.
         """
         plain = name.strip()
-        if not 0 < len(plain) <= _LONGEST_NAME or printable(plain, keep="") != plain:
-            raise OptionsError("case.template.name_length", most=_LONGEST_NAME)
+        if not 0 < len(plain) <= LONGEST_NAME or printable(plain, keep="") != plain:
+            raise OptionsError("case.template.name_length", most=LONGEST_NAME)
         learned = learn(pairs, plain)
         self._keep(encode_template(learned.template))
         return learned
@@ -92,5 +86,5 @@ class Templates:
 
     def _keep(self, content: bytes) -> None:
         self.root.mkdir(parents=True, exist_ok=True)
-        made = "".join(secrets.choice(_LETTERS) for _ in range(8))
+        made = new_id()
         write_bytes(self.root / f"{made}.json", content)

@@ -21,13 +21,14 @@ from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.interval import Interval, explained, plus_minus
 from limbgram.core.typed import tree_of
 from limbgram.findings import told
+from limbgram.findings.tell import LANGUAGES
 from limbgram.formats.limb_file import write_limb_file
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import limb_file_beside
 from limbgram.services.align import AlignRequest, Axes, align, confirm, propose
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Place
-from limbgram.workbench.anatomy.names import LANGUAGES, NAMES_IN
+from limbgram.workbench.anatomy.names import NAMES_IN
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.compare.carried_landmarks import Carried
 from limbgram.workbench.devices.landmark_uses import uses_of

@@ -42,11 +42,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any, Literal, cast
+from typing import Any, Literal, cast, get_args
 
 from limbgram.findings.finding import Finding, Value
 
-LANGUAGES = ("en", "de")
+Language = Literal["en", "de"]
+LANGUAGES: tuple[Language, ...] = get_args(Language)
 """The first is what everything is told in where nobody asked otherwise."""
 Door = Literal["command", "app"]
 """Before which of the program's doors somebody stands: advice names what is at hand there."""

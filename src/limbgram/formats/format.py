@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Literal, Protocol
 
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings.tell import Language
 from limbgram.formats.triangle_soup import Soup
 from limbgram.formats.writing import Unit
-from limbgram.workbench.anatomy.names import Language
 from limbgram.workbench.limb import Landmark
 
 Kept = Literal["colours", "filled", "sigma", "shared errors", "lost length"]

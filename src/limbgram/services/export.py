@@ -21,6 +21,7 @@ from limbgram.core.notebook import brief
 from limbgram.core.request_fields import Flag, Usual, Within
 from limbgram.core.spreadsheet import Decimal, Table, csv_of, xlsx_of
 from limbgram.findings import Finding, doubt, note
+from limbgram.findings.tell import Language
 from limbgram.formats.aop.cost import AopReport
 from limbgram.formats.aop.profiles import Profile
 from limbgram.formats.aop.writing import AopOptions, LineEnd, Own, write_aop
@@ -34,7 +35,6 @@ from limbgram.formats.gcode.writing import GcodeReport, write_gcode
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.table import FORMATS, format_of
-from limbgram.workbench.anatomy.names import Language
 from limbgram.workbench.bodies import Apart, Outside, kept, left_out, without_loose
 from limbgram.workbench.carving.mapping import MapOptions
 from limbgram.workbench.carving.setup import FAST, LIMITS, CarveOptions

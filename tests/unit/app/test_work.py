@@ -26,10 +26,10 @@ from limbgram.cli.main import app as command_line
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings.tell import LANGUAGES
 from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import SUFFIXES, ShapeFile, read_limb, read_shape
 from limbgram.services.export import EXPORTS
-from limbgram.workbench.anatomy.names import LANGUAGES
 from limbgram.workbench.carving.mapping import MapOptions
 from limbgram.workbench.carving.setup import CarveOptions
 from limbgram.workbench.limb import Limb

@@ -43,7 +43,7 @@ from limbgram.reconstruction.hypotheses.sway import (
     swaying,
 )
 from limbgram.reconstruction.hypotheses.terms import Term, drifts, single_photos, steps
-from limbgram.reconstruction.mapping.lens_evidence import MOST, OWN, USUAL
+from limbgram.reconstruction.mapping.lens_evidence import MOST, MOST_ALONE, OWN, TIGHT, USUAL
 from limbgram.reconstruction.mapping.quadratic import (
     CLEARLY,
     FALSE_ALARM,
@@ -56,10 +56,7 @@ from limbgram.reconstruction.mapping.quadratic import (
 )
 from limbgram.reconstruction.mapping.scene import Bodies, Deviation, Explanation, Rule
 
-_MOST_ALONE = 0.2
-"""Share of the photos that may lie elsewhere one by one; more of them are a sway."""
 _MOST_TERMS = 8
-_TENTH = 0.1
 
 
 def explained(evidence: Evidence, bodies: Bodies, floor: float) -> Explained:
@@ -119,7 +116,7 @@ class _Candidate(NamedTuple):
 
 def _likely(evidence: Evidence, found: Found) -> list[_Candidate]:
     """The best of each kind, by one spread of lenses or another, unless chance explains it."""
-    spreads = [np.minimum(found.left.spread, most) for most in (USUAL, _TENTH * USUAL)]
+    spreads = [np.minimum(found.left.spread, most) for most in (USUAL, TIGHT * USUAL)]
     lefts = [found.left, *(left_of(evidence, one) for one in spreads)]
     likely: list[_Candidate] = []
     for left in lefts:
@@ -144,7 +141,7 @@ def _candidates(evidence: Evidence, terms: Sequence[Term]) -> list[list[Term]]:
     if all(one.kind == "photo" for one in terms):
         groups.append(list(drifts(np.array(evidence.photos, float))))
     used = {one.at for one in terms if one.kind == "photo"}
-    if len(used) < _MOST_ALONE * count:
+    if len(used) < MOST_ALONE * count:
         groups.append([one for one in single_photos(count) if one.at not in used])
     return groups
 

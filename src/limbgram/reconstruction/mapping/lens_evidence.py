@@ -133,9 +133,10 @@ class LensTerm:
         return abs(self.value) + COVER * self.sigma
 
 
-_TENTH = 0.1
-_MOST_ALONE = 0.2
-"""Share of the photos that may have another lens one by one; more of them are its spread."""
+TIGHT = 0.1
+"""Of the usual spread: what single photos stand out of is searched among lenses so alike."""
+MOST_ALONE = 0.2
+"""Share of the photos that may be an exception one by one; more are a spread, or a sway."""
 FOCAL_FLOOR = 0.001
 """Change of a focal length, in parts of itself, from which it matters."""
 
@@ -148,9 +149,9 @@ def zoomed_photos(evidence: LensEvidence) -> dict[int, LensTerm]:
     """
     photos = len(evidence.photos)
     columns = [evidence.of_photo(rank, _FOCAL) for rank in range(photos)]
-    tight = evidence.left(_TENTH * USUAL).without(evidence.common())
+    tight = evidence.left(TIGHT * USUAL).without(evidence.common())
     ranks: list[int] = []
-    while len(ranks) < _MOST_ALONE * photos:
+    while len(ranks) < MOST_ALONE * photos:
         left = tight.without(
             np.hstack([np.zeros((len(tight.right), 0)), *(columns[k] for k in ranks)])
         )

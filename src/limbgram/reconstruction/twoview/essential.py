@@ -19,11 +19,10 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.geometry.arrays import Matrix3, Points2, Points3
 from limbgram.core.geometry.frames import Rigid, square_to
 from limbgram.core.geometry.lens import Camera
-from limbgram.reconstruction.twoview.fundamental import agreeing, ransac
+from limbgram.reconstruction.twoview.fundamental import SELECTIONS, agreeing, ransac
 from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
 
 _FEWEST_MATCHES = 6
-_SELECTIONS = 10
 
 
 @dataclass(frozen=True)
@@ -132,7 +131,7 @@ def estimate_essential(
         to_ideal(first_matrix, xy_first[inliers]),
         to_ideal(second_matrix, xy_second[inliers]),
     ).second_from_first
-    for _ in range(_SELECTIONS):
+    for _ in range(SELECTIONS):
         pose = refine_pose(pose, xy_first[inliers], xy_second[inliers], first_matrix, second_matrix)
         before = inliers
         fundamental = fundamental_from_pose(pose, first_matrix, second_matrix)

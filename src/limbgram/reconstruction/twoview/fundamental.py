@@ -25,7 +25,8 @@ from limbgram.core.optimisation import Descent, Trial, minimise
 from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
 
 FEWEST_MATCHES = 8
-_SELECTIONS = 10
+SELECTIONS = 10
+"""Rounds of choosing the matches that agree and fitting to them, at most."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ def estimate_fundamental(
         return none
     fundamental /= np.linalg.norm(fundamental)
     inliers = agreeing(fundamental, xy_first, xy_second, threshold_px)
-    for _ in range(_SELECTIONS):
+    for _ in range(SELECTIONS):
         if inliers.sum() < FEWEST_MATCHES:
             return none
         fundamental = refine_fundamental_sampson(fundamental, xy_first[inliers], xy_second[inliers])

@@ -15,14 +15,10 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal, get_args
 
-from limbgram.findings.tell import add_terms
+from limbgram.findings.tell import LANGUAGES, Language, add_terms
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.landmark import Landmark
-
-Language = Literal["en", "de"]
-LANGUAGES: tuple[Language, ...] = get_args(Language)
 
 _PLACES = {one.identity: one for kind in KIND_NAMED.values() for one in kind.places}
 NAMES_IN: Mapping[Language, Mapping[str, tuple[str, ...]]] = MappingProxyType(

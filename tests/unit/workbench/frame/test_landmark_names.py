@@ -7,9 +7,8 @@ import pytest
 
 from limbgram.core.errors import OptionsError
 from limbgram.findings import told
-from limbgram.findings.tell import terms
+from limbgram.findings.tell import LANGUAGES, terms
 from limbgram.workbench.anatomy.names import (
-    LANGUAGES,
     NAMES_IN,
     identity_of,
     known_identity,
