@@ -35,7 +35,7 @@ from limbgram.formats.gcode.writing import GcodeReport, write_gcode
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.table import FORMATS, format_of
-from limbgram.workbench.bodies import Apart, Outside, kept, left_out, without_loose
+from limbgram.workbench.bodies import Outside, SeparateBody, kept, left_out, without_loose
 from limbgram.workbench.carving.mapping import MapOptions
 from limbgram.workbench.carving.setup import FAST, LIMITS, CarveOptions
 from limbgram.workbench.edits.thickness import wall_of
@@ -686,5 +686,5 @@ def _bodies(found: Outside, limb: Limb) -> dict[str, Any]:
     }
 
 
-def _places(loose: tuple[Apart, ...], key: str) -> list[dict[str, Any]]:
+def _places(loose: tuple[SeparateBody, ...], key: str) -> list[dict[str, Any]]:
     return [{key: body.place_mm.tolist(), "size_mm": body.size_mm} for body in loose]

@@ -34,7 +34,7 @@ Done = Literal["left out", "not measured", "written too"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Apart:
+class SeparateBody:
     """A body that lies apart from the limb."""
 
     place_mm: Vector3
@@ -52,8 +52,8 @@ class Outside:
     mesh: Mesh
     inside: int = 0
     """Number of bodies inside others."""
-    loose: tuple[Apart, ...] = ()
-    rivals: tuple[Apart, ...] = ()
+    loose: tuple[SeparateBody, ...] = ()
+    rivals: tuple[SeparateBody, ...] = ()
     """Bodies of comparable size, which stay in the mesh."""
 
     @property
@@ -110,7 +110,7 @@ def outside_of(limb: AnyLimb, place: str | None = None, *, as_bones: bool = Fals
 
 def left_out(
     bodies: int,
-    loose: tuple[Apart, ...],
+    loose: tuple[SeparateBody, ...],
     place: str | None = None,
     *,
     frame: FrameOfPlaces = "file",
@@ -156,12 +156,12 @@ def _inside(count: int, place: str | None, done: Done, *, as_bones: bool) -> Fin
     return note("limb.bodies.inside", count=count, place=place, done=done, as_bones=as_bones)
 
 
-def _place_and_size(body: Apart) -> Finding:
+def _place_and_size(body: SeparateBody) -> Finding:
     x, y, z = body.place_mm.tolist()
     return note("limb.bodies.one", size_mm=body.size_mm, x_mm=x, y_mm=y, z_mm=z)
 
 
-def _shares(rivals: tuple[Apart, ...]) -> tuple[float, ...]:
+def _shares(rivals: tuple[SeparateBody, ...]) -> tuple[float, ...]:
     """Of the largest one's surface, each of the first has so much."""
     return tuple(body.area_share for body in rivals[:_MOST_NAMED])
 
@@ -184,8 +184,8 @@ class _Sorted:
     gone: Bool[np.ndarray, " f"]
     """Those of loose bodies."""
     inside: int = 0
-    loose: tuple[Apart, ...] = ()
-    rivals: tuple[Apart, ...] = ()
+    loose: tuple[SeparateBody, ...] = ()
+    rivals: tuple[SeparateBody, ...] = ()
 
     def without(self, mesh: Mesh, faces: Bool[np.ndarray, " f"]) -> Outside:
         kept = mesh if not faces.any() else with_faces(mesh, mesh.faces[~faces])
@@ -245,10 +245,12 @@ def _apart(mesh: Mesh, pieces: np.ndarray, main: int) -> Bool[np.ndarray, " p"]:
     return free
 
 
-def _described(mesh: Mesh, faces: Faces, share: float) -> Apart:
+def _described(mesh: Mesh, faces: Faces, share: float) -> SeparateBody:
     corners = mesh.vertices_mm[faces.ravel()]
     low, high = corners.min(0), corners.max(0)
-    return Apart(place_mm=(low + high) / 2, size_mm=float((high - low).max()), area_share=share)
+    return SeparateBody(
+        place_mm=(low + high) / 2, size_mm=float((high - low).max()), area_share=share
+    )
 
 
 @dataclass(frozen=True)

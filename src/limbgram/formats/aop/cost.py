@@ -15,7 +15,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
 from limbgram.formats.aop.reading import AopReading
-from limbgram.workbench.bodies import Apart, Outside
+from limbgram.workbench.bodies import Outside, SeparateBody
 from limbgram.workbench.carving.mapping import Mapped
 from limbgram.workbench.carving.slab import Distance, clipped, distance_to, volume_between_mm3
 
@@ -69,7 +69,7 @@ class AopReport:
     """The motion to the file's axis; none unless another axis was fitted."""
     bodies_left_out: int
     """Bodies inside the limb, such as bones, and loose ones beside it."""
-    loose: tuple[Apart, ...]
+    loose: tuple[SeparateBody, ...]
     """Those beside it, in the limb frame."""
     held: AopReading
     """The file as it was read back."""

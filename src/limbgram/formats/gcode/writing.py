@@ -21,7 +21,7 @@ from limbgram.formats.gcode.control import Control, Winding, check_control
 from limbgram.formats.gcode.program import rotary_words, text_of
 from limbgram.formats.gcode.reading import read_moves
 from limbgram.formats.gcode.rules import require_taken
-from limbgram.workbench.bodies import Apart, outer_bodies
+from limbgram.workbench.bodies import SeparateBody, outer_bodies
 from limbgram.workbench.carving.setup import CarveOptions
 from limbgram.workbench.carving.simulation import CarveCheck, Moves, check_carving
 from limbgram.workbench.carving.slab import Above, above
@@ -57,7 +57,7 @@ class GcodeReport:
     shape_sha256: str
     bodies_left_out: int
     """Bodies inside the limb, such as bones, and loose ones beside it: none were carved."""
-    loose: tuple[Apart, ...]
+    loose: tuple[SeparateBody, ...]
     """Those beside it, in the limb frame."""
     above: Above
     """What of the limb stays in the blank over the last row."""

@@ -6,7 +6,7 @@ Method  Levenberg-Marquardt on pixels through the whole lens model, points elimi
         complement), Cauchy weights; each lens is drawn to its calibration by the inverse of that
         calibration's covariance, so that a board's well-known focal length stays and its poorly
         known principal point may move. Parameters of zero variance are held. A lens that no board
-        calibrated stays one that shows its whole picture (unfolded.py).
+        calibrated stays one that shows its whole picture (monotonic_lens.py).
 """
 
 from collections.abc import Callable, Sequence
@@ -24,13 +24,13 @@ from limbgram.reconstruction.calibration.cameras import Calibration, squared
 from limbgram.reconstruction.mapping.body import Body, BodyEquations
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
 from limbgram.reconstruction.mapping.lens_deviations import Ties
+from limbgram.reconstruction.mapping.monotonic_lens import Held, Pictures
 from limbgram.reconstruction.mapping.normals import (
     point_steps,
     reduce_equations,
     robust_cost,
 )
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.unfolded import Held, Pictures
 
 _ITERATIONS = 40
 _ROUGH_GAIN = 1e-3

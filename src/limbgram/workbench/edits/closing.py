@@ -27,8 +27,8 @@ from limbgram.findings import Finding, note
 from limbgram.reconstruction.surface.holes import loop_area
 from limbgram.workbench.edits.cutting import cap
 from limbgram.workbench.edits.level_edges import Plane
+from limbgram.workbench.edits.membrane import spanned
 from limbgram.workbench.edits.regions import with_added
-from limbgram.workbench.edits.spanning import spanned
 from limbgram.workbench.edits.strip import strip
 
 

@@ -32,13 +32,13 @@ from limbgram.core.mesh.topology import (
     with_faces,
 )
 from limbgram.reconstruction.surface.resampling import refine
-from limbgram.workbench.edits.apart import FINE_TO, FINER, Apart
+from limbgram.workbench.edits.clearance import FINE_TO, FINER, Clearance
 from limbgram.workbench.edits.closing import joined
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.fineness import refine_where
 from limbgram.workbench.edits.level_edges import Plane, held_level
+from limbgram.workbench.edits.membrane import mended
 from limbgram.workbench.edits.regions import averaging, calm_normals, with_added
-from limbgram.workbench.edits.spanning import mended
 
 _NEAR = 2.5
 """Thicknesses from an open edge within which its plane cuts, and up to which it is told how far
@@ -74,22 +74,22 @@ class _Beyond(NamedTuple):
 class _Edge:
     """The open edge of a skin that is to become a wall."""
 
-    apart: Apart
+    clearance: Clearance
     planes: tuple[Plane, ...]
 
     @cached_property
     def _pieces(self) -> Int64[np.ndarray, "e 2"]:
-        return boundary_half_edges(self.apart.mesh.faces).astype(np.int64)
+        return boundary_half_edges(self.clearance.mesh.faces).astype(np.int64)
 
     @cached_property
     def _places(self) -> KDTree:
-        ends = self.apart.mesh.vertices_mm[self._pieces]
+        ends = self.clearance.mesh.vertices_mm[self._pieces]
         share = (np.arange(_ALONG) / _ALONG)[:, None, None]
         return KDTree((ends[:, 0] + share * (ends[:, 1] - ends[:, 0])).reshape(-1, 3))
 
     @cached_property
     def _normals(self) -> Points3:
-        return calm_normals(self.apart.mesh)
+        return calm_normals(self.clearance.mesh)
 
     def beyond_mm(self, over: Mesh) -> Float64[np.ndarray, " n"]:
         """How far vertices of the level lie beyond the edge, along the level; negative over the
@@ -104,8 +104,8 @@ class _Edge:
 
     def _found(self, points: Points3) -> "_Beyond":
         """The same without planes, and how much each of these holds."""
-        thickness_mm = self.apart.thickness_mm
-        found = self.apart.surface.signed(points)
+        thickness_mm = self.clearance.thickness_mm
+        found = self.clearance.surface.signed(points)
         far_mm = _NEAR * thickness_mm
         away_mm, place = self._places.query(found.points_mm, distance_upper_bound=far_mm)
         away_mm = np.minimum(away_mm, far_mm)
@@ -114,8 +114,8 @@ class _Edge:
         near = (away_mm < far_mm) & (square < np.pi / 2 * thickness_mm)
         helds: list[Float64[np.ndarray, " n"]] = []
         for plane in self.planes:
-            at = near & plane.holds(self.apart.mesh.vertices_mm)[start]
-            at &= plane.above_mm(found.points_mm) > -self.apart.edge_mm
+            at = near & plane.holds(self.clearance.mesh.vertices_mm)[start]
+            at &= plane.above_mm(found.points_mm) > -self.clearance.edge_mm
             helds.append(np.where(at, held_level(plane, self._normals[start]), 0.0))
         return _Beyond(square, helds)
 
@@ -123,11 +123,11 @@ class _Edge:
         self, points: Points3, found: Signed, away_mm: Float64[np.ndarray, " n"]
     ) -> Float64[np.ndarray, " n"]:
         """The same for an edge that lies in no plane."""
-        corners = self._normals[self.apart.mesh.faces[found.faces]]
+        corners = self._normals[self.clearance.mesh.faces[found.faces]]
         normals = unit((found.shares[:, :, None] * corners).sum(1))
         ways = unit(points - found.points_mm)
         turned = np.arctan2(lengths(np.cross(normals, ways)), dots(normals, ways))
-        thickness_mm = self.apart.thickness_mm
+        thickness_mm = self.clearance.thickness_mm
         inside = np.where(found.signed_mm > 0, -away_mm, np.pi * thickness_mm + away_mm)
         return np.where(found.at_brim, turned * thickness_mm, inside)
 
@@ -139,8 +139,8 @@ class _Edge:
         for plane, at in zip(self.planes, flat, strict=True):
             places[at] -= plane.above_mm(places[at])[:, None] * plane.normal
         for _ in range(_SETTLED):
-            nearest = self.apart.tree.closest(places)
-            lacking_mm = self.apart.thickness_mm - nearest.distances_mm
+            nearest = self.clearance.tree.closest(places)
+            lacking_mm = self.clearance.thickness_mm - nearest.distances_mm
             step = unit(places - nearest.points_mm)
             for plane, at in zip(self.planes, flat, strict=True):
                 step[at] -= np.einsum("ij,j->i", step[at], plane.normal)[:, None] * plane.normal
@@ -148,14 +148,14 @@ class _Edge:
         return places
 
 
-def covered(apart: Apart, planes: tuple[Plane, ...]) -> Covered:
+def covered(clearance: Clearance, planes: tuple[Plane, ...]) -> Covered:
     """The wall over a skin.
 
     Raises:
         EditError: an edge crosses itself, or the wall fills the shape up to its openings.
     """
-    mesh = apart.mesh
-    over = _over(apart, _Edge(apart, planes))
+    mesh = clearance.mesh
+    over = _over(clearance, _Edge(clearance, planes))
     if not len(over.faces):
         raise EditError("edit.wall.no_hollow")
     like = np.asarray(KDTree(mesh.vertices_mm).query(over.vertices_mm)[1], np.int64)
@@ -175,19 +175,19 @@ def covered(apart: Apart, planes: tuple[Plane, ...]) -> Covered:
     )
 
 
-def _over(apart: Apart, edge: _Edge) -> Mesh:
+def _over(clearance: Clearance, edge: _Edge) -> Mesh:
     """The skin over the given one, open where that is."""
-    level = _level(apart)
-    level = with_faces(level, level.faces[_within(level, edge.beyond_mm(level), apart)])
+    level = _level(clearance)
+    level = with_faces(level, level.faces[_within(level, edge.beyond_mm(level), clearance)])
     if not len(level.faces):
         return level
-    level = refine(level, apart.edge_mm)
-    near = np.abs(edge.beyond_mm(level)) < FINE_TO * apart.cell_mm
-    level = refine_where(level, with_any(near, level.faces), FINER * apart.edge_mm)
-    level = level.with_vertices(apart.settled(level.vertices_mm, level.faces))
+    level = refine(level, clearance.edge_mm)
+    near = np.abs(edge.beyond_mm(level)) < FINE_TO * clearance.cell_mm
+    level = refine_where(level, with_any(near, level.faces), FINER * clearance.edge_mm)
+    level = level.with_vertices(clearance.settled(level.vertices_mm, level.faces))
     level = unfolded(level, ANY_SHAPE).mesh
     beyond_mm = edge.beyond_mm(level)
-    beyond_mm[np.abs(beyond_mm) < _SNAPPED * FINER * apart.edge_mm] = 0.0
+    beyond_mm[np.abs(beyond_mm) < _SNAPPED * FINER * clearance.edge_mm] = 0.0
     cut = keep_positive(level, -beyond_mm)
     over = cut.mesh
     places = over.vertices_mm.copy()
@@ -199,19 +199,19 @@ def _over(apart: Apart, edge: _Edge) -> Mesh:
     return sheets_apart(with_faces(over.with_vertices(places), over.faces[opened]))
 
 
-def _level(apart: Apart) -> Mesh:
+def _level(clearance: Clearance) -> Mesh:
     """All round the skin."""
-    cell_mm = apart.cell_mm
-    reach_mm = apart.thickness_mm + 2 * cell_mm
-    lowest = apart.mesh.vertices_mm.min(0) - reach_mm
-    highest = apart.mesh.vertices_mm.max(0) + reach_mm
+    cell_mm = clearance.cell_mm
+    reach_mm = clearance.thickness_mm + 2 * cell_mm
+    lowest = clearance.mesh.vertices_mm.min(0) - reach_mm
+    highest = clearance.mesh.vertices_mm.max(0) + reach_mm
     counts = np.ceil((highest - lowest) / cell_mm).astype(np.int64) + 1
-    return level_surface(-apart.farther_mm(lowest, counts), lowest, cell_mm)
+    return level_surface(-clearance.farther_mm(lowest, counts), lowest, cell_mm)
 
 
 def _within(
-    level: Mesh, beyond_mm: Float64[np.ndarray, " n"], apart: Apart
+    level: Mesh, beyond_mm: Float64[np.ndarray, " n"], clearance: Clearance
 ) -> Bool[np.ndarray, " f"]:
     """Faces of the level that lie over the skin, or a little beyond its edge."""
-    margin_mm = FINE_TO * apart.cell_mm
+    margin_mm = FINE_TO * clearance.cell_mm
     return np.asarray((beyond_mm[level.faces] < margin_mm).all(1))

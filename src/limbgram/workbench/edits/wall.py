@@ -22,7 +22,7 @@ from limbgram.core.mesh.topology import (
     with_faces,
 )
 from limbgram.findings import Finding, doubt, note
-from limbgram.workbench.edits.apart import Apart
+from limbgram.workbench.edits.clearance import Clearance
 from limbgram.workbench.edits.cover import covered
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
@@ -260,7 +260,7 @@ def _covered(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
     """The wall whose second skin lies over the first one, or under it, as far from it as asked."""
     upwards = mesh if edit.side == "outward" else replace(mesh, faces=mesh.faces[:, ::-1])
     try:
-        found = covered(Apart(upwards, edit.thickness_mm), planes)
+        found = covered(Clearance(upwards, edit.thickness_mm), planes)
     except EditError as error:
         return _Tried(mesh, np.zeros(len(mesh), np.bool_), 0.0, error)
     like = np.concatenate([np.arange(len(mesh)), found.like])

@@ -39,7 +39,7 @@ from limbgram.workbench.measures.levels import (
     ml_mm,
     tape_mm,
 )
-from limbgram.workbench.measures.sensed import Cut, Measure, Sensed, Subject, across
+from limbgram.workbench.measures.propagation import Cut, Measure, Propagated, Subject, across
 
 ACROSS: Mapping[str, Measure] = {
     "tape_mm": tape_mm,
@@ -201,10 +201,10 @@ def _station(
         return Cut(rotation=rotation, through_mm=rotation @ place.point_mm)
 
     try:
-        sensed = across(subject, cut_of, ACROSS)
+        propagated = across(subject, cut_of, ACROSS)
     except MeasureError as error:
         return Station(along_mm=along_mm, figures={}, reason=error.finding)
-    figures = {name: subject.figure(one)[0] for name, one in sensed.items()}
+    figures = {name: subject.figure(one)[0] for name, one in propagated.items()}
     return Station(along_mm=along_mm, figures=figures)
 
 
@@ -223,7 +223,7 @@ def _length(
 
     slopes = subject.slopes(lambda one: np.array([along_mm(one)]))
     by_place = {name: rows[:, 0] for name, rows in slopes.items()}
-    found, _ = subject.figure(Sensed(value=along_mm(subject.anatomy), by_place=by_place))
+    found, _ = subject.figure(Propagated(value=along_mm(subject.anatomy), by_place=by_place))
     return LengthAlong(start=pair[0], end=pair[1], length_mm=found)
 
 

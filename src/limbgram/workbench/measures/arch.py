@@ -1,7 +1,7 @@
 """Arch: how high the sole rises between two places under it, and where it is highest.
 
 In      a subject; an item with the two places and the base over which heights count.
-Out     Sensed: the height, or its way from the first place.
+Out     the height, or its way from the first place.
 Method  The profile is the lowest surface in the plane through both places that stands upright on
         the base, between them, sampled every millimetre. A parabola by least squares through the
         part of it that lies within a tenth of the highest tells the apex: of a flat top, the
@@ -21,7 +21,7 @@ from limbgram.core.mesh.mesh import unit
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.kind import Arch
 from limbgram.workbench.measures.levels import Sigmas
-from limbgram.workbench.measures.sensed import Sensed, Subject
+from limbgram.workbench.measures.propagation import Propagated, Subject
 
 _STEP_MM = 1.0
 _TOP_SHARE = 0.1
@@ -29,7 +29,7 @@ _LEAST_ABOVE_MM = 0.5
 _LEAST_SAMPLES = 5
 
 
-def arch_of(subject: Subject, item: Arch) -> Sensed:
+def arch_of(subject: Subject, item: Arch) -> Propagated:
     """The apex of an arch, by surface and landmarks.
 
     Raises:
@@ -43,7 +43,7 @@ def arch_of(subject: Subject, item: Arch) -> Sensed:
     profile = _profile(subject.sigmas, subject.anatomy, item)
     found = _apex(profile)
     slopes = subject.slopes(apex)
-    return Sensed(
+    return Propagated(
         value=float(found.values[which]),
         by_vertex=profile.by_vertex(subject.sigmas, found.by_sample[which]),
         by_place={name: rows[:, which] for name, rows in slopes.items()},

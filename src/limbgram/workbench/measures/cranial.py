@@ -1,7 +1,7 @@
 """Cranial: the figures of a head above its base plane, by landmarks and without a severity.
 
 In      a head with sellion and both tragia.
-Out     Sensed figures by name: width, length, girth and radii at the measuring level, diagonals,
+Out     figures by name: width, length, girth and radii at the measuring level, diagonals,
         asymmetry and its indices, volumes of the four quadrants, ratios.
 Method  Frame: x to the right, y forwards along the midline, z up from the base plane, from the
         middle of the tragia. Ten equal levels reach from the base plane to the highest place;
@@ -37,7 +37,7 @@ from limbgram.workbench.measures.levels import (
     ml_mm,
     tape_mm,
 )
-from limbgram.workbench.measures.sensed import STEP_MM, Sensed, Subject
+from limbgram.workbench.measures.propagation import STEP_MM, Propagated, Subject
 
 LEVELS, MEASURING_LEVEL = 10, 3
 DIAGONAL_DEG = 30.0
@@ -53,7 +53,7 @@ _CLEAR_MM = 2 * STEP_MM
 Triangles = Float64[np.ndarray, "_ 3 3"]
 
 
-def cranial_figures(subject: Subject) -> Mapping[str, Sensed]:
+def cranial_figures(subject: Subject) -> Mapping[str, Propagated]:
     """The figures of a head, by the names that the kind's items give them.
 
     Volumes are left out where the surface is open above the base plane; see `require_whole`.
@@ -78,7 +78,7 @@ def cranial_figures(subject: Subject) -> Mapping[str, Sensed]:
         name: turned.beyond_foremost(level, one.reaches) for name, one in _of_level(level).items()
     }
     return {
-        name: Sensed(
+        name: Propagated(
             value=value,
             by_vertex=gradient,
             by_place=found[name],

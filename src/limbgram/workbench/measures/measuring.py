@@ -21,7 +21,7 @@ from limbgram.core.spreadsheet import Table, heading
 from limbgram.core.tape import PLACING_SIGMA_MM
 from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
-from limbgram.workbench.bodies import Apart, outer_bodies
+from limbgram.workbench.bodies import SeparateBody, outer_bodies
 from limbgram.workbench.edits.thickness import Thickness, wall_of
 from limbgram.workbench.frame.landmarks import landmark
 from limbgram.workbench.limb import AlignedLimb, Limb
@@ -135,7 +135,7 @@ class Measures:
     tape: tuple[TapeCheck, ...]
     bodies_left_out: int
     """Pieces inside the limb, such as bones, and loose ones beside it: not measured."""
-    loose: tuple[Apart, ...]
+    loose: tuple[SeparateBody, ...]
     """Those beside it, in the limb frame."""
     skin: Skin = "only"
     """Which of a wall's two skins the figures are of; the areas and volumes of an outside are those

@@ -58,7 +58,7 @@ from limbgram.workbench.measures.levels import (
     ml_mm,
     tape_mm,
 )
-from limbgram.workbench.measures.sensed import STEP_MM, Cut, Sensed, Subject, across
+from limbgram.workbench.measures.propagation import STEP_MM, Cut, Propagated, Subject, across
 
 _EXTREME_STEP_MM = 2.0
 _FLAT_SHARE = 0.005
@@ -205,7 +205,7 @@ def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSh
     anatomy.sense()
     subject = Subject.of(limb, options.placing)
     found: dict[str, SheetRow] = {}
-    heads: dict[str, Sensed] = {}
+    heads: dict[str, Propagated] = {}
     wanted = set(options.only)
     for item in anatomy.kind.sheet:
         if wanted and item.name not in wanted:
@@ -229,7 +229,7 @@ class _Filling:
     options: SheetOptions
     rows: Mapping[str, SheetRow]
     """Those before."""
-    heads: dict[str, Sensed]
+    heads: dict[str, Propagated]
     """Of a head, all at once when the first is asked for."""
 
 
@@ -259,9 +259,9 @@ class _Measured:
     places: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, subject: Subject, sensed: Sensed) -> "_Measured":
-        figure, placing = subject.figure(sensed)
-        return cls(figure=figure, placing_sigma=placing, places=tuple(sensed.by_place))
+    def of(cls, subject: Subject, propagated: Propagated) -> "_Measured":
+        figure, placing = subject.figure(propagated)
+        return cls(figure=figure, placing_sigma=placing, places=tuple(propagated.by_place))
 
 
 def _measured(filling: _Filling, item: AnyItem) -> _Measured:
@@ -293,14 +293,14 @@ def _measured(filling: _Filling, item: AnyItem) -> _Measured:
             return _Measured.of(subject, filling.heads[item.what])
 
 
-def _by_landmarks(subject: Subject, what: Callable[[Anatomy], float]) -> Sensed:
+def _by_landmarks(subject: Subject, what: Callable[[Anatomy], float]) -> Propagated:
     """What hangs on the landmarks alone."""
     value = what(subject.anatomy)
     slopes = subject.slopes(lambda one: np.array([what(one)]))
-    return Sensed(value=value, by_place={name: rows[:, 0] for name, rows in slopes.items()})
+    return Propagated(value=value, by_place={name: rows[:, 0] for name, rows in slopes.items()})
 
 
-def _angle(subject: Subject, item: Angle, pitch_mm: float) -> Sensed:
+def _angle(subject: Subject, item: Angle, pitch_mm: float) -> Propagated:
     """By landmarks, and by the surface where it tells one of the directions."""
 
     def what(anatomy: Anatomy) -> float:
@@ -363,7 +363,7 @@ def _figure_of(row: SheetRow) -> Figure:
     return row.figure
 
 
-def _extent(subject: Subject, item: Extent) -> Sensed:
+def _extent(subject: Subject, item: Extent) -> Propagated:
     """How far the surface reaches along a direction, of what lies below a place."""
     points = subject.sigmas.mesh.vertices_mm
 
@@ -389,7 +389,7 @@ def _extent(subject: Subject, item: Extent) -> Sensed:
         )
         for way_out in (along, -along)
     ]
-    return Sensed(
+    return Propagated(
         value=float(way @ along),
         by_vertex=gradient,
         by_place={name: rows @ way for name, rows in slopes.items()},
@@ -424,7 +424,7 @@ def cut_of(anatomy: Anatomy, item: Section) -> Cut:
     return Cut(rotation=rotation, through_mm=through_mm)
 
 
-def _section(subject: Subject, item: Section) -> Sensed:
+def _section(subject: Subject, item: Section) -> Propagated:
     measure = _OF_SECTION[item.what]
     return across(subject, lambda one: cut_of(one, item), {item.what: measure})[item.what]
 
@@ -561,7 +561,7 @@ class _Extremum:
         assert isinstance(level, Level)
         return level
 
-    def height(self, subject: Subject, item: Extreme, start: Mid) -> Sensed:
+    def height(self, subject: Subject, item: Extreme, start: Mid) -> Propagated:
         """How high over a place the parabola through the girths beside the extreme has its top.
 
         Where girths hardly change, the largest of them tells little of the height; all that differ
@@ -578,7 +578,7 @@ class _Extremum:
 
         return replace(_by_landmarks(subject, over_start), by_vertex=gradient)
 
-    def width(self, subject: Subject, item: Extreme) -> Sensed:
+    def width(self, subject: Subject, item: Extreme) -> Propagated:
         """The calliper at the top: its plane moves with the surface that tells the height, and
         turns with the landmarks.
 

@@ -26,8 +26,8 @@ from limbgram.workbench.edits.closing import kept_closed
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import EDITS, do_edit
 from limbgram.workbench.edits.fill import Fill
+from limbgram.workbench.edits.membrane import spanned
 from limbgram.workbench.edits.plane_cut import PlaneCut
-from limbgram.workbench.edits.spanning import spanned
 from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.edits.trimline import Trimline
 from limbgram.workbench.edits.wall import Wall

@@ -1,4 +1,4 @@
-"""Following: full-resolution tracks: scene points measured anew in every photo that sees them.
+"""Full-resolution tracks: scene points measured anew in every photo that sees them.
 
 In      photos, a Scene placed by keypoints of reduced photos, the cameras' calibrations.
 Out     the Scene of fewer, longer and finer tracks, adjusted.

@@ -11,7 +11,7 @@ from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.findings import fault
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
-from limbgram.reconstruction.mapping.following import FollowingOptions, follow_points
+from limbgram.reconstruction.mapping.full_resolution_tracks import FollowingOptions, follow_points
 from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 

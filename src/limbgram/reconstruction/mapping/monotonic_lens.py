@@ -1,4 +1,4 @@
-"""Unfolded: a bound that keeps an uncalibrated lens's distortion monotonic out to the corners.
+"""Monotonic lens: keeps the distortion of an uncalibrated lens monotonic out to the corners.
 
 Points in the middle of the photos tell little of the corners: a fraction of a pixel there can bend
 an adjusted lens so far that its corners have no ray, or that two rays share a place. No lens does

@@ -1,4 +1,4 @@
-"""Apart: what is as far from a skin everywhere as a wall over it is thick.
+"""Clearance: how far places are beyond a wall's thickness from the skin that it covers.
 
 In      an open Mesh and the wall's thickness.
 Out     how far places are beyond that distance, and places and triangles moved to it.
@@ -34,7 +34,7 @@ the level bends as tightly as the wall is thick, and chords of it come nearer to
 
 
 @dataclass(frozen=True)
-class Apart:
+class Clearance:
     """A skin that is to become a wall."""
 
     mesh: Mesh

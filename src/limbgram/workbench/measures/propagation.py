@@ -1,4 +1,4 @@
-"""Sensed: figures that hang on a limb's surface and on where its landmarks were placed.
+"""Propagation: the sigma of a figure from the surface and from where landmarks were placed.
 
 A landmark errs along the surface by its placing error in each direction, and with the surface along
 its normal. Both parts are propagated to first order: the surface's through the gradient over its
@@ -36,7 +36,7 @@ Measure = Callable[[Level], Sloped]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sensed:
+class Propagated:
     """A figure's value, and how it changes with the surface and with the landmarks."""
 
     value: float
@@ -97,21 +97,23 @@ class Subject:
             placing_mm={name: placing.of(one) for name, one in by_identity(limb.landmarks).items()},
         )
 
-    def figure(self, sensed: Sensed) -> tuple[Figure, float | None]:
+    def figure(self, propagated: Propagated) -> tuple[Figure, float | None]:
         """The figure with its sigma, and the placing's part of that."""
-        placing = math.sqrt(sum(self._placing(name, g) for name, g in sensed.by_place.items()))
-        value = sensed.value + sensed.lost[0]
+        placing = math.sqrt(sum(self._placing(name, g) for name, g in propagated.by_place.items()))
+        value = propagated.value + propagated.lost[0]
         if self.sigmas.mesh.sigma_mm is None:
             return Figure(value, None), placing
         gradient = np.zeros(len(self.sigmas.mesh))
-        if sensed.by_vertex is not None:
-            gradient += sensed.by_vertex
-        if sensed.by_place:
-            places = np.stack([self.anatomy.places[name] for name in sensed.by_place])
-            gradient += vertex_gradient(self.sigmas, places, np.stack([*sensed.by_place.values()]))
+        if propagated.by_vertex is not None:
+            gradient += propagated.by_vertex
+        if propagated.by_place:
+            places = np.stack([self.anatomy.places[name] for name in propagated.by_place])
+            gradient += vertex_gradient(
+                self.sigmas, places, np.stack([*propagated.by_place.values()])
+            )
         surface = propagate(self.sigmas.mesh, gradient) or 0.0
-        surface = math.sqrt(max(surface**2 + sensed.beyond, 0.0))
-        return Figure(value, math.hypot(surface, placing, sensed.lost[1])), placing
+        surface = math.sqrt(max(surface**2 + propagated.beyond, 0.0))
+        return Figure(value, math.hypot(surface, placing, propagated.lost[1])), placing
 
     def _placing(self, name: str, gradient: Vector3) -> float:
         """Variance that one landmark's placing adds: it slides along the surface."""
@@ -213,7 +215,7 @@ class Cut:
 
 def across(
     subject: Subject, cut_of: Callable[[Anatomy], Cut], measures: Mapping[str, Measure]
-) -> dict[str, Sensed]:
+) -> dict[str, Propagated]:
     """Measures of one section, each with what surface and landmarks have in it.
 
     Args:
@@ -239,7 +241,7 @@ def across(
     if slopes:
         beside.append(tuple(first.seen_from(level, aside) for aside in (STEP_MM, -STEP_MM)))
     sizes = [*WAYS, STEP_MM]
-    found: dict[str, Sensed] = {}
+    found: dict[str, Propagated] = {}
     for name, measure in measures.items():
         sloped = measure(first.seen_from(level))
         by_way = np.array(
@@ -252,7 +254,7 @@ def across(
         surface = propagate(turned.mesh, gradient) or 0.0
         beyond = turned.beyond_foremost(level, sloped.reaches)
         relief = math.sqrt(max((figure.sigma or 0.0) ** 2 - surface**2 - beyond, 0.0))
-        found[name] = Sensed(
+        found[name] = Propagated(
             value=sloped.value,
             by_vertex=gradient,
             by_place={place: rows @ by_way for place, rows in slopes.items()},

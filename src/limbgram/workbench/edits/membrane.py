@@ -1,4 +1,4 @@
-"""Spanning: openings closed straight across, as by the skin of a drum.
+"""Membrane: openings closed by the surface of least area, as by the skin of a drum.
 
 In      an open Mesh; its open edges may be ragged, and have edges of micrometres where it was cut.
 Out     the same without openings.

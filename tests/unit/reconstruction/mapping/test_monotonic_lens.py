@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS
-from limbgram.reconstruction.mapping.unfolded import Pictures
+from limbgram.reconstruction.mapping.monotonic_lens import Pictures
 
 CORNER = float(np.hypot(799.5, 599.5)) / 1250.0
 LENS = np.zeros(LENS_SIZE)
