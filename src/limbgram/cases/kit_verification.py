@@ -37,7 +37,6 @@ from limbgram.core.request_fields import Text, Within
 from limbgram.core.run import Run, track
 from limbgram.formats.camera import read_camera
 from limbgram.formats.reading import read_limb
-from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.reconstruction.scale.metric import Scale
 from limbgram.reconstruction.targets.board import Board
 from limbgram.reconstruction.user_settings import Choices
@@ -278,9 +277,8 @@ def _marks(evidence: Evidence) -> dict[int, Vector3]:
 
 def _pairs_that_scaled(scale: Scale) -> Iterator[frozenset[int]]:
     for length in scale.lengths:
-        marks = marks_of_label(length.label)
-        if length.role == "control" and marks is not None:
-            yield marks
+        if length.role == "control" and length.marks:
+            yield frozenset(length.marks)
 
 
 def _in_words(scale: Scale) -> str:

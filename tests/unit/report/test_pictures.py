@@ -80,6 +80,8 @@ def length(role: str, error: float) -> LengthCheck:
         measured_mm=100 * (1 + error),
         sigma_mm=0.01,
         role=role,  # type: ignore[arg-type]
+        ends="points",
+        marks=(),
     )
 
 

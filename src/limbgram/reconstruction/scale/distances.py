@@ -59,7 +59,9 @@ def measure_distances(
     for distance in distances:
         ends = [
             _locate(scene, distance, name, picks)
-            for name, picks in zip(distance.ends, (distance.first, distance.second), strict=True)
+            for name, picks in zip(
+                distance.names_of_ends, (distance.first, distance.second), strict=True
+            )
         ]
         missing = tuple(end for end in ends if isinstance(end, Finding))
         located = [end for end in ends if isinstance(end, _End)]
@@ -169,6 +171,8 @@ def _length(
         measured=measured,
         sigma=float(np.hypot(np.sqrt(variance), measured * of_length)),
         role="check" if check else "control",
+        ends=distance.ends,
+        marks=distance.marks,
     )
 
 

@@ -5,7 +5,6 @@ Out     known distances, which set the scale where there is no board, and check 
 Limits  a plate must be flat and lie still: what counts is the crossing of a mark's diagonals.
 """
 
-import re
 from collections.abc import Sequence
 
 from limbgram.core.errors import OptionsError, ScaleError
@@ -13,8 +12,6 @@ from limbgram.reconstruction.scale.stated_lengths import KnownDistance, Pick
 from limbgram.reconstruction.targets.marks import MarkDetections
 from limbgram.reconstruction.targets.plates import MarkPlate
 
-_MARKS = "marks"
-_LABEL = re.compile(rf"\b{_MARKS} (\d+) to (\d+)$")
 _SIGMA_PX = 0.05
 """Standard deviation of one coordinate of a mark's middle; the photos' own spread if larger."""
 
@@ -60,23 +57,19 @@ def distance_between_marks(
     return _distance(detections, "", first_id, second_id, length_mm)
 
 
-def marks_of_label(label: str) -> frozenset[int] | None:
-    """The two marks of a length between marks, by its label; None of another length."""
-    found = _LABEL.search(label)
-    return None if found is None else frozenset((int(found[1]), int(found[2])))
-
-
 def _distance(
     detections: MarkDetections, plate: str, first_id: int, second_id: int, length_mm: float
 ) -> KnownDistance:
-    label = f"{_MARKS} {first_id} to {second_id}"
+    label = f"marks {first_id} to {second_id}"
     return KnownDistance(
         label=f"{plate}, {label}" if plate else label,
         length_mm=length_mm,
         first=_picks(detections, first_id),
         second=_picks(detections, second_id),
         sigma_px=_SIGMA_PX,
-        ends=(f"mark {first_id}", f"mark {second_id}"),
+        names_of_ends=(f"mark {first_id}", f"mark {second_id}"),
+        ends="plate" if plate else "marks",
+        marks=(first_id, second_id),
     )
 
 

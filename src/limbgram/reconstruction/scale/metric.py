@@ -10,6 +10,7 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.notebook import brief
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.scale.stated_lengths import LengthEnds
 
 StretchDoubt = Literal["none", "uncalibrated", "rolling shutter"]
 """A lens that no board calibrated stretches the scene, and the board with it. A rolling shutter is
@@ -26,6 +27,14 @@ class LengthCheck:
     sigma_mm: float
     role: Literal["control", "check"]
     """control: it helped to set the scale; check: it did not, so it tests it."""
+    ends: LengthEnds
+    marks: tuple[int, ...]
+    """Ids of the two marks that it lies between; none of another length."""
+
+    @property
+    def printed(self) -> bool:
+        """Whether a printer made it: one makes all prints, so that no print checks another."""
+        return self.ends in ("board", "plate")
 
     @property
     def error(self) -> float:

@@ -16,6 +16,7 @@ from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, differentiate_all
 from limbgram.core.interval import widening
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.scale.stated_lengths import LengthEnds
 from limbgram.reconstruction.targets.board import BoardDetections
 
 LEAST_OBSERVATIONS = 3
@@ -33,6 +34,8 @@ class RulerLength:
     sigma: float
     """In scene units: one standard deviation of the measured length."""
     role: Literal["control", "check"]
+    ends: LengthEnds = "points"
+    marks: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,9 +1,14 @@
 """Stated lengths: what the user states: distances between picked points, and taped girths."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.tape import READING_SIGMA_MM, require_tape
+
+LengthEnds = Literal["board", "plate", "marks", "points"]
+"""What a known length lies between: corners of the scale board, marks printed on one plate, marks
+whose distance somebody measured, points picked in photos."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +32,10 @@ class KnownDistance:
     """Standard deviation of one coordinate, of ends that were measured; None: picked by hand."""
     length_sigma_mm: float = 0.0
     """Standard deviation of the length itself: 0.5 to 1 mm of one that a tape read."""
-    ends: tuple[str, str] = ("its first end", "its second end")
-    """What the ends are called."""
+    names_of_ends: tuple[str, str] = ("its first end", "its second end")
+    ends: LengthEnds = "points"
+    marks: tuple[int, ...] = ()
+    """Ids of the two marks that it lies between; none of another length."""
 
     def __post_init__(self) -> None:
         if not 0 < self.length_mm < 1e5:

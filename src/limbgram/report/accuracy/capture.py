@@ -25,7 +25,6 @@ from limbgram.reconstruction.movement import (
 from limbgram.reconstruction.photos.decoding import load_luma
 from limbgram.reconstruction.photos.photo import Photo
 from limbgram.reconstruction.photos.quality import remarks
-from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.reconstruction.scale.metric import LengthCheck
 from limbgram.reconstruction.scale.taped_girths import TapePlane, TapeWitness
 from limbgram.report.accuracy.evidence import Evidence
@@ -195,12 +194,6 @@ def _median(values: list[float]) -> float:
     return float(np.median(known)) if known else math.nan
 
 
-_BOARD_LABEL = "board, "
-"""How `scale.board` labels lengths between the board's own corners."""
-_MARKS_LABEL = "marks "
-"""How `scale.marks` labels lengths between marks on no plate, whose distance was given by hand."""
-
-
 def length_figures(evidence: Evidence) -> LengthFigures:
     """The scale, its control and check lengths apart, and the board's observed corners."""
     scale = evidence.metric.scale
@@ -232,20 +225,14 @@ def _checked_by_another_piece(controls: list[LengthCheck], checks: list[LengthCh
     One printer makes everything printed, so that no print checks another; each distance that was
     given by hand was measured by itself.
     """
-    print_set_it = any(_is_printed(one) for one in controls)
-    return any(not (print_set_it and _is_printed(one)) for one in checks)
-
-
-def _is_printed(length: LengthCheck) -> bool:
-    """On the board, or on a plate: `scale.marks` begins the label with the plate's name."""
-    label = length.label
-    on_plate = marks_of_label(label) is not None and not label.startswith(_MARKS_LABEL)
-    return on_plate or label.startswith(_BOARD_LABEL)
+    print_set_it = any(one.printed for one in controls)
+    return any(not (print_set_it and one.printed) for one in checks)
 
 
 def _length(one: LengthCheck) -> KnownLength:
     return KnownLength(
         label=one.label,
+        ends=one.ends,
         known_mm=one.known_mm,
         measured_mm=one.measured_mm,
         error_mm=one.measured_mm - one.known_mm,

@@ -15,6 +15,7 @@ from limbgram.findings import Finding
 from limbgram.reconstruction.calibration.cameras import LensSource
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.metric import StretchDoubt
+from limbgram.reconstruction.scale.stated_lengths import LengthEnds
 
 LENGTH = "length"
 """Stands for the unit of the case, mm or scene units."""
@@ -250,6 +251,7 @@ class KnownLength:
     """A length that was given, beside what the scene makes of it."""
 
     label: str
+    ends: LengthEnds
     known_mm: float
     measured_mm: float
     error_mm: float

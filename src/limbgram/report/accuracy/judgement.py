@@ -22,7 +22,6 @@ from limbgram.reconstruction.calibration.cameras import SQUARE_WITHIN, squarenes
 from limbgram.reconstruction.mapping.zoom import zoomed_photos
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
 from limbgram.reconstruction.scale.displaced_board import tipped_photos
-from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.report.accuracy.figures import (
     BudgetPart,
     ExpectedError,
@@ -359,7 +358,7 @@ def _scale_said(figures: Figures) -> Finding:
 
 def rests_on(lengths: LengthFigures) -> Literal["prints", "distances", "distance", "board"]:
     """What the scale was set by: the prints of one printer, known distances, or one of a kind."""
-    if any(marks_of_label(one.label) for one in (*lengths.control, *lengths.check)):
+    if any(one.ends in ("plate", "marks") for one in (*lengths.control, *lengths.check)):
         return "prints"
     if lengths.source == "distances":
         return "distances" if len(lengths.control) > 1 else "distance"

@@ -22,7 +22,15 @@ PHOTOS = 12
 DISTANCE_MM = 900.0
 RADIUS_MM, HEIGHT_MM = 50.0, 240.0
 NOISE_PX = 0.1
-CHECK = LengthCheck(label="A-B", known_mm=120.0, measured_mm=120.06, sigma_mm=0.01, role="check")
+CHECK = LengthCheck(
+    label="A-B",
+    known_mm=120.0,
+    measured_mm=120.06,
+    sigma_mm=0.01,
+    role="check",
+    ends="points",
+    marks=(),
+)
 CONTROL = replace(CHECK, label="C-D", measured_mm=120.0, role="control")
 
 MakeScene = Callable[..., Scene]

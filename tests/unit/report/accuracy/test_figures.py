@@ -8,6 +8,7 @@ import pytest
 from scipy.special import erf
 
 from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.scale.stated_lengths import LengthEnds
 from limbgram.report.accuracy.capture import image_figures, length_figures, noise_grey
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.network import (
@@ -145,24 +146,24 @@ def test_control_and_check_lengths_are_kept_apart(evidence: Evidence) -> None:
 @pytest.mark.parametrize(
     ("control", "check", "checked"),
     [
-        ("board, along x", "board, along y", False),
-        ("board, along x", "scale bar 1, marks 40 to 41", False),
-        ("mat sheet 1, marks 60 to 61", "mat sheet 2, marks 64 to 65", False),
-        ("board, along x", "A-B", True),
-        ("scale bar 1, marks 40 to 41", "A-B", True),
-        ("A-B", "scale bar 1, marks 40 to 41", True),
-        ("A-B", "C-D", True),
-        ("A-B", "A-B", True),  # two files may call their distances alike
-        ("marks 3 to 4", "scale bar 1, marks 40 to 41", True),  # of a rule, between stickers
+        ("board", "board", False),
+        ("board", "plate", False),
+        ("plate", "plate", False),
+        ("board", "points", True),
+        ("plate", "points", True),
+        ("points", "plate", True),
+        ("points", "points", True),
+        ("marks", "plate", True),  # of a rule, between stickers
+        ("plate", "marks", True),
     ],
 )
 def test_prints_do_not_check_each_other_and_lengths_by_hand_do(
-    evidence: Evidence, control: str, check: str, checked: bool
+    evidence: Evidence, control: LengthEnds, check: LengthEnds, checked: bool
 ) -> None:
     scale, one = evidence.metric.scale, evidence.metric.scale.lengths[0]
     lengths = (
-        replace(one, label=control, role="control"),
-        replace(one, label=check, role="check"),
+        replace(one, label="board, but by hand", ends=control, role="control"),
+        replace(one, label="board, but by hand", ends=check, role="check"),
     )
     metric = replace(evidence.metric, scale=replace(scale, lengths=lengths))
     assert length_figures(replace(evidence, metric=metric)).checked_by_another_piece is checked

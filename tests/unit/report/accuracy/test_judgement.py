@@ -13,7 +13,7 @@ from limbgram.core.mesh.mesh import Part, Relation, Repairs
 from limbgram.findings import Finding, Gravity, note, sentence, told
 from limbgram.reconstruction.measuring import uncertainty as sources
 from limbgram.reconstruction.scale.metric import Scale
-from limbgram.reconstruction.scale.stated_lengths import TapedGirth
+from limbgram.reconstruction.scale.stated_lengths import LengthEnds, TapedGirth
 from limbgram.reconstruction.scale.taped_girths import TapeWitness, TapeWitnesses
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.evidence import Evidence
@@ -343,7 +343,7 @@ def with_tape(found: Evidence, read_mm: float, sigma_mm: float = 1.5) -> Evidenc
 def on_one_board(found: Evidence) -> Evidence:
     """Scaled by a board alone: every check lies between its own corners."""
     scale = found.metric.scale
-    lengths = tuple(replace(one, label=f"board, {one.label}") for one in scale.lengths)
+    lengths = tuple(replace(one, ends="board") for one in scale.lengths)
     scale = replace(scale, source="board", lengths=lengths)
     return replace(found, metric=replace(found.metric, scale=scale))
 
@@ -358,7 +358,7 @@ def test_a_size_that_rests_on_one_board_is_said_to_be_unchecked(with_sigmas: Evi
     assert taped.size_checked
     assert "limit.scale.one_source" not in codes(taped.findings)
     typed = on_one_board(with_sigmas)
-    other = replace(typed.metric.scale.lengths[1], label="A-B")
+    other = replace(typed.metric.scale.lengths[1], ends="points")
     scale = replace(typed.metric.scale, lengths=(typed.metric.scale.lengths[0], other))
     checked = assess(replace(typed, metric=replace(typed.metric, scale=scale)))
     assert told(checked.headline).startswith(
@@ -368,10 +368,10 @@ def test_a_size_that_rests_on_one_board_is_said_to_be_unchecked(with_sigmas: Evi
     assert checked.tree["size_checked"] is True
 
 
-def labelled(found: Evidence, control: str, check: str) -> Evidence:
+def between(found: Evidence, control: LengthEnds, check: LengthEnds) -> Evidence:
     lengths = (
-        replace(found.metric.scale.lengths[0], label=control),
-        replace(found.metric.scale.lengths[1], label=check),
+        replace(found.metric.scale.lengths[0], ends=control),
+        replace(found.metric.scale.lengths[1], ends=check),
     )
     scale = replace(found.metric.scale, lengths=lengths)
     return replace(found, metric=replace(found.metric, scale=scale))
@@ -379,8 +379,8 @@ def labelled(found: Evidence, control: str, check: str) -> Evidence:
 
 def test_a_print_that_checks_a_print_leaves_the_size_unchecked(with_sigmas: Evidence) -> None:
     """A mat printed 3 % too large agrees with itself, and with a board of the same printer."""
-    mat = labelled(with_sigmas, "mat sheet 1, marks 60 to 61", "mat sheet 2, marks 64 to 65")
-    board = labelled(on_one_board(with_sigmas), "board, along x", "scale bar 1, marks 40 to 41")
+    mat = between(with_sigmas, "plate", "plate")
+    board = between(on_one_board(with_sigmas), "board", "plate")
     for printed in (mat, board):
         tree = assess(printed)
         assert tree.light == "green"
@@ -391,7 +391,7 @@ def test_a_print_that_checks_a_print_leaves_the_size_unchecked(with_sigmas: Evid
         taped = assess(with_tape(printed, GIRTH_MM))
         assert "; confirmed to 1.0 % by tape" in told(taped.headline)
         assert "limit.scale.one_source" not in codes(taped.findings)
-    assert assess(labelled(with_sigmas, "A-B", "mat sheet 2, marks 64 to 65")).size_checked
+    assert assess(between(with_sigmas, "points", "plate")).size_checked
 
 
 def test_a_tape_that_is_not_sure_enough_does_not_check_the_size(with_sigmas: Evidence) -> None:
