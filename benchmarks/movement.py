@@ -148,7 +148,7 @@ def looked(setting: Setting, source: Path, camera: Calibration) -> dict[str, Any
     """Place the photos and look for movement."""
     run, options = Run(), PipelineOptions()
     photos = run(read_photos, (source / "images",), options.photos)
-    cameras = run(cameras_for, photos, (camera,), options.cameras)
+    cameras = run(cameras_for, photos, (camera,))
     placing = place_photos(photos, cameras, options, run)
     start = time.process_time()
     sides = tell_sides(photos, placing.features, placing.scene)

@@ -106,7 +106,7 @@ def _one(kind: str, seed: int) -> dict[str, Any]:
         given = [] if kind == _WITHOUT_FILE else [_true_calibration(source)]
         run = Run()
         photos = read_photos((source / "images",), DEFAULTS.photos)
-        cameras = cameras_for(photos, given, DEFAULTS.cameras)
+        cameras = cameras_for(photos, given)
         placing = place_photos(photos, cameras, DEFAULTS, run)
     scene = placing.scene
     alike = adjust(replace(scene, own=None), cameras.calibrations)

@@ -17,7 +17,7 @@ from limbgram.core.mesh.mesh import Mesh, Repairs
 from limbgram.core.mesh.topology import boundary_half_edges, with_faces
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
-from limbgram.reconstruction.measuring.measurement_pass import MatchingOptions
+from limbgram.reconstruction.measuring.measurement_pass import ResidualOptions
 from limbgram.reconstruction.measuring.uncertainty import GAPS
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
@@ -249,7 +249,7 @@ def test_pixels_between_far_vertices_serve_too(ball: Ball) -> None:
     photos, start = read_photos([ball.photos]), _start(0.5 * PIXEL_MM, subdivisions=4)
     few, many = (
         measure(
-            photos, ball.metric, start, MeasureOptions(matching=MatchingOptions(face_parts=parts))
+            photos, ball.metric, start, MeasureOptions(matching=ResidualOptions(face_parts=parts))
         )
         for parts in (1, 2)
     )

@@ -46,7 +46,7 @@ def settled(capture: Capture) -> PlacedPhotos:
     photos = read_photos((capture.folder / "images",))
     cameras = cameras_for(photos, (calibration,))
     run, options = Run(), PipelineOptions()
-    found = find_board(photos, SCALE_BOARD.board, options.targets)
+    found = find_board(photos, SCALE_BOARD.board)
     placing = place_photos(photos, cameras, options, run, found)
     return by_the_limb(placed_photos(photos, cameras, placing, found, run), options, run)
 

@@ -12,7 +12,7 @@ from typing import Any
 from limbgram.app.known_lengths import BoardSpec, Ruler
 from limbgram.core.geometry.smoothed_length import SMOOTHING_MM
 from limbgram.formats.printed_size import MOST_OFF
-from limbgram.reconstruction.calibration.board import CalibrationOptions
+from limbgram.reconstruction.calibration.board import MIN_PHOTOS
 from limbgram.reconstruction.targets.board import LENS_BOARD
 from limbgram.report.drawings.coverage import SURENESS_MM
 from limbgram.report.drawings.differences import EDGES_MM
@@ -37,7 +37,7 @@ def figures() -> dict[str, Any]:
         "LENS_BOARD": lens,
         "RULER_MM": float(Ruler.model_fields["drawn_mm"].default),
         "RULER_MOST_OFF": MOST_OFF,
-        "FEWEST_BOARD_PHOTOS": CalibrationOptions().min_photos,
+        "FEWEST_BOARD_PHOTOS": MIN_PHOTOS,
     }
 
 

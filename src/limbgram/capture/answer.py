@@ -8,9 +8,6 @@ from limbgram.reconstruction.features.detection import (
     FeatureOptions,
 )
 from limbgram.reconstruction.photos.photo import SetAside
-from limbgram.reconstruction.photos.quality import (
-    QualityOptions,
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +17,6 @@ class CheckOptions:
     features: FeatureOptions = field(
         default_factory=lambda: FeatureOptions(max_keypoints=4000, max_megapixels=0.8)
     )
-    quality: QualityOptions = field(default_factory=QualityOptions)
     max_gap_deg: float = 40.0
     """Widest angle between neighbouring photos that count, unless"""
     max_gap_ratio: float = 1.4

@@ -28,7 +28,7 @@ from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh, dots, unit
 from limbgram.core.mesh.topology import components, find_edges
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.measuring.measurement_pass import MatchingOptions
+from limbgram.reconstruction.measuring.measurement_pass import MAX_INCIDENCE_DEG
 
 _MOST_POINTS = 2000
 """More of them make the surface no finer, and each costs in every place of the field."""
@@ -145,7 +145,7 @@ def underside_of(
     mesh, vertices = surface.mesh, surface.mesh.vertices_mm
     every = np.ones(len(mesh), bool)
     skin = Skin(mesh=mesh, middle=vertices.mean(0), known=every, area_mm2=mesh.vertex_areas_mm2())
-    lowest = np.cos(np.radians(MatchingOptions().max_incidence_deg))
+    lowest = np.cos(np.radians(MAX_INCIDENCE_DEG))
     squarely = (cosines_of(skin, views) >= lowest).sum(axis=1)
     unmeasured = (squarely < fewest) | surface.guessed
     down = mesh.vertex_normals() @ axis < -_LEAST_DOWN

@@ -178,7 +178,7 @@ class Coach:
 
             placed = with_files_that_fit(small, cameras, place, run)
         except (CalibrationError, MatchingError, PlacementError) as refusal:
-            return _refused(photos, refusal.finding, options)
+            return _refused(photos, refusal.finding)
         small, cameras, placing, detections = placed
         findings: list[Finding] = []
         scene = placing.scene
@@ -378,7 +378,7 @@ def _judged(
     """Every photo with what is wrong, and the photos that are missing between those that count."""
     on_limb = replace(photos, photos=tuple(one.photo for one in looked_at))
     said: dict[str, list[Finding]] = {}
-    for remark in remarks(on_limb, options.quality):
+    for remark in remarks(on_limb):
         said.setdefault(remark.name, []).append(remark.finding)
     stands = _stands(scene, limb)
     checked: list[CheckedPhoto] = []
@@ -425,9 +425,9 @@ def _stands(scene: Scene, limb: Points3) -> list[Stand]:
     return found
 
 
-def _refused(photos: PhotoSet, why: Finding, options: CheckOptions) -> CaptureCheck:
+def _refused(photos: PhotoSet, why: Finding) -> CaptureCheck:
     said: dict[str, list[Finding]] = {}
-    for remark in remarks(photos, options.quality):
+    for remark in remarks(photos):
         said.setdefault(remark.name, []).append(remark.finding)
     return CaptureCheck(
         go=False,

@@ -15,7 +15,7 @@ from jaxtyping import Float32, Float64, Int64
 from limbgram.core.geometry.arrays import GreyImage, Points3
 from limbgram.core.run import in_parallel
 from limbgram.reconstruction.dense.region import (
-    RegionOptions,
+    FLOOR_CLEARANCE,
     aimed_at,
     limb_among,
     refuse_few,
@@ -105,7 +105,7 @@ def limb_shown(metric: MetricScene) -> Int64[np.ndarray, " n"]:
     if metric.floor_z_mm is not None:
         # without a size there is no board either, and the floor's own points lie about its plane
         in_mm = metric.scale.unit == "mm"
-        above = _ABOVE_FLOOR_MM if in_mm else RegionOptions().floor_clearance * aim.reach
+        above = _ABOVE_FLOOR_MM if in_mm else FLOOR_CLEARANCE * aim.reach
         usable &= points[:, 2] > metric.floor_z_mm + above
     refuse_few(int(usable.sum()), _FEWEST_LIMB_POINTS)
     return np.flatnonzero(usable)[limb_among(points[usable], aim, _FEWEST_LIMB_POINTS).chosen]

@@ -34,7 +34,12 @@ from limbgram.capture.proxy import LimbProxy, Skin
 from limbgram.core.geometry.lens import View
 from limbgram.core.interval import weighted_quantile
 from limbgram.reconstruction.measuring.measurement import GRAZING_DEG
-from limbgram.reconstruction.measuring.measurement_pass import MatchingOptions
+from limbgram.reconstruction.measuring.measurement_pass import (
+    LEAST_VIEWS,
+    MAX_INCIDENCE_DEG,
+    MAX_VIEWS,
+    STEEP_INCIDENCE_DEG,
+)
 from limbgram.reconstruction.measuring.uncertainty import OFFSET_PX
 from limbgram.reconstruction.measuring.visibility import best_views, incidences
 from limbgram.reconstruction.pipeline import DEFAULTS as PIPELINE
@@ -131,15 +136,13 @@ def narrowest_deg(
     return narrowest
 
 
-def chosen_for(
-    cosines: Float64[np.ndarray, "n v"], rule: MatchingOptions
-) -> Bool[np.ndarray, "n v"]:
+def chosen_for(cosines: Float64[np.ndarray, "n v"]) -> Bool[np.ndarray, "n v"]:
     """The photos that will measure each cell, as `measuring` chooses them."""
-    squarely = cosines >= np.cos(np.radians(rule.max_incidence_deg))
-    few = squarely.sum(axis=1, keepdims=True) < rule.least_views
-    steeply = few & (cosines >= np.cos(np.radians(rule.steep_incidence_deg)))
+    squarely = cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG))
+    few = squarely.sum(axis=1, keepdims=True) < LEAST_VIEWS
+    steeply = few & (cosines >= np.cos(np.radians(STEEP_INCIDENCE_DEG)))
     kept = np.where(squarely | steeply, cosines, 0.0).astype(np.float32)
-    best = best_views(kept, rule.max_views)
+    best = best_views(kept, MAX_VIEWS)
     chosen = np.zeros(cosines.shape, bool)
     rows, slots = np.nonzero(best >= 0)
     chosen[rows, best[rows, slots]] = True
@@ -150,7 +153,6 @@ def predict(
     proxy: LimbProxy,
     views: Sequence[View],
     showing: Showing,
-    rule: MatchingOptions | None = None,
 ) -> Prediction:
     """Expected sigma and photos of every cell."""
     cells = proxy.mesh.vertices_mm
@@ -158,10 +160,9 @@ def predict(
         nothing = np.full(len(cells), np.nan)
         none = np.zeros(len(cells), int)
         return Prediction(photos=none, squarely=none, pixel_mm=nothing, sigma_mm=nothing)
-    rule = rule or MatchingOptions()
     cosines = cosines_of(proxy, views)
-    chosen = chosen_for(cosines, rule)
-    square = chosen & (cosines >= np.cos(np.radians(rule.max_incidence_deg)))
+    chosen = chosen_for(cosines)
+    square = chosen & (cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG)))
     normals = proxy.mesh.vertex_normals()
     count = chosen.sum(axis=1)
     pixels = np.stack([view.pixel_at(cells) for view in views], axis=1) * showing.pixel_ratio

@@ -57,18 +57,20 @@ _BOARD_PHOTOS = 4
 """Photos of one group whose board sets the scale alone."""
 
 
+_REACH = 0.03
+"""How far from its place in the scene a match is still looked at, of the photo's width."""
+_TRACK_PX = 2.0
+"""How far from its place a match is looked at once the photos were placed by one body."""
+_HALF_MATCHES = 150
+"""Most matches of a pair on half a limb."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class LookOptions:
     """How movement is looked for."""
 
-    reach: float = 0.03
-    """How far from its place in the scene a match is still looked at, of the photo's width."""
-    track_px: float = 2.0
-    """The same once the photos were placed by one body."""
     pair_matches: int = 400
     """Most matches of a pair, of limb or surroundings."""
-    half_matches: int = 150
-    """The same of half a limb."""
 
 
 DEFAULTS = LookOptions()
@@ -208,19 +210,19 @@ def find_bending(
         return BodyMotion.unknown(len(scene.names), sides.unknown)
     one = _Body("half", sides.among(matches.pairs, _HALVES[:1]))
     other = _Body("other half", sides.among(matches.pairs, _HALVES[1:]))
-    fewer = replace(options, pair_matches=options.half_matches)
+    fewer = replace(options, pair_matches=_HALF_MATCHES)
     seen = _Seen(photos, features, scene, cameras, millimetre(detections, scene))
     found = _between("halves", one, other, seen, fewer)
     limb = _thinned(sides.among(matches.pairs, _ON_LIMB), options.pair_matches)
-    bent = _curving(limb, seen, options)
+    bent = _curving(limb, seen)
     return found if bent is None else replace(found, movement=bent.beside(found.movement))
 
 
-def _curving(limb: list[PairMatches], seen: "_Seen", options: LookOptions) -> Curving | None:
+def _curving(limb: list[PairMatches], seen: "_Seen") -> Curving | None:
     """The likeliest change of the limb's curvature, of the photos placed by the limb alone."""
     scene, cameras = seen.scene, seen.cameras
     try:
-        placed = _placed_by(seen.features, limb, scene, cameras, seen.photos, options, _BENT_SIGMAS)
+        placed = _placed_by(seen.features, limb, scene, cameras, seen.photos, _BENT_SIGMAS)
         if placed is None:
             return None
         return curving(_in_frame_of(scene, placed), cameras.calibrations, seen.mm)
@@ -267,7 +269,7 @@ def held_against_board(
     limb = _Body("limb", sides.among(matches.pairs, _ON_LIMB))
     try:
         some = _thinned(limb.pairs, options.pair_matches)
-        by_limb = _placed_by(features, some, scene, cameras, photos, options)
+        by_limb = _placed_by(features, some, scene, cameras, photos)
         by_board = _placed_by_board(detections, scene, cameras)
     except np.linalg.LinAlgError:  # equations without a solution: a photo loses all its points
         return found.movement
@@ -296,7 +298,7 @@ def told_from_board(
     """
     limb = _thinned(sides.among(matches.pairs, _ON_LIMB), options.pair_matches)
     try:
-        placed = _placed_by(features, limb, scene, cameras, photos, options)
+        placed = _placed_by(features, limb, scene, cameras, photos)
     except np.linalg.LinAlgError:  # a photo loses all its points
         placed = None
     if placed is None:
@@ -552,9 +554,7 @@ def _between(
         for body in (first, second):
             some = _thinned(body.pairs, options.pair_matches)
             limb = body.where != "room"
-            placed = _placed_by(
-                seen.features, some, scene, cameras, seen.photos, options, of_limb=limb
-            )
+            placed = _placed_by(seen.features, some, scene, cameras, seen.photos, of_limb=limb)
             if placed is None:
                 few = note("movement.unknown.few_points", where=body.where)
                 return BodyMotion.unknown(len(scene.names), few)
@@ -606,7 +606,6 @@ def _placed_by(
     scene: Scene,
     cameras: Cameras,
     photos: PhotoSet,
-    options: LookOptions,
     outlier_sigmas: float = OUTLIER_SIGMAS,
     of_limb: bool = True,
 ) -> Scene | None:
@@ -620,7 +619,7 @@ def _placed_by(
         return None
     places_px = agreed_by(features, pairs)
     width = max(photo.width_px for photo in photos.photos)
-    for again, reach_px in enumerate((options.reach * width, options.track_px)):
+    for again, reach_px in enumerate((_REACH * width, _TRACK_PX)):
         if of_limb and again:
             pairs = beyond_chance(scene, places_px, pairs, reach_px) or pairs
         scene = _retracked(scene, places_px, pairs, reach_px)

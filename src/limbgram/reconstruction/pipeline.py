@@ -21,7 +21,6 @@ from limbgram.findings import Finding, note
 from limbgram.reconstruction.budget import Resolution, depth_share, refuse_beyond, resolution_for
 from limbgram.reconstruction.calibration.cameras import (
     Calibration,
-    CameraOptions,
     Cameras,
     cameras_for,
     without_files,
@@ -52,7 +51,7 @@ from limbgram.reconstruction.matching.matching import (
     match,
     match_what_there_is,
 )
-from limbgram.reconstruction.matching.static_background import Still, StillOptions, find_still
+from limbgram.reconstruction.matching.static_background import Still, find_still
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.movement import (
     LookOptions,
@@ -89,17 +88,17 @@ from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
 from limbgram.reconstruction.scale.stated_lengths import KnownDistance, TapedGirth
 from limbgram.reconstruction.scale.taped_girths import TapeWitnesses, hold_tapes
 from limbgram.reconstruction.surface.parts import PartOptions, Parts, tell_parts
-from limbgram.reconstruction.surface.pivoting import PivotOptions, pivot
-from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
-from limbgram.reconstruction.surface.repair import RepairOptions, repair
+from limbgram.reconstruction.surface.pivoting import pivot
+from limbgram.reconstruction.surface.poisson import poisson
+from limbgram.reconstruction.surface.repair import repair
 from limbgram.reconstruction.surface.resampling import refine
 from limbgram.reconstruction.targets.board import KIT_DICTIONARY, Board, BoardDetections
-from limbgram.reconstruction.targets.board_detection import TargetOptions, find_board
+from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.reconstruction.targets.marks import MarkOptions, find_marks
 from limbgram.reconstruction.targets.plates import MarkPlate
 from limbgram.reconstruction.twoview.pairs import Pairs
 from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
-from limbgram.reconstruction.user_settings import MOST_TRIANGLES, Choices
+from limbgram.reconstruction.user_settings import MOST_TRIANGLES, Choices, SurfaceMethod
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,7 +123,6 @@ class PipelineOptions:
     """Options of every stage."""
 
     photos: PhotoOptions = field(default_factory=PhotoOptions)
-    cameras: CameraOptions = field(default_factory=CameraOptions)
     reduced: FeatureOptions = field(
         default_factory=lambda: FeatureOptions(max_megapixels=0.6, max_keypoints=4000)
     )
@@ -133,8 +131,6 @@ class PipelineOptions:
     """About so many in all photos together suffice, where each has 2000."""
     features: FeatureOptions = field(default_factory=FeatureOptions)
     """Keypoints that they are placed by otherwise."""
-    still: StillOptions = field(default_factory=StillOptions)
-    """How a still camera before a turning object is told."""
     matching: MatchingOptions = field(default_factory=MatchingOptions)
     twoview: TwoViewOptions = field(default_factory=TwoViewOptions)
     mapping: MappingOptions = field(default_factory=MappingOptions)
@@ -142,7 +138,6 @@ class PipelineOptions:
     """How points of reduced photos are measured at full resolution."""
     poses: PosesOptions = field(default_factory=PosesOptions)
     """How an object that was turned over is told."""
-    targets: TargetOptions = field(default_factory=TargetOptions)
     marks: MarkOptions = field(default_factory=MarkOptions)
     movement: LookOptions = field(default_factory=LookOptions)
     """How it is found that the limb moved."""
@@ -150,10 +145,9 @@ class PipelineOptions:
     region: RegionOptions = field(default_factory=RegionOptions)
     dense: DenseOptions = field(default_factory=DenseOptions)
     fusion: FusionOptions = field(default_factory=FusionOptions)
-    surface: PivotOptions | PoissonOptions = field(default_factory=PivotOptions)
+    surface: SurfaceMethod = "ball-pivoting"
     """How points become a surface: Ball Pivoting or Poisson."""
     parts: PartOptions = field(default_factory=PartOptions)
-    repair: RepairOptions = field(default_factory=RepairOptions)
     edge_px: float = 4.5
     """Edges of the mesh that is measured, in pixels of the photos."""
     most_triangles: int = MOST_TRIANGLES
@@ -178,7 +172,7 @@ _FIRM_POINTS = 60
 def options_for(choices: Choices) -> PipelineOptions:
     """Options of the stages from what a user decides."""
     return PipelineOptions(
-        surface=PivotOptions() if choices.surface == "ball-pivoting" else PoissonOptions(),
+        surface=choices.surface,
         most_triangles=choices.most_triangles,
         region=RegionOptions(box_mm=choices.box_mm, gap_mm=choices.gap_mm),
         parts=PartOptions(chosen=choices.part),
@@ -237,9 +231,9 @@ def _reconstructed(
 ) -> Reconstruction:
     """The same from photos that are read."""
     refuse_beyond(photos, run.memory_mb)
-    cameras = run(cameras_for, photos, capture.calibrations, options.cameras)
+    cameras = run(cameras_for, photos, capture.calibrations)
     board = capture.board
-    found = None if board is None else run(find_board, photos, board, options.targets)
+    found = None if board is None else run(find_board, photos, board)
     dictionary = capture.plates[0].dictionary if capture.plates else KIT_DICTIONARY
 
     def place(cameras: Cameras) -> PlacedPhotos:
@@ -259,7 +253,7 @@ def _reconstructed(
     cloud = _dense(photos, metric, region, placing.poses, share, options, run)
     # an object that was turned over shows all its sides, and Ball Pivoting stops at sharp edges
     turned_over = bool(placing.poses.sides)
-    wrapped = wrap(cloud, PoissonOptions() if turned_over else options.surface, run)
+    wrapped = wrap(cloud, "poisson" if turned_over else options.surface, run)
     parts = run(tell_parts, wrapped, cloud, metric.scene.views, options.parts)
     if parts.sides_of_a_wall:
         parts = _wall_in_one(parts, cloud, metric, options.parts, run)
@@ -324,7 +318,7 @@ def _measured(
     Args:
         share: Of the pixels that depth maps should have had.
     """
-    coarse = run(repair, parts, cloud, options.repair, number)
+    coarse = run(repair, parts, cloud, number)
     resolution = resolution_for(
         metric,
         coarse,
@@ -404,7 +398,7 @@ def _by_marks(
     marks = run(find_marks, photos, dictionary, lenses, options.marks)
     if not shared_marks(marks):
         return None
-    features, still = _moving_keypoints(photos, options.features, options, run)
+    features, still = _moving_keypoints(photos, options.features, run)
     matches = still.moving_matches(run(match_what_there_is, photos, features, options.matching))
     by_paint = 0 if before is None else len(before.scene.placed)
     shown = MarkedPhotos(
@@ -462,11 +456,11 @@ def _by_paint(
 
 
 def _moving_keypoints(
-    photos: PhotoSet, detecting: FeatureOptions, options: PipelineOptions, run: Run
+    photos: PhotoSet, detecting: FeatureOptions, run: Run
 ) -> tuple[Features, Still]:
     """Keypoints without those that stand still before a still camera, and what stands still."""
     features = run(detect, photos, detecting)
-    still = run(find_still, features, options.still)
+    still = run(find_still, features)
     return still.moving(features), still
 
 
@@ -478,7 +472,7 @@ def _by_reduced(
     most = min(max(share, _FEWEST_REDUCED), options.reduced.max_keypoints)
     try:
         reduced = replace(options.reduced, max_keypoints=most)
-        features, still = _moving_keypoints(photos, reduced, options, run)
+        features, still = _moving_keypoints(photos, reduced, run)
         if np.median([len(keypoints) for keypoints in features.keypoints]) < _ENOUGH_REDUCED:
             return note("placing.reduced.few_points")
         matches = still.moving_matches(run(match, photos, features, options.matching))
@@ -642,7 +636,7 @@ def _by_full_size(
     run: Run,
     found: BoardDetections | None,
 ) -> Placing:
-    features, still = _moving_keypoints(photos, options.features, options, run)
+    features, still = _moving_keypoints(photos, options.features, run)
     matches = still.moving_matches(run(match, photos, features, options.matching))
     pairs = run(verify, photos, matches, cameras, options.twoview)
     unplaced = Unplaced(
@@ -699,7 +693,7 @@ def _wall_in_one(
 
     Ball Pivoting stops at the rim of a pot, which is narrower than its balls.
     """
-    wrapped = run(poisson, cloud, PoissonOptions())
+    wrapped = run(poisson, cloud)
     whole = run(tell_parts, wrapped, cloud, metric.scene.views, options)
     return whole if whole.joins(torn) else torn
 
@@ -712,10 +706,6 @@ def _if_it_can_be(part: Part, measured: Callable[[int], Mesh]) -> OtherPart:
         return OtherPart(part=part, mesh=None, reason=refusal.finding)
 
 
-def wrap(cloud: Cloud, options: PivotOptions | PoissonOptions, run: Run) -> Mesh:
+def wrap(cloud: Cloud, method: SurfaceMethod, run: Run) -> Mesh:
     """The surface through the points, by the chosen method."""
-    match options:
-        case PivotOptions():
-            return run(pivot, cloud, options)
-        case PoissonOptions():
-            return run(poisson, cloud, options)
+    return run(pivot if method == "ball-pivoting" else poisson, cloud)

@@ -14,7 +14,6 @@ from limbgram.reconstruction.calibration.board import (
 )
 from limbgram.reconstruction.calibration.cameras import (
     Calibration,
-    CameraOptions,
     Cameras,
     cameras_for,
     contradicting_exif,
@@ -28,7 +27,6 @@ __all__ = [
     "BoardCalibration",
     "Calibration",
     "CalibrationOptions",
-    "CameraOptions",
     "Cameras",
     "Coverage",
     "Estimate",

@@ -9,7 +9,7 @@ Fails   CalibrationError: too few photos, mixed cameras, a board of another size
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64, Int32
@@ -49,7 +49,7 @@ from limbgram.reconstruction.calibration.verdicts import (
 )
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside, naming_left_out
 from limbgram.reconstruction.targets.board import Board, BoardDetections
-from limbgram.reconstruction.targets.board_detection import TargetOptions, find_board
+from limbgram.reconstruction.targets.board_detection import find_board
 
 _MAX_RMS_PX = 1.0
 """RMS of the corners beyond which calibration is refused (see `max_rms`)."""
@@ -63,28 +63,28 @@ _MAX_EDGE_SIGMA_PX = 5.0
 """Uncertainty of a ray in a corner of the picture beyond which calibration is refused."""
 
 
+MIN_PHOTOS = 3
+"""Photos of the board without which calibration is refused."""
+_FEW_PHOTOS = 6
+"""Photos below which the result is doubted; the board's shape is not tested below it."""
+_PHOTO_FACTOR = 3.0
+"""A photo is set aside when its RMS is this many times the median of all photos."""
+_CORNER_SIGMAS = 5.0
+"""A corner is left out when it is this many robust sigmas off."""
+_SIGNIFICANCE = 5.0
+"""Sigmas from zero beyond which skew or k3 counts as seen."""
+_MEANINGFUL_SKEW_PX = 0.5
+"""Shift at the picture's edge below which even a significant skew is not delivered."""
+_GOOD_REACH = 0.5
+"""How far it must have come for the result not to be doubted."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class CalibrationOptions:
     """What is asked of calibration photos, and when a term of the model is kept."""
 
-    targets: TargetOptions = field(default_factory=TargetOptions)
-    """How the board is found."""
-    min_photos: int = 3
-    """Photos of the board without which calibration is refused."""
-    few_photos: int = 6
-    """Photos below which the result is doubted; the board's shape is not tested below it."""
-    photo_factor: float = 3.0
-    """A photo is set aside when its RMS is this many times the median of all photos."""
-    corner_sigmas: float = 5.0
-    """A corner is left out when it is this many robust sigmas off."""
-    significance: float = 5.0
-    """Sigmas from zero beyond which skew or k3 counts as seen."""
-    meaningful_skew_px: float = 0.5
-    """Shift at the picture's edge below which even a significant skew is not delivered."""
     board_gain: float = 0.03
     """Fall of the RMS for which the board's print and flatness are estimated too."""
-    good_reach: float = 0.5
-    """The same without a doubt."""
 
 
 DEFAULTS = CalibrationOptions()
@@ -150,7 +150,7 @@ def calibrate(
 ) -> BoardCalibration:
     """Calibrate the one camera that took these photos of a board."""
     with naming_left_out(photos.set_aside):
-        return calibrate_detections(photos, find_board(photos, board, options.targets), options)
+        return calibrate_detections(photos, find_board(photos, board), options)
 
 
 def calibrate_detections(
@@ -158,7 +158,7 @@ def calibrate_detections(
 ) -> BoardCalibration:
     """The same from corners already found."""
     seen_by = tuple(photos.photos[one.photo_idx] for one in detections.photos)
-    refuse_few(detections, options.min_photos)
+    refuse_few(detections, MIN_PHOTOS)
     refuse_mixed(seen_by)
     size_px = (seen_by[0].width_px, seen_by[0].height_px)
     board_mm = detections.corners_mm
@@ -195,8 +195,8 @@ def calibrate_detections(
             edges_px,
             solution,
             inflation,
-            few_photos=options.few_photos,
-            good_reach=options.good_reach,
+            few_photos=_FEW_PHOTOS,
+            good_reach=_GOOD_REACH,
         ),
     )
 
@@ -208,25 +208,25 @@ def _chosen(
     observations = tuple(
         BoardObservation(one.name, one.ids, one.xy_px) for one in detections.photos
     )
-    many = len(observations) >= options.few_photos
+    many = len(observations) >= _FEW_PHOTOS
     bend = many and not detections.board.has_quarter_turns
     screened = screen(
         observations,
         detections.corners_mm,
         size_px,
         free_unknowns(k3=many, skew=False, board=bend),
-        min_photos=options.min_photos,
-        photo_factor=options.photo_factor,
-        corner_sigmas=options.corner_sigmas,
+        min_photos=MIN_PHOTOS,
+        photo_factor=_PHOTO_FACTOR,
+        corner_sigmas=_CORNER_SIGMAS,
     )
     refuse_undetermined(screened.solution, 1.0, _HOPELESS * _MAX_FOCAL_SIGMA)
     choice = choose(
         screened,
         detections.corners_mm,
         size_px,
-        bend=bend and len(screened.observations) >= options.few_photos,
-        significance=options.significance,
-        meaningful_skew_px=options.meaningful_skew_px,
+        bend=bend and len(screened.observations) >= _FEW_PHOTOS,
+        significance=_SIGNIFICANCE,
+        meaningful_skew_px=_MEANINGFUL_SKEW_PX,
         board_gain=options.board_gain,
     )
     return screened, choice

@@ -124,29 +124,24 @@ def label_of(exif: Exif) -> str:
     return " ".join(f"{body} {exif.lens or ''}".split())
 
 
-@dataclass(frozen=True, kw_only=True)
-class CameraOptions:
-    """How closely calibrations must fit, and how far EXIF is believed."""
-
-    focal_tolerance: float = 0.02
-    """Accepted difference of nominal focal lengths between calibration and photos."""
-    tolerance_35mm: float = 0.6
-    """The same of what is written for film, in mm: whole ones are."""
-    usual_focal: float = 1.2
-    """Focal length over the longer side where EXIF says nothing."""
-    sigma_from_35mm: float = 0.05
-    """Relative sigma of a focal length from its 35-mm equivalent."""
-    sigma_from_sensor: float = 0.07
-    """The same from focal length and sensor width."""
-    sigma_from_nothing: float = 0.3
-    """The same where EXIF says nothing."""
-    sigma_centre: float = 0.015
-    """Sigma of the principal point over the longer side."""
-    sigma_distortion: float = 0.02
-    """Sigma of each radial term's shift at the picture's corner, over its distance there."""
+_FOCAL_TOLERANCE = 0.02
+"""Accepted difference of nominal focal lengths between calibration and photos."""
+_TOLERANCE_35MM = 0.6
+"""The same of what is written for film, in mm: whole ones are."""
+_USUAL_FOCAL = 1.2
+"""Focal length over the longer side where EXIF says nothing."""
+_SIGMA_FROM_35MM = 0.05
+"""Relative sigma of a focal length from its 35-mm equivalent."""
+_SIGMA_FROM_SENSOR = 0.07
+"""The same from focal length and sensor width."""
+_SIGMA_FROM_NOTHING = 0.3
+"""The same where EXIF says nothing."""
+_SIGMA_CENTRE = 0.015
+"""Sigma of the principal point over the longer side."""
+_SIGMA_DISTORTION = 0.02
+"""Sigma of each radial term's shift at the picture's corner, over its distance there."""
 
 
-DEFAULTS = CameraOptions()
 _FAR_SIGMAS = 4.0
 """Sigmas of EXIF's focal length beyond which a calibration is that of another camera: 20 to 28 %,
 and where EXIF says nothing more than any lens is long."""
@@ -170,31 +165,29 @@ _SENSORS_MM: tuple[tuple[str, float], ...] = (
 """Longer side of the sensor by make and model, in lower case; the first that fits counts."""
 
 
-def cameras_for(
-    photos: PhotoSet, given: Sequence[Calibration], options: CameraOptions = DEFAULTS
-) -> Cameras:
+def cameras_for(photos: PhotoSet, given: Sequence[Calibration]) -> Cameras:
     """A calibration for each camera group, given or from EXIF."""
     cut = cut_from(photos)
 
     def whole(idx: int) -> Calibration:
         group = photos.cameras[idx]
         if not given:
-            return from_exif(group, options)
+            return from_exif(group)
         names = [photo.name for photo in photos.photos if photo.camera_idx == idx]
-        return _fitting(group, names, given, options)
+        return _fitting(group, names, given)
 
     def lens(idx: int) -> Calibration:
         group = photos.cameras[idx]
-        if idx not in cut or any(_misfit(group, one, options) is None for one in given):
+        if idx not in cut or any(_misfit(group, one) is None for one in given):
             return whole(idx)
-        return _cut_out(whole(cut[idx]), group, options)
+        return _cut_out(whole(cut[idx]), group)
 
     return Cameras(tuple(map(lens, range(len(photos.cameras)))))
 
 
-def from_exif(group: CameraGroup, options: CameraOptions = DEFAULTS) -> Calibration:
+def from_exif(group: CameraGroup) -> Calibration:
     """Focal length from EXIF or guessed, everything else as in an ideal lens, all uncertain."""
-    guess = focal_from_exif(group.exif, group.width_px, group.height_px, options)
+    guess = focal_from_exif(group.exif, group.width_px, group.height_px)
     camera = Camera(
         width_px=group.width_px,
         height_px=group.height_px,
@@ -205,7 +198,7 @@ def from_exif(group: CameraGroup, options: CameraOptions = DEFAULTS) -> Calibrat
     )
     return Calibration(
         camera=camera,
-        covariance=_wide_covariance(camera, guess.relative_sigma, options),
+        covariance=_wide_covariance(camera, guess.relative_sigma),
         source=guess.source,
         label=label_of(group.exif),
         focal_mm=group.exif.focal_mm,
@@ -236,9 +229,7 @@ def without_files(
     )
 
 
-def focal_from_exif(
-    exif: Exif, width_px: int, height_px: int, options: CameraOptions = DEFAULTS
-) -> FocalGuess:
+def focal_from_exif(exif: Exif, width_px: int, height_px: int) -> FocalGuess:
     """Focal length in pixels of this size, from the most telling tag."""
     long_side_px = max(width_px, height_px)
     if exif.focal_35mm is not None:
@@ -247,27 +238,25 @@ def focal_from_exif(
         doubt = 0.0 if exif.digital_zoom is None else abs(exif.digital_zoom - 1.0)
         return FocalGuess(
             exif.focal_35mm / float(np.hypot(36.0, 24.0)) * diagonal_px,
-            max(options.sigma_from_35mm, min(doubt, options.sigma_from_nothing)),
+            max(_SIGMA_FROM_35MM, min(doubt, _SIGMA_FROM_NOTHING)),
             "exif",
         )
     zoom = exif.digital_zoom or 1.0
     sensor_mm = _sensor_mm(exif)
     if exif.focal_mm is not None and sensor_mm is not None:
         focal_px = exif.focal_mm / sensor_mm * long_side_px * zoom
-        return FocalGuess(focal_px, options.sigma_from_sensor, "exif")
-    focal_px = options.usual_focal * long_side_px * zoom
-    return FocalGuess(focal_px, options.sigma_from_nothing, "guess")
+        return FocalGuess(focal_px, _SIGMA_FROM_SENSOR, "exif")
+    focal_px = _USUAL_FOCAL * long_side_px * zoom
+    return FocalGuess(focal_px, _SIGMA_FROM_NOTHING, "guess")
 
 
-def contradicting_exif(
-    photos: PhotoSet, cameras: Cameras, options: CameraOptions = DEFAULTS
-) -> Finding | None:
+def contradicting_exif(photos: PhotoSet, cameras: Cameras) -> Finding | None:
     """Why a measured calibration cannot be that of its photos, by their EXIF; None where it can.
 
     Where EXIF tells nothing, one that is more than any lens is long cannot.
     """
     for group, calibration in zip(photos.cameras, cameras.calibrations):
-        guess = focal_from_exif(group.exif, group.width_px, group.height_px, options)
+        guess = focal_from_exif(group.exif, group.width_px, group.height_px)
         ratio = calibration.camera.fx / guess.focal_px
         far = max(ratio, 1.0 / ratio) > 1.0 + _FAR_SIGMAS * guess.relative_sigma
         if calibration.source == "board" and far:
@@ -293,14 +282,12 @@ def _sensor_mm(exif: Exif) -> float | None:
     return None
 
 
-def _wide_covariance(
-    camera: Camera, relative_sigma: float, options: CameraOptions
-) -> Float64[np.ndarray, "lens lens"]:
+def _wide_covariance(camera: Camera, relative_sigma: float) -> Float64[np.ndarray, "lens lens"]:
     """Pixels are square to a thousandth; skew and what `DISTORTION` says is held at zero."""
     corner = 0.5 * float(np.hypot(camera.width_px, camera.height_px)) / camera.fx
     focal = (relative_sigma * camera.fx) ** 2
-    centre = (options.sigma_centre * max(camera.width_px, camera.height_px)) ** 2
-    bends = np.array([one.wide * options.sigma_distortion for one in DISTORTION.values()])
+    centre = (_SIGMA_CENTRE * max(camera.width_px, camera.height_px)) ** 2
+    bends = np.array([one.wide * _SIGMA_DISTORTION for one in DISTORTION.values()])
     bends /= corner ** np.array([float(one.power) for one in DISTORTION.values()])
     covariance = np.diag([focal, focal, centre, centre, 0.0, *bends**2])
     covariance[0, 1] = covariance[1, 0] = focal
@@ -308,11 +295,9 @@ def _wide_covariance(
     return covariance
 
 
-def _fitting(
-    group: CameraGroup, names: list[str], given: Sequence[Calibration], options: CameraOptions
-) -> Calibration:
+def _fitting(group: CameraGroup, names: list[str], given: Sequence[Calibration]) -> Calibration:
     """The calibration of this group, the most particular one."""
-    misfits = [_misfit(group, one, options) for one in given]
+    misfits = [_misfit(group, one) for one in given]
     fitting = [one for one, misfit in zip(given, misfits) if misfit is None]
     if fitting:
         best = min(_strangeness(group, one) for one in fitting)
@@ -330,7 +315,7 @@ def _fitting(
     )
 
 
-def _misfit(group: CameraGroup, calibration: Calibration, options: CameraOptions) -> Finding | None:
+def _misfit(group: CameraGroup, calibration: Calibration) -> Finding | None:
     """Why a calibration is not that of a group; None where it is."""
     camera, exif = calibration.camera, group.exif
     size, calibrated = (group.width_px, group.height_px), (camera.width_px, camera.height_px)
@@ -350,11 +335,11 @@ def _misfit(group: CameraGroup, calibration: Calibration, options: CameraOptions
         return fault("lens.misfit.label", calibrated=calibration.label, label=label)
     if exif.focal_mm is not None and calibration.focal_mm is not None:
         ratio = exif.focal_mm / calibration.focal_mm
-        if abs(ratio - 1.0) > options.focal_tolerance:
+        if abs(ratio - 1.0) > _FOCAL_TOLERANCE:
             return fault(
                 "lens.misfit.focal", calibrated_mm=calibration.focal_mm, taken_mm=exif.focal_mm
             )
-    return _body_misfit(exif, calibration) or _zoom_misfit(exif, calibration, options)
+    return _body_misfit(exif, calibration) or _zoom_misfit(exif, calibration)
 
 
 def _body_misfit(exif: Exif, calibration: Calibration) -> Finding | None:
@@ -363,15 +348,15 @@ def _body_misfit(exif: Exif, calibration: Calibration) -> Finding | None:
     return fault("lens.misfit.body", calibrated=calibration.label)
 
 
-def _zoom_misfit(exif: Exif, calibration: Calibration, options: CameraOptions) -> Finding | None:
+def _zoom_misfit(exif: Exif, calibration: Calibration) -> Finding | None:
     """A digital zoom shows in the zoom ratio, in the focal length for film, or in both."""
     now, then = exif.digital_zoom or 1.0, calibration.digital_zoom or 1.0
-    if abs(now / then - 1.0) > options.focal_tolerance:
+    if abs(now / then - 1.0) > _FOCAL_TOLERANCE:
         return fault("lens.misfit.zoom", calibrated=then, taken=now)
     if exif.focal_35mm is None or calibration.focal_35mm is None:
         return None
     off_mm = abs(exif.focal_35mm - calibration.focal_35mm)
-    if off_mm <= options.tolerance_35mm + options.focal_tolerance * calibration.focal_35mm:
+    if off_mm <= _TOLERANCE_35MM + _FOCAL_TOLERANCE * calibration.focal_35mm:
         return None
     return fault("lens.misfit.film", calibrated_mm=calibration.focal_35mm, taken_mm=exif.focal_35mm)
 
@@ -387,7 +372,7 @@ def _strangeness(group: CameraGroup, calibration: Calibration) -> tuple[bool, ..
     )
 
 
-def _cut_out(whole: Calibration, group: CameraGroup, options: CameraOptions) -> Calibration:
+def _cut_out(whole: Calibration, group: CameraGroup) -> Calibration:
     """The lens of pictures that were cut out of those of a calibration, and perhaps reduced.
 
     Where they were cut nobody knows: the principal point is as likely anywhere that leaves room.
@@ -401,24 +386,20 @@ def _cut_out(whole: Calibration, group: CameraGroup, options: CameraOptions) -> 
     packed = camera.packed.copy()
     packed[[2, 3]] -= 0.5 * spare_px
     cut = replace(camera, width_px=group.width_px, height_px=group.height_px)
-    return _loosened(
-        replace(whole, camera=cut.with_parameters(packed)), spare_px / np.sqrt(12.0), options
-    )
+    return _loosened(replace(whole, camera=cut.with_parameters(packed)), spare_px / np.sqrt(12.0))
 
 
-def cut_lens(copy: Calibration, options: CameraOptions = DEFAULTS) -> Calibration:
+def cut_lens(copy: Calibration) -> Calibration:
     """The lens of pictures of this size if they were cut and not, as this one has it, reduced."""
     size_px = np.array([copy.camera.width_px, copy.camera.height_px], np.float64)
-    return _loosened(copy, _CUT_ASIDE * size_px, options)
+    return _loosened(copy, _CUT_ASIDE * size_px)
 
 
-def _loosened(
-    lens: Calibration, middle_px: Float64[np.ndarray, "2"], options: CameraOptions
-) -> Calibration:
+def _loosened(lens: Calibration, middle_px: Float64[np.ndarray, "2"]) -> Calibration:
     """A lens whose middle may lie so far away, and whose focal length is as good as unknown."""
     covariance = lens.covariance.copy()
     covariance[[2, 3], [2, 3]] += middle_px**2
-    covariance[:2, :2] += (options.sigma_from_nothing * lens.camera.fx) ** 2
+    covariance[:2, :2] += (_SIGMA_FROM_NOTHING * lens.camera.fx) ** 2
     return replace(lens, covariance=covariance, source="guess")
 
 

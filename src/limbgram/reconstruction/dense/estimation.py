@@ -30,6 +30,10 @@ from limbgram.reconstruction.dense.crops import HALVINGS, Crop, crop_photo, halv
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.patchmatch import MOST_SOURCES
 from limbgram.reconstruction.dense.photo_depth import (
+    AGREE_DEG,
+    AGREE_PX,
+    LEAST_AGREEING,
+    LEAST_MEASURED,
     STEPS,
     DenseOptions,
     depth_map_of,
@@ -210,10 +214,8 @@ def estimate_depth(
 
     maps = in_parallel(fine, every)
     witnesses = [sorted({*sources[k], *(j for j in every if k in sources[j])}) for k in every]
-    confirmed = in_parallel(
-        lambda k: _confirmed(maps[k], [maps[j] for j in witnesses[k]], options), every
-    )
-    _refuse_if_bare(photos, crops, confirmed, options)
+    confirmed = in_parallel(lambda k: _confirmed(maps[k], [maps[j] for j in witnesses[k]]), every)
+    _refuse_if_bare(photos, crops, confirmed)
     return tuple(confirmed)
 
 
@@ -259,10 +261,10 @@ def _worth_it(crop: Crop, rough: DepthMap, others: Sequence[DepthMap]) -> Mask:
     return crop.wanted & np.repeat(np.repeat(near, cells, 0), cells, 1)
 
 
-def _confirmed(depth_map: DepthMap, others: Sequence[DepthMap], options: DenseOptions) -> DepthMap:
+def _confirmed(depth_map: DepthMap, others: Sequence[DepthMap]) -> DepthMap:
     """Only what enough other maps agree with."""
-    votes = agreeing(depth_map, others, options.agree_px / STEPS[-1], options.agree_deg)
-    kept = votes >= max(1, min(options.least_agreeing, len(others)))
+    votes = agreeing(depth_map, others, AGREE_PX / STEPS[-1], AGREE_DEG)
+    kept = votes >= max(1, min(LEAST_AGREEING, len(others)))
     return replace(
         depth_map,
         depth_mm=np.where(kept, depth_map.depth_mm, np.float32(np.nan)),
@@ -271,12 +273,12 @@ def _confirmed(depth_map: DepthMap, others: Sequence[DepthMap], options: DenseOp
 
 
 def _refuse_if_bare(
-    photos: PhotoSet, crops: Sequence[Crop], depth_maps: Sequence[DepthMap], options: DenseOptions
+    photos: PhotoSet, crops: Sequence[Crop], depth_maps: Sequence[DepthMap]
 ) -> None:
     wanted = sum(int(crop.wanted.sum()) for crop in crops)
     measured = STEPS[-1] ** 2 * sum(
         int(np.isfinite(depth_map.depth_mm).sum()) for depth_map in depth_maps
     )
-    if measured < options.least_measured * wanted:
+    if measured < LEAST_MEASURED * wanted:
         cause = common_fault(photos.photos) or doubt("depth.unpainted")
         raise DenseError("depth.bare", share=measured / wanted, cause=cause)

@@ -22,6 +22,19 @@ _LEAST_CORRELATION = 0.5
 """Places that correlate worse are not measured."""
 
 
+_MAX_INCIDENCE_DEG = 78.0
+"""Places seen more slantingly are not measured."""
+AGREE_PX = 0.75
+"""How close to itself a point must return from another photo's depth map, in pixels of the
+reduced photo."""
+AGREE_DEG = 35.0
+"""How far the normals of two depth maps may differ."""
+LEAST_AGREEING = 2
+"""Other maps that must agree (fewer where there are fewer)."""
+LEAST_MEASURED = 0.05
+"""Refuse if less of the region's pixels than this fraction was measured."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class DenseOptions:
     """How finely and how strictly depth is measured."""
@@ -32,17 +45,6 @@ class DenseOptions:
     """Other photos that each photo is compared with."""
     sigma_px: float = 3.0
     """Distance from the window's centre at which a sample's weight falls to 0.6."""
-    max_incidence_deg: float = 78.0
-    """Places seen more slantingly are not measured."""
-    agree_px: float = 0.75
-    """How close to itself a point must return from another photo's depth map, in pixels of the
-    reduced photo."""
-    agree_deg: float = 35.0
-    """How far the normals of two depth maps may differ."""
-    least_agreeing: int = 2
-    """Other maps that must agree (fewer where there are fewer)."""
-    least_measured: float = 0.05
-    """Refuse if less of the region's pixels than this fraction was measured."""
     seed: int = 1
     """Start of the random numbers."""
 
@@ -134,7 +136,7 @@ def depth_map_of(solution: Solution, region: Region, options: DenseOptions) -> D
     ray = np.stack([x, y, np.ones_like(x)], axis=-1)
     facing = -(normal * ray).sum(-1) / np.linalg.norm(ray, axis=-1)
     points = crop.view.camera_from_world.inverse.apply(ray / w[:, None])
-    kept = (facing > np.cos(np.radians(options.max_incidence_deg))) & region.contains(points)
+    kept = (facing > np.cos(np.radians(_MAX_INCIDENCE_DEG))) & region.contains(points)
     return _trimmed(
         crop.photo_idx, View(crop.view.name, camera, crop.view.camera_from_world),
         np.stack([rows[kept] + y0, columns[kept] + x0]),

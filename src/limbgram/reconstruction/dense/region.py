@@ -325,6 +325,12 @@ _MARGIN = 0.03
 """How far the region is widened, as a fraction of the limb's longest side."""
 
 
+FLOOR_CLEARANCE = 0.025
+"""What counts as floor: this far above its plane, as a fraction of half the frame's side."""
+_LEAST_VIEWS = 0.6
+"""Share of the photos that must have a point in their frame for it to count."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class RegionOptions:
     """Where to look for the limb; lengths are in the scene's unit, mm once it is metric."""
@@ -333,12 +339,8 @@ class RegionOptions:
     """Two opposite corners of a box in the world: it is taken as the region as it is."""
     cubes: int = 80
     """Cubes along the limb's longest side."""
-    floor_clearance: float = 0.025
-    """What counts as floor: this far above its plane, as a fraction of half the frame's side."""
     gap_mm: float = 0.0
     """Pieces of one object may lie so far apart, as the spheres of a ball bar do."""
-    least_views: float = 0.6
-    """Share of the photos that must have a point in their frame for it to count."""
 
 
 DEFAULTS = RegionOptions()
@@ -352,7 +354,7 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
     masks_decide = len(masked) >= _DECIDING_SHARE * len(metric.scene.placed)
     floor_z_mm = None if masks_decide else metric.floor_z_mm
     aim = aim_of(metric.scene.views, metric.scene.points_in_world)
-    candidates = _points_looked_at(metric, aim, masked, floor_z_mm, options)
+    candidates = _points_looked_at(metric, aim, masked, floor_z_mm)
     if masks_decide:
         limb = LimbPoints(candidates, link_length(candidates), np.ones(len(candidates), bool))
     else:
@@ -373,24 +375,23 @@ def _points_looked_at(
     aim: Aim,
     masked: tuple[MaskedView, ...],
     floor_z_mm: float | None,
-    options: RegionOptions,
 ) -> Points3:
     """Sparse points near the aim, in most frames, inside the masks and off the floor."""
     points = metric.scene.points_in_world
-    usable = aimed_at(metric.scene, aim, options)
+    usable = aimed_at(metric.scene, aim)
     if floor_z_mm is not None:
-        usable &= points[:, 2] > floor_z_mm + options.floor_clearance * aim.reach
+        usable &= points[:, 2] > floor_z_mm + FLOOR_CLEARANCE * aim.reach
     if masked:
         usable &= inside_masks(masked, points, slack_mm=0.0)
     refuse_few(int(usable.sum()), LEAST_POINTS)
     return points[usable]
 
 
-def aimed_at(scene: Scene, aim: Aim, options: RegionOptions = DEFAULTS) -> Bool[np.ndarray, " n"]:
+def aimed_at(scene: Scene, aim: Aim) -> Bool[np.ndarray, " n"]:
     """Scene points near the aim that most photos have in their frames."""
     points = scene.points_in_world
     near = np.linalg.norm(points - aim.point, axis=1) < _NEAR * aim.reach
-    return near & (in_frame(scene.views, points).mean(0) >= options.least_views)
+    return near & (in_frame(scene.views, points).mean(0) >= _LEAST_VIEWS)
 
 
 def refuse_few(points: int, needed: int) -> None:

@@ -66,6 +66,10 @@ _SURPLUS = 1.5
 """Keypoints described for each one kept, where there are too many."""
 
 
+_MEMORY_MB = 600.0
+"""Working memory for photos in flight; one photo is always in flight."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class FeatureOptions:
     """How many keypoints to look for, and at what cost."""
@@ -76,8 +80,6 @@ class FeatureOptions:
     """SIFT's contrast threshold, as OpenCV counts it (divided by the layers of an octave)."""
     max_megapixels: float = 6.0
     """Larger photos are reduced to this size for detection; correlation sees all their pixels."""
-    memory_mb: float = 600.0
-    """Working memory for photos in flight; one photo is always in flight."""
 
 
 DEFAULTS = FeatureOptions()
@@ -87,7 +89,7 @@ def detect(photos: PhotoSet, options: FeatureOptions = DEFAULTS) -> Features:
     """SIFT keypoints of each photo, largest first, in the sensor's pixels."""
     largest = max((p.width_px * p.height_px / 1e6 for p in photos.photos), default=1.0)
     each_mb = MEGABYTES + _BYTES_A_PIXEL * largest
-    workers = int(np.clip(options.memory_mb / each_mb, 1, worker_count()))
+    workers = int(np.clip(_MEMORY_MB / each_mb, 1, worker_count()))
 
     def detect_in(photo: Photo) -> Keypoints:
         return find_keypoints(load_luma(photo), load_mask(photo), options)

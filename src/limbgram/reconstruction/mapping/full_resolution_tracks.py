@@ -40,26 +40,28 @@ _NEIGHBOURS = 12
 _FEWEST_RAYS = 2
 
 
+_MAX_ANGLE_DEG = 65.0
+"""Widest angle between a ray and the surface's normal."""
+_MAX_TURN_DEG = 60.0
+"""Widest angle between a ray and the reference's."""
+_FINEST_MEGAPIXELS = 4.0
+"""Photos are halved for the windows while they stay larger than about this."""
+_TRIES = 100_000
+"""Points looked for in all photos together; more say little more."""
+_MEMORY_MB = 400.0
+"""Memory for the photos of the pairs in hand."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class FollowingOptions:
     """Where points are looked for, and what counts as found."""
 
-    max_angle_deg: float = 65.0
-    """Widest angle between a ray and the surface's normal."""
-    max_turn_deg: float = 60.0
-    """Widest angle between a ray and the reference's."""
     windows: WindowOptions = field(default_factory=WindowOptions)
     """What least-squares matching accepts."""
-    finest_megapixels: float = 4.0
-    """Photos are halved for the windows while they stay larger than about this."""
-    tries: int = 100_000
-    """Points looked for in all photos together: more say little more,"""
     tries_a_photo: tuple[int, int] = (1500, 4000)
-    """but so many in a photo on average at least, and at most."""
+    """Points looked for in a photo on average: at least, and at most."""
     mapping: MappingOptions = field(default_factory=MappingOptions)
     """How the result is adjusted."""
-    memory_mb: float = 400.0
-    """Memory for the photos of the pairs in hand."""
 
 
 DEFAULTS = FollowingOptions()
@@ -93,10 +95,10 @@ def follow_points(
 def _followed(photos: PhotoSet, scene: Scene, options: FollowingOptions) -> Scene:
     """The scene with new observations, not adjusted."""
     placed, views = np.array(scene.placed), scene.views
-    points = _Followable.of(scene, options).thinned(scene, options)
-    halvings = _halvings(photos, options.finest_megapixels)
+    points = _Followable.of(scene).thinned(scene, options)
+    halvings = _halvings(photos, _FINEST_MEGAPIXELS)
     size = 2.0**halvings
-    memory = PairMemory.of(photos, options.memory_mb, halvings=halvings)
+    memory = PairMemory.of(photos, _MEMORY_MB, halvings=halvings)
 
     @lru_cache(maxsize=memory.photos)
     def prepared(view: int) -> Pyramid:
@@ -150,7 +152,7 @@ class _Followable:
     """Observations that the scene has of it."""
 
     @classmethod
-    def of(cls, scene: Scene, options: FollowingOptions) -> "_Followable":
+    def of(cls, scene: Scene) -> "_Followable":
         points, seen = scene.points_in_world, scene.observations
         view_idx = np.full(len(scene.names), -1)
         view_idx[list(scene.placed)] = np.arange(len(scene.placed))
@@ -168,8 +170,8 @@ class _Followable:
         every, reference = np.arange(len(points)), view[first]
         facing = np.einsum("nvi,ni->nv", toward, normals)
         turned = np.einsum("nvi,ni->nv", toward, toward[every, reference])
-        expected_in = facing > np.cos(np.radians(options.max_angle_deg))
-        expected_in &= turned > np.cos(np.radians(options.max_turn_deg))
+        expected_in = facing > np.cos(np.radians(_MAX_ANGLE_DEG))
+        expected_in &= turned > np.cos(np.radians(_MAX_TURN_DEG))
         expected_in[seen.point_idx, view] = True
         expected_in[every, reference] = False
         return cls(
@@ -184,7 +186,7 @@ class _Followable:
     def thinned(self, scene: Scene, options: FollowingOptions) -> "_Followable":
         """Of every reference its share of what is tried at most, spread over it."""
         views = scene.views
-        each = np.clip(options.tries / len(views), *options.tries_a_photo)
+        each = np.clip(_TRIES / len(views), *options.tries_a_photo)
         share = float(each) * len(views) / max(int(self.expected_in.sum()), 1)
         if share >= 1.0:
             return self

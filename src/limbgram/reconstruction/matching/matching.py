@@ -93,24 +93,26 @@ _SHARE_FOR_TURN = 0.5
 """and share of all matches from which their turn is: a few agree by chance."""
 
 
+_COARSE_RATIO = 0.8
+"""Largest ratio of the best to the second best distance in the coarse comparison."""
+_MIN_SCORE = 5
+"""Pairs below this score are hopeless."""
+_SURVEY_KEYPOINTS = 400
+"""Largest keypoints of each photo that are compared first where there are many photos."""
+_SURVEY_PARTNERS = 20
+"""Best partners by these with which a photo is then compared; of no more photos, all are."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class SelectionOptions:
     """How many pairs to match."""
 
     keypoints: int = 1200
     """Largest keypoints of each photo in the coarse comparison."""
-    max_ratio: float = 0.8
-    """Largest ratio of the best to the second best distance in the coarse comparison."""
     partners: int = 7
     """Best partners of each photo."""
     neighbours: int = 2
     """Photos before and after in the order of names (the last meets the first): always matched."""
-    min_score: int = 5
-    """Pairs below this score are hopeless."""
-    survey_keypoints: int = 400
-    """Of more photos than `survey_partners`, these largest keypoints of all pairs are compared"""
-    survey_partners: int = 20
-    """first, and then each photo only with so many of its best partners."""
 
 
 @dataclass(frozen=True)
@@ -133,16 +135,16 @@ def select_pairs(features: Features, options: SelectionOptions) -> tuple[Candida
 
     def compare(pair: tuple[int, int], keypoints: int = options.keypoints) -> Candidate:
         first, second = (compressed[photo][:keypoints] for photo in pair)
-        matches = match_descriptors(first, second, options.max_ratio)
+        matches = match_descriptors(first, second, _COARSE_RATIO)
         return _score(pair, largest[pair[0]], largest[pair[1]], matches)
 
     def survey(pair: tuple[int, int]) -> Candidate:
-        return compare(pair, options.survey_keypoints)
+        return compare(pair, _SURVEY_KEYPOINTS)
 
     count = len(largest)
     hopeful = list(combinations(range(count), 2))
     neighbours = _neighbours(count, options.neighbours)
-    if count > options.survey_partners + 1:
+    if count > _SURVEY_PARTNERS + 1:
         hopeful = sorted(neighbours | _surveyed(in_parallel(survey, hopeful), count, options))
     candidates = in_parallel(compare, hopeful)
     kept = neighbours | _partners(candidates, count, options)
@@ -217,9 +219,9 @@ def _surveyed(
     for photo in range(count):
         own = [c for c in candidates if photo in (c.first, c.second)]
         own.sort(key=lambda c: (-c.score, c.first, c.second))
-        agreeing = sum(c.score >= options.min_score for c in own)
+        agreeing = sum(c.score >= _MIN_SCORE for c in own)
         if agreeing >= options.partners:
-            own = own[: options.survey_partners]
+            own = own[:_SURVEY_PARTNERS]
         kept |= {(c.first, c.second) for c in own}
     return kept
 
@@ -228,7 +230,7 @@ def _partners(
     candidates: Sequence[Candidate], count: int, options: SelectionOptions
 ) -> set[tuple[int, int]]:
     """Pairs that are among the best of one of their photos."""
-    hopeful = [c for c in candidates if c.score >= options.min_score]
+    hopeful = [c for c in candidates if c.score >= _MIN_SCORE]
     kept: set[tuple[int, int]] = set()
     for photo in range(count):
         own = [c for c in hopeful if photo in (c.first, c.second)]
@@ -243,6 +245,16 @@ _PYRAMID_BYTES = 4 / 3
 """All levels of a photo, a pixel."""
 
 
+_FINE_RATIO = 0.8
+"""Largest ratio of the best to the second best distance."""
+_MAX_SCALE_CHANGE = 1.5
+"""Keypoints whose scales change by a larger factor than the pair does are not compared."""
+_FEW_KEYPOINTS = 200
+"""A photo with fewer shows too little to be matched."""
+_MEMORY_MB = 400.0
+"""Memory for the photos of the pairs in hand."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class MatchingOptions:
     """Which pairs are matched, and what a match must stand."""
@@ -251,16 +263,8 @@ class MatchingOptions:
     """Which pairs are matched."""
     windows: WindowOptions = field(default_factory=WindowOptions)
     """What window correlation accepts."""
-    max_ratio: float = 0.8
-    """Largest ratio of the best to the second best distance."""
-    max_scale_change: float = 1.5
-    """Keypoints whose scales change by a larger factor than the pair does are not compared."""
     min_matches: int = 16
     """Pairs with fewer matches that turn the picture by about the same angle are left out."""
-    few_keypoints: int = 200
-    """A photo with fewer shows too little to be matched."""
-    memory_mb: float = 400.0
-    """Memory for the photos of the pairs in hand."""
 
 
 DEFAULTS = MatchingOptions()
@@ -312,7 +316,7 @@ def pairs_worth_matching(
     Raises:
         MatchingError: most photos show too little.
     """
-    _refuse_bare(photos, features, options)
+    _refuse_bare(photos, features)
     return select_pairs(features, options.selection)
 
 
@@ -324,7 +328,7 @@ def match_pairs(
 ) -> tuple[MatchedPair, ...]:
     """Match these pairs, each on its own."""
     described = max(map(len, features.keypoints), default=0)
-    memory = PairMemory.of(photos, options.memory_mb, described=described)
+    memory = PairMemory.of(photos, _MEMORY_MB, described=described)
 
     @lru_cache(maxsize=memory.photos)
     def prepared(photo_idx: int) -> _Prepared:
@@ -365,9 +369,9 @@ def _joined(matched: Sequence[MatchedPair], options: MatchingOptions) -> Matches
 def _match_pair(
     pair: Candidate, first: _Prepared, second: _Prepared, options: MatchingOptions
 ) -> MatchedPair:
-    band = _scale_band(pair, first.keypoints, second.keypoints, options.max_scale_change)
+    band = _scale_band(pair, first.keypoints, second.keypoints, _MAX_SCALE_CHANGE)
     turn = _turn(pair, first.keypoints, second.keypoints)
-    found = match_descriptors(first.descriptors, second.descriptors, options.max_ratio, band, turn)
+    found = match_descriptors(first.descriptors, second.descriptors, _FINE_RATIO, band, turn)
     windows = correlate(
         first.pyramid, second.pyramid, first.keypoints, second.keypoints, found, options.windows
     )
@@ -425,9 +429,9 @@ class PairMemory:
         return cls(workers, max(2 * workers, int(room_mb / kept_mb)))
 
 
-def _refuse_bare(photos: PhotoSet, features: Features, options: MatchingOptions) -> None:
+def _refuse_bare(photos: PhotoSet, features: Features) -> None:
     counts = [len(keypoints) for keypoints in features.keypoints]
-    bare = [name for name, n in zip(photos.names, counts) if n < options.few_keypoints]
+    bare = [name for name, n in zip(photos.names, counts) if n < _FEW_KEYPOINTS]
     if 2 * len(bare) > len(counts):
         raise MatchingError(
             "pairs.bare",

@@ -70,23 +70,14 @@ _LEAST_MOVING = 16
 """Matches of other keypoints that must have moved."""
 _LEAST_MOVE_SHARE = 0.005
 """By how much at least, as a share of the longer side."""
+_PARTNERS = 6
+"""Photos of its group with which each is compared,"""
 _LEAST_PARTNERS = 2
 """and in how many of them what stands still is found again."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class StillOptions:
-    """When photos are believed to come from a still camera."""
-
-    survey_keypoints: int = 500
-    """Largest keypoints of each photo that are asked first."""
-    least_photos: int = 4
-    """Fewest photos in which a turning object is told from one photo taken twice."""
-    partners: int = 6
-    """Photos of its group with which each is compared,"""
-
-
-DEFAULTS = StillOptions()
+_SURVEY_KEYPOINTS = 500
+"""Largest keypoints of each photo that are asked first."""
+_LEAST_PHOTOS = 4
+"""Fewest photos in which a turning object is told from one photo taken twice."""
 
 
 @dataclass(frozen=True)
@@ -158,19 +149,19 @@ class Still:
         return replace(matches, pairs=tuple(moving(pair) for pair in matches.pairs))
 
 
-def find_still(features: Features, options: StillOptions = DEFAULTS) -> Still:
+def find_still(features: Features) -> Still:
     """Keypoints that stand still in photos of a still camera.
 
     Raises:
         MatchingError: a still camera took all photos, and nothing moves in them.
     """
     side_px = max((float(one.xy_px.max()) for one in features.keypoints if len(one)), default=0.0)
-    candidates = _groups(features, side_px, options)
+    candidates = _groups(features, side_px)
     groups: list[tuple[int, ...]] = []
     flags = [np.zeros(len(one), bool) for one in features.keypoints]
     moves = [PictureMove() for _ in features.keypoints]
     for group, moved in candidates:
-        found = {photo: _standing(features, photo, moved, side_px, options) for photo in group}
+        found = {photo: _standing(features, photo, moved, side_px) for photo in group}
         if _something_moves(features, group, found, side_px):
             groups.append(group)
             for photo, standing in found.items():
@@ -231,12 +222,12 @@ class _Group(NamedTuple):
     moves: dict[int, PictureMove]
 
 
-def _groups(features: Features, side_px: float, options: StillOptions) -> list[_Group]:
+def _groups(features: Features, side_px: float) -> list[_Group]:
     """Photos that are joined by enough of the largest keypoints that coincide."""
     count = len(features.keypoints)
     if not any(map(len, features.keypoints)):
         return []
-    row = _Row.of(features, range(count), options.survey_keypoints)
+    row = _Row.of(features, range(count), _SURVEY_KEYPOINTS)
     pairs = row.near(max(_LEAST_PX, _MOVE_SHARE * side_px))
     between = row.photo[pairs[:, 0]] * count + row.photo[pairs[:, 1]]
     joined, everywhere = list[Int64[np.ndarray, "k 2"]](), list[bool]()
@@ -258,7 +249,7 @@ def _groups(features: Features, side_px: float, options: StillOptions) -> list[_
     coinciding = np.concatenate(joined)
     return [
         _Group(group, _moves(group, row, coinciding[_inside(group, row.photo[coinciding])]))
-        for group in _joined_photos(ends, np.array(everywhere), count, options)
+        for group in _joined_photos(ends, np.array(everywhere), count)
     ]
 
 
@@ -271,7 +262,6 @@ def _joined_photos(
     ends: Int64[np.ndarray, "k 2"],
     everywhere: Bool[np.ndarray, " k"],
     count: int,
-    options: StillOptions,
 ) -> list[tuple[int, ...]]:
     """Groups by the pairs that coincide all over the picture, and who coincides with most of one.
 
@@ -288,9 +278,9 @@ def _joined_photos(
     graph = sparse.coo_array((np.ones(len(far)), far.T), (count, count))
     label = csgraph.connected_components(graph, directed=False)[1]
     sizes = np.bincount(label)
-    large = np.flatnonzero(sizes >= options.least_photos)
+    large = np.flatnonzero(sizes >= _LEAST_PHOTOS)
     share = np.array([linked[:, label == k].mean(axis=1) for k in large]).reshape(-1, count)
-    for photo in np.flatnonzero(sizes[label] < options.least_photos).tolist():
+    for photo in np.flatnonzero(sizes[label] < _LEAST_PHOTOS).tolist():
         if len(large) and share[:, photo].max() > _MOST:
             label[photo] = large[np.argmax(share[:, photo])]
     return [tuple(np.flatnonzero(label == k).tolist()) for k in large.tolist()]
@@ -369,12 +359,11 @@ def _standing(
     photo: int,
     moves: dict[int, PictureMove],
     side_px: float,
-    options: StillOptions,
 ) -> Bool[np.ndarray, " n"]:
     """Which keypoints of a photo are found again at their place in others of its group."""
     own = features.keypoints[photo]
     times = np.zeros(len(own), np.int64)
-    for other in _partners(photo, [*moves], options.partners):
+    for other in _partners(photo, [*moves], _PARTNERS):
         row = _Row.of(features, (photo, other))
         pairs = row.near(max(_LEAST_PX, _MOVE_SHARE * side_px))
         here, there = row.xy_px[pairs.T]

@@ -429,12 +429,14 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
     return inverse
 
 
+_MIN_CORRELATION = 0.8
+"""Normalized cross-correlation after refinement."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class WindowOptions:
     """Which windows count as the same place."""
 
-    min_correlation: float = 0.8
-    """Normalized cross-correlation after refinement."""
     max_shift: float = 3.0
     """Farthest accepted move, in pixels of the level compared."""
 
@@ -471,7 +473,7 @@ def correlate(
         result,
     )
     with np.errstate(invalid="ignore"):
-        kept = result[:, 2] >= options.min_correlation
+        kept = result[:, 2] >= _MIN_CORRELATION
     return Correlated(
         xy_second_px=np.ascontiguousarray(result[:, :2]),
         correlation=result[:, 2].astype(np.float32),
@@ -496,7 +498,7 @@ def follow(
         np.ascontiguousarray(xy_first_px),
         np.ascontiguousarray(expected),
         options.max_shift,
-        options.min_correlation,
+        _MIN_CORRELATION,
         result,
     )
     return result

@@ -29,8 +29,14 @@ from limbgram.reconstruction.measuring.edge_overshoot import without_overshoot
 from limbgram.reconstruction.measuring.grain import grained
 from limbgram.reconstruction.measuring.imagery import Imagery, load_crops, prepare
 from limbgram.reconstruction.measuring.measurement_pass import (
+    EARLY_ROBUST_SIGMAS,
+    LEAST_VIEWS,
+    MAX_INCIDENCE_DEG,
+    MAX_MOVE_PX,
+    MAX_VIEWS,
+    STEEP_INCIDENCE_DEG,
     JointEquations,
-    MatchingOptions,
+    ResidualOptions,
     SeenSurface,
     joint_equations,
     light_after,
@@ -82,7 +88,7 @@ class MeasureOptions:
     """Whether what stands out past a sharp edge without being measured is laid back; for closed
     surfaces of objects with a cut."""
 
-    matching: MatchingOptions = field(default_factory=MatchingOptions)
+    matching: ResidualOptions = field(default_factory=ResidualOptions)
 
 
 DEFAULTS = MeasureOptions()
@@ -94,19 +100,18 @@ def measure(
     """Measure the surface in the photos, at their full size unless the options reduce them."""
     scene = metric.scene
     views = scene.views
-    matching = options.matching
     placed = [photos.photos[k] for k in scene.placed]
     crops = load_crops(placed, views, mesh.vertices_mm, options.photo_halvings)
-    seen_by = _seen_by(mesh, views, matching)[0]  # moves are too small to change what is seen
+    seen_by = _seen_by(mesh, views)[0]  # moves are too small to change what is seen
     at_rim = np.zeros(len(mesh), bool)
     at_rim[boundary_half_edges(mesh.faces).ravel()] = True
     rim = _near(at_rim, mesh.faces, _RIM_RINGS + 1)
     imagery = prepare(crops, views)
     del crops  # all photos are in the imagery a second time
-    mesh, believed = _by_patches(mesh, imagery, views, seen_by, rim, matching)
+    mesh, believed = _by_patches(mesh, imagery, views, seen_by, rim)
     mesh = cut_back(mesh, rim & ~believed, _RIM_RINGS)
     mesh, guessed = _with_even_brim(mesh, imagery, views, options)
-    seen_by, unseen = _seen_by(mesh, views, matching)
+    seen_by, unseen = _seen_by(mesh, views)
     mesh, found = _jointly(mesh, imagery, views, seen_by, options)
     mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
     if found is not None:
@@ -147,13 +152,12 @@ def _by_patches(
     views: Sequence[View],
     seen_by: Int32[np.ndarray, "n c"],
     rim: Bool[np.ndarray, " n"],
-    options: MatchingOptions,
 ) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
     """The mesh moved by patches all over it, densely by the rim, and which of them count."""
     seen = look(mesh, imagery, views, seen_by)
-    moves, alike = match_patches(mesh, imagery, seen, rim, options)
+    moves, alike = match_patches(mesh, imagery, seen, rim)
     counts = borne_out(seen.thin_plate.neighbours, alike, rim)
-    return _moved(mesh, moves, seen, options), counts
+    return _moved(mesh, moves, seen), counts
 
 
 def borne_out(
@@ -193,22 +197,22 @@ def _jointly(
     light: Float32[np.ndarray, "n c 4"] | None = None
     moves_mm, signal = np.zeros(len(mesh)), np.ones(len(mesh))
     matching = options.matching
-    early = replace(matching, robust_sigmas=matching.early_robust_sigmas)
+    early = replace(matching, robust_sigmas=EARLY_ROBUST_SIGMAS)
     for number in track(range(options.joint_rounds)):
         seen = look(mesh, imagery, views, seen_by)
         if light is None:
-            light = light_at(mesh, imagery, seen, np.arange(len(mesh)), matching)
+            light = light_at(mesh, imagery, seen, np.arange(len(mesh)))
             signal = signal_share(mesh, imagery, seen, light, matching)
         else:
-            light = light_after(light, mesh, imagery, seen, moves_mm, matching)
+            light = light_after(light, mesh, imagery, seen, moves_mm)
         last = number + 1 == options.joint_rounds
         robust = matching if last else early
         equations = joint_equations(mesh, imagery, seen, light, signal, robust)
-        moved = _moved(mesh, match_jointly(mesh, equations), seen, matching)
+        moved = _moved(mesh, match_jointly(mesh, equations), seen)
         if last:
             usual = by_usual_plate(moved, seen, equations)
             equations = grained(seen, softened(seen, equations, usual), usual)
-            moved = _moved(mesh, match_jointly(mesh, equations), seen, matching)
+            moved = _moved(mesh, match_jointly(mesh, equations), seen)
             return moved, (seen, equations, usual)
         moves_mm = np.einsum("ni,ni->n", moved.vertices_mm - mesh.vertices_mm, seen.axes[:, 2])
         mesh = moved
@@ -218,7 +222,6 @@ def _jointly(
 def _seen_by(
     mesh: Mesh,
     views: Sequence[View],
-    options: MatchingOptions,
     asked: Int64[np.ndarray, " n"] | None = None,
 ) -> tuple[Int32[np.ndarray, "n c"], Bool[np.ndarray, " n"]]:
     """The photos that measure each vertex, and which vertices fewer than two photos see.
@@ -229,11 +232,11 @@ def _seen_by(
     unseen: list[Bool[np.ndarray, " b"]] = []
     for cosines in incidences(mesh, views, GRAZING_DEG, asked):
         unseen.append((cosines > 0).sum(axis=1) < 2)
-        squarely = cosines >= np.cos(np.radians(options.max_incidence_deg))
-        few = squarely.sum(axis=1, keepdims=True) < options.least_views
-        steeply = few & (cosines >= np.cos(np.radians(options.steep_incidence_deg)))
+        squarely = cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG))
+        few = squarely.sum(axis=1, keepdims=True) < LEAST_VIEWS
+        steeply = few & (cosines >= np.cos(np.radians(STEEP_INCIDENCE_DEG)))
         cosines[~(squarely | steeply)] = 0
-        best.append(best_views(cosines, options.max_views))
+        best.append(best_views(cosines, MAX_VIEWS))
     return np.concatenate(best), np.concatenate(unseen)
 
 
@@ -247,14 +250,14 @@ def _with_even_brim(
     whole = level_brim(mesh, options.brim)
     if whole is mesh or whole.filled is None:
         return mesh, np.zeros(len(mesh), bool) if mesh.filled is None else mesh.filled
-    matching, guessed = options.matching, whole.filled
+    guessed = whole.filled
     part, chosen = _part(whole, _near(guessed, whole.faces))
     good = np.zeros(len(part), bool)
-    seen_by, _ = _seen_by(whole, views, matching, chosen)
+    seen_by, _ = _seen_by(whole, views, chosen)
     for _ in track(range(_BRIM_ROUNDS)):
         seen = look(part, imagery, views, seen_by)
-        moves, good = match_within(part, imagery, seen, guessed[chosen], matching)
-        part = _moved(part, moves, seen, matching)
+        moves, good = match_within(part, imagery, seen, guessed[chosen])
+        part = _moved(part, moves, seen)
         whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
     return replace(whole, filled=_put(guessed, chosen[good], np.False_)), guessed
 
@@ -281,10 +284,8 @@ def _put(values: np.ndarray, idx: np.ndarray, new: np.ndarray | np.bool_) -> np.
     return changed
 
 
-def _moved(
-    mesh: Mesh, moves_mm: Float64[np.ndarray, " n"], seen: SeenSurface, options: MatchingOptions
-) -> Mesh:
+def _moved(mesh: Mesh, moves_mm: Float64[np.ndarray, " n"], seen: SeenSurface) -> Mesh:
     """The vertices moved along their normals, no further than is believed."""
-    limit = options.max_move_px * seen.pixel_mm
+    limit = MAX_MOVE_PX * seen.pixel_mm
     moves_mm = np.clip(moves_mm, -limit, limit)
     return mesh.with_vertices(mesh.vertices_mm + moves_mm[:, None] * seen.axes[:, 2])

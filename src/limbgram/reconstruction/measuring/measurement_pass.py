@@ -88,39 +88,33 @@ _JOINT_THIN_PLATE_PX = 3.0
 """All vertices at once: the same length."""
 
 
+MAX_VIEWS = 6
+"""Photos per vertex, the most frontal ones."""
+MAX_INCIDENCE_DEG = 65.0
+"""Photos that see a vertex at a flatter angle than this are left out, unless"""
+LEAST_VIEWS = 3
+"""fewer photos than this see it so squarely: then steeper ones are taken, up to"""
+STEEP_INCIDENCE_DEG = 82.0
+"""this angle."""
+_MIN_CORRELATION = 0.6
+"""Mean correlation between the photos below which a patch is not believed."""
+MAX_MOVE_PX = 4.0
+"""A vertex that wants to move further, in pixels of the round's photos, is not believed."""
+_NOISE_GREY = 1.5
+"""Noise of a pixel, grey levels."""
+_NOISE_PX = 0.02
+"""What the model leaves unexplained, as a shift of the photos, px."""
+EARLY_ROBUST_SIGMAS = 10.0
+"""Residuals beyond this count less and less in all rounds but the last: what is still a part of a
+pixel off must pull."""
+
+
 @dataclass(frozen=True, kw_only=True)
-class MatchingOptions:
-    """How windows are compared and how stiff the surface is."""
-
-    max_views: int = 6
-    """Photos per vertex, the most frontal ones."""
-
-    max_incidence_deg: float = 65.0
-    """Photos that see a vertex at a flatter angle than this are left out, unless"""
-
-    least_views: int = 3
-    """fewer photos than this see it so squarely: then steeper ones are taken, up to"""
-
-    steep_incidence_deg: float = 82.0
-    """this angle."""
-
-    min_correlation: float = 0.6
-    """Mean correlation between the photos below which a patch is not believed."""
-
-    max_move_px: float = 4.0
-    """A vertex that wants to move further, in pixels of the round's photos, is not believed."""
-
-    noise_grey: float = 1.5
-    """Noise of a pixel, grey levels."""
-
-    noise_px: float = 0.02
-    """What the model leaves unexplained, as a shift of the photos, px."""
+class ResidualOptions:
+    """How the residuals of a round are taken."""
 
     robust_sigmas: float = 1.5
-    """Residuals beyond this count less and less in the last round;"""
-
-    early_robust_sigmas: float = 10.0
-    """and beyond this in those before it: what is still a part of a pixel off must pull."""
+    """Residuals beyond this count less and less."""
 
     face_parts: int = 1
     """Parts of a face's edge that are sampled each for itself: more where edges are longer than
@@ -160,7 +154,6 @@ def match_patches(
     imagery: Imagery,
     seen: SeenSurface,
     densely: Bool[np.ndarray, " n"],
-    options: MatchingOptions,
 ) -> tuple[Float64[np.ndarray, " n"], Float32[np.ndarray, " n"]]:
     """Moves by patches, each on its own, and the plate through all of them.
 
@@ -170,7 +163,7 @@ def match_patches(
     """
     near = seen.thin_plate.neighbours
     asked = densely | no_two_neighbours(near.indptr, near.indices)
-    found = _patches(mesh, imagery, seen, asked, options)
+    found = _patches(mesh, imagery, seen, asked)
     good = found.good
     if good.sum() < 0.05 * asked.sum():
         raise SurfaceError("surface.unlike", good=int(good.sum()), asked=int(asked.sum()))
@@ -199,14 +192,13 @@ def match_within(
     imagery: Imagery,
     seen: SeenSurface,
     asked: Bool[np.ndarray, " n"],
-    options: MatchingOptions,
 ) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
     """Moves by a patch for each vertex asked, and which patches are believed.
 
     The rest of the surface stays where it is. Vertices asked without a believed patch follow the
     plate through their neighbours: a fill is measured from its rim inwards round by round.
     """
-    found = _patches(mesh, imagery, seen, asked, options)
+    found = _patches(mesh, imagery, seen, asked)
     believed_px = np.where(asked, _LOOSE_PX, _HELD_PX)
     sigma_mm = np.where(found.good, found.sigma_mm, believed_px * seen.pixel_mm)
     return _through(mesh, seen, found, sigma_mm, 1 / sigma_mm**2), found.good
@@ -230,7 +222,6 @@ def _patches(
     imagery: Imagery,
     seen: SeenSurface,
     asked: Bool[np.ndarray, " n"],
-    options: MatchingOptions,
 ) -> _Patches:
     """A patch for each vertex asked."""
     state = np.zeros((len(mesh), 3))
@@ -244,7 +235,7 @@ def _patches(
         8,
         state,
     )
-    good = _believed(report, state[:, 0], seen.pixel_mm, options)
+    good = _believed(report, state[:, 0], seen.pixel_mm)
     sigma_mm = np.maximum(report[:, 1], _HELD_PX * seen.pixel_mm)
     return _Patches(state[:, 0], sigma_mm, report[:, 3], good)
 
@@ -321,7 +312,6 @@ def light_at(
     imagery: Imagery,
     seen: SeenSurface,
     asked: Int64[np.ndarray, " m"],
-    options: MatchingOptions,
 ) -> Float32[np.ndarray, "m c 4"]:
     """What is known of the photos at these vertices: GAIN, MEAN, DRIFT and LIFT."""
     vertices, axes = mesh.vertices_mm[asked], seen.axes[asked]
@@ -335,7 +325,7 @@ def light_at(
         axes,
         quadric,
         _GAIN_STEP_PX * seen.pixel_mm[asked],
-        options.noise_grey,
+        _NOISE_GREY,
         light,
     )
     return light
@@ -347,7 +337,6 @@ def light_after(
     imagery: Imagery,
     seen: SeenSurface,
     moves_mm: Float64[np.ndarray, " n"],
-    options: MatchingOptions,
 ) -> Float32[np.ndarray, "n c 4"]:
     """The same once the surface has moved; a window that moved by little hardly sees anything new.
 
@@ -356,7 +345,7 @@ def light_after(
     light = light.copy()
     light[..., MEAN] += light[..., DRIFT] * moves_mm[:, None].astype(np.float32)
     far = np.flatnonzero(np.abs(moves_mm) > _SAME_LIGHT_PX * seen.pixel_mm)
-    light[far] = light_at(mesh, imagery, seen, far, options)
+    light[far] = light_at(mesh, imagery, seen, far)
     return light
 
 
@@ -366,7 +355,7 @@ def joint_equations(
     seen: SeenSurface,
     light: Float32[np.ndarray, "n c 4"],
     signal: Float64[np.ndarray, " n"],
-    options: MatchingOptions,
+    options: ResidualOptions,
 ) -> JointEquations:
     """What the photos say about all vertices at once, by samples on the faces."""
     matrix, right, pull, curvature = _assembled(mesh, imagery, seen, light, options)
@@ -399,7 +388,7 @@ def signal_share(
     imagery: Imagery,
     seen: SeenSurface,
     light: Float32[np.ndarray, "n c 4"],
-    options: MatchingOptions,
+    options: ResidualOptions,
 ) -> Float64[np.ndarray, " n"]:
     """How much of what holds each vertex is texture that its photos have in common, 0 to 1.
 
@@ -445,7 +434,7 @@ def _assembled(
     imagery: Imagery,
     seen: SeenSurface,
     light: Float32[np.ndarray, "n c 4"],
-    options: MatchingOptions,
+    options: ResidualOptions,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Matrix, right side, pull and curvature of all faces, as `assemble` has them."""
     return assemble(
@@ -455,7 +444,7 @@ def _assembled(
         mesh,
         np.ascontiguousarray(seen.axes[:, 2]),
         face_points(options.face_parts),
-        Trust(options.noise_grey, options.noise_px, options.robust_sigmas),
+        Trust(_NOISE_GREY, _NOISE_PX, options.robust_sigmas),
     )
 
 
@@ -474,13 +463,12 @@ def _believed(
     report: Float32[np.ndarray, "n 5"],
     offsets_mm: Float64[np.ndarray, " n"],
     pixel_mm: Float64[np.ndarray, " n"],
-    options: MatchingOptions,
 ) -> Bool[np.ndarray, " n"]:
     """Patches that converged, correlate and stayed near."""
     return (
         (report[:, 0] == MEASURED)
-        & (report[:, 3] >= options.min_correlation)
-        & (np.abs(offsets_mm) < options.max_move_px * pixel_mm)
+        & (report[:, 3] >= _MIN_CORRELATION)
+        & (np.abs(offsets_mm) < MAX_MOVE_PX * pixel_mm)
     )
 
 

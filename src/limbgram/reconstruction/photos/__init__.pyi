@@ -3,7 +3,7 @@
 from .decoding import in_flight_mb, load_colour, load_luma
 from .masks import load_mask
 from .photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
-from .quality import QualityOptions, Remark, common_fault, remarks
+from .quality import Remark, common_fault, remarks
 from .reading import PhotoOptions, read_photos
 
 __all__ = [
@@ -12,7 +12,6 @@ __all__ = [
     "Photo",
     "PhotoOptions",
     "PhotoSet",
-    "QualityOptions",
     "Remark",
     "SetAside",
     "common_fault",

@@ -73,17 +73,10 @@ _SEEN_MEGAPIXELS = 6.0
 """Blur is judged as in photos reduced to this size, which is where keypoints are found."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class QualityOptions:
-    """When a photo is worth a remark."""
-
-    max_blur_ratio: float = 2.0
-    """Edges this many times wider than those of the set's middle photo count as blurred."""
-    min_blur_px: float = 1.5
-    """Narrower edges never count as blurred."""
-
-
-DEFAULTS = QualityOptions()
+_MAX_BLUR_RATIO = 2.0
+"""Edges this many times wider than those of the set's middle photo count as blurred."""
+_MIN_BLUR_PX = 1.5
+"""Narrower edges never count as blurred."""
 
 
 @dataclass(frozen=True)
@@ -94,11 +87,11 @@ class Remark:
     finding: Finding
 
 
-def remarks(photos: PhotoSet, options: QualityOptions = DEFAULTS) -> tuple[Remark, ...]:
+def remarks(photos: PhotoSet) -> tuple[Remark, ...]:
     """Photos that are blurred, too bright or too dark, compared with the rest of the set."""
     widths = np.array([photo.sharpness for photo in photos.photos])
     usual_px = float(np.nanmedian(widths)) if np.isfinite(widths).any() else float("nan")
-    limit_px = max(options.min_blur_px, options.max_blur_ratio * usual_px)
+    limit_px = max(_MIN_BLUR_PX, _MAX_BLUR_RATIO * usual_px)
     found: list[Remark] = []
     for photo in photos.photos:
         if photo.sharpness > limit_px:

@@ -59,18 +59,20 @@ _FOLLOWED_PX = 480
 """Width of the reduced frames in which corners are followed."""
 
 
+_LOOKED_AT = 12
+"""Frames of a part that are decoded whole and measured, the middle ones."""
+_MAX_BLUR_RATIO = 2.0
+"""Edges this many times wider than those of the frames taken so far count as blurred."""
+_MIN_BLUR_PX = 1.5
+"""Narrower edges never do."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class FrameOptions:
     """How many frames, and which of them are good enough."""
 
     count: int = 36
     """Frames taken from the whole film: one in ten degrees of one walk round."""
-    looked_at: int = 12
-    """Frames of a part that are decoded whole and measured, the middle ones."""
-    max_blur_ratio: float = 2.0
-    """Edges this many times wider than those of the frames taken so far count as blurred."""
-    min_blur_px: float = 1.5
-    """Narrower edges never do."""
 
     def __post_init__(self) -> None:
         if not 4 <= self.count <= 500:
@@ -185,7 +187,7 @@ def choose_frames(
         keep: Called with each frame that is taken, in order, and its red, green and blue.
     """
     way, count = found.way, min(options.count, len(found.way))
-    part_of, middle = _parts(way, count, options)
+    part_of, middle = _parts(way, count)
     looked_at = set(middle)
     verdicts: list[FrameVerdict] = []
     widths_px: list[float] = []
@@ -194,7 +196,7 @@ def choose_frames(
     def close() -> None:
         """Decide the part that has ended."""
         usual_px = float(np.median(widths_px)) if widths_px else math.inf
-        limit_px = max(options.min_blur_px, options.max_blur_ratio * usual_px)
+        limit_px = max(_MIN_BLUR_PX, _MAX_BLUR_RATIO * usual_px)
         for frame in part.decided(limit_px):
             verdicts[frame.number] = frame
             if frame.taken and part.pixels is not None:
@@ -267,9 +269,7 @@ class _FilmPart:
         yield replace(best, reason=reason, taken=taken)
 
 
-def _parts(
-    way: Float64[np.ndarray, " frames"], count: int, options: FrameOptions
-) -> tuple[np.ndarray, list[int]]:
+def _parts(way: Float64[np.ndarray, " frames"], count: int) -> tuple[np.ndarray, list[int]]:
     """The part of the walk in which each frame lies, and the frames that are looked at."""
     step = way[-1] / count
     part_of = np.minimum((way / step).astype(int), count - 1)
@@ -280,9 +280,9 @@ def _parts(
         inside = own[off[own] <= 0.5 * _WINDOW]
         if not len(inside) and len(own):  # the camera hurried through
             inside = own[[np.argmin(off[own])]]
-        if len(inside) > options.looked_at:
+        if len(inside) > _LOOKED_AT:
             # Where the walk stood still many frames show the same: some all along them will do.
-            chosen = np.linspace(0, len(inside) - 1, options.looked_at).round().astype(int)
+            chosen = np.linspace(0, len(inside) - 1, _LOOKED_AT).round().astype(int)
             inside = inside[chosen]
         looked_at += inside.tolist()
     return part_of, looked_at

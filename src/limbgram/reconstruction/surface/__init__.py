@@ -3,9 +3,9 @@
 from limbgram.core.mesh.mesh import Mesh, Part, Repairs
 from limbgram.core.mesh.sections import Section, cut
 from limbgram.reconstruction.surface.parts import PartOptions, Parts, tell_parts
-from limbgram.reconstruction.surface.pivoting import PivotOptions, pivot
+from limbgram.reconstruction.surface.pivoting import pivot
 from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
-from limbgram.reconstruction.surface.repair import RepairOptions, repair
+from limbgram.reconstruction.surface.repair import repair
 from limbgram.reconstruction.surface.resampling import refine
 
 __all__ = [
@@ -13,9 +13,7 @@ __all__ = [
     "Part",
     "PartOptions",
     "Parts",
-    "PivotOptions",
     "PoissonOptions",
-    "RepairOptions",
     "Repairs",
     "Section",
     "cut",

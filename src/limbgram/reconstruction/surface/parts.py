@@ -55,12 +55,14 @@ _TORN_RIM = 0.5
 tube have 1 or more."""
 
 
+_LEAST_SHARE = 0.05
+"""A piece of at least this part of the wrapped surface's area is a part."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PartOptions:
     """What is a part, and which is meant."""
 
-    least_share: float = 0.05
-    """A piece of at least this part of the wrapped surface's area is a part."""
     chosen: int | None = None
     """Number of the part that is meant; None: the one that the photos look at most."""
 
@@ -126,7 +128,7 @@ def tell_parts(
         Mesh(vertices_mm=mesh.vertices_mm, faces=faces).face_normals(), axis=1
     )
     of_piece = np.bincount(pieces, areas)
-    least = min(options.least_share * of_piece.sum(), of_piece.max())
+    least = min(_LEAST_SHARE * of_piece.sum(), of_piece.max())
     sizeable = np.flatnonzero(of_piece >= least)
     bodies = [with_faces(_bare(mesh), faces[pieces == piece]) for piece in sizeable]
     looked = np.ones(1)

@@ -15,7 +15,6 @@ Method  Bernardini, Mittleman, Rushmeier, Silva and Taubin 1999 with balls of ri
 Fails   SurfaceError: the points do not make a surface.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -389,28 +388,23 @@ def _is_empty(
     return True
 
 
-@dataclass(frozen=True, kw_only=True)
-class PivotOptions:
-    """How the balls are chosen."""
-
-    radii_in_spacings: tuple[float, ...] = (1.0, 1.5, 2.5, 4.0)
-    """Radii of the balls, in typical distances between neighbours, rising."""
-    closest_in_spacings: float = 0.5
-    """Points nearer than this to one already taken are left out: they would make slivers."""
+_RADII_IN_SPACINGS = (1.0, 1.5, 2.5, 4.0)
+"""Radii of the balls, in typical distances between neighbours, rising."""
+_CLOSEST_IN_SPACINGS = 0.5
+"""Points nearer than this to one already taken are left out: they would make slivers."""
 
 
-DEFAULTS = PivotOptions()
 _FEWEST_POINTS = 50
 
 
-def pivot(cloud: Cloud, options: PivotOptions = DEFAULTS) -> Mesh:
+def pivot(cloud: Cloud) -> Mesh:
     """Roll balls over the points and join what they touch."""
     if len(cloud) < _FEWEST_POINTS:
         raise SurfaceError("surface.few_points", points=len(cloud))
     spacing_mm = measure_spacing_mm(cloud)
-    chosen = _thin(cloud, options.closest_in_spacings * spacing_mm)
+    chosen = _thin(cloud, _CLOSEST_IN_SPACINGS * spacing_mm)
     front = start_front(cloud.points_mm[chosen], cloud.normals[chosen])
-    for radius in track([spacing_mm * r for r in options.radii_in_spacings]):
+    for radius in track([spacing_mm * r for r in _RADII_IN_SPACINGS]):
         roll(front, build_grid(front.points, 2 * radius), radius)
     faces = front.faces[: front.counts[0]]
     if not len(faces):

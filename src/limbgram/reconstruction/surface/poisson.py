@@ -26,14 +26,16 @@ _SUPPORT_IN_SPACINGS = 3.0
 """Surface farther than this from every point is taken away."""
 
 
+_POINT_WEIGHT = 1.0
+"""Pull towards the points themselves, beside their normals."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PoissonOptions:
     """How fine, and how far from the points the surface is believed."""
 
     max_depth: int = 10
     """Halvings of the box at most: each quadruples time and memory."""
-    point_weight: float = 1.0
-    """Pull towards the points themselves, beside their normals."""
 
 
 DEFAULTS = PoissonOptions()
@@ -53,7 +55,7 @@ def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
     finest = np.log2(_BOX * extent / (_CELL_IN_SPACINGS * spacing_mm))
     settings = pycolmap.PoissonMeshingOptions()
     settings.depth = int(np.clip(round(float(finest)), 4, options.max_depth))
-    settings.point_weight = options.point_weight
+    settings.point_weight = _POINT_WEIGHT
     settings.trim = 0.0
     settings.color = False
     settings.num_threads = 1

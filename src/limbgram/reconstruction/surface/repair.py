@@ -8,7 +8,7 @@ Method  tell the brim from the holes, close holes by triangles of least area, ma
 Fails   SurfaceError: nothing is left, or a hole cannot be closed.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -27,24 +27,14 @@ from limbgram.reconstruction.surface.cleaning import drop_dangling, largest_mani
 from limbgram.reconstruction.surface.holes import fill_holes, find_openings
 from limbgram.reconstruction.surface.parts import FEWEST_FACES, Parts, nothing_left, outwards
 
-
-@dataclass(frozen=True, kw_only=True)
-class RepairOptions:
-    """What counts as the brim."""
-
-    brim_share_at_end: float = 0.1
-    """An opening at the low or high end is the brim if it is at least this part of what the
-    mesh shows from that side."""
-    brim_share: float = 0.35
-    """The same for an opening anywhere else."""
+_BRIM_SHARE_AT_END = 0.1
+"""An opening at the low or high end is the brim if it is at least this part of what the
+mesh shows from that side."""
+_BRIM_SHARE = 0.35
+"""The same for an opening anywhere else."""
 
 
-DEFAULTS = RepairOptions()
-
-
-def repair(
-    parts: Parts, cloud: Cloud, options: RepairOptions = DEFAULTS, number: int | None = None
-) -> Mesh:
+def repair(parts: Parts, cloud: Cloud, number: int | None = None) -> Mesh:
     """Make one whole surface of a part, the meant one unless told; colours come from the cloud."""
     vertices, loose = parts.mesh.vertices_mm, parts.faces(number or parts.chosen)
     main = largest_manifold(vertices, drop_dangling(loose))
@@ -52,9 +42,7 @@ def repair(
         raise nothing_left(len(loose), len(main))
     start = with_faces(Mesh(vertices_mm=vertices, faces=main), main)
     start = outwards(start, cloud)
-    openings = find_openings(
-        start.vertices_mm, start.faces, options.brim_share_at_end, options.brim_share
-    )
+    openings = find_openings(start.vertices_mm, start.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
     whole = fill_holes(start.vertices_mm, start.faces, openings.holes)
     brim = openings.brim
     _check(whole.faces, 0 if brim is None else 1)

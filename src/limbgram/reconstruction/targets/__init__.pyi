@@ -1,7 +1,7 @@
 """Targets: its names, each imported when it is first used."""
 
 from .board import Board, BoardDetections, PhotoCorners, parse_dictionary, parse_size
-from .board_detection import TargetOptions, find_board, find_in_photo
+from .board_detection import find_board, find_in_photo
 from .marks import MarkDetections, MarkOptions, PhotoMarks, find_marks
 from .plates import MarkPlate, PrintedMark
 
@@ -14,7 +14,6 @@ __all__ = [
     "PhotoCorners",
     "PhotoMarks",
     "PrintedMark",
-    "TargetOptions",
     "find_board",
     "find_in_photo",
     "find_marks",

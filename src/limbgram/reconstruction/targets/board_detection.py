@@ -20,7 +20,7 @@ Method  OpenCV's detectors give ids and rough places; a model of each crossing i
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import cv2
@@ -224,21 +224,16 @@ _MAX_REACH_PX = 40.0
 """Half side of the fit's window at most."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class TargetOptions:
-    """When a corner, and a photo of the board, is believed."""
-
-    min_contrast: float = 8.0
-    """Half the grey step from black to white squares, of 255."""
-    max_misfit: float = 0.35
-    """RMS of the corner fit's grey residuals over its contrast."""
-    max_shift: float = 0.2
-    """Farthest that the fit may move a corner from where it was detected, in squares."""
-    reach: float = 0.45
-    """Half side of the fit's window in squares (less where markers are near)."""
+_MIN_CONTRAST = 8.0
+"""Half the grey step from black to white squares, of 255."""
+_MAX_MISFIT = 0.35
+"""RMS of the corner fit's grey residuals over its contrast."""
+_MAX_SHIFT = 0.2
+"""Farthest that the fit may move a corner from where it was detected, in squares."""
+_REACH = 0.45
+"""Half side of the fit's window in squares (less where markers are near)."""
 
 
-DEFAULTS = TargetOptions()
 _ASKED_FOR_RATIO = 6
 """Photos that show the board largest tell how much of a square a marker fills."""
 _FEW_PHOTOS = 3
@@ -247,16 +242,14 @@ SEARCH_BYTES = 7.0
 """A pixel, while a board is looked for: 5.8 (ChArUco) and less (checkerboard) on 24 MP."""
 
 
-def find_board(
-    photos: PhotoSet, board: Board, options: TargetOptions = DEFAULTS
-) -> BoardDetections:
+def find_board(photos: PhotoSet, board: Board) -> BoardDetections:
     """Find the corners of one board in every photo that shows it.
 
     A board of the given size that was printed in the other pattern of OpenCV is read in that one.
     One whose markers fill another part of their squares is another board: then one of both sizes
     was given wrongly, and with the squares' the scale.
     """
-    found = _detected(photos, board, options)
+    found = _detected(photos, board)
     firm = sum(len(one.ids) > CORNERS_BY_CHANCE for one in found.photos)
     if board.kind == "checkerboard":
         return found
@@ -275,7 +268,7 @@ def find_board(
         return _of_this_ratio(found, read, board)
     other_pattern = replace(board, legacy=shown.marker_first)
     if shown.is_of(other_pattern):
-        return _detected(photos, other_pattern, options)
+        return _detected(photos, other_pattern)
     other_layout = fault(
         "board.other_layout",
         columns=shown.columns,
@@ -314,10 +307,10 @@ def _not_this(found: BoardDetections, cause: Finding) -> BoardDetections:
     return replace(found, photos=(), set_aside=(*found.set_aside, *misread), cause=cause)
 
 
-def _detected(photos: PhotoSet, board: Board, options: TargetOptions) -> BoardDetections:
+def _detected(photos: PhotoSet, board: Board) -> BoardDetections:
     def work(photo_idx: int) -> PhotoCorners | SetAside:
         photo = photos.photos[photo_idx]
-        return find_in_photo(photo, photo_idx, load_luma(photo), board, options)
+        return find_in_photo(photo, photo_idx, load_luma(photo), board)
 
     results = in_parallel(
         work, range(len(photos.photos)), each_mb=in_flight_mb(photos.photos, SEARCH_BYTES)
@@ -352,7 +345,7 @@ def _layouts(photos: PhotoSet, board: Board) -> _Layouts:
 
 
 def find_in_photo(
-    photo: Photo, photo_idx: int, luma: GreyImage, board: Board, options: TargetOptions = DEFAULTS
+    photo: Photo, photo_idx: int, luma: GreyImage, board: Board
 ) -> PhotoCorners | SetAside:
     """The same for one photo whose pixels are at hand."""
     if board.kind == "checkerboard":
@@ -374,7 +367,7 @@ def find_in_photo(
         if agreeing < _FEWEST_IN_PLACE:
             otherwise = note("board.photo.otherwise", markers=int(markers), board=board.finding)
             return SetAside(photo.name, otherwise)
-    return _fit_and_check(photo, photo_idx, luma, board, ids, found, options)
+    return _fit_and_check(photo, photo_idx, luma, board, ids, found)
 
 
 def _fit_and_check(
@@ -384,19 +377,18 @@ def _fit_and_check(
     board: Board,
     ids: Int32[np.ndarray, " n"],
     found: Points2,
-    options: TargetOptions,
 ) -> PhotoCorners | SetAside:
     size_px = (luma.shape[1], luma.shape[0])
     board_squares = board.corners_mm[ids, :2] / board.square_mm
     sides = sides_px(board_squares, found)
     step_px = np.linalg.norm(sides, axis=2).mean(axis=1)
-    reach = min(_clear_reach(board, options.reach), _MAX_REACH_PX / np.median(step_px))
+    reach = min(_clear_reach(board, _REACH), _MAX_REACH_PX / np.median(step_px))
     fits = fit_corners(luma, found, sides, float(reach))
     doubts = np.full(len(ids), "", dtype=object)
-    doubts[fits.misfit > options.max_misfit] = "board.corner.no_crossing"
-    doubts[fits.contrast < options.min_contrast] = "board.corner.contrast"
+    doubts[fits.misfit > _MAX_MISFIT] = "board.corner.no_crossing"
+    doubts[fits.contrast < _MIN_CONTRAST] = "board.corner.contrast"
     shift_px = np.linalg.norm(fits.xy_px - found, axis=1)
-    doubts[shift_px > options.max_shift * step_px] = "board.corner.moved"
+    doubts[shift_px > _MAX_SHIFT * step_px] = "board.corner.moved"
     doubts[np.isnan(fits.sigma_px)] = "board.corner.no_fit"
     _check_flatness(doubts, board_squares, fits.xy_px, sides, size_px)
 

@@ -39,16 +39,18 @@ _LEAST_SHIFT_PX = 2.5
 """A corner may always move so far."""
 
 
+_MAX_MISFIT = 0.2
+"""RMS of the grey residuals over the contrast, of the worst side."""
+_MAX_SHIFT = 0.12
+"""Farthest that the fit may move a corner from where OpenCV saw it, in sides."""
+_MIN_CONTRAST = 6.0
+"""Half the step from black to white, of 255 in linear light."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class MarkOptions:
     """When a mark is believed."""
 
-    max_misfit: float = 0.2
-    """RMS of the grey residuals over the contrast, of the worst side."""
-    max_shift: float = 0.12
-    """Farthest that the fit may move a corner from where OpenCV saw it, in sides."""
-    min_contrast: float = 6.0
-    """Half the step from black to white, of 255 in linear light."""
     min_side_px: float = 14.0
     """Of the shortest side."""
 
@@ -186,10 +188,10 @@ def _doubt(
     if fit is None:
         return note("board.mark.side_unseen")
     shift_px = float(np.linalg.norm(fit.corners_px - square, axis=1).max())
-    if shift_px > max(_LEAST_SHIFT_PX, options.max_shift * float(sides_px.mean())):
+    if shift_px > max(_LEAST_SHIFT_PX, _MAX_SHIFT * float(sides_px.mean())):
         return note("board.mark.moved", shift_px=shift_px)
-    if fit.misfit > options.max_misfit:
+    if fit.misfit > _MAX_MISFIT:
         return note("board.mark.no_edge")
-    if fit.contrast < options.min_contrast:
+    if fit.contrast < _MIN_CONTRAST:
         return note("board.corner.contrast")
     return None

@@ -52,12 +52,14 @@ _DEGENERATE_SHARE = 0.9
 """Part of the inliers that makes a plane or a rotation, once one of these explains it."""
 
 
+_THRESHOLD_PX = 1.5
+"""Largest Sampson distance of an inlier between photos of calibrated cameras."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class TwoViewOptions:
     """What a pair of photos must show to count as one geometry."""
 
-    threshold_px: float = 1.5
-    """Largest Sampson distance of an inlier between photos of calibrated cameras."""
     seed: int = 0
     """Seed of the random samples."""
 
@@ -140,8 +142,9 @@ class _Straight:
         first = to_ideal(self.first_matrix, self.xy_first)
         return first, to_ideal(self.second_matrix, self.xy_second)
 
-    def threshold_px(self, options: TwoViewOptions) -> float:
-        return options.threshold_px if self.calibrated else _THRESHOLD_EXIF_PX
+    @property
+    def threshold_px(self) -> float:
+        return _THRESHOLD_PX if self.calibrated else _THRESHOLD_EXIF_PX
 
 
 @dataclass(frozen=True)
@@ -154,7 +157,7 @@ class _Fit:
 
 
 def _fit(pair: _Straight, options: TwoViewOptions) -> _Fit | None:
-    threshold_px = pair.threshold_px(options)
+    threshold_px = pair.threshold_px
     if not pair.calibrated:
         robust = estimate_fundamental(
             pair.xy_first, pair.xy_second, threshold_px=threshold_px, seed=options.seed
@@ -180,7 +183,7 @@ class _Motion:
 
 
 def _motion(pair: _Straight, fit: _Fit, options: TwoViewOptions) -> _Motion:
-    threshold_px = pair.threshold_px(options)
+    threshold_px = pair.threshold_px
     plane = estimate_homography(
         pair.xy_first, pair.xy_second, threshold_px=threshold_px, seed=options.seed
     )
@@ -208,7 +211,7 @@ def _essential(pair: _Straight, options: TwoViewOptions) -> RobustEssential:
         pair.xy_second,
         pair.first_matrix,
         pair.second_matrix,
-        threshold_px=pair.threshold_px(options),
+        threshold_px=pair.threshold_px,
         seed=options.seed,
     )
 

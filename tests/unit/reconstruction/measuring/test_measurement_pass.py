@@ -9,7 +9,7 @@ import pytest
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.joint import GAIN, MEAN
 from limbgram.reconstruction.measuring.measurement_pass import (
-    MatchingOptions,
+    ResidualOptions,
     joint_equations,
     light_after,
     light_at,
@@ -53,10 +53,10 @@ def test_light_drifts_with_small_moves_and_is_looked_at_after_large_ones(
     lights = []
     for mesh in (sheet(), sheet(move_mm)):
         seen = look(mesh, painted.imagery, painted.views, seen_by)
-        lights.append(light_at(mesh, painted.imagery, seen, everywhere, MatchingOptions()))
+        lights.append(light_at(mesh, painted.imagery, seen, everywhere))
     before, fresh = lights
     moves_mm = np.full(SIDE * SIDE, move_mm)
-    after = light_after(before, mesh, painted.imagery, seen, moves_mm, MatchingOptions())
+    after = light_after(before, mesh, painted.imagery, seen, moves_mm)
     assert (fresh[..., GAIN] > 0).mean() > 0.9
     if looks_again:
         np.testing.assert_array_equal(after, fresh)
@@ -81,8 +81,8 @@ def test_texture_that_photos_share_holds_and_noise_of_each_does_not(painted) -> 
         light = np.zeros((SIDE * SIDE, 5, 4), np.float32)
         light[..., GAIN], light[..., MEAN] = 1.0, np.mean(found)
         if imagery is painted.imagery:
-            light = light_at(mesh, imagery, seen, np.arange(SIDE * SIDE), MatchingOptions())
-        shares.append(signal_share(mesh, imagery, seen, light, MatchingOptions()))
+            light = light_at(mesh, imagery, seen, np.arange(SIDE * SIDE))
+        shares.append(signal_share(mesh, imagery, seen, light, ResidualOptions()))
     paint, bare = shares
     assert np.median(paint) > 0.7
     assert np.median(bare) < 0.35
@@ -91,9 +91,9 @@ def test_texture_that_photos_share_holds_and_noise_of_each_does_not(painted) -> 
 def test_the_plate_is_as_stiff_where_most_of_the_limb_is_bare(painted) -> None:
     """Bare skin says little, of which the relief knows nothing."""
     seen_by = np.tile(np.arange(5, dtype=np.int32), (SIDE * SIDE, 1))
-    mesh, options = sheet(), MatchingOptions()
+    mesh, options = sheet(), ResidualOptions()
     seen = look(mesh, painted.imagery, painted.views, seen_by)
-    light = light_at(mesh, painted.imagery, seen, np.arange(SIDE * SIDE), options)
+    light = light_at(mesh, painted.imagery, seen, np.arange(SIDE * SIDE))
     signal = signal_share(mesh, painted.imagery, seen, light, options)
     whole = joint_equations(mesh, painted.imagery, seen, light, signal, options)
     bare = mesh.vertices_mm[:, 0] > np.quantile(mesh.vertices_mm[:, 0], 0.4)
