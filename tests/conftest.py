@@ -93,10 +93,36 @@ def _checked(function: Callable[..., Any], owner: type | None = None) -> Callabl
         return function
     function.__annotations__ = {name: owner if h is Self else h for name, h in hints.items()}
     check = _Check(function, any("Literal[" in f"{h}" for h in hints.values()))
+    kind, plain, known = check.kind, check.plain, check.known
 
     @functools.wraps(function)
     def checked(*args: Any, **kwargs: Any) -> Any:
-        return check(args, kwargs)
+        """Every call passes here: kinds that most arguments have are told without a call."""
+        try:
+            taken = [
+                (one.dtype, one.shape)
+                if (its := type(one)) is np.ndarray
+                else its
+                if its in plain
+                else kind(one)
+                for one in (*args, *kwargs.values())
+            ]
+            given_before = known.get(key := (len(args), *kwargs, *taken))
+        except _Unforeseen:
+            return check.asked(*args, **kwargs)
+        if given_before is None:
+            return check.first(key, args, kwargs)
+        given = function(*args, **kwargs)
+        if (its := type(given)) is np.ndarray:
+            its = given.dtype, given.shape
+        elif its not in plain:
+            try:
+                its = kind(given)
+            except _Unforeseen:
+                its = None
+        if its in given_before:
+            return given
+        return check.of_another_kind(key, given, args, kwargs)
 
     return checked
 
@@ -105,38 +131,33 @@ class _Check:
     """Calls a function, and checks what it takes and gives where these are of new kinds."""
 
     def __init__(self, function: Callable[..., Any], by_value: bool) -> None:
+        """By value where a hint names values: kinds of numbers and strings do not suffice then."""
         self._function = function
-        self._by_value = by_value
-        """Whether a hint names values, so that kinds of numbers and strings do not suffice."""
-        self._known: dict[Any, set[Any]] = {}
+        self.plain = _PLAIN[by_value]
+        self.known: dict[Any, set[Any]] = {}
         """Kinds of what was given, by the kinds of what was taken."""
         self._given = threading.local()
 
-    def __call__(self, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
-        try:
-            taken = self._kind(args), self._kind(kwargs)
-            known = self._known.get(taken)
-        except _Unforeseen:
-            return self._asked(*args, **kwargs)
-        if known is None:
-            given = self._asked(*args, **kwargs)
-            known = self._known[taken] = set()
-            with suppress(_Unforeseen):
-                known.add(self._kind(given))
-            return given
-        self._given.value = given = self._function(*args, **kwargs)
-        try:
-            kind = self._kind(given)
-        except _Unforeseen:
-            kind = None
-        if kind not in known:
-            self._asked_of_given(*args, **kwargs)
-            if kind is not None:
-                known.add(kind)
+    def first(self, taken: Hashable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        """Of kinds that were not taken before."""
+        given = self.asked(*args, **kwargs)
+        known = self.known[taken] = set()
+        with suppress(_Unforeseen):
+            known.add(self.kind(given))
+        return given
+
+    def of_another_kind(
+        self, taken: Hashable, given: Any, args: tuple[Any, ...], kwargs: dict[str, Any]
+    ) -> Any:
+        """What was given, where that was of no kind that was given before."""
+        self._given.value = given
+        self._asked_of_given(*args, **kwargs)
+        with suppress(_Unforeseen):
+            self.known[taken].add(self.kind(given))
         return given
 
     @functools.cached_property
-    def _asked(self) -> Callable[..., Any]:
+    def asked(self) -> Callable[..., Any]:
         return _asked(self._function)
 
     @functools.cached_property
@@ -149,30 +170,34 @@ class _Check:
 
         return _asked(told)
 
-    def _kind(self, value: Any) -> Hashable:
+    def kind(self, value: Any) -> Hashable:
         """All that a check can see of a value."""
         kind: Any = type(value)
         if kind is np.ndarray:
             return value.dtype, value.shape
+        if kind in self.plain:
+            return kind
         if kind is str or kind is int:
-            return (kind, value) if self._by_value else kind
+            return kind, value
         if kind in (tuple, list, dict, set, frozenset) or issubclass(kind, tuple):
             if len(value) > _MOST_ITEMS:  # of which one is looked at, chosen anew each time
                 raise _Unforeseen
             items = itertools.chain(*value.items()) if kind is dict else value
-            return kind, *[self._kind(one) for one in items]
+            return kind, *[self.kind(one) for one in items]
         if isinstance(value, type):
             return value
-        if kind not in _PLAIN:
-            _PLAIN[kind] = not issubclass(kind, Collection) or issubclass(kind, bytes | Enum)
-        if not _PLAIN[kind]:
+        if issubclass(kind, Enum):
+            return kind, value
+        if issubclass(kind, Collection) and not issubclass(kind, bytes):
             raise _Unforeseen
-        return (kind, value) if issubclass(kind, Enum) else kind
+        for plain in _PLAIN.values():
+            plain.add(kind)
+        return kind
 
 
 _MOST_ITEMS = 16
-_PLAIN: dict[type, bool] = {}
-"""Whether a check looks at no items of a type's values."""
+_PLAIN: dict[bool, set[type]] = {False: {int, str}, True: set()}
+"""Types of which a check sees no more than the type; and whether it sees values of numbers."""
 
 
 class _Unforeseen(Exception):

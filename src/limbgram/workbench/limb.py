@@ -16,6 +16,7 @@ from limbgram.core.errors import LimbgramError, MeasureError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.tree_cache import AnswersByMesh
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt
 from limbgram.workbench.anatomy.centreline import Centreline, straight
@@ -207,8 +208,10 @@ class AlignedLimb(Limb):
 
     @property
     def mesh_in_limb(self) -> Mesh:
-        """The mesh with its vertices in the limb frame."""
-        return self.mesh.moved(self.limb_from_mesh)
+        """The mesh with its vertices in the limb frame, made once: so is what is made of it."""
+        motion = self.limb_from_mesh
+        asked = motion.rotation.tobytes(), motion.translation.tobytes()
+        return _in_limb(self.mesh, asked, lambda: self.mesh.moved(motion))
 
     @property
     def landmarks_in_limb_mm(self) -> Points3:
@@ -240,6 +243,8 @@ class AlignedLimb(Limb):
             ),
         )
 
+
+_in_limb = AnswersByMesh[Mesh](most=1)
 
 AnyLimb = TypeVar("AnyLimb", bound=Limb)
 """What a step gives back as it took it: aligned or not."""

@@ -24,9 +24,9 @@ import numpy as np
 from jaxtyping import Float64, Int64
 from numpy.fft import irfft, rfft
 from scipy.fft import dst
-from scipy.spatial import ConvexHull
 
 from limbgram.core.geometry.arrays import Points2
+from limbgram.core.geometry.hull import around
 
 SMOOTHING_MM = 5.0
 """Wave length of which half the height stays."""
@@ -71,8 +71,7 @@ def taut_length(points_mm: Points2) -> SmoothedLength:
     """
     line = _Line.along(points_mm, closed=True)
     filtered = _filtered(line, line.points_mm)
-    around = ConvexHull(filtered[0]).vertices
-    return _length(line, filtered, around.astype(np.int64))
+    return _length(line, filtered, around(filtered[0]))
 
 
 @dataclass(frozen=True)

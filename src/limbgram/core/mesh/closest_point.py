@@ -65,7 +65,9 @@ class TriangleTree:
         turn = np.arange(len(queries))
         if np.isfinite(queries).all():
             turn = _along_curve(queries)  # neighbours walk the same boxes
-        search = partial(_search, self.triangles, self.boxes, queries, places, found, distances)
+        search = partial(
+            _search, self.triangles, self.boxes, queries, places, found, distances, again=False
+        )
         if len(turn) > _MANY:
             in_parallel(search, np.array_split(turn, worker_count()))
         else:
@@ -186,13 +188,15 @@ def _relax(
     count = len(line)
     drawn, places = np.empty_like(line), np.empty_like(line)
     found, distances = np.empty(count, np.int64), np.empty(count)
+    known = False
     for _ in range(rounds):
         for i in free:
             for axis in range(3):
                 near = line[i - 1, axis] + line[(i + 1) % count, axis]
                 far = line[i - 2, axis] + line[(i + 2) % count, axis]
                 drawn[i, axis] = weights[0] * line[i, axis] + weights[1] * near + weights[2] * far
-        _search(triangles, boxes, drawn, places, found, distances, free)
+        _search(triangles, boxes, drawn, places, found, distances, free, known)
+        known = True
         for i in free:
             line[i] = places[i]
 
@@ -206,14 +210,18 @@ def _search(
     found: np.ndarray,
     distances: np.ndarray,
     turn: np.ndarray,
+    again: bool,
 ):
+    """Fills in places, triangles and distances; `again` where they hold those of queries nearby."""
     leaves = boxes.shape[0] // 2
     stack, away2 = np.empty(64, np.int64), np.empty(64)
     place = np.empty(5)
     last = 0
     for q in turn:
         x, y, z = queries[q, 0], queries[q, 1], queries[q, 2]
-        # The last query's triangle only bounds the search: what is found depends on no order.
+        # A triangle known before only bounds the search: what is found depends on no order.
+        if again:
+            last = found[q]
         known = _nearest_on_triangle(triangles, int(last), x, y, z, place)
         bound = known * _ROOM + _ROOM_MM2 if known < np.inf else np.inf
         best = bound

@@ -2,10 +2,10 @@
 
 A mesh is never changed once it is made, so its tree stays right as long as it lives, and so do the
 normals that tell a side. Those of the few meshes that were asked last are kept, and none longer
-than its mesh.
+than its mesh. So are answers to what is asked of a mesh often, word for word.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from threading import RLock
 from typing import Generic, TypeVar
 from weakref import ref
@@ -44,6 +44,31 @@ class ByMesh(Generic[Made]):
     def _forget(self, number: int) -> None:
         with self._lock:
             self._kept.pop(number, None)
+
+
+class AnswersByMesh(Generic[Made]):
+    """What was found out about a mesh, by what was asked; found again once it was long not asked.
+
+    An answer must not hold the mesh, which would live as long as its answers.
+    """
+
+    def __init__(self, most: int) -> None:
+        """most: answers that are kept of each mesh."""
+        self._most = most
+        self._of: ByMesh[dict[Hashable, Made]] = ByMesh(lambda _: {})
+        self._lock = RLock()
+
+    def __call__(self, mesh: Mesh, asked: Hashable, find: Callable[[], Made]) -> Made:
+        kept = self._of(mesh)
+        with self._lock:
+            found = kept.pop(asked, None)
+        if found is None:
+            found = find()
+        with self._lock:
+            kept[asked] = found
+            while len(kept) > self._most:
+                del kept[next(iter(kept))]
+        return found
 
 
 signed_on = ByMesh(lambda mesh: SignedSurface(mesh.vertices_mm, mesh.faces))

@@ -11,12 +11,14 @@ Method  Points along the curve move to where it bends least, each the mean of fo
         surface's own: one along the edges of triangles would differ from scan to scan of a limb.
 """
 
+from functools import partial
+
 import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, lengths, unit
-from limbgram.core.mesh.tree_cache import tree_on
+from limbgram.core.mesh.tree_cache import AnswersByMesh, tree_on
 from limbgram.workbench.edits.regions import Curve
 from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 
@@ -33,6 +35,10 @@ _NORMALS_OVER = 4
 
 Line = Float64[np.ndarray, "_ 3"]
 """Each of its own number of points."""
+_legs = AnswersByMesh[Line](most=256)
+_curves = AnswersByMesh[Curve](most=16)
+"""Who moves one point of an edge leaves the other legs as they are; who sets how thick the wall is
+leaves all edges."""
 
 
 def fair_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
@@ -41,11 +47,15 @@ def fair_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
     Raises:
         MeasureError: no surface joins two places.
     """
+    return _curves(mesh, picked_mm.tobytes(), lambda: _drawn(mesh, picked_mm))
+
+
+def _drawn(mesh: Mesh, picked_mm: Points3) -> Curve:
     count = len(picked_mm)
     tree = tree_on(mesh)
     ring = picked_mm
     legs = [
-        shortest_path(mesh, here, ahead)
+        _legs(mesh, (here.tobytes(), ahead.tobytes()), partial(shortest_path, mesh, here, ahead))
         for here, ahead in zip(picked_mm, np.roll(picked_mm, -1, axis=0), strict=True)
     ]
     for step_mm in _STEPS_MM:

@@ -6,7 +6,7 @@ from weakref import ref
 import numpy as np
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.tree_cache import MOST_KEPT, tree_on
+from limbgram.core.mesh.tree_cache import MOST_KEPT, AnswersByMesh, tree_on
 
 
 def triangle(height_mm: float) -> Mesh:
@@ -37,3 +37,37 @@ def test_a_tree_ends_with_its_mesh_and_with_too_many_others() -> None:
         tree_on(other)
     gc.collect()
     assert pushed() is None
+
+
+def test_answers_are_found_once_for_each_mesh_and_question_and_the_last_ones_stay() -> None:
+    found: list[tuple[Mesh, str]] = []
+    answers = AnswersByMesh[list[str]](most=2)
+
+    def ask(mesh: Mesh, question: str) -> list[str]:
+        def find() -> list[str]:
+            found.append((mesh, question))
+            return [question]
+
+        return answers(mesh, question, find)
+
+    low, high = triangle(1.0), triangle(5.0)
+    first = ask(low, "a")
+    assert first == ["a"]
+    assert ask(low, "a") is first
+    assert ask(high, "a") is not first
+    assert ask(low, "b") == ["b"]
+    assert ask(low, "a") is first
+    assert ask(low, "c") == ["c"]  # the third: "b" was asked longest ago
+    assert ask(low, "a") is first
+    ask(low, "b")
+    assert [question for mesh, question in found if mesh is low] == ["a", "b", "c", "b"]
+
+
+def test_an_answer_ends_with_its_mesh() -> None:
+    answers = AnswersByMesh[Mesh](most=1)
+    mesh = triangle(1.0)
+    answer = ref(answers(mesh, "another", lambda: triangle(2.0)))
+    assert answer() is not None
+    del mesh
+    gc.collect()
+    assert answer() is None

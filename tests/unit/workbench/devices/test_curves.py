@@ -1,10 +1,12 @@
 """Fair curves hang on the surface alone, not on how it was cut into triangles."""
 
 import numpy as np
+import pytest
 from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.devices import curves
 from limbgram.workbench.devices.curves import fair_curve
 
 RADIUS_MM, HIGH_MM = 50.0, 400.0
@@ -59,3 +61,26 @@ def test_it_is_mirrored_with_the_surface() -> None:
     one = fair_curve(whole, ROUND).points_mm
     other = fair_curve(mirrored, ROUND * flip).points_mm
     assert farthest_mm(one, other * flip) < 0.1
+
+
+def test_where_one_point_moves_only_its_two_legs_are_looked_for_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mesh, asked = prism(flipped=False), []
+
+    def counted(on: Mesh, start_mm: Points3, end_mm: Points3) -> Points3:
+        asked.append((start_mm, end_mm))
+        return path(on, start_mm, end_mm)
+
+    path = curves.shortest_path
+    monkeypatch.setattr(curves, "shortest_path", counted)
+    first = fair_curve(mesh, ROUND)
+    assert len(asked) == len(ROUND)
+    assert fair_curve(mesh, ROUND) is first
+    assert len(asked) == len(ROUND)
+    moved = ROUND.copy()
+    moved[2] = picked((180, 300))[0]
+    found = fair_curve(mesh, moved).points_mm
+    assert len(asked) == len(ROUND) + 2
+    np.testing.assert_array_equal(found, fair_curve(prism(flipped=False), moved).points_mm)
+    assert len(asked) == 2 * len(ROUND) + 2
