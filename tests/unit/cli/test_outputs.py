@@ -107,7 +107,7 @@ def test_a_folder_to_make_is_looked_at_before_the_work(
     ):
         monkeypatch.setattr(f"limbgram.{work}", worked)
     film, gauge = tmp_path / "film.avi", tmp_path / "gauge.json"
-    writer = cv2.VideoWriter(str(film), cv2.VideoWriter_fourcc(*"MJPG"), 25, (64, 48))
+    writer = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 25, (64, 48))
     for _ in range(8):
         writer.write(np.zeros((48, 64, 3), np.uint8))
     writer.release()
@@ -136,8 +136,12 @@ def test_a_scan_whose_folder_takes_no_file_is_not_aligned(
         raise AssertionError("it was aligned")
 
     monkeypatch.setattr("limbgram.cli.align.align", aligned)
-    allowed = os.access
-    monkeypatch.setattr("os.access", lambda at, mode: at != work and allowed(at, mode))
+    asked = os.access
+
+    def access(at: str | Path, mode: int) -> bool:
+        return Path(at) != work and asked(at, mode)
+
+    monkeypatch.setattr("os.access", access)
     answer = RUNNER.invoke(app, ["align", str(work / "scan.ply"), "--side", "left", "--json"])
     assert answer.exit_code == 5
     finding = json.loads(answer.stdout)["error"]["finding"]
