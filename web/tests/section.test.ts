@@ -54,6 +54,31 @@ test("of two limbs the one on the axis is measured", () => {
   expect(section.tape_mm).toBeCloseTo(2 * Math.PI * 50, 1);
 });
 
+/** Tubes round one another or beside one another, as one surface. */
+function together(...tubes: (readonly [radius: number, aside_mm: number])[]): [Float32Array, Uint32Array, Float32Array] {
+  const parts = tubes.map(([radius, aside_mm]) => {
+    const [positions, indices] = tube(() => radius);
+    return [positions.map((value, i) => (i % 3 === 0 ? value + aside_mm : value)), indices] as const;
+  });
+  const positions = Float32Array.from(parts.flatMap(([own]) => [...own]));
+  const n = parts[0][0].length / 3;
+  return [positions, Uint32Array.from(parts.flatMap(([, own], k) => [...own].map((i) => i + k * n))), heightsOf(positions)];
+}
+
+test("of a wall the inside is measured where the limb lies in it", () => {
+  const wall = together([54, 0], [50, 0]);
+  expect(cut(...wall, 33.3).tape_mm).toBeCloseTo(2 * Math.PI * 54, 1);
+  const inside = cut(...wall, 33.3, undefined, "hollow");
+  expect(inside.tape_mm).toBeCloseTo(2 * Math.PI * 50, 1);
+  expect(inside.area_mm2).toBeCloseTo(Math.PI * 2500, -1);
+});
+
+test("a hole for a screw is no inside, nor is a limb beside the wall", () => {
+  expect(cut(...together([54, 0], [4, 40]), 33.3, undefined, "hollow").tape_mm).toBeNaN();
+  expect(cut(...together([54, 0], [50, 200]), 33.3, undefined, "hollow").tape_mm).toBeNaN();
+  expect(cut(...together([54, 0], [4, 48], [44, 0], [50, 200]), 33.3, undefined, "hollow").tape_mm).toBeCloseTo(2 * Math.PI * 44, 1);
+});
+
 test("a contour and a tape are smoothed over 5 mm", () => {
   const plain = 2 * Math.PI * 50;
   const knitted = (wave: number): [Float32Array, Uint32Array, Float32Array] => {

@@ -16,6 +16,7 @@ from limbgram.reconstruction.calibration.board import MIN_PHOTOS
 from limbgram.reconstruction.targets.board import LENS_BOARD
 from limbgram.report.drawings.coverage import SURENESS_MM
 from limbgram.report.drawings.differences import EDGES_MM
+from limbgram.workbench.measures.measured_skin import HOLLOW_SHARE
 from limbgram.workbench.recipe.ledger import SPACING_MM
 
 
@@ -30,6 +31,7 @@ def figures() -> dict[str, Any]:
     ).model_dump(exclude={"ruler"})
     return {
         "SMOOTHING_MM": SMOOTHING_MM,
+        "HOLLOW_SHARE": HOLLOW_SHARE,
         "LEVEL_SPACING_MM": SPACING_MM,
         "SURE_STOPS_MM": list(SURENESS_MM),
         "DIFFERENCE_LIMITS_MM": list(EDGES_MM[:4]),

@@ -45,6 +45,7 @@ from limbgram.cases.child_process import Event
 from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.job_messages import Job, order
 from limbgram.core.errors import LimbgramError, OptionsError
+from limbgram.core.files import require_folder
 
 if TYPE_CHECKING:
     from limbgram.batch.cluster import ClusterRun
@@ -138,9 +139,11 @@ def prepared(folder: str, cases: str, ask: BatchRequest) -> Generator[Prepared]:
 
     Raises:
         OptionsError: the settings are none, or what was asked for cannot go together.
+        ExportError: the folder of the cases cannot be made.
     """
     _require_fitting(folder, cases, ask)
     with _places(folder, cases) as places:
+        require_folder(places.cases)
         batch, base = _batch(places.folder, ask.settings)
         found = find_captures(places.folder, batch, places.cases)
         captures = _part(_chosen(found, ask.only, batch), ask.part)

@@ -16,7 +16,14 @@ from limbgram.cases.encoding import sealed, unsealed
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.errors import CaseError, OptionsError
-from limbgram.core.files import json_of, read_content, write_bytes, written_whole
+from limbgram.core.files import (
+    json_of,
+    make_folder,
+    read_content,
+    require_folder,
+    write_bytes,
+    written_whole,
+)
 from limbgram.core.typed import tree_of, value_of
 from limbgram.formats.camera import read_camera
 
@@ -31,13 +38,15 @@ def certificate_beside(camera_file: Path) -> Path:
 
 
 def require_certificate_place(path: Path) -> None:
-    """Refuse to write over what is no certificate.
+    """Refuse to write over what is no certificate, or where nothing can be written.
 
     Raises:
         CaseError: another file lies there, or its name is none for a certificate.
+        ExportError: its folder cannot be made.
     """
     if not path.name.endswith(".json"):
         raise CaseError("case.certificate.no_name", path=str(path))
+    require_folder(path.parent)
     if not path.exists():
         return
     try:
@@ -54,7 +63,7 @@ def write_certificate(path: Path, certificate: Certificate) -> None:
         ExportError: it cannot be written.
     """
     require_certificate_place(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     text = json.dumps(sealed(tree_of(certificate)), indent=1, ensure_ascii=False, allow_nan=False)
     write_bytes(path, (text + "\n").encode())
 

@@ -22,7 +22,7 @@ from PIL import Image
 from limbgram.cases.case_assessment import kept_evidence, require_unaltered
 from limbgram.cases.folder import CaseFolder
 from limbgram.core.errors import CaseError, OptionsError
-from limbgram.core.files import written_whole
+from limbgram.core.files import require_folder, written_whole
 from limbgram.core.geometry.arrays import ColourImage, Mask
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Mesh
@@ -67,6 +67,7 @@ def write_masks(case: CaseFolder, folder: Path, run: Run, margin_mm: float) -> M
     Raises:
         CaseError: it is no finished case, its photos were altered, or the folder is not empty.
         OptionsError: the margin is no length from 0 to 100 mm.
+        ExportError: the folder cannot be made.
     """
     if not 0.0 <= margin_mm <= WIDEST_MARGIN_MM:  # not a number is not either
         raise OptionsError(
@@ -74,6 +75,7 @@ def write_masks(case: CaseFolder, folder: Path, run: Run, margin_mm: float) -> M
         )
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise CaseError("case.masks_folder_taken", folder=str(folder))
+    require_folder(folder.parent)
     evidence = kept_evidence(case)
     require_unaltered(evidence.photos.photos)
     scene, mesh = evidence.metric.scene, evidence.mesh

@@ -25,7 +25,7 @@ from limbgram.cases.fingerprint import code_version, file_sha256
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.stage_cache import CachingRun
 from limbgram.core.errors import CaseError
-from limbgram.core.files import json_of, written_whole
+from limbgram.core.files import json_of, require_folder, written_whole
 from limbgram.core.geometry.arrays import ColourImage
 from limbgram.core.run import Run
 from limbgram.findings import told
@@ -98,6 +98,7 @@ def take_frames(
     Raises:
         PhotoError: the video cannot be used.
         CaseError: the folder holds something else.
+        ExportError: it cannot be made.
     """
     options = options or FrameOptions()
     told = open_video(video)
@@ -110,6 +111,7 @@ def take_frames(
     if known is not None:
         return known
     _require_ours(folder)
+    require_folder(folder.parent)
     beside = folder.with_name(f".{folder.name}.part")
     shutil.rmtree(beside, ignore_errors=True)
     (beside / "photos").mkdir(parents=True)

@@ -18,13 +18,14 @@ from limbgram.cli.replies import Reply, answered
 from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import READ, UnitOption, shape_of
 from limbgram.core.errors import OptionsError, with_full_stop
+from limbgram.core.files import require_place
 from limbgram.core.interval import Interval, explained, plus_minus
 from limbgram.core.typed import tree_of
 from limbgram.findings import told
 from limbgram.findings.tell import LANGUAGES
 from limbgram.formats.limb_file import write_limb_file
 from limbgram.formats.reading import ShapeFile
-from limbgram.formats.sidecar import limb_file_beside
+from limbgram.formats.sidecar import limb_file_beside, limb_file_for
 from limbgram.services.align import AlignRequest, Axes, align, confirm, propose
 from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Place
@@ -77,6 +78,7 @@ def align_command(
         side = "none"
     if side is None:
         raise OptionsError("align.side.unsaid")
+    require_place(limb_file_for(shape))
     limb = with_landmarks(read.limb, landmarks_asked(read.limb, look, seen))
     limb = confirm(limb, proposals.confirm) if proposals.confirm else limb
     carried = None

@@ -12,7 +12,7 @@ from limbgram.cases.scoring import score_case
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
 from limbgram.cli.replies import Reply, answered
-from limbgram.core.files import json_of
+from limbgram.core.files import json_of, make_folder, require_folder
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
 from limbgram.report.comparison import TruthComparison
@@ -35,10 +35,11 @@ def demo_command(
     Takes a few minutes; the first run of a fresh installation also compiles for half a minute.
     """
     capture, camera, case = folder / "capture", folder / "camera.json", folder / "case"
+    require_folder(folder)
     with display(as_json) as screen:
         run = Run(listener=screen.listen)
         if not capture.exists():
-            folder.mkdir(parents=True, exist_ok=True)
+            make_folder(folder)
             run(make_capture, capture, CaptureOptions())
         if not camera.exists():
             board = CALIBRATION_BOARD.board

@@ -9,6 +9,7 @@ from limbgram.cases.case_assessment import kept_evidence, require_unaltered
 from limbgram.cases.folder import CaseFolder
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
+from limbgram.core.files import require_folder
 from limbgram.core.run import Run
 from limbgram.formats.undistorted import write_undistorted
 
@@ -23,6 +24,7 @@ def undistort_command(
 
     images/ and sparse/ as OpenMVS and others take them, in millimetres.
     """
+    require_folder(out.parent)
     kept = kept_evidence(CaseFolder(case))
     require_unaltered(kept.photos.photos)
     with display(as_json) as screen:

@@ -180,7 +180,7 @@ def make_folder(folder: Path) -> None:
 def _no_folder(folder: Path, error: OSError) -> ExportError:
     """The refusal of a folder that cannot be made."""
     return ExportError(
-        "options.report.no_folder", folder=str(folder), system=str(error.strerror or error)
+        "export.disk.no_folder", folder=str(folder), system=str(error.strerror or error)
     )
 
 

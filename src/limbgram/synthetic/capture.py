@@ -16,6 +16,7 @@ from jaxtyping import Bool
 from PIL import Image
 
 from limbgram.core.errors import CaseError, system_reason
+from limbgram.core.files import require_folder
 from limbgram.core.geometry.arrays import Mask
 from limbgram.core.geometry.lens import View
 from limbgram.core.run import in_parallel
@@ -82,6 +83,7 @@ def make_capture(folder: Path | str, options: CaptureOptions = DEFAULTS) -> Capt
     folder = Path(folder)
     if folder.exists():
         raise CaseError("made.there_already", folder=str(folder))
+    require_folder(folder.parent)
     truth = stage_truth(options)
     beside = folder.with_name(f".{folder.name}.{os.getpid()}.part")
     try:

@@ -195,6 +195,19 @@ def test_levels_are_shifted_and_turned_and_come_back(trunk_of: MakeLimb) -> None
     )
     home = do_edit(after, back)
     assert np.abs(home.mesh.vertices_mm - limb.mesh.vertices_mm).max() < 1e-9
+    bent = do_edit(
+        limb,
+        Spine(
+            heights_mm=(-60.0, 150.0),
+            bend_right_deg=(0.0, 9.0),
+            bend_back_deg=(0.0, -6.0),
+            above="third lumbar vertebra",
+        ),
+    )
+    read = [one.values for one in bent.notes if one.code == "edit.repose.read"]
+    changes = [float(one["change_deg"]) for one in read]
+    assert 6.0 < changes[0] < 9.0  # of the whole chest, a part of which lies within the bend
+    assert -6.0 < changes[1] < -2.0
     with pytest.raises(EditError) as refused:
         do_edit(limb, Spine(heights_mm=(0.0, 20.0), right_mm=(0, 50.0), above="sacrum"))
     assert refused.value.finding.code == "edit.spine.strain"

@@ -1,8 +1,11 @@
 """Outputs that cannot be written, and Ctrl-C: a clear refusal, its exit code, and no half file."""
 
 import json
+import os
 from pathlib import Path
+from typing import NoReturn
 
+import cv2
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -11,6 +14,7 @@ from limbgram.cli.main import app
 from limbgram.core import files
 from limbgram.core.geometry.frames import Rigid
 from limbgram.formats.limb_file import write_limb
+from limbgram.synthetic.props.gauges import GaugeCylinder, calibrated_values
 from limbgram.workbench.carving.radius_map import RadiusMap
 from limbgram.workbench.limb import AlignedLimb, LimbFrame
 
@@ -68,6 +72,81 @@ def test_a_place_to_write_is_looked_at_before_the_shape_is(name: str, tmp_path: 
     message = json.loads(answer.stdout)["error"]["message"]
     assert str(tmp_path / "missing") in message
     assert "scan.ply" not in message
+
+
+FOLDERS = {
+    "capture": ["make-capture", "OUT", "--photos", "4", "--width", "300"],
+    "demo": ["demo", "-o", "OUT"],
+    "frames": ["frames", "FILM", "-o", "OUT"],
+    "masks": ["masks", "CASE", "-o", "OUT"],
+    "undistorted": ["undistort", "CASE", "-o", "OUT"],
+    "certificate": ["verify-setup", "GAUGE", "CASE", "--mpe", "1", "-o", "OUT/kit.json"],
+    "batch": ["batch", "CAPTURES", "-o", "OUT"],
+    "camera": ["calibrate", "CAPTURES", "--board", "charuco:7x5:30:22:4X4_50", "-o", "OUT/c.json"],
+}
+"""Commands that make the folder they write into."""
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_a_folder_to_make_is_looked_at_before_the_work(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Photos, film and case are read, or a stage is set, only where something can be written."""
+
+    def worked(*_: object, **__: object) -> NoReturn:
+        raise AssertionError("it was begun")
+
+    for work in (
+        "synthetic.capture.stage_truth",
+        "cases.video_frames.survey",
+        "cases.masks.kept_evidence",
+        "cli.undistort.kept_evidence",
+        "cases.kit_verification.verify_kit",
+        "batch.whole_batch.find_captures",
+        "cli.calibrate.calibrate_photos",
+    ):
+        monkeypatch.setattr(f"limbgram.{work}", worked)
+    film, gauge = tmp_path / "film.avi", tmp_path / "gauge.json"
+    writer = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 25, (64, 48))
+    for _ in range(8):
+        writer.write(np.zeros((48, 64, 3), np.uint8))
+    writer.release()
+    gauge.write_text(json.dumps(calibrated_values(GaugeCylinder())))
+    (tmp_path / "captures").mkdir()
+    (tmp_path / "file").write_text("kept")
+    places = {
+        "FILM": film,
+        "GAUGE": gauge,
+        "CASE": tmp_path / "case",
+        "CAPTURES": tmp_path / "captures",
+    }
+    words = [str(places.get(word, word)) for word in FOLDERS[name]]
+    out = tmp_path / "file" / "deeper" / "still"
+    there = sorted(tmp_path.iterdir())
+    answer = RUNNER.invoke(app, [*(one.replace("OUT", str(out)) for one in words), "--json"])
+    assert answer.exit_code == 5, answer.output
+    assert json.loads(answer.stdout)["error"]["finding"]["code"] == "export.disk.no_folder"
+    assert sorted(tmp_path.iterdir()) == there
+
+
+def test_a_scan_whose_folder_takes_no_file_is_not_aligned(
+    work: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def aligned(*_: object) -> NoReturn:
+        raise AssertionError("it was aligned")
+
+    monkeypatch.setattr("limbgram.cli.align.align", aligned)
+    asked = os.access
+
+    def access(at: str | Path, mode: int) -> bool:
+        return Path(at) != work and asked(at, mode)
+
+    monkeypatch.setattr("os.access", access)
+    answer = RUNNER.invoke(app, ["align", str(work / "scan.ply"), "--side", "left", "--json"])
+    assert answer.exit_code == 5
+    finding = json.loads(answer.stdout)["error"]["finding"]
+    assert finding["code"] == "export.disk.refused"
+    assert finding["values"]["name"] == "scan.limb.json"
 
 
 @pytest.mark.parametrize("name", WRITING)

@@ -85,7 +85,7 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(
     for folder in (in_the_way, in_the_way / "deeper"):
         with pytest.raises(ExportError) as refused:
             make(foot, ASK, folder)
-        assert refused.value.finding.code == "options.report.no_folder"
+        assert refused.value.finding.code == "export.disk.no_folder"
         assert refused.value.finding.values["folder"] == str(folder)
     with pytest.raises(AssertionError):
         make(foot, ASK, tmp_path / "new" / "deeper")

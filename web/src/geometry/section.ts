@@ -3,7 +3,7 @@
  *
  * In      vertices (x, y, z in mm) and triangles, and a motion into the frame whose z is the axis.
  * Out     closed or open polylines at that height, and what a tape round one limb would read: round the
- *         loop that the axis goes through, or the nearest to it.
+ *         loop that the axis goes through, or the nearest to it; of a wall's inside, round its hollow.
  * Method  each triangle that crosses gives one segment between two cut edges; segments that share
  *         an edge are joined. The outline is smoothed over 5 mm, as the server's is: by the kernel
  *         of 1 / (1 + (k l)^4). The tape lies on the convex hull of that (Andrew's monotone chain).
@@ -23,6 +23,9 @@ export interface Section {
   readonly area_mm2: number;
 }
 
+/** What of a shape is measured: its outline, or the largest hollow in that, as the limb in a wall is. */
+export type Skin = "outline" | "hollow";
+
 export function heightsOf(positions: Float32Array, frame: Rigid = IDENTITY): Float32Array {
   const [x, y, z] = frame.rotation[2];
   const t = frame.translation[2];
@@ -31,7 +34,14 @@ export function heightsOf(positions: Float32Array, frame: Rigid = IDENTITY): Flo
   return heights;
 }
 
-export function cut(positions: Float32Array, indices: Uint32Array, heights: Float32Array, height_mm: number, frame: Rigid = IDENTITY): Section {
+export function cut(
+  positions: Float32Array,
+  indices: Uint32Array,
+  heights: Float32Array,
+  height_mm: number,
+  frame: Rigid = IDENTITY,
+  skin: Skin = "outline",
+): Section {
   const points = new Map<number, Vec3>();
   const ends = new Map<number, number[]>();
   const n = heights.length;
@@ -68,7 +78,8 @@ export function cut(positions: Float32Array, indices: Uint32Array, heights: Floa
   }
   const loops = chains(ends).map((chain) => chain.map((key) => points.get(key) as Vec3));
   const closed = loops.filter((loop) => loop.length > 3 && same(loop[0], loop[loop.length - 1]));
-  const limb = onAxis(closed);
+  const outline = onAxis(closed);
+  const limb = skin === "hollow" && outline ? hollowIn(outline, closed) : outline;
   const smooth = limb ? smoothed(limb) : [];
   return {
     height_mm,
@@ -84,23 +95,35 @@ function onAxis(loops: readonly (readonly Vec3[])[]): readonly Vec3[] | null {
   let best: readonly Vec3[] | null = null;
   let [held, size] = [false, 0];
   for (const loop of loops) {
-    const holds = holdsAxis(loop);
-    const fit = holds ? Math.abs(areaOf(loop)) : -Math.min(...loop.map((p) => Math.hypot(p[0], p[1])));
-    if (!best || (holds && !held) || (holds === held && fit > size)) [best, held, size] = [loop, holds, fit];
+    const round = holds(loop, 0, 0);
+    const fit = round ? Math.abs(areaOf(loop)) : -Math.min(...loop.map((p) => Math.hypot(p[0], p[1])));
+    if (!best || (round && !held) || (round === held && fit > size)) [best, held, size] = [loop, round, fit];
   }
   return best;
 }
 
-function holdsAxis(loop: readonly Vec3[]): boolean {
+/** The largest loop in an outline; a smaller one than a limb could fill is a hole for a screw. */
+function hollowIn(outline: readonly Vec3[], loops: readonly (readonly Vec3[])[]): readonly Vec3[] | null {
+  let best: readonly Vec3[] | null = null;
+  let size = HOLLOW_SHARE * Math.abs(areaOf(outline));
+  for (const loop of loops) {
+    const area = Math.abs(areaOf(loop));
+    if (loop !== outline && area > size && holds(outline, loop[0][0], loop[0][1])) [best, size] = [loop, area];
+  }
+  return best;
+}
+
+/** Whether a loop goes round a place: a ray to +x crosses it an odd number of times. */
+function holds(loop: readonly Vec3[], x: number, y: number): boolean {
   let inside = false;
   for (let i = 1; i < loop.length; i++) {
     const [a, b] = [loop[i - 1], loop[i]];
-    if (a[1] > 0 !== b[1] > 0 && a[0] - (a[1] * (b[0] - a[0])) / (b[1] - a[1]) > 0) inside = !inside;
+    if (a[1] > y !== b[1] > y && a[0] - ((a[1] - y) * (b[0] - a[0])) / (b[1] - a[1]) > x) inside = !inside;
   }
   return inside;
 }
 
-const { SMOOTHING_MM } = figures;
+const { SMOOTHING_MM, HOLLOW_SHARE } = figures;
 const EVEN_STEPS = 16;
 
 /** A closed line (its first point repeated) at even steps through the spline filter. */

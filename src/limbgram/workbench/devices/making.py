@@ -41,7 +41,7 @@ from limbgram.workbench.devices.fittings import Part, fitted, hole, imported
 from limbgram.workbench.devices.landmark_uses import landmarks_of_edits
 from limbgram.workbench.devices.layout import Covered, Gap, Opening, Rib, cover
 from limbgram.workbench.devices.lettering import lettering
-from limbgram.workbench.devices.proof import Wall, measure_wall, require_solid
+from limbgram.workbench.devices.proof import Wall, folds_told, measure_wall, require_solid
 from limbgram.workbench.devices.shell import Layout, make_shell
 from limbgram.workbench.devices.slots import Ground, Room, place_slots, widest_straps_mm
 from limbgram.workbench.devices.straps import straps_told
@@ -372,7 +372,7 @@ def _said(preview: Preview, wall: Wall, solid: Mesh, crumbs: int) -> Sequence[Fi
         )
         off = (thin, *off)
     left = (doubt("device.crumbs", count=crumbs),) if crumbs else ()
-    return (told, enclosure(solid), *off, *left, note("device.not_tested"))
+    return (told, enclosure(solid), *off, *left, *folds_told(solid), note("device.not_tested"))
 
 
 def _carried_over(shell: Mesh, wall: Wall, solid: Mesh) -> Float64[np.ndarray, " n"]:

@@ -18,6 +18,7 @@ from jaxtyping import Bool, Float64
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.closest_point import TriangleTree, nearest_shares
 from limbgram.core.mesh.crossings import find_crossings
+from limbgram.core.mesh.folds import ANY_SHAPE, find_folds
 from limbgram.core.mesh.mesh import Mesh, dots, unit
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
@@ -25,6 +26,7 @@ from limbgram.core.mesh.topology import (
     is_edge_manifold,
     is_vertex_manifold,
 )
+from limbgram.findings import Finding, doubt
 from limbgram.workbench.devices.blocks import Block
 from limbgram.workbench.devices.shell import Layout
 
@@ -99,6 +101,16 @@ def require_solid(solid: Mesh) -> None:
     if len(crossing):
         x, y, z = solid.vertices_mm[solid.faces[crossing[0, 0]]].mean(0).tolist()
         raise EditError("device.crosses", count=len(crossing), point_mm=(x, y, z))
+
+
+def folds_told(solid: Mesh) -> tuple[Finding, ...]:
+    """Where a finished solid folds over: at a fitting or in another maker's body, as the shell
+    does not. Of their form nothing is changed, so the place is told."""
+    folds = find_folds(solid, ANY_SHAPE)
+    if not len(folds):
+        return ()
+    x, y, z = folds.first_mm(solid).tolist()
+    return (doubt("device.folded", count=len(folds), point_mm=(x, y, z)),)
 
 
 @dataclass(frozen=True)

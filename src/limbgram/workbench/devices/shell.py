@@ -9,8 +9,10 @@ Method  With h the height above the positive and s the distance beyond the edge,
         that function on a grid (core/mesh/levels), its triangles made even and its vertices moved
         to the level itself. So it does not open, whatever the positive's creases are: narrow ones
         are bridged on the outer side. Where a crease is so narrow for the grid that vertices on
-        the level cross, they go back towards the grid's surface, which does not cross itself.
-Fails   EditError: nothing of the surface is inside the edges, or the grid would be too large.
+        the level cross, they go back towards the grid's surface, which does not cross itself; what
+        still folds over is laid back (core/mesh/folds).
+Fails   EditError: nothing of the surface is inside the edges, the grid would be too large, or a
+        fold cannot be laid back.
 """
 
 from collections.abc import Sequence
@@ -23,6 +25,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.crossings import find_crossings
+from limbgram.core.mesh.folds import ANY_SHAPE, unfolded
 from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import Mesh, crosses, dots
 from limbgram.core.mesh.signed_distance import SignedSurface
@@ -88,7 +91,7 @@ def make_shell(layout: Layout, blocks: Sequence[Block] = ()) -> Shell:
     """The solid of a layout.
 
     Raises:
-        EditError: the edges leave nothing of the surface, or the device is too large.
+        EditError: the edges leave nothing of the surface, the device is too large, or it folds.
     """
     inside = layout.beyond_mm < 0
     if not inside.any():
@@ -110,7 +113,8 @@ def make_shell(layout: Layout, blocks: Sequence[Block] = ()) -> Shell:
     areas = np.bincount(pieces, np.linalg.norm(settled.face_normals(), axis=1))
     large = areas > _SCRAP * areas.sum()
     solid = settled if large.all() else with_faces(settled, settled.faces[large[pieces]])
-    return Shell(solid=solid, cell_mm=cell_mm, pieces_left_out=int((~large).sum()))
+    flat = without_folds(solid)
+    return Shell(solid=flat, cell_mm=cell_mm, pieces_left_out=int((~large).sum()))
 
 
 @dataclass(frozen=True)
@@ -315,3 +319,16 @@ def _uncrossed(even: Mesh, places_mm: Points3) -> Mesh:
         concerned = with_any(near, even.faces)
         places[near] += share * (even.vertices_mm[near] - places[near])
     return even.with_vertices(places)
+
+
+def without_folds(solid: Mesh) -> Mesh:
+    """A closed solid, what folds over laid back; as it is where nothing does.
+
+    Raises:
+        EditError: what folds cannot be laid back; says where.
+    """
+    found = unfolded(solid, ANY_SHAPE)
+    if len(found.left):
+        x, y, z = found.left.first_mm(found.mesh).tolist()
+        raise EditError("device.folds", count=len(found.left), point_mm=(x, y, z))
+    return solid.with_vertices(found.mesh.vertices_mm) if found.vertices else solid

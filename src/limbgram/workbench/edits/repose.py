@@ -182,7 +182,7 @@ class Repose(Edit):
             )
         after = displaced(limb, points)
         told = note("edit.repose.done", joint=self.joint, by_deg=by_deg, strain=strain)
-        return replace(after, notes=(*after.notes, told, _read_of(limb, after, self.joint)))
+        return replace(after, notes=(*after.notes, told, read_of(limb, after, self.joint)))
 
     def _turn(self, anatomy: Anatomy, by_deg: float) -> "Turn":
         return Turn.of(anatomy, self.joint, by_deg * anatomy.sense(), self.band_mm)
@@ -346,7 +346,7 @@ def _joint_of(anatomy: Anatomy, name: str) -> Joint:
     return joint
 
 
-def _read_of(before: Limb, after: Limb, joint: str) -> Finding:
+def read_of(before: Limb, after: Limb, joint: str) -> Finding:
     """What the sheet reads before and after; why it does not, where it cannot."""
     item = angle_of(joint)
     asked = SheetOptions(only=(item.name,))

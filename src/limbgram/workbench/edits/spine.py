@@ -1,22 +1,28 @@
-"""Spine: a trunk shifted and turned by level, the pelvis staying, as a positive is corrected.
+"""Spine: a trunk shifted, turned and bent by level, the pelvis staying, as a positive is corrected.
 
-In      an aligned trunk; heights, and how far each level is shifted and turned.
+In      an aligned trunk; heights, and how far each level is shifted, turned and tilted.
 Out     the trunk with its levels moved; landmarks go with them.
 Method  Cubic curves through the levels with the slopes of PCHIP, level at both ends, nothing below
-        the first. A section stays in its plane: half the turn, the shift, half the turn. So the
-        same edit with opposite signs brings the shape back exactly.
+        the first. A bend makes a curve of the long axis, and a section stays plane and square to
+        it. Half way through the bend the axis is straight and the sections lie level: heights count
+        there, so a level is tilted by half its angle the other way before, as a wedge is cut that
+        the level halves. In its plane a section takes half the turn, the shift, half the turn. So
+        the same edit with opposite signs brings the shape back exactly.
 Fails   EditError: the lists differ in length, heights do not rise, or the strain is beyond what is
         done.
 """
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float64
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
+from scipy.spatial.transform import Rotation
 
 from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.request_fields import Within
 from limbgram.findings import note
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
@@ -27,11 +33,19 @@ from limbgram.workbench.edits.regions import (
     points_in_limb_frame,
     require_aligned,
 )
-from limbgram.workbench.edits.repose import MOST_STRAIN, MOST_STRAIN_ACCEPTED, largest_strain
+from limbgram.workbench.edits.repose import (
+    MOST_STRAIN,
+    MOST_STRAIN_ACCEPTED,
+    largest_strain,
+    read_of,
+)
 from limbgram.workbench.limb import Limb
 
 ShiftMm = Annotated[float, Within(-60, 60)]
 TurnDeg = Annotated[float, Within(-30, 30)]
+_STEP_MM = 1.0
+"""Along the axis, between places to which a bend is summed."""
+_ROUNDS, _CONVERGED_MM = 100, 1e-11
 
 
 @edit(
@@ -42,7 +56,7 @@ TurnDeg = Annotated[float, Within(-30, 30)]
     example={"heights_mm": (50.0, 150.0, 300.0), "right_mm": (0.0, 10.0, 0.0)},
 )
 class Spine(Edit):
-    """Shift and turn a trunk by level, as a positive is corrected; the pelvis stays."""
+    """Shift, turn and bend a trunk by level, as a positive is corrected; the pelvis stays."""
 
     heights_mm: tuple[float, ...]
     """Of the levels, rising; the first one and all below stay as they are."""
@@ -52,23 +66,38 @@ class Spine(Edit):
     """Forwards, by level."""
     turn_deg: tuple[TurnDeg, ...] = ()
     """About the long axis, right side forwards, by level."""
+    bend_right_deg: tuple[TurnDeg, ...] = ()
+    """Tilt of the level to the patient's right, by level; what lies above the last goes on so."""
+    bend_back_deg: tuple[TurnDeg, ...] = ()
+    """Tilt of the level backwards, by level: positive adds lordosis, negative takes it away."""
     above: str = ""
     """Landmark from which heights count; without it from the limb's origin."""
     beyond: bool = False
     """Somebody means a strain of more than 25 per cent."""
 
     words = spoken(
-        en=Words(name="Shift and turn by level", title="The correction by level"),
+        en=Words(
+            name="Shift, turn and bend by level",
+            title="The correction by level",
+            labels={
+                "right_mm": "To the right",
+                "forward_mm": "Forwards",
+                "bend_right_deg": "Bend to the right",
+                "bend_back_deg": "Bend backwards",
+            },
+        ),
         de=Words(
-            name="Nach Höhe verschieben und drehen",
+            name="Nach Höhe verschieben, drehen und neigen",
             title="Die Korrektur nach Höhe",
-            does="Einen Rumpf nach Höhe verschieben und drehen, wie man ein Positiv korrigiert; "
-            "das Becken bleibt.",
+            does="Einen Rumpf nach Höhe verschieben, drehen und neigen, wie man ein Positiv "
+            "korrigiert; das Becken bleibt.",
             labels={
                 "heights_mm": "Höhen",
                 "right_mm": "Nach rechts",
                 "forward_mm": "Nach vorn",
                 "turn_deg": "Drehung",
+                "bend_right_deg": "Neigung nach rechts",
+                "bend_back_deg": "Neigung nach hinten",
                 "above": "Über",
                 "beyond": "Gewollt",
             },
@@ -77,6 +106,10 @@ class Spine(Edit):
                 "right_mm": "Zur rechten Seite des Patienten, je Ebene.",
                 "forward_mm": "Nach vorn, je Ebene.",
                 "turn_deg": "Um die Längsachse, rechte Seite nach vorn, je Ebene.",
+                "bend_right_deg": "Wie weit sich die Ebene zur rechten Seite des Patienten neigt, "
+                "je Ebene; was über der letzten liegt, folgt ihr.",
+                "bend_back_deg": "Wie weit sich die Ebene nach hinten neigt, je Ebene: positiv "
+                "mehr Lordose, negativ weniger.",
                 "above": "Landmarke, von der Höhen zählen; sonst vom Ursprung des Gliedmaßes.",
                 "beyond": "Mehr als 25 Prozent Dehnung sind gewollt.",
             },
@@ -89,7 +122,8 @@ class Spine(Edit):
         Raises:
             EditError: they differ in length, or heights do not rise.
         """
-        lists = [one for one in (self.right_mm, self.forward_mm, self.turn_deg) if one]
+        moves = (self.right_mm, self.forward_mm, self.turn_deg, *self._bends)
+        lists = [one for one in moves if one]
         rising = all(low < high for low, high in zip(self.heights_mm, self.heights_mm[1:]))
         if len(self.heights_mm) < 2 or not rising or not lists:
             raise EditError("edit.spine.heights")
@@ -97,25 +131,41 @@ class Spine(Edit):
             raise EditError("edit.spine.lists", levels=len(self.heights_mm))
 
     def apply(self, limb: Limb) -> Limb:
-        """Move the levels, and tell how far the surface was strained.
+        """Move the levels, and tell how far the surface was strained, and how it is bent.
 
         Raises:
             EditError: the limb is not aligned, or the strain is beyond what is done.
         """
         aligned = require_aligned(limb)
-        base = height_mm(limb, 0.0, self.above)
-        points = points_in_limb_frame(limb)
-        z = points[:, 2] - base
+        base = np.array([0.0, 0.0, height_mm(limb, 0.0, self.above)])
+        before, after = self._bent(-0.5), self._bent(0.5)
+        z, flat = before.levels_of(points_in_limb_frame(limb) - base)
         half = np.radians(self._at(self.turn_deg, z)) / 2
         shift = np.column_stack([self._at(self.right_mm, z), self._at(self.forward_mm, z)])
-        flat = _turned(_turned(points[:, :2], half) + shift, half)
-        after = np.column_stack([flat, points[:, 2]])
-        back = moved_by(aligned.limb_from_mesh.inverse, after)
+        points = after.placed(z, _turned(_turned(flat, half) + shift, half)) + base
+        back = moved_by(aligned.limb_from_mesh.inverse, points)
         strain = largest_strain(limb.mesh.faces, limb.mesh.vertices_mm, back)
         if strain > (MOST_STRAIN_ACCEPTED if self.beyond else MOST_STRAIN):
             raise EditError("edit.spine.strain", strain=strain, most=MOST_STRAIN)
         moved = displaced(limb, back)
-        return replace(moved, notes=(*moved.notes, note("edit.spine.done", strain=strain)))
+        bent = zip(("side bend", "extension"), self._bends, strict=True)
+        told = [read_of(limb, moved, joint) for joint, values in bent if values]
+        return replace(moved, notes=(*moved.notes, note("edit.spine.done", strain=strain), *told))
+
+    @property
+    def _bends(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return self.bend_right_deg, self.bend_back_deg
+
+    def _bent(self, share: float) -> "_Bent":
+        """The axis at a share of the bend; heights from the landmark."""
+
+        def tilts(z_mm: Float64[np.ndarray, " n"]) -> Points3:
+            """As turns, rad: backwards about the line to the right, to the right about the one
+            forwards."""
+            right, back = (self._at(values, z_mm) for values in self._bends)
+            return np.radians(np.column_stack([back, right, np.zeros(len(z_mm))])) * share
+
+        return _Bent.of(tilts, self.heights_mm[0], self.heights_mm[-1])
 
     def _at(
         self, values: tuple[float, ...], z_mm: Float64[np.ndarray, " n"]
@@ -137,3 +187,57 @@ def _turned(
     x, y = points.T
     cosine, sine = np.cos(angles_rad), np.sin(angles_rad)
     return np.column_stack([cosine * x - sine * y, sine * x + cosine * y])
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Bent:
+    """A long axis that is bent between two heights, and levels that are plane and square to it."""
+
+    tilts: Callable[[Float64[np.ndarray, " n"]], Points3]
+    """Of levels, as turns."""
+    axis: CubicHermiteSpline
+
+    @classmethod
+    def of(
+        cls,
+        tilts: Callable[[Float64[np.ndarray, " n"]], Points3],
+        low_mm: float,
+        high_mm: float,
+    ) -> "_Bent":
+        """The axis summed along its own length, by Simpson's rule."""
+        z = np.linspace(low_mm, high_mm, max(2, round((high_mm - low_mm) / _STEP_MM)) + 1)
+        ways, middles = _upward(tilts(z)), _upward(tilts((z[1:] + z[:-1]) / 2))
+        steps = (ways[1:] + 4 * middles + ways[:-1]) / 6 * np.diff(z)[:, None]
+        places = np.cumsum(np.vstack([(0.0, 0.0, low_mm), steps]), axis=0)
+        return cls(tilts=tilts, axis=CubicHermiteSpline(z, places, ways))
+
+    def placed(self, z_mm: Float64[np.ndarray, " n"], flat_mm: Points2) -> Points3:
+        """Points of levels, by their places in these."""
+        turns = Rotation.from_rotvec(self.tilts(z_mm))
+        return self._at(z_mm) + turns.apply(np.column_stack([flat_mm, np.zeros(len(z_mm))]))
+
+    def levels_of(self, points_mm: Points3) -> tuple[Float64[np.ndarray, " n"], Points2]:
+        """The level on which each point lies, and its place in that.
+
+        Found by going along the axis by how far a point lies off the level: that ends where no
+        level meets its neighbour in the body. Where one does, the strain is beyond all bounds.
+        """
+        z = points_mm[:, 2]
+        low, high = float(z.min()), float(z.max())
+        for _ in range(_ROUNDS):
+            off = np.einsum("nk,nk->n", points_mm - self._at(z), _upward(self.tilts(z)))
+            z = np.clip(z + off, 2 * low - high, 2 * high - low)
+            if np.abs(off).max(initial=0.0) < _CONVERGED_MM:
+                break
+        turns = Rotation.from_rotvec(self.tilts(z))
+        return z, turns.apply(points_mm - self._at(z), inverse=True)[:, :2]
+
+    def _at(self, z_mm: Float64[np.ndarray, " n"]) -> Points3:
+        """Places on the axis; it is straight beyond its ends."""
+        held = np.clip(z_mm, self.axis.x[0], self.axis.x[-1])
+        return self.axis(held) + (z_mm - held)[:, None] * _upward(self.tilts(held))
+
+
+def _upward(turns: Points3) -> Points3:
+    """Which way the axis points up through levels that are tilted so."""
+    return Rotation.from_rotvec(turns).apply((0.0, 0.0, 1.0))

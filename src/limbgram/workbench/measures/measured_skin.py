@@ -28,7 +28,7 @@ _FEWEST, _MOST = 60, 400
 """Planes that tell the skins apart: smaller triangles between two of them go with neighbours."""
 _OFF = 0.381966
 """Part of a spacing by which the planes are shifted, so that they meet no row of vertices."""
-_HOLLOW_SHARE = 0.25
+HOLLOW_SHARE = 0.25
 """Of the area in an outline: a hollow below it is a hole for a screw, not for a limb."""
 _WALL_SHARE = 0.3
 """Of the levels that have an answer: from so many with a hollow on, a shape has two skins."""
@@ -63,7 +63,7 @@ def is_hollow(level: Level) -> bool:
     """Whether a level has an outline and a hollow in it that a limb could fill."""
     sizes = _areas_mm2(level)
     outlines, hollows = sizes[level.depth == 0], sizes[level.depth == 1]
-    return bool(hollows.max(initial=0.0) > _HOLLOW_SHARE * outlines.max(initial=0.0))
+    return bool(hollows.max(initial=0.0) > HOLLOW_SHARE * outlines.max(initial=0.0))
 
 
 def is_two_skinned(levels: Sequence[Level]) -> bool:

@@ -6,11 +6,12 @@ import trimesh
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.crossings import find_crossings
+from limbgram.core.mesh.folds import ANY_SHAPE, find_folds
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, face_components, volume_mm3
 from limbgram.workbench.devices.blocks import Boss, RoundCone
-from limbgram.workbench.devices.proof import measure_wall, require_solid
-from limbgram.workbench.devices.shell import Layout, _uncrossed, make_shell
+from limbgram.workbench.devices.proof import folds_told, measure_wall, require_solid
+from limbgram.workbench.devices.shell import Layout, _uncrossed, make_shell, without_folds
 
 RADIUS, TOP, THICK = 40.0, 90.0, 4.0
 
@@ -164,6 +165,49 @@ def test_skins_that_nearly_touch_go_back_all_the_way_where_they_would_cross() ->
     freed = _uncrossed(apart, pushed)
     assert len(find_crossings(pushed, faces))
     assert not len(find_crossings(freed.vertices_mm, faces))
+
+
+def folded_over(mesh: Mesh) -> tuple[Mesh, int]:
+    """The mesh with a vertex of its outside drawn along the skin, over its neighbours."""
+    r, z = np.hypot(*mesh.vertices_mm[:, :2].T), mesh.vertices_mm[:, 2]
+    at = int(np.argmin(np.abs(z - 65.0) + 100 * (r < RADIUS + THICK - 0.1)))
+    places = mesh.vertices_mm.copy()
+    places[at, 2] += 3.0
+    return mesh.with_vertices(places), at
+
+
+def test_a_fold_is_laid_back_and_nothing_else_moves(
+    layout: Layout, shell: Mesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folded, _ = folded_over(shell)
+    assert len(find_folds(folded, ANY_SHAPE))
+    assert without_folds(shell) is shell
+    monkeypatch.setattr("limbgram.workbench.devices.shell._HALVINGS", 0)
+    straight = make_shell(layout).solid
+    planted, at = folded_over(straight)
+
+    def with_a_fold(*_: object) -> Mesh:
+        return planted
+
+    monkeypatch.setattr("limbgram.workbench.devices.shell._uncrossed", with_a_fold)
+    flat = make_shell(layout).solid
+    assert not len(find_folds(flat, ANY_SHAPE))
+    require_solid(flat)
+    from_it_mm = np.linalg.norm(straight.vertices_mm - straight.vertices_mm[at], axis=1)
+    moved_mm = np.linalg.norm(flat.vertices_mm - straight.vertices_mm, axis=1)
+    assert moved_mm[from_it_mm > 8.0].max() == 0
+    near = flat.vertices_mm[from_it_mm < 3.0]
+    outside = np.hypot(near[:, 0], near[:, 1]) - (RADIUS + THICK)
+    np.testing.assert_allclose(outside, 0, atol=0.1)
+
+
+def test_a_fold_at_a_fitting_is_told_with_its_place(shell: Mesh) -> None:
+    assert folds_told(shell) == ()
+    folded, at = folded_over(shell)
+    (told,) = folds_told(folded)
+    assert told.code == "device.folded"
+    place = np.array(told.values["point_mm"], np.float64)
+    assert np.linalg.norm(place - shell.vertices_mm[at]) < 4.0
 
 
 def test_a_block_grows_out_of_the_wall_and_never_reaches_the_skin(layout: Layout) -> None:

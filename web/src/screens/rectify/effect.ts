@@ -5,6 +5,7 @@ import { cut, heightsOf } from "../../geometry/section";
 import type { Workspace } from "./workspace";
 import { wayOf } from "./draft";
 import { changed } from "./ledger";
+import { touching } from "./skin";
 
 export interface Girth {
   readonly height_mm: number;
@@ -12,23 +13,32 @@ export interface Girth {
   readonly change_mm: number;
 }
 
-/** The girth at the level, of the server's answer; while the hand drags, of what this page moved. */
-export function useGirth({ limb, base, level, edit, trial, viewer }: Workspace): Girth | null {
+/**
+ * The girth at the level of the skin that touches the limb, of the server's answer; while the hand drags, of
+ * what this page moved.
+ */
+export function useGirth({ limb, base, level, edit, ledger, trial, viewer }: Workspace): Girth | null {
   const { data } = base;
   const height_mm = level.value;
   const heights = useMemo(() => (limb && data ? heightsOf(data.positions, limb.frame) : null), [limb, data]);
+  const edits = ledger.book?.recipe.edits ?? [];
+  const skin = touching(edits);
   const before_mm = useMemo(
-    () => (limb && data && heights && height_mm !== null ? cut(data.positions, data.indices, heights, height_mm, limb.frame).tape_mm : NaN),
-    [limb, data, heights, height_mm],
+    () => (limb && data && heights && height_mm !== null ? cut(data.positions, data.indices, heights, height_mm, limb.frame, skin).tape_mm : NaN),
+    [limb, data, heights, height_mm, skin],
   );
   return useMemo(() => {
     if (!limb || height_mm === null || !data) return null;
     const drawn = viewer.current?.surface;
     const here = edit.draft.value && drawn?.data === data ? drawn.positions : data.positions;
     const { positions, indices } = trial.tried.value?.surface ?? { positions: here, indices: data.indices };
-    const now_mm = positions === data.positions ? before_mm : cut(positions, indices, heightsOf(positions, limb.frame), height_mm, limb.frame).tape_mm;
+    const tried = trial.tried.value ? touching([...edits, trial.tried.value.body]) : skin;
+    const now_mm =
+      positions === data.positions && tried === skin
+        ? before_mm
+        : cut(positions, indices, heightsOf(positions, limb.frame), height_mm, limb.frame, tried).tape_mm;
     return Number.isFinite(now_mm) ? { height_mm, now_mm, change_mm: now_mm - before_mm } : null;
-  }, [limb, height_mm, trial.tried.value, data, before_mm, edit.draft.value, edit.previewed.value]);
+  }, [limb, height_mm, trial.tried.value, data, before_mm, skin, edit.draft.value, edit.previewed.value]);
 }
 
 /** By how much the edit changes the volume, mL: of the server's answer, until then of this page's preview. */

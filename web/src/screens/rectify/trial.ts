@@ -15,6 +15,8 @@ export interface Tried {
   readonly surface: SurfaceData;
   readonly values: Float32Array;
   readonly line: Schemas["LineReply"] | null;
+  /** The edit that was asked for. */
+  readonly body: EditBody;
 }
 
 export interface Trial {
@@ -37,9 +39,9 @@ export function useTrial(caseId: string, base: Base, viewer: RefObject<Viewer | 
   const now = useRef(base);
   now.current = base;
   /** What was answered before the limb was here. */
-  const early = useRef<{ readonly bytes: ArrayBuffer; readonly turn: number } | null>(null);
+  const early = useRef<{ readonly bytes: ArrayBuffer; readonly body: EditBody; readonly turn: number } | null>(null);
 
-  const take = (bytes: ArrayBuffer, data: SurfaceData) => {
+  const take = (bytes: ArrayBuffer, body: EditBody, data: SurfaceData) => {
     const shown = viewer.current?.surface;
     if (shown?.data === data) drawn.current = shown;
     const blocks = decodeBlocks(bytes);
@@ -48,7 +50,7 @@ export function useTrial(caseId: string, base: Base, viewer: RefObject<Viewer | 
     // What this page moved for its own preview goes back: distances count from the shape as it is.
     measured?.restore();
     const values = changedDifferences(surface.positions, { positions: data.positions, differences_mm: now.current.differences_mm, surface: measured });
-    tried.value = { surface, values, line: (blocks.header.line as Schemas["LineReply"] | null) ?? null };
+    tried.value = { surface, values, line: (blocks.header.line as Schemas["LineReply"] | null) ?? null, body };
   };
 
   const ask = async (body: EditBody) => {
@@ -62,8 +64,8 @@ export function useTrial(caseId: string, base: Base, viewer: RefObject<Viewer | 
         body: JSON.stringify(body),
       });
       if (mine !== turn.current) return;
-      if (now.current.data) take(bytes, now.current.data);
-      else early.current = { bytes, turn: mine };
+      if (now.current.data) take(bytes, body, now.current.data);
+      else early.current = { bytes, body, turn: mine };
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       if (mine !== turn.current) return;
@@ -79,7 +81,7 @@ export function useTrial(caseId: string, base: Base, viewer: RefObject<Viewer | 
     if (!base.data || !answer) return;
     early.current = null;
     if (answer.turn !== turn.current) return;
-    take(answer.bytes, base.data);
+    take(answer.bytes, answer.body, base.data);
     waits.value = false;
   }, [base.data]);
 
