@@ -15,7 +15,7 @@ from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping import stragglers
 from limbgram.reconstruction.mapping.ring import place
-from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.scene import OwnLenses, Scene
 from limbgram.reconstruction.mapping.solution import turn_sigma_deg
 from limbgram.reconstruction.mapping.stragglers import with_stragglers
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
@@ -184,6 +184,21 @@ def test_a_turn_is_known_as_well_as_its_pixels_tell_it(make_scene: MakeScene) ->
     known = np.linalg.inv(by_pose @ by_pose.T)[:3, :3] * (3 * NOISE_PX) ** 2
     least_deg = np.degrees(np.sqrt(np.linalg.eigvalsh(known)[-1]))
     assert least_deg < turn_sigma_deg(scene, 3) < 2.0 * least_deg
+
+
+def test_a_turn_is_as_well_known_where_photos_have_lenses_of_their_own(
+    make_scene: MakeScene,
+) -> None:
+    """A stabiliser shifts the picture of each photo by some pixels: the noise stays what it is."""
+    alike = make_scene(photos=6, points=60, noise_px=NOISE_PX, share=1.0)
+    shifts = np.zeros((6, LENS_SIZE))
+    shifts[:, 2:4] = np.random.default_rng(5).normal(0.0, 5.0, (6, 2))
+    seen = alike.observations
+    moved = replace(seen, xy_px=seen.xy_px + shifts[seen.photo_idx, 2:4])
+    none = np.zeros((6, 0))
+    own = OwnLenses(deviations=(), values=none, spread=none[0], shifts=shifts, chances=())
+    stabilised = replace(alike, observations=moved, own=own)
+    assert turn_sigma_deg(stabilised, 3) == pytest.approx(turn_sigma_deg(alike, 3), rel=0.05)
 
 
 def test_a_turn_is_known_as_well_as_its_points_are_spread(make_scene: MakeScene) -> None:
