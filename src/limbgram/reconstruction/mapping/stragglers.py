@@ -115,7 +115,7 @@ def _joined(
     """The scene with a photo at its place; None where it does not stay there."""
     photo, poses = place.photo, list(scene.camera_from_world)
     poses[photo] = place.camera_from_world
-    joined = replace(scene, camera_from_world=tuple(poses))
+    joined = replace(scene, camera_from_world=tuple(poses), camera_covariance=None)
     try:
         for _ in range(_REMADE):
             joined = remade(joined)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,11 @@ import pytest
 from tests.unit.reconstruction.mapping.conftest import described
 
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
-from limbgram.core.geometry.lens import LENS_SIZE
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping import stragglers
-from limbgram.reconstruction.mapping.ring import place
+from limbgram.reconstruction.mapping.ring import place, without_photos
 from limbgram.reconstruction.mapping.scene import OwnLenses, Scene
 from limbgram.reconstruction.mapping.solution import turn_sigma_deg
 from limbgram.reconstruction.mapping.stragglers import with_stragglers
@@ -168,6 +169,29 @@ def test_a_photo_is_looked_at_once_while_the_scene_stays(
     assert looked == [4, 5, 6, 4, 6]
 
 
+def test_a_photo_that_loses_all_its_points_stays_out(
+    ring: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The adjustment takes it out. What was known is of six photos with lenses of their own."""
+
+    def likeliest(photo: int, *_: Any) -> stragglers.Place:
+        pose = ring.view(photo).camera_from_world
+        return stragglers.Place(photo, pose, np.arange(60), 40, 500.0)
+
+    monkeypatch.setattr(stragglers, "_likeliest", likeliest)
+    poses = (*ring.camera_from_world[:6], None)
+    known = np.eye(6 * (POSE_SIZE + LENS_SIZE))
+    scene = replace(
+        ring,
+        camera_from_world=poses,
+        camera_covariance=known,
+        own=_own(np.zeros((7, LENS_SIZE))),
+        sigma_px=0.1,
+    )
+    lost = partial(without_photos, photos={6})
+    assert with_stragglers(scene, (), Pairs((), 0), lost, 4.0).placed == tuple(range(6))
+
+
 def test_a_turn_is_known_as_well_as_its_pixels_tell_it(make_scene: MakeScene) -> None:
     """By differences of the pixels, the points known, each coordinate counted as three times as
     unsure as its noise: neighbours share errors. Unknown points and robust weights add a half."""
@@ -195,10 +219,14 @@ def test_a_turn_is_as_well_known_where_photos_have_lenses_of_their_own(
     shifts[:, 2:4] = np.random.default_rng(5).normal(0.0, 5.0, (6, 2))
     seen = alike.observations
     moved = replace(seen, xy_px=seen.xy_px + shifts[seen.photo_idx, 2:4])
-    none = np.zeros((6, 0))
-    own = OwnLenses(deviations=(), values=none, spread=none[0], shifts=shifts, chances=())
+    own = _own(shifts)
     stabilised = replace(alike, observations=moved, own=own)
     assert turn_sigma_deg(stabilised, 3) == pytest.approx(turn_sigma_deg(alike, 3), rel=0.05)
+
+
+def _own(shifts: np.ndarray) -> OwnLenses:
+    none = np.zeros((len(shifts), 0))
+    return OwnLenses(deviations=(), values=none, spread=none[0], shifts=shifts, chances=())
 
 
 def test_a_turn_is_known_as_well_as_its_points_are_spread(make_scene: MakeScene) -> None:
