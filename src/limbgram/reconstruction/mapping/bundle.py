@@ -89,6 +89,8 @@ class Bundle:
         """The lens of one camera; the scene's where no placed photo uses it."""
         if self.ties is not None:
             return self.ties.shared[idx]
+        if scene.own is not None:  # the views have what is each photo's own in theirs
+            return scene.cameras[idx].packed
         users = np.flatnonzero(self.lens_idx == idx)
         return self.views[users[0], 12:] if len(users) else scene.cameras[idx].packed
 

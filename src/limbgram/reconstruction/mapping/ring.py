@@ -7,7 +7,7 @@ Method  keypoints moved to agree with all their window matches; incremental mapp
         leaves photos out, with those of EXIF held or without the pairs that contradict chains of
         stronger ones, and from other starts where the ring folded; photos that contradict their
         pairs or hang on too few points lose their pose; photos that were left out are placed by a
-        pair's turn and a few points (stragglers.py); tracks from all matches; our own adjustment
+        pairs' turns and a few points (stragglers.py); tracks from all matches; our own adjustment
         with the calibration's covariance as a prior; a few photos that were zoomed lose theirs too;
         lenses of single photos are set free where the residuals ask for it.
 Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.

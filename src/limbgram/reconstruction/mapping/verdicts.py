@@ -365,11 +365,16 @@ def matched_points(
         ends = pair.matches.photos
         side = ends.index(photo)
         other = ends[1 - side]
-        seen = scene.observations.some(scene.observations.photo_idx == other)
-        if len(seen.xy_px):
-            point_of = np.full(len(places_px[other]), -1)
-            point_of[KDTree(places_px[other]).query(seen.xy_px)[1]] = seen.point_idx
-            point = point_of[pair.matches.keypoint_idx[:, 1 - side]]
-            ours = pair.matches.keypoint_idx[:, side]
-            found.append(np.column_stack([ours, point])[point >= 0])
+        point = points_shown(other, scene, places_px)[pair.matches.keypoint_idx[:, 1 - side]]
+        ours = pair.matches.keypoint_idx[:, side]
+        found.append(np.column_stack([ours, point])[point >= 0])
     return np.unique(np.concatenate(found), axis=0)
+
+
+def points_shown(photo: int, scene: Scene, places_px: Sequence[Points2]) -> Int64[np.ndarray, " k"]:
+    """By keypoint of a photo the point of the scene that is observed there; -1 where none is."""
+    seen = scene.observations.some(scene.observations.photo_idx == photo)
+    shown = np.full(len(places_px[photo]), -1)
+    if len(seen.xy_px):
+        shown[KDTree(places_px[photo]).query(seen.xy_px)[1]] = seen.point_idx
+    return shown

@@ -2,20 +2,22 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from tests.unit.reconstruction.mapping.conftest import described
 
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
-from limbgram.core.geometry.lens import LENS_SIZE
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping import stragglers
-from limbgram.reconstruction.mapping.ring import place
-from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.ring import place, without_photos
+from limbgram.reconstruction.mapping.scene import OwnLenses, Scene
 from limbgram.reconstruction.mapping.solution import turn_sigma_deg
 from limbgram.reconstruction.mapping.stragglers import with_stragglers
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
@@ -28,12 +30,14 @@ SHARED = np.arange(100)
 """Points that photos 0 to 5 show."""
 OWN = np.arange(100, 180)
 """Points that photos 5 and 6 show; photo 4 shows the first of them."""
+BEYOND = np.arange(180, 240)
+"""Points that photos 6 and 0 show, and no other."""
 
 
 @pytest.fixture
 def ring(make_scene: MakeScene) -> Scene:
     """Seven photos in steps of 51 degrees, by one lens."""
-    scene = make_scene(photos=7, points=180, share=1.0)
+    scene = make_scene(photos=7, points=240, share=1.0)
     lens = scene.cameras[0].pinhole
     return replace(scene, cameras=(lens,), camera_idx=(0,) * 7)
 
@@ -130,6 +134,62 @@ def test_ten_points_and_a_pair_place_a_photo(
     assert step[0] == pytest.approx(step[1], rel=0.005)
 
 
+@pytest.fixture
+def met(make_pair: MakePair) -> Callable[..., Scene]:
+    """The ring placed by its matches, of which photo 6 has some with 5 and 0 and no third photo.
+
+    Args of the function: the ring; by how much photos 5 and 0 show photo 6 turned about the limb.
+    """
+
+    def placed(ring: Scene, turned_deg: tuple[float, float]) -> Scene:
+        rng = np.random.default_rng(3)
+        places = [one.project(ring.points_in_world) for one in ring.views]
+        turned = [_turned_about_the_limb(ring, 6, deg) for deg in turned_deg]
+        for shown, points in zip(turned, (OWN, BEYOND), strict=True):
+            places[6][points] = shown.view(6).project(ring.points_in_world[points])
+        places = [one + rng.normal(0.0, NOISE_PX, one.shape) for one in places]
+        rows = [(k, m, SHARED) for k in range(5) for m in (k + 1, k + 2) if m < 6]
+        pairs = [_pair(ring, places, make_pair, *one) for one in rows]
+        pairs.append(_pair(turned[0], places, make_pair, 5, 6, OWN))
+        pairs.append(_pair(turned[1], places, make_pair, 0, 6, BEYOND))
+        features = Features(tuple(map(described, places)))
+        return place(_photos(ring), features, Pairs(tuple(pairs), 0), _cameras(ring))
+
+    return placed
+
+
+def _turned_about_the_limb(ring: Scene, photo: int, deg: float) -> Scene:
+    """As if the limb had turned before one photo, about a slanting axis."""
+    turn = Rotation.from_rotvec(np.radians(deg) * np.array([0.6, 0.0, 0.8])).as_matrix()
+    poses = list(ring.camera_from_world)
+    poses[photo] = ring.view(photo).camera_from_world @ Rigid(turn, np.zeros(3))
+    return replace(ring, camera_from_world=tuple(poses))
+
+
+def test_two_pairs_whose_steps_meet_place_a_photo(ring: Scene, met: Callable[..., Scene]) -> None:
+    found = met(ring, (0.0, 0.0))
+    assert found.placed == tuple(range(7))
+    assert 1e-4 < turned_deg(found, ring) < 0.1
+    steps = np.array([_steps_of_photo_6(scene) for scene in (found, ring)])
+    assert steps[0] == pytest.approx(steps[1], rel=0.005)
+
+
+@pytest.mark.parametrize("deg", [(0.0, 3.0), (0.0, 10.0), (0.0, 60.0), (-5.0, 9.0)])
+def test_a_photo_that_two_pairs_turn_otherwise_stays_out(
+    ring: Scene, met: Callable[..., Scene], deg: tuple[float, float]
+) -> None:
+    found = met(ring, deg)
+    assert found.placed == tuple(range(6))
+    assert [k for k, one in enumerate(found.verdicts) if one.reason is not None] == [6]
+
+
+def _steps_of_photo_6(scene: Scene) -> list[float]:
+    """From its two neighbours, over the step between two others."""
+    centres = [one.centre_in_world for one in scene.views]
+    other = np.linalg.norm(centres[3] - centres[2])
+    return [float(np.linalg.norm(centres[6] - centres[k]) / other) for k in (5, 0)]
+
+
 @pytest.mark.parametrize(("third", "right"), [(3, True), (10, False), (40, False)])
 def test_what_chance_may_do_places_no_photo(
     ring: Scene, photographed: Callable[..., Scene], third: int, right: bool
@@ -168,6 +228,29 @@ def test_a_photo_is_looked_at_once_while_the_scene_stays(
     assert looked == [4, 5, 6, 4, 6]
 
 
+def test_a_photo_that_loses_all_its_points_stays_out(
+    ring: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The adjustment takes it out. What was known is of six photos with lenses of their own."""
+
+    def likeliest(photo: int, *_: Any) -> stragglers.Place:
+        pose = ring.view(photo).camera_from_world
+        return stragglers.Place(photo, pose, np.arange(60), 40, 500.0)
+
+    monkeypatch.setattr(stragglers, "_likeliest", likeliest)
+    poses = (*ring.camera_from_world[:6], None)
+    known = np.eye(6 * (POSE_SIZE + LENS_SIZE))
+    scene = replace(
+        ring,
+        camera_from_world=poses,
+        camera_covariance=known,
+        own=_own(np.zeros((7, LENS_SIZE))),
+        sigma_px=0.1,
+    )
+    lost = partial(without_photos, photos={6})
+    assert with_stragglers(scene, (), Pairs((), 0), lost, 4.0).placed == tuple(range(6))
+
+
 def test_a_turn_is_known_as_well_as_its_pixels_tell_it(make_scene: MakeScene) -> None:
     """By differences of the pixels, the points known, each coordinate counted as three times as
     unsure as its noise: neighbours share errors. Unknown points and robust weights add a half."""
@@ -184,6 +267,25 @@ def test_a_turn_is_known_as_well_as_its_pixels_tell_it(make_scene: MakeScene) ->
     known = np.linalg.inv(by_pose @ by_pose.T)[:3, :3] * (3 * NOISE_PX) ** 2
     least_deg = np.degrees(np.sqrt(np.linalg.eigvalsh(known)[-1]))
     assert least_deg < turn_sigma_deg(scene, 3) < 2.0 * least_deg
+
+
+def test_a_turn_is_as_well_known_where_photos_have_lenses_of_their_own(
+    make_scene: MakeScene,
+) -> None:
+    """A stabiliser shifts the picture of each photo by some pixels: the noise stays what it is."""
+    alike = make_scene(photos=6, points=60, noise_px=NOISE_PX, share=1.0)
+    shifts = np.zeros((6, LENS_SIZE))
+    shifts[:, 2:4] = np.random.default_rng(5).normal(0.0, 5.0, (6, 2))
+    seen = alike.observations
+    moved = replace(seen, xy_px=seen.xy_px + shifts[seen.photo_idx, 2:4])
+    own = _own(shifts)
+    stabilised = replace(alike, observations=moved, own=own)
+    assert turn_sigma_deg(stabilised, 3) == pytest.approx(turn_sigma_deg(alike, 3), rel=0.05)
+
+
+def _own(shifts: np.ndarray) -> OwnLenses:
+    none = np.zeros((len(shifts), 0))
+    return OwnLenses(deviations=(), values=none, spread=none[0], shifts=shifts, chances=())
 
 
 def test_a_turn_is_known_as_well_as_its_points_are_spread(make_scene: MakeScene) -> None:
