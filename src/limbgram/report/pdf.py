@@ -57,9 +57,7 @@ def pdf_of(report: Report) -> bytes:
     _fit(report, sheets)
     images: dict[str, bytes] = {}
     source = _source(report, sheets, images)
-    return typst.compile(
-        source | images, font_paths=[_fonts()], ignore_system_fonts=True, pdf_standards=["ua-1"]
-    )
+    return typst.compile(source | images, font_paths=_fonts(), pdf_standards=["ua-1"])
 
 
 @dataclass(frozen=True)
@@ -175,8 +173,7 @@ def _fitting(report: Report, sheets: Sequence[_Sheet]) -> list[bool]:
         _source(report, sheets, None),
         "<edge>",
         field="value",
-        font_paths=[_fonts()],
-        ignore_system_fonts=True,
+        font_paths=_fonts(),
     )
     pages: list[set[int]] = [set() for _ in sheets]
     for edge in json.loads(edges):
@@ -371,6 +368,7 @@ def _tall(image: Picture | Chart) -> float:
 
 
 @cache
-def _fonts() -> Path:
-    """Of the charts' letters, which matplotlib brings along."""
-    return Path(mpl.get_data_path(), "fonts", "ttf")
+def _fonts() -> typst.Fonts:
+    """Of the charts' letters, which matplotlib brings along; found once for all layouts."""
+    folder = Path(mpl.get_data_path(), "fonts", "ttf")
+    return typst.Fonts(include_system_fonts=False, font_paths=[folder])
