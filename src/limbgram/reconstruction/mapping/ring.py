@@ -6,7 +6,7 @@ Method  keypoints moved to agree with all their window matches; incremental mapp
         with the matches that reach farthest, lenses free that no board calibrated, and, where that
         leaves photos out, with those of EXIF held or without the pairs that contradict chains of
         stronger ones, and from other starts where the ring folded; photos that contradict their
-        pairs or hang on too few points lose their pose; photos that were left out are placed by a
+        pairs or hang on too few points lose their pose; photos that were left out are placed by
         pairs' turns and a few points (stragglers.py); tracks from all matches; our own adjustment
         with the calibration's covariance as a prior; a few photos that were zoomed lose theirs too;
         lenses of single photos are set free where the residuals ask for it.
