@@ -147,11 +147,13 @@ def look_at_limb(
             limb_at = np.zeros(luma.shape, np.uint8)
             cv2.fillConvexPoly(limb_at, np.round(hull * factor).astype(np.int32), 1)
             # the outline of a bent limb spans a part of what lies behind it
-            where = (limb_at > 0) & exposed_in(luma, mask)
+            on_limb = limb_at > 0
+            where = on_limb & exposed_in(luma, mask)
             part = slice(box[1], box[3]), slice(box[0], box[2])
+            of_mask = None if mask is None else mask[part]
             seen = replace(
                 photo,
-                sharpness=edge_width_px(luma[part], None if mask is None else mask[part]),
+                sharpness=edge_width_px(luma[part], of_mask, on_limb[part]),
                 burnt=burnt_share(luma[part], where[part]),
                 brightest=brightest_luma(luma[part], where[part]),
             )

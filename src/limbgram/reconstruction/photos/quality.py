@@ -242,17 +242,23 @@ def exposed_in(luma: GreyImage, mask: Mask | None = None) -> Mask:
     return cv2.resize(before, (columns, rows), interpolation=cv2.INTER_NEAREST) > 0
 
 
-def edge_width_px(luma: GreyImage, mask: Mask | None = None) -> float:
+def edge_width_px(luma: GreyImage, mask: Mask | None = None, where: Mask | None = None) -> float:
     """Gaussian sigma, px, of the sharpest edges in the worst of four directions.
 
     Slopes at two scales t and T over a blurred step compare as sqrt((s^2 + T^2) / (s^2 + t^2)).
     The outline of a mask counts for no edge. NaN where the photo shows no edges.
+
+    Args:
+        where: Edges elsewhere do not count: what lies behind the limb is out of focus, and where
+            its edges are the steepest of one direction the limb would seem blurred.
     """
     middle = _middle(luma)
     fine_x, fine_y = _slopes(middle, _FINE_PX)
     coarse_x, coarse_y = _slopes(middle, _COARSE_PX)
     coarse = np.hypot(coarse_x, coarse_y)
     seen = coarse > _LEAST_SLOPE
+    if where is not None:
+        seen &= _middle(where)[::2, ::2]
     if mask is not None:
         reach_px = 2 * round(3 * _COARSE_PX) + 1
         inner = cv2.erode(_middle(mask).astype(np.uint8), np.ones((reach_px, reach_px), np.uint8))

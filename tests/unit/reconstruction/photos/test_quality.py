@@ -44,6 +44,18 @@ def test_blur_in_one_direction_counts() -> None:
     assert 2.0 < edge_width_px(across) < 4.0  # a box of 9 px has a deviation of 2.6 px
 
 
+def test_edges_beside_the_limb_do_not_count() -> None:
+    """Behind it lies what is out of focus, with edges as steep as those on it or steeper."""
+    limb = 60 + discs(0.8)[:, :250] // 3
+    soft = discs(2.5, seed=1)[:, :250].astype(float)
+    behind = 255.0 * (soft - soft.min()) / np.ptp(soft)
+    picture = np.hstack([limb, behind]).astype(np.uint8)
+    where = np.zeros(picture.shape, np.bool_)
+    where[:, :240] = True
+    assert edge_width_px(picture) > 1.5
+    assert edge_width_px(picture, where=where) < 1.3
+
+
 def test_a_picture_without_edges_has_no_width() -> None:
     assert np.isnan(edge_width_px(np.full((300, 300), 90, np.uint8)))
 
