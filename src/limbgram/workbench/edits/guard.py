@@ -6,7 +6,7 @@ A scan may come with such places of its own. An edit is refused for those it add
 from collections.abc import Callable
 
 import numpy as np
-from jaxtyping import Bool, Int64
+from jaxtyping import Bool, Float64, Int64
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError
@@ -16,7 +16,8 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import is_edge_manifold, is_vertex_manifold, with_any
 
 _NEAR = 2.0
-"""Places of the scan's own reach this far, in sizes of the triangles there."""
+"""Places of the scan's own reach this far, in sizes of the triangles there: of those before the
+edit, too, as some edits make them finer first."""
 
 Finder = Callable[[Mesh, Bool[np.ndarray, " f"]], Int64[np.ndarray, "k 2"]]
 
@@ -87,10 +88,15 @@ def _added(
         return pairs
     numbered_alike = np.array_equal(before.faces, after.faces)
     stood = (before if numbered_alike else after).vertices_mm[after.faces[pairs]]
-    size = np.linalg.norm(np.ptp(stood, axis=2), axis=2)
-    known = before.vertices_mm[before.faces[own]].reshape(-1, 6, 3).mean(1)
-    distance = np.asarray(KDTree(known).query(stood.mean(2))[0])
+    had = before.vertices_mm[before.faces[own]]
+    distance, at = KDTree(had.mean((1, 2))).query(stood.mean(2))
+    size = np.maximum(_sizes(stood), _sizes(had).max(1)[at])
     return pairs[(distance > _NEAR * size).any(1)]
+
+
+def _sizes(corners: Float64[np.ndarray, "k 2 3 3"]) -> Float64[np.ndarray, "k 2"]:
+    """Of both triangles of each pair."""
+    return np.linalg.norm(np.ptp(corners, axis=2), axis=2)
 
 
 _FINDERS: tuple[tuple[str, Finder], ...] = (

@@ -6,8 +6,9 @@ Method  Beyond a plane across both metatarsal heads the foot is closed in the se
         morphology: grown by half of the widest gap, then shrunk by as much (Serra 1982). A ball of
         that radius fits into no gap that is left; elsewhere the surface stays where it was. It is
         made anew there as a level of the distance on a grid, moved to the level itself, and joined
-        to the rest of the foot by a strip. What is filled is shallower by up to a quarter of a
-        cell: the grid rounds the valley of the grown foot.
+        to the rest of the foot by a strip. The grid lies as the foot does, lateral, ahead and up,
+        so a scan that lies otherwise, or the other foot, is filled alike. What is filled is
+        shallower by up to half a cell: the grid rounds the valley of the grown foot.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +19,7 @@ from jaxtyping import Bool, Float64, Int64
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError, MeasureError
-from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.mesh.isosurface import level_surface
 from limbgram.core.mesh.mesh import VERTEX_FIELDS, Mesh, unit
 from limbgram.core.mesh.signed_distance import SignedSurface
@@ -39,11 +40,14 @@ from limbgram.workbench.edits.regions import with_added
 from limbgram.workbench.edits.strip import strip
 from limbgram.workbench.limb import Limb
 
-_CELLS = 3.0
+_CELLS = 4.0
 """Cells of the grid across half of the gap."""
 _COARSEST_MM = 2.0
 _EDGE = 0.85
 """Of a cell: edges of the triangles."""
+_DIGITS = 6
+"""Of millimetres, to which the grid and its values are rounded: how triangles are made even on a
+grid hangs on ties, which the rounding of a turned scan would decide otherwise."""
 _MOVES, _LEVEL_MM = 6, 2e-3
 """Times that vertices are moved to the level, and how near counts as on it."""
 _STRIP = 1.5
@@ -95,9 +99,8 @@ class ToeBridge(Edit):
         except MeasureError as error:
             reason = error.finding
             raise EditError("edit.repose.not_told", reason=reason) from error
-        ahead = np.cross(first - fifth, up)
-        ahead = unit((ahead * np.sign(ahead @ forward))[None])[0]
-        return limb.with_mesh(_bridged(limb.mesh, _Across(first, ahead, toe), self))
+        across = _Across.of(first, fifth, toe, up, forward)
+        return limb.with_mesh(_bridged(limb.mesh, across, self))
 
 
 @dataclass(frozen=True)
@@ -105,11 +108,35 @@ class _Across:
     """The plane across both metatarsal heads."""
 
     through_mm: Vector3
-    ahead: Vector3
+    axes: Matrix3
+    """Rows: lateral, ahead, up; a mirror too, on one of the feet."""
     toe_mm: Vector3
 
+    @classmethod
+    def of(
+        cls, first_mm: Vector3, fifth_mm: Vector3, toe_mm: Vector3, up: Vector3, forward: Vector3
+    ) -> "_Across":
+        ahead = np.cross(first_mm - fifth_mm, up)
+        ahead = unit((ahead * np.sign(ahead @ forward))[None])[0]
+        lateral = np.cross(ahead, up)
+        lateral *= np.sign(lateral @ (fifth_mm - first_mm))
+        return cls(first_mm, np.stack([lateral, ahead, up]), toe_mm)
+
     def along_mm(self, points_mm: Points3) -> Float64[np.ndarray, " n"]:
-        return (points_mm - self.through_mm) @ self.ahead
+        return (points_mm - self.through_mm) @ self.axes[1]
+
+    def seen(self, mesh: Mesh) -> Mesh:
+        """A surface in the foot's own axes."""
+        return self._turned(mesh, (mesh.vertices_mm - self.through_mm) @ self.axes.T)
+
+    def back(self, mesh: Mesh) -> Mesh:
+        """A surface in the foot's own axes where the foot lies."""
+        return self._turned(mesh, mesh.vertices_mm @ self.axes + self.through_mm)
+
+    def _turned(self, mesh: Mesh, vertices_mm: Points3) -> Mesh:
+        mirrored = np.linalg.det(self.axes) < 0
+        faces = np.ascontiguousarray(mesh.faces[:, ::-1]) if mirrored else mesh.faces
+        return Mesh(vertices_mm=vertices_mm, faces=faces)
 
     def of_toes(self, mesh: Mesh, from_mm: float) -> Bool[np.ndarray, " n"]:
         """Vertices beyond a plane so far along, without a knee that reaches beyond it too."""
@@ -162,6 +189,7 @@ class _Grid:
     @classmethod
     def round(cls, points_mm: Points3, margin_mm: float, cell_mm: float) -> "_Grid":
         low, high = points_mm.min(0) - margin_mm, points_mm.max(0) + margin_mm
+        low, high = np.round(low, _DIGITS), np.round(high, _DIGITS)
         x, y, z = (np.ceil((high - low) / cell_mm).astype(int) + 1).tolist()
         return cls(low, cell_mm, (x, y, z))
 
@@ -171,7 +199,7 @@ class _Grid:
 
     def level(self, values: Float64[np.ndarray, " n"]) -> Mesh:
         """Round the places above zero; cut straight at the grid's border."""
-        box = values.reshape(self.counts).copy()
+        box = np.round(values, _DIGITS).reshape(self.counts)
         for axis in range(3):
             for end in (0, -1):
                 box[tuple(end if k == axis else slice(None) for k in range(3))] = -self.cell_mm
@@ -190,15 +218,16 @@ def _bridged(mesh: Mesh, across: _Across, asked: ToeBridge) -> Mesh:
     toes = across.of_toes(mesh, 0.0)
     if not toes.any():
         raise EditError("edit.toe_bridge.no_toes")
-    near = mesh.vertices_mm[across.of_toes(mesh, -1.5 * gap_mm)]
+    seen = across.seen(mesh)
+    near = seen.vertices_mm[across.of_toes(mesh, -1.5 * gap_mm)]
     grid = _Grid.round(near, radius_mm + 2 * cell_mm, cell_mm)
-    field = _Closed.of(SignedSurface(mesh.vertices_mm, mesh.faces), grid, radius_mm)
+    field = _Closed.of(SignedSurface(seen.vertices_mm, seen.faces), grid, radius_mm)
     level = refine(grid.level(-field.at(grid.points_mm)[0]), _EDGE * cell_mm)
-    beyond = across.along_mm(level.vertices_mm)
+    beyond = level.vertices_mm[:, 1]
     rough = keep_positive(level, beyond + 2 * cell_mm).mesh  # without the grid's own border
     settled = rough.with_vertices(_settled(field, rough.vertices_mm, cell_mm))
-    beyond = across.along_mm(settled.vertices_mm)
-    anew = largest_piece(keep_positive(settled, beyond - _STRIP * cell_mm).mesh)[0]
+    beyond = settled.vertices_mm[:, 1]
+    anew = across.back(largest_piece(keep_positive(settled, beyond - _STRIP * cell_mm).mesh)[0])
     along = across.along_mm(mesh.vertices_mm)
     behind = keep_positive(mesh, np.where(toes, -along, np.maximum(np.abs(along), ON_IT_MM))).mesh
     one, two = _edge(behind, across, 0.0), _edge(anew, across, _STRIP * cell_mm)[::-1]

@@ -52,3 +52,14 @@ def test_a_crossing_of_the_scan_stays_excused_where_vertices_are_numbered_anew()
     turned = np.random.default_rng(1).permutation(len(before))
     faces = np.argsort(turned)[before.faces].astype(np.int32)
     require_sound(before, Mesh(vertices_mm=before.vertices_mm[turned], faces=faces))
+
+
+def test_a_crossing_of_the_scan_stays_excused_where_triangles_are_made_finer() -> None:
+    """Its small triangles lie farther from the middle of the large ones than they are long."""
+    before = ball_beside_crossing_balls()
+    vertices, faces = before.vertices_mm, before.faces
+    for _ in range(3):
+        vertices, faces = trimesh.remesh.subdivide(vertices, faces)
+    finer = Mesh(vertices_mm=np.asarray(vertices), faces=faces.astype(np.int32))
+    assert len(find_crossings(finer.vertices_mm, finer.faces)) > 0
+    require_sound(before, finer)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from tests.unit.workbench.devices.shapes import (
     FOOT_PLACES,
     cone,
@@ -14,13 +15,15 @@ from tests.unit.workbench.devices.shapes import (
 )
 
 from limbgram.core.errors import EditError
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.crossings import find_crossings
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops, is_edge_manifold, volume_mm3, with_faces
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.toe_bridge import ToeBridge
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame, Side
 
 TOE_MM, APART_MM, HIGH_MM = 8.0, 20.0, 14.0
 """Radius of two straight toes, and how far their axes are apart and over the floor."""
@@ -60,6 +63,39 @@ RADIUS_MM = 4.0
 @pytest.fixture(scope="module")
 def bridged(two_toes: Limb) -> Limb:
     return do_edit(two_toes, ToeBridge(gap_mm=2 * RADIUS_MM))
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_scan_that_lies_otherwise_and_the_other_foot_are_filled_alike(
+    two_toes: Limb, bridged: Limb, side: Side
+) -> None:
+    """Upside down and askew, far from where it was, with its own frame told."""
+    flip = np.diag([1.0 if side == "right" else -1.0, 1.0, 1.0])
+    turn = Rotation.from_euler("xyz", (180, 13, 37), degrees=True).as_matrix()
+    far_mm = np.array([400.0, -900.0, 2000.0])
+
+    def there(points_mm: np.ndarray) -> np.ndarray:
+        return points_mm @ flip @ turn.T + far_mm
+
+    mesh, limb = two_toes.mesh, two_toes.aligned()
+    faces = mesh.faces if side == "right" else np.ascontiguousarray(mesh.faces[:, ::-1])
+    marks = [replace(one, position_mm=there(one.position_mm)) for one in limb.landmarks]
+    own = limb.limb_from_mesh
+    other = AlignedLimb(
+        mesh=Mesh(vertices_mm=there(mesh.vertices_mm), faces=faces),
+        landmarks=tuple(marks),
+        frame=LimbFrame(
+            limb_from_mesh=Rigid(
+                own.rotation @ turn.T, own.translation - own.rotation @ turn.T @ far_mm
+            ),
+            side=side,
+        ),
+        kind=limb.kind,
+    )
+    after = do_edit(other, ToeBridge(gap_mm=2 * RADIUS_MM))
+    asked = there(bridged.mesh.vertices_mm)
+    assert tree_on(after.mesh).closest(asked).distances_mm.max() < 1e-3
+    assert abs(volume_mm3(after.mesh) - volume_mm3(bridged.mesh)) < 1.0
 
 
 def test_a_ball_of_half_the_gap_rolls_over_what_is_filled(bridged: Limb) -> None:
