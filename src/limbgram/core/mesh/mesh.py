@@ -278,6 +278,28 @@ def _crosses(vertices: np.ndarray, faces: np.ndarray):
     return found
 
 
+def longest_sides_mm(vertices: Points3, faces: Faces) -> Float64[np.ndarray, " f"]:
+    """Of each face, without the 27 numbers that its corners and sides would take."""
+    return _longest_sides(
+        np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int32)
+    )
+
+
+@njit(cache=True, nogil=True)
+def _longest_sides(vertices: np.ndarray, faces: np.ndarray):
+    found = np.empty(len(faces))
+    for f in range(len(faces)):
+        longest2 = 0.0
+        for corner in range(3):
+            a, b = faces[f, corner], faces[f, corner - 1]
+            x = vertices[a, 0] - vertices[b, 0]
+            y = vertices[a, 1] - vertices[b, 1]
+            z = vertices[a, 2] - vertices[b, 2]
+            longest2 = max(longest2, x * x + y * y + z * z)
+        found[f] = np.sqrt(longest2)
+    return found
+
+
 @njit(cache=True, nogil=True)
 def _shared_out(values: np.ndarray, faces: np.ndarray, count: int):
     """Sum at each vertex of the values of its faces."""

@@ -18,7 +18,7 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3, Vector3
-from limbgram.core.mesh.mesh import Mesh, lengths, unit
+from limbgram.core.mesh.mesh import Mesh, lengths, longest_sides_mm, unit
 from limbgram.core.mesh.topology import boundary_half_edges, face_components
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.devices.body import Body
@@ -196,10 +196,8 @@ def _fine_round(mesh: Mesh, opening: Opening) -> Mesh:
     reach_mm = 0.5 * max(opening.length_mm, opening.width_mm) + 2 * _FINE_MM
 
     def under(work: Mesh) -> Bool[np.ndarray, " f"]:
-        corners = work.vertices_mm[work.faces]
-        size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(1)
-        away = np.linalg.norm(corners.mean(1) - opening.middle_mm, axis=1)
-        return away < reach_mm + size
+        away = lengths(work.vertices_mm[work.faces].mean(1) - opening.middle_mm)
+        return away < reach_mm + longest_sides_mm(work.vertices_mm, work.faces)
 
     return refine_under(mesh, under, _FINE_MM)
 
@@ -209,9 +207,8 @@ def _fine_under(mesh: Mesh, rib: Rib) -> Mesh:
     reach_mm = 0.5 * rib.width_mm + rib.falloff_mm
 
     def under(work: Mesh) -> Bool[np.ndarray, " f"]:
-        corners = work.vertices_mm[work.faces]
-        size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(1)
-        return line.query(corners.mean(1), workers=1)[0] < reach_mm + size
+        away = line.query(work.vertices_mm[work.faces].mean(1), workers=1)[0]
+        return away < reach_mm + longest_sides_mm(work.vertices_mm, work.faces)
 
     return refine_under(mesh, under, rib.falloff_mm * _OF_FALLOFF)
 

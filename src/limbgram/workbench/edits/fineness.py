@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, lengths, longest_sides_mm
 from limbgram.core.mesh.topology import Edges, find_edges
 
 _MOST_ROUNDS = 16
@@ -56,23 +56,22 @@ def _halved(mesh: Mesh, chosen: Bool[np.ndarray, " f"], edge_mm: float) -> Divis
 
     With a face's edge its longest edge is split too, so that no triangle becomes thin.
     """
-    corners = mesh.vertices_mm[mesh.faces[chosen]]
-    if np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(initial=0.0) <= edge_mm:
+    if longest_sides_mm(mesh.vertices_mm, mesh.faces[chosen]).max(initial=0.0) <= edge_mm:
         return None
     edges = find_edges(mesh.faces)
     ends = mesh.vertices_mm[edges.ends]
-    lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+    long_mm = lengths(ends[:, 0] - ends[:, 1])
     face_edges = edges.of_half_edge.reshape(-1, 3)
-    split = np.zeros(len(lengths), np.bool_)
+    split = np.zeros(len(long_mm), np.bool_)
     split[face_edges[chosen]] = True
-    split &= lengths > edge_mm
-    longest = np.take_along_axis(face_edges, lengths[face_edges].argmax(1)[:, None], 1)[:, 0]
+    split &= long_mm > edge_mm
+    longest = np.take_along_axis(face_edges, long_mm[face_edges].argmax(1)[:, None], 1)[:, 0]
     while True:
         more = longest[split[face_edges].any(1)]
         if split[more].all():
             break
         split[more] = True
-    return divide(mesh, edges, split, np.full(len(lengths), 0.5))
+    return divide(mesh, edges, split, np.full(len(long_mm), 0.5))
 
 
 def divide(

@@ -34,7 +34,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.closest_point import TriangleTree
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, longest_sides_mm
 from limbgram.core.mesh.topology import Edges, find_edges
 from limbgram.core.mesh.tree_cache import tree_on
 
@@ -89,9 +89,7 @@ def _shortest_detours_mm(
 ) -> Float64[np.ndarray, " f"]:
     """Per face: no way between the places that touches the face is shorter than this."""
     detours = np.linalg.norm(mesh.vertices_mm[:, None] - places_mm, axis=2).sum(1)
-    corners = mesh.vertices_mm[mesh.faces]
-    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(1)
-    return detours[mesh.faces].min(1) - 2 * sides
+    return detours[mesh.faces].min(1) - 2 * longest_sides_mm(mesh.vertices_mm, mesh.faces)
 
 
 class _Net(NamedTuple):

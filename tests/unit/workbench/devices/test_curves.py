@@ -8,6 +8,7 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.devices import curves
 from limbgram.workbench.devices.curves import fair_curve
+from limbgram.workbench.measures.geodesic import shortest_path
 
 RADIUS_MM, HIGH_MM = 50.0, 400.0
 
@@ -70,9 +71,8 @@ def test_where_one_point_moves_only_its_two_legs_are_looked_for_again(
 
     def counted(on: Mesh, start_mm: Points3, end_mm: Points3) -> Points3:
         asked.append((start_mm, end_mm))
-        return path(on, start_mm, end_mm)
+        return shortest_path(on, start_mm, end_mm)
 
-    path = curves.shortest_path
     monkeypatch.setattr(curves, "shortest_path", counted)
     first = fair_curve(mesh, ROUND)
     assert len(asked) == len(ROUND)
