@@ -80,7 +80,7 @@ def length(role: str, error: float) -> LengthCheck:
         measured_mm=100 * (1 + error),
         sigma_mm=0.01,
         role=role,  # type: ignore[arg-type]
-        ends="points",
+        between="points",
         marks=(),
     )
 

@@ -228,7 +228,7 @@ def long_lengths(
                 np.linalg.norm(without_photo[:, first] - without_photo[:, second], axis=1)
             ),
             role=role,
-            ends="board",
+            between="board",
         )
         for direction, first, second in _longest(board_mm, rows)
     )

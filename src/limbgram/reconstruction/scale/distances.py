@@ -59,9 +59,7 @@ def measure_distances(
     for distance in distances:
         ends = [
             _locate(scene, distance, name, picks)
-            for name, picks in zip(
-                distance.names_of_ends, (distance.first, distance.second), strict=True
-            )
+            for name, picks in zip(distance.ends, (distance.first, distance.second), strict=True)
         ]
         missing = tuple(end for end in ends if isinstance(end, Finding))
         located = [end for end in ends if isinstance(end, _End)]
@@ -171,7 +169,7 @@ def _length(
         measured=measured,
         sigma=float(np.hypot(np.sqrt(variance), measured * of_length)),
         role="check" if check else "control",
-        ends=distance.ends,
+        between=distance.between,
         marks=distance.marks,
     )
 

@@ -67,8 +67,8 @@ def _distance(
         first=_picks(detections, first_id),
         second=_picks(detections, second_id),
         sigma_px=_SIGMA_PX,
-        names_of_ends=(f"mark {first_id}", f"mark {second_id}"),
-        ends="plate" if plate else "marks",
+        ends=(f"mark {first_id}", f"mark {second_id}"),
+        between="plate" if plate else "marks",
         marks=(first_id, second_id),
     )
 

@@ -27,14 +27,14 @@ class LengthCheck:
     sigma_mm: float
     role: Literal["control", "check"]
     """control: it helped to set the scale; check: it did not, so it tests it."""
-    ends: LengthEnds
+    between: LengthEnds
     marks: tuple[int, ...]
     """Ids of the two marks that it lies between; none of another length."""
 
     @property
     def printed(self) -> bool:
         """Whether a printer made it: one makes all prints, so that no print checks another."""
-        return self.ends in ("board", "plate")
+        return self.between in ("board", "plate")
 
     @property
     def error(self) -> float:

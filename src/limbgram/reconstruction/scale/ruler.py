@@ -34,7 +34,7 @@ class RulerLength:
     sigma: float
     """In scene units: one standard deviation of the measured length."""
     role: Literal["control", "check"]
-    ends: LengthEnds = "points"
+    between: LengthEnds = "points"
     marks: tuple[int, ...] = ()
 
 

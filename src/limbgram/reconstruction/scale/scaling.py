@@ -261,7 +261,7 @@ def _scale(rulers: Sequence[Ruler], source: Literal["board", "distances"]) -> Sc
                 measured_mm=one.measured / units_per_mm,
                 sigma_mm=one.sigma / units_per_mm,
                 role=one.role,
-                ends=one.ends,
+                between=one.between,
                 marks=one.marks,
             )
             for ruler in rulers

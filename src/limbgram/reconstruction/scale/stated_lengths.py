@@ -32,8 +32,10 @@ class KnownDistance:
     """Standard deviation of one coordinate, of ends that were measured; None: picked by hand."""
     length_sigma_mm: float = 0.0
     """Standard deviation of the length itself: 0.5 to 1 mm of one that a tape read."""
-    names_of_ends: tuple[str, str] = ("its first end", "its second end")
-    ends: LengthEnds = "points"
+    ends: tuple[str, str] = ("its first end", "its second end")
+    """What the ends are called."""
+    between: LengthEnds = "points"
+    """Of one printer's board and plates no length checks another."""
     marks: tuple[int, ...] = ()
     """Ids of the two marks that it lies between; none of another length."""
 

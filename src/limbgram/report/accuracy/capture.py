@@ -232,7 +232,7 @@ def _checked_by_another_piece(controls: list[LengthCheck], checks: list[LengthCh
 def _length(one: LengthCheck) -> KnownLength:
     return KnownLength(
         label=one.label,
-        ends=one.ends,
+        between=one.between,
         known_mm=one.known_mm,
         measured_mm=one.measured_mm,
         error_mm=one.measured_mm - one.known_mm,

@@ -251,7 +251,7 @@ class KnownLength:
     """A length that was given, beside what the scene makes of it."""
 
     label: str
-    ends: LengthEnds
+    between: LengthEnds
     known_mm: float
     measured_mm: float
     error_mm: float

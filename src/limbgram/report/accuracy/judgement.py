@@ -358,7 +358,7 @@ def _scale_said(figures: Figures) -> Finding:
 
 def rests_on(lengths: LengthFigures) -> Literal["prints", "distances", "distance", "board"]:
     """What the scale was set by: the prints of one printer, known distances, or one of a kind."""
-    if any(one.ends in ("plate", "marks") for one in (*lengths.control, *lengths.check)):
+    if any(one.between in ("plate", "marks") for one in (*lengths.control, *lengths.check)):
         return "prints"
     if lengths.source == "distances":
         return "distances" if len(lengths.control) > 1 else "distance"

@@ -144,7 +144,7 @@ def with_length(measured_mm: float, sigma_mm: float, by: StretchDoubt) -> Scale:
         measured_mm=measured_mm,
         sigma_mm=sigma_mm,
         role="check",
-        ends="board",
+        between="board",
         marks=(),
     )
     return Scale(unit="mm", source="board", relative_sigma=3e-4, lengths=(one,), stretch_doubt=by)

@@ -258,7 +258,7 @@ def test_a_scale_bar_sets_the_scale_and_a_smaller_print_makes_a_smaller_scene(ca
     assert metric.scale.source == "distances"
     assert world_from_room(metric, capture).scale == pytest.approx(1, abs=1e-9)
     assert metric.scale.lengths[0].label == "scale bar 1, marks 100 to 101"
-    assert (metric.scale.lengths[0].ends, metric.scale.lengths[0].marks) == ("plate", (100, 101))
+    assert (metric.scale.lengths[0].between, metric.scale.lengths[0].marks) == ("plate", (100, 101))
     assert metric.scale.relative_sigma < 2e-4
     smaller = to_millimetres(capture.scene, None, mark_distances(marks, [BAR.grown(0.99)]))
     assert world_from_room(smaller, capture).scale == pytest.approx(0.99, abs=1e-9)

@@ -28,7 +28,7 @@ CHECK = LengthCheck(
     measured_mm=120.06,
     sigma_mm=0.01,
     role="check",
-    ends="points",
+    between="points",
     marks=(),
 )
 CONTROL = replace(CHECK, label="C-D", measured_mm=120.0, role="control")

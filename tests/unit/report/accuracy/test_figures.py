@@ -162,8 +162,8 @@ def test_prints_do_not_check_each_other_and_lengths_by_hand_do(
 ) -> None:
     scale, one = evidence.metric.scale, evidence.metric.scale.lengths[0]
     lengths = (
-        replace(one, label="board, but by hand", ends=control, role="control"),
-        replace(one, label="board, but by hand", ends=check, role="check"),
+        replace(one, label="board, but by hand", between=control, role="control"),
+        replace(one, label="board, but by hand", between=check, role="check"),
     )
     metric = replace(evidence.metric, scale=replace(scale, lengths=lengths))
     assert length_figures(replace(evidence, metric=metric)).checked_by_another_piece is checked

@@ -343,7 +343,7 @@ def with_tape(found: Evidence, read_mm: float, sigma_mm: float = 1.5) -> Evidenc
 def on_one_board(found: Evidence) -> Evidence:
     """Scaled by a board alone: every check lies between its own corners."""
     scale = found.metric.scale
-    lengths = tuple(replace(one, ends="board") for one in scale.lengths)
+    lengths = tuple(replace(one, between="board") for one in scale.lengths)
     scale = replace(scale, source="board", lengths=lengths)
     return replace(found, metric=replace(found.metric, scale=scale))
 
@@ -358,7 +358,7 @@ def test_a_size_that_rests_on_one_board_is_said_to_be_unchecked(with_sigmas: Evi
     assert taped.size_checked
     assert "limit.scale.one_source" not in codes(taped.findings)
     typed = on_one_board(with_sigmas)
-    other = replace(typed.metric.scale.lengths[1], ends="points")
+    other = replace(typed.metric.scale.lengths[1], between="points")
     scale = replace(typed.metric.scale, lengths=(typed.metric.scale.lengths[0], other))
     checked = assess(replace(typed, metric=replace(typed.metric, scale=scale)))
     assert told(checked.headline).startswith(
@@ -370,8 +370,8 @@ def test_a_size_that_rests_on_one_board_is_said_to_be_unchecked(with_sigmas: Evi
 
 def between(found: Evidence, control: LengthEnds, check: LengthEnds) -> Evidence:
     lengths = (
-        replace(found.metric.scale.lengths[0], ends=control),
-        replace(found.metric.scale.lengths[1], ends=check),
+        replace(found.metric.scale.lengths[0], between=control),
+        replace(found.metric.scale.lengths[1], between=check),
     )
     scale = replace(found.metric.scale, lengths=lengths)
     return replace(found, metric=replace(found.metric, scale=scale))
