@@ -436,7 +436,15 @@ def _scale(scale: Scale) -> ScaleSummary:
         source=scale.source,
         relative_sigma=scale.relative_sigma,
         lengths=tuple(
-            LengthSummary(**asdict(length), error=length.error) for length in scale.lengths
+            LengthSummary(
+                label=one.label,
+                known_mm=one.known_mm,
+                measured_mm=one.measured_mm,
+                sigma_mm=one.sigma_mm,
+                role=one.role,
+                error=one.error,
+            )
+            for one in scale.lengths
         ),
     )
 
