@@ -115,9 +115,9 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path, as_json: bool) 
     (tmp_path / "file").write_text("no folder")
     words = ["demo", "-o", str(tmp_path / "file" / "demo")]
     answer = CliRunner().invoke(app, [*words, *(["--json"] if as_json else [])])
-    assert answer.exit_code == 3, answer.output
+    assert answer.exit_code == 5, answer.output
     told = json.loads(answer.stdout)["error"]["message"] if as_json else answer.stderr
-    assert "is in the way" in told
+    assert "cannot be made: Not a directory" in told
 
 
 @pytest.mark.parametrize(
