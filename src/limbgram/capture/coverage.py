@@ -20,12 +20,13 @@ from limbgram.capture.closed_surface import (
     underside_of,
 )
 from limbgram.capture.limb_in_photos import LookedAt
-from limbgram.capture.prediction import SQUARELY_DEG, Prediction, Showing, narrowest_deg, predict
+from limbgram.capture.prediction import Prediction, Showing, narrowest_deg, predict
 from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, proxy_of
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import View
 from limbgram.core.interval import COVER
 from limbgram.findings import Finding, note
+from limbgram.reconstruction.measuring.measurement_pass import MAX_INCIDENCE_DEG
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 
@@ -100,7 +101,7 @@ def shown_by(seen: Seen, checked: Sequence[CheckedPhoto], options: CheckOptions)
     )
     in_mm = seen.metric.scale.unit == "mm"
     bare = tuple(_bare_regions(proxy, prediction, gap_px))
-    apart_deg = narrowest_deg(proxy, views, SQUARELY_DEG)
+    apart_deg = narrowest_deg(proxy, views, MAX_INCIDENCE_DEG)
     wide = np.isfinite(apart_deg) & (apart_deg > options.widest_pair_deg)
     coverage = coverage_of(proxy, prediction, in_mm)
     closed = closed_surface(seen.limb, towards_cameras(scene)[seen.limb_idx])

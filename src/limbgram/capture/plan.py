@@ -23,7 +23,6 @@ from limbgram.capture.camera_positions import Stand, height_of
 from limbgram.capture.coverage import coverage_of
 from limbgram.capture.prediction import (
     FINE_POWER,
-    SQUARELY_DEG,
     Prediction,
     Showing,
     cosines_of,
@@ -36,6 +35,7 @@ from limbgram.core.interval import COVER
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, Value, doubt, note
 from limbgram.formats.sheets.sock import SPECKLE_PX
+from limbgram.reconstruction.measuring.measurement_pass import MAX_INCIDENCE_DEG
 
 _RINGS_DEG = ((25.0,), (15.0, 45.0), (10.0, 35.0, 60.0))
 """Heights of one, two and three rings."""
@@ -45,7 +45,7 @@ _STOPS = tuple(float(2 ** (k / 6)) for k in range(6, 61))
 """Thirds of a stop from 1.4 to 32, exactly."""
 _WAVELENGTH_MM = 0.00055
 _DISC, _AIRY = 0.25, 0.42
-_SQUARELY = math.cos(math.radians(SQUARELY_DEG))
+_SQUARELY = math.cos(math.radians(MAX_INCIDENCE_DEG))
 _BOARD_PX = 0.88
 """Width of a board's edges where the camera's own are not known."""
 _FINER_PX = 0.66

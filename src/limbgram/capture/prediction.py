@@ -51,8 +51,6 @@ USUAL_PHOTOS, PHOTO_POWER = 5.0, 0.05
 LEAST_SPREAD = 0.5
 USUAL_SLOPE, SLOPE_POWER = 20.0, 0.15
 BRIDGED_PX = 17.0
-SQUARELY_DEG = 65.0
-"""Between normal and ray: photos that measure a place."""
 _FAINTEST_SLOPE = 1.0
 _COUNTED = 6.0
 
