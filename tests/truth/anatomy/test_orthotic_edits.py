@@ -163,6 +163,20 @@ def test_a_pad_presses_and_a_room_gives_way(
         assert np.linalg.norm(off) < 1e-9
 
 
+def test_a_pad_under_the_ball_lies_along_the_foot(foot_of: MakeLimb) -> None:
+    limb = foot_of()
+    at = "plantar first metatarsal head"
+    after = do_edit(limb, Pad(at=at, depth_mm=2.0, width_mm=10.0, height_mm=30.0))
+    turn = Sole.of(limb).rotation
+    start = limb.landmark(at).position_mm
+    given = limb.mesh.vertices_mm
+    up = ((after.mesh.vertices_mm[: len(given)] - given) @ turn.T)[:, 2]
+    lateral, forward, high = ((given[up > 0.01] - start) @ turn.T).T
+    assert up.min() > -1e-9
+    assert np.ptp(forward) > 2 * np.ptp(lateral)
+    assert high.max() < 10.0  # the upper side of the foot stays
+
+
 def test_a_roll_is_deepest_at_the_sides(trunk_of: MakeLimb) -> None:
     limb = trunk_of()
     after = do_edit(limb, Roll(depth_mm=15.0, above="right waist", band_mm=40.0, front=0.2))

@@ -1,7 +1,9 @@
 """Oval: an area of a width and a height round a place, moved straight in or out, as a pad is set.
 
 A pad presses: the positive is carved in. A room gives way: it is built up. Both move along one
-direction, that of the surface at the place, so that a pad keeps its flat face.
+direction, that of the surface at the place, so that a pad keeps its flat face. The oval is measured
+over the surface, and what turns away from the pad stays: pressed from below, a forefoot's upper
+side is not lifted.
 """
 
 from dataclasses import dataclass
@@ -10,7 +12,9 @@ from typing import Annotated
 import numpy as np
 from jaxtyping import Bool
 
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.areas import fading
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Words, spoken
@@ -19,6 +23,7 @@ from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.regions import (
     Place,
     axes_in_mesh,
+    calm_normals_on,
     displaced,
     distances_from_point,
     on_surface,
@@ -30,6 +35,12 @@ _FINENESS = 8.0
 _FINEST_MM = 1.0
 _NORMAL_SHARE = 0.5
 """Of the oval's smaller half, round the place, tells the direction."""
+_FACING = 0.5
+"""Cosine of the surface's turn from the pad up to which it moves in full: up to 60 degrees. At
+right angles it stays."""
+_ALONG = 0.25
+"""Sine of the least angle between the limb's way and the pad's, 14 degrees: nearer to the limb's
+end the height goes from back to front."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +54,7 @@ class Oval(Edit):
     width_mm: AboveZeroMm
     """Round the limb."""
     height_mm: AboveZeroMm
-    """Along the limb."""
+    """Along the limb's centreline; across its end, from back to front."""
     edge: Annotated[float, Within(0.05, 1)] = 0.5
     """Share of the way from the rim to the middle over which it fades."""
 
@@ -61,7 +72,8 @@ class Oval(Edit):
                 "at": "Die Mitte: Name einer Landmarke oder x, y, z in den Achsen des Gliedmaßes.",
                 "depth_mm": "Wie weit sich die Fläche in der Mitte bewegt.",
                 "width_mm": "Um das Gliedmaß herum.",
-                "height_mm": "Entlang des Gliedmaßes.",
+                "height_mm": "Entlang der Mittellinie des Gliedmaßes; quer über sein Ende von "
+                "hinten nach vorn.",
                 "edge": "Anteil des Wegs vom Rand zur Mitte, über den sie ausläuft.",
             },
         ),
@@ -83,19 +95,37 @@ def set_in(limb: Limb, oval: Oval, sign: float) -> Limb:
         return np.linalg.norm(corners - middle, axis=2).min(1) < reach
 
     edge_mm = max(oval.edge * float(half.min()) / _FINENESS, _FINEST_MM)
+    given = limb.mesh
     limb = limb.with_mesh(refine_under(limb.mesh, close, edge_mm))
     mesh = limb.mesh
-    distance = distances_from_point(mesh, middle, 2 * reach)
+    distance = distances_from_point(mesh, middle, reach)
     near = distance < max(_NORMAL_SHARE * float(half.min()), 2 * edge_mm)
     outward = (mesh.vertex_normals() * (mesh.vertex_areas_mm2() * near)[:, None]).sum(0)
     outward /= np.linalg.norm(outward)
-    up = axes_in_mesh(limb)[2]
-    up = up - outward * (up @ outward)
-    up /= np.linalg.norm(up)
+    up = _along_limb(limb, middle, outward)
     off = mesh.vertices_mm - middle
-    across = np.hypot(off @ np.cross(up, outward) / half[0], off @ up / half[1])
-    share = fading((across - 1 + oval.edge) / oval.edge) * np.isfinite(distance)
+    way = unit(off - (off @ outward)[:, None] * outward)
+    halves = np.hypot(way @ np.cross(up, outward) / half[0], way @ up / half[1])
+    across = np.minimum(distance, reach) * halves
+    facing = 1 - fading(calm_normals_on(mesh, given) @ outward / _FACING)
+    share = fading((across - 1 + oval.edge) / oval.edge) * facing
     step = sign * oval.depth_mm * share[:, None] * outward
     changed = displaced(limb, mesh.vertices_mm + step)
     require_sound(mesh, changed.mesh)
     return changed
+
+
+def _along_limb(limb: Limb, point_mm: Vector3, outward: Vector3) -> Vector3:
+    """The limb's way in the surface at a point: along its centreline, proximal, or its long axis
+    where the centreline's landmarks are missing; at the limb's end forward."""
+    _, front, axis = axes_in_mesh(limb)
+    try:
+        curve = limb.centreline()
+    except MeasureError:
+        along = axis
+    else:
+        along = -curve.at(float(curve.nearest_mm(point_mm[None])[0])).direction
+    in_surface = along - outward * (along @ outward)
+    if np.linalg.norm(in_surface) < _ALONG:
+        in_surface = front - outward * (front @ outward)
+    return in_surface / np.linalg.norm(in_surface)

@@ -1,4 +1,4 @@
-"""Relieve and load: the depth is met exactly, fades as asked, and nothing else moves."""
+"""Areas and ovals: the depth is met exactly, fades as asked, and nothing else moves."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,10 @@ from limbgram.core.errors import EditError
 from limbgram.workbench.edits.areas import fading
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.load import Load
+from limbgram.workbench.edits.pad import Pad
 from limbgram.workbench.edits.relieve import Relieve
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.edits.room import Room
+from limbgram.workbench.limb import AlignedLimb, Limb
 
 RADIUS_MM = 40.0
 HEIGHT_MM = 100.0
@@ -116,3 +118,29 @@ def test_places_may_be_given_in_the_frame_of_the_mesh(limb: Limb) -> None:
     named = do_edit(limb, Relieve(at="front", depth_mm=3, falloff_mm=15))
     placed = do_edit(limb, Relieve(at=(x, y, z), positions_in="mesh", depth_mm=3, falloff_mm=15))
     np.testing.assert_array_equal(named.mesh.vertices_mm, placed.mesh.vertices_mm)
+
+
+@pytest.mark.parametrize(("kind", "sign"), [(Pad, -1), (Room, 1)])
+def test_what_turns_away_from_an_oval_stays(
+    limb: AlignedLimb, kind: type[Pad] | type[Room], sign: int
+) -> None:
+    """On a limb as flat as a forefoot: 80 mm wide and 20 mm thick."""
+    motion = limb.limb_from_mesh
+    flat = motion.apply(limb.mesh.vertices_mm) * [1.0, 0.25, 1.0]
+    limb = limb.with_mesh(limb.mesh.with_vertices(motion.inverse.apply(flat)))
+    edited = do_edit(limb, kind(at=(0.0, 10.0, 100.0), depth_mm=4.0, width_mm=60.0, height_mm=60.0))
+    step = motion.apply(edited.mesh.vertices_mm)[: len(flat)] - flat
+    assert (sign * step[:, 1]).max() == pytest.approx(4.0, abs=0.02)
+    assert (sign * step[:, 1]).min() > -1e-6
+    assert np.abs(step[:, [0, 2]]).max() < 1e-6
+    np.testing.assert_allclose(step[flat[:, 1] <= 0], 0.0, atol=1e-9)
+
+
+def test_an_oval_at_the_limbs_end_goes_from_back_to_front(limb: AlignedLimb) -> None:
+    motion = limb.limb_from_mesh
+    given = motion.apply(limb.mesh.vertices_mm)
+    edited = do_edit(limb, Room(at=(0.0, 0.0, 0.0), depth_mm=4.0, width_mm=20.0, height_mm=60.0))
+    step = np.linalg.norm(motion.apply(edited.mesh.vertices_mm)[: len(given)] - given, axis=1)
+    moved = given[step > 1e-3]
+    assert np.abs(moved[:, 0]).max() < 10.0
+    assert 20.0 < np.abs(moved[:, 1]).max() < 30.0
