@@ -22,6 +22,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import face_components, with_faces
 from limbgram.formats.reading import read_shape
+from limbgram.formats.triangle_soup import sound_mesh
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.edits.cutting import keep_positive
@@ -200,7 +201,8 @@ def stump_of(folder: Path, name: str, side: Side) -> Limb:
         assert met is not None, mark
         face = int(np.linalg.norm(stood.mean(1) - met, axis=1).argmin())
         places[mark] = turn * soup[face].mean(0)
-    mesh = _largest(welded.with_vertices(_corners_at(welded.faces, turn * soup)))
+    bent = _largest(welded.with_vertices(_corners_at(welded.faces, turn * soup)))
+    mesh = sound_mesh(bent, name).mesh  # as a file of it is read
     end = mesh.vertices_mm[:, 2].min()
     low_part = mesh.vertices_mm[np.abs(mesh.vertices_mm[:, 2] - end - 130) < 10].mean(0)
     return _limb(mesh, places, "transtibial", side, 1.0, [*low_part[:2], end])
