@@ -1057,7 +1057,7 @@ const TEXTS = {
   "compare.with": ["The other shape", "Die andere Form"],
   "compare.this": ["This case", "Dieser Fall"],
   "compare.file": ["Take in a file", "Datei holen"],
-  "compare.file.how": ["STL, PLY, OBJ, GLB or AOP. It stays in this case.", "STL, PLY, OBJ, GLB oder AOP. Sie bleibt in diesem Fall."],
+  "compare.file.how": ["A shape, such as STL or 3MF. It stays in this case.", "Eine Form, etwa STL oder 3MF. Sie bleibt in diesem Fall."],
   "compare.forget": ["Delete this file", "Diese Datei löschen"],
   "compare.laid": ["How they are laid on each other", "Wie sie aufeinander liegen"],
   "compare.way.auto": ["Chosen by the program", "Vom Programm gewählt"],

@@ -85,7 +85,7 @@ async def put_shape(
     name: Annotated[str, Path(pattern=_NAME)],
     request: Request,
 ) -> ShapeName:
-    """Send a shape to compare with: STL, PLY, OBJ, GLB or AOP."""
+    """Send a shape to compare with, in a format that is read."""
     suffix = f".{name.rpartition('.')[2].lower()}"
     if suffix not in SUFFIXES:
         raise OptionsError("compare.file.kind", name=name)

@@ -74,6 +74,9 @@ class Effect:
 
     moves_skin: bool = False
     """Where that carves in over what bears no pressure, the ledger says so."""
+    at_place: Literal["carves", "builds"] | None = None
+    """What it does at a place that somebody chooses (`at`), to a stated depth (`depth_mm`): there a
+    depth beyond the usual has to be meant, and, of what carves, a place that bears no pressure."""
     reports_displacement: bool = True
     """The ledger says how far the surface moved. That means nothing where all of it moved, or where
     parts were only added or taken away: the cover of a cut lies deep inside, but presses not."""
@@ -166,10 +169,21 @@ def edit(
     kinds: tuple[str, ...] = (),
     example: Mapping[str, Any],
 ) -> Callable[[Kind], Kind]:
-    """Make a class a kind of edit: a frozen dataclass that knows what `About` says."""
+    """Make a class a kind of edit: a frozen dataclass that knows what `About` says.
+
+    Raises:
+        TypeError: it has a depth at a chosen place, and does not say whether it carves or builds up
+            there; or the other way round.
+    """
 
     def made(kind: Kind) -> Kind:
         dataclass(frozen=True, kw_only=True)(kind)
+        if ({"at", "depth_mm"} <= kind.__dataclass_fields__.keys()) != (
+            effect.at_place is not None
+        ):
+            raise TypeError(
+                f"{kind.__name__}: Effect.at_place goes with the fields at and depth_mm"
+            )
         kind.about = About(
             group=group,
             order=order,

@@ -8,7 +8,7 @@ from limbgram.workbench.limb import Limb
 @edit(
     group="areas",
     order=2,
-    effect=Effect(moves_skin=True),
+    effect=Effect(moves_skin=True, at_place="carves"),
     rarely=("positions_in",),
     guarded=False,
     example={"at": "patellar tendon", "depth_mm": 3.0, "falloff_mm": 18.0},

@@ -8,7 +8,7 @@ from limbgram.workbench.limb import Limb
 @edit(
     group="orthosis",
     order=20,
-    effect=Effect(moves_skin=True),
+    effect=Effect(moves_skin=True, at_place="carves"),
     guarded=False,
     example={"at": "mark in front", "depth_mm": 3.0, "width_mm": 30.0, "height_mm": 40.0},
 )

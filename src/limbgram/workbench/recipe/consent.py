@@ -1,24 +1,22 @@
 """Consent: what of an edit is done only if somebody says that it is meant.
 
-A load or a pad on a sensitive place, and a depth beyond DEEPEST_MM, need a word that stands with
-the edit in the recipe: `accept = ["load on fibula head"]`, `accept = ["depth to 12 mm"]`. A load's
-place may be named, or be found near a landmark when the edit is done. What presses as a whole (per
-cent, liners, plies, offsets, templates) is stated in the ledger, and needs no word.
+What carves at a chosen place that is sensitive, as a load or a pad does, and a depth beyond
+DEEPEST_MM at any chosen place need a word that stands with the edit in the recipe: `accept = ["load
+on fibula head"]`, `accept = ["depth to 12 mm"]`. The place may be named, or be found near a
+landmark when the edit is done. What presses as a whole (per cent, liners, plies, offsets,
+templates) is stated in the ledger, and needs no word.
 """
 
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from limbgram.core.errors import OptionsError
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.edits.edit import Edit
-from limbgram.workbench.edits.load import Load
-from limbgram.workbench.edits.pad import Pad
 from limbgram.workbench.edits.pressing import DEEPEST_MM, AtPlaces
-from limbgram.workbench.edits.relieve import Relieve
-from limbgram.workbench.edits.room import Room
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.limb import KindName
 
@@ -39,6 +37,15 @@ class Concern:
     """Whether the recipe says the word; True where none is needed."""
 
 
+class _Placed(NamedTuple):
+    """What an edit does at a place that somebody chose."""
+
+    carves: bool
+    depth_mm: float
+    landmark: str | None
+    """The place's name; None of coordinates and of a region."""
+
+
 def plain_words(words: Iterable[str], what: str) -> tuple[str, ...]:
     """Words of acceptance in their one form, each once.
 
@@ -52,14 +59,15 @@ def concerns_of(
     edit: Edit, words: Sequence[str], kind: KindName | None = None
 ) -> Iterator[Concern]:
     """What the edit's own parameters say needs a word, before there is a limb."""
-    if not isinstance(edit, Load | Pad | Relieve | Room):
+    placed = _placed(edit)
+    if placed is None:
         return
-    if isinstance(edit, Load | Pad) and isinstance(edit.at, str):
-        place = sensitive_place(edit.at, kind)
+    if placed.carves and placed.landmark is not None:
+        place = sensitive_place(placed.landmark, kind)
         if place is not None:
             found = doubt("recipe.load_on", place=place.name, why=place.why)
             yield _concern(found, f"load on {place.name}", words)
-    yield from _depths(edit, (0.0, 0.0), words)
+    yield from _depths(placed, (0.0, 0.0), words)
 
 
 def concerns_on_limb(
@@ -69,18 +77,18 @@ def concerns_on_limb(
 
     reach_mm: how far inward and outward of the scan the edit leaves what it moved.
     """
-    if isinstance(edit, Load | Pad):
+    placed = _placed(edit)
+    if placed is not None:
         for one in found.pressures:
             pressing = doubt("recipe.presses", depth_mm=one.depth_mm, place=one.place, why=one.why)
             yield _concern(pressing, f"load on {one.place}", words)
+        yield from _depths(placed, reach_mm, words)
     elif found.pressures:
         each = tuple(
             note("recipe.pressure", place=one.place, depth_mm=one.depth_mm)
             for one in found.pressures
         )
         yield Concern(finding=note("recipe.presses_on", each=each), word="", accepted=True)
-    if isinstance(edit, Load | Pad | Relieve | Room):
-        yield from _depths(edit, reach_mm, words)
 
 
 def lacking(concerns: Iterable[Concern]) -> tuple[Concern, ...]:
@@ -103,18 +111,25 @@ def typed(words: Iterable[str]) -> str:
     return " ".join(f'"{word}"' for word in words)
 
 
+def _placed(edit: Edit) -> _Placed | None:
+    way = edit.about.effect.at_place
+    if way is None:
+        return None
+    given = vars(edit)
+    at = given["at"]
+    return _Placed(way == "carves", given["depth_mm"], at if isinstance(at, str) else None)
+
+
 def _depths(
-    edit: Load | Pad | Relieve | Room, reach_mm: tuple[float, float], words: Sequence[str]
+    placed: _Placed, reach_mm: tuple[float, float], words: Sequence[str]
 ) -> Iterator[Concern]:
     """The depth that was asked for, or what all edits together come to there, if unusual."""
-    together, where = (
-        (reach_mm[0], "inside") if isinstance(edit, Load | Pad) else (reach_mm[1], "outside")
-    )
-    depth = round(max(together, edit.depth_mm), 1)
+    together, where = (reach_mm[0], "inside") if placed.carves else (reach_mm[1], "outside")
+    depth = round(max(together, placed.depth_mm), 1)
     if depth <= DEEPEST_MM:
         return
-    deep = doubt("recipe.deep", depth_mm=edit.depth_mm, usual_mm=DEEPEST_MM)
-    if together > edit.depth_mm + _FINDING_MM:
+    deep = doubt("recipe.deep", depth_mm=placed.depth_mm, usual_mm=DEEPEST_MM)
+    if together > placed.depth_mm + _FINDING_MM:
         deep = doubt("recipe.deep_together", depth_mm=depth, where=where, usual_mm=DEEPEST_MM)
     limits = [float(found[1]) for word in words if (found := _DEPTH.fullmatch(word))]
     yield Concern(

@@ -26,11 +26,7 @@ from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.edits.closing import enclosure
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import do_edit, require_sense
-from limbgram.workbench.edits.load import Load
-from limbgram.workbench.edits.pad import Pad
 from limbgram.workbench.edits.pressing import PRESSES_MM, AtPlaces, Gone, at_places, reach_of
-from limbgram.workbench.edits.relieve import Relieve
-from limbgram.workbench.edits.room import Room
 from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.edits.wall import Wall, require_thickness_kept
 from limbgram.workbench.limb import Limb
@@ -240,7 +236,7 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         found = at_places(limb, after)
         for name, moved_mm in found.shifts_mm.items():
             places[name] = places.get(name, 0.0) + moved_mm
-    if isinstance(entry.edit, Load | Pad | Relieve | Room):
+    if effect.at_place is not None:
         reach_mm = reach_of(reached.start.mesh, limb.mesh, after.mesh)
     moved = None
     if effect.reports_displacement:

@@ -15,10 +15,11 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
 from limbgram.formats.limb_file import write_limb
-from limbgram.workbench.edits.edit import Edit
+from limbgram.workbench.edits.edit import Edit, Effect, edit
 from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.mirror import Mirror
 from limbgram.workbench.edits.offset import Offset
+from limbgram.workbench.edits.oval import Oval, set_in
 from limbgram.workbench.edits.pad import Pad
 from limbgram.workbench.edits.pressing import DEEPEST_MM
 from limbgram.workbench.edits.reduction import Reduction
@@ -201,6 +202,27 @@ def test_pads_on_one_place_are_one_depth() -> None:
     room = Room(at="patellar tendon", depth_mm=6.0, width_mm=40.0, height_mm=40.0)
     with pytest.raises(EditError, match=r"Edit 2 .*1\d\.\d mm outside the scan"):
         replay(recipe(room, room), limb())
+
+
+def test_what_sets_a_depth_at_a_place_says_whether_it_carves() -> None:
+    """So that no edit presses on a bone without a word because nobody thought of it."""
+    of = {"at": "fibula head", "depth_mm": 3.0, "width_mm": 20.0, "height_mm": 20.0}
+
+    def made(effect: Effect) -> type[Oval]:
+        class Groove(Oval):
+            """Carve a groove."""
+
+            def apply(self, limb: Limb) -> Limb:
+                return set_in(limb, self, -1.0)
+
+        return edit(group="areas", order=99, effect=effect, example=of)(Groove)
+
+    with pytest.raises(TypeError, match="at_place"):
+        made(Effect(moves_skin=True))
+    for way in ("carves", "builds"):  # what it does counts, whatever it says
+        groove = made(Effect(moves_skin=True, at_place=way))(**of)
+        with pytest.raises(EditError, match="fibula head"):
+            replay(recipe(groove), limb())
 
 
 def test_a_region_over_the_nerve_counts() -> None:

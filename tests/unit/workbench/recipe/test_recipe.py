@@ -153,7 +153,7 @@ def test_both_ends_of_every_range_are_taken_as_it_says_and_nothing_beyond(
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ('do = "load"', 'do = "loda"', "relieve, load, repose"),
+        ('do = "load"', 'do = "loda"', "relieve, load, "),
         ("depth_mm = 5", "deph_mm = 5", "depth_mm, falloff_mm"),
         ("depth_mm = 5", "", "needs depth_mm"),
         ("depth_mm = 5", 'depth_mm = "5"', "a number"),
