@@ -4,11 +4,13 @@ A file `words/LANGUAGE/TOPIC.toml` has a table for each code of its topic:
 
     [conflict]
     says = "At {height_mm:.0f} mm the tape reads {read_mm:.1f} mm, not {measured_mm:.1f} mm."
+    why = "The board or the tape is wrong."
     do = "Tape it again."
 
-`says` is what and why, `do` what to do about it (it may lack), and `app` the same where `do` names
-commands or options, which nobody sees before the browser app. `short` is what alone, for one line
-of a list; where it lacks, `says` stands there. In braces stands a value's name and, after a colon,
+`says` is what, in one sentence, which the app shows as a title; `why` is what else there is to say
+of it, and `do` what to do about it; both may lack. `app` is the advice where `do` names commands or
+options, which nobody sees before the browser app. `short` is what alone, for one line of a list;
+where it lacks, `says` and `why` stand there. In braces stands a value's name and, after a colon,
 how it is told:
 
     {share:.1%}  {rms_mm:.2f}  {error_mm:+.1f}  {count:,}    a number; German has a decimal comma
@@ -67,11 +69,18 @@ class Words:
     """What is said of a code."""
 
     says: str
+    why: str = ""
+    """What follows the first sentence, before the advice."""
     do: str = ""
     app: str | None = None
     """The advice before the app; None where it is the same."""
     short: str = ""
     """What alone, for one line of a list; empty where `says` is short enough."""
+
+    @property
+    def sentence(self) -> str:
+        """What and why."""
+        return f"{self.says} {self.why}" if self.why else self.says
 
     def advice(self, door: Door) -> str:
         return self.do if door == "command" or self.app is None else self.app
@@ -89,7 +98,7 @@ def sentence(finding: Finding, language: str = LANGUAGES[0], door: Door = "comma
     if words is None:  # a file of a later version may hold such
         values = ", ".join(f"{name} {value}" for name, value in finding.values.items())
         return f"{finding.code}: {values}." if values else f"{finding.code}."
-    return filled(words.says, finding.values, language, door)
+    return filled(words.sentence, finding.values, language, door)
 
 
 def advice(finding: Finding, language: str = LANGUAGES[0], door: Door = "command") -> str:
