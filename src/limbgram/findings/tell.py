@@ -39,8 +39,9 @@ by the same rules (`web/src/words.ts`); both are held to the cases of `tests/dat
 import math
 import re
 import string
+import threading
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -62,6 +63,9 @@ _FIRST = re.compile(r"first (\d+)")
 _NAMED = ("term", "axis", "kind", "part")
 """What a name is that of: one word may name several things, as foot does."""
 _PIECES = re.compile(r"(, |: )")
+_NamesIn = Callable[[str], Mapping[str, str]]
+_ADDED: list[_NamesIn] = []
+_ADDING = threading.RLock()
 
 
 @dataclass(frozen=True)
@@ -130,12 +134,21 @@ def all_words(language: str) -> dict[str, Words]:
 
 def terms(language: str) -> Mapping[str, str]:
     """Names of things, such as places of the body, by their English ones."""
-    return _terms(language)
+    with _ADDING:
+        known, taken = _terms(language)
+        for names_in in _ADDED[len(taken) :]:
+            known.update(names_in(language))
+            taken.append(names_in)
+    return known
 
 
-def add_terms(language: str, names: Mapping[str, str]) -> None:
-    """Names of things whose words stand beside their code, as those of edits do."""
-    _terms(language).update(names)
+def add_terms(names_in: _NamesIn) -> None:
+    """Names of things whose words stand beside their code, as those of edits do, in a language.
+
+    They are asked for when a name is told first: reading them out of the source of all edits costs
+    a tenth of a second, which English, whose names they are, never needs.
+    """
+    _ADDED.append(names_in)
 
 
 def filled(
@@ -170,9 +183,10 @@ def _named(name: str, what: str, language: str) -> str:
 
 
 @cache
-def _terms(language: str) -> dict[str, str]:
+def _terms(language: str) -> tuple[dict[str, str], list[_NamesIn]]:
+    """The names known so far, and of whose those that were added are among them."""
     file = _WORDS / language / "terms.toml"
-    return cast(dict[str, str], tomllib.loads(file.read_text(encoding="utf-8")))
+    return cast(dict[str, str], tomllib.loads(file.read_text(encoding="utf-8"))), []
 
 
 def _topics(language: str) -> Iterator[str]:
