@@ -27,8 +27,8 @@ from limbgram.formats.limb_file import write_limb_file
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import limb_file_beside, limb_file_for
 from limbgram.services.align import AlignRequest, Axes, align, confirm, propose
-from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Place
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.anatomy.names import NAMES_IN
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.compare.carried_landmarks import Carried

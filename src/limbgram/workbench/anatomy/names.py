@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from limbgram.findings.tell import LANGUAGES, Language, add_terms
-from limbgram.workbench.anatomy.found import KIND_NAMED
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.anatomy.landmark import Landmark
 
 _PLACES = {one.identity: one for kind in KIND_NAMED.values() for one in kind.places}

@@ -29,7 +29,7 @@ from limbgram.core.mesh.topology import (
 )
 from limbgram.reconstruction.surface.holes import loop_area, triangulate
 from limbgram.workbench.edits.regions import with_added, with_closed
-from limbgram.workbench.edits.strip import strip
+from limbgram.workbench.edits.triangle_strip import strip
 
 _ACUTE_DEG = 120.0
 """Angle between the normals of neighbours from which a cap is laid anew."""

@@ -38,6 +38,7 @@ from limbgram.workbench.compare.frames import (
 )
 from limbgram.workbench.compare.registration import Alignment, RegistrationOptions
 from limbgram.workbench.limb import AlignedLimb, Limb
+from limbgram.workbench.templates.chart_field import Field, fit_field, node_heights
 from limbgram.workbench.templates.charts import (
     Along,
     LimbChart,
@@ -46,7 +47,6 @@ from limbgram.workbench.templates.charts import (
     plain_chart,
     pulled_chart,
 )
-from limbgram.workbench.templates.fields import Field, fit_field, node_heights
 from limbgram.workbench.templates.template import Template, TemplateMark
 
 _SAMPLES = 25_000

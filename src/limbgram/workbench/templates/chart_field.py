@@ -1,4 +1,4 @@
-"""Fields: a smooth figure over a chart, fitted to scattered places and read off anywhere."""
+"""Chart field: a smooth function on a chart, fitted to scattered values, evaluated anywhere."""
 
 import numpy as np
 from jaxtyping import Float64
