@@ -71,7 +71,7 @@ from limbgram.services.parse_text import (
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, read_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe
-from limbgram.workbench.templates.fields import ANGLES, node_heights
+from limbgram.workbench.templates.chart_field import ANGLES, node_heights
 from limbgram.workbench.templates.files import encode_template, read_template
 from limbgram.workbench.templates.template import Template, TemplateMark
 

@@ -18,7 +18,10 @@ export interface Finding {
 }
 
 interface Entry {
+  /** What, in one sentence. */
   readonly says: string;
+  /** What follows it, before the advice. */
+  readonly why?: string;
   readonly do?: string;
   /** For one line of a list; empty where `says` is short enough. */
   readonly short?: string;
@@ -35,26 +38,46 @@ export const words = signal<Partial<Record<Language, Words>>>({});
 /** Whether two findings say the same. */
 export const same = (one: Finding, other: Finding) => one.code === other.code && JSON.stringify(one.values) === JSON.stringify(other.values);
 
+/** What is found, for a title, and what else is to be said. */
+export interface Parts {
+  readonly what: string;
+  readonly more: string;
+}
+
 /** What is found, and what to do about it. */
 export function told(finding: Finding): string {
-  return [sentence(finding), advice(finding)].filter(Boolean).join(" ");
+  return joined(sentence(finding), advice(finding));
 }
+
+/** The same with what is found by itself; a finding that only hands on another is parted as that one is. */
+export function inParts(finding: Finding): Parts {
+  const entry = entryOf(finding);
+  if (!entry) return { what: sentence(finding), more: "" };
+  const values = valuesOf(finding);
+  const handedOn = values[/^\{(\w+)\}$/.exec(entry.says)?.[1] ?? ""];
+  const first = isFinding(handedOn) ? inParts(handedOn) : { what: filled(entry.says, values), more: "" };
+  return { what: first.what, more: joined(first.more, filled(entry.why ?? "", values), advice(finding)) };
+}
+
+const joined = (...texts: readonly string[]): string => texts.filter(Boolean).join(" ");
+
+const entryOf = (finding: Finding): Entry | undefined => words.value[language.value]?.codes[finding.code];
 
 /** What is found, and why. */
 export function sentence(finding: Finding): string {
-  const entry = words.value[language.value]?.codes[finding.code];
-  return entry ? filled(entry.says, valuesOf(finding)) : (finding.sentence ?? finding.code);
+  const entry = entryOf(finding);
+  return entry ? filled(joined(entry.says, entry.why ?? ""), valuesOf(finding)) : (finding.sentence ?? finding.code);
 }
 
 /** What to do about it. */
 export function advice(finding: Finding): string {
-  const entry = words.value[language.value]?.codes[finding.code];
+  const entry = entryOf(finding);
   return entry?.do ? filled(entry.do, valuesOf(finding)) : "";
 }
 
 /** What is found, in one line; the sentence of a finding that has no short words. */
 export function briefly(finding: Finding): string {
-  const entry = words.value[language.value]?.codes[finding.code];
+  const entry = entryOf(finding);
   return entry?.short ? filled(entry.short, valuesOf(finding)) : sentence(finding);
 }
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from limbgram.app.known_lengths import BoardSpec, Ruler
+from limbgram.app.measures import SAME_HEIGHT_MM
 from limbgram.core.geometry.smoothed_length import SMOOTHING_MM
 from limbgram.formats.printed_size import MOST_OFF
 from limbgram.reconstruction.calibration.board import MIN_PHOTOS
@@ -33,6 +34,7 @@ def figures() -> dict[str, Any]:
         "SMOOTHING_MM": SMOOTHING_MM,
         "HOLLOW_SHARE": HOLLOW_SHARE,
         "LEVEL_SPACING_MM": SPACING_MM,
+        "SAME_HEIGHT_MM": SAME_HEIGHT_MM,
         "SURE_STOPS_MM": list(SURENESS_MM),
         "DIFFERENCE_LIMITS_MM": list(EDGES_MM[:4]),
         "PRINTED_BOARD": printed,

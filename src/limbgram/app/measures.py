@@ -29,7 +29,7 @@ from limbgram.workbench.recipe.ledger import SPACING_MM
 router = APIRouter(tags=["measures"])
 _XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 
-_SAME_MM = 0.01
+SAME_HEIGHT_MM = 0.01
 """Heights so near are one: what a page shows of them has fewer digits."""
 Millimetres = Annotated[float, Field(ge=-5000, le=5000)]
 
@@ -241,7 +241,9 @@ def change_tape(
 ) -> list[Reading]:
     """Keep, change or take back the girth at one height; the others stay as they are."""
     with app_state.shape_cache.changing(workspace):
-        kept = [one for one in workspace.tape() if abs(one.height_mm - given.height_mm) > _SAME_MM]
+        kept = [
+            one for one in workspace.tape() if abs(one.height_mm - given.height_mm) > SAME_HEIGHT_MM
+        ]
         if given.girth_mm is not None:
             kept.append(TapeReading(height_mm=given.height_mm, girth_mm=given.girth_mm))
         workspace.save_tape(tuple(sorted(kept, key=lambda one: one.height_mm)))
@@ -258,7 +260,7 @@ def accept_tape(app_state: AppStateHere, workspace: WorkspaceHere, given: Readin
                 (
                     one
                     for one in workspace.tape()
-                    if abs(one.height_mm - given.height_mm) <= _SAME_MM
+                    if abs(one.height_mm - given.height_mm) <= SAME_HEIGHT_MM
                     and one.girth_mm == given.girth_mm
                 ),
                 TapeReading(height_mm=given.height_mm, girth_mm=given.girth_mm),

@@ -13,10 +13,11 @@ router = APIRouter(tags=["app"])
 class CodeWords(BaseModel):
     """What is said of a code; values stand in braces."""
 
-    says: str
+    says: str = Field(description="What, in one sentence.")
+    why: str = Field(default="", description="What follows it, before the advice.")
     do: str = Field(default="", description="What to do about it; empty where nothing is.")
     short: str = Field(
-        default="", description="For one line of a list; empty where `says` is short enough."
+        default="", description="For one line of a list; empty where the sentence is short enough."
     )
 
 
@@ -32,7 +33,7 @@ def words(language: Literal["en", "de"], response: Response) -> WordsReply:
     """The sentences and the advice of all findings."""
     response.headers["cache-control"] = "private, max-age=0, must-revalidate"
     codes = {
-        code: CodeWords(says=entry.says, do=entry.advice("app"), short=entry.short)
+        code: CodeWords(says=entry.says, why=entry.why, do=entry.advice("app"), short=entry.short)
         for code, entry in all_words(language).items()
     }
     return WordsReply(codes=codes, terms=dict(terms(language)))

@@ -218,7 +218,7 @@ def require_complete(settings: Settings) -> None:
 def _tree(path: Path) -> dict[str, Any]:
     content = read_content(path, _LARGEST_BYTES, OptionsError)
     try:
-        return toml_of(content.decode("utf-8-sig"))
+        return toml_of(content)
     except ValueError as error:
         raise _misfit(path, error) from error
 

@@ -143,22 +143,7 @@ def look_at_limb(
         box = (max(left, 0), max(top, 0), left + width, top + height)
         looked = known.get(photo.sha256)
         if looked is None or not _alike(looked.box, box):
-            luma, mask = load_luma(photo), load_mask(photo)
-            limb_at = np.zeros(luma.shape, np.uint8)
-            cv2.fillConvexPoly(limb_at, np.round(hull * factor).astype(np.int32), 1)
-            # the outline of a bent limb spans a part of what lies behind it
-            on_limb = limb_at > 0
-            where = on_limb & exposed_in(luma, mask)
-            part = slice(box[1], box[3]), slice(box[0], box[2])
-            of_mask = None if mask is None else mask[part]
-            seen = replace(
-                photo,
-                sharpness=edge_width_px(luma[part], of_mask, on_limb[part]),
-                burnt=burnt_share(luma[part], where[part]),
-                brightest=brightest_luma(luma[part], where[part]),
-            )
-            looked = Looked(box, seen, Slopes.of(luma))
-            known[photo.sha256] = looked
+            looked = known[photo.sha256] = _at_full_size(photo, hull * factor, box)
         seen = replace(looked.seen, path=photo.path, camera_idx=photo.camera_idx)
         within = [
             cv2.pointPolygonTest(hull, (float(x), float(y)), False) >= 0
@@ -173,6 +158,26 @@ def look_at_limb(
 
     each_mb = in_flight_mb(photos.photos, _LOOKING_BYTES)
     return in_parallel(look, range(len(photos.photos)), each_mb=each_mb)
+
+
+def _at_full_size(
+    photo: Photo, hull_px: Float32[np.ndarray, "h 1 2"], box: tuple[int, int, int, int]
+) -> Looked:
+    """Sharpness and exposure inside the outline of the limb's points."""
+    luma, mask = load_luma(photo), load_mask(photo)
+    limb_at = np.zeros(luma.shape, np.uint8)
+    cv2.fillConvexPoly(limb_at, np.round(hull_px).astype(np.int32), 1)
+    # the outline of a bent limb spans a part of what lies behind it
+    on_limb = limb_at > 0
+    where = on_limb & exposed_in(luma, mask)
+    part = slice(box[1], box[3]), slice(box[0], box[2])
+    seen = replace(
+        photo,
+        sharpness=edge_width_px(luma[part], None if mask is None else mask[part], on_limb[part]),
+        burnt=burnt_share(luma[part], where[part]),
+        brightest=brightest_luma(luma[part], where[part]),
+    )
+    return Looked(box, seen, Slopes.of(luma))
 
 
 def _alike(one: tuple[int, int, int, int], other: tuple[int, int, int, int]) -> bool:

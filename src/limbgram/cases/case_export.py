@@ -11,6 +11,7 @@ Fails   as they do: not aligned, another side, a surface that folds, a shape tha
 
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -159,7 +160,14 @@ def exported_file(workspace: Workspace, name: str) -> ExportedFile:
 
 def _read(path: Path) -> ExportedFile | None:
     try:
-        tree = json_of(read_content(path, _LARGEST, CaseError))
-        return value_of(tree, ExportedFile, strictness=_AS_WRITTEN)
-    except (CaseError, Mismatch, ValueError):
+        status = path.stat()
+        return _read_as_it_is(path, status.st_ino, status.st_mtime_ns, status.st_size)
+    except (OSError, CaseError, Mismatch, ValueError):
         return None
+
+
+@lru_cache(maxsize=4096)
+def _read_as_it_is(path: Path, _number: int, _changed_ns: int, _size: int) -> ExportedFile:
+    """A file is read once: lists of them, and each answer about the recipe, ask for all."""
+    tree = json_of(read_content(path, _LARGEST, CaseError))
+    return value_of(tree, ExportedFile, strictness=_AS_WRITTEN)

@@ -10,14 +10,16 @@ from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.ply import read_records
 from limbgram.report.alignment import Truth
 from limbgram.report.comparison import TruthComparison, compare_with_truth
 
 _LARGEST_BYTES = 1 << 30
 LEAST_PHOTOS = 3
 """Photos that must show a vertex for it to count as visible."""
+_WRITTEN = np.dtype([*((axis, "<f4") for axis in "xyz"), ("ncam", "u1"), ("cap", "u1")])
 _VERTEX = np.dtype([("xyz", "<f4", 3), ("ncam", "u1"), ("cap", "u1")])
-_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+"""The same with the place of a vertex as one field."""
 
 
 def score_case(case: Path, truth: Path) -> TruthComparison:
@@ -48,20 +50,14 @@ def score_case(case: Path, truth: Path) -> TruthComparison:
 def read_truth_mesh(path: Path) -> tuple[np.ndarray, Faces]:
     """Vertices (xyz, photos that show them, on the flat cut or not) and faces of a truth."""
     content = read_content(path, _LARGEST_BYTES, CaseError)
-    header, _, body = content.partition(b"end_header\n")
-    words = [line.split() for line in header.decode("ascii", "replace").splitlines()]
     try:
-        counts = {line[1]: int(line[2]) for line in words if line[:1] == ["element"]}
-        properties = [line[-1] for line in words if line[:1] == ["property"]]
-        if properties != ["x", "y", "z", "ncam", "cap", "vertex_indices"]:
-            raise ValueError("other properties")
-        vertices = np.frombuffer(body, _VERTEX, counts["vertex"])
-        faces = np.frombuffer(body, _FACE, counts["face"], vertices.nbytes)
-    except (ValueError, KeyError, IndexError, OverflowError) as error:
+        rows, corners = read_records(content)
+    except (ValueError, KeyError, IndexError) as error:
         raise _no_truth(path, error) from error
-    corners = np.ascontiguousarray(faces["corners"])
-    whole = len(body) == vertices.nbytes + faces.nbytes and (faces["count"] == 3).all()
-    if not (whole and 0 <= corners.min(initial=0) <= corners.max(initial=0) < len(vertices)):
+    if rows.dtype != _WRITTEN:
+        raise _no_truth(path, "other properties")
+    vertices, corners = rows.view(_VERTEX), np.ascontiguousarray(corners)
+    if not 0 <= corners.min(initial=0) <= corners.max(initial=0) < len(vertices):
         raise _no_truth(path, "what it counts is not what it holds")
     if not np.isfinite(vertices["xyz"]).all():
         raise _no_truth(path, "a vertex has no place")

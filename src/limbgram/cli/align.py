@@ -19,7 +19,7 @@ from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import READ, UnitOption, shape_of
 from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import require_place
-from limbgram.core.interval import Interval, explained, plus_minus
+from limbgram.core.interval import Interval, plus_minus, what_it_means
 from limbgram.core.typed import tree_of
 from limbgram.findings import told
 from limbgram.findings.tell import LANGUAGES
@@ -27,8 +27,8 @@ from limbgram.formats.limb_file import write_limb_file
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import limb_file_beside, limb_file_for
 from limbgram.services.align import AlignRequest, Axes, align, confirm, propose
-from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Place
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.anatomy.names import NAMES_IN
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.compare.carried_landmarks import Carried
@@ -129,13 +129,13 @@ def _kept(limb: AlignedLimb, shape: Path, read: ShapeFile, carried: Carried | No
 
 def _carried_lines(carried: Carried) -> list[str]:
     """Each proposal with its error, and why the others have none."""
+    sure = [Interval.of_sigma(one.landmark.sigma_mm or 0.0) for one in carried.places]
     lines = [
-        f"  proposed: {one.landmark.name:<28} "
-        f"{plus_minus(Interval.of_sigma(one.landmark.sigma_mm or 0.0), 1)} mm"
-        for one in carried.places
+        f"  proposed: {one.landmark.name:<28} {plus_minus(interval, 1)} mm"
+        for one, interval in zip(carried.places, sure, strict=True)
     ]
     lines += [f"  not proposed: {one.name}: {told(one.reason)}" for one in carried.left_out]
-    return list(explained(lines))
+    return [*lines, *what_it_means(sure)]
 
 
 def _carried_tree(carried: Carried) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from jaxtyping import UInt8
 from limbgram.cli.replies import Reply
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.core.interval import Interval, explained, plus_minus
+from limbgram.core.interval import Interval, plus_minus, what_it_means
 from limbgram.core.request_fields import Flag
 from limbgram.core.typed import tree_of
 from limbgram.findings import note, told
@@ -128,11 +128,12 @@ def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> S
     from limbgram.workbench.marks.finding import PaintedOptions
 
     found = painted_marks_of(CaseFolder(case), limb.mesh, PaintedOptions(colour=colour))
+    sure = [Interval.of_sigma(mark.sigma_mm) for mark in found.marks]
     lines = [
         f"#{number}: {mark.diameter_mm:4.1f} mm across, colour {_rgb(mark.colour)}, at "
-        f"{_place(mark.position_mm)} {plus_minus(Interval.of_sigma(mark.sigma_mm), 2)} mm, in "
+        f"{_place(mark.position_mm)} {plus_minus(interval, 2)} mm, in "
         f"{len(mark.photos)} of {mark.looking} photos that look at it"
-        for number, mark in enumerate(found.marks, 1)
+        for number, (mark, interval) in enumerate(zip(found.marks, sure, strict=True), 1)
     ]
     lines = lines or [
         "No mark is seen that several photos agree on. Say its colour with --colour; a mark is a "
@@ -175,7 +176,8 @@ def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> S
             for spot in found.left_out
         ],
     }
-    return Seen(tuple(mark.position_mm for mark in found.marks), Reply(explained(lines), content))
+    reply = Reply((*lines, *what_it_means(sure)), content)
+    return Seen(tuple(mark.position_mm for mark in found.marks), reply)
 
 
 def _sticker_landmarks(limb: Limb, case: Path, names: dict[int, str]) -> tuple[Landmark, ...]:

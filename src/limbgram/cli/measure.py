@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from itertools import chain
 from typing import Annotated, Any
 
 import typer
@@ -17,7 +18,7 @@ from limbgram.cli.shape_options import (
 )
 from limbgram.core.errors import with_full_stop
 from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
-from limbgram.core.interval import Interval, explained, plus_minus
+from limbgram.core.interval import Interval, plus_minus, what_it_means
 from limbgram.core.typed import tree_of
 from limbgram.findings import Finding, told
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
@@ -62,7 +63,8 @@ def measure_command(
     sheet = measure(limb, ask, files)
     return Reply(
         (
-            *explained(_lines(limb, sheet.measures)),
+            *_lines(limb, sheet.measures),
+            *what_it_means(_intervals(sheet.measures)),
             *_fit_lines(sheet.fitted, sheet.measures.limb),
             *([] if sheet.along is None else _along_lines(sheet.along)),
             *([] if sheet.form is None else _form_lines(sheet.form)),
@@ -109,6 +111,15 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
         ),
         *(_tape_line(check, measures.reference_mm) for check in measures.tape),
     ]
+
+
+def _intervals(measures: Measures) -> Iterator[Interval | None]:
+    """Those of the figures that the lines show with their ±."""
+    tapes = (row.figures["tape_mm"] for row in measures.rows if row.level is not None)
+    lengths = ((one.along_axis, one.straight, one.over_surface) for one in measures.lengths)
+    figures = chain(tapes, (row.volume_mm3 for row in measures.volumes), *lengths)
+    yield from (figure.interval for figure in figures if figure is not None)
+    yield from (Interval.of_sigma(check.sigma_mm) for check in measures.tape)
 
 
 def _notes(limb: Limb, measures: Measures) -> Iterator[Finding]:

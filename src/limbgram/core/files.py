@@ -91,11 +91,17 @@ def json_of(content: bytes) -> Any:
     return tree
 
 
-def toml_of(text: str) -> dict[str, Any]:
+def toml_of(text: str | bytes) -> dict[str, Any]:
     """The tree of a TOML text; ValueError, in words, for anything else.
 
-    The format has words for what is no number: who takes a value refuses those by its name.
+    The bytes of a file may begin with a mark of their order, as Windows' editor writes it. The
+    format has words for what is no number: who takes a value refuses those by its name.
     """
+    if isinstance(text, bytes):
+        try:
+            text = text.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise ContentError("file.no_text") from error
     if _LONGEST_KEY.search(text):
         raise ContentError("file.toml.long_key")
     try:

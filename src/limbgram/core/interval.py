@@ -7,8 +7,7 @@ headings for experts. A text with a ± says `HOLDS` once.
 """
 
 import math
-import re
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +21,6 @@ MAD_TO_SIGMA = 1.4826
 _COVERAGE = 0.95
 HOLDS = "± holds in 95 of 100"
 """What a page or print with a ± says once."""
-_TWO_SIDES = re.compile(r"\+[\d.]+ / -[\d.]")
 
 
 @dataclass(frozen=True)
@@ -100,12 +98,9 @@ def plus_minus(interval: Interval | None, decimals: int) -> str:
     return f"± {above}" if above == below else f"+{above} / -{below}"
 
 
-def explained(lines: Sequence[str]) -> tuple[str, ...]:
-    """The lines, and below them what ± means where one has it and none says so."""
-    told = "\n".join(lines)
-    if HOLDS in told or not ("±" in told or _TWO_SIDES.search(told)):
-        return tuple(lines)
-    return (*lines, f"{HOLDS}.")
+def what_it_means(shown: Iterable[Interval | None]) -> tuple[str, ...]:
+    """The line that says what ± means, below figures of which one has it."""
+    return () if all(one is None for one in shown) else (f"{HOLDS}.",)
 
 
 def _side(width: float, decimals: int) -> str:

@@ -4,11 +4,13 @@ A file `words/LANGUAGE/TOPIC.toml` has a table for each code of its topic:
 
     [conflict]
     says = "At {height_mm:.0f} mm the tape reads {read_mm:.1f} mm, not {measured_mm:.1f} mm."
+    why = "The board or the tape is wrong."
     do = "Tape it again."
 
-`says` is what and why, `do` what to do about it (it may lack), and `app` the same where `do` names
-commands or options, which nobody sees before the browser app. `short` is what alone, for one line
-of a list; where it lacks, `says` stands there. In braces stands a value's name and, after a colon,
+`says` is what, in one sentence, which the app shows as a title; `why` is what else there is to say
+of it, and `do` what to do about it; both may lack. `app` is the advice where `do` names commands or
+options, which nobody sees before the browser app. `short` is what alone, for one line of a list;
+where it lacks, `says` and `why` stand there. In braces stands a value's name and, after a colon,
 how it is told:
 
     {share:.1%}  {rms_mm:.2f}  {error_mm:+.1f}  {count:,}    a number; German has a decimal comma
@@ -37,8 +39,9 @@ by the same rules (`web/src/words.ts`); both are held to the cases of `tests/dat
 import math
 import re
 import string
+import threading
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -60,6 +63,9 @@ _FIRST = re.compile(r"first (\d+)")
 _NAMED = ("term", "axis", "kind", "part")
 """What a name is that of: one word may name several things, as foot does."""
 _PIECES = re.compile(r"(, |: )")
+_NamesIn = Callable[[str], Mapping[str, str]]
+_ADDED: list[_NamesIn] = []
+_ADDING = threading.RLock()
 
 
 @dataclass(frozen=True)
@@ -67,11 +73,18 @@ class Words:
     """What is said of a code."""
 
     says: str
+    why: str = ""
+    """What follows the first sentence, before the advice."""
     do: str = ""
     app: str | None = None
     """The advice before the app; None where it is the same."""
     short: str = ""
     """What alone, for one line of a list; empty where `says` is short enough."""
+
+    @property
+    def sentence(self) -> str:
+        """What and why."""
+        return f"{self.says} {self.why}" if self.why else self.says
 
     def advice(self, door: Door) -> str:
         return self.do if door == "command" or self.app is None else self.app
@@ -89,7 +102,7 @@ def sentence(finding: Finding, language: str = LANGUAGES[0], door: Door = "comma
     if words is None:  # a file of a later version may hold such
         values = ", ".join(f"{name} {value}" for name, value in finding.values.items())
         return f"{finding.code}: {values}." if values else f"{finding.code}."
-    return filled(words.says, finding.values, language, door)
+    return filled(words.sentence, finding.values, language, door)
 
 
 def advice(finding: Finding, language: str = LANGUAGES[0], door: Door = "command") -> str:
@@ -121,12 +134,21 @@ def all_words(language: str) -> dict[str, Words]:
 
 def terms(language: str) -> Mapping[str, str]:
     """Names of things, such as places of the body, by their English ones."""
-    return _terms(language)
+    with _ADDING:
+        known, taken = _terms(language)
+        for names_in in _ADDED[len(taken) :]:
+            known.update(names_in(language))
+            taken.append(names_in)
+    return known
 
 
-def add_terms(language: str, names: Mapping[str, str]) -> None:
-    """Names of things whose words stand beside their code, as those of edits do."""
-    _terms(language).update(names)
+def add_terms(names_in: _NamesIn) -> None:
+    """Names of things whose words stand beside their code, as those of edits do, in a language.
+
+    They are asked for when a name is told first: reading them out of the source of all edits costs
+    a tenth of a second, which English, whose names they are, never needs.
+    """
+    _ADDED.append(names_in)
 
 
 def filled(
@@ -161,9 +183,10 @@ def _named(name: str, what: str, language: str) -> str:
 
 
 @cache
-def _terms(language: str) -> dict[str, str]:
+def _terms(language: str) -> tuple[dict[str, str], list[_NamesIn]]:
+    """The names known so far, and of whose those that were added are among them."""
     file = _WORDS / language / "terms.toml"
-    return cast(dict[str, str], tomllib.loads(file.read_text(encoding="utf-8")))
+    return cast(dict[str, str], tomllib.loads(file.read_text(encoding="utf-8"))), []
 
 
 def _topics(language: str) -> Iterator[str]:

@@ -6,7 +6,6 @@ every photo is written with a camera of its own. The binary form takes any photo
 name; the text form breaks names at a space.
 """
 
-import json
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -17,11 +16,11 @@ from jaxtyping import UInt8
 from scipy.spatial.transform import Rotation
 
 from limbgram.core.errors import ExportError
-from limbgram.core.files import other, other_count, require, write_file, write_folder
+from limbgram.core.files import other_count, require, write_folder
 from limbgram.core.geometry.lens import FROM_CORNER_PX, OPENCV, PARAMETERS, Camera, without_skew
 from limbgram.core.run import signals_kept
 from limbgram.findings import fault
-from limbgram.formats.writing import target
+from limbgram.formats.writing import target, write_poses_tree
 from limbgram.reconstruction.mapping.colours import GREY
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.scale.metric import MetricScene
@@ -54,14 +53,7 @@ def write_poses(metric: MetricScene, path: Path, *, unscaled: bool = False) -> P
         for view in metric.scene.views
     ]
     poses = {"unit": metric.scale.unit, "convention": _CONVENTION, "images": images}
-
-    def encode(stream: BinaryIO) -> None:
-        stream.write(json.dumps(poses, indent=1).encode())
-
-    def check(written: Path) -> None:
-        require(json.loads(written.read_bytes()) == poses, other(path.name, "poses"))
-
-    return write_file(path, encode, check)
+    return write_poses_tree(poses, path)
 
 
 def write_colmap(

@@ -19,8 +19,9 @@ from typing import Any, BinaryIO
 import numpy as np
 from jaxtyping import Shaped
 
-from limbgram.core.errors import ShapeFileError, reason_of
+from limbgram.core.errors import ExportError, ShapeFileError, reason_of
 from limbgram.core.files import ContentError, other, other_count, require, write_file
+from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import VERTEX_FIELDS, Cloud, Mesh
 from limbgram.core.mesh.vertex_fields import VertexField
 from limbgram.findings import fault
@@ -104,7 +105,7 @@ def write_ply(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = Fals
         if name == "sigma_mm" and values is not None:
             columns[_QUALITY] = np.where(np.isnan(values), -1.0, values).astype("<f4")
     path = target(path, unit, unscaled=unscaled)
-    rows, faces = _rows(columns), _face_rows(mesh)
+    rows, faces = _rows(columns), face_rows(mesh.faces)
 
     def encode(stream: BinaryIO) -> None:
         stream.write(_encoded_header(rows, len(faces), unit, mesh.correlation_mm))
@@ -375,10 +376,11 @@ def _rows(columns: dict[str, np.ndarray]) -> Shaped[np.ndarray, " n"]:
     return rows
 
 
-def _face_rows(mesh: Mesh) -> Shaped[np.ndarray, " f"]:
-    rows = np.zeros(len(mesh.faces), _FACE)
+def face_rows(faces: Faces) -> Shaped[np.ndarray, " f"]:
+    """Triangles as a file has them, a list of uchar and int each."""
+    rows = np.zeros(len(faces), _FACE)
     rows["count"] = 3
-    rows["corners"] = mesh.faces
+    rows["corners"] = faces
     return rows
 
 
@@ -398,14 +400,31 @@ def _encoded_header(
 
 def _read_back(path: Path) -> tuple[Shaped[np.ndarray, " n"], np.ndarray]:
     """Vertex records and face corners of a file that was written here."""
-    head, _, body = path.read_bytes().partition(b"end_header\n")
+    try:
+        return read_records(path.read_bytes())
+    except ContentError as error:
+        raise ExportError("export.read_back", found=other(path.name, "bytes")) from error
+
+
+def read_records(content: bytes) -> tuple[Shaped[np.ndarray, " n"], Shaped[np.ndarray, "f 3"]]:
+    """Vertex records and face corners as they stand in a binary file of triangles and nothing else.
+
+    Raises:
+        ContentError: the file holds more or less than it counts, or other faces.
+    """
+    head, _, body = content.partition(b"end_header\n")
     header = _header(head)
     rows = _vertex_rows(header, body)
-    faces = sum(element.count for element in header.elements[1:])
+    count = sum(element.count for element in header.elements[1:])
     left = len(body) - rows.nbytes
-    complete = len(rows) == header.elements[0].count and left == faces * _FACE.itemsize
-    require(complete, other(path.name, "bytes"))
-    return rows, np.frombuffer(body[rows.nbytes :], _FACE)["corners"]
+    if len(rows) != header.elements[0].count:
+        raise ContentError("file.ply.ends_in_vertices")
+    if left != count * _FACE.itemsize:
+        raise ContentError("file.ply.behind_faces", bytes=left, wanted=count * _FACE.itemsize)
+    faces = np.frombuffer(body[rows.nbytes :], _FACE)
+    if (faces["count"] != 3).any():
+        raise ContentError("file.ply.form")
+    return rows, faces["corners"]
 
 
 FORMAT = Format(

@@ -6,16 +6,14 @@ of the lens, so that photos of several cameras and lenses stand in one file. ins
 k3, and neither knows skew: the file beside undistorted photos needs none of them.
 """
 
-import json
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
 from limbgram.core.errors import ExportError
-from limbgram.core.files import other, require, write_file
 from limbgram.core.geometry.lens import FROM_CORNER_PX, Camera, View
-from limbgram.formats.writing import target
+from limbgram.formats.writing import target, write_poses_tree
 from limbgram.reconstruction.scale.metric import MetricScene
 
 _KNOWN = ("k1", "k2", "k3", "p1", "p2")
@@ -36,14 +34,7 @@ def write_transforms(
         "unit": metric.scale.unit,
         "frames": [_frame(view, photos) for view in metric.scene.views],
     }
-
-    def encode(stream: BinaryIO) -> None:
-        stream.write(json.dumps(tree, indent=1).encode())
-
-    def check(written: Path) -> None:
-        require(json.loads(written.read_bytes()) == tree, other(path.name, "poses"))
-
-    return write_file(path, encode, check)
+    return write_poses_tree(tree, path)
 
 
 def _frame(view: View, photos: str) -> dict[str, Any]:

@@ -1,13 +1,15 @@
-"""Writing a mesh: where it goes by its unit, and that what was read back is the same surface."""
+"""Writing a mesh or poses: where they go by their unit, and that what was read back is the same."""
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Any, BinaryIO, Literal
 
 import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import ExportError
-from limbgram.core.files import other_count, require
+from limbgram.core.files import other, other_count, require, write_file
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, crosses
 from limbgram.findings import fault
@@ -27,6 +29,18 @@ def target(path: Path | str, unit: Unit, *, unscaled: bool) -> Path:
     if not unscaled:
         raise ExportError("export.unscaled", name=path.name)
     return path.with_name(f"{path.stem}-unitless{path.suffix}")
+
+
+def write_poses_tree(tree: Mapping[str, Any], path: Path) -> Path:
+    """Write cameras and poses as JSON, and read them back: each number is the very same."""
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(json.dumps(tree, indent=1).encode())
+
+    def check(written: Path) -> None:
+        require(json.loads(written.read_bytes()) == tree, other(path.name, "poses"))
+
+    return write_file(path, encode, check)
 
 
 def require_same_triangles(

@@ -28,7 +28,7 @@ from limbgram.reconstruction.matching.static_background import Still
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks
 from limbgram.reconstruction.twoview.pairs import Pairs
-from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
+from limbgram.reconstruction.twoview.verification import verify
 
 _AT_PX = 0.01
 """An observation so near to a corner is that corner."""
@@ -86,22 +86,20 @@ def shared_marks(detections: MarkDetections) -> tuple[int, ...]:
     return tuple(one for one in detections.ids if detections.seen_in(one) >= _FEWEST_PHOTOS)
 
 
-def join_by_marks(
-    shown: MarkedPhotos, verifying: TwoViewOptions, mapping: MappingOptions, run: Run
-) -> Joined:
+def join_by_marks(shown: MarkedPhotos, mapping: MappingOptions, run: Run) -> Joined:
     """Place the photos by paint and marks.
 
     Raises:
         MatchingError, PlacementError: they do not join the photos.
     """
     moved: dict[int, Finding] = {}
-    joined = _joined(shown, shown.with_marks(), verifying, mapping, run)
+    joined = _joined(shown, shown.with_marks(), mapping, run)
     for _ in range(_MOST_AGAIN):
         odd = _odd_marks(joined.scene, shown.marks, joined.coded)
         if not odd:
             break
         moved |= odd
-        joined = _joined(shown, shown.with_marks(frozenset(moved)), verifying, mapping, run)
+        joined = _joined(shown, shown.with_marks(frozenset(moved)), mapping, run)
     else:
         if odd := _odd_marks(joined.scene, shown.marks, joined.coded):
             raise PlacementError("placing.marks_moved", marks=tuple(map(int, moved | odd)))
@@ -120,11 +118,10 @@ def join_by_marks(
 def _joined(
     shown: MarkedPhotos,
     given: CodedMatches,
-    verifying: TwoViewOptions,
     mapping: MappingOptions,
     run: Run,
 ) -> Joined:
-    pairs = run(verify, shown.photos, given.matches, shown.cameras, verifying)
+    pairs = run(verify, shown.photos, given.matches, shown.cameras)
     scene = run(place, shown.photos, given.features, pairs, shown.cameras, mapping, given.coded)
     return Joined(given.features, given.matches, pairs, scene, given.coded)
 

@@ -26,7 +26,7 @@ from limbgram.reconstruction.calibration.cameras import (
     without_files,
 )
 from limbgram.reconstruction.dense.estimation import estimate_depth
-from limbgram.reconstruction.dense.fusion import FusionOptions, fuse
+from limbgram.reconstruction.dense.fusion import fuse
 from limbgram.reconstruction.dense.photo_depth import DenseOptions
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region
 from limbgram.reconstruction.features.detection import FeatureOptions, Features, detect
@@ -41,6 +41,7 @@ from limbgram.reconstruction.lens_groups import ByLens
 from limbgram.reconstruction.limb_groups import limb_groups
 from limbgram.reconstruction.mapping.full_resolution_tracks import FollowingOptions, follow_points
 from limbgram.reconstruction.mapping.movement import BodyMotion
+from limbgram.reconstruction.mapping.ring import DEFAULTS as MAPPING
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Movement, Scene
 from limbgram.reconstruction.mapping.verdicts import refuse_torn
@@ -72,10 +73,7 @@ from limbgram.reconstruction.photos.lenses import copies_of
 from limbgram.reconstruction.photos.photo import PhotoSet, naming_left_out
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 from limbgram.reconstruction.poses import (
-    PLACING,
-    PlacingOptions,
     Poses,
-    PosesOptions,
     Unplaced,
     above_floors,
     board_of_object,
@@ -97,7 +95,7 @@ from limbgram.reconstruction.targets.board_detection import find_board
 from limbgram.reconstruction.targets.marks import MarkOptions, find_marks
 from limbgram.reconstruction.targets.plates import MarkPlate
 from limbgram.reconstruction.twoview.pairs import Pairs
-from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
+from limbgram.reconstruction.twoview.verification import verify
 from limbgram.reconstruction.user_settings import MOST_TRIANGLES, Choices, SurfaceMethod
 
 
@@ -118,33 +116,26 @@ class Capture:
     """Scale bars, mats and rings with coded marks that lie in the scene."""
 
 
+_REDUCED = FeatureOptions(max_megapixels=0.6, max_keypoints=4000)
+"""Keypoints that photos are placed by where that places all of them."""
+_REDUCED_KEYPOINTS = 200_000
+"""About so many in all photos together suffice, where each has 2000."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PipelineOptions:
     """Options of every stage."""
 
     photos: PhotoOptions = field(default_factory=PhotoOptions)
-    reduced: FeatureOptions = field(
-        default_factory=lambda: FeatureOptions(max_megapixels=0.6, max_keypoints=4000)
-    )
-    """Keypoints that photos are placed by where that places all of them."""
-    reduced_keypoints: int = 200_000
-    """About so many in all photos together suffice, where each has 2000."""
     features: FeatureOptions = field(default_factory=FeatureOptions)
-    """Keypoints that they are placed by otherwise."""
+    """Keypoints that photos are placed by where reduced ones do not place them all."""
     matching: MatchingOptions = field(default_factory=MatchingOptions)
-    twoview: TwoViewOptions = field(default_factory=TwoViewOptions)
     mapping: MappingOptions = field(default_factory=MappingOptions)
-    following: FollowingOptions = field(default_factory=FollowingOptions)
-    """How points of reduced photos are measured at full resolution."""
-    poses: PosesOptions = field(default_factory=PosesOptions)
-    """How an object that was turned over is told."""
     marks: MarkOptions = field(default_factory=MarkOptions)
     movement: LookOptions = field(default_factory=LookOptions)
     """How it is found that the limb moved."""
     scale: ScaleOptions = field(default_factory=ScaleOptions)
     region: RegionOptions = field(default_factory=RegionOptions)
-    dense: DenseOptions = field(default_factory=DenseOptions)
-    fusion: FusionOptions = field(default_factory=FusionOptions)
     surface: SurfaceMethod = "ball-pivoting"
     """How points become a surface: Ball Pivoting or Poisson."""
     parts: PartOptions = field(default_factory=PartOptions)
@@ -249,8 +240,8 @@ def _reconstructed(
         distances = (*distances, *mark_distances(marks, capture.plates))
     metric = run(to_millimetres, placing.scene, found, distances, options.scale, cameras)
     region = run(find_region, photos, metric, options.region)
-    share = depth_share(photos, options.dense.most_px, run.memory_mb)
-    cloud = _dense(photos, metric, region, placing.poses, share, options, run)
+    share = depth_share(photos, DenseOptions.most_px, run.memory_mb)
+    cloud = _dense(photos, metric, region, placing.poses, share, run)
     # an object that was turned over shows all its sides, and Ball Pivoting stops at sharp edges
     turned_over = bool(placing.poses.sides)
     wrapped = wrap(cloud, "poisson" if turned_over else options.surface, run)
@@ -292,15 +283,14 @@ def _dense(
     region: Region,
     poses: Poses,
     share: float,
-    options: PipelineOptions,
     run: Run,
 ) -> Cloud:
     """Points of all depth maps; the maps, the largest product, are gone with this call."""
-    dense = replace(options.dense, most_px=round(share * options.dense.most_px))
+    dense = DenseOptions(most_px=round(share * DenseOptions.most_px))
     depths = run(estimate_depth, photos, metric, region, dense)
     if poses.sides:
         depths = above_floors(depths, metric, poses)
-    return run(fuse, photos, metric, depths, region, options.fusion)
+    return run(fuse, photos, metric, depths, region)
 
 
 def _measured(
@@ -411,7 +401,7 @@ def _by_marks(
         placed_by_paint=by_paint,
     )
     try:
-        joined = join_by_marks(shown, options.twoview, options.mapping, run)
+        joined = join_by_marks(shown, options.mapping, run)
     except (MatchingError, PlacementError):
         return None
     scene = joined.scene
@@ -437,7 +427,7 @@ def _by_paint(
     turned over; then the photos are placed by what lies on the object alone.
     """
     largest = max((one.width_px * one.height_px for one in photos.photos), default=0)
-    if largest < _WORTH_REDUCING * 1e6 * options.reduced.max_megapixels:
+    if largest < _WORTH_REDUCING * 1e6 * _REDUCED.max_megapixels:
         return _by_full_size(photos, cameras, options, run, found)
     if any(calibration.source != "board" for calibration in cameras.calibrations):
         reduced = note("placing.reduced.lens")
@@ -468,19 +458,19 @@ def _by_reduced(
     photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run
 ) -> Placing | Finding:
     """All photos placed firmly, or why they are not."""
-    share = options.reduced_keypoints // max(len(photos.photos), 1)
-    most = min(max(share, _FEWEST_REDUCED), options.reduced.max_keypoints)
+    share = _REDUCED_KEYPOINTS // max(len(photos.photos), 1)
+    most = min(max(share, _FEWEST_REDUCED), _REDUCED.max_keypoints)
     try:
-        reduced = replace(options.reduced, max_keypoints=most)
+        reduced = replace(_REDUCED, max_keypoints=most)
         features, still = _moving_keypoints(photos, reduced, run)
         if np.median([len(keypoints) for keypoints in features.keypoints]) < _ENOUGH_REDUCED:
             return note("placing.reduced.few_points")
         matches = still.moving_matches(run(match, photos, features, options.matching))
-        pairs = run(verify, photos, matches, cameras, options.twoview)
+        pairs = run(verify, photos, matches, cameras)
         rough = run(place_roughly, photos, features, pairs, cameras, options.mapping)
         if lacking := _lacking(rough):
             return lacking
-        following = replace(options.following, mapping=options.mapping)
+        following = FollowingOptions(mapping=options.mapping)
         scene = run(follow_points, photos, rough, cameras, following)
     except (MatchingError, PlacementError):
         return note("placing.reduced.few_matches")
@@ -613,10 +603,10 @@ def _by_limb_alone(
     matches = limb_matches(placing.matches, sides)
     features, before = placing.features, placing.scene
     try:
-        pairs = run(verify, photos, matches, cameras, options.twoview)
+        pairs = run(verify, photos, matches, cameras)
         if placing.followed:
             rough = run(place_roughly, photos, features, pairs, cameras, options.mapping)
-            following = replace(options.following, mapping=options.mapping)
+            following = FollowingOptions(mapping=options.mapping)
             scene = run(follow_points, photos, rough, cameras, following)
         else:
             mapping = options.mapping
@@ -638,7 +628,7 @@ def _by_full_size(
 ) -> Placing:
     features, still = _moving_keypoints(photos, options.features, run)
     matches = still.moving_matches(run(match, photos, features, options.matching))
-    pairs = run(verify, photos, matches, cameras, options.twoview)
+    pairs = run(verify, photos, matches, cameras)
     unplaced = Unplaced(
         photos=photos,
         features=features,
@@ -647,19 +637,18 @@ def _by_full_size(
         cameras=cameras,
         detections=found,
     )
-    by = PlacingOptions(mapping=options.mapping, twoview=options.twoview, poses=options.poses)
-    return place_pairs(unplaced, still, run, by)
+    return place_pairs(unplaced, still, run, options.mapping)
 
 
 def place_pairs(
-    unplaced: Unplaced, still: Still, run: Run, options: PlacingOptions = PLACING
+    unplaced: Unplaced, still: Still, run: Run, mapping: MappingOptions = MAPPING
 ) -> Placing:
     """Photos placed by their verified pairs; what stands still is not among these.
 
     Raises:
         PlacementError: see `place_object`; a scene that its own pairs tear.
     """
-    placed = place_object(unplaced, run, options)
+    placed = place_object(unplaced, run, mapping)
     if not placed.poses.sides:
         cameras = unplaced.cameras if placed.lenses is None else placed.lenses.cameras
         refuse_torn(placed.scene, placed.pairs, cameras)

@@ -20,7 +20,7 @@ Limits  Without a board, only a capture whose photos could not be placed in one 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -40,10 +40,11 @@ from limbgram.core.run import Run
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
-from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region, footprint
+from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.lens_groups import ByLens, by_cut, by_lens, lens_is_told
 from limbgram.reconstruction.limb_groups import LimbGroups, limb_groups
+from limbgram.reconstruction.mapping.ring import DEFAULTS as MAPPING
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.verdicts import by_found_lenses, found_lenses
@@ -58,7 +59,7 @@ from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 from limbgram.reconstruction.twoview.repeated_print import without_repeated_print
-from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
+from limbgram.reconstruction.twoview.verification import verify
 
 _FEWEST_PHOTOS = 4
 """Photos of one side, at least."""
@@ -111,17 +112,8 @@ _PLACED_SHARE = 0.8
 """Part of the photos of a side that must find a place in its scene."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class PosesOptions:
-    """How the sides of a capture are told and placed."""
-
-    mapping: MappingOptions = field(default_factory=MappingOptions)
-    region: RegionOptions = field(default_factory=RegionOptions)
-    clearance: float = 0.004
-    """What counts as floor in a depth map: this far above its plane, of the cameras' distance."""
-
-
-DEFAULTS = PosesOptions()
+_CLEARANCE = 0.004
+"""What counts as floor in a depth map: this far above its plane, of the cameras' distance."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,7 +145,6 @@ class Poses:
     """The sides of a capture whose object was turned over; none where it was not."""
 
     sides: tuple[Side, ...] = ()
-    clearance: float = DEFAULTS.clearance
 
     def names(self, photos: PhotoSet) -> tuple[Finding, ...]:
         """First and last photo of each side, or the photos where they do not follow each other."""
@@ -231,19 +222,7 @@ class Unplaced:
         return replace(self, photos=lenses.photos, cameras=lenses.cameras)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlacingOptions:
-    """How photos are joined and placed."""
-
-    mapping: MappingOptions = field(default_factory=MappingOptions)
-    twoview: TwoViewOptions = field(default_factory=TwoViewOptions)
-    poses: PosesOptions = DEFAULTS
-
-
-PLACING = PlacingOptions()
-
-
-def place_object(found: Unplaced, run: Run, options: PlacingOptions = PLACING) -> Placed:
+def place_object(found: Unplaced, run: Run, mapping: MappingOptions = MAPPING) -> Placed:
     """Place photos, with other lenses than files tell where the photos themselves tell so.
 
     Raises:
@@ -253,18 +232,16 @@ def place_object(found: Unplaced, run: Run, options: PlacingOptions = PLACING) -
     photos, cameras = found.photos, found.cameras
 
     def with_lenses(lenses: ByLens) -> Placed:
-        return replace(_placed(found.by(lenses), run, options), lenses=lenses)
+        return replace(_placed(found.by(lenses), run, mapping), lenses=lenses)
 
     def by_photos() -> ByLens | None:
-        return run(by_lens, photos, found.features, found.pairs, cameras, options.mapping)
+        return run(by_lens, photos, found.features, found.pairs, cameras, mapping)
 
     told = lens_is_told(photos, cameras)
     if copies_of(photos):
-        return with_lenses(
-            run(by_cut, photos, found.features, found.pairs, cameras, options.mapping)
-        )
+        return with_lenses(run(by_cut, photos, found.features, found.pairs, cameras, mapping))
     try:
-        placed = _placed(found, run, options)
+        placed = _placed(found, run, mapping)
     except PlacementError:
         lenses = None if told else by_photos()
         if lenses is None:
@@ -282,7 +259,7 @@ def place_object(found: Unplaced, run: Run, options: PlacingOptions = PLACING) -
     return again if len(again.scene.placed) > len(placed.scene.placed) else placed
 
 
-def _placed(found: Unplaced, run: Run, options: PlacingOptions) -> Placed:
+def _placed(found: Unplaced, run: Run, mapping: MappingOptions) -> Placed:
     """Place photos, and where the object was turned over between them join the sides by it alone.
 
     Raises:
@@ -292,28 +269,28 @@ def _placed(found: Unplaced, run: Run, options: PlacingOptions) -> Placed:
     photos, features, pairs, cameras = found.photos, found.features, found.pairs, found.cameras
     seen = (photos, features, pairs, cameras, found.detections)
     try:
-        scene = run(place, photos, features, pairs, cameras, options.mapping)
+        scene = run(place, photos, features, pairs, cameras, mapping)
     except PlacementError:
-        poses = run(find_poses, *seen, None, options.poses)
+        poses = run(find_poses, *seen, None)
         if not poses.sides:
             raise
     else:
         poses = Poses()
         if may_be_turned_over(scene, found.detections):
-            poses = run(find_poses, *seen, scene, options.poses)
+            poses = run(find_poses, *seen, scene)
         if not poses.sides:
             groups = run(limb_groups, photos, features, found.matches, scene, cameras)
             if not groups.photos:
                 return Placed(found.matches, pairs, scene, poses)
             try:
-                poses = run(poses_of_groups, *seen, groups, options.poses)
-                return _joined_by_object(found, poses, run, options)
+                poses = run(poses_of_groups, *seen, groups)
+                return _joined_by_object(found, poses, run, mapping)
             except PlacementError as apart:
                 raise _two_limbs(groups, photos) from apart
-    return _joined_by_object(found, poses, run, options)
+    return _joined_by_object(found, poses, run, mapping)
 
 
-def _joined_by_object(found: Unplaced, poses: Poses, run: Run, options: PlacingOptions) -> Placed:
+def _joined_by_object(found: Unplaced, poses: Poses, run: Run, mapping: MappingOptions) -> Placed:
     """The photos of both sides placed by what lies on the object.
 
     Raises:
@@ -321,8 +298,8 @@ def _joined_by_object(found: Unplaced, poses: Poses, run: Run, options: PlacingO
     """
     photos, features, cameras = found.photos, found.features, found.cameras
     matches = poses.matches_on_object(features, found.matches)
-    pairs = run(verify, photos, matches, cameras, options.twoview)
-    scene = run(place, photos, features, pairs, cameras, options.mapping)
+    pairs = run(verify, photos, matches, cameras)
+    scene = run(place, photos, features, pairs, cameras, mapping)
     refuse_apart(poses, scene)
     return Placed(matches, pairs, scene, poses)
 
@@ -340,7 +317,6 @@ def poses_of_groups(
     cameras: Cameras,
     detections: BoardDetections | None,
     groups: LimbGroups,
-    options: PosesOptions = DEFAULTS,
 ) -> Poses:
     """Groups of photos that share nothing of the limb, as the sides of one that was turned.
 
@@ -348,13 +324,13 @@ def poses_of_groups(
         PlacementError: they are not two, or one of them makes no scene of its own.
     """
     sides = [
-        _side(group, photos, features, pairs, cameras, detections, options, whole=True)
+        _side(group, photos, features, pairs, cameras, detections, whole=True)
         for group in groups.photos
     ]
     known = tuple(side for side in sides if side is not None)
     if len(known) != len(groups.photos) or len(known) != _SIDES:
         raise PlacementError("placing.unheld")
-    return Poses(sides=known, clearance=options.clearance)
+    return Poses(sides=known)
 
 
 def find_poses(
@@ -364,7 +340,6 @@ def find_poses(
     cameras: Cameras,
     detections: BoardDetections | None,
     scene: Scene | None,
-    options: PosesOptions = DEFAULTS,
 ) -> Poses:
     """The two sides of a capture whose object was turned over; none where it kept its pose."""
     count = len(photos.photos)
@@ -384,7 +359,7 @@ def find_poses(
         tried.add(start)
         halves = tuple(range(start)), tuple(range(start, count))
         sides = [
-            _side(half, photos, features, pairs, cameras, detections, options, whole=not moves)
+            _side(half, photos, features, pairs, cameras, detections, whole=not moves)
             for half in halves
         ]
         known = tuple(side for side in sides if side is not None)
@@ -395,10 +370,10 @@ def find_poses(
             scenes = (part.metric.scene for side in known for part in side.parts)
             again = [k for one in scenes for k in _suspected(one, detections)]
             if not again:
-                return Poses(sides=known, clearance=options.clearance)
+                return Poses(sides=known)
             candidates = [*again, *candidates]
             best = max(best, known, key=_photos_placed)
-    return Poses(sides=best, clearance=options.clearance)
+    return Poses(sides=best)
 
 
 def _photos_placed(sides: Sequence[Side]) -> int:
@@ -447,7 +422,6 @@ def _side(
     pairs: Pairs,
     cameras: Cameras,
     detections: BoardDetections | None,
-    options: PosesOptions,
     *,
     whole: bool,
 ) -> Side | None:
@@ -461,7 +435,7 @@ def _side(
     """
     own = {*half}
     within = [one for one in pairs.verified if {*one.matches.photos} <= own]
-    mapping = replace(options.mapping, min_placed_share=0.0)
+    mapping = MappingOptions(min_placed_share=0.0)
     parts: list[Part] = []
     left = own
     try:
@@ -471,7 +445,7 @@ def _side(
             if len(scene.placed) < _FEWEST_PHOTOS:
                 break
             metric = _metric(scene, detections, own)
-            parts.append(Part(metric=metric, region=find_region(photos, metric, options.region)))
+            parts.append(Part(metric=metric, region=find_region(photos, metric)))
             left = left - {*scene.placed}
     except (PlacementError, RegionError):
         pass
@@ -763,9 +737,7 @@ def above_floors(
     """
     if not poses.sides:
         return tuple(depths)
-    clearance_mm = (
-        poses.clearance * aim_of(metric.scene.views, metric.scene.points_in_world).distance
-    )
+    clearance_mm = _CLEARANCE * aim_of(metric.scene.views, metric.scene.points_in_world).distance
     floors = {photo: _floor_in(side, metric) for side in poses.sides for photo in side.photos}
     cleared: list[DepthMap] = []
     for one in depths:

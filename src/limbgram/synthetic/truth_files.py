@@ -15,6 +15,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import PARAMETERS, Camera, View
 from limbgram.core.typed import tree_of
 from limbgram.findings import as_json
+from limbgram.formats.ply import face_rows
 from limbgram.synthetic.faults import Faults
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.bent import BentShape
@@ -49,8 +50,7 @@ def _write_mesh(
 ) -> None:
     vertices = np.empty(len(seen_by), [("xyz", "<f4", 3), ("ncam", "u1"), ("cap", "u1")])
     vertices["xyz"], vertices["ncam"], vertices["cap"] = limb.mesh.vertices_mm, seen_by, hidden
-    faces = np.empty(len(limb.mesh.faces), [("count", "u1"), ("corners", "<i4", 3)])
-    faces["count"], faces["corners"] = 3, limb.mesh.faces
+    faces = face_rows(limb.mesh.faces)
     header = [
         "ply",
         "format binary_little_endian 1.0",

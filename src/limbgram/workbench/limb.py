@@ -21,8 +21,8 @@ from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt
 from limbgram.workbench.anatomy.centreline import Centreline, straight
 from limbgram.workbench.anatomy.directions import AnatomicalAxis, Anatomy
-from limbgram.workbench.anatomy.found import KIND_NAMED, KINDS, KindName
 from limbgram.workbench.anatomy.kind import Kind
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED, KINDS, KindName
 from limbgram.workbench.anatomy.landmark import Landmark, Placed
 from limbgram.workbench.anatomy.names import by_identity, named
 from limbgram.workbench.anatomy.surface_lines import Skin

@@ -47,7 +47,7 @@ from limbgram.workbench.frame.landmarks import with_landmarks
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, parse_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
-from limbgram.workbench.templates.fields import ANGLES, node_heights
+from limbgram.workbench.templates.chart_field import ANGLES, node_heights
 from limbgram.workbench.templates.files import encode_template
 from limbgram.workbench.templates.template import Template, TemplateMark
 

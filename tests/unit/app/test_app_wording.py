@@ -40,9 +40,9 @@ def test_sentences_name_files_without_their_folders(said: str, meant: str) -> No
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_what_the_app_says_names_no_command_and_no_option(language: str) -> None:
     naming = {
-        code: words.says
+        code: words.sentence
         for code, words in all_words(language).items()
-        if code.partition(".")[0] not in OF_THE_COMMAND_LINE and COMMAND.search(words.says)
+        if code.partition(".")[0] not in OF_THE_COMMAND_LINE and COMMAND.search(words.sentence)
     }
     assert not naming
 

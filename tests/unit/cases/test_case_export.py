@@ -7,12 +7,13 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from limbgram.app.shape_cache import ShapeCache
-from limbgram.cases import shape_record
+from limbgram.cases import case_export, shape_record
 from limbgram.cases.case_export import (
     ExportOptions,
     export_shape,
@@ -22,6 +23,7 @@ from limbgram.cases.case_export import (
 from limbgram.cases.shape_record import shape_record_of
 from limbgram.cases.shelf import Shelf
 from limbgram.cases.workspace import Work, Workspace
+from limbgram.core.files import read_content
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.ply import write_ply
@@ -188,6 +190,28 @@ def test_what_cannot_be_read_of_a_file_is_told_and_kept_beside_the_new_one(
     assert aside.read_bytes() == whole[:-9]
     assert [one.values["file"] for one in unreadable_exports(workspace)] == [aside.name]
     assert exported_files(workspace) == (again,)
+
+
+def test_what_was_read_back_of_a_file_is_read_again_only_where_it_changed(
+    workspace: Workspace, works: tuple[Work, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = export_shape(workspace, works[0], STL)
+    told = workspace.files / f"{made.name}.json"
+    assert exported_files(workspace) == (made,)
+    read: list[str] = []
+
+    def counted(path: Path, *given: Any) -> bytes:
+        read.append(path.name)
+        return read_content(path, *given)
+
+    monkeypatch.setattr(case_export, "read_content", counted)
+    for _ in range(3):
+        assert unreadable_exports(workspace) == ()
+        assert exported_files(workspace) == (made,)
+    assert read == []
+    told.write_bytes(told.read_bytes() + b"\n")
+    assert exported_files(workspace) == (made,)
+    assert read == [told.name]
 
 
 def rectified(workspace: Workspace) -> set[str]:

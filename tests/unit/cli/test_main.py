@@ -260,3 +260,27 @@ app(["measure", "a.stl", "--json"])
     )
     assert told.returncode == 2, told.stderr
     assert "NUMBA_CACHE_DIR" in json.loads(told.stdout)["error"]["message"]
+
+
+def test_a_record_waits_for_nothing_that_only_edits_need() -> None:
+    """Curves of scipy and the words of edits, which are read out of their source, cost a third of
+    the start; a record in English without a recipe tells neither."""
+    asked = """
+import sys
+from limbgram.cli.main import loaded
+loaded("report")
+from limbgram.core.request_fields import declared
+from limbgram.findings.tell import terms
+from limbgram.workbench.edits.offset import Offset
+assert not {"scipy.interpolate", "scipy.ndimage"} & {*sys.modules}
+terms("en")
+before = declared.cache_info().misses
+declared(Offset)
+assert declared.cache_info().misses == before + 1
+assert terms("de")["The offset"] != "The offset"
+print("right")
+"""
+    answer = subprocess.run(
+        [sys.executable, "-c", asked], capture_output=True, text=True, check=False
+    )
+    assert answer.stdout.strip() == "right", answer.stderr

@@ -47,6 +47,14 @@ def test_json_is_taken_strictly(text: str) -> None:
         json_of(text.encode())
 
 
+def test_toml_of_a_file_is_text_in_utf_8_with_or_without_its_mark() -> None:
+    for coding in ("utf-8", "utf-8-sig"):
+        assert toml_of('name = "Höhe"'.encode(coding)) == {"name": "Höhe"}
+    with pytest.raises(ContentError) as refused:
+        toml_of('name = "Höhe"'.encode("latin-1"))
+    assert refused.value.finding.code == "file.no_text"
+
+
 def test_json_of_any_coding_is_read() -> None:
     tree = {"name": "Höhe", "mm": [1, 2.5, -3e-4, None, True]}
     text = '{"name": "Höhe", "mm": [1, 2.5, -3e-4, null, true]}'

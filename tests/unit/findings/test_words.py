@@ -88,7 +88,7 @@ def test_every_code_has_words_whose_values_are_given(language: str) -> None:
 
 
 def asked_by(words: Words) -> set[str]:
-    templates = (words.says, words.do, words.app or "", words.short)
+    templates = (words.sentence, words.do, words.app or "", words.short)
     return set[str]().union(*map(placeholders, templates))
 
 
@@ -99,13 +99,27 @@ def test_both_languages_tell_the_same_values_of_the_same_codes() -> None:
         differing = [
             code
             for code, words in english.items()
-            if placeholders(other[code].says) != placeholders(words.says)
+            if placeholders(other[code].sentence) != placeholders(words.sentence)
             or placeholders(other[code].short) != placeholders(words.short)
             or bool(other[code].short) != bool(words.short)
             or bool(other[code].do) != bool(words.do)
             or (other[code].app is None) != (words.app is None)
         ]
         assert not differing
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_what_is_found_stands_in_one_sentence_by_itself(language: str) -> None:
+    """A title takes `says` whole; what stands in braces may hold sentences of its own."""
+    inner = re.compile(r"\{[^{}]*\}")
+    longer: list[str] = []
+    for code, words in all_words(language).items():
+        plain = words.says
+        while inner.search(plain):
+            plain = inner.sub("x", plain)
+        if re.search(r"[.!?] ", plain) and code != "verdict.headline":
+            longer.append(f"{code}: {plain}")
+    assert not longer
 
 
 def test_no_words_are_left_that_nothing_says() -> None:

@@ -26,7 +26,7 @@ from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.matching.static_background import Still
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks
-from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
+from limbgram.reconstruction.twoview.verification import verify
 
 PHOTOS, ARC, MARKS = 12, 6, 20
 RADIUS_MM, SIDE_MM = 60.0, 18.0
@@ -176,7 +176,7 @@ def joined_by_marks(made: Walk, placed_by_paint: int) -> joining.Joined:
         cameras=CAMERAS,
         placed_by_paint=placed_by_paint,
     )
-    return join_by_marks(shown, TwoViewOptions(), MappingOptions(), Run())
+    return join_by_marks(shown, MappingOptions(), Run())
 
 
 def test_marks_join_two_arcs_that_no_paint_joins() -> None:

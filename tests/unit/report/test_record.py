@@ -26,7 +26,7 @@ from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import measure_limb
 from limbgram.workbench.recipe.file import parse_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe
-from limbgram.workbench.templates.fields import ANGLES, node_heights
+from limbgram.workbench.templates.chart_field import ANGLES, node_heights
 from limbgram.workbench.templates.files import encode_template
 from limbgram.workbench.templates.template import Template, TemplateMark
 

@@ -18,7 +18,7 @@ from limbgram.workbench.compare.comparison import CompareOptions, compare
 from limbgram.workbench.compare.over_time import FollowOptions, Visit, follow
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
-from limbgram.workbench.templates.fields import ANGLES, node_heights
+from limbgram.workbench.templates.chart_field import ANGLES, node_heights
 from limbgram.workbench.templates.template import Template, TemplateMark
 
 AS_IS = CompareOptions(registration=RegistrationOptions(way="as-is"))

@@ -9,7 +9,7 @@ import { signal } from "@preact/signals";
 import type { Readable } from "openapi-typescript-helpers";
 
 import { t } from "../texts";
-import { type Finding, told } from "../words";
+import { type Finding, inParts } from "../words";
 import type { components, paths } from "./schema";
 
 /** The shapes of what the server answers. */
@@ -40,12 +40,18 @@ export function note(status: number): void {
 export class Refused extends Error {
   constructor(
     readonly kind: string,
-    message: string,
+    readonly what: string,
     readonly status: number,
+    readonly more = "",
     /** What the library found; none where the page or the way to the server is at fault. */
     readonly finding: Finding | null = null,
   ) {
-    super(message);
+    super(more ? `${what} ${more}` : what);
+  }
+
+  static by(kind: string, finding: Finding, status: number): Refused {
+    const { what, more } = inParts(finding);
+    return new Refused(kind, what, status, more, finding);
   }
 }
 
@@ -61,8 +67,7 @@ export async function taken<T>(call: Promise<Answer<T>>): Promise<T> {
   try {
     answer = await call;
   } catch (error) {
-    if (error instanceof TypeError || (error instanceof DOMException && error.name === "TimeoutError"))
-      throw new Refused("Lost", `${t("lost")} ${t("lost.why")}`, 0);
+    if (error instanceof TypeError || (error instanceof DOMException && error.name === "TimeoutError")) throw new Refused("Lost", t("lost"), 0, t("lost.why"));
     throw error;
   }
   if (answer.error !== undefined || !answer.response.ok) throw refusedBy(answer.response.status, answer.error);
@@ -73,7 +78,7 @@ export function refusedBy(status: number, body: unknown): Refused {
   if (typeof body === "object" && body !== null && "message" in body) {
     const kind = "kind" in body ? String(body.kind) : "";
     const finding = "finding" in body ? (body.finding as Finding | null) : null;
-    return new Refused(kind, finding ? told(finding) : String(body.message), status, finding);
+    return finding ? Refused.by(kind, finding, status) : new Refused(kind, String(body.message), status);
   }
   return new Refused(`HTTP ${status}`, t("cannot"), status);
 }
@@ -86,7 +91,7 @@ export async function bytesOf(path: string, init: RequestInit = {}): Promise<{ b
   } catch (error) {
     if (error instanceof DOMException && error.name === "AbortError") throw error;
     link.value = "lost";
-    throw new Refused("Lost", `${t("lost")} ${t("lost.why")}`, 0);
+    throw new Refused("Lost", t("lost"), 0, t("lost.why"));
   }
   note(response.status);
   if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));

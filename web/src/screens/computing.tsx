@@ -9,7 +9,7 @@ import { type Schemas, api, bytesOf, taken } from "../api/client";
 import { decodeBlocks, surfaceOf } from "../api/blocks";
 import { Icon } from "../design/icons";
 import { Button, Confirm, Notice } from "../design/parts";
-import { Refusal, parted } from "../design/refusal";
+import { Refusal } from "../design/refusal";
 import { guessFrame } from "../geometry/guess";
 import { perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
@@ -18,7 +18,7 @@ import { expert } from "../state/settings";
 import { duration, t, tOr } from "../texts";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode } from "../viewer/surface";
-import { told } from "../words";
+import { inParts } from "../words";
 import { Dots } from "./dots";
 import type { Room } from "./room";
 
@@ -191,10 +191,10 @@ function Stages({ stages }: { stages: Schemas["JobReply"]["stages"] }) {
 }
 
 function Failure({ job }: { job: Schemas["JobReply"] }) {
-  const [what, rest] = parted(job.finding ? told(job.finding) : "");
+  const { what, more } = job.finding ? inParts(job.finding) : { what: "", more: "" };
   return (
     <Notice tone="red" title={what}>
-      <p>{rest}</p>
+      <p>{more}</p>
       {expert.value && <p class="mono">{job.kind}</p>}
     </Notice>
   );

@@ -11,9 +11,9 @@ import { useEffect, useRef } from "preact/hooks";
 import "../design/gate.css";
 import { Icon } from "../design/icons";
 import { Button, Notice } from "../design/parts";
-import { parted } from "../design/refusal";
 import { askPerson, enter, lockNow, person, signOut } from "../state/person";
 import { t } from "../texts";
+import type { Parts } from "../words";
 
 export function Gate({ children }: { children: ComponentChildren }) {
   const asked = useSignal(false);
@@ -52,7 +52,7 @@ export function WhoIsHere() {
 }
 
 function Entry({ user }: { user?: string }) {
-  const why = useSignal("");
+  const why = useSignal<Parts | null>(null);
   const busy = useSignal(false);
   const first = useRef<HTMLInputElement>(null);
   const secret = useRef<HTMLInputElement>(null);
@@ -64,13 +64,12 @@ function Entry({ user }: { user?: string }) {
     try {
       why.value = await enter(user ?? first.current?.value ?? "", secret.current?.value ?? "");
     } catch {
-      why.value = `${t("lost")} ${t("lost.why")}`;
+      why.value = { what: t("lost"), more: t("lost.why") };
     } finally {
       busy.value = false;
       if (why.value) secret.current?.select();
     }
   };
-  const [what, rest] = parted(why.value);
   return (
     <main class="entry" id="content">
       <form class="card" onSubmit={(event) => void submit(event)}>
@@ -106,9 +105,9 @@ function Entry({ user }: { user?: string }) {
             />
           </span>
         </label>
-        {why.value.trim() && (
-          <Notice tone="red" title={what}>
-            {rest}
+        {why.value?.what && (
+          <Notice tone="red" title={why.value.what}>
+            {why.value.more}
           </Notice>
         )}
         <div class="acts">

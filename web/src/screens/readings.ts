@@ -1,5 +1,6 @@
 /** Readings of the tape as they are shown: what the server keeps, what is on its way to it, and what it says of each. */
 import type { Schemas } from "../api/client";
+import figures from "../api/figures.json";
 import type { Act } from "../state/acts";
 
 type Kept = Schemas["Reading"];
@@ -9,10 +10,8 @@ export interface Reading extends Kept {
   readonly verdict: Schemas["TapeReply"] | null;
 }
 
-/** As the server has it: heights so near are one. */
-const SAME_MM = 0.01;
-
-export const heightIs = (one_mm: number, other_mm: number): boolean => Math.abs(one_mm - other_mm) <= SAME_MM;
+/** Heights so near are one, for the server too. */
+export const heightIs = (one_mm: number, other_mm: number): boolean => Math.abs(one_mm - other_mm) <= figures.SAME_HEIGHT_MM;
 
 /** The readings once the acts that are pending are done. */
 export function withPending(kept: readonly Kept[], acts: readonly Pick<Act, "init">[]): Kept[] {

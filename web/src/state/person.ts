@@ -6,7 +6,7 @@
  */
 import { effect, signal, untracked } from "@preact/signals";
 
-import { ROOT, type Schemas, api, link, refusedBy } from "../api/client";
+import { ROOT, type Schemas, api, type Refused, link, refusedBy } from "../api/client";
 import { restActs, resumeActs } from "./acts";
 
 const TELL_MS = 45_000;
@@ -53,16 +53,16 @@ export function watch(): void {
   }, 5000);
 }
 
-/** Sign in, or unlock; why not, or an empty text. */
-export async function enter(name: string, password: string): Promise<string> {
+/** Sign in, or unlock; why not, or nothing. */
+export async function enter(name: string, password: string): Promise<Refused | null> {
   const locked = person.value?.locked;
   const { data, error, response } = locked
     ? await api.POST("/api/v1/session/unlock", { body: { password } })
     : await api.POST("/api/v1/session/sign-in", { body: { name, password } });
-  if (!data) return refusedBy(response.status, error).message;
+  if (!data) return refusedBy(response.status, error);
   if (locked) person.value = data;
   else leave();
-  return "";
+  return null;
 }
 
 export async function lockNow(): Promise<void> {

@@ -26,7 +26,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.spatial import KDTree
 
-from limbgram.core.errors import DenseError, OptionsError
+from limbgram.core.errors import DenseError
 from limbgram.core.geometry.lens import View
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Cloud
@@ -377,17 +377,17 @@ _LEAST_POINTS = 300
 """Fewer points are refused."""
 
 
+_SMOOTHING = 2.5
+"""Reach of the smoothing, in spacings."""
+LEAST_VIEWS = 2
+"""Photos that must agree on a point. Two show sides near the ground that three rarely see; a
+rim that is wrong is cut back when the surface is measured."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class FusionOptions:
     """How dense and how smooth the cloud is."""
 
-    spacing_mm: float | None = None
-    """Distance between neighbours; None: 1.75 pixels of the depth maps."""
-    smoothing: float = 2.5
-    """Reach of the smoothing, in spacings."""
-    least_views: int = 2
-    """Photos that must agree on a point. Two show sides near the ground that three rarely see; a
-    rim that is wrong is cut back when the surface is measured."""
     least_share: float = 0.01
     """Pieces with less than this share of the points are crumbs."""
     seed: int = 1
@@ -397,6 +397,7 @@ class FusionOptions:
 DEFAULTS = FusionOptions()
 
 _SPACING_PX = 1.75
+"""Distance between neighbours of the cloud, in pixels of the depth maps."""
 _NOISE_PX = 0.2
 """Distance from the surface, in pixels, at which a measured point's weight halves."""
 _PIECE_REACH = 3.0
@@ -434,9 +435,7 @@ def fuse(
         DenseError: too few points were measured that several photos agree on.
     """
     pixel_mm = _pixel_mm(depth_maps)
-    spacing_mm = options.spacing_mm or _SPACING_PX * pixel_mm
-    if not spacing_mm > 0 or not options.smoothing >= 1:
-        raise OptionsError("depth.fusion_options")
+    spacing_mm = _SPACING_PX * pixel_mm
     stride = max(1, round(0.5 * spacing_mm / pixel_mm))
     parts = in_parallel(lambda depth_map: _measured(depth_map, stride), depth_maps)
     measured = Measured(
@@ -451,7 +450,7 @@ def fuse(
     inside = region.contains(points.astype(float))
     points, normals = points[inside], normals[inside]
     visibility = point_visibility(photos, metric, depth_maps, points, normals, spacing_mm / 2)
-    kept = visibility.views >= min(options.least_views, len(depth_maps))
+    kept = visibility.views >= min(LEAST_VIEWS, len(depth_maps))
     kept &= visibility.through <= visibility.views
     kept[kept] = _in_large_pieces(points[kept], _PIECE_REACH * spacing_mm, options.least_share)
     if kept.sum() < _LEAST_POINTS:
@@ -505,7 +504,7 @@ def _surface(
     measured: Measured, spacing_mm: float, noise_mm: float, options: FusionOptions
 ) -> tuple[Float32[np.ndarray, "n 3"], Float32[np.ndarray, "n 3"]]:
     """Evenly spaced points and their normals on the surface of the measured ones."""
-    radius_mm = options.smoothing * spacing_mm
+    radius_mm = _SMOOTHING * spacing_mm
     grid = grid_of(measured.points_mm, radius_mm)
     measured = measured.sorted_by(grid)
     lookup = (grid.low_mm, grid.cell_mm, grid.keys, grid.spans)

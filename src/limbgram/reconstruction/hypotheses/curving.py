@@ -31,7 +31,7 @@ from limbgram.reconstruction.hypotheses.bodies import (
     FLOOR_MM,
     MOST_PHOTOS,
 )
-from limbgram.reconstruction.hypotheses.fields import Along, FieldEvidence
+from limbgram.reconstruction.hypotheses.deformation_fields import Along, FieldEvidence
 from limbgram.reconstruction.hypotheses.terms import drifts, steps
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.lens_evidence import (

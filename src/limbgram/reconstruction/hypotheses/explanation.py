@@ -1,4 +1,4 @@
-"""Explained: what the search ended with for two bodies."""
+"""Explanation: the result of the search for two bodies."""
 
 from dataclasses import dataclass
 from typing import Literal

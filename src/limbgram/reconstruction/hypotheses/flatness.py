@@ -22,7 +22,7 @@ from limbgram.core.geometry.frames import SIMILARITY_SIZE
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, differentiate_all
 from limbgram.core.interval import length_within
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.hypotheses.fields import Along, FieldEvidence
+from limbgram.reconstruction.hypotheses.deformation_fields import Along, FieldEvidence
 from limbgram.reconstruction.mapping.body import Body, moves_of_whole
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
 from limbgram.reconstruction.mapping.lens_evidence import (

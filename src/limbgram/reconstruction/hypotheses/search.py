@@ -30,11 +30,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.interval import COVER
+from limbgram.reconstruction.hypotheses.accepted_terms import Effect, Found, columns_of, motion_size
 from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
-from limbgram.reconstruction.hypotheses.found import Effect, Found, columns_of, motion_size
-from limbgram.reconstruction.hypotheses.spread import Left, left_of, seen_of_lenses, spread_of
-from limbgram.reconstruction.hypotheses.sway import (
+from limbgram.reconstruction.hypotheses.random_motion import (
     Instead,
     Sway,
     explains_as_well,
@@ -42,6 +41,7 @@ from limbgram.reconstruction.hypotheses.sway import (
     sway_of,
     swaying,
 )
+from limbgram.reconstruction.hypotheses.spread import Left, left_of, seen_of_lenses, spread_of
 from limbgram.reconstruction.hypotheses.terms import Term, drifts, single_photos, steps
 from limbgram.reconstruction.mapping.lens_evidence import MOST, MOST_ALONE, OWN, TIGHT, USUAL
 from limbgram.reconstruction.mapping.quadratic import (

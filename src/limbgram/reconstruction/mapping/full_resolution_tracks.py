@@ -28,7 +28,13 @@ from limbgram.core.run import in_parallel
 from limbgram.findings import fault
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import spread
-from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
+from limbgram.reconstruction.mapping.ring import (
+    MIN_PHOTO_POINTS,
+    MIN_PLACED,
+    MappingOptions,
+    readjusted,
+    without_photos,
+)
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.matching import PairMemory
 from limbgram.reconstruction.matching.windows import Pyramid, WindowOptions, build_pyramid, follow
@@ -56,8 +62,6 @@ _MEMORY_MB = 400.0
 class FollowingOptions:
     """Where points are looked for, and what counts as found."""
 
-    windows: WindowOptions = field(default_factory=WindowOptions)
-    """What least-squares matching accepts."""
     tries_a_photo: tuple[int, int] = (1500, 4000)
     """Points looked for in a photo on average: at least, and at most."""
     mapping: MappingOptions = field(default_factory=MappingOptions)
@@ -77,8 +81,8 @@ def follow_points(
     """
     found = _followed(photos, scene, options)
     shown = np.bincount(found.observations.photo_idx, minlength=len(scene.names))
-    weak = {photo for photo in scene.placed if shown[photo] < options.mapping.min_photo_points}
-    if len(scene.placed) - len(weak) < options.mapping.min_placed:
+    weak = {photo for photo in scene.placed if shown[photo] < MIN_PHOTO_POINTS}
+    if len(scene.placed) - len(weak) < MIN_PLACED:
         raise PlacementError("placing.unsharp", weak=len(weak), placed=len(scene.placed))
     verdicts = tuple(
         replace(
@@ -109,7 +113,7 @@ def _followed(photos: PhotoSet, scene: Scene, options: FollowingOptions) -> Scen
         expected = points.expected(rows, views[pair[0]], views[pair[1]])
         expected[:, [0, 3]] = (expected[:, [0, 3]] + 0.5) / size - 0.5
         xy_px = (points.xy_px[rows] + 0.5) / size - 0.5
-        result = follow(prepared(pair[0]), prepared(pair[1]), xy_px, expected, options.windows)
+        result = follow(prepared(pair[0]), prepared(pair[1]), xy_px, expected, WindowOptions())
         good = np.isfinite(result[:, 2])
         xy_px = (result[good, :2] + 0.5) * size - 0.5
         return _Found(np.full(int(good.sum()), pair[1]), rows[good], xy_px)

@@ -44,9 +44,7 @@ _OBSERVATIONS = 30_000
 """So many suffice for the test: limb_ring15 has 27,600."""
 
 
-def with_supported_lenses(
-    fixed: Adjusted, scene: Scene, priors: Sequence[Calibration], outlier_sigmas: float
-) -> Adjusted:
+def with_supported_lenses(fixed: Adjusted, scene: Scene, priors: Sequence[Calibration]) -> Adjusted:
     """The adjustment with the kinds that its residuals support; itself where they support none.
 
     Args:
@@ -56,7 +54,7 @@ def with_supported_lenses(
     best, start = fixed, scene
     while (kind := supported_kind(best, priors)) is not None:
         room = with_room_for(start, kind.deviation, kind.chance)
-        trial = adjust(room, priors, outlier_sigmas=outlier_sigmas, solve_own=True)
+        trial = adjust(room, priors, solve_own=True)
         if trial.sigma_px >= best.sigma_px:
             break
         if beyond := beyond_cameras(trial.scene):
@@ -64,7 +62,7 @@ def with_supported_lenses(
                 break
             # the spread of a camera's faults held their focal lengths back
             room = with_spread_of(room, trial.scene)
-            trial = adjust(room, priors, outlier_sigmas=outlier_sigmas, solve_own=True)
+            trial = adjust(room, priors, solve_own=True)
         best, start = trial, room
     return best
 

@@ -1,4 +1,4 @@
-"""Quadratic: what equations say of some unknowns, in units of sigma, and how likely that is.
+"""Quadratic forms: normal equations of some unknowns, the others eliminated, and score tests.
 
 In      normal equations over unknowns of any units, of which some may not be seen at all.
 Out     how far the sum of squares falls along some directions, the chance of that, and the spread

@@ -37,7 +37,7 @@ from limbgram.reconstruction.mapping.chains import along_chains, starts, without
 from limbgram.reconstruction.mapping.lens_evidence import LensEvidence, zoomed_photos
 from limbgram.reconstruction.mapping.lens_selection import with_supported_lenses
 from limbgram.reconstruction.mapping.scene import Ring, Scene
-from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, Adjusted, Unheld, adjust
+from limbgram.reconstruction.mapping.solution import Adjusted, Unheld, adjust
 from limbgram.reconstruction.mapping.stragglers import with_stragglers
 from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
 from limbgram.reconstruction.mapping.verdicts import (
@@ -68,6 +68,21 @@ _OTHER_FOCAL = 0.1
 """Difference of focal length from which photos placed without a calibration contradict it."""
 
 
+_MAPPER_MATCHES = 400
+"""Most matches of a pair that the mapper gets; the final adjustment takes all."""
+_TRACK_PX = 2.0
+"""Largest distance from the first cameras' geometry of a match that joins the adjustment."""
+MIN_PHOTO_POINTS = 20
+"""Fewest scene points that hold a photo in place, from its first resection on."""
+_MAX_PHOTO_RMS_PX = 3.0
+"""Largest RMS residual of a placed photo."""
+_MAX_ODD_SHARE = 0.2
+"""Photos of another focal length are set aside if they are no larger part; beyond it they
+are used and named."""
+MIN_PLACED = 3
+"""Fewest photos that make a scene."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class MappingOptions:
     """How photos are placed, and what a placed photo must show."""
@@ -76,21 +91,6 @@ class MappingOptions:
     """Whether lenses calibrated with a board move within their covariance or stay as they are."""
     photo_lenses: Literal["as asked", "never"] = "as asked"
     """Whether single photos get lenses of their own where the residuals ask for them."""
-    outlier_sigmas: float = OUTLIER_SIGMAS
-    """Observations beyond this many standard deviations are dropped."""
-    mapper_matches: int = 400
-    """Most matches of a pair that the mapper gets; the final adjustment takes all."""
-    track_px: float = 2.0
-    """Largest distance from the first cameras' geometry of a match that joins the adjustment."""
-    min_photo_points: int = 20
-    """Fewest scene points that hold a photo in place, from its first resection on."""
-    max_photo_rms_px: float = 3.0
-    """Largest RMS residual of a placed photo."""
-    max_odd_share: float = 0.2
-    """Photos of another focal length are set aside if they are no larger part; beyond it they
-    are used and named."""
-    min_placed: int = 3
-    """Fewest photos that make a scene."""
     min_placed_share: float = 0.5
     """Smallest part of the photos that makes a scene."""
     seed: int = 0
@@ -148,7 +148,7 @@ def _placed(
     own_sigmas_px = None if coded is None else coded.own_sigmas_px()
     best, refusal = None, PlacementError("placing.no_start", pairs=len(pairs.verified))
     folded = False
-    for route in _routes(cameras, pairs, len(photos.photos), options.mapper_matches):
+    for route in _routes(cameras, pairs, len(photos.photos), _MAPPER_MATCHES):
         if route.unfolds and not folded:
             break
         try:
@@ -164,11 +164,11 @@ def _placed(
     if best is None:
         raise refusal
     scene = best.scene
-    if options.min_placed <= len(scene.placed) < len(scene.names):
+    if MIN_PLACED <= len(scene.placed) < len(scene.names):
         by = _without_contradicted(pairs, best.dropped)
         scene = _with_left_out(scene, places_px, by, cameras, options, coded)
     _refuse_too_few(scene, options)
-    scene = with_all_tracks(scene, places_px, pairs, options.track_px, coded)
+    scene = with_all_tracks(scene, places_px, pairs, _TRACK_PX, coded)
     verdicts = judge(scene, photos, places_px, pairs, best.others, best.dropped)
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
 
@@ -195,7 +195,7 @@ def _with_left_out(
     """With the photos that their pairs and few points place."""
 
     def remade(scene: Scene) -> Scene:
-        tracked = with_all_tracks(scene, places_px, pairs, options.track_px, coded)
+        tracked = with_all_tracks(scene, places_px, pairs, _TRACK_PX, coded)
         return _scene_of(_adjusted_alike(tracked, cameras, options))
 
     try:
@@ -205,7 +205,7 @@ def _with_left_out(
     left = {*range(len(scene.names))} - {*before.placed}
     theirs = tuple(one for one in pairs.verified if {*one.matches.photos} & left)
     solved = by_found_lenses(before, Pairs(theirs, pairs.rejected), cameras)
-    joined = with_stragglers(before, places_px, solved, remade, options.outlier_sigmas)
+    joined = with_stragglers(before, places_px, solved, remade)
     return joined if len(joined.placed) > len(scene.placed) else scene
 
 
@@ -276,14 +276,14 @@ def _mapped(
 ) -> _Mapped:
     from limbgram.reconstruction.mapping.colmap import Begin, map_incrementally  # loads pycolmap
 
-    begin = Begin(options.min_photo_points, options.seed, route.start)
+    begin = Begin(MIN_PHOTO_POINTS, options.seed, route.start)
     found = map_incrementally(
         photos, places_px, route.pairs, cameras, route.held, begin, own_sigmas_px
     )
     if not found:
         raise PlacementError("placing.no_start", pairs=len(pairs.verified))
     rough = _adjusted(found[0], cameras, options)
-    dropped = _misplaced(rough, by_found_lenses(rough, pairs, cameras), options)
+    dropped = _misplaced(rough, by_found_lenses(rough, pairs, cameras))
     return _Mapped(without_photos(rough, set(dropped)), found[1:], dropped)
 
 
@@ -295,7 +295,7 @@ def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene
     alike = without_photos(alike, lost)
     answer = _as_asked(fixed, alike, cameras, options)
     aside, odd = dict[int, Finding](), dict[int, Finding]()
-    most = options.max_odd_share * len(fixed.scene.placed)
+    most = _MAX_ODD_SHARE * len(fixed.scene.placed)
     if len(zoomed_by_own(answer.scene)) <= most:
         while odd := _odd_of(fixed.scene, alike, cameras, options):
             if len(aside) + len(odd) > most:
@@ -355,7 +355,7 @@ def _odd_by_others(
     options: MappingOptions,
 ) -> dict[int, Finding]:
     odd, suspected = judged.odd, judged.suspected
-    few = len(suspected) <= options.max_odd_share * len(adjusted.placed)
+    few = len(suspected) <= _MAX_ODD_SHARE * len(adjusted.placed)
     if not few or {*suspected} == {*odd}:
         return odd
     try:
@@ -434,7 +434,6 @@ def _adjusted_alike(scene: Scene, cameras: Cameras, options: MappingOptions) -> 
             scene,
             cameras.calibrations,
             hold_board_lenses=options.board_lenses == "hold",
-            outlier_sigmas=options.outlier_sigmas,
         )
     except Unheld as lost:
         if len(scene.placed) - len(lost.photos) < _FEWEST_HELD:
@@ -449,7 +448,7 @@ def _as_asked(
 ) -> Adjusted:
     if options.board_lenses == "hold" or options.photo_lenses == "never":
         return adjusted
-    return with_supported_lenses(adjusted, before, cameras.calibrations, options.outlier_sigmas)
+    return with_supported_lenses(adjusted, before, cameras.calibrations)
 
 
 def _scene_of(adjusted: Adjusted) -> Scene:
@@ -462,17 +461,17 @@ def _scene_of(adjusted: Adjusted) -> Scene:
     )
 
 
-def _misplaced(scene: Scene, pairs: Pairs, options: MappingOptions) -> dict[int, Finding]:
+def _misplaced(scene: Scene, pairs: Pairs) -> dict[int, Finding]:
     """Placed photos that must not stay, and why."""
     wrong, figures = contradicted(scene, pairs), photo_points(scene)
     reasons: dict[int, Finding] = {}
     for photo in scene.placed:
         points, rms_px = figures[photo]
-        if points < options.min_photo_points:
+        if points < MIN_PHOTO_POINTS:
             reasons[photo] = note("placing.photo.loose", points=round(points))
-        elif rms_px > options.max_photo_rms_px:
+        elif rms_px > _MAX_PHOTO_RMS_PX:
             reasons[photo] = note(
-                "placing.photo.misses", rms_px=float(rms_px), most_px=options.max_photo_rms_px
+                "placing.photo.misses", rms_px=float(rms_px), most_px=_MAX_PHOTO_RMS_PX
             )
         elif wrong[photo]:
             reasons[photo] = note("placing.photo.contradicted")
@@ -481,7 +480,7 @@ def _misplaced(scene: Scene, pairs: Pairs, options: MappingOptions) -> dict[int,
 
 def _refuse_too_few(scene: Scene, options: MappingOptions) -> None:
     placed, count = len(scene.placed), len(scene.names)
-    if placed < options.min_placed or placed < options.min_placed_share * count:
+    if placed < MIN_PLACED or placed < options.min_placed_share * count:
         missing = tuple(
             name for name, pose in zip(scene.names, scene.camera_from_world) if pose is None
         )

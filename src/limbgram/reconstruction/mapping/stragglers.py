@@ -37,7 +37,7 @@ from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.mapping.resection import LARGEST_MISS_PX, resect
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.solution import turn_sigma_deg
+from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, turn_sigma_deg
 from limbgram.reconstruction.mapping.tracks import breadth_px, near_by_chance
 from limbgram.reconstruction.mapping.verdicts import (
     CONTRADICTION_DEG,
@@ -70,22 +70,20 @@ def with_stragglers(
     places_px: Sequence[Points2],
     pairs: Pairs,
     remade: Callable[[Scene], Scene],
-    outlier_sigmas: float,
 ) -> Scene:
     """The scene with those of its photos without a place that a few points, or two pairs, hold.
 
     Args:
         pairs: Of these photos, by the lenses of the scene.
         remade: A scene with its points made anew from all matches, and adjusted.
-        outlier_sigmas: Beyond which it drops observations.
     """
     grown: Scene | None = scene
     while grown is not None:
         scene = grown
         left = sorted({*range(len(scene.names))} - {*scene.placed})
-        by_points = _by_points(left, scene, places_px, pairs, outlier_sigmas)
+        by_points = _by_points(left, scene, places_px, pairs)
         joined = (
-            _joined(one, scene, places_px, pairs, remade, outlier_sigmas)
+            _joined(one, scene, places_px, pairs, remade)
             for one in (*by_points, *_by_steps(left, scene, pairs))
         )
         grown = next((one for one in joined if one is not None), None)
@@ -97,10 +95,9 @@ def _by_points(
     scene: Scene,
     places_px: Sequence[Points2],
     pairs: Pairs,
-    outlier_sigmas: float,
 ) -> "list[Place]":
     """Places that points hold beyond chance, the surest first."""
-    within_px = outlier_sigmas * scene.sigma_px
+    within_px = OUTLIER_SIGMAS * scene.sigma_px
     tried = [_likeliest(photo, scene, places_px, pairs) for photo in left]
     hopeful = [
         (chance, one)
@@ -135,14 +132,14 @@ class Place:
         of_those = near_by_chance(agreeing, tried, _FITTED, within_px, self.broad_px)
         return min(comb(tried, _FITTED) * of_those, 1.0)
 
-    def held(self, joined: Scene, places_px: Sequence[Points2], within_px: float) -> bool:
+    def held(self, joined: Scene, places_px: Sequence[Points2]) -> bool:
         """Whether beyond chance points that a third photo shows hold the photo in a scene."""
         seen = joined.observations
         rays = np.bincount(seen.point_idx, minlength=len(joined.points_in_world))
         telling = (seen.photo_idx == self.photo) & (rays[seen.point_idx] >= _TELLING_RAYS)
         shown = KDTree(places_px[self.photo]).query(seen.xy_px[telling])[1]
         holding = int(np.isin(self.keypoints, shown).sum())
-        return self.by_chance(holding, within_px) <= _BY_CHANCE
+        return self.by_chance(holding, OUTLIER_SIGMAS * joined.sigma_px) <= _BY_CHANCE
 
 
 @dataclass(frozen=True)
@@ -155,9 +152,8 @@ class Meeting:
     apart_deg: float
     """How far one of them turns the photo otherwise than the other."""
 
-    def held(self, joined: Scene, places_px: Sequence[Points2], within_px: float) -> bool:
+    def held(self, joined: Scene, places_px: Sequence[Points2]) -> bool:
         """Whether a scene holds most matches of both."""
-        del within_px
         return all(_share_held(one, joined, places_px) > _MOST for one in self.pairs)
 
 
@@ -167,7 +163,6 @@ def _joined(
     places_px: Sequence[Points2],
     pairs: Pairs,
     remade: Callable[[Scene], Scene],
-    outlier_sigmas: float,
 ) -> Scene | None:
     """The scene with a photo at its place; None where it does not stay there."""
     photo, poses = place.photo, list(scene.camera_from_world)
@@ -180,7 +175,7 @@ def _joined(
         return None
     if {*joined.placed} != {*scene.placed, photo}:
         return None
-    if not place.held(joined, places_px, outlier_sigmas * joined.sigma_px):
+    if not place.held(joined, places_px):
         return None
     if turn_sigma_deg(joined, photo) > _MOST_TURN_DEG:
         return None

@@ -12,7 +12,7 @@ Fails   MatchingError: the photos show too little, or hardly any pair matches.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations
 
@@ -115,6 +115,9 @@ class SelectionOptions:
     """Photos before and after in the order of names (the last meets the first): always matched."""
 
 
+_SELECTION = SelectionOptions()
+
+
 @dataclass(frozen=True)
 class Candidate:
     """A pair of photos worth matching, and how much scales change from first to second."""
@@ -128,7 +131,9 @@ class Candidate:
     """How far the second photo is turned; None where the coarse matches do not agree."""
 
 
-def select_pairs(features: Features, options: SelectionOptions) -> tuple[Candidate, ...]:
+def select_pairs(
+    features: Features, options: SelectionOptions = _SELECTION
+) -> tuple[Candidate, ...]:
     """Pairs worth matching, in order of their photos."""
     largest = [_largest(keypoints, options.keypoints) for keypoints in features.keypoints]
     compressed = _compress([keypoints.descriptors for keypoints in largest])
@@ -257,12 +262,8 @@ _MEMORY_MB = 400.0
 
 @dataclass(frozen=True, kw_only=True)
 class MatchingOptions:
-    """Which pairs are matched, and what a match must stand."""
+    """What a pair's matches must stand."""
 
-    selection: SelectionOptions = field(default_factory=SelectionOptions)
-    """Which pairs are matched."""
-    windows: WindowOptions = field(default_factory=WindowOptions)
-    """What window correlation accepts."""
     min_matches: int = 16
     """Pairs with fewer matches that turn the picture by about the same angle are left out."""
 
@@ -295,36 +296,33 @@ def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAU
     Raises:
         MatchingError: most photos show too little, or most match no other.
     """
-    candidates = pairs_worth_matching(photos, features, options)
-    return joined(photos, match_pairs(photos, features, candidates, options), options)
+    candidates = pairs_worth_matching(photos, features)
+    return joined(photos, match_pairs(photos, features, candidates), options)
 
 
 def match_what_there_is(
     photos: PhotoSet, features: Features, options: MatchingOptions = DEFAULTS
 ) -> Matches:
     """The same where photos that show too little are no refusal: something else joins them too."""
-    candidates = select_pairs(features, options.selection)
-    matched = match_pairs(photos, features, candidates, options)
+    candidates = select_pairs(features)
+    matched = match_pairs(photos, features, candidates)
     return _joined(matched, options)
 
 
-def pairs_worth_matching(
-    photos: PhotoSet, features: Features, options: MatchingOptions = DEFAULTS
-) -> tuple[Candidate, ...]:
+def pairs_worth_matching(photos: PhotoSet, features: Features) -> tuple[Candidate, ...]:
     """Pairs of photos that probably show the same places.
 
     Raises:
         MatchingError: most photos show too little.
     """
     _refuse_bare(photos, features)
-    return select_pairs(features, options.selection)
+    return select_pairs(features)
 
 
 def match_pairs(
     photos: PhotoSet,
     features: Features,
     candidates: Sequence[Candidate],
-    options: MatchingOptions = DEFAULTS,
 ) -> tuple[MatchedPair, ...]:
     """Match these pairs, each on its own."""
     described = max(map(len, features.keypoints), default=0)
@@ -340,7 +338,7 @@ def match_pairs(
         )
 
     def match_one(pair: Candidate) -> MatchedPair:
-        return _match_pair(pair, prepared(pair.first), prepared(pair.second), options)
+        return _match_pair(pair, prepared(pair.first), prepared(pair.second))
 
     return tuple(in_parallel(match_one, candidates, memory.workers))
 
@@ -366,14 +364,12 @@ def _joined(matched: Sequence[MatchedPair], options: MatchingOptions) -> Matches
     )
 
 
-def _match_pair(
-    pair: Candidate, first: _Prepared, second: _Prepared, options: MatchingOptions
-) -> MatchedPair:
+def _match_pair(pair: Candidate, first: _Prepared, second: _Prepared) -> MatchedPair:
     band = _scale_band(pair, first.keypoints, second.keypoints, _MAX_SCALE_CHANGE)
     turn = _turn(pair, first.keypoints, second.keypoints)
     found = match_descriptors(first.descriptors, second.descriptors, _FINE_RATIO, band, turn)
     windows = correlate(
-        first.pyramid, second.pyramid, first.keypoints, second.keypoints, found, options.windows
+        first.pyramid, second.pyramid, first.keypoints, second.keypoints, found, WindowOptions()
     )
     kept = found[windows.kept]
     matches = PairMatches(

@@ -1,4 +1,4 @@
-"""Creases: relief that the plate lost and that is alike all along folds.
+"""Creases: restores relief along folds that the thin plate has smoothed away.
 
 In      the measured surface, what the usual plate takes of it and where paint shows it.
 Out     by vertex, two sources of error that all vertices share, a quarter of a wave apart. A level

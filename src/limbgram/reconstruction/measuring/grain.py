@@ -1,4 +1,4 @@
-"""Grain: which way relief runs, and a plate that bends across it more easily than along it.
+"""Grain: the direction of relief, and an anisotropic plate that is stiffer along it than across.
 
 In      a measured surface and what the usual plate takes of it.
 Out     the equations with a plate that follows the grain: folds that lie side by side keep their

@@ -1,4 +1,4 @@
-"""The usual plate: what it takes off surface and noise, and whether it is stiffer than fits.
+"""Usual plate: how much it attenuates surface and noise, and whether it is too stiff.
 
 In      the surface as the usual plate measured it, what the photos see of it and the equations.
 Out     what that plate takes, by which relief and noise are told whichever plate measures in the

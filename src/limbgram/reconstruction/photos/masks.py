@@ -22,12 +22,10 @@ from limbgram.reconstruction.photos.decoding import (
     gone,
     open_picture,
 )
-from limbgram.reconstruction.photos.heif import HEIF_SUFFIXES
 from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet, first_of
-from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
+from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES
 
 MASKS_FOLDER = "masks"
-_PHOTO_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", *HEIF_SUFFIXES, *RAW_SUFFIXES)
 _COLOURED = 24
 """Difference of two colour channels that no mask has."""
 Picture = TypeVar("Picture", bound=np.ndarray)
@@ -80,7 +78,7 @@ def _white(levels: np.ndarray) -> Mask:
 
 def masks_among(files: Sequence[Path]) -> set[Path]:
     """The files that are named as the mask of another."""
-    photos = [file for file in files if file.suffix.lower() in (*_PHOTO_SUFFIXES, ".png")]
+    photos = [file for file in files if file.suffix.lower() in PICTURE_SUFFIXES]
     return {mask for photo in photos if (mask := find_mask(photo)) is not None}
 
 

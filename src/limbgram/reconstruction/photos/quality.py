@@ -29,7 +29,7 @@ from limbgram.findings import Finding, Value, doubt, fault, note
 from limbgram.reconstruction.photos.heif import HEIF_BRANDS, HEIF_SUFFIXES
 from limbgram.reconstruction.photos.lenses import same_lens
 from limbgram.reconstruction.photos.photo import CameraGroup, Photo, PhotoSet, SetAside
-from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
+from limbgram.reconstruction.photos.raw import RAW_SUFFIXES, TIFF
 
 Picture = TypeVar("Picture", bound=np.ndarray)
 _FINE_PX, _COARSE_PX = 1.0, 2.5
@@ -312,8 +312,7 @@ PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", *HEIF_SUFFIXES, *R
 _BEGINNINGS = (
     b"\xff\xd8\xff",  # JPEG
     b"\x89PNG\r\n\x1a\n",
-    b"II*\0",  # TIFF, and most raw files
-    b"MM\0*",
+    *TIFF,  # and most raw files
     b"II+\0",  # TIFF for files beyond 4 GB
     b"MM\0+",
 )

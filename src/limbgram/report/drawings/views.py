@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float64
 from matplotlib.axes import Axes
 
-from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.report.drawings.drawing import INK, RED
 from limbgram.report.drawings.shading import Frame, looking_along
 from limbgram.workbench.limb import Landmark
@@ -63,7 +63,7 @@ def normals_at(mesh: Mesh, landmarks: Sequence[Landmark]) -> Vectors3:
     if not landmarks:
         return np.empty((0, 3))
     places = np.stack([mark.position_mm for mark in landmarks])
-    closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(places)
+    closest = tree_on(mesh).closest(places)
     normals = mesh.face_normals()[closest.faces]
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
 

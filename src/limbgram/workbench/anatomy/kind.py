@@ -11,10 +11,10 @@ A kind is one file of the folder `kinds` that holds a `KIND`:
         ...
     )
 
-`found.py` finds it there. Command line, files, the app's forms and its API offer it, and everything
-that a limb of this kind is asked for follows from its fields. Places of the body that several kinds
-have are written once, in the kind that has most of them, and taken from there: `HEEL`,
-`TIBIAL_TUBERCLE.at(5)`.
+`known_kinds.py` finds it there. Command line, files, the app's forms and its API offer it, and
+everything that a limb of this kind is asked for follows from its fields. Places of the body that
+several kinds have are written once, in the kind that has most of them, and taken from there:
+`HEEL`, `TIBIAL_TUBERCLE.at(5)`.
 
 Directions are told by places, by the surface and by each other, so they exist in any frame of the
 mesh:

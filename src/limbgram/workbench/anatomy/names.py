@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from limbgram.findings.tell import LANGUAGES, Language, add_terms
-from limbgram.workbench.anatomy.found import KIND_NAMED
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.anatomy.landmark import Landmark
 
 _PLACES = {one.identity: one for kind in KIND_NAMED.values() for one in kind.places}
@@ -30,20 +30,23 @@ NAMES_IN: Mapping[Language, Mapping[str, tuple[str, ...]]] = MappingProxyType(
 """By language and identity. Every language has every place."""
 
 
-def _add_terms() -> None:
-    """Let sentences say places, kinds of limb, joints and figures of the sheet by their words."""
+def _terms(language: str) -> dict[str, str]:
+    """Places, kinds of limb, joints and figures of the sheet."""
     kinds = KIND_NAMED.values()
+    named = {f"kind {one.name}": one.words[language] for one in kinds}
+    if language == LANGUAGES[0]:
+        return named
     joints = [one for kind in kinds for one in kind.joints]
-    for language in LANGUAGES:
-        add_terms(language, {f"kind {one.name}": one.words[language] for one in kinds})
-    for language in LANGUAGES[1:]:
-        add_terms(language, {name: names[0] for name, names in NAMES_IN[language].items()})
-        add_terms(language, {one.en: one.words[language] for kind in kinds for one in kind.sheet})
-    add_terms("de", {one.name: one.de for one in joints})
-    add_terms("de", {one.turn: f"Stellen: {one.de}" for one in joints})
+    return {
+        **named,
+        **{name: place.de[0] for name, place in _PLACES.items()},
+        **{one.en: one.words[language] for kind in kinds for one in kind.sheet},
+        **{one.name: one.de for one in joints},
+        **{one.turn: f"Stellen: {one.de}" for one in joints},
+    }
 
 
-_add_terms()
+add_terms(_terms)
 
 _SPELT = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"}

@@ -25,7 +25,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, note
-from limbgram.workbench.anatomy.found import KIND_NAMED
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.anatomy.names import identity_of
 from limbgram.workbench.compare.counterparts import Counterparts, Ground, measured_faces

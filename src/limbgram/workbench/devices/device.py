@@ -309,8 +309,14 @@ def _found() -> Iterator[Device]:
 @cache
 def devices() -> Mapping[str, Device]:
     """Every kind of device by its name, in the order of lists."""
-    known = {one.name: one for one in sorted(_found(), key=lambda one: one.order)}
-    for one in known.values():
+    add_terms(_terms)
+    return {one.name: one for one in sorted(_found(), key=lambda one: one.order)}
+
+
+def _terms(language: str) -> dict[str, str]:
+    """What devices and their measures are called."""
+    found: dict[str, str] = {}
+    for one in devices().values() if language == "de" else ():
         measures = (each for made in one.wall for each in one.measures(made))
-        add_terms("de", {one.en: one.de, **{each.en: each.de for each in measures}})
-    return known
+        found |= {one.en: one.de, **{each.en: each.de for each in measures}}
+    return found

@@ -81,15 +81,11 @@ def read_order(path: Path | str) -> OrderFile:
         OptionsError: a key or value that is not known.
     """
     path = Path(path)
-    try:
-        content = read_content(path, _LARGEST_BYTES, ShapeFileError)
-        return parse_order(content.decode("utf-8-sig"), path.name)
-    except UnicodeDecodeError as error:
-        raise ShapeFileError("device.file.no_toml", name=path.name, reason=str(error)) from error
+    return parse_order(read_content(path, _LARGEST_BYTES, ShapeFileError), path.name)
 
 
-def parse_order(text: str, name: str) -> OrderFile:
-    """An order from its text."""
+def parse_order(text: str | bytes, name: str) -> OrderFile:
+    """An order from its text, or the bytes of its file."""
     try:
         tree = toml_of(text)
     except ValueError as error:

@@ -101,6 +101,11 @@ class TrimPoint:
     """From there so far round the limb, as on a circle; the way in which angles grow."""
 
 
+def round_axis(name: str, at: str, up_mm: Amount, around_deg: Amount) -> TrimPoint:
+    """A point at the height of a landmark or above it, by its angle round the limb."""
+    return TrimPoint(name=name, at=at, up_mm=up_mm, around_deg=around_deg)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Loop:
     """One closed edge."""

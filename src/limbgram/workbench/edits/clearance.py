@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float64, Int32, Int64
-from scipy.ndimage import distance_transform_edt
 
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.closest_point import TriangleTree
@@ -69,6 +68,8 @@ class Clearance:
         Args:
             lowest_mm: The grid's first node; the skin lies within the grid.
         """
+        from scipy.ndimage import distance_transform_edt  # a tenth of a second, for walls alone
+
         cell_mm = self.cell_mm
         bare = Mesh(vertices_mm=self.mesh.vertices_mm, faces=self.mesh.faces)
         fine = refine_where(bare, np.ones(len(bare.faces), np.bool_), 2 * cell_mm)

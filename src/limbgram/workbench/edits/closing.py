@@ -29,7 +29,7 @@ from limbgram.workbench.edits.cutting import cap
 from limbgram.workbench.edits.level_edges import Plane
 from limbgram.workbench.edits.membrane import spanned
 from limbgram.workbench.edits.regions import with_added
-from limbgram.workbench.edits.strip import strip
+from limbgram.workbench.edits.triangle_strip import strip
 
 
 def enclosure(mesh: Mesh) -> Finding:

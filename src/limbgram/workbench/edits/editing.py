@@ -39,19 +39,18 @@ EDIT_NAMED: Final[dict[str, type[Edit]]] = {name_of(kind): kind for kind in EDIT
 """The same by the names that recipes use."""
 
 
-def _add_terms() -> None:
-    """Let refusals call edits and their parameters, and say what these mean, in every language."""
-    first, *others = LANGUAGES
-    for kind in EDITS:
-        english = words_in(kind, first)
-        for language in others:
-            words = words_in(kind, language)
-            meanings = {text: words.help[name] for name, text in english.help.items() if text}
-            labels = {label: words.labels[name] for name, label in english.labels.items()}
-            add_terms(language, {english.title: words.title, **labels, **meanings})
+def _terms(language: str) -> dict[str, str]:
+    """What refusals call edits and their parameters, and what these mean."""
+    found: dict[str, str] = {}
+    for kind in EDITS if language != LANGUAGES[0] else ():
+        english, words = words_in(kind, LANGUAGES[0]), words_in(kind, language)
+        found[english.title] = words.title
+        found |= {label: words.labels[name] for name, label in english.labels.items()}
+        found |= {text: words.help[name] for name, text in english.help.items() if text}
+    return found
 
 
-_add_terms()
+add_terms(_terms)
 
 
 def require_sense(edit: Edit) -> None:

@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64, Int32, Int64
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Faces, Points3
@@ -29,7 +28,7 @@ from limbgram.core.mesh.topology import (
 )
 from limbgram.reconstruction.surface.holes import loop_area, triangulate
 from limbgram.workbench.edits.regions import with_added, with_closed
-from limbgram.workbench.edits.strip import strip
+from limbgram.workbench.edits.triangle_strip import strip
 
 _ACUTE_DEG = 120.0
 """Angle between the normals of neighbours from which a cap is laid anew."""
@@ -56,6 +55,11 @@ def spanned(mesh: Mesh) -> Mesh:
 
 def _with_lips(mesh: Mesh) -> Mesh:
     """With a lip round each opening, in the direction of its mean plane."""
+    from scipy.ndimage import (  # a tenth of a second, for openings that are closed
+        gaussian_filter1d,
+        maximum_filter1d,
+    )
+
     edge_mm = float(np.median(edge_lengths(mesh.vertices_mm, find_edges(mesh.faces).ends)))
     for loop in boundary_loops(mesh.faces):
         rim = mesh.vertices_mm[loop]

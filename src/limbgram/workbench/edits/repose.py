@@ -28,8 +28,8 @@ from limbgram.core.mesh.topology import find_edges
 from limbgram.core.request_fields import Within
 from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.directions import Anatomy
-from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Angle, Joint, Tilted
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.anatomy.surface_lines import Skin, smoothstep
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken

@@ -18,7 +18,6 @@ from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from scipy.spatial.transform import Rotation
 
 from limbgram.core.errors import EditError
@@ -173,6 +172,11 @@ class Spine(Edit):
         """A fair curve through the levels; beyond the last it goes on level."""
         if not values:
             return np.zeros(len(z_mm))
+        from scipy.interpolate import (  # a tenth of a second, for spines alone
+            CubicHermiteSpline,
+            PchipInterpolator,
+        )
+
         held = np.clip(z_mm, self.heights_mm[0], self.heights_mm[-1])
         slopes = np.asarray(
             PchipInterpolator(self.heights_mm, values).derivative()(self.heights_mm)
@@ -195,7 +199,10 @@ class _Bent:
 
     tilts: Callable[[Float64[np.ndarray, " n"]], Points3]
     """Of levels, as turns."""
-    axis: CubicHermiteSpline
+    axis: Callable[[Float64[np.ndarray, " n"]], Points3]
+    """Its places, by levels between these two."""
+    low_mm: float
+    high_mm: float
 
     @classmethod
     def of(
@@ -205,11 +212,14 @@ class _Bent:
         high_mm: float,
     ) -> "_Bent":
         """The axis summed along its own length, by Simpson's rule."""
+        from scipy.interpolate import CubicHermiteSpline  # a tenth of a second, for spines alone
+
         z = np.linspace(low_mm, high_mm, max(2, round((high_mm - low_mm) / _STEP_MM)) + 1)
         ways, middles = _upward(tilts(z)), _upward(tilts((z[1:] + z[:-1]) / 2))
         steps = (ways[1:] + 4 * middles + ways[:-1]) / 6 * np.diff(z)[:, None]
         places = np.cumsum(np.vstack([(0.0, 0.0, low_mm), steps]), axis=0)
-        return cls(tilts=tilts, axis=CubicHermiteSpline(z, places, ways))
+        axis = CubicHermiteSpline(z, places, ways)
+        return cls(tilts=tilts, axis=axis, low_mm=low_mm, high_mm=high_mm)
 
     def placed(self, z_mm: Float64[np.ndarray, " n"], flat_mm: Points2) -> Points3:
         """Points of levels, by their places in these."""
@@ -234,7 +244,7 @@ class _Bent:
 
     def _at(self, z_mm: Float64[np.ndarray, " n"]) -> Points3:
         """Places on the axis; it is straight beyond its ends."""
-        held = np.clip(z_mm, self.axis.x[0], self.axis.x[-1])
+        held = np.clip(z_mm, self.low_mm, self.high_mm)
         return self.axis(held) + (z_mm - held)[:, None] * _upward(self.tilts(held))
 
 

@@ -24,6 +24,7 @@ from limbgram.core.interval import weighted_quantile
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.rays import meets
+from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, note
 
 _OPPOSED = -0.95
@@ -258,8 +259,7 @@ def _is_clear(mesh: Mesh, tried: Int64[np.ndarray, " k"], reach_mm: float) -> bo
     """
     inward = -unit(mesh.face_normals()[tried])
     starts = mesh.vertices_mm[mesh.faces[tried]].mean(1) + INSET_MM * inward
-    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
-    return bool(meets(tree, starts, reach_mm * inward).mean() < 0.5)
+    return bool(meets(tree_on(mesh), starts, reach_mm * inward).mean() < 0.5)
 
 
 def _thinnest_patch(

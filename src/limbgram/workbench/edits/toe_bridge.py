@@ -37,7 +37,7 @@ from limbgram.workbench.anatomy.kind import Mid
 from limbgram.workbench.edits.cutting import ON_IT_MM, keep_positive
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import with_added
-from limbgram.workbench.edits.strip import strip
+from limbgram.workbench.edits.triangle_strip import strip
 from limbgram.workbench.limb import Limb
 
 _CELLS = 4.0

@@ -6,7 +6,6 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Bool, Float64
-from scipy.ndimage import gaussian_filter1d
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
@@ -115,6 +114,8 @@ def _curves(limb: Limb, picked_mm: Points3) -> tuple[Curve, ...]:
     wall = wall_of(mesh) if is_watertight(mesh.faces) else None
     if wall is None:
         return (draw_curve(mesh, on_surface(limb, picked_mm)),)
+    from scipy.ndimage import gaussian_filter1d  # a tenth of a second, for walls alone
+
     outside = with_faces(mesh, mesh.faces[_looks_out(limb)])
     on_it = on_surface(limb.with_mesh(outside), picked_mm)
     curve = draw_curve(outside, on_it)

@@ -14,8 +14,8 @@ import numpy as np
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, doubt
-from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Place
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.anatomy.names import identity_of, known_identity, named, names_of, words_of
 from limbgram.workbench.limb import KINDS, AnyLimb, KindName, Landmark, Limb, likeliest
 

@@ -9,8 +9,8 @@ from difflib import get_close_matches
 from functools import lru_cache
 from types import MappingProxyType
 
-from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import SensitivePlace
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.anatomy.names import names_of, told_by, words_of
 from limbgram.workbench.frame.landmarks import ALIKE
 from limbgram.workbench.limb import KINDS, KindName

@@ -66,15 +66,11 @@ def read_recipe(path: Path | str) -> Recipe:
         OptionsError: an edit or parameter that is not known.
     """
     path = Path(path)
-    try:
-        content = read_content(path, _LARGEST_BYTES, ShapeFileError)
-        return parse_recipe(content.decode("utf-8-sig"), path.name)
-    except UnicodeDecodeError as error:
-        raise ShapeFileError("recipe.file.no_text", name=path.name) from error
+    return parse_recipe(read_content(path, _LARGEST_BYTES, ShapeFileError), path.name)
 
 
-def parse_recipe(text: str, name: str) -> Recipe:
-    """A recipe from its text."""
+def parse_recipe(text: str | bytes, name: str) -> Recipe:
+    """A recipe from its text, or the bytes of its file."""
     try:
         tree = toml_of(text)
     except ValueError as error:

@@ -17,8 +17,8 @@ from jaxtyping import Float64
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Strictness, value_of
+from limbgram.workbench.templates.chart_field import ANGLES, Field, node_heights
 from limbgram.workbench.templates.charts import DOME, Along
-from limbgram.workbench.templates.fields import ANGLES, Field, node_heights
 from limbgram.workbench.templates.template import Template, TemplateMark
 
 _FORMAT = "limbgram template"

@@ -19,7 +19,6 @@ from typing import Final
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
-from scipy.ndimage import gaussian_filter, median_filter
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
@@ -38,6 +37,7 @@ from limbgram.workbench.compare.frames import (
 )
 from limbgram.workbench.compare.registration import Alignment, RegistrationOptions
 from limbgram.workbench.limb import AlignedLimb, Limb
+from limbgram.workbench.templates.chart_field import Field, fit_field, node_heights
 from limbgram.workbench.templates.charts import (
     Along,
     LimbChart,
@@ -46,7 +46,6 @@ from limbgram.workbench.templates.charts import (
     plain_chart,
     pulled_chart,
 )
-from limbgram.workbench.templates.fields import Field, fit_field, node_heights
 from limbgram.workbench.templates.template import Template, TemplateMark
 
 _SAMPLES = 25_000
@@ -265,6 +264,8 @@ def found_alike(fields: Fields, false_share: float) -> Bool[np.ndarray, "h a"]:
     tested = np.isfinite(fields).sum(0) >= 2
     if not tested.any():
         return np.asarray(np.isfinite(fields).any(0))
+    from scipy.ndimage import median_filter  # a tenth of a second, for learning alone
+
     drawn = np.stack([np.sort(_ratios(some)[tested]) for some in _drawn(fields)])
     by_chance = np.sort(drawn, axis=None)
     chance = _chances(_ratios(fields)[tested], by_chance)
@@ -355,6 +356,8 @@ def _median(fields: Fields, count: Int64[np.ndarray, "h a"]) -> Field:
 
 
 def _blurred(values: Field, nodes: float) -> Field:
+    from scipy.ndimage import gaussian_filter  # a tenth of a second, for learning alone
+
     return _wrapped(gaussian_filter(_padded(values), nodes))
 
 

@@ -14,8 +14,8 @@ from limbgram.workbench.anatomy.names import by_identity, identity_of
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.pressing import DEEPEST_MM, Pressure, at_places
 from limbgram.workbench.limb import Landmark, Limb, Side
+from limbgram.workbench.templates.chart_field import Field, read_field
 from limbgram.workbench.templates.charts import Along, ChartPlace, plain_chart, pulled_chart
-from limbgram.workbench.templates.fields import Field, read_field
 
 _STRONGEST = 3.0
 _LOW_SHARE = 0.25

@@ -13,7 +13,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Cloud
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.estimation import estimate_depth
-from limbgram.reconstruction.dense.fusion import FusionOptions, fuse
+from limbgram.reconstruction.dense.fusion import LEAST_VIEWS, FusionOptions, fuse
 from limbgram.reconstruction.dense.photo_depth import DenseOptions
 from limbgram.reconstruction.mapping.scene import Observations
 
@@ -71,7 +71,7 @@ def test_the_cloud_covers_the_cylinder_evenly_and_lies_on_it(cloud: Cloud) -> No
     assert np.percentile(gaps, 99) < 1.1 * cloud.spacing_mm
     outward = points * (1, 1, 0) / np.hypot(points[:, 0], points[:, 1])[:, None]
     assert np.percentile((cloud.normals * outward).sum(1), 5) > np.cos(np.radians(10))
-    assert cloud.views.min() >= FusionOptions().least_views
+    assert cloud.views.min() >= LEAST_VIEWS
 
 
 def test_curvature_is_put_back(

@@ -10,8 +10,8 @@ import pytest
 from limbgram.core.geometry.frames import Rigid
 from limbgram.reconstruction.hypotheses.evidence import Evidence
 from limbgram.reconstruction.hypotheses.explanation import Explained
+from limbgram.reconstruction.hypotheses.random_motion import sway_instead
 from limbgram.reconstruction.hypotheses.search import explained
-from limbgram.reconstruction.hypotheses.sway import sway_instead
 from limbgram.reconstruction.mapping.lens_evidence import USUAL, place_of
 from limbgram.reconstruction.mapping.scene import Deviation
 

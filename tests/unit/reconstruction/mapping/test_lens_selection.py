@@ -87,7 +87,7 @@ def test_photos_of_one_lens_ask_for_nothing(make_scene: MakeScene, seed: int) ->
         "principal point", "focal length", "rolling shutter",
     ]  # fmt: skip
     assert all(0.0 < one.fall < one.freedom for one in scores), "counted in inflated sigmas"
-    assert with_supported_lenses(first, plain, [CALIBRATED], 4.0) is first
+    assert with_supported_lenses(first, plain, [CALIBRATED]) is first
 
 
 def test_a_stabiliser_is_found_and_solved_for(make_scene: MakeScene) -> None:
@@ -98,7 +98,7 @@ def test_a_stabiliser_is_found_and_solved_for(make_scene: MakeScene) -> None:
     assert asked is not None
     assert asked.deviation == "principal point"
     assert asked.chance < 1e-12
-    after = with_supported_lenses(before, faulty, [CALIBRATED], 4.0)
+    after = with_supported_lenses(before, faulty, [CALIBRATED])
     assert before.sigma_px > 1.1 * after.sigma_px
     assert 0.9 * NOISE_PX < after.sigma_px < 1.1 * NOISE_PX
     own = after.scene.own
@@ -130,7 +130,7 @@ def test_what_moved_half_of_the_points_is_no_lens(
     faulty = taken(scene, seed, swaying)
     before = fixed(faulty)
     assert (min(one.chance for one in scores_of(before, [CALIBRATED])) < 1e-6) is asks
-    assert with_supported_lenses(before, faulty, [CALIBRATED], 4.0) is before
+    assert with_supported_lenses(before, faulty, [CALIBRATED]) is before
 
 
 def stepped(scene: Scene, share: float, at: int, seed: int = 3) -> tuple[Scene, np.ndarray]:
@@ -211,7 +211,7 @@ def test_too_few_photos_ask_for_nothing(make_scene: MakeScene) -> None:
 def test_the_covariance_has_a_lens_for_every_photo(make_scene: MakeScene) -> None:
     scene = near(make_scene)
     faulty, shifts = stabilised(scene, 4, 2.0)
-    after = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0)
+    after = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED])
     rows = (POSE_SIZE + len(PARAMETERS)) * PHOTOS
     assert after.covariance.shape == (rows, rows)
     assert after.lens_covariance.shape == (1, LENS_SIZE, LENS_SIZE)
@@ -234,7 +234,7 @@ def test_refocusing_is_told_from_a_stabiliser(make_scene: MakeScene) -> None:
         return replace(scene.view(k), camera=lens).project(points)
 
     faulty = taken(scene, 5, breathing)
-    after = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0)
+    after = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED])
     own = after.scene.own
     assert own is not None
     assert own.deviations == ("focal length",)
@@ -265,7 +265,7 @@ def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
     turns = np.random.default_rng(6).normal(0.0, 0.004, (PHOTOS, 3))
     faulty = rolled(near(make_scene), turns, np.ones(PHOTOS))
     before = fixed(faulty)
-    after = with_supported_lenses(before, faulty, [CALIBRATED], 4.0)
+    after = with_supported_lenses(before, faulty, [CALIBRATED])
     own = after.scene.own
     assert own is not None
     assert own.deviations[0] == "rolling shutter"
@@ -278,7 +278,7 @@ def test_beside_a_strong_rolling_shutter_no_other_kind_is_a_fact(make_scene: Mak
     draw = np.random.default_rng(6)
     turns, longer = draw.normal(0.0, 0.006, (PHOTOS, 3)), draw.normal(1.0, 0.01, PHOTOS)
     faulty = rolled(near(make_scene), turns, longer)
-    found = told(with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0).scene)
+    found = told(with_supported_lenses(fixed(faulty), faulty, [CALIBRATED]).scene)
     rules = {one.kind: one.failed for one in found}
     assert rules["rolling shutter"] == ()
     assert "lens" in rules["focal length"]
@@ -289,7 +289,7 @@ def test_lenses_of_single_photos_are_held_unless_they_are_solved_for(
 ) -> None:
     scene = near(make_scene)
     faulty, _ = stabilised(scene, 7, 2.0)
-    found = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0).scene
+    found = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED]).scene
     held = adjust(found, [CALIBRATED]).scene
     assert held.own is not None
     assert found.own is not None
@@ -366,7 +366,7 @@ def test_a_stabiliser_is_a_fact_where_it_matters_on_the_limb(
     """A turn of the camera takes most of what it does."""
     scene = near(make_scene)
     faulty, shifts = stabilised(scene, 3, sigma_px)
-    after = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0)
+    after = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED])
     (one,) = told(after.scene)
     assert one.kind == "principal point"
     assert one.told is fact
@@ -382,7 +382,7 @@ def test_a_stabiliser_is_a_fact_where_no_usual_one_moves_as_far(
 ) -> None:
     """However little that is on a limb; 0.0025 of the picture's width is usual."""
     faulty, _ = stabilised(near(make_scene), 3, sigma_px)
-    scene = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0).scene
+    scene = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED]).scene
     mm = float(np.ptp(scene.points_in_world)) / 10.0
     (one,) = lens_explanations(scene, [CALIBRATED], scene.points_in_world, mm)
     assert one.high < one.floor
@@ -402,7 +402,7 @@ def test_a_spread_that_few_photos_show_by_chance_is_no_fault_beyond_cameras(
 def test_what_an_uncalibrated_lens_was_freed_for_is_no_fact(make_scene: MakeScene) -> None:
     by_exif = replace(CALIBRATED, source="exif")
     faulty, _ = stabilised(near(make_scene), 3, 4.0)
-    after = with_supported_lenses(adjust(faulty, [by_exif]), faulty, [by_exif], 4.0)
+    after = with_supported_lenses(adjust(faulty, [by_exif]), faulty, [by_exif])
     assert after.scene.own is not None
     (one,) = told(after.scene, by_exif)
     assert one.failed == ("model",)
@@ -417,7 +417,7 @@ def test_what_all_photos_have_alike_is_the_camera_file(make_scene: MakeScene) ->
         return replace(scene.view(k), camera=longer).project(points)
 
     faulty = taken(scene, 5, seen)
-    found = told(with_supported_lenses(fixed(faulty), faulty, [CALIBRATED], 4.0).scene)
+    found = told(with_supported_lenses(fixed(faulty), faulty, [CALIBRATED]).scene)
     facts = {one.kind: one for one in found if one.told}
     assert {*facts} == {"camera file"}
     assert facts["camera file"].low < 0.01 < facts["camera file"].high

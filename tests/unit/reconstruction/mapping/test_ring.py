@@ -96,15 +96,14 @@ def test_photos_that_must_not_stay_are_named_with_the_reason(
 ) -> None:
     scene = make_scene(photos=6, points=60, share=1.0)
     pairs = Pairs(tuple(agreeing_pair(scene, k, k + 1) for k in range(5)), ())
-    options = MappingOptions()
-    assert _misplaced(scene, pairs, options) == {}
+    assert _misplaced(scene, pairs) == {}
 
     seen = scene.observations
     few = (seen.photo_idx != 1) | (seen.point_idx < 19)
     xy = seen.xy_px + np.where((seen.photo_idx == 3)[:, None], [3.0, 2.0], 0.0)
     spoiled = Observations(seen.photo_idx[few], seen.point_idx[few], xy[few])
     turned = Pairs((*pairs.verified[:4], agreeing_pair(scene, 4, 5, 40.0)), ())
-    found = _misplaced(replace(scene, observations=spoiled), turned, options)
+    found = _misplaced(replace(scene, observations=spoiled), turned)
     assert sorted(found) == [1, 3, 5]
     assert told(found[1]).startswith("Only 19 scene points")
     assert told(found[3]).startswith("Its points miss by 3.6 px")

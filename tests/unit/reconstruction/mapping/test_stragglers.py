@@ -222,7 +222,7 @@ def test_a_photo_is_looked_at_once_while_the_scene_stays(
     monkeypatch.setattr(stragglers, "_likeliest", likeliest)
     monkeypatch.setattr(stragglers, "_joined", joined)
     left_out = replace(ring, camera_from_world=poses, sigma_px=0.1)
-    found = with_stragglers(left_out, (), Pairs((), 0), lambda scene: scene, 4.0)
+    found = with_stragglers(left_out, (), Pairs((), 0), lambda scene: scene)
     assert found.placed == (0, 1, 2, 3, 5)
     assert tried == [6, 5, 6, 4]
     assert looked == [4, 5, 6, 4, 6]
@@ -248,7 +248,7 @@ def test_a_photo_that_loses_all_its_points_stays_out(
         sigma_px=0.1,
     )
     lost = partial(without_photos, photos={6})
-    assert with_stragglers(scene, (), Pairs((), 0), lost, 4.0).placed == tuple(range(6))
+    assert with_stragglers(scene, (), Pairs((), 0), lost).placed == tuple(range(6))
 
 
 def test_a_turn_is_known_as_well_as_its_pixels_tell_it(make_scene: MakeScene) -> None:

@@ -16,7 +16,7 @@ from limbgram.core.mesh.topology import find_edges, volume_mm3
 from limbgram.findings import Finding, Value
 from limbgram.findings.tell import filled, terms
 from limbgram.formats.threemf import write_3mf
-from limbgram.workbench.anatomy.found import KIND_NAMED
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.devices.device import devices
 from limbgram.workbench.devices.making import Order, make_device, preview_device
 from limbgram.workbench.devices.proof import require_solid

@@ -5,8 +5,8 @@ import pytest
 from tests.unit.workbench.edits.conftest import RADIUS_MM, stump
 
 from limbgram.core.geometry.frames import Rigid
-from limbgram.workbench.anatomy.found import KIND_NAMED
 from limbgram.workbench.anatomy.kind import Kind
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.edits.build_ups import BuildUps
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.limb import AlignedLimb, Landmark, LimbFrame

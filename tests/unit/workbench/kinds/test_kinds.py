@@ -12,8 +12,8 @@ from limbgram.findings import told
 from limbgram.findings.tell import terms
 from limbgram.workbench.anatomy.centreline import rounded, straight
 from limbgram.workbench.anatomy.directions import Anatomy
-from limbgram.workbench.anatomy.found import KIND_NAMED, KINDS
 from limbgram.workbench.anatomy.kind import Angle, Kind, Mid, OfSurface
+from limbgram.workbench.anatomy.known_kinds import KIND_NAMED, KINDS
 from limbgram.workbench.anatomy.landmark import Landmark, Placing
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb

@@ -21,8 +21,8 @@ from limbgram.workbench.edits.repose import Repose
 from limbgram.workbench.limb import Landmark
 from limbgram.workbench.recipe.ledger import lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
+from limbgram.workbench.templates.chart_field import fit_field, node_heights, read_field
 from limbgram.workbench.templates.charts import LimbChart, plain_chart, pulled_chart
-from limbgram.workbench.templates.fields import fit_field, node_heights, read_field
 from limbgram.workbench.templates.files import decode_template, encode_template, read_template
 from limbgram.workbench.templates.learning import LearnOptions, Pair, learn
 from limbgram.workbench.templates.template import apply_template, moves_at_marks

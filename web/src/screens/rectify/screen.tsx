@@ -16,7 +16,7 @@ import { go, href } from "../../state/route";
 import { type TextKey, t } from "../../texts";
 import { Stage, type Shown } from "../../viewer/stage";
 import type { Finding } from "../../words";
-import { said, scanWords } from "../edit-words";
+import { scanWords } from "../edit-words";
 import { OtherEdit } from "../other-edit";
 import type { RoomProps } from "../room";
 import { TemplateEdits } from "../templates";
@@ -140,7 +140,7 @@ function Recipe({ workspace }: { workspace: Workspace }) {
       <Refusal refused={recipe.refused ?? ledger.asked.refused.value} />
       {book && <RecipeList book={book} listed={ledger.listed} recipe={recipe} />}
       {book && <Against workspace={workspace} edits={book.recipe.edits} />}
-      {book?.refusal && <Refusal refused={new Refused("", said(book.refusal), 422, book.refusal as Finding)} />}
+      {book?.refusal && <Refusal refused={Refused.by("", book.refusal as Finding, 422)} />}
       {book?.ledger && book.ledger.lines.length > 0 && (
         <LedgerTable ledger={book.ledger} line={trial.tried.value?.line ?? null} level={level.value} onLevel={(height_mm) => (level.value = height_mm)} />
       )}

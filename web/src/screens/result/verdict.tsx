@@ -2,16 +2,15 @@
 import type { Schemas } from "../../api/client";
 import { Icon } from "../../design/icons";
 import { Chip, Notice } from "../../design/parts";
-import { parted } from "../../design/refusal";
 import { expert } from "../../state/settings";
 import { t } from "../../texts";
-import { type Finding, isFinding, same, told } from "../../words";
+import { type Finding, inParts, isFinding, same, told } from "../../words";
 import { withoutColour } from "../cases";
 
 export function VerdictLines({ info }: { info: Schemas["Case"] }) {
   const verdict = info.verdict;
   if (!verdict) return <p class="lead-line">{info.finding ? told(info.finding) : t("result.none")}</p>;
-  const [lead, more] = parted(told(withoutColour(verdict.headline)));
+  const { what: lead, more } = inParts(withoutColour(verdict.headline));
   const said = toldIn(verdict.headline);
   const reasons = said.length ? unsaid(verdict.reasons.slice(0, expert.value ? 20 : 2), said) : [];
   return (

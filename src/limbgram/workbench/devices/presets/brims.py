@@ -4,13 +4,9 @@ Each brim is one edge round the limb, its points at heights over landmarks, seen
 """
 
 from limbgram.core.request_fields import Within
-from limbgram.workbench.devices.trims import Amount, Loop, Measure, Trim, TrimPoint
+from limbgram.workbench.devices.trims import Loop, Measure, Trim, TrimPoint, round_axis
 
 _END = TrimPoint(name="distal end", at="distal end", seen="anterior", up_mm=12.0)
-
-
-def _at(name: str, at: str, up_mm: Amount, around_deg: Amount) -> TrimPoint:
-    return TrimPoint(name=name, at=at, up_mm=up_mm, around_deg=around_deg)
 
 
 FRONT = Measure(
@@ -56,14 +52,18 @@ def _below_knee(sides: TrimPoint, measures: tuple[Measure, ...]) -> Trim:
             Loop(
                 name="brim",
                 points=(
-                    _at("back", "patellar tendon", "back_mm", 180.0),
-                    _at("scoop, lateral", "patellar tendon", ("back_mm", "-scoop_mm"), 142.0),
+                    round_axis("back", "patellar tendon", "back_mm", 180.0),
+                    round_axis(
+                        "scoop, lateral", "patellar tendon", ("back_mm", "-scoop_mm"), 142.0
+                    ),
                     sides,
-                    _at("corner, lateral", "mid patella", ("front_mm", -2.0), 42.0),
-                    _at("front", "mid patella", "front_mm", 0.0),
-                    _at("corner, medial", "mid patella", ("front_mm", -2.0), -42.0),
+                    round_axis("corner, lateral", "mid patella", ("front_mm", -2.0), 42.0),
+                    round_axis("front", "mid patella", "front_mm", 0.0),
+                    round_axis("corner, medial", "mid patella", ("front_mm", -2.0), -42.0),
                     medial,
-                    _at("scoop, medial", "patellar tendon", ("back_mm", "-scoop_mm"), -142.0),
+                    round_axis(
+                        "scoop, medial", "patellar tendon", ("back_mm", "-scoop_mm"), -142.0
+                    ),
                 ),
                 keeps=_END,
             ),
@@ -72,10 +72,10 @@ def _below_knee(sides: TrimPoint, measures: tuple[Measure, ...]) -> Trim:
     )
 
 
-_PTB_SIDE = _at("side, lateral", "mid patella", "sides_mm", 90.0)
+_PTB_SIDE = round_axis("side, lateral", "mid patella", "sides_mm", 90.0)
 PTB = _below_knee(_PTB_SIDE, (FRONT, SIDES, BACK, SCOOP))
 SUPRACONDYLAR = _below_knee(
-    _at("side, lateral", "lateral femoral epicondyle", "sides_mm", 90.0),
+    round_axis("side, lateral", "lateral femoral epicondyle", "sides_mm", 90.0),
     (
         FRONT,
         Measure(
@@ -149,14 +149,14 @@ QUADRILATERAL = Trim(
         Loop(
             name="brim",
             points=(
-                _at("back, seat", "ischial tuberosity", "seat_mm", 180.0),
-                _at("back, lateral", "ischial tuberosity", ("seat_mm", 8.0), 135.0),
-                _at("lateral", "greater trochanter", "lateral_wall_mm", 90.0),
-                _at("front, lateral", "ischial tuberosity", "front_wall_mm", 45.0),
-                _at("front", "ischial tuberosity", "front_wall_mm", 0.0),
-                _at("front, medial", "ischial tuberosity", "0.5*front_wall_mm", -48.0),
-                _at("medial", "ischial tuberosity", "seat_mm", -90.0),
-                _at("seat, medial", "ischial tuberosity", "seat_mm", -140.0),
+                round_axis("back, seat", "ischial tuberosity", "seat_mm", 180.0),
+                round_axis("back, lateral", "ischial tuberosity", ("seat_mm", 8.0), 135.0),
+                round_axis("lateral", "greater trochanter", "lateral_wall_mm", 90.0),
+                round_axis("front, lateral", "ischial tuberosity", "front_wall_mm", 45.0),
+                round_axis("front", "ischial tuberosity", "front_wall_mm", 0.0),
+                round_axis("front, medial", "ischial tuberosity", "0.5*front_wall_mm", -48.0),
+                round_axis("medial", "ischial tuberosity", "seat_mm", -90.0),
+                round_axis("seat, medial", "ischial tuberosity", "seat_mm", -140.0),
             ),
             keeps=_END,
         ),
@@ -178,14 +178,14 @@ ISCHIAL_CONTAINMENT = Trim(
         Loop(
             name="brim",
             points=(
-                _at("back", "ischial tuberosity", ("seat_mm", 6.0), 180.0),
-                _at("back, lateral", "ischial tuberosity", ("seat_mm", 12.0), 135.0),
-                _at("lateral", "greater trochanter", "lateral_wall_mm", 90.0),
-                _at("front, lateral", "ischial tuberosity", "front_wall_mm", 45.0),
-                _at("front", "ischial tuberosity", "front_wall_mm", 0.0),
-                _at("front, medial", "ischial tuberosity", ("0.6*contain_mm", 2.0), -45.0),
-                _at("ramus", "ischial tuberosity", "contain_mm", (-90.0, "-ramus_deg")),
-                _at("ischium", "ischial tuberosity", "contain_mm", (-115.0, "-ramus_deg")),
+                round_axis("back", "ischial tuberosity", ("seat_mm", 6.0), 180.0),
+                round_axis("back, lateral", "ischial tuberosity", ("seat_mm", 12.0), 135.0),
+                round_axis("lateral", "greater trochanter", "lateral_wall_mm", 90.0),
+                round_axis("front, lateral", "ischial tuberosity", "front_wall_mm", 45.0),
+                round_axis("front", "ischial tuberosity", "front_wall_mm", 0.0),
+                round_axis("front, medial", "ischial tuberosity", ("0.6*contain_mm", 2.0), -45.0),
+                round_axis("ramus", "ischial tuberosity", "contain_mm", (-90.0, "-ramus_deg")),
+                round_axis("ischium", "ischial tuberosity", "contain_mm", (-115.0, "-ramus_deg")),
             ),
             keeps=_END,
         ),

@@ -5,7 +5,14 @@ from itertools import product
 
 from limbgram.core.request_fields import Within
 from limbgram.workbench.devices.device import Slot
-from limbgram.workbench.devices.trims import Amount, Loop, Measure, Trim, TrimPoint, mirrored
+from limbgram.workbench.devices.trims import (
+    Loop,
+    Measure,
+    Trim,
+    TrimPoint,
+    mirrored,
+    round_axis,
+)
 
 _PAIRED = ("axilla", "trochanter", "iliac spine")
 _OTHER = {
@@ -118,24 +125,20 @@ VENTS = _vents(
 )
 
 
-def _at(name: str, at: str, up_mm: Amount, around_deg: float) -> TrimPoint:
-    return TrimPoint(name=name, at=at, up_mm=up_mm, around_deg=around_deg)
-
-
 _TOP_RIGHT = (
-    _at("back, right", "right axilla", ("-below_axilla_mm", "back_top_mm", -4.0), 135.0),
-    _at("arm, right", "right axilla", "-below_axilla_mm", 90.0),
-    _at("chest, right", "xiphoid", ("0.9*front_top_mm", 12.0), 42.0),
+    round_axis("back, right", "right axilla", ("-below_axilla_mm", "back_top_mm", -4.0), 135.0),
+    round_axis("arm, right", "right axilla", "-below_axilla_mm", 90.0),
+    round_axis("chest, right", "xiphoid", ("0.9*front_top_mm", 12.0), 42.0),
 )
 _BOTTOM_RIGHT = (
-    _at("seat, right", "coccyx", ("over_coccyx_mm", 2.0), 142.0),
-    _at("side, right", "right trochanter", "over_trochanter_mm", 90.0),
-    _at("groin, right", "right iliac spine", "-groin_mm", 45.0),
+    round_axis("seat, right", "coccyx", ("over_coccyx_mm", 2.0), 142.0),
+    round_axis("side, right", "right trochanter", "over_trochanter_mm", 90.0),
+    round_axis("groin, right", "right iliac spine", "-groin_mm", 45.0),
 )
-FRONT_TOP = _at("front", "xiphoid", "front_top_mm", 0.0)
-FRONT_BOTTOM = _at("front", "pubic symphysis", "over_pubis_mm", 0.0)
-BACK_TOP = _at("back", "right axilla", ("-below_axilla_mm", "back_top_mm"), 180.0)
-BACK_BOTTOM = _at("back", "coccyx", "over_coccyx_mm", 180.0)
+FRONT_TOP = round_axis("front", "xiphoid", "front_top_mm", 0.0)
+FRONT_BOTTOM = round_axis("front", "pubic symphysis", "over_pubis_mm", 0.0)
+BACK_TOP = round_axis("back", "right axilla", ("-below_axilla_mm", "back_top_mm"), 180.0)
+BACK_BOTTOM = round_axis("back", "coccyx", "over_coccyx_mm", 180.0)
 _WAIST = TrimPoint(name="navel", at="navel", seen="anterior")
 THORACOLUMBOSACRAL = Trim(
     loops=(

@@ -1,4 +1,4 @@
-"""Found: all kinds of limb, each in its file of the folder `kinds`, and their names as a type."""
+"""Known kinds of limb by name, each from its file in `workbench/kinds`; the names as a type."""
 
 from collections.abc import Iterator
 from importlib import import_module

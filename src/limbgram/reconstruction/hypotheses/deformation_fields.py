@@ -1,4 +1,4 @@
-"""Fields: motions of a body's points of which every photo may show its own share.
+"""Deformation fields: how a body bends, by an amount of its own in every photo.
 
 In      normal equations in units of sigma, all but lens deviations and fields eliminated.
 Out     what is seen of a field along a course, and which rules of lenses and of single photos it

@@ -1,4 +1,4 @@
-"""Sway: motions drawn anew for each photo, against lenses that are drawn anew for each photo.
+"""Random motion (sway) of a body from photo to photo, tested against lenses that vary likewise.
 
 In      an Evidence, and what a search found in it.
 Out     a Sway with the rules that it fails, or none where chance explains what is left; what a sway
@@ -17,8 +17,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.core.interval import chi_square_tail
+from limbgram.reconstruction.hypotheses.accepted_terms import Found, motion_size
 from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
-from limbgram.reconstruction.hypotheses.found import Found, motion_size
 from limbgram.reconstruction.hypotheses.spread import Left, left_of, seen_of_lenses
 from limbgram.reconstruction.mapping.lens_evidence import MOST, USUAL, place_of
 from limbgram.reconstruction.mapping.quadratic import (

@@ -1,4 +1,4 @@
-"""Found: the terms that a search has so far, and what they leave of the evidence."""
+"""Accepted terms: those that a search keeps so far, and the residuals that they leave."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

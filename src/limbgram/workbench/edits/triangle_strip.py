@@ -1,4 +1,4 @@
-"""Strip: triangles between two loops that run alike, such as the outlines of a wall's two skins."""
+"""Triangle strip: joins two parallel loops, such as the outlines of a wall's two skins."""
 
 import numpy as np
 from jaxtyping import Float64, Int64

@@ -1,8 +1,7 @@
-"""Fields: a smooth figure over a chart, fitted to scattered places and read off anywhere."""
+"""Chart field: a smooth function on a chart, fitted to scattered values, evaluated anywhere."""
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.interpolate import RectBivariateSpline
 from scipy.sparse import csr_array, eye_array, kron
 from scipy.sparse.linalg import spsolve
 
@@ -72,6 +71,8 @@ def read_field(
     field: Field, heights: Float64[np.ndarray, " h"], places: Chart
 ) -> Float64[np.ndarray, " n"]:
     """The field anywhere; what is unknown counts as nothing, above the last node as at it."""
+    from scipy.interpolate import RectBivariateSpline  # a tenth of a second, for templates alone
+
     known = np.nan_to_num(field)
     wrapped = np.concatenate([known[:, -_WRAP:], known, known[:, :_WRAP]], axis=1)
     angles = 2 * np.pi * np.arange(-_WRAP, ANGLES + _WRAP) / ANGLES
