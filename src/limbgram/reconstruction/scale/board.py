@@ -46,7 +46,10 @@ from limbgram.reconstruction.scale.ruler import (
     LEAST_OBSERVATIONS,
     Ruler,
     RulerLength,
+    corners_shown,
     jackknife_sigma,
+    moves_by_cameras,
+    size_by_cameras,
     stretch_by_cameras,
 )
 from limbgram.reconstruction.targets.board import BoardDetections
@@ -214,10 +217,15 @@ def long_lengths(
     board_mm: Points3,
     points_in_world: Points3,
     without_photo: Float64[np.ndarray, "p n 3"],
+    moves: Float64[np.ndarray, "n 3 u"] | None,
     chosen: Bool[np.ndarray, " n"],
     role: Literal["control", "check"],
 ) -> tuple[RulerLength, ...]:
-    """The longest length in each direction between chosen corners; none where none lies so."""
+    """The longest length in each direction between chosen corners; none where none lies so.
+
+    Args:
+        moves: Of the points, by the cameras' numbers.
+    """
     rows = np.flatnonzero(chosen)
     return tuple(
         RulerLength(
@@ -229,6 +237,9 @@ def long_lengths(
             ),
             role=role,
             between="board",
+            by_cameras=None
+            if moves is None
+            else size_by_cameras(points_in_world[[first, second]], moves[[first, second]]),
         )
         for direction, first, second in _longest(board_mm, rows)
     )
@@ -311,6 +322,7 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
     width, height = (n * detections.board.square_mm for n in detections.board.squares)
     scale = fit_similarity(board_mm[control], points[control]).scale
     scales = [fit_similarity(board_mm[control], one[control]).scale for one in replicates]
+    moves = _moves(scene, detections, pose, located.ids[flat])
     return SceneBoard(
         scene_from_board=pose,
         outline_mm=np.array([(0, 0, 0), (width, 0, 0), (width, height, 0), (0, height, 0)], float),
@@ -320,10 +332,11 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
             units_per_mm=scale,
             relative_sigma=jackknife_sigma(np.array(scales)) / scale,
             lengths=(
-                *long_lengths(board_mm, points, replicates, control, "control"),
-                *long_lengths(board_mm, points, replicates, ~control, "check"),
+                *long_lengths(board_mm, points, replicates, moves, control, "control"),
+                *long_lengths(board_mm, points, replicates, moves, ~control, "check"),
             ),
             set_aside=located.set_aside + _off_plane(int((~flat).sum())),
+            by_cameras=None if moves is None else size_by_cameras(points[control], moves[control]),
         ),
         check_error=fit_similarity(board_mm[~control], points[~control]).scale / scale - 1,
         stretch=_stretch(board_mm, points),
@@ -334,6 +347,16 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
             )
         ),
     )
+
+
+def _moves(
+    scene: Scene, detections: BoardDetections, pose: Similarity, ids: Int32[np.ndarray, " n"]
+) -> Float64[np.ndarray, "n 3 u"] | None:
+    """How corners move by the cameras' numbers; None where it is not known how sure these are."""
+    if scene.camera_covariance is None:
+        return None
+    shown = corners_shown(detections)
+    return moves_by_cameras(scene, shown, pose.apply(detections.corners_mm))[0][ids]
 
 
 def _stretch_sigma_by_cameras(
