@@ -153,7 +153,7 @@ def _consistent(observations: CornerObservations) -> CornerObservations:
     """Drop each corner's worst observation while it is far beyond the usual residual."""
     for _ in range(_ROUNDS):
         residuals = observations.residuals_px(observations.points())
-        limit = max(_LEAST_LIMIT_PX, _LIMIT_SIGMAS * _sigma_px(residuals))
+        limit = _limit_px(_sigma_px(residuals))
         worst = np.zeros(observations.count)
         np.maximum.at(worst, observations.point_idx, np.nan_to_num(residuals))
         dropped = (residuals > limit) & (residuals == worst[observations.point_idx])
@@ -161,6 +161,11 @@ def _consistent(observations: CornerObservations) -> CornerObservations:
             break
         observations = observations.only(~dropped)
     return observations
+
+
+def _limit_px(sigma_px: float) -> float:
+    """Beyond which a corner's miss is no noise."""
+    return max(_LEAST_LIMIT_PX, _LIMIT_SIGMAS * sigma_px)
 
 
 def _check_still(believed: CornerObservations, observations: CornerObservations) -> None:
@@ -335,7 +340,7 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
                 *long_lengths(board_mm, points, replicates, moves, control, "control"),
                 *long_lengths(board_mm, points, replicates, moves, ~control, "check"),
             ),
-            set_aside=located.set_aside + _off_plane(int((~flat).sum())),
+            set_aside=located.set_aside + _off_plane(located, ~flat, pose, detections),
             by_cameras=None if moves is None else size_by_cameras(points[control], moves[control]),
         ),
         check_error=fit_similarity(board_mm[~control], points[~control]).scale / scale - 1,
@@ -405,10 +410,18 @@ def _flat(board_mm: Points3, points: Points3) -> Bool[np.ndarray, " n"]:
     return kept
 
 
-def _off_plane(count: int) -> tuple[SetAside, ...]:
-    if not count:
-        return ()
-    return (SetAside("board", doubt("board.off_plane", corners=int(count))),)
+def _off_plane(
+    located: SceneCorners,
+    off: Bool[np.ndarray, " n"],
+    pose: Similarity,
+    detections: BoardDetections,
+) -> tuple[SetAside, ...]:
+    """Corners whose photos contradict the flat board, rather than tell little of their distance."""
+    seen = located.observations
+    misses_px = seen.residuals_px(pose.apply(detections.corners_mm))
+    wrong = np.isin(seen.point_idx, located.ids[off]) & (misses_px > _limit_px(located.sigma_px))
+    count = len(np.unique(seen.point_idx[wrong]))
+    return (SetAside("board", doubt("board.off_plane", corners=count)),) if count else ()
 
 
 def _check_facing(pose: Similarity, scene: Scene) -> None:

@@ -30,7 +30,7 @@ from limbgram.reconstruction.scale.scaling import (
     check_scene_board,
     to_millimetres,
 )
-from limbgram.reconstruction.targets.board import BoardDetections
+from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 
 
 def scale_error(metric_scene: Scene, capture) -> float:
@@ -91,6 +91,33 @@ def test_corners_cut_by_the_silhouette_do_no_harm(capture) -> None:
     cut = scale_error(to_millimetres(capture.scene, detections).scene, capture)
     assert abs(cut) < 1e-4
     assert abs(cut - clean) < 5e-5
+
+
+@pytest.mark.parametrize(("nearer_mm", "told_of"), [(0.4, []), (2.0, [1])])
+def test_a_corner_of_a_flat_board_is_off_it_only_where_its_photos_say_so(
+    nearer_mm: float, told_of: list[int]
+) -> None:
+    """Three neighbouring photos of few pixels show it: what their poses err by moves it along the
+    line of sight, and they miss the flat board by no more than noise."""
+    lens = Camera(width_px=720, height_px=540, fx=600.0, fy=600.0, cx=360.0, cy=265.0)
+    views = tuple(replace(view, camera=lens) for view in ring(12, 550.0))
+    shown = Capture(views, replace(scene_of(views, capsule(500, 1)), cameras=(lens,)))
+    corner, photos = 19, (3, 4, 5)
+    detections = shown.detections(0.05, seed=1)
+    place = WORLD_FROM_BOARD.apply(BOARD.corners_mm)[corner]
+    sight = views[photos[1]].centre_in_world - place
+    moved = place + nearer_mm * sight / np.linalg.norm(sight)
+    seen: list[PhotoCorners] = []
+    for k, one in enumerate(detections.photos):
+        kept = (one.ids != corner) | (k in photos)
+        xy_px = one.xy_px.copy()
+        xy_px[corner] = views[k].project(moved[None])[0]
+        sigmas_px = one.sigmas_px[kept]
+        seen.append(replace(one, ids=one.ids[kept], xy_px=xy_px[kept], sigmas_px=sigmas_px))
+    found = find_scene_board(shown.scene, replace(detections, photos=tuple(seen)))
+    assert len(found.control_ids) == 11  # either way it sets no scale
+    off = [one.reason for one in found.ruler.set_aside if one.reason.code == "board.off_plane"]
+    assert [one.values["corners"] for one in off] == told_of
 
 
 def test_a_photo_in_which_the_board_lay_elsewhere_is_named(capture) -> None:
