@@ -334,16 +334,40 @@ class _Crossing(NamedTuple):
 def _bridged(
     group: Scene, scene: Scene, places_px: Sequence[Points2], pairs: Pairs
 ) -> Meeting | None:
-    """Where those pairs put a group that turn it alike, as many as can be; None where two photos of
-    it are not bridged so, or where the steps do not lead there."""
+    """Where pairs put a group that turn it alike; None where two photos of it are not bridged so,
+    or where the steps do not lead there."""
     left = sorted({*group.placed} - {*scene.placed})
     crossings = [
         _Crossing(photo, step, step.turn.T @ group.view(photo).camera_from_world.rotation)
         for photo in left
         for step in _steps(photo, scene, pairs)
     ]
-    best: tuple[int, float] | None = None
-    together: list[_Crossing] = []
+    together, apart_deg = _most_alike(crossings)
+    laid = _laid(together, group)
+    if laid is None:
+        return None
+    bridges = tuple(one.step.pair for one in together)
+
+    def poses(step: Float64[np.ndarray, "7"]) -> dict[int, Rigid]:
+        placed = _stepped(laid, step)
+        return {k: placed.move_camera(group.view(k).camera_from_world) for k in left}
+
+    def misses_px(step: Float64[np.ndarray, "7"]) -> Float64[np.ndarray, " m"]:
+        moved = list(scene.camera_from_world)
+        for photo, pose in poses(step).items():
+            moved[photo] = pose
+        tried = replace(scene, camera_from_world=tuple(moved), camera_covariance=None)
+        return np.concatenate([epipolar_px(tried, places_px, one.matches) for one in bridges])
+
+    start = np.zeros(_SIMILARITY)
+    fitted = least_squares(misses_px, start, loss="soft_l1", x_scale="jac").x
+    return Meeting(poses(fitted), bridges, apart_deg)
+
+
+def _most_alike(crossings: Sequence[_Crossing]) -> tuple[list[_Crossing], float]:
+    """Those that turn a group as two from different photos of it do, as many as can be; and how far
+    these two turn it otherwise."""
+    best, fewest = (list[_Crossing](), 0.0), (0, 0.0)
     for one, other in combinations(crossings, 2):
         apart_deg = angle_between_deg(one.turn, other.turn)
         if one.photo == other.photo or apart_deg >= CONTRADICTION_DEG:
@@ -353,26 +377,9 @@ def _bridged(
             for k in crossings
             if max(angle_between_deg(k.turn, ref.turn) for ref in (one, other)) < CONTRADICTION_DEG
         ]
-        if best is None or (-len(alike), apart_deg) < best:
-            best, together = (-len(alike), apart_deg), alike
-    laid = _laid(together, group)
-    if best is None or laid is None:
-        return None
-    bridges = tuple(one.step.pair for one in together)
-
-    def poses(world_from_group: Similarity) -> dict[int, Rigid]:
-        return {k: world_from_group.move_camera(group.view(k).camera_from_world) for k in left}
-
-    def misses_px(step: Float64[np.ndarray, "7"]) -> Float64[np.ndarray, " m"]:
-        moved = list(scene.camera_from_world)
-        for photo, pose in poses(_stepped(laid, step)).items():
-            moved[photo] = pose
-        tried = replace(scene, camera_from_world=tuple(moved), camera_covariance=None)
-        return np.concatenate([epipolar_px(tried, places_px, one.matches) for one in bridges])
-
-    start = np.zeros(_SIMILARITY)
-    fitted = least_squares(misses_px, start, loss="soft_l1", x_scale="jac").x
-    return Meeting(poses(_stepped(laid, fitted)), bridges, best[1])
+        if (-len(alike), apart_deg) < fewest:
+            best, fewest = (alike, apart_deg), (-len(alike), apart_deg)
+    return best
 
 
 def _stepped(one: Similarity, step: Float64[np.ndarray, "7"]) -> Similarity:
