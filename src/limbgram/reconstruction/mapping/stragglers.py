@@ -25,7 +25,7 @@ Fails   never: a photo that cannot be joined stays without a place.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import chain, combinations
 from math import comb
 from typing import NamedTuple
 
@@ -91,15 +91,12 @@ def with_stragglers(
     while grown is not None:
         scene = grown
         left = sorted({*range(len(scene.names))} - {*scene.placed})
-        by_points = _by_points(left, scene, places_px, pairs, outlier_sigmas)
-        joined = (
-            _joined(one, scene, places_px, pairs, remade, outlier_sigmas)
-            for one in (
-                *by_points,
-                *_by_steps(left, scene, pairs),
-                *_by_bridges(groups, scene, places_px, pairs),
-            )
+        places = chain(  # groups are looked at last, where no single photo stays
+            _by_points(left, scene, places_px, pairs, outlier_sigmas),
+            _by_steps(left, scene, pairs),
+            _by_bridges(groups, scene, places_px, pairs),
         )
+        joined = (_joined(one, scene, places_px, pairs, remade, outlier_sigmas) for one in places)
         grown = next((one for one in joined if one is not None), None)
     return scene
 
@@ -130,11 +127,11 @@ def _by_steps(left: Sequence[int], scene: Scene, pairs: Pairs) -> "list[Meeting]
 
 def _by_bridges(
     groups: Sequence[Scene], scene: Scene, places_px: Sequence[Points2], pairs: Pairs
-) -> "list[Meeting]":
+) -> "Iterator[Meeting]":
     """Places of whole groups, those that most pairs tell first."""
     tried = (_bridged(group, scene, places_px, pairs) for group in groups)
     met = [one for one in tried if one is not None]
-    return sorted(met, key=lambda one: -len(one.pairs))
+    yield from sorted(met, key=lambda one: -len(one.pairs))
 
 
 @dataclass(frozen=True)
