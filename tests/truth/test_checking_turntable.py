@@ -92,6 +92,7 @@ def test_a_board_that_stands_still_tells_no_size(
     found = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
     assert not found.go
     assert any("stands still" in told(text) for text in found.findings), found.findings
+    assert not [one for one in found.notes if one.code == "coach.turned_over"]
 
 
 @pytest.mark.slow

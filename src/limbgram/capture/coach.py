@@ -165,12 +165,13 @@ class Coach:
                 unplaced = Unplaced(
                     photos=small,
                     features=features,
+                    still=still,
                     matches=matches,
                     pairs=pairs,
                     cameras=cameras,
                     detections=detections,
                 )
-                placing = place_pairs(unplaced, still, run)
+                placing = place_pairs(unplaced, run)
                 placed = placed_photos(small, cameras, placing, detections, run)
                 if placing.scene.ring is None or not placing.scene.ring.closed:
                     return placed  # more photos are to come, and an arc bends as if the limb moved

@@ -76,6 +76,7 @@ from limbgram.reconstruction.poses import (
     Poses,
     Unplaced,
     above_floors,
+    board_beside,
     board_of_object,
     may_be_turned_over,
     place_object,
@@ -438,7 +439,7 @@ def _by_paint(
     if isinstance(reduced, Placing):
         features, matches, scene = reduced.features, reduced.matches, reduced.scene
         twice = run(limb_groups, photos, features, matches, scene, cameras).photos
-        if not (twice or may_be_turned_over(scene, found)):
+        if not (twice or may_be_turned_over(scene, board_beside(found, reduced.still))):
             return reduced
         reduced = note("placing.reduced.turned_over")
     placing = _by_full_size(photos, cameras, options, run, found)
@@ -632,17 +633,16 @@ def _by_full_size(
     unplaced = Unplaced(
         photos=photos,
         features=features,
+        still=still,
         matches=matches,
         pairs=pairs,
         cameras=cameras,
         detections=found,
     )
-    return place_pairs(unplaced, still, run, options.mapping)
+    return place_pairs(unplaced, run, options.mapping)
 
 
-def place_pairs(
-    unplaced: Unplaced, still: Still, run: Run, mapping: MappingOptions = MAPPING
-) -> Placing:
+def place_pairs(unplaced: Unplaced, run: Run, mapping: MappingOptions = MAPPING) -> Placing:
     """Photos placed by their verified pairs; what stands still is not among these.
 
     Raises:
@@ -657,7 +657,7 @@ def place_pairs(
         matches=placed.matches,
         pairs=placed.pairs,
         scene=placed.scene,
-        still=still,
+        still=unplaced.still,
         poses=placed.poses,
         lenses=placed.lenses,
     )

@@ -17,6 +17,7 @@ Method  Board, floor and room belong to one pose each, and the object to both. W
         object (`limb_groups`) are two sides, or two objects if nothing on it joins them.
 Fails   never: a capture that does not fall into two sides has none.
 Limits  Without a board, only a capture whose photos could not be placed in one scene is looked at.
+        A board that stands in the room before a still camera counts as none.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -212,6 +213,8 @@ class Unplaced:
 
     photos: PhotoSet
     features: Features
+    still: Still
+    """What stands still; matches and pairs are of what does not."""
     matches: Matches
     pairs: Pairs
     cameras: Cameras
@@ -228,7 +231,8 @@ def place_object(found: Unplaced, run: Run, mapping: MappingOptions = MAPPING) -
     Raises:
         PlacementError: see `_placed`.
     """
-    found = replace(found, pairs=without_repeated_print(found.pairs, found.detections))
+    pairs = without_repeated_print(found.pairs, found.detections)
+    found = replace(found, pairs=pairs, detections=board_beside(found.detections, found.still))
     photos, cameras = found.photos, found.cameras
 
     def with_lenses(lenses: ByLens) -> Placed:
@@ -383,6 +387,11 @@ def _photos_placed(sides: Sequence[Side]) -> int:
 def may_be_turned_over(scene: Scene, detections: BoardDetections | None) -> bool:
     """Whether a scene looks as if the object or the room were in it twice."""
     return any(True for _ in _suspected(scene, detections))
+
+
+def board_beside(detections: BoardDetections | None, still: Still) -> BoardDetections | None:
+    """The board where it may lie beside the object: one of the room tells nothing of its poses."""
+    return None if detections is None else without_background_board(detections, still)
 
 
 def board_of_object(detections: BoardDetections, still: Still, poses: Poses) -> BoardDetections:

@@ -10,20 +10,25 @@ from tests.unit.reconstruction.mapping.conftest import described
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid, Similarity
+from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.region import solid
 from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.limb_groups import LimbGroups
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
+from limbgram.reconstruction.matching.static_background import Still
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.poses import (
     Part,
     Poses,
     Side,
+    Unplaced,
     above_floors,
     find_poses,
     may_be_turned_over,
+    place_object,
     refuse_apart,
 )
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
@@ -209,6 +214,37 @@ def test_one_wrong_corner_of_seven_turns_nothing_over(off_px: float) -> None:
     photos[9] = replace(photos[9], ids=ids, xy_px=xy_px, sigmas_px=photos[9].sigmas_px[ids])
     shown = replace(board_in(still), photos=(*photos[:4], *photos[9:13]))
     assert not may_be_turned_over(scene_of(still), shown)
+
+
+@pytest.mark.parametrize(
+    ("turning", "asked"), [(Turning(board_turns=False), False), (TurnedOver(), True)]
+)
+def test_a_board_of_the_room_turns_nothing_over(
+    monkeypatch: pytest.MonkeyPatch, turning: Turning | TurnedOver, asked: bool
+) -> None:
+    """Before a still camera each photo shows it elsewhere beside a limb that turns on a table."""
+    truth, of = staged(turning=turning), "limbgram.reconstruction.poses"
+    scene, looks = scene_of(truth), list[bool]()
+
+    def look(*_: Any) -> Poses:
+        looks.append(True)
+        return Poses()
+
+    monkeypatch.setattr(f"{of}.place", lambda *_: scene)  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(f"{of}.limb_groups", lambda *_: LimbGroups())  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(f"{of}.find_poses", look)
+    unplaced = Unplaced(
+        photos=cast(PhotoSet, SimpleNamespace(cameras=())),
+        features=Features(()),
+        still=Still(groups=(tuple(range(PHOTOS)),)),
+        matches=Matches(pairs=(), pairs_tried=0, descriptor_matches=0),
+        pairs=Pairs((), 0),
+        cameras=cast(Cameras, None),
+        detections=board_in(truth),
+    )
+    assert may_be_turned_over(scene, board_in(truth))
+    assert place_object(unplaced, Run()).poses == Poses()
+    assert bool(looks) == asked
 
 
 def test_without_a_board_nothing_is_said(turned_over: Truth) -> None:

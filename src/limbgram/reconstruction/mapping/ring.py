@@ -166,7 +166,7 @@ def _placed(
     scene = best.scene
     if MIN_PLACED <= len(scene.placed) < len(scene.names):
         by = _without_contradicted(pairs, best.dropped)
-        scene = _with_left_out(scene, places_px, by, cameras, options, coded)
+        scene = _with_left_out(scene, places_px, by, best.others, cameras, options, coded)
     _refuse_too_few(scene, options)
     scene = with_all_tracks(scene, places_px, pairs, _TRACK_PX, coded)
     verdicts = judge(scene, photos, places_px, pairs, best.others, best.dropped)
@@ -188,6 +188,7 @@ def _with_left_out(
     scene: Scene,
     places_px: Sequence[Points2],
     pairs: Pairs,
+    groups: Sequence[Scene],
     cameras: Cameras,
     options: MappingOptions,
     coded: Coded | None,
@@ -205,7 +206,7 @@ def _with_left_out(
     left = {*range(len(scene.names))} - {*before.placed}
     theirs = tuple(one for one in pairs.verified if {*one.matches.photos} & left)
     solved = by_found_lenses(before, Pairs(theirs, pairs.rejected), cameras)
-    joined = with_stragglers(before, places_px, solved, remade)
+    joined = with_stragglers(before, places_px, solved, groups, remade)
     return joined if len(joined.placed) > len(scene.placed) else scene
 
 

@@ -1,6 +1,7 @@
 """Stragglers: photos that the mapper left out, placed by pairs' turns and a few points.
 
-In      a scene with points from all matches, keypoints, verified pairs; how a scene is remade.
+In      a scene with points from all matches, keypoints, verified pairs, smaller scenes that could
+        not be joined to it; how a scene is remade.
 Out     the scene with the photos that could be joined to it, one by one, the surest first.
 Method  The mapper resects a photo from points that three photos show, and asks for twenty. Where
         photos stand 30 degrees apart a pair still shares a hundred points, of which a third photo
@@ -17,28 +18,31 @@ Method  The mapper resects a photo from points that three photos show, and asks 
         steps from its two partners meet there: four numbers agree. Of 347 couples with a wrong pair
         4 turned a photo within 15 degrees of each other, of 228 right ones all within 7. It stays
         if the adjusted scene holds most matches of both.
+        Photos that make a smaller scene of their own join together where two pairs start from two
+        of them: both turn that scene alike, and the steps tell its size and its place.
 Fails   never: a photo that cannot be joined stays without a place.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import chain, combinations
 from math import comb
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64, Int64
+from scipy.optimize import least_squares
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.arrays import Points2, Points3
-from limbgram.core.geometry.frames import Rigid, angle_between_deg
+from limbgram.core.geometry.frames import Rigid, Similarity, angle_between_deg
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.mapping.resection import LARGEST_MISS_PX, resect
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, turn_sigma_deg
-from limbgram.reconstruction.mapping.tracks import breadth_px, near_by_chance
+from limbgram.reconstruction.mapping.tracks import breadth_px, epipolar_px, near_by_chance
 from limbgram.reconstruction.mapping.verdicts import (
     CONTRADICTION_DEG,
     contradicted,
@@ -61,6 +65,8 @@ _TELLING_RAYS = 3
 """Photos that show a point which tells how long a step was."""
 _MOST_LENGTHS = 100
 """Lengths of one step that are tried."""
+_SIMILARITY = 7
+"""Numbers of a size, a turn and a place."""
 _REMADE = 2
 """Times that a scene is remade: the first places bring more matches within reach."""
 
@@ -69,23 +75,26 @@ def with_stragglers(
     scene: Scene,
     places_px: Sequence[Points2],
     pairs: Pairs,
+    groups: Sequence[Scene],
     remade: Callable[[Scene], Scene],
 ) -> Scene:
     """The scene with those of its photos without a place that a few points, or two pairs, hold.
 
     Args:
         pairs: Of these photos, by the lenses of the scene.
+        groups: Smaller scenes of some of them.
         remade: A scene with its points made anew from all matches, and adjusted.
     """
     grown: Scene | None = scene
     while grown is not None:
         scene = grown
         left = sorted({*range(len(scene.names))} - {*scene.placed})
-        by_points = _by_points(left, scene, places_px, pairs)
-        joined = (
-            _joined(one, scene, places_px, pairs, remade)
-            for one in (*by_points, *_by_steps(left, scene, pairs))
+        places = chain(  # groups are looked at last, where no single photo stays
+            _by_points(left, scene, places_px, pairs),
+            _by_steps(left, scene, pairs),
+            _by_bridges(groups, scene, places_px, pairs),
         )
+        joined = (_joined(one, scene, places_px, pairs, remade) for one in places)
         grown = next((one for one in joined if one is not None), None)
     return scene
 
@@ -113,6 +122,15 @@ def _by_steps(left: Sequence[int], scene: Scene, pairs: Pairs) -> "list[Meeting]
     return sorted(met, key=lambda one: one.apart_deg)
 
 
+def _by_bridges(
+    groups: Sequence[Scene], scene: Scene, places_px: Sequence[Points2], pairs: Pairs
+) -> "Iterator[Meeting]":
+    """Places of whole groups, those that most pairs tell first."""
+    tried = (_bridged(group, scene, places_px, pairs) for group in groups)
+    met = [one for one in tried if one is not None]
+    yield from sorted(met, key=lambda one: -len(one.pairs))
+
+
 @dataclass(frozen=True)
 class Place:
     """Where a photo may have been taken."""
@@ -125,6 +143,11 @@ class Place:
     """and how many of them lie near these."""
     broad_px: float
     """Shorter side of the strip of the photo in which they lie."""
+
+    @property
+    def poses(self) -> Mapping[int, Rigid]:
+        """camera_from_world by photo."""
+        return {self.photo: self.camera_from_world}
 
     def by_chance(self, agreeing: int, within_px: float) -> float:
         """How many of such photos would have so many agree, were all matches wrong."""
@@ -144,16 +167,16 @@ class Place:
 
 @dataclass(frozen=True)
 class Meeting:
-    """Where the steps of two pairs from placed photos meet."""
+    """Where the steps of pairs from placed photos meet: in one photo, or in a group of photos."""
 
-    photo: int
-    camera_from_world: Rigid
-    pairs: tuple[VerifiedPair, VerifiedPair]
+    poses: Mapping[int, Rigid]
+    """camera_from_world by photo."""
+    pairs: tuple[VerifiedPair, ...]
     apart_deg: float
-    """How far one of them turns the photo otherwise than the other."""
+    """How far two of them turn photo or group otherwise."""
 
     def held(self, joined: Scene, places_px: Sequence[Points2]) -> bool:
-        """Whether a scene holds most matches of both."""
+        """Whether a scene holds most matches of each."""
         return all(_share_held(one, joined, places_px) > _MOST for one in self.pairs)
 
 
@@ -164,22 +187,24 @@ def _joined(
     pairs: Pairs,
     remade: Callable[[Scene], Scene],
 ) -> Scene | None:
-    """The scene with a photo at its place; None where it does not stay there."""
-    photo, poses = place.photo, list(scene.camera_from_world)
-    poses[photo] = place.camera_from_world
+    """The scene with photos at their places; None where these do not stay there."""
+    poses = list(scene.camera_from_world)
+    for photo, pose in place.poses.items():
+        poses[photo] = pose
     joined = replace(scene, camera_from_world=tuple(poses), camera_covariance=None)
     try:
         for _ in range(_REMADE):
             joined = remade(joined)
     except PlacementError:
         return None
-    if {*joined.placed} != {*scene.placed, photo}:
+    if {*joined.placed} != {*scene.placed, *place.poses}:
         return None
     if not place.held(joined, places_px):
         return None
-    if turn_sigma_deg(joined, photo) > _MOST_TURN_DEG:
+    if any(turn_sigma_deg(joined, photo) > _MOST_TURN_DEG for photo in place.poses):
         return None
-    if contradicted(joined, pairs)[photo] or disputed(joined, pairs)[photo]:
+    against = contradicted(joined, pairs) | disputed(joined, pairs)
+    if any(against[photo] for photo in place.poses):
         return None
     return joined
 
@@ -286,7 +311,98 @@ def _met(photo: int, one: _Step, other: _Step) -> Meeting | None:
     turn = Rotation.from_rotvec(between).as_matrix() @ one.turn
     ends = one.start + lengths[0] * one.way, other.start + lengths[1] * other.way
     pose = Rigid(turn, -turn @ (0.5 * (ends[0] + ends[1])))
-    return Meeting(photo, pose, (one.pair, other.pair), apart_deg)
+    return Meeting({photo: pose}, (one.pair, other.pair), apart_deg)
+
+
+class _Crossing(NamedTuple):
+    """What a pair tells of a group that one of its photos is in."""
+
+    photo: int
+    step: _Step
+    turn: Float64[np.ndarray, "3 3"]
+    """From the group to the world."""
+
+
+def _bridged(
+    group: Scene, scene: Scene, places_px: Sequence[Points2], pairs: Pairs
+) -> Meeting | None:
+    """Where pairs put a group that turn it alike; None where two photos of it are not bridged so,
+    or where the steps do not lead there."""
+    left = sorted({*group.placed} - {*scene.placed})
+    crossings = [
+        _Crossing(photo, step, step.turn.T @ group.view(photo).camera_from_world.rotation)
+        for photo in left
+        for step in _steps(photo, scene, pairs)
+    ]
+    together, apart_deg = _most_alike(crossings)
+    laid = _laid(together, group)
+    if laid is None:
+        return None
+    bridges = tuple(one.step.pair for one in together)
+
+    def poses(step: Float64[np.ndarray, "7"]) -> dict[int, Rigid]:
+        placed = _stepped(laid, step)
+        return {k: placed.move_camera(group.view(k).camera_from_world) for k in left}
+
+    def misses_px(step: Float64[np.ndarray, "7"]) -> Float64[np.ndarray, " m"]:
+        moved = list(scene.camera_from_world)
+        for photo, pose in poses(step).items():
+            moved[photo] = pose
+        tried = replace(scene, camera_from_world=tuple(moved), camera_covariance=None)
+        return np.concatenate([epipolar_px(tried, places_px, one.matches) for one in bridges])
+
+    start = np.zeros(_SIMILARITY)
+    fitted = least_squares(misses_px, start, loss="soft_l1", x_scale="jac").x
+    return Meeting(poses(fitted), bridges, apart_deg)
+
+
+def _most_alike(crossings: Sequence[_Crossing]) -> tuple[list[_Crossing], float]:
+    """Those that turn a group as two from different photos of it do, as many as can be; and how far
+    these two turn it otherwise."""
+    best, fewest = (list[_Crossing](), 0.0), (0, 0.0)
+    for one, other in combinations(crossings, 2):
+        apart_deg = angle_between_deg(one.turn, other.turn)
+        if one.photo == other.photo or apart_deg >= CONTRADICTION_DEG:
+            continue
+        alike = [
+            k
+            for k in crossings
+            if max(angle_between_deg(k.turn, ref.turn) for ref in (one, other)) < CONTRADICTION_DEG
+        ]
+        if (-len(alike), apart_deg) < fewest:
+            best, fewest = (alike, apart_deg), (-len(alike), apart_deg)
+    return best
+
+
+def _stepped(one: Similarity, step: Float64[np.ndarray, "7"]) -> Similarity:
+    """Another size, turn and place."""
+    turn = Rotation.from_rotvec(step[1:4]).as_matrix()
+    moved = Similarity(float(np.exp(step[0])), turn, step[4:])
+    return Similarity(
+        moved.scale * one.scale, turn @ one.rotation, moved.apply(one.translation[None])[0]
+    )
+
+
+def _laid(crossings: Sequence[_Crossing], group: Scene) -> Similarity | None:
+    """The group as steps to its photos lay it; None where they do not lead to it."""
+    if not crossings:
+        return None
+    weights = [len(one.step.pair.matches) for one in crossings]
+    turn = Rotation.from_matrix([one.turn for one in crossings]).mean(weights).as_matrix()
+    arms = [turn @ group.view(one.photo).centre_in_world for one in crossings]
+    # way x (size * arm + shift - start) = 0
+    across = [np.cross(np.eye(3), one.step.way).T for one in crossings]
+    design = [
+        -off @ np.column_stack([arm, np.eye(3)]) for off, arm in zip(across, arms, strict=True)
+    ]
+    right = [-off @ one.step.start for off, one in zip(across, crossings, strict=True)]
+    found = np.linalg.lstsq(np.concatenate(design), np.concatenate(right), rcond=None)[0]
+    size, shift = float(found[0]), found[1:]
+    lengths = [
+        (size * arm + shift - one.step.start) @ one.step.way
+        for arm, one in zip(arms, crossings, strict=True)
+    ]
+    return Similarity(size, turn, shift) if min(size, *lengths) > 0.0 else None
 
 
 def _share_held(pair: VerifiedPair, scene: Scene, places_px: Sequence[Points2]) -> float:

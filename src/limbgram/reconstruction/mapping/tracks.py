@@ -181,17 +181,24 @@ def _obeying(
     first, second = pair.first, pair.second
     if scene.camera_from_world[first] is None or scene.camera_from_world[second] is None:
         return np.zeros(len(pair), bool)
+    return np.abs(epipolar_px(scene, places_px, pair)) < largest_px
+
+
+def epipolar_px(
+    scene: Scene, places_px: Sequence[Points2], pair: PairMatches
+) -> Float64[np.ndarray, " m"]:
+    """Signed distances of the matches of two placed photos from the geometry of these."""
+    first, second = pair.first, pair.second
     views = scene.view(first), scene.view(second)
     pose = views[1].camera_from_world @ views[0].camera_from_world.inverse
     fundamental = fundamental_from_pose(pose, views[0].camera.matrix, views[1].camera.matrix)
     xy_first = places_px[first][pair.keypoint_idx[:, 0]]
     xy_second = places_px[second][pair.keypoint_idx[:, 1]]
-    distance = sampson_px(
+    return sampson_px(
         fundamental,
         straightened(views[0].camera, xy_first),
         straightened(views[1].camera, xy_second),
     )
-    return np.abs(distance) < largest_px
 
 
 def _triangulated(

@@ -46,7 +46,10 @@ from limbgram.reconstruction.scale.ruler import (
     LEAST_OBSERVATIONS,
     Ruler,
     RulerLength,
+    corners_shown,
     jackknife_sigma,
+    moves_by_cameras,
+    size_by_cameras,
     stretch_by_cameras,
 )
 from limbgram.reconstruction.targets.board import BoardDetections
@@ -150,7 +153,7 @@ def _consistent(observations: CornerObservations) -> CornerObservations:
     """Drop each corner's worst observation while it is far beyond the usual residual."""
     for _ in range(_ROUNDS):
         residuals = observations.residuals_px(observations.points())
-        limit = max(_LEAST_LIMIT_PX, _LIMIT_SIGMAS * _sigma_px(residuals))
+        limit = _limit_px(_sigma_px(residuals))
         worst = np.zeros(observations.count)
         np.maximum.at(worst, observations.point_idx, np.nan_to_num(residuals))
         dropped = (residuals > limit) & (residuals == worst[observations.point_idx])
@@ -158,6 +161,11 @@ def _consistent(observations: CornerObservations) -> CornerObservations:
             break
         observations = observations.only(~dropped)
     return observations
+
+
+def _limit_px(sigma_px: float) -> float:
+    """Beyond which a corner's miss is no noise."""
+    return max(_LEAST_LIMIT_PX, _LIMIT_SIGMAS * sigma_px)
 
 
 def _check_still(believed: CornerObservations, observations: CornerObservations) -> None:
@@ -214,10 +222,15 @@ def long_lengths(
     board_mm: Points3,
     points_in_world: Points3,
     without_photo: Float64[np.ndarray, "p n 3"],
+    moves: Float64[np.ndarray, "n 3 u"] | None,
     chosen: Bool[np.ndarray, " n"],
     role: Literal["control", "check"],
 ) -> tuple[RulerLength, ...]:
-    """The longest length in each direction between chosen corners; none where none lies so."""
+    """The longest length in each direction between chosen corners; none where none lies so.
+
+    Args:
+        moves: Of the points, by the cameras' numbers.
+    """
     rows = np.flatnonzero(chosen)
     return tuple(
         RulerLength(
@@ -229,6 +242,9 @@ def long_lengths(
             ),
             role=role,
             between="board",
+            by_cameras=None
+            if moves is None
+            else size_by_cameras(points_in_world[[first, second]], moves[[first, second]]),
         )
         for direction, first, second in _longest(board_mm, rows)
     )
@@ -311,6 +327,7 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
     width, height = (n * detections.board.square_mm for n in detections.board.squares)
     scale = fit_similarity(board_mm[control], points[control]).scale
     scales = [fit_similarity(board_mm[control], one[control]).scale for one in replicates]
+    moves = _moves(scene, detections, pose, located.ids[flat])
     return SceneBoard(
         scene_from_board=pose,
         outline_mm=np.array([(0, 0, 0), (width, 0, 0), (width, height, 0), (0, height, 0)], float),
@@ -320,10 +337,11 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
             units_per_mm=scale,
             relative_sigma=jackknife_sigma(np.array(scales)) / scale,
             lengths=(
-                *long_lengths(board_mm, points, replicates, control, "control"),
-                *long_lengths(board_mm, points, replicates, ~control, "check"),
+                *long_lengths(board_mm, points, replicates, moves, control, "control"),
+                *long_lengths(board_mm, points, replicates, moves, ~control, "check"),
             ),
-            set_aside=located.set_aside + _off_plane(int((~flat).sum())),
+            set_aside=located.set_aside + _off_plane(located, ~flat, pose, detections),
+            by_cameras=None if moves is None else size_by_cameras(points[control], moves[control]),
         ),
         check_error=fit_similarity(board_mm[~control], points[~control]).scale / scale - 1,
         stretch=_stretch(board_mm, points),
@@ -334,6 +352,16 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
             )
         ),
     )
+
+
+def _moves(
+    scene: Scene, detections: BoardDetections, pose: Similarity, ids: Int32[np.ndarray, " n"]
+) -> Float64[np.ndarray, "n 3 u"] | None:
+    """How corners move by the cameras' numbers; None where it is not known how sure these are."""
+    if scene.camera_covariance is None:
+        return None
+    shown = corners_shown(detections)
+    return moves_by_cameras(scene, shown, pose.apply(detections.corners_mm))[0][ids]
 
 
 def _stretch_sigma_by_cameras(
@@ -382,10 +410,18 @@ def _flat(board_mm: Points3, points: Points3) -> Bool[np.ndarray, " n"]:
     return kept
 
 
-def _off_plane(count: int) -> tuple[SetAside, ...]:
-    if not count:
-        return ()
-    return (SetAside("board", doubt("board.off_plane", corners=int(count))),)
+def _off_plane(
+    located: SceneCorners,
+    off: Bool[np.ndarray, " n"],
+    pose: Similarity,
+    detections: BoardDetections,
+) -> tuple[SetAside, ...]:
+    """Corners whose photos contradict the flat board, rather than tell little of their distance."""
+    seen = located.observations
+    misses_px = seen.residuals_px(pose.apply(detections.corners_mm))
+    wrong = np.isin(seen.point_idx, located.ids[off]) & (misses_px > _limit_px(located.sigma_px))
+    count = len(np.unique(seen.point_idx[wrong]))
+    return (SetAside("board", doubt("board.off_plane", corners=count)),) if count else ()
 
 
 def _check_facing(pose: Similarity, scene: Scene) -> None:

@@ -5,10 +5,10 @@ Coded marks are found in the photos instead of picked by hand: `marks` makes dis
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Int32
+from jaxtyping import Float64, Int32
 from scipy.special import chdtri
 
 from limbgram.core.errors import ScaleError
@@ -19,9 +19,15 @@ from limbgram.core.interval import widening
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside, left_out
-from limbgram.reconstruction.scale.ruler import Ruler, RulerLength
+from limbgram.reconstruction.scale.ruler import (
+    Ruler,
+    RulerLength,
+    moves_by_cameras,
+    size_by_cameras,
+)
 from limbgram.reconstruction.scale.stated_lengths import KnownDistance, Pick
 
+_FEWEST_PICKS = 2
 _LEAST_ANGLE_DEG = 2.0
 _LEAST_RESIDUAL_PX = 1.0
 _MOST_RESIDUAL = 0.002
@@ -37,6 +43,8 @@ class _End:
     point_in_world: Vector3
     covariance: Matrix3
     """For picks with a standard deviation of 1 px."""
+    photos: tuple[str, ...]
+    """In which it was picked, and which agree."""
     misses_px2: float
     """Sum of the squared misses of its picks."""
     freedom: int
@@ -69,7 +77,8 @@ def measure_distances(
         else:
             check = all_check or len(lengths) % 2 == 1
             first, second = located
-            lengths.append(_length(distance, first, second, pick_sigma_px, check=check))
+            length = _length(distance, first, second, pick_sigma_px, check=check)
+            lengths.append(replace(length, by_cameras=_by_cameras(scene, first, second)))
     if not lengths:
         raise ScaleError("scale.none_measured", left_out=left_out(set_aside))
     return ruler_of(lengths, tuple(set_aside))
@@ -85,7 +94,7 @@ def _locate(
         raise ScaleError("scale.unknown_photo", label=label, photo=unknown[0])
     views = {scene.names[k]: scene.view(k) for k in scene.placed}
     usable = [pick for pick in picks if pick.photo in views]
-    if len(usable) < 2:
+    if len(usable) < _FEWEST_PICKS:
         return note("scale.end.unseen", end=name, photos=len(usable))
     seen = [views[pick.photo] for pick in usable]
     xy_px = np.array([(pick.x_px, pick.y_px) for pick in usable])
@@ -113,7 +122,8 @@ def _locate(
         np.array([view.project(point[None])[0] for view in seen]) - xy_px,
     )
     misses_px2 = float(located.rms_px[0] ** 2 * len(seen))
-    return _End(point, located.covariance[0], misses_px2, 2 * len(seen) - 3, strange)
+    photos = tuple(pick.photo for pick in usable)
+    return _End(point, located.covariance[0], photos, misses_px2, 2 * len(seen) - 3, strange)
 
 
 def _meeting(views: Sequence[View], xy_px: Points2) -> Triangulated:
@@ -174,6 +184,19 @@ def _length(
     )
 
 
+def _by_cameras(scene: Scene, first: _End, second: _End) -> Float64[np.ndarray, " u"] | None:
+    """How the length grows by the cameras' numbers; None where it is not told how sure they are."""
+    if scene.camera_covariance is None:
+        return None
+    shown = {
+        photo: np.flatnonzero([photo in end.photos for end in (first, second)])
+        for photo in {*first.photos, *second.photos}
+    }
+    points = np.array([first.point_in_world, second.point_in_world])
+    moves, _ = moves_by_cameras(scene, shown, points, _FEWEST_PICKS)
+    return size_by_cameras(points, moves)
+
+
 def ruler_of(lengths: Sequence[RulerLength], set_aside: tuple[SetAside, ...] = ()) -> Ruler:
     """Weighted mean of measured over known length; its sigma grows where the lengths differ.
 
@@ -195,4 +218,15 @@ def ruler_of(lengths: Sequence[RulerLength], set_aside: tuple[SetAside, ...] = (
         relative_sigma=sigma / mean,
         lengths=tuple(lengths),
         set_aside=set_aside,
+        by_cameras=_grown([one.by_cameras for one in control], weights * ratios),
     )
+
+
+def _grown(
+    growths: Sequence[Float64[np.ndarray, " u"] | None], weights: Float64[np.ndarray, " n"]
+) -> Float64[np.ndarray, " u"] | None:
+    """How a weighted mean of lengths grows; None where it is not known of all."""
+    known = [one for one in growths if one is not None]
+    if len(known) < len(growths):
+        return None
+    return weights @ np.array(known) / float(weights.sum())

@@ -59,7 +59,7 @@ class Scale:
     """How much longer the board is along its x than along its y, as a fraction, where that is
     beyond noise; 0 where it is not, and without a board."""
     stretch_doubt: StretchDoubt = "none"
-    """What may have stretched it, beside its print."""
+    """What may have stretched the scene; and the board, beside its print."""
     by_cameras: Float64[np.ndarray, " u"] | None = None
     """How much larger, as a fraction, the scene would be for one unit of each number of
     `Scene.camera_covariance`, because the known lengths are measured by the same cameras."""

@@ -5,11 +5,12 @@ A lens too long or a photo turned moves every triangulated corner. To first orde
 cameras' numbers p (order of `Scene.camera_covariance`).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float64, Int32, Int64
+from jaxtyping import Float64, Int, Int32, Int64
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, differentiate_all
@@ -32,10 +33,13 @@ class RulerLength:
     measured: float
     """In scene units."""
     sigma: float
-    """In scene units: one standard deviation of the measured length."""
+    """In scene units: one standard deviation of the measured length, by its own ends."""
     role: Literal["control", "check"]
     between: LengthEnds = "points"
     marks: tuple[int, ...] = ()
+    by_cameras: Float64[np.ndarray, " u"] | None = None
+    """How much longer it is measured, as a fraction, for one unit of each camera number; None where
+    the scene does not say how sure these are."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +50,19 @@ class Ruler:
     relative_sigma: float
     lengths: tuple[RulerLength, ...]
     set_aside: tuple[SetAside, ...]
+    by_cameras: Float64[np.ndarray, " u"] | None = None
+    """How `units_per_mm` grows by them, as a fraction."""
+
+    def sigma_of(self, one: RulerLength, scene: Scene) -> float:
+        """Standard deviation of a length held against this scale, in scene units.
+
+        Lens and poses make it as uncertain as they let it grow otherwise than what sets the scale.
+        """
+        if scene.camera_covariance is None or one.by_cameras is None or self.by_cameras is None:
+            return one.sigma
+        apart = one.by_cameras - self.by_cameras
+        by_cameras = max(float(apart @ scene.camera_covariance @ apart), 0.0)
+        return float(np.hypot(one.sigma, one.measured * np.sqrt(by_cameras)))
 
 
 def jackknife_sigma(replicates: Float64[np.ndarray, " p"]) -> float:
@@ -66,10 +83,17 @@ def scale_by_cameras(
 
     A board that would come out larger makes the scale, and so the scene, smaller.
     """
-    moves, seen = _moves_by_cameras(scene, detections, corners_in_world)
+    moves, seen = moves_by_cameras(scene, corners_shown(detections), corners_in_world)
     located = seen >= LEAST_OBSERVATIONS
-    arms = corners_in_world[located] - corners_in_world[located].mean(0)
-    return -np.einsum("ni,niu->u", arms, moves[located]) / float((arms**2).sum())
+    return -size_by_cameras(corners_in_world[located], moves[located])
+
+
+def size_by_cameras(
+    points: Points3, moves: Float64[np.ndarray, "n 3 u"]
+) -> Float64[np.ndarray, " u"]:
+    """Relative growth of the figure that points make, two of them the ends of a length."""
+    arms = points - points.mean(0)
+    return np.einsum("ni,niu->u", arms, moves) / float((arms**2).sum())
 
 
 def stretch_by_cameras(
@@ -79,7 +103,7 @@ def stretch_by_cameras(
     ids: Int32[np.ndarray, " k"],
 ) -> Float64[np.ndarray, " u"]:
     """Change of the ratio of a board's sides by the corners `ids`, for one unit of each."""
-    moves, _ = _moves_by_cameras(scene, detections, corners_in_world)
+    moves, _ = moves_by_cameras(scene, corners_shown(detections), corners_in_world)
     plane = detections.corners_mm[ids, :2] - detections.corners_mm[ids, :2].mean(0)
     along = np.linalg.pinv(plane)
     points = corners_in_world[ids]
@@ -90,27 +114,39 @@ def stretch_by_cameras(
     return (size[0] / size[1]) * (growth[0] - growth[1])
 
 
-def _moves_by_cameras(
-    scene: Scene, detections: BoardDetections, corners: Points3
+def corners_shown(detections: BoardDetections) -> dict[str, Int32[np.ndarray, " k"]]:
+    """By photo, the board's corners that it shows."""
+    return {one.name: one.ids for one in detections.photos}
+
+
+def moves_by_cameras(
+    scene: Scene,
+    shown: Mapping[str, Int[np.ndarray, " k"]],
+    points: Points3,
+    least: int = LEAST_OBSERVATIONS,
 ) -> tuple[Float64[np.ndarray, "n 3 u"], Int64[np.ndarray, " n"]]:
-    """Derivative of each triangulated corner by the cameras' numbers, and its observations."""
+    """Derivative of each triangulated point by the cameras' numbers, and its observations.
+
+    Args:
+        shown: By photo, the rows of the points that it shows.
+        least: Observations of a point that moves.
+    """
     placed = scene.placed
     lenses = POSE_SIZE * len(placed)
     unknowns = lenses + LENS_SIZE * scene.lenses
-    normal = np.zeros((len(corners), 3, 3))
-    right = np.zeros((len(corners), 3, unknowns))
-    seen = np.zeros(len(corners), np.int64)
+    normal = np.zeros((len(points), 3, 3))
+    right = np.zeros((len(points), 3, unknowns))
+    seen = np.zeros(len(points), np.int64)
     place = {scene.names[photo]: k for k, photo in enumerate(placed)}
     lens_idx = scene.lens_idx
-    for photo in detections.photos:
-        if photo.name not in place:
+    for name, ids in shown.items():
+        if name not in place:
             continue
-        k = place[photo.name]
-        ids = photo.ids
+        k = place[name]
         by_point, by_pose = np.zeros((len(ids), 2, 3)), np.zeros((len(ids), 2, POSE_SIZE))
         by_lens = np.zeros((len(ids), 2, LENS_SIZE))
         view = scene.view(placed[k]).packed
-        differentiate_all(view, np.ascontiguousarray(corners[ids]), by_point, by_pose, by_lens)
+        differentiate_all(view, np.ascontiguousarray(points[ids]), by_point, by_pose, by_lens)
         lens = lenses + LENS_SIZE * lens_idx[k]
         normal[ids] += np.einsum("nai,naj->nij", by_point, by_point)
         right[ids, :, POSE_SIZE * k : POSE_SIZE * (k + 1)] += np.einsum(
@@ -118,6 +154,6 @@ def _moves_by_cameras(
         )
         right[ids, :, lens : lens + LENS_SIZE] += np.einsum("nai,nap->nip", by_point, by_lens)
         seen[ids] += 1
-    enough = seen >= LEAST_OBSERVATIONS
+    enough = seen >= least
     normal[~enough] = np.eye(3)
     return -np.linalg.solve(normal, right), seen

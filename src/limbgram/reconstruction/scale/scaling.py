@@ -145,12 +145,15 @@ def _by_chance(length: LengthCheck, compared: int, max_disagreement: float) -> b
 
 
 def _cause(scale: Scale, worst: LengthCheck, on_board: bool) -> Finding:
-    if worst.sigma_mm > abs(worst.measured_mm - worst.known_mm) / 2:
-        return doubt("scale.cause.poor")
+    """What may be wrong; what may have stretched the scene is named wherever it may have."""
+    by = scale.stretch_doubt
+    poor = worst.sigma_mm > abs(worst.measured_mm - worst.known_mm) / 2
+    if poor and (by == "none" or not on_board):
+        return doubt("scale.cause.poor", by=by)
     if scale.source == "distances":
-        return doubt("scale.cause.mistyped")
-    if on_board and scale.stretch_doubt == "uncalibrated":
-        return doubt("scale.cause.board_or_lens")
+        return doubt("scale.cause.mistyped", by=by)
+    if by != "none":
+        return doubt("scale.cause.board_or_lens", by=by, typed=not on_board)
     return doubt("scale.cause.board")
 
 
@@ -227,13 +230,13 @@ def _scaled(
         rulers.append(typed)
     if not rulers:
         return _unitless(scene, aim, options)
-    scale = _scale(rulers, "distances" if scene_board is None else "board")
+    scale = _scale(rulers, "distances" if scene_board is None else "board", scene)
+    scale = replace(scale, stretch_doubt=_stretch_doubt(scene, cameras))
     if scene_board is not None:
         scale = replace(
             scale,
             relative_sigma=scene_board.relative_sigma,
             board_stretch=scene_board.sure_stretch,
-            stretch_doubt=_stretch_doubt(scene, cameras),
             set_aside=(*pushed, *scale.set_aside),
         )
     if scene_board is not None:
@@ -247,7 +250,7 @@ def _scaled(
     return _on_floor(scene, aim, mm_per_unit, scale, options.seed)
 
 
-def _scale(rulers: Sequence[Ruler], source: Literal["board", "distances"]) -> Scale:
+def _scale(rulers: Sequence[Ruler], source: Literal["board", "distances"], scene: Scene) -> Scale:
     """The first ruler's scale, with the lengths of all."""
     units_per_mm = rulers[0].units_per_mm
     return Scale(
@@ -259,7 +262,7 @@ def _scale(rulers: Sequence[Ruler], source: Literal["board", "distances"]) -> Sc
                 label=one.label,
                 known_mm=one.known_mm,
                 measured_mm=one.measured / units_per_mm,
-                sigma_mm=one.sigma / units_per_mm,
+                sigma_mm=rulers[0].sigma_of(one, scene) / units_per_mm,
                 role=one.role,
                 between=one.between,
                 marks=one.marks,

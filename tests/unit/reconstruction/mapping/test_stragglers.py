@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tests.unit.reconstruction.mapping.conftest import described
 
-from limbgram.core.geometry.frames import Rigid, angle_between_deg
+from limbgram.core.geometry.frames import Rigid, angle_between_deg, fit_similarity
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features
@@ -183,6 +183,72 @@ def test_a_photo_that_two_pairs_turn_otherwise_stays_out(
     assert [k for k, one in enumerate(found.verdicts) if one.reason is not None] == [6]
 
 
+GROUP = (6, 7, 8)
+"""Photos that share points among each other,"""
+THEIRS = np.arange(240, 320)
+"""these,"""
+BRIDGES = np.arange(100, 150), np.arange(150, 200)
+"""and these with photo 5, and with photo 0."""
+
+
+@pytest.fixture
+def bridged(make_scene: MakeScene, make_pair: MakePair) -> Callable[..., tuple[Scene, Scene]]:
+    """Nine photos in truth, and placed by their matches: six, and a group bridged at both ends.
+
+    Args of the function: by how much photos 5 and 0 show the group turned about the limb.
+    """
+
+    def placed(turned_deg: tuple[float, float]) -> tuple[Scene, Scene]:
+        scene = make_scene(photos=9, points=320, share=1.0)
+        ring = replace(scene, cameras=(scene.cameras[0].pinhole,), camera_idx=(0,) * 9)
+        rng = np.random.default_rng(3)
+        places = [one.project(ring.points_in_world) for one in ring.views]
+        ends = ((5, 6), (0, 8))
+        turned = [
+            _turned_about_the_limb(ring, inner, deg)
+            for (_, inner), deg in zip(ends, turned_deg, strict=True)
+        ]
+        for shown, points, (_, inner) in zip(turned, BRIDGES, ends, strict=True):
+            places[inner][points] = shown.view(inner).project(ring.points_in_world[points])
+        places = [one + rng.normal(0.0, NOISE_PX, one.shape) for one in places]
+        rows = [(k, m, SHARED) for k in range(5) for m in (k + 1, k + 2) if m < 6]
+        rows += [(k, m, THEIRS) for k, m in ((6, 7), (7, 8), (6, 8))]
+        pairs = [_pair(ring, places, make_pair, *one) for one in rows]
+        pairs += [
+            _pair(shown, places, make_pair, *end, points)
+            for shown, end, points in zip(turned, ends, BRIDGES, strict=True)
+        ]
+        features = Features(tuple(map(described, places)))
+        return ring, place(_photos(ring), features, Pairs(tuple(pairs), 0), _cameras(ring))
+
+    return placed
+
+
+def test_photos_of_a_smaller_scene_join_by_two_pairs(
+    bridged: Callable[..., tuple[Scene, Scene]],
+) -> None:
+    ring, found = bridged((0.0, 0.0))
+    assert found.placed == tuple(range(9))
+    centres, true = (
+        np.array([view.centre_in_world for view in one.views]) for one in (found, ring)
+    )
+    to_truth = fit_similarity(centres, true)
+    off = np.linalg.norm(to_truth.apply(centres) - true, axis=1)
+    assert off.max() < 0.003 * np.linalg.norm(true - true.mean(0), axis=1).mean()
+    for photo in GROUP:
+        seen, truly = (one.view(photo).camera_from_world.rotation for one in (found, ring))
+        assert angle_between_deg(seen @ to_truth.rotation.T, truly) < 0.1
+
+
+@pytest.mark.parametrize("deg", [(0.0, 4.0), (0.0, 10.0), (0.0, 60.0), (-5.0, 9.0)])
+def test_photos_of_a_smaller_scene_that_pairs_turn_otherwise_stay_out(
+    bridged: Callable[..., tuple[Scene, Scene]], deg: tuple[float, float]
+) -> None:
+    _, found = bridged(deg)
+    assert found.placed == tuple(range(6))
+    assert [k for k, one in enumerate(found.verdicts) if one.reason is not None] == [*GROUP]
+
+
 def _steps_of_photo_6(scene: Scene) -> list[float]:
     """From its two neighbours, over the step between two others."""
     centres = [one.centre_in_world for one in scene.views]
@@ -222,7 +288,7 @@ def test_a_photo_is_looked_at_once_while_the_scene_stays(
     monkeypatch.setattr(stragglers, "_likeliest", likeliest)
     monkeypatch.setattr(stragglers, "_joined", joined)
     left_out = replace(ring, camera_from_world=poses, sigma_px=0.1)
-    found = with_stragglers(left_out, (), Pairs((), 0), lambda scene: scene)
+    found = with_stragglers(left_out, (), Pairs((), 0), (), lambda scene: scene)
     assert found.placed == (0, 1, 2, 3, 5)
     assert tried == [6, 5, 6, 4]
     assert looked == [4, 5, 6, 4, 6]
@@ -248,7 +314,7 @@ def test_a_photo_that_loses_all_its_points_stays_out(
         sigma_px=0.1,
     )
     lost = partial(without_photos, photos={6})
-    assert with_stragglers(scene, (), Pairs((), 0), lost).placed == tuple(range(6))
+    assert with_stragglers(scene, (), Pairs((), 0), (), lost).placed == tuple(range(6))
 
 
 def test_a_turn_is_known_as_well_as_its_pixels_tell_it(make_scene: MakeScene) -> None:

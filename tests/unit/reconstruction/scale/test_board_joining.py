@@ -13,7 +13,7 @@ from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.scene import Explanation, Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.scale.metric import MetricScene
-from limbgram.reconstruction.scale.scaling import to_millimetres
+from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections
 
 TIE_PX, CORNER_PX = 0.3, 0.03
@@ -167,6 +167,36 @@ def test_the_calibration_s_covariance_says_how_far_a_lens_may_move(
 
 def joined_with(scene: Scene, detections: BoardDetections, cameras: Cameras) -> MetricScene:
     return to_millimetres(alone(scene, cameras), detections, cameras=cameras)
+
+
+@pytest.mark.parametrize("with_board", [True, False])
+def test_a_typed_length_is_as_sure_as_a_lens_that_no_board_calibrated(
+    capture, with_board: bool
+) -> None:
+    """Upright beside a board, or a typed length, that lies flat: they tell little of each other."""
+    lens = capture.scene.cameras[0]
+    sigmas = np.array([275.0, 275.0, 40.0, 40.0, 0.0, 0.05, 0.1, 2e-3, 2e-3, 0.0])
+    ends = [(-150.0, 0.0, 100.0), (150.0, 0.0, 100.0)], [(0.0, 0.0, 20.0), (0.0, 0.0, 300.0)]
+    flat, tall = (
+        capture.distance(label, *map(np.array, two), photos=(0, 3, 6, 9))
+        for label, two in zip(("flat", "tall"), ends, strict=True)
+    )
+    ratios, errors = [], []
+    for seed in range(6):
+        off = np.random.default_rng(seed).normal(size=10) * sigmas
+        off[1] = off[0]
+        found = lens.with_parameters(lens.packed + off)
+        given = Calibration(camera=found, covariance=np.diag(sigmas**2), source="exif")
+        cameras = Cameras((given,))
+        scene = alone(replace(measured(capture, seed), cameras=(found,)), cameras)
+        board = capture.detections(2 * CORNER_PX, seed) if with_board else None
+        options = ScaleOptions(pick_sigma_px=0.05)
+        scale = to_millimetres(scene, board, (flat, tall), options, cameras).scale
+        (one,) = [length for length in scale.lengths if length.label == "tall"]
+        errors.append(one.error)
+        ratios.append(one.error * one.known_mm / one.sigma_mm)
+    assert 5e-4 < np.sqrt(np.mean(np.square(errors))) < 2.5e-3
+    assert 0.2 < np.sqrt(np.mean(np.square(ratios))) < 1.8
 
 
 def test_held_lenses_stay_held(capture) -> None:

@@ -1,16 +1,26 @@
 """Scale from a board, against a room whose measures are known."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.unit.reconstruction.scale.conftest import (
+    BOARD,
+    WORLD_FROM_BOARD,
+    Capture,
+    capsule,
+    ring,
+    scene_of,
+)
 
 from limbgram.core.errors import ScaleError
-from limbgram.core.geometry.frames import fit_similarity
-from limbgram.core.geometry.lens import POSE_SIZE
-from limbgram.reconstruction.mapping.scene import Movement, Scene
+from limbgram.core.geometry.frames import Rigid, fit_similarity
+from limbgram.core.geometry.lens import POSE_SIZE, Camera, View
+from limbgram.findings import Finding, told
+from limbgram.reconstruction.mapping.scene import Movement, OwnLenses, Scene
 from limbgram.reconstruction.scale.board import find_scene_board
 from limbgram.reconstruction.scale.metric import LengthCheck, Scale, StretchDoubt
 from limbgram.reconstruction.scale.ruler import stretch_by_cameras
@@ -20,7 +30,7 @@ from limbgram.reconstruction.scale.scaling import (
     check_scene_board,
     to_millimetres,
 )
-from limbgram.reconstruction.targets.board import BoardDetections
+from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 
 
 def scale_error(metric_scene: Scene, capture) -> float:
@@ -81,6 +91,33 @@ def test_corners_cut_by_the_silhouette_do_no_harm(capture) -> None:
     cut = scale_error(to_millimetres(capture.scene, detections).scene, capture)
     assert abs(cut) < 1e-4
     assert abs(cut - clean) < 5e-5
+
+
+@pytest.mark.parametrize(("nearer_mm", "told_of"), [(0.4, []), (2.0, [1])])
+def test_a_corner_of_a_flat_board_is_off_it_only_where_its_photos_say_so(
+    nearer_mm: float, told_of: list[int]
+) -> None:
+    """Three neighbouring photos of few pixels show it: what their poses err by moves it along the
+    line of sight, and they miss the flat board by no more than noise."""
+    lens = Camera(width_px=720, height_px=540, fx=600.0, fy=600.0, cx=360.0, cy=265.0)
+    views = tuple(replace(view, camera=lens) for view in ring(12, 550.0))
+    shown = Capture(views, replace(scene_of(views, capsule(500, 1)), cameras=(lens,)))
+    corner, photos = 19, (3, 4, 5)
+    detections = shown.detections(0.05, seed=1)
+    place = WORLD_FROM_BOARD.apply(BOARD.corners_mm)[corner]
+    sight = views[photos[1]].centre_in_world - place
+    moved = place + nearer_mm * sight / np.linalg.norm(sight)
+    seen: list[PhotoCorners] = []
+    for k, one in enumerate(detections.photos):
+        kept = (one.ids != corner) | (k in photos)
+        xy_px = one.xy_px.copy()
+        xy_px[corner] = views[k].project(moved[None])[0]
+        sigmas_px = one.sigmas_px[kept]
+        seen.append(replace(one, ids=one.ids[kept], xy_px=xy_px[kept], sigmas_px=sigmas_px))
+    found = find_scene_board(shown.scene, replace(detections, photos=tuple(seen)))
+    assert len(found.control_ids) == 11  # either way it sets no scale
+    off = [one.reason for one in found.ruler.set_aside if one.reason.code == "board.off_plane"]
+    assert [one.values["corners"] for one in off] == told_of
 
 
 def test_a_photo_in_which_the_board_lay_elsewhere_is_named(capture) -> None:
@@ -159,17 +196,67 @@ def test_a_length_of_the_board_that_noise_explains_accuses_no_print(by: StretchD
         check_lengths(scale, 0.003)
 
 
+@pytest.mark.parametrize("of_board", [8, 0])
 @pytest.mark.parametrize(
-    ("by", "said"), [("none", "scale.cause.board"), ("uncalibrated", "scale.cause.board_or_lens")]
+    ("by", "said"),
+    [
+        ("none", "scale.cause.board"),
+        ("uncalibrated", "scale.cause.board_or_lens"),
+        ("rolling shutter", "scale.cause.board_or_lens"),
+    ],
 )
-def test_a_length_of_the_board_that_noise_does_not_explain_is_told(
-    by: StretchDoubt, said: str
+def test_a_length_that_noise_does_not_explain_is_told(
+    by: StretchDoubt, said: str, of_board: int
 ) -> None:
-    """0.4 % of 60 mm is 0.24 mm, 8 sigma."""
+    """0.4 % of 60 mm is 0.24 mm, 8 sigma; on the board, or a typed one beside it."""
     with pytest.raises(ScaleError) as refusal:
-        check_lengths(with_length(60.24, 0.03, by), 0.003, of_board=8)
+        check_lengths(with_length(60.24, 0.03, by), 0.003, of_board)
     cause = refusal.value.finding.values["cause"]
+    assert isinstance(cause, Finding)
     assert cause.code == said
+    words = told(cause)
+    assert ("rolling shutter" in words) == (by == "rolling shutter")
+    assert ("no board calibrated it" in words) == (by == "uncalibrated")
+    assert ("typed length" in words) == (by == "none" or not of_board)
+
+
+def rolled(views: Sequence[View], detections: BoardDetections, mm: float) -> BoardDetections:
+    """Corners by a camera that falls so far while it reads a picture, straightened as if all lay
+    as far away as the middle of the limb."""
+    in_room = WORLD_FROM_BOARD.apply(BOARD.corners_mm)
+    middle = np.array([[0.0, 0.0, 150.0]])
+    for k, view in enumerate(views):
+        lens, xy_px = view.camera, view.project(in_room)
+        far_mm = view.camera_from_world.apply(middle)[0, 2]
+        for _ in range(5):  # a row tells when it was read, and this where it shows the corner
+            late_mm = mm * (xy_px[:, 1] - lens.cy) / lens.height_px
+            seen = view.camera_from_world.apply(in_room)
+            seen[:, 1] += late_mm * (seen[:, 2] / far_mm - 1.0)
+            xy_px = View(view.name, lens, Rigid.identity()).project(seen)
+        detections = with_photo(detections, k, xy_px)
+    return detections
+
+
+def test_a_rolling_shutter_accuses_no_print() -> None:
+    """Of a board printed as given, what is left of a shutter's bending makes a length 0.3 % off."""
+    lens = Camera(width_px=2400, height_px=1800, fx=1900.0, fy=1900.0, cx=1210.0, cy=890.0, k1=-0.1)
+    views = tuple(replace(view, camera=lens) for view in ring(12, 550.0))
+    scene = replace(scene_of(views, capsule(500, 1)), cameras=(lens,))
+    own = OwnLenses(
+        deviations=("rolling shutter",),
+        values=np.zeros((12, 4)),
+        spread=np.zeros(4),
+        shifts=np.zeros((12, 10)),
+        chances=(1e-9,),
+    )
+    true = Capture(views, scene).detections()
+    to_millimetres(replace(scene, own=own), rolled(views, true, 3.0))
+    with pytest.raises(ScaleError) as refusal:
+        to_millimetres(replace(scene, own=own), rolled(views, true, 25.0))
+    cause = refusal.value.finding.values["cause"]
+    assert isinstance(cause, Finding)
+    assert cause.code == "scale.cause.board_or_lens"
+    assert cause.values["by"] == "rolling shutter"
 
 
 @pytest.mark.parametrize("number", [0, 2, 5])

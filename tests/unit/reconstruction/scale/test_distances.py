@@ -10,6 +10,7 @@ from tests.unit.reconstruction.scale.conftest import SCENE_FROM_ROOM
 
 from limbgram.core.errors import OptionsError, ScaleError
 from limbgram.core.geometry.frames import fit_similarity
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.findings import told
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.distances import measure_distances, ruler_of
@@ -59,6 +60,25 @@ def test_distances_that_disagree_are_refused(capture, factor: float, refused: bo
     else:
         metric = to_millimetres(capture.scene, None, [first, second])
         assert metric.scale.lengths[1].error == pytest.approx(1 / factor - 1, abs=1e-9)
+
+
+@pytest.mark.parametrize("number", [0, 2, 5])
+def test_how_a_lens_lengthens_a_typed_length(capture, number: int) -> None:
+    """Against the same picks with another focal length, middle or distortion."""
+    (lens,) = capture.scene.cameras
+    given = [both(capture)[1]]
+    unknowns = POSE_SIZE * len(capture.scene.placed) + LENS_SIZE
+    known = replace(capture.scene, camera_covariance=np.zeros((unknowns, unknowns)))
+    ruler = measure_distances(known, given, 0.1, all_check=True)
+    step = (0.5, 0.0, 0.5, 0.0, 0.0, 1e-4)[number]
+    packed = lens.packed.copy()
+    packed[number] += step
+    other = replace(known, cameras=(lens.with_parameters(packed),))
+    found = measure_distances(other, given, 0.1, all_check=True)
+    assert ruler.by_cameras is not None
+    expected = ruler.by_cameras[POSE_SIZE * len(known.placed) + number] * step
+    assert abs(expected) > 1e-9
+    assert found.units_per_mm / ruler.units_per_mm - 1 == pytest.approx(expected, rel=0.02)
 
 
 def test_sigma_follows_the_picks(capture) -> None:
