@@ -20,6 +20,7 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is loaded
 
+import builtins
 import functools
 import gc
 import importlib.abc
@@ -91,7 +92,9 @@ def _checked(function: Callable[..., Any], owner: type | None = None) -> Callabl
         "jaxtyping" in f"{h}" for h in hints.values()
     ):
         return function
-    function.__annotations__ = {name: owner if h is Self else h for name, h in hints.items()}
+    function.__annotations__ = {
+        name: owner if h is Self else _known(h, function) for name, h in hints.items()
+    }
     check = _Check(function, any("Literal[" in f"{h}" for h in hints.values()))
     kind, plain, known = check.kind, check.plain, check.known
 
@@ -125,6 +128,15 @@ def _checked(function: Callable[..., Any], owner: type | None = None) -> Callabl
         return check.of_another_kind(key, given, args, kwargs)
 
     return checked
+
+
+def _known(hint: Any, function: Callable[..., Any]) -> Any:
+    """A hint; `object` for a quoted one that only type checkers can read: of a late import."""
+    if not isinstance(hint, str):
+        return hint
+    scope = vars(builtins) | vars(sys.modules[function.__module__])
+    names = compile(hint, "hint", "eval").co_names
+    return hint if all(name in scope for name in names) else object
 
 
 class _Check:

@@ -6,8 +6,7 @@ Out     a Report of one sheet or two: the answer and every error first, then wha
 
 import math
 from collections.abc import Iterator, Sequence
-
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING
 
 from limbgram.capture.acceptance import (
     Acceptance,
@@ -33,6 +32,9 @@ from limbgram.report.blocks import (
 )
 from limbgram.report.drawings.drawing import FAINT, GREEN, INK, ORANGE, RED, Chart, plain
 from limbgram.report.intended_use import OF_SCANS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 COLOURS: dict[Outcome, Colour] = {"pass": "green", "fail": "red", "cannot tell": "amber"}
 _INKS: dict[Outcome | None, str] = {
@@ -238,7 +240,7 @@ def _chart(judged: Sequence[MeasuredError]) -> Chart:
     ranked = sorted(judged, key=lambda one: -abs(one.error_mm) / (one.permissible_mm or 1.0))
     shown = ranked[:_MOST_BARS]
 
-    def draw(axes: Axes) -> None:
+    def draw(axes: "Axes") -> None:
         plain(axes)
         for row, one in enumerate(shown):
             limit = one.permissible_mm or 1.0

@@ -7,11 +7,9 @@ misses shows as a pattern), where the board was seen, the RMS of every photo, an
 import io
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from limbgram.core.geometry.lens import PARAMETERS
 from limbgram.core.interval import HOLDS, Interval, plus_minus
@@ -20,6 +18,9 @@ from limbgram.reconstruction.calibration.adjustment import BOARD_TERMS
 from limbgram.reconstruction.calibration.board import BoardCalibration
 from limbgram.reconstruction.calibration.screening import Estimate
 from limbgram.reconstruction.photos.photo import SetAside
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _BLUE, _ORANGE, _GREY = "#1f5a8a", "#d9822b", "#777777"
 
@@ -99,6 +100,9 @@ class CalibrationSummary:
 
 def calibration_picture(result: BoardCalibration) -> bytes:
     """The report picture as PNG."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(13.0, 9.0), dpi=110, layout="constrained")
     canvas = FigureCanvasAgg(figure)
     residuals, coverage, photos, numbers = figure.subplots(2, 2).ravel()
@@ -187,7 +191,7 @@ def calibration_summary(result: BoardCalibration) -> CalibrationSummary:
     )
 
 
-def _draw_residuals(axes: Axes, result: BoardCalibration) -> None:
+def _draw_residuals(axes: "Axes", result: BoardCalibration) -> None:
     xy = np.concatenate([photo.xy_px for photo in result.photos])
     off = np.concatenate([photo.residuals_px for photo in result.photos])
     camera, rms_px = result.calibration.camera, result.calibration.rms_px
@@ -203,7 +207,7 @@ def _draw_residuals(axes: Axes, result: BoardCalibration) -> None:
     _frame(axes, result)
 
 
-def _draw_coverage(axes: Axes, result: BoardCalibration) -> None:
+def _draw_coverage(axes: "Axes", result: BoardCalibration) -> None:
     camera = result.calibration.camera
     picture = axes.imshow(
         np.where(result.coverage.counts > 0, result.coverage.counts, np.nan),
@@ -216,7 +220,7 @@ def _draw_coverage(axes: Axes, result: BoardCalibration) -> None:
     _frame(axes, result)
 
 
-def _draw_photos(axes: Axes, result: BoardCalibration) -> None:
+def _draw_photos(axes: "Axes", result: BoardCalibration) -> None:
     names = [photo.name for photo in result.photos]
     rms_px = [photo.rms_px for photo in result.photos]
     axes.barh(range(len(names)), rms_px, color=_BLUE)
@@ -227,7 +231,7 @@ def _draw_photos(axes: Axes, result: BoardCalibration) -> None:
     axes.set_title("Photo by photo (line: all)")
 
 
-def _frame(axes: Axes, result: BoardCalibration) -> None:
+def _frame(axes: "Axes", result: BoardCalibration) -> None:
     camera = result.calibration.camera
     axes.set_xlim(-0.5, camera.width_px - 0.5)
     axes.set_ylim(camera.height_px - 0.5, -0.5)

@@ -18,7 +18,6 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import typst
 from PIL import Image
 
@@ -370,5 +369,7 @@ def _tall(image: Picture | Chart) -> float:
 @cache
 def _fonts() -> typst.Fonts:
     """Of the charts' letters, which matplotlib brings along; found once for all layouts."""
+    import matplotlib as mpl
+
     folder = Path(mpl.get_data_path(), "fonts", "ttf")
     return typst.Fonts(include_system_fonts=False, font_paths=[folder])

@@ -136,6 +136,16 @@ except SystemExit as end:
     assert answer.stderr.strip() == "[]"
 
 
+def test_jobs_and_servers_begin_without_what_drawings_need() -> None:
+    asked = """
+import sys
+import limbgram.app.server, limbgram.cases.job_worker
+print("matplotlib" in sys.modules)
+"""
+    told = subprocess.run([sys.executable, "-c", asked], check=True, capture_output=True, text=True)
+    assert told.stdout.split() == ["False"]
+
+
 @pytest.mark.parametrize(("given", "kept"), [(None, "1"), ("3", "3")])
 def test_matrix_products_run_on_one_thread_unless_asked_otherwise(
     given: str | None, kept: str

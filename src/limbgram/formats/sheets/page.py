@@ -9,20 +9,18 @@ Method  all black of a pattern is one path, so that no seam shows between its ce
 import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-import matplotlib as mpl
 import numpy as np
 from jaxtyping import Float64
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle, PathPatch
-from matplotlib.path import Path as Outline
 
 from limbgram.core.units import MM_PER_INCH
 from limbgram.reconstruction.targets.board import Board
 from limbgram.reconstruction.targets.plates import MarkPlate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 PageName = Literal["a4", "letter", "a3", "tabloid", "a2", "a1", "a0"]
 PAGES_MM: dict[PageName, tuple[float, float]] = {
@@ -145,6 +143,9 @@ class Paper:
 
     def fill(self, quads_mm: Float64[np.ndarray, "n 4 2"], colour: str = _INK) -> None:
         """Quadrangles as one path without an outline, which would make them larger."""
+        from matplotlib.patches import PathPatch
+        from matplotlib.path import Path as Outline
+
         closed = np.concatenate([quads_mm, quads_mm[:, :1]], axis=1)
         step = [Outline.MOVETO, Outline.LINETO, Outline.LINETO, Outline.LINETO, Outline.CLOSEPOLY]
         codes = np.tile(np.array(step, np.uint8), len(closed))
@@ -156,6 +157,9 @@ class Paper:
         self, points_mm: Float64[np.ndarray, "n 2"], codes: np.ndarray, colour: str
     ) -> None:
         """Outlines with holes, as one path; where two overlap even-odd would tear them."""
+        from matplotlib.patches import PathPatch
+        from matplotlib.path import Path as Outline
+
         self.axes.add_artist(PathPatch(Outline(points_mm, codes), facecolor=colour, linewidth=0))
 
     def write(
@@ -193,6 +197,8 @@ class Paper:
 
     def circle(self, middle_mm: Sequence[float], radius_mm: float) -> None:
         """A grey circle along which a piece is cut out, or in which something stands."""
+        from matplotlib.patches import Circle
+
         x, y = middle_mm
         self.axes.add_artist(
             Circle((float(x), float(y)), radius_mm, fill=False, edgecolor=_GREY, linewidth=0.3)
@@ -231,6 +237,9 @@ class Paper:
 
 def pdf_of(papers: Sequence[Paper], title: str) -> bytes:
     """The pages as one PDF, without a date, its letters in TrueType."""
+    import matplotlib as mpl
+    from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
+
     file = io.BytesIO()
     about = {"CreationDate": None, "Creator": "limbgram", "Title": title}
     with mpl.rc_context({"pdf.fonttype": 42}), PdfPages(file, metadata=about) as pages:
@@ -253,11 +262,13 @@ def runs(black: np.ndarray) -> Iterable[tuple[int, int, int]]:
             yield row, start, end
 
 
-def _figure(width_mm: float, height_mm: float) -> Figure:
+def _figure(width_mm: float, height_mm: float) -> "Figure":
+    from matplotlib.figure import Figure
+
     return Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH))
 
 
-def _axes(figure: Figure, width_mm: float, height_mm: float) -> Axes:
+def _axes(figure: "Figure", width_mm: float, height_mm: float) -> "Axes":
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_xlim(0, width_mm)
     axes.set_ylim(height_mm, 0)

@@ -20,7 +20,6 @@ from typing import cast
 import numpy as np
 from contourpy import FillType, contour_generator
 from jaxtyping import Bool, Float64, Int32, UInt8
-from matplotlib.path import Path as Outline
 from scipy.ndimage import label, map_coordinates
 
 from limbgram.core.errors import OptionsError
@@ -250,6 +249,8 @@ def _draw(paper: Paper, pattern: SockPattern, left_mm: float, top_mm: float) -> 
 
 
 def _codes(count: int) -> UInt8[np.ndarray, " n"]:
+    from matplotlib.path import Path as Outline
+
     codes = np.full(count, Outline.LINETO, np.uint8)
     codes[0], codes[-1] = Outline.MOVETO, Outline.CLOSEPOLY
     return codes

@@ -8,11 +8,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float64
-from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap
 
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.evidence import Evidence
@@ -30,12 +29,16 @@ from limbgram.report.drawings.drawing import (
 from limbgram.report.drawings.maps import signed_map, size_map
 from limbgram.report.drawings.surfaces import four_sides
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import LinearSegmentedColormap
+
 SURE_SIGMAS = 2.5
 _LETTERS = 7.0
 _ROW_IN = 0.135
 """Height of a row of names."""
-_SIGNED = LinearSegmentedColormap.from_list("signed", (ORANGE, "#ffffff", BLUE))
-_COUNTS = LinearSegmentedColormap.from_list("counts", ("#ffffff", BLUE))
+_SIGNED = (ORANGE, "#ffffff", BLUE)
+_COUNTS = ("#ffffff", BLUE)
 _CELL = "#dde4e8"
 
 
@@ -51,7 +54,7 @@ class Series:
 def histogram(edges: Sequence[float], series: Sequence[Series], unit: str, title: str) -> Chart:
     """Counts between edges, several series over one another."""
 
-    def draw(axes: Axes) -> None:
+    def draw(axes: "Axes") -> None:
         _quiet(axes, unit)
         for one in series:
             axes.stairs(
@@ -75,7 +78,7 @@ def histogram(edges: Sequence[float], series: Sequence[Series], unit: str, title
 def curve(x: Sequence[float], y: Sequence[float], units: tuple[str, str], title: str) -> Chart:
     """Points joined by a line, and the diagonal on which both would be equal."""
 
-    def draw(axes: Axes) -> None:
+    def draw(axes: "Axes") -> None:
         _quiet(axes, units[0])
         reach = 1.08 * max((*x, *y), default=1.0) or 1.0
         axes.plot([0, reach], [0, reach], color=PALE_INK, lw=0.8, ls="--")
@@ -91,7 +94,7 @@ def curve(x: Sequence[float], y: Sequence[float], units: tuple[str, str], title:
 def bars(names: Sequence[str], values: Sequence[float], unit: str, title: str) -> Chart:
     """Horizontal bars, a name and a figure to each."""
 
-    def draw(axes: Axes) -> None:
+    def draw(axes: "Axes") -> None:
         letters = _letters(axes, len(names))
         known = [value if math.isfinite(value) else 0.0 for value in values]
         top = max(known, default=0.0) or 1.0
@@ -133,10 +136,10 @@ def vectors(grid: ResidualGrid, title: str) -> Chart:
 def correlations(names: Sequence[str], rows: Sequence[Sequence[float]], title: str) -> Chart:
     """The lower half of a matrix of correlations, with figures."""
 
-    def draw(axes: Axes) -> None:
+    def draw(axes: "Axes") -> None:
         matrix = np.array(rows, float)
         matrix[np.triu_indices(len(matrix), 1)] = np.nan
-        axes.imshow(matrix, cmap=_SIGNED, vmin=-1, vmax=1, interpolation="none")
+        axes.imshow(matrix, cmap=_shades(_SIGNED), vmin=-1, vmax=1, interpolation="none")
         letters = min(0.34 * _row_pt(axes, len(names)), 5.5)  # of the width of a cell
         for (row, column), value in np.ndenumerate(matrix):
             if column <= row:
@@ -155,10 +158,12 @@ def correlations(names: Sequence[str], rows: Sequence[Sequence[float]], title: s
 def counts(names: Sequence[str], rows: Sequence[Sequence[int]], title: str) -> Chart:
     """A matrix of counts as shades; its diagonal is left empty."""
 
-    def draw(axes: Axes) -> None:
+    def draw(axes: "Axes") -> None:
         matrix = np.array(rows, float)
         np.fill_diagonal(matrix, 0.0)
-        axes.imshow(matrix, cmap=_COUNTS, vmin=0, vmax=matrix.max() or 1.0, interpolation="none")
+        axes.imshow(
+            matrix, cmap=_shades(_COUNTS), vmin=0, vmax=matrix.max() or 1.0, interpolation="none"
+        )
         _name_rows(axes, names)
 
     longest = max((len(name) for name in names), default=0)
@@ -206,7 +211,7 @@ def _sigma_map(evidence: Evidence, sigma_mm: Float64[np.ndarray, " n"]) -> Pictu
     return Picture("sigma", "How sure the surface is", caption, png(figure))
 
 
-def _draw_vectors(axes: Axes, grid: ResidualGrid) -> None:
+def _draw_vectors(axes: "Axes", grid: ResidualGrid) -> None:
     shape = grid.rows, grid.columns
     mean_x, mean_y, rms, seen = (
         np.array(values, float).reshape(shape)
@@ -217,7 +222,7 @@ def _draw_vectors(axes: Axes, grid: ResidualGrid) -> None:
     roughest = float(np.nanmax(rms)) if np.isfinite(rms).any() else 1e-9
     ends = (-0.5, grid.columns - 0.5, grid.rows - 0.5, -0.5)
     cell_px = grid.width_px / grid.columns, grid.height_px / grid.rows
-    shades = LinearSegmentedColormap.from_list("rms", ("#ffffff", ORANGE))
+    shades = _shades(("#ffffff", ORANGE))
     axes.imshow(np.where(np.isfinite(rms), rms, 0.0), cmap=shades, vmin=0, vmax=3 * roughest,
                 extent=ends, interpolation="none")  # fmt: skip
     stretch = 0.8 / max(longest, 1e-9)  # in cells
@@ -247,21 +252,28 @@ def _draw_vectors(axes: Axes, grid: ResidualGrid) -> None:
     )
 
 
-def _quiet(axes: Axes, unit: str) -> None:
+def _shades(colours: Sequence[str]) -> "LinearSegmentedColormap":
+    """Colours that pass into each other."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("shades", colours)
+
+
+def _quiet(axes: "Axes", unit: str) -> None:
     plain(axes).tick_params(labelsize=_LETTERS, labelcolor=INK)
     axes.set_xlabel(unit, fontsize=_LETTERS, color=INK)
 
 
-def _letters(axes: Axes, rows: int) -> float:
+def _letters(axes: "Axes", rows: int) -> float:
     """Size of letters with which so many rows fit into axes, in points."""
     return max(min(_LETTERS, 0.85 * _row_pt(axes, rows)), 1.0)
 
 
-def _row_pt(axes: Axes, rows: int) -> float:
+def _row_pt(axes: "Axes", rows: int) -> float:
     return 72.0 * axes.bbox.height / axes.figure.dpi / max(rows, 1)
 
 
-def _name_rows(axes: Axes, names: Sequence[str]) -> None:
+def _name_rows(axes: "Axes", names: Sequence[str]) -> None:
     """Names beside the rows: as letters, since the ticks of an axis take three times as long."""
     axes.set_axis_off()
     letters = _letters(axes, len(names))

@@ -4,15 +4,19 @@ The paper's residual of a match: sqrt((d(x, x^)^2 + d(x', x'^)^2) / 4), d from t
 the geometry of the pair puts it.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from jaxtyping import Float64
-from matplotlib.axes import Axes
 
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.twoview.pairs import Pairs
 from limbgram.report.drawings.drawing import BLUE, FAINT, GREEN, INK, ORANGE, Drawing, blank, plain
 from limbgram.report.image_scale import ImageScale, image_scales
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _BINS = 60
 
@@ -71,7 +75,7 @@ def _accuracy_caption(scales: tuple[ImageScale, ...], unit: str) -> str:
     )
 
 
-def _histogram(axes: Axes, values: Float64[np.ndarray, " n"], colour: str, label: str) -> None:
+def _histogram(axes: "Axes", values: Float64[np.ndarray, " n"], colour: str, label: str) -> None:
     if len(values):
         reach = max(float(np.quantile(values, 0.995)), 1e-6)
         axes.hist(values[values <= reach], bins=_BINS, range=(0, reach), color=colour)

@@ -1,8 +1,7 @@
 """Devices: a finished device from four sides in the colours of its wall, and its measures."""
 
 from collections.abc import Sequence
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from limbgram.findings import told
 from limbgram.report.drawings.drawing import INK, PALE_INK, Drawing, axes_at
@@ -10,6 +9,9 @@ from limbgram.report.drawings.maps import range_map
 from limbgram.report.intended_use import NOT_TESTED
 from limbgram.workbench.devices.making import Made
 from limbgram.workbench.limb import Side
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _COLUMNS = 2
 _LINE_IN, _HEAD_IN, _FOOT_IN = 0.2, 0.45, 0.75
@@ -30,7 +32,7 @@ def device_drawing(made: Made, side: Side) -> Drawing:
     return Drawing(figure, f"{title}. {NOT_TESTED}")
 
 
-def _with_lines(figure: Figure, title: str, lines: Sequence[str], below: Sequence[str]) -> None:
+def _with_lines(figure: "Figure", title: str, lines: Sequence[str], below: Sequence[str]) -> None:
     """Title and measures under the views, which keep their size."""
     width_in, height_in = figure.get_size_inches()
     rows = -(-len(lines) // _COLUMNS)

@@ -5,12 +5,10 @@ different visits can be laid side by side.
 """
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Bool, Float64, UInt8
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import SubFigure
 
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh
@@ -20,6 +18,10 @@ from limbgram.report.drawings.shading import Frame, looking_along, shade_each
 from limbgram.report.drawings.views import BESIDE, letter_corners
 from limbgram.workbench.compare.comparison import Comparison
 from limbgram.workbench.compare.messages import IQR_LIMIT_MM, MRE_LIMIT_MM
+
+if TYPE_CHECKING:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.figure import SubFigure
 
 EDGES_MM = (MRE_LIMIT_MM, IQR_LIMIT_MM, 0.8, 1.6, 3.2, 6.4)
 _OUTSIDE = ("#fbe3d2", "#f6bd98", "#e88a63", "#cf5246", "#a51f33", "#67001f")
@@ -45,6 +47,9 @@ _LETTERS = 14
 
 def difference_pictures(comparison: Comparison) -> Drawing:
     """The first shape in the colours of the signed difference, and of the turn of its normals."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
     mesh, on_first = comparison.first_in_limb, comparison.deviation.on_first
     low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
     tall = float(np.clip((high[2] - low[2]) / np.hypot(*(high - low)[:2]), 0.4, 3.0))
@@ -86,7 +91,7 @@ def open_places(comparison: Comparison) -> Bool[np.ndarray, " n"]:
     return (off_mm > MRE_LIMIT_MM) & (off_mm < COVER * comparison.laid_sigma_mm)
 
 
-def paint_of(values: Float64[np.ndarray, " n"], colours: ScalarMappable) -> np.ndarray:
+def paint_of(values: Float64[np.ndarray, " n"], colours: "ScalarMappable") -> np.ndarray:
     """Colour of each vertex, 0 to 255; grey where there is no figure."""
     known = np.isfinite(values)
     paint = 255.0 * np.asarray(colours.to_rgba(np.where(known, values, 0.0)))[:, :3]
@@ -95,7 +100,7 @@ def paint_of(values: Float64[np.ndarray, " n"], colours: ScalarMappable) -> np.n
 
 
 def _row(
-    figure: SubFigure, pictures: Sequence[UInt8[np.ndarray, "h w 4"]], anatomical: bool
+    figure: "SubFigure", pictures: Sequence[UInt8[np.ndarray, "h w 4"]], anatomical: bool
 ) -> None:
     along_in = _along_in(figure)
     lefts_in = _GAP_IN + (_ACROSS_IN + _GAP_IN) * np.arange(len(_SIDES))
@@ -109,7 +114,9 @@ def _row(
             letter_corners(axes, BESIDE[azimuth_deg])
 
 
-def _bar(figure: SubFigure, colours: ScalarMappable, edges: Sequence[float], label: str) -> None:
+def _bar(
+    figure: "SubFigure", colours: "ScalarMappable", edges: Sequence[float], label: str
+) -> None:
     top_in = _TITLE_IN + _along_in(figure) + 0.1
     bar = figure.colorbar(
         colours,
@@ -125,7 +132,7 @@ def _bar(figure: SubFigure, colours: ScalarMappable, edges: Sequence[float], lab
     bar.ax.tick_params(labelsize=_LETTERS)
 
 
-def _along_in(figure: SubFigure) -> float:
+def _along_in(figure: "SubFigure") -> float:
     """Height of the views in their half of the figure."""
     return figure.bbox.height / figure.dpi - _TITLE_IN - _BELOW_IN
 

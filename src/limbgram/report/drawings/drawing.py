@@ -1,20 +1,24 @@
-"""A drawing: a figure and the sentence that explains it; colours that all drawings share."""
+"""A drawing: a figure and the sentence that explains it; colours that all drawings share.
+
+Drawings import matplotlib where they draw: with what it needs it takes half a second, which a job
+that is refused, and a server that starts, do without.
+"""
 
 import io
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import matplotlib as mpl
 import numpy as np
 from jaxtyping import UInt8
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure, SubFigure
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from limbgram.report.drawings.shading import Frame
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
 
 INK, FAINT = "#22303a", "#8a97a0"
 PALE_INK = "#55636c"
@@ -33,7 +37,7 @@ BELOW_PX = 20
 class Drawing:
     """What a figure shows, in words for the page."""
 
-    figure: Figure
+    figure: "Figure"
     caption: str
 
 
@@ -52,7 +56,7 @@ class Picture:
 class Chart:
     """A diagram in one pair of axes, drawn as vectors wherever it is put."""
 
-    draw: Callable[[Axes], None]
+    draw: "Callable[[Axes], None]"
     title: str
     """Read out to those who cannot see it."""
     width_in: float = 3.45
@@ -64,7 +68,7 @@ class Chart:
     """Room beside the axes for ticks and labels."""
 
     def draw_at(
-        self, figure: Figure, left_in: float, top_in: float, width_in: float, height_in: float
+        self, figure: "Figure", left_in: float, top_in: float, width_in: float, height_in: float
     ) -> None:
         """Draw it into this part of a figure."""
         self.draw(
@@ -79,6 +83,10 @@ class Chart:
 
     def svg(self, name: str, width_in: float, height_in: float) -> str:
         """The chart alone, as SVG with words as text; `name` keeps its inner names apart."""
+        import matplotlib as mpl
+        from matplotlib.backends.backend_svg import FigureCanvasSVG
+        from matplotlib.figure import Figure
+
         with mpl.rc_context(
             {"svg.fonttype": "none", "svg.hashsalt": name, "text.parse_math": False}
         ):
@@ -89,19 +97,23 @@ class Chart:
         return file.getvalue()
 
 
-def blank(width_in: float, height_in: float) -> Figure:
+def blank(width_in: float, height_in: float) -> "Figure":
     """An empty figure."""
+    from matplotlib.figure import Figure
+
     return Figure(figsize=(width_in, height_in), layout="constrained", facecolor="white")
 
 
-def bare(width_in: float, height_in: float) -> Figure:
+def bare(width_in: float, height_in: float) -> "Figure":
     """An empty figure for axes at known places: to search for places costs as much as drawing."""
+    from matplotlib.figure import Figure
+
     return Figure(figsize=(width_in, height_in), facecolor="white")
 
 
 def axes_at(
-    figure: Figure | SubFigure, left_in: float, top_in: float, width_in: float, height_in: float
-) -> Axes:
+    figure: "Figure | SubFigure", left_in: float, top_in: float, width_in: float, height_in: float
+) -> "Axes":
     """Axes whose upper left corner is so far from that of the figure."""
     across_in, along_in = figure.bbox.width / figure.dpi, figure.bbox.height / figure.dpi
     bottom = 1 - (top_in + height_in) / along_in
@@ -110,7 +122,7 @@ def axes_at(
     )
 
 
-def plain(axes: Axes) -> Axes:
+def plain(axes: "Axes") -> "Axes":
     """Axes without a box, in quiet ink."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(FAINT)
@@ -118,7 +130,7 @@ def plain(axes: Axes) -> Axes:
     return axes
 
 
-def scale_bar(axes: Axes, frame: Frame) -> None:
+def scale_bar(axes: "Axes", frame: Frame) -> None:
     """A bar of a round length below a view."""
     length_mm = next(mm for mm in (100, 50, 20, 10, 5, 1) if mm < frame.width_px * frame.pixel_mm)
     length_px = length_mm / frame.pixel_mm
@@ -129,8 +141,10 @@ def scale_bar(axes: Axes, frame: Frame) -> None:
     axes.set_ylim(frame.height_px + BELOW_PX, -0.5)
 
 
-def png(figure: Figure) -> UInt8[np.ndarray, " n"]:
+def png(figure: "Figure") -> UInt8[np.ndarray, " n"]:
     """A figure as the bytes of a PNG; the ground of all figures is opaque."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
     figure.set_dpi(_DOTS_PER_INCH)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()

@@ -7,9 +7,9 @@ picture say what lies there. Laid beside the patient, a mirrored shape shows.
 
 import textwrap
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import cut
@@ -17,6 +17,9 @@ from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, axes_at, 
 from limbgram.report.drawings.shading import shade_all
 from limbgram.report.drawings.views import limb_frames, normals_at, number_landmarks
 from limbgram.workbench.limb import Landmark, Side
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _SECTIONS_IN, _VIEW_IN, _GAP_IN = 2.9, 2.6, 0.2
 _EDGE_IN, _TITLE_IN, _BELOW_IN = 0.15, 1.05, 0.5
@@ -87,7 +90,7 @@ def _key(landmarks: Sequence[Landmark], seen: set[int]) -> str:
     return textwrap.fill("    ".join(named), _LETTERS)
 
 
-def _sections(axes: Axes, mesh: Mesh) -> None:
+def _sections(axes: "Axes", mesh: Mesh) -> None:
     low, high = float(mesh.vertices_mm[:, 2].min()), float(mesh.vertices_mm[:, 2].max())
     for share, colour in zip(_LEVELS, _COLOURS, strict=True):
         for section in cut(mesh, [low + share * (high - low)]):
@@ -114,7 +117,7 @@ def _sections(axes: Axes, mesh: Mesh) -> None:
     _sign(axes, "RIGHT", (1.0, 1.0), "right", "bottom")
 
 
-def _sign(axes: Axes, text: str, place: tuple[float, float], across: str, along: str) -> None:
+def _sign(axes: "Axes", text: str, place: tuple[float, float], across: str, along: str) -> None:
     axes.text(
         *place,
         text,

@@ -1,10 +1,10 @@
 """Drawings on photographs: feature points, and the matches of a pair."""
 
+from typing import TYPE_CHECKING
+
 import cv2
 import numpy as np
 from jaxtyping import UInt8
-from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection, LineCollection
 
 from limbgram.core.geometry.arrays import ColourImage, Points2
 from limbgram.reconstruction.features.detection import Features
@@ -13,6 +13,9 @@ from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 from limbgram.report.drawings.drawing import BLUE, GREEN, ORANGE, Drawing, blank
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _SHOWN_WIDTH_PX = 1100
 _SHOWN_MATCHES = 150
@@ -23,6 +26,8 @@ _FAVOURED_ANGLE_DEG = 20.0
 
 def keypoints_on_photo(photos: PhotoSet, features: Features, metric: MetricScene) -> Drawing:
     """All feature points of the photo that gave most points to the scene."""
+    from matplotlib.collections import EllipseCollection
+
     points = [verdict.points for verdict in metric.scene.verdicts]
     idx = int(np.argmax(points))
     photo, keypoints = photos.photos[idx], features.keypoints[idx]
@@ -55,6 +60,8 @@ def keypoints_on_photo(photos: PhotoSet, features: Features, metric: MetricScene
 
 def matches_of_pair(photos: PhotoSet, pairs: Pairs) -> Drawing:
     """Matches of one well-joined pair, side by side."""
+    from matplotlib.collections import LineCollection
+
     if not pairs.verified:
         return Drawing(blank(10, 1), "No pair of photos could be joined.")
     pair = max(pairs.verified, key=_instructive)
@@ -96,7 +103,7 @@ def _instructive(pair: VerifiedPair) -> float:
     return len(pair.matches) * min(1.0, pair.median_angle_deg / _FAVOURED_ANGLE_DEG)
 
 
-def _picture(axes: Axes, image: ColourImage) -> Axes:
+def _picture(axes: "Axes", image: ColourImage) -> "Axes":
     axes.imshow(image)
     axes.set_axis_off()
     return axes

@@ -6,19 +6,20 @@ lies to the left; letters in the corners say so.
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import UInt8
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, axes_at, bare, plain
 from limbgram.report.drawings.shading import Frame, looking_along, shade_all
 from limbgram.report.drawings.views import BESIDE, FROM_ABOVE, letter_corners
 from limbgram.workbench.measures.measuring import Measures, Row
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _HEIGHT_PX = 560
 _HEIGHT_IN, _MOST_IN = 5.8, 14.0
@@ -67,7 +68,7 @@ def sections_drawing(measures: Measures) -> Drawing:
     )
 
 
-def _panels(frames: Sequence[Frame]) -> Figure:
+def _panels(frames: Sequence[Frame]) -> "Figure":
     """A figure with axes for both views, the sections, and the colours of their heights."""
     widths_px = [frame.width_px for frame in frames]
     room_px = [*widths_px, 1.2 * max(widths_px)]
@@ -99,9 +100,11 @@ def _frame(mesh: Mesh, azimuth_deg: int) -> Frame:
 
 
 def _side(
-    axes: Axes, frame: Frame, picture: UInt8[np.ndarray, "h w 4"], rows: list[Row], zero: float
+    axes: "Axes", frame: Frame, picture: UInt8[np.ndarray, "h w 4"], rows: list[Row], zero: float
 ) -> None:
     """The shaded limb from one side, in millimetres, its sections drawn as seen edge on."""
+    from matplotlib.collections import LineCollection
+
     right = frame.picture_from_world[0]
     middle, height = right @ frame.middle_mm, frame.middle_mm[2] - zero
     half, tall = (frame.pixel_mm * size / 2 for size in (frame.width_px, frame.height_px))
@@ -116,7 +119,7 @@ def _side(
     plain(axes)
 
 
-def _label(axes: Axes, rows: list[Row]) -> None:
+def _label(axes: "Axes", rows: list[Row]) -> None:
     """Girths beside the levels, as many as can be read."""
     right = axes.get_xlim()[1]
     for row in rows[:: max(1, -(-len(rows) // _MOST_LABELS))]:
@@ -126,8 +129,10 @@ def _label(axes: Axes, rows: list[Row]) -> None:
             axes.text(right, row.from_reference_mm, text, fontsize=6.5, color=INK, va="center")
 
 
-def _sections(axes: Axes, beside: Axes, rows: list[Row]) -> None:
+def _sections(axes: "Axes", beside: "Axes", rows: list[Row]) -> None:
     """All outlines over each other, coloured by height, as they lie seen from above."""
+    from matplotlib.collections import LineCollection
+
     lines: list[np.ndarray] = []
     heights: list[float] = []
     for row in rows:

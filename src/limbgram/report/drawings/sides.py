@@ -1,16 +1,19 @@
 """Sides: a mesh from four sides round the world's z axis, in clay or in paint."""
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float64
-from matplotlib.figure import Figure
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import faces_inwards
 from limbgram.report.drawings.drawing import BELOW_PX, FAINT, axes_at, bare, scale_bar
 from limbgram.report.drawings.shading import Frame, looking_along, shade
 from limbgram.report.drawings.views import BESIDE, letter_corners
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _AZIMUTHS_DEG = (0, 90, 180, 270)
 _SIDES = ("patient's right", "front", "patient's left", "back")
@@ -26,7 +29,7 @@ def sides_figure(
     in_mm: bool,
     room_in: float = 0.05,
     sides: bool = False,
-) -> Figure:
+) -> "Figure":
     """Four sides of a mesh in clay or in the paint of its vertices; `room_in` is kept below.
 
     sides: it lies in the limb frame, so that its views are the patient's sides.

@@ -1,8 +1,8 @@
 """Drawings of the result: the surface and its sigma from four sides, the cloud with its cameras."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import View
@@ -12,6 +12,9 @@ from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank
 from limbgram.report.drawings.maps import size_map
 from limbgram.report.drawings.sides import sides_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _SHOWN_POINTS = 40_000
 _CAMERA_SHARE = 0.05
@@ -42,6 +45,8 @@ def sigma_map(mesh: Mesh, metric: MetricScene) -> Drawing:
 
 def cloud_with_cameras(cloud: Cloud, metric: MetricScene) -> Drawing:
     """The point cloud and the placed cameras from above and from the front, and the cloud near."""
+    from matplotlib.collections import LineCollection
+
     views = metric.scene.views
     figure = blank(10.5, 4.6)
     panels = figure.subplots(1, 3, width_ratios=(2, 2, 1))
@@ -64,7 +69,7 @@ def cloud_with_cameras(cloud: Cloud, metric: MetricScene) -> Drawing:
     )
 
 
-def _scatter(axes: Axes, cloud: Cloud, up: int, size: float) -> None:
+def _scatter(axes: "Axes", cloud: Cloud, up: int, size: float) -> None:
     """Points across x, the far ones first."""
     step = max(1, len(cloud) // _SHOWN_POINTS)
     points, colours = cloud.points_mm[::step].astype(float), cloud.colours[::step] / 255.0

@@ -4,19 +4,20 @@ Rectification: a template unrolled, and what it did to a limb from four sides.
 """
 
 from datetime import timedelta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
 from jaxtyping import Float64
-from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
 
 from limbgram.core.interval import COVER
 from limbgram.findings import told
 from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, blank, plain
 from limbgram.workbench.compare.over_time import Series
 from limbgram.workbench.templates.template import Template
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Normalize
 
 _MOST_TICKS = 12
 
@@ -37,7 +38,7 @@ def course(series: Series) -> Drawing:
     )
 
 
-def _volume(axes: Axes, series: Series) -> None:
+def _volume(axes: "Axes", series: Series) -> None:
     days: Any = list(series.days)
     volumes_ml = series.stack.volumes_mm3 / 1000
     axes.errorbar(
@@ -57,7 +58,9 @@ def _volume(axes: Axes, series: Series) -> None:
     axes.set_ylabel("volume, mL", fontsize=8, color=INK)
 
 
-def _girths(axes: Axes, series: Series) -> None:
+def _girths(axes: "Axes", series: Series) -> None:
+    import matplotlib as mpl
+
     days: Any = list(series.days)
     change_mm = series.stack.tapes_mm - series.stack.tapes_mm[0]
     shades = mpl.colormaps["viridis"](np.linspace(0.1, 0.9, len(series.stack.heights_mm)))
@@ -73,6 +76,8 @@ _LEAST_MM = 1.0
 
 def unrolled(template: Template) -> Drawing:
     """Left the displacements over height and angle with the landmarks, right their spread."""
+    from matplotlib.colors import Normalize
+
     figure = blank(10.5, 4.4)
     left, right = (plain(axes) for axes in figure.subplots(1, 2))
     moved, spread = template.displacement_mm, template.spread_mm
@@ -101,10 +106,10 @@ def unrolled(template: Template) -> Drawing:
 
 
 def _map(
-    axes: Axes,
+    axes: "Axes",
     template: Template,
     field: Float64[np.ndarray, "h a"],
-    norm: Normalize,
+    norm: "Normalize",
     colours: str,
     label: str,
 ) -> None:

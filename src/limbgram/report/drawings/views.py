@@ -1,16 +1,19 @@
 """Views: frames of a limb from its sides at one scale, landmarks numbered, corners lettered."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float64
-from matplotlib.axes import Axes
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.report.drawings.drawing import INK, RED
 from limbgram.report.drawings.shading import Frame, looking_along
 from limbgram.workbench.limb import Landmark
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Vectors3 = Float64[np.ndarray, "n 3"]
 
@@ -42,7 +45,7 @@ def limb_frames(mesh_in_limb: Mesh, azimuths_deg: Sequence[int]) -> list[Frame]:
     ]
 
 
-def letter_corners(axes: Axes, beside: tuple[str, str]) -> None:
+def letter_corners(axes: "Axes", beside: tuple[str, str]) -> None:
     """Say in the upper corners of a picture what lies left and right in it: R, L, F or B."""
     for along, across, name in zip((0.02, 0.98), ("left", "right"), beside, strict=True):
         axes.text(
@@ -69,7 +72,7 @@ def normals_at(mesh: Mesh, landmarks: Sequence[Landmark]) -> Vectors3:
 
 
 def number_landmarks(
-    axes: Axes, frame: Frame, landmarks: Sequence[Landmark], normals: Vectors3
+    axes: "Axes", frame: Frame, landmarks: Sequence[Landmark], normals: Vectors3
 ) -> set[int]:
     """Draw the numbers of the landmarks that face the viewer; which these are, from 1."""
     towards = -frame.picture_from_world[2]

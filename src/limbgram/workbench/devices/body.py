@@ -104,13 +104,15 @@ class Body:
 
     def directions(self, axes: Axes) -> Float64[np.ndarray, "3 3"]:
         """Rows: to the right, forwards and up."""
-        return np.eye(3) if axes == "limb" else self._stand().directions
+        return np.eye(3) if axes == "limb" else self._stand.directions
 
     def sole_mm(self) -> float:
         """How high the plane that the foot stands on lies along its own upward direction."""
-        return self._stand().height_mm
+        return self._stand.height_mm
 
+    @cached_property
     def _stand(self) -> "_Stand":
+        """Each point of a foot's trim asks for it."""
         heel, first, fifth, toe = (
             self.place_mm(name)
             for name in ("heel", "first metatarsal head", "fifth metatarsal head", "second toe")
