@@ -9,9 +9,9 @@ import typer
 from limbgram.cases.case_assessment import assess_case
 from limbgram.cases.folder import CaseFolder
 from limbgram.cli.progress import display
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, language, spoken
 from limbgram.core.run import Run
-from limbgram.findings import advice, sentence, told
+from limbgram.findings import advice, sentence
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.figures import TruthFigures
 
@@ -57,10 +57,12 @@ def accuracy_command(
 def accuracy_lines(case: CaseFolder, assessment: Assessment) -> tuple[str, ...]:
     """The assessment for people at a terminal."""
     found, truth = assessment.findings, assessment.figures.truth
-    limiting = [f"  {sentence(one)}\n    -> {advice(one)}" for one in found[:_SHOWN]]
+    limiting = [
+        f"  {sentence(one, language())}\n    -> {advice(one, language())}" for one in found[:_SHOWN]
+    ]
     more = [f"  and {len(found) - _SHOWN} more on the page"] if len(found) > _SHOWN else []
     return (
-        told(assessment.headline),
+        spoken(assessment.headline),
         *(() if truth is None else _truth_lines(truth)),
         *(("What limits it:", *limiting, *more) if found else ()),
         f"Look at it: {case.accuracy('html', against_truth=truth is not None)}",

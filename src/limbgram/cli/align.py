@@ -14,14 +14,13 @@ from limbgram.cli.landmark_options import (
     landmarks_asked,
     marks_seen,
 )
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import READ, UnitOption, shape_of
 from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import require_place
 from limbgram.core.interval import Interval, plus_minus, what_it_means
 from limbgram.core.typed import tree_of
-from limbgram.findings import told
 from limbgram.findings.tell import LANGUAGES
 from limbgram.formats.limb_file import write_limb_file
 from limbgram.formats.reading import ShapeFile
@@ -99,7 +98,7 @@ def _kept(limb: AlignedLimb, shape: Path, read: ShapeFile, carried: Carried | No
     size = np.ptp(motion.apply(limb.mesh.vertices_mm), axis=0)
     places = {mark.name: motion.apply(mark.position_mm[None])[0] for mark in limb.landmarks}
     lines = [
-        *(f"Note: {with_full_stop(told(one))}" for one in limb.notes),
+        *(f"Note: {with_full_stop(spoken(one))}" for one in limb.notes),
         f"Side: {limb.side}. {size[2]:.1f} mm along the axis, {size[0]:.1f} mm from side to "
         f"side, {size[1]:.1f} mm from front to back.",
         *(
@@ -134,7 +133,7 @@ def _carried_lines(carried: Carried) -> list[str]:
         f"  proposed: {one.landmark.name:<28} {plus_minus(interval, 1)} mm"
         for one, interval in zip(carried.places, sure, strict=True)
     ]
-    lines += [f"  not proposed: {one.name}: {told(one.reason)}" for one in carried.left_out]
+    lines += [f"  not proposed: {one.name}: {spoken(one.reason)}" for one in carried.left_out]
     return [*lines, *what_it_means(sure)]
 
 

@@ -25,7 +25,6 @@ from limbgram.cases.child_process import Event
 from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import asking
 from limbgram.core.errors import Cancelled, OptionsError, printable
-from limbgram.findings import told
 from limbgram.report.stages import stage_title
 
 _SHOWN_AT_MOST = 20
@@ -97,7 +96,7 @@ def _reply(worked: Worked) -> Reply:
 
 
 def _told(one: Outcome | StepOutcome) -> str:
-    return one.told if one.finding is None else told(one.finding, spoken())
+    return one.told if one.finding is None else spoken(one.finding)
 
 
 def _would_do(plans: Sequence[Plan], notes: Sequence[str]) -> Reply:

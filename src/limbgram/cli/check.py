@@ -13,13 +13,12 @@ from limbgram.capture.answer import CaptureCheck
 from limbgram.cases.capture_check import CaptureWatch, CheckRequest, check_sources, stamps_of
 from limbgram.cli.progress import Display, display
 from limbgram.cli.reconstruct import NoBoard, board_word
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import asking
 from limbgram.core.errors import OptionsError, PhotoError, printable
 from limbgram.core.files import write_bytes
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
-from limbgram.findings import told
 from limbgram.reconstruction.photos.video import is_video
 from limbgram.report.drawings.coverage import coverage_picture
 
@@ -73,10 +72,10 @@ def check_command(
 
 def check_lines(found: CaptureCheck) -> tuple[str, ...]:
     """The answer, what stands in its way, what is worth a look, and what is wrong with photos."""
-    notes = [f"  {one.name}: {told(remark)}" for one in found.photos for remark in one.remarks]
-    more = map(told, (*found.findings[1:], *found.notes))
+    notes = [f"  {one.name}: {spoken(remark)}" for one in found.photos for remark in one.remarks]
+    more = map(spoken, (*found.findings[1:], *found.notes))
     return (
-        told(found.headline),
+        spoken(found.headline),
         *(f"  {text}" for text in (*more, *_texture(found))),
         *notes,
     )

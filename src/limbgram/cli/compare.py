@@ -7,12 +7,12 @@ from typing import Annotated, Any
 
 import typer
 
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import UnitOfAll, require_output, shape_of
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
-from limbgram.findings import as_json, note, told
+from limbgram.findings import as_json, note
 from limbgram.services.compare import CompareRequest, FollowRequest, follow
 from limbgram.workbench.compare.comparison import Comparison
 from limbgram.workbench.compare.messages import (
@@ -66,7 +66,7 @@ def _doubted(limbs: Sequence[Limb], reply: Reply) -> Reply:
         for limb in limbs
         if limb.doubt is not None
     ]
-    lines = (*(f"Note: {told(one)}" for one in doubts), *reply.lines)
+    lines = (*(f"Note: {spoken(one)}" for one in doubts), *reply.lines)
     content = {**reply.content, "doubts": [as_json(one) for one in doubts]}
     return replace(reply, lines=lines, content=content)
 

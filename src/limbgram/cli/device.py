@@ -11,7 +11,6 @@ from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import READ, UnitOption, shape_of
 from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.typed import tree_of
-from limbgram.findings import told
 from limbgram.services.make_device import MakeDeviceRequest, make
 from limbgram.workbench.devices.device import Device, devices
 from limbgram.workbench.devices.making import device_named
@@ -55,8 +54,8 @@ def device_command(
     done = make(read, ask, folder)
     return Reply(
         (
-            *(f"Note: {with_full_stop(told(one, spoken()))}" for one in other_notes(read.limb)),
-            *(told(one, spoken()) for one in done.said),
+            *(f"Note: {with_full_stop(spoken(one))}" for one in other_notes(read.limb)),
+            *(spoken(one) for one in done.said),
             *(f"Written: {path}" for path in done.written),
         ),
         {

@@ -5,7 +5,7 @@ from typing import Annotated, Any, BinaryIO
 
 import typer
 
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, language, spoken
 from limbgram.cli.shape_options import (
     ShapeArgument,
     UnitOption,
@@ -17,7 +17,7 @@ from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import other, require, toml_of, write_file
 from limbgram.core.request_fields import Declared, declared, purpose_of
 from limbgram.core.typed import tree_of, words_of_type
-from limbgram.findings import note, told
+from limbgram.findings import note
 from limbgram.formats.export_checks import as_kept
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.editing import EDIT_NAMED
@@ -98,8 +98,8 @@ def apply_command(
     done = bool(replayed.ledger.lines)
     return Reply(
         (
-            *(f"Note: {with_full_stop(told(one))}" for one in (*made.notes, *limb.notes)),
-            *(lines_of(replayed.ledger) if done else (told(_NOTHING_DONE),)),
+            *(f"Note: {with_full_stop(spoken(one))}" for one in (*made.notes, *limb.notes)),
+            *(lines_of(replayed.ledger, language()) if done else (spoken(_NOTHING_DONE),)),
             f"Written: {written}",
         ),
         {
@@ -219,7 +219,7 @@ def diff_command(
     recipes = read_recipe(old), read_recipe(new)
     lines = differences(*recipes)
     notes = tuple(
-        f"Note: {with_full_stop(told(one))}" for recipe in recipes for one in recipe.notes
+        f"Note: {with_full_stop(spoken(one))}" for recipe in recipes for one in recipe.notes
     )
     return Reply(
         (*notes, *(lines or ("The recipes do the same.",))),
@@ -282,7 +282,7 @@ def _kept(path: Path, recipe: Recipe) -> Reply:
 
 def _recipe_reply(recipe: Recipe) -> Reply:
     listed = [described(entry) for entry in recipe.entries]
-    lines = [f"Note: {with_full_stop(told(one))}" for one in recipe.notes]
+    lines = [f"Note: {with_full_stop(spoken(one))}" for one in recipe.notes]
     lines.append(f'Recipe "{recipe.name}", {len(listed)} {"edit" if len(listed) == 1 else "edits"}')
     lines += [f"  {number}. {text}" for number, text in enumerate(listed, start=1)]
     entries = [

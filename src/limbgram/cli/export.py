@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import Kinds, asking
 from limbgram.cli.shape_options import (
     ShapeArgument,
@@ -17,7 +17,6 @@ from limbgram.cli.shape_options import (
 )
 from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.typed import tree_of
-from limbgram.findings import told
 from limbgram.formats.table import FORMATS, format_of
 from limbgram.services.export import EXPORTS, FOR_CARVERS, Export, Exported, Gcode, export
 from limbgram.workbench.limb import Side
@@ -85,8 +84,8 @@ def reply_of(exported: Exported) -> Reply:
     notes = exported.limb.notes
     return Reply(
         (
-            *(f"Note: {with_full_stop(told(one))}" for one in notes),
-            *(told(one) for one in exported.said),
+            *(f"Note: {with_full_stop(spoken(one))}" for one in notes),
+            *(spoken(one) for one in exported.said),
         ),
         {
             "written": str(exported.path),

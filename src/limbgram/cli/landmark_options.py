@@ -7,13 +7,13 @@ from typing import Annotated, Any
 import numpy as np
 from jaxtyping import UInt8
 
-from limbgram.cli.replies import Reply
+from limbgram.cli.replies import Reply, spoken
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import Interval, plus_minus, what_it_means
 from limbgram.core.request_fields import Flag
 from limbgram.core.typed import tree_of
-from limbgram.findings import note, told
+from limbgram.findings import note
 from limbgram.services.parse_text import COLOUR, asks_for_marks, landmarks_of, sticker_names
 from limbgram.workbench.limb import Landmark, Limb
 
@@ -146,7 +146,7 @@ def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> S
         )
     left_out = [
         f"Not offered: a spot of colour {_rgb(spot.colour)} at {_place(spot.position_mm)}: "
-        f"{told(spot.reason)}."
+        f"{spoken(spot.reason)}."
         for spot in found.left_out
     ]
     lines += left_out[:_SHOWN_AT_MOST]

@@ -48,8 +48,8 @@ work in a browser.
 - **8**: the test of a kit could neither be passed nor failed
 - **130**: stopped by Ctrl-C or SIGTERM; the same command continues
 
-With `LIMBGRAM_LANGUAGE=de` in the environment, refusals and findings are told in German; JSON has
-their codes, their values and English.
+With `LIMBGRAM_LANGUAGE=de` in the environment, refusals, notes and findings are told in German;
+tables, labels and the summary of `reconstruct` stay English. JSON has codes, values and English.
 """
 
 COMMANDS = {

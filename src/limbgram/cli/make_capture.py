@@ -6,11 +6,10 @@ from typing import Annotated, Any
 import typer
 
 from limbgram.cli.progress import display
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import asking
 from limbgram.core.run import Run
 from limbgram.findings import as_json as tree_of_finding
-from limbgram.findings import told
 from limbgram.services.make_capture import MakeRequest, make
 from limbgram.synthetic.props.bent import BentShape
 from limbgram.synthetic.props.scan import Scan
@@ -32,7 +31,7 @@ def make_capture_command(
     with display(as_json) as screen:
         made = make(folder, ask, Run(listener=screen.listen))
     capture, scan = made.capture, made.scan
-    about = tuple(f"Of the scan, {told(note)}." for note in scan.notes) if scan else ()
+    about = tuple(f"Of the scan, {spoken(note)}." for note in scan.notes) if scan else ()
     return Reply(
         (
             *about,

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import (
     AlignedShape,
@@ -20,7 +20,7 @@ from limbgram.core.errors import with_full_stop
 from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.interval import Interval, plus_minus, what_it_means
 from limbgram.core.typed import tree_of
-from limbgram.findings import Finding, told
+from limbgram.findings import Finding
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
 from limbgram.workbench.bodies import left_out
 from limbgram.workbench.frame.landmarks import other_notes, unconfirmed
@@ -82,9 +82,9 @@ def measure_command(
 
 def _lines(limb: Limb, measures: Measures) -> list[str]:
     return [
-        *(f"Note: {with_full_stop(told(note))}" for note in _notes(limb, measures)),
+        *(f"Note: {with_full_stop(spoken(note))}" for note in _notes(limb, measures)),
         *(
-            f"Note: {with_full_stop(told(one))}"
+            f"Note: {with_full_stop(spoken(one))}"
             for one in left_out(
                 measures.bodies_left_out,
                 measures.loose,
@@ -97,10 +97,11 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
         + _sock_line(limb.sock_mm, measures.limb.sock_mm),
         _HEADING,
         *(_row_line(row) for row in measures.rows),
-        *([] if measures.beside is None else [told(measures.beside)]),
+        *([] if measures.beside is None else [spoken(measures.beside)]),
         *(
             f"Volume from {_end(row.low_mm)} to {_end(row.high_mm)}: "
-            f"{_text(in_ml(row.volume_mm3), 2)} mL" + "".join(f". {told(one)}" for one in row.notes)
+            f"{_text(in_ml(row.volume_mm3), 2)} mL"
+            + "".join(f". {spoken(one)}" for one in row.notes)
             for row in measures.volumes
         ),
         *(
@@ -136,9 +137,9 @@ def _form_lines(form: MeasuringSheet) -> Iterator[str]:
     side = "" if form.side == "none" else f", {form.side}"
     yield f"Measuring sheet: {KIND_NAMED[form.kind].words['en']}{side}."
     if form.doubt is not None:
-        yield f"  {told(form.doubt)}"
+        yield f"  {spoken(form.doubt)}"
     for row in form.rows:
-        value = told(row.reason) if row.reason is not None else ""
+        value = spoken(row.reason) if row.reason is not None else ""
         if row.figure is not None:
             value = f"{_text(row.figure, 1)} {row.unit}"
         yield f"  {row.words['en']}: {value}" + (f"   ({row.formula})" if row.formula else "")
@@ -151,7 +152,7 @@ def _along_lines(found: AlongCentreline) -> Iterator[str]:
     yield f"{'along':>8}{'tape':>10}{'contour':>10}{'ML':>9}{'depth':>9}{'area cm2':>10}"
     for one in found.stations:
         if one.reason is not None:
-            yield f"{one.along_mm:8.1f}  {told(one.reason)}"
+            yield f"{one.along_mm:8.1f}  {spoken(one.reason)}"
             continue
         figures = one.figures
         shown = zip(("tape_mm", "contour_mm", "ml_mm", "depth_mm"), (10, 10, 9, 9), strict=True)
@@ -173,7 +174,7 @@ def _skin_lines(measures: Measures) -> Iterator[str]:
             "material; --inside measures what it holds."
         )
     if measures.wall is not None:
-        sentence = told(measures.wall.told("limb"))
+        sentence = spoken(measures.wall.told("limb"))
         yield f"{sentence[0].upper()}{sentence[1:]}."
 
 
@@ -189,7 +190,7 @@ def _sock_line(before_mm: float, after_mm: float) -> str:
 def _row_line(row: Row) -> str:
     start = f"{row.from_reference_mm:8.1f}"
     if row.level is None:
-        return f"{start}  {' '.join(map(told, row.reasons))}"
+        return f"{start}  {' '.join(map(spoken, row.reasons))}"
     area, volume = row.figures["area_mm2"], row.figures["volume_below_mm3"]
     widths = (10, 10, 9, 9)
     cells = [f"{_value(row.figures[name]):>{width}}" for name, width in zip(_SHOWN, widths)]
@@ -227,7 +228,7 @@ def _fit_lines(fitted: TapeFit | None, before: Limb) -> list[str]:
         ),
         f"The farthest point moved by {fitted.largest_mm:.2f} mm; beyond the first and the last "
         "reading the shape was scaled as there.",
-        *(f"Note: {with_full_stop(told(one))}" for one in _of_fit(fitted, before)),
+        *(f"Note: {with_full_stop(spoken(one))}" for one in _of_fit(fitted, before)),
     ]
 
 

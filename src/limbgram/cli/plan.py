@@ -7,12 +7,11 @@ import typer
 
 from limbgram.capture.camera_positions import Stand
 from limbgram.capture.plan import CapturePlan
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.request_options import asking
 from limbgram.core.errors import printable
 from limbgram.core.files import write_bytes
 from limbgram.core.typed import tree_of
-from limbgram.findings import told
 from limbgram.report.drawings.coverage import plan_picture
 from limbgram.services.plan import PlanRequest, plan
 
@@ -37,7 +36,7 @@ def plan_command(
     Example: limbgram plan --sigma 0.05 --distance 900 --focal 35 --sensor 22.3 --pixels 6000x4000
     """
     found = plan(ask)
-    lines = (told(found.summary), *(f"  {told(one)}" for one in found.steps))
+    lines = (spoken(found.summary), *(f"  {spoken(one)}" for one in found.steps))
     if picture is not None:
         write_bytes(picture, _picture(found))
         lines = (*lines, f"Picture: {printable(str(picture))}")

@@ -142,8 +142,13 @@ def _say(reply: Reply) -> None:
         console.print(Text(printable(line), style=colour))
 
 
-def spoken() -> str:
-    """The language of the terminal; English where LIMBGRAM_LANGUAGE names none of ours."""
+def spoken(finding: Finding) -> str:
+    """A finding in the language of the terminal."""
+    return told(finding, language())
+
+
+def language() -> str:
+    """Of the terminal; English where LIMBGRAM_LANGUAGE names none of ours."""
     asked = os.environ.get("LIMBGRAM_LANGUAGE", "")[:2].lower()
     return asked if asked in LANGUAGES else LANGUAGES[0]
 
@@ -162,5 +167,5 @@ def _refuse(error: LimbgramError, as_json: bool) -> None:
         return
     console = Console(stderr=True, highlight=False)
     colour = "yellow" if isinstance(error, Cancelled) else "red"
-    text = Text(printable(told(error.finding, spoken())), style=colour)
+    text = Text(printable(spoken(error.finding)), style=colour)
     console.print(text, soft_wrap=not console.is_terminal)

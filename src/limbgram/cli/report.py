@@ -6,11 +6,11 @@ from typing import Annotated
 import typer
 
 from limbgram.cases.folder import CaseFolder
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, language, spoken
 from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import AlignedShape, UnitOfAll, shape_of
 from limbgram.core.errors import OptionsError
-from limbgram.findings import Finding, advice, sentence, told
+from limbgram.findings import Finding, advice, sentence
 from limbgram.formats.sidecar import hash_of, limb_file_beside
 from limbgram.report.record.content import Content
 from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
@@ -96,8 +96,11 @@ def _lines(content: Content) -> tuple[str, ...]:
     more = [f"  and {len(found) - _SHOWN} more on the page"] if len(found) > _SHOWN else []
     return (
         f"{content.id}: {'no side' if side == 'none' else side + ' side'}, millimetres",
-        *(told(Finding.from_tree(one["verdict"])) for one in compared),
+        *(spoken(Finding.from_tree(one["verdict"])) for one in compared),
         "Before anything is made from it:",
-        *(f"  {sentence(one)}\n    -> {advice(one)}" for one in found[:_SHOWN]),
+        *(
+            f"  {sentence(one, language())}\n    -> {advice(one, language())}"
+            for one in found[:_SHOWN]
+        ),
         *more,
     )

@@ -8,7 +8,7 @@ from typing import Annotated, Any, BinaryIO
 import numpy as np
 import typer
 
-from limbgram.cli.replies import Reply, answered
+from limbgram.cli.replies import Reply, answered, spoken
 from limbgram.cli.shape_options import (
     AlignedShape,
     UnitOfAll,
@@ -21,7 +21,6 @@ from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import other, require, write_bytes, write_file
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.core.typed import tree_of
-from limbgram.findings import told
 from limbgram.formats.export_checks import as_kept
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
@@ -88,7 +87,7 @@ def learn_command(
     return Reply(
         (
             *_lines(template),
-            *(f"Note: {with_full_stop(told(note))}" for note in notes),
+            *(f"Note: {with_full_stop(spoken(note))}" for note in notes),
             f"Written: {written}",
         ),
         {**_tree(template), "notes": tree_of(notes), "written": [str(written)]},
@@ -120,7 +119,7 @@ def apply_command(
             f"{known.name} applied at {strength:.0%}: the surface moved by {moved.min():+z.1f} to "
             f"{moved.max():+z.1f} mm (+ room, - pressure), the volume by {change_ml:+z.1f} mL "
             f"({share:+z.1%}).",
-            *(f"Note: {with_full_stop(told(note))}" for note in notes),
+            *(f"Note: {with_full_stop(spoken(note))}" for note in notes),
             f"Written: {written}",
         ),
         {

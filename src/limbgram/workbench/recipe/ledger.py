@@ -20,7 +20,7 @@ from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3, with_faces
 from limbgram.core.mesh.tree_cache import tree_on
-from limbgram.findings import Finding, told
+from limbgram.findings import LANGUAGES, Finding, told
 from limbgram.workbench.edits.cutting import ON_IT_MM
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
 from limbgram.workbench.edits.regions import roughness_mm, upright_mm
@@ -288,8 +288,8 @@ def displacement_between(old: Mesh, new: Mesh) -> Displacement:
     )
 
 
-def lines_of(ledger: Ledger) -> tuple[str, ...]:
-    """The ledger for people."""
+def lines_of(ledger: Ledger, language: str = LANGUAGES[0]) -> tuple[str, ...]:
+    """The ledger for people; its findings in their language."""
     texts = [SIGNS] if any(line.displacement is not None for line in ledger.lines) else []
     for line in ledger.lines:
         old, new = line.before, line.after
@@ -301,8 +301,8 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
         if abs(new.roughness_mm - old.roughness_mm) > 0.05 * old.roughness_mm:
             parts.append(f"roughness {old.roughness_mm:.3f} -> {new.roughness_mm:.3f} mm")
         texts += ["   " + "; ".join(parts)] if parts else []
-        texts += [f"   {told(one)}" for one in line.told]
-        texts += [f"   {concern_line(concern)}" for concern in line.concerns]
+        texts += [f"   {told(one, language)}" for one in line.told]
+        texts += [f"   {concern_line(concern, language)}" for concern in line.concerns]
         texts.append(
             f"   girths along the contour, {SMOOTHED_OVER}, by height "
             + _girths(ledger.levels_mm, old.girths_mm, new.girths_mm)
@@ -319,12 +319,12 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def concern_line(concern: Concern) -> str:
+def concern_line(concern: Concern, language: str = LANGUAGES[0]) -> str:
     """A concern in a line: what it is, and whether somebody means it."""
     if not concern.word:
-        return f"! {told(concern.finding)}"
+        return f"! {told(concern.finding, language)}"
     meant = "accepted" if concern.accepted else "NOT accepted"
-    return f"! {told(concern.finding)} ({meant}: {concern.word})"
+    return f"! {told(concern.finding, language)} ({meant}: {concern.word})"
 
 
 def _volume(change: VolumeChange | None) -> str:

@@ -321,8 +321,9 @@ def test_an_old_recipe_s_relief_on_the_nerve_is_not_done_in_silence() -> None:
 
 
 def test_the_command_refuses_takes_the_word_and_marks_it(tmp_path: Path) -> None:
-    def edit(*words: str | Path, code: int = 0) -> str:
-        answer = CliRunner().invoke(app, ["edit", *map(str, words)])
+    def edit(*words: str | Path, code: int = 0, language: str = "") -> str:
+        spoken = {"LIMBGRAM_LANGUAGE": language}
+        answer = CliRunner().invoke(app, ["edit", *map(str, words)], env=spoken)
         assert answer.exit_code == code, answer.output
         return answer.output
 
@@ -342,6 +343,9 @@ def test_the_command_refuses_takes_the_word_and_marks_it(tmp_path: Path) -> None
     assert concern["word"] == WORD
     assert concern["accepted"] is True
     assert answer["ledger"]["places_mm"]["fibula head"] == pytest.approx(-5, abs=0.05)
+    assert "presses 5.0 mm on" in edit("apply", scan, made, "-o", out)
+    german = edit("apply", scan, made, "-o", tmp_path / "aus.ply", language="de")
+    assert "! Sie drückt 5,0 mm auf: Wadenbeinköpfchen" in german
 
 
 @pytest.mark.parametrize(("depth_mm", "needs"), [(10.0, ()), (10.1, ("depth to 11 mm",))])
