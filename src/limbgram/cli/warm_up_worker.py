@@ -10,17 +10,22 @@ Runs as `python -P -m limbgram.cli.warm_up_worker CAPTURE FOLDER`.
 
 import sys
 import time
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool
 
+from limbgram.capture.closed_surface import closed_surface
+from limbgram.core.errors import EditError
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.core.run import Run
+from limbgram.formats.dxf_r12 import write_polyface_dxf
 from limbgram.formats.gcode.writing import write_gcode
 from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
+from limbgram.reconstruction.matching.windows import WindowOptions, build_pyramid, follow
 from limbgram.reconstruction.measuring.measurement import measure
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
@@ -31,11 +36,17 @@ from limbgram.reconstruction.surface.resampling import refine
 from limbgram.synthetic.options import SMALL, CaptureOptions
 from limbgram.synthetic.truth import Truth, stage_truth
 from limbgram.workbench.carving.setup import CarveOptions
+from limbgram.workbench.edits.edit import name_of
+from limbgram.workbench.edits.editing import EDITS, do_edit
 from limbgram.workbench.edits.offset import offset
 from limbgram.workbench.edits.plane_cut import PlaneCut
+from limbgram.workbench.edits.relieve import Relieve
+from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.geodesic import shortest_path
+from limbgram.workbench.measures.measuring import measure_limb
+from limbgram.workbench.recipe.file import make_edit
 
 CAPTURE = replace(SMALL, photos=14, samples=2, mesh_step_mm=1.8)
 """The smallest that goes all the way."""
@@ -72,7 +83,31 @@ def work_on_shape(limb: Limb, program: Path) -> None:
     shortest_path(limb.mesh, near, far)
     middle_mm = float(np.ptp(limb.mesh.vertices_mm[:, 2])) / 2
     PlaneCut(height_mm=middle_mm, capped=True).apply(limb)
+    measure_limb(limb)
+    wall_of(limb.mesh)
+    _edit_in_every_way(PlaneCut(height_mm=middle_mm).apply(limb))
     write_gcode(limb, program, CarveOptions(scallop_mm=0.5, tolerance_mm=0.04))
+    write_polyface_dxf(limb.mesh, program.with_suffix(".dxf"))
+    few = slice(None, None, 50)
+    closed_surface(limb.mesh.vertices_mm[few], limb.mesh.vertex_normals()[few])
+    _follow()
+
+
+def _edit_in_every_way(limb: Limb) -> None:
+    """Each edit as its example has it; one that names what this limb lacks does nothing."""
+    place = limb.aligned().mesh_in_limb.vertices_mm[limb.mesh.faces[0, 0]]
+    x, y, z = place.tolist()
+    do_edit(limb, Relieve(at=(x, y, z), depth_mm=4.0, falloff_mm=20.0))
+    for kind in EDITS:
+        with suppress(EditError):
+            do_edit(limb, make_edit(name_of(kind), kind.about.example, "warm-up"))
+
+
+def _follow() -> None:
+    """A point from one photo into another, as where photos are larger than those of the capture."""
+    noise = np.random.default_rng(1).integers(0, 256, (128, 128), dtype=np.uint8)
+    photo, expected = build_pyramid(noise), np.array([[64.0, 1.0, 0.0, 64.0, 0.0, 1.0]])
+    follow(photo, photo, expected[:, [0, 3]], expected, WindowOptions())
 
 
 def _waited_for(capture: Path) -> bool:
