@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from limbgram.cli.replies import Reply, answered, spoken
+from limbgram.cli.replies import Reply, answered, language, spoken
 from limbgram.cli.request_options import asking
 from limbgram.cli.shape_options import READ, UnitOption, shape_of
 from limbgram.core.errors import OptionsError, with_full_stop
@@ -77,7 +77,7 @@ def _list(name: str | None) -> Reply:
 
 
 def _told(device: Device) -> str:
-    return device.words[spoken()]
+    return device.words[language()]
 
 
 def _details(device: Device) -> Iterator[str]:
@@ -96,7 +96,7 @@ def _details(device: Device) -> Iterator[str]:
 def _line(one: Measure) -> str:
     usual = "has to be given" if one.usual is None else f"{one.usual:g} {one.unit}"
     lies = f"{one.within.least:g} to {one.within.most:g}"
-    return f"  {one.name:20s}{usual:>16s}  {lies:14s}{one.label[spoken()]}"
+    return f"  {one.name:20s}{usual:>16s}  {lies:14s}{one.label[language()]}"
 
 
 def _tree(device: Device) -> dict[str, Any]:
