@@ -116,7 +116,7 @@ CASES: Final = (
         pole="",
         turn=Repose(joint="side bend", by_deg=5.0, band_mm=60.0),
         device="tlso-front",
-        values=(("wall_mm", 4.0),),
+        values=(("wall_mm", 4.0), ("waist_strap_mm", 25.0)),  # as narrow as the trunk is small
     ),
 )
 
