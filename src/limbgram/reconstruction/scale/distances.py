@@ -28,6 +28,7 @@ from limbgram.reconstruction.scale.ruler import (
 from limbgram.reconstruction.scale.stated_lengths import KnownDistance, Pick
 
 _FEWEST_PICKS = 2
+"""Photos: two rays meet in a point."""
 _LEAST_ANGLE_DEG = 2.0
 _LEAST_RESIDUAL_PX = 1.0
 _MOST_RESIDUAL = 0.002
