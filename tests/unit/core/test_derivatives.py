@@ -36,7 +36,7 @@ from limbgram.reconstruction.measuring.uncertainty import _displacements as disp
 from limbgram.reconstruction.scale.ruler import scale_by_cameras
 from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
 from limbgram.reconstruction.targets.corners import _linearize as corner_equations
-from limbgram.reconstruction.twoview.fundamental import Equations
+from limbgram.reconstruction.twoview.fundamental import normal_equations
 
 LENS = Camera(
     width_px=2400, height_px=1600, fx=2800.0, fy=2790.0, cx=1210.0, cy=790.0, skew=12.0,
@@ -203,14 +203,14 @@ def test_gold_standard_equations_are_half_the_costs_gradient() -> None:
     def cost(p: np.ndarray, x: np.ndarray) -> np.ndarray:
         return np.array([(residuals(p, x) ** 2).sum()])
 
-    equations = Equations.at(projection, points, residuals(projection, points))
+    equations = normal_equations(projection, points, residuals(projection, points))
     agree(
-        -2 * equations.by_projection[None],
+        -2 * equations.shared_right[None],
         lambda d: cost(projection + d.reshape(3, 4), points),
         np.full(12, 1e-3),
     )
     agree(
-        -2 * equations.by_point.reshape(1, -1),
+        -2 * equations.block_right.reshape(1, -1),
         lambda d: cost(projection, points + d.reshape(-1, 3)),
         np.full(points.size, 1e-3),
     )
@@ -300,9 +300,9 @@ def test_a_bodys_equations_are_half_the_costs_gradient() -> None:
         return np.array([body.moved(step[rest:], still).cost(cameras, 3.0)])
 
     whole_steps = np.array([1e-3, 1e-3, 1e-3, 0.1, 0.1, 0.1, 1e-3]) / 100
-    agree(-2 * equations.rest_right[None], cost_after, np.append(CAMERA_STEPS, whole_steps))
+    agree(-2 * equations.shared_right[None], cost_after, np.append(CAMERA_STEPS, whole_steps))
     agree(
-        -2 * equations.corner_right.reshape(1, -1),
+        -2 * equations.block_right.reshape(1, -1),
         lambda d: np.array([body.moved(np.zeros(7), d.reshape(-1, 3)).cost(bundle, 3.0)]),
         np.full(shape.size, 0.001),
     )

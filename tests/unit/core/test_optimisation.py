@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from limbgram.core.optimisation import Descent, Trial, minimise
+from limbgram.core.optimisation import Descent, NormalEquations, Trial, minimise
 
 DESCENT = Descent(iterations=100, smallest_gain=0.0, least_gain=1e-30)
 START = np.array([-1.2, 1.0])
@@ -85,3 +85,30 @@ def test_a_small_gain_is_the_last() -> None:
     assert minimise(0.0, 10.0, linearised, Descent(iterations=9, smallest_gain=0.01)) == 1.0
     assert minimise(0.0, 10.0, linearised, Descent(iterations=9, smallest_gain=0.001)) == 9.0
     assert len(counted) == 10
+
+
+def test_blocks_are_eliminated_and_follow_as_in_the_dense_equations() -> None:
+    """Four shared unknowns and five blocks of three, from equations drawn at random."""
+    random = np.random.default_rng(4)
+    count, size, shared = 5, 3, 4
+    slopes = random.normal(size=(60, shared + count * size))
+    for row, own in enumerate(np.repeat(np.arange(count), 12)):  # each row measures one block
+        slopes[row, shared:].reshape(count, size)[np.arange(count) != own] = 0.0
+    normal, right = slopes.T @ slopes, slopes.T @ random.normal(size=60)
+    parts = [slice(shared + size * k, shared + size * (k + 1)) for k in range(count)]
+    equations = NormalEquations(
+        shared=normal[:shared, :shared],
+        shared_right=right[:shared],
+        blocks=np.stack([normal[part, part] for part in parts]),
+        cross=np.stack([normal[part, :shared] for part in parts]),
+        block_right=np.stack([right[part] for part in parts]),
+    )
+    held = np.concatenate([np.full(shared, 0.5), np.tile([0.0, 0.0, 2.0], count)])
+    for damping in (0.0, 0.3):
+        damped = equations.damped(damping, least_shared=0.5, least_block=np.array([0.0, 0.0, 2.0]))
+        step = np.linalg.solve(*damped.reduced())
+        dense = normal + damping * np.diag(np.diag(normal) + held)
+        expected = np.linalg.solve(dense, right)
+        np.testing.assert_allclose(step, expected[:shared], atol=1e-12)
+        np.testing.assert_allclose(damped.followed(step).ravel(), expected[shared:], atol=1e-12)
+    np.testing.assert_array_equal(equations.shared, normal[:shared, :shared])

@@ -20,7 +20,7 @@ from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, lens_slopes
-from limbgram.core.optimisation import Descent, Trial, minimise
+from limbgram.core.optimisation import Descent, NormalEquations, Trial, minimise
 
 BOARD_TERMS = ("stretch", "shear", "bend_xx", "bend_xy", "bend_yy")
 """How a print differs from its drawing, as fractions of half the board's long side: y grows by
@@ -137,19 +137,7 @@ class Solution:
         return self.cofactors * self.sigma0_px**2
 
 
-@dataclass(frozen=True)
-class _Normals:
-    """The reduced normal equations, and what gives the poses back."""
-
-    cost: float
-    matrix: Float64[np.ndarray, "shared shared"]
-    right: Float64[np.ndarray, " shared"]
-    mixed: Float64[np.ndarray, "k shared 6"]
-    posed: Float64[np.ndarray, "k 6 6"]
-    pose_right: Float64[np.ndarray, "k 6"]
-
-
-_State = tuple[Float64[np.ndarray, " shared"], tuple[Rigid, ...], _Normals]
+_State = tuple[Float64[np.ndarray, " shared"], tuple[Rigid, ...], NormalEquations]
 
 
 def adjust(
@@ -166,14 +154,18 @@ def adjust(
     """
 
     def tried(shared: Float64[np.ndarray, " shared"], poses: tuple[Rigid, ...]) -> Trial[_State]:
-        normals = _normals(observations, board_mm, shared, poses)
-        return Trial((shared, poses, normals), normals.cost)
+        equations, cost = _equations(observations, board_mm, shared, poses)
+        return Trial((shared, poses, equations), cost)
 
     def linearised(state: _State) -> Callable[[float], Trial[_State]]:
-        shared, poses, normals = state
+        shared, poses, equations = state
 
         def step(damping: float) -> Trial[_State]:
-            by_shared, by_pose = _step(normals, free, damping)
+            damped = equations.damped(damping)
+            reduced, right = damped.reduced()
+            by_shared = np.zeros(SHARED)
+            by_shared[free] = _inverse(reduced[np.ix_(free, free)]) @ right[free]
+            by_pose = damped.followed(by_shared)
             return tried(
                 shared + by_shared, tuple(moved(pose, one) for pose, one in zip(poses, by_pose))
             )
@@ -181,7 +173,9 @@ def adjust(
         return step
 
     start = tried(shared, poses)
-    shared, poses, normals = minimise(start.state, start.cost, linearised, _DESCENT)
+    shared, poses, equations = minimise(start.state, start.cost, linearised, _DESCENT)
+    both, cofactors = np.ix_(free, free), np.zeros((SHARED, SHARED))
+    cofactors[both] = _inverse(equations.reduced()[0][both])
     return Solution(
         shared=shared,
         free=free,
@@ -190,7 +184,7 @@ def adjust(
             one.xy_px - project_board(board_mm[one.ids], board_mm, shared, pose).xy_px
             for one, pose in zip(observations, poses)
         ),
-        cofactors=_cofactors(normals, free),
+        cofactors=cofactors,
     )
 
 
@@ -207,10 +201,9 @@ def scatter(
     whole = np.linalg.pinv(solution.cofactors[np.ix_(free, free)], hermitian=True)
     shifts: list[np.ndarray] = []
     for one, pose in zip(observations, solution.poses):
-        alone = _normals((one,), board_mm, solution.shared, (pose,), with_prior=False)
-        solved = np.linalg.solve(alone.posed[0], alone.mixed[0].T)
-        reduced = (alone.matrix - alone.mixed[0] @ solved)[np.ix_(free, free)]
-        shifts.append(_inverse(whole - reduced) @ alone.right[free])
+        alone, _ = _equations((one,), board_mm, solution.shared, (pose,), with_prior=False)
+        reduced = alone.reduced()[0][np.ix_(free, free)]
+        shifts.append(_inverse(whole - reduced) @ alone.shared_right[free])
     count = len(shifts)
     variance = (count - 1) / count * (np.array(shifts) ** 2).sum(axis=0)
     lens = np.flatnonzero(free) < LENS_SIZE
@@ -234,17 +227,17 @@ def _board_slopes(
     return slopes * half_mm
 
 
-def _normals(
+def _equations(
     observations: tuple[BoardObservation, ...],
     board_mm: Points3,
     shared: Float64[np.ndarray, " shared"],
     poses: tuple[Rigid, ...],
     *,
     with_prior: bool = True,
-) -> _Normals:
-    """Normal equations of all photos, with the weak prior on the board's shape."""
+) -> tuple[NormalEquations, float]:
+    """Of all photos, with the weak prior on the board's shape; and the sum of squares."""
     matrix, right, cost = np.zeros((SHARED, SHARED)), np.zeros(SHARED), 0.0
-    mixed = np.empty((len(poses), SHARED, POSE_SIZE))
+    cross = np.empty((len(poses), POSE_SIZE, SHARED))
     posed = np.empty((len(poses), POSE_SIZE, POSE_SIZE))
     pose_right = np.empty((len(poses), POSE_SIZE))
     for row, (one, pose) in enumerate(zip(observations, poses)):
@@ -255,40 +248,15 @@ def _normals(
         cost += float(residual @ residual)
         matrix += a.T @ a
         right += a.T @ residual
-        mixed[row], posed[row], pose_right[row] = a.T @ b, b.T @ b, b.T @ residual
+        cross[row], posed[row], pose_right[row] = b.T @ a, b.T @ b, b.T @ residual
     weights = np.zeros(SHARED)
     if with_prior:
         weights[LENS_SIZE:] = (_TYPICAL_PX / _BOARD_SIGMAS) ** 2
     cost += float(weights @ shared**2)
-    return _Normals(
-        cost, matrix + np.diag(weights), right - weights * shared, mixed, posed, pose_right
+    equations = NormalEquations(
+        matrix + np.diag(weights), right - weights * shared, posed, cross, pose_right
     )
-
-
-def _step(
-    normals: _Normals, free: Bool[np.ndarray, " shared"], damping: float
-) -> tuple[Float64[np.ndarray, " shared"], Float64[np.ndarray, "k 6"]]:
-    grown = 1.0 + damping
-    posed = normals.posed * (1.0 + damping * np.eye(POSE_SIZE))
-    solved = np.linalg.solve(posed, normals.mixed.transpose(0, 2, 1))
-    poses_alone = np.linalg.solve(posed, normals.pose_right[..., None])[..., 0]
-    reduced = normals.matrix * (1.0 + (grown - 1.0) * np.eye(SHARED)) - np.einsum(
-        "kij,kjl->il", normals.mixed, solved
-    )
-    right = normals.right - np.einsum("kij,kj->i", normals.mixed, poses_alone)
-    step = np.zeros(SHARED)
-    step[free] = _inverse(reduced[np.ix_(free, free)]) @ right[free]
-    return step, poses_alone - np.einsum("kji,i->kj", solved, step)
-
-
-def _cofactors(
-    normals: _Normals, free: Bool[np.ndarray, " shared"]
-) -> Float64[np.ndarray, "shared shared"]:
-    solved = np.linalg.solve(normals.posed, normals.mixed.transpose(0, 2, 1))
-    reduced = normals.matrix - np.einsum("kij,kjl->il", normals.mixed, solved)
-    cofactors = np.zeros((SHARED, SHARED))
-    cofactors[np.ix_(free, free)] = _inverse(reduced[np.ix_(free, free)])
-    return cofactors
+    return equations, cost
 
 
 def _inverse(matrix: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import SIMILARITY_SIZE, Rigid, Similarity
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, Camera, View, differentiate_all
+from limbgram.core.optimisation import NormalEquations
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
 from limbgram.reconstruction.mapping.normals import robust_cost
 
@@ -115,19 +116,12 @@ def moves_of_whole(arms: Points3) -> Float64[np.ndarray, "n 3 7"]:
     return moves
 
 
-@dataclass(frozen=True)
-class BodyEquations:
-    """Normal equations in units of sigma: photos and lenses, then the whole; corners apart."""
-
-    normal: Float64[np.ndarray, "r r"]
-    rest_right: Float64[np.ndarray, " r"]
-    own: Float64[np.ndarray, "n 3 3"]
-    cross: Float64[np.ndarray, "n 3 r"]
-    corner_right: Float64[np.ndarray, "n 3"]
+class BodyEquations(NormalEquations):
+    """In units of sigma: photos, lenses and the whole are shared, each corner is a block."""
 
     def of_cameras(self) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]:
         """Normal matrix and right side that remain for photos and lenses."""
-        normal, right = self._without_corners()
+        normal, right = self.reduced()
         cameras, whole = slice(None, -SIMILARITY_SIZE), slice(-SIMILARITY_SIZE, None)
         follow = np.linalg.solve(normal[whole, whole], normal[whole, cameras])
         return (
@@ -139,16 +133,7 @@ class BodyEquations:
         self, cameras: Float64[np.ndarray, " u"]
     ) -> tuple[Float64[np.ndarray, "7"], Points3]:
         """Steps of the whole and of the corners after one of photos and lenses."""
-        normal, right = self._without_corners()
+        normal, right = self.reduced()
         left = right[-SIMILARITY_SIZE:] - normal[-SIMILARITY_SIZE:, :-SIMILARITY_SIZE] @ cameras
         whole = np.linalg.solve(normal[-SIMILARITY_SIZE:, -SIMILARITY_SIZE:], left)
-        left = self.corner_right - self.cross @ np.concatenate([cameras, whole])
-        return whole, np.linalg.solve(self.own, left[:, :, None])[:, :, 0]
-
-    def _without_corners(self) -> tuple[Float64[np.ndarray, "r r"], Float64[np.ndarray, " r"]]:
-        solved = np.linalg.solve(self.own, self.cross).reshape(-1, len(self.normal))
-        cross = self.cross.reshape(-1, len(self.normal))
-        return (
-            self.normal - cross.T @ solved,
-            self.rest_right - solved.T @ self.corner_right.ravel(),
-        )
+        return whole, self.followed(np.concatenate([cameras, whole]))

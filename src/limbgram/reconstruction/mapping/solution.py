@@ -30,6 +30,7 @@ from limbgram.reconstruction.mapping.normals import (
     reduce_equations,
     robust_cost,
 )
+from limbgram.reconstruction.mapping.quadratic import pseudo_inverse, solved_for
 from limbgram.reconstruction.mapping.scene import Scene
 
 _ITERATIONS = 40
@@ -39,7 +40,6 @@ OUTLIER_SIGMAS = 4.0
 """Observations further off than this contradict the scene."""
 _ALMOST_NONE = 1e-8
 """Damping that keeps equations solvable whose world frame is free."""
-_TINY = 1e-300
 _WALLS = 8
 """How often a step is solved again because lenses would turn back within their pictures."""
 _GAUGE = 1e-6
@@ -539,12 +539,7 @@ class _Equations:
 
     def solved_for(self, right: Float64[np.ndarray, "f k"]) -> Float64[np.ndarray, "f k"]:
         """Solutions for other right sides; what nothing is seen of stays."""
-        normal = self.normal[np.ix_(self.free, self.free)]
-        weights = np.diag(normal)
-        scale = np.where(weights > 0.0, 1.0 / np.sqrt(np.maximum(weights, _TINY)), 0.0)
-        scaled = normal * np.outer(scale, scale)
-        scaled[np.diag_indices_from(scaled)] += _ALMOST_NONE
-        return scale[:, None] * cho_solve(cho_factor(scaled), scale[:, None] * right)
+        return solved_for(self.normal[np.ix_(self.free, self.free)], right)
 
     def more_by(
         self, part: _Measured, poses: Float64[np.ndarray, "m c k"]
@@ -565,9 +560,7 @@ class _Equations:
             own = slice(numbers * one, numbers * (one + 1))
             meant = moves[self.free, own].T @ solved[:, 1:][:, own]
             hold = along[:, own].T @ moves[:rows, own] - meant
-            size = np.sqrt(np.maximum(np.diag(hold), _TINY))
-            inverse = np.linalg.pinv(hold / np.outer(size, size), rcond=_GAUGE, hermitian=True)
-            falls[one] = (pull[own] / size) @ inverse @ (pull[own] / size)
+            falls[one] = pull[own] @ pseudo_inverse(hold, _GAUGE) @ pull[own]
         return falls
 
     def covariance(self) -> Float64[np.ndarray, "u u"]:

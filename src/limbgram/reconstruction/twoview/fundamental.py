@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.arrays import Matrix3, Points2
 from limbgram.core.geometry.triangulation import nearest_matches, sampson_px
-from limbgram.core.optimisation import Descent, Trial, minimise
+from limbgram.core.optimisation import Descent, NormalEquations, Trial, minimise
 from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
 
 FEWEST_MATCHES = 8
@@ -249,11 +249,11 @@ def _adjust(
 ) -> tuple[Projection, Structure]:
     def linearised(state: _State) -> Callable[[float], Trial[_State] | None]:
         projection, points, residuals = state
-        equations = Equations.at(projection, points, residuals)
+        equations = normal_equations(projection, points, residuals)
 
         def step(damping: float) -> Trial[_State] | None:
             try:
-                by_projection, by_point = equations.step(damping)
+                by_projection, by_point = damped_step(equations, damping)
             except np.linalg.LinAlgError:  # too few matches tell too little: hold them harder
                 return None
             return tried(projection + by_projection, points + by_point)
@@ -274,48 +274,33 @@ def _residuals(
     return np.hstack([first - points[:, :2], second - _project(projection, points)])
 
 
-@dataclass(frozen=True)
-class Equations:
-    """Normal equations, ordered as projection (12) and points (3 each)."""
+def normal_equations(
+    projection: Projection, points: Structure, residuals: Float64[np.ndarray, "n 4"]
+) -> NormalEquations:
+    """Of the projection's twelve numbers, which all points share, and of three for each point."""
+    count = len(points)
+    whole = np.column_stack([points[:, :2], np.ones(count), points[:, 2]])
+    image = whole @ projection.T
+    by_image = np.zeros((count, 2, 3))
+    by_image[:, 0, 0] = by_image[:, 1, 1] = 1.0 / image[:, 2]
+    by_image[:, :, 2] = -image[:, :2] / image[:, 2:] ** 2
+    a = (by_image[:, :, :, None] * whole[:, None, None, :]).reshape(count, 2, 12)
+    b = by_image @ projection[:, [0, 1, 3]]
+    blocks = b.transpose(0, 2, 1) @ b
+    blocks[:, [0, 1], [0, 1]] += 1.0
+    by_point = np.einsum("nij,ni->nj", b, residuals[:, 2:])
+    by_point[:, :2] += residuals[:, :2]
+    flat, cross = a.reshape(-1, 12), b.transpose(0, 2, 1) @ a
+    return NormalEquations(
+        flat.T @ flat, flat.T @ residuals[:, 2:].ravel(), blocks, cross, by_point
+    )
 
-    u: Float64[np.ndarray, "12 12"]
-    v: Float64[np.ndarray, "n 3 3"]
-    w: Float64[np.ndarray, "n 12 3"]
-    by_projection: Float64[np.ndarray, "12"]
-    by_point: Float64[np.ndarray, "n 3"]
 
-    @classmethod
-    def at(
-        cls, projection: Projection, points: Structure, residuals: Float64[np.ndarray, "n 4"]
-    ) -> "Equations":
-        count = len(points)
-        whole = np.column_stack([points[:, :2], np.ones(count), points[:, 2]])
-        image = whole @ projection.T
-        by_image = np.zeros((count, 2, 3))
-        by_image[:, 0, 0] = by_image[:, 1, 1] = 1.0 / image[:, 2]
-        by_image[:, :, 2] = -image[:, :2] / image[:, 2:] ** 2
-        a = (by_image[:, :, :, None] * whole[:, None, None, :]).reshape(count, 2, 12)
-        b = by_image @ projection[:, [0, 1, 3]]
-        v = b.transpose(0, 2, 1) @ b
-        v[:, [0, 1], [0, 1]] += 1.0
-        by_point = np.einsum("nij,ni->nj", b, residuals[:, 2:])
-        by_point[:, :2] += residuals[:, :2]
-        flat = a.reshape(-1, 12)
-        w = a.transpose(0, 2, 1) @ b
-        return cls(flat.T @ flat, v, w, flat.T @ residuals[:, 2:].ravel(), by_point)
-
-    def step(self, damping: float) -> tuple[Projection, Structure]:
-        """Solve the damped equations: first the projection, then every point by itself."""
-        u = self.u + damping * np.diag(np.diag(self.u) + 1e-12)
-        v = self.v * (1.0 + damping * np.eye(3))
-        # At the epipole, or infinitely near, a match says nothing of its depth: that stays.
-        v[:, 2, 2] += damping * _SILENT
-        eliminated = np.linalg.solve(v, self.w.transpose(0, 2, 1))
-        flat = self.w.transpose(0, 2, 1).reshape(-1, 12)
-        reduced = u - flat.T @ eliminated.reshape(-1, 12)
-        right = self.by_projection - eliminated.reshape(-1, 12).T @ self.by_point.ravel()
-        by_projection = np.linalg.solve(reduced, right)
-        by_point = np.linalg.solve(
-            v, (self.by_point - self.w.transpose(0, 2, 1) @ by_projection)[..., None]
-        )
-        return by_projection.reshape(3, 4), by_point[..., 0]
+def damped_step(equations: NormalEquations, damping: float) -> tuple[Projection, Structure]:
+    """Of the projection and of every point."""
+    # At the epipole, or infinitely near, a match says nothing of its depth: that stays.
+    damped = equations.damped(
+        damping, least_shared=1e-12, least_block=np.array([0.0, 0.0, _SILENT])
+    )
+    by_projection = np.linalg.solve(*damped.reduced())
+    return by_projection.reshape(3, 4), damped.followed(by_projection)

@@ -185,11 +185,11 @@ def test_a_body_is_eliminated_and_follows_as_in_the_dense_equations(seed: int) -
     normal, right = slopes.T @ slopes, slopes.T @ random.normal(size=80)
     parts = [slice(rest + 3 * k, rest + 3 * k + 3) for k in range(corners)]
     equations = BodyEquations(
-        normal=normal[:rest, :rest],
-        rest_right=right[:rest],
-        own=np.stack([normal[part, part] for part in parts]),
+        shared=normal[:rest, :rest],
+        shared_right=right[:rest],
+        blocks=np.stack([normal[part, part] for part in parts]),
         cross=np.stack([normal[part, :rest] for part in parts]),
-        corner_right=np.stack([right[part] for part in parts]),
+        block_right=np.stack([right[part] for part in parts]),
     )
     follow = np.linalg.solve(normal[cameras:, cameras:], normal[cameras:, :cameras])
     found, found_right = equations.of_cameras()
