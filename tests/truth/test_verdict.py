@@ -170,6 +170,7 @@ def test_a_tape_confirms_the_size_or_contradicts_the_board(folder: Path) -> None
     assert math.isclose(criterion(accuracy_of(folder / "larger"), "tape")["value"], 20, rel_tol=0.5)
 
 
+@pytest.mark.slow
 def test_a_camera_file_that_the_photos_contradict_is_named_and_not_used(folder: Path) -> None:
     """With a focal length 3 % wrong girths were 0.3 % wrong, at sigmas of a quarter of that."""
     tree = json.loads((folder / "camera.json").read_text("utf-8"))

@@ -12,6 +12,7 @@ ROOT = Path(__file__).parents[2]
 SLURM, DOCKER = ROOT / "deploy" / "slurm.sh", ROOT / "deploy" / "Dockerfile"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a script of bash")
 def test_jobs_of_an_array_do_each_capture_once(tmp_path: Path) -> None:
     for name in ("P1", "P2", "P3"):

@@ -413,7 +413,7 @@ def test_a_head_that_is_open_above_its_base_plane_lacks_volumes_alone(
         assert row.reason.values["height_mm"] == pytest.approx(open_to_mm, abs=4.0)
 
 
-@pytest.mark.parametrize("at", [(8.0, 87.0), (14.0, 85.0)])
+@pytest.mark.parametrize("at", [(8.0, 87.0), pytest.param((14.0, 85.0), marks=pytest.mark.slow)])
 def test_a_heads_length_holds_though_a_fill_lies_beside_its_foremost_place(
     at: tuple[float, float],
 ) -> None:

@@ -75,6 +75,7 @@ def test_wet_paint_does_not_draw_the_surface_to_its_highlights(bench) -> None:
     assert np.abs(errors).max() < 0.8 * bench.pixel_mm
 
 
+@pytest.mark.slow
 def test_the_edge_of_a_moving_shadow_leaves_no_step(bench) -> None:
     lighting = Lighting(ambient=0.25, lamp=1.2, flash=0.25, shadow=Shadow.MOVING)
     shaded = bench.lit("shaded", lighting)

@@ -89,7 +89,7 @@ def test_a_kill_in_mid_upload_and_in_mid_run_loses_nothing(tmp_path: Path) -> No
     [
         (signal.SIGTERM, "app"),
         pytest.param(signal.SIGINT, "app", marks=pytest.mark.slow),
-        (signal.SIGTERM, "worker"),
+        pytest.param(signal.SIGTERM, "worker", marks=pytest.mark.slow),
     ],
 )
 def test_asked_to_end_it_ends_what_runs_and_says_so(

@@ -290,7 +290,13 @@ def block_lock(case: Path) -> None:
     (case / ".lock").mkdir(parents=True)
 
 
-@pytest.mark.parametrize("block", [block_record, block_photos, block_log, block_lock])
+@pytest.mark.parametrize(
+    "block",
+    [
+        *(block_photos, block_log),
+        *(pytest.param(one, marks=pytest.mark.slow) for one in (block_record, block_lock)),
+    ],
+)
 def test_what_is_in_the_way_is_refused_by_the_real_worker(
     block: Callable[[Path], None], photos: Path, tmp_path: Path
 ) -> None:

@@ -105,6 +105,7 @@ def test_bash_completes_commands_and_options_out_of_their_files(
     assert asked_by_shell("complete_bash", words) == offered
 
 
+@pytest.mark.slow
 def test_zsh_and_fish_complete_with_what_an_option_means() -> None:
     (line,) = asked_by_shell("complete_zsh", "limbgram measure --ev")
     assert '"--every":"Spacing of the levels' in line
@@ -166,7 +167,13 @@ print(os.environ["OPENBLAS_NUM_THREADS"])
     assert told.stdout.split() == [kept]
 
 
-@pytest.mark.parametrize("name", ["accuracy", "measure", "reconstruct"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "measure",
+        *(pytest.param(one, marks=pytest.mark.slow) for one in ("accuracy", "reconstruct")),
+    ],
+)
 def test_settings_in_the_current_folder_are_left_alone(name: str, tmp_path: Path) -> None:
     asked = f"""
 import warnings

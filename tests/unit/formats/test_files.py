@@ -124,6 +124,7 @@ def test_the_same_mesh_gives_the_same_bytes(
     assert write(mesh, tmp_path / name, "mm").read_bytes() == first
 
 
+@pytest.mark.slow
 def test_another_process_gives_a_drawing_the_same_bytes(mesh: Mesh, tmp_path: Path) -> None:
     """Python orders a set of names anew in each process; at seeds 1 and 4 ezdxf's kinds differ."""
     solid = write_ply(mesh, tmp_path / "surface.ply", "mm")

@@ -353,6 +353,7 @@ sys.stdout.write(hashlib.sha256(report.tobytes() + given[-1].tobytes()).hexdiges
 """
 
 
+@pytest.mark.slow
 def test_the_run_that_compiles_gives_the_bytes_of_all_others(painted, tmp_path: Path) -> None:
     """Functions that were compiled apart and linked gave other digits once out of the cache."""
     random = np.random.default_rng(4)

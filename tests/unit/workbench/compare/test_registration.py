@@ -298,6 +298,7 @@ def spread_of(places: np.ndarray, ground: Ground) -> np.ndarray:
     return np.sqrt(np.diag(fit.looseness.covariance))
 
 
+@pytest.mark.slow
 def test_a_shape_that_errs_by_patches_lies_within_what_it_says_95_times_of_100(make_limb) -> None:
     """Patches of a slender limb, of all sizes, err by 0.1 mm as a whole.
 

@@ -132,6 +132,7 @@ def test_both_ways_are_told_and_disagreement_in_the_headline(make_limb) -> None:
     assert "the two ways disagree" in told(verdict(wrong).finding)
 
 
+@pytest.mark.slow
 def test_two_alignments_are_taken_where_the_shape_leaves_the_place_open(make_limb) -> None:
     first = make_limb()
     second = narrower(make_limb(spokes=77, rows=61, turn=0.03))

@@ -137,6 +137,7 @@ def test_advice_to_choose_less_names_no_measure_that_is_at_its_least() -> None:
     assert "ear_mm" in advised(replace(order, values={"ear_mm": 20.0}))
 
 
+@pytest.mark.slow
 def test_a_strap_too_near_another_is_told_with_the_width_that_fits(bodies: dict[str, Limb]) -> None:
     """Slots keep the ends at their edges, the waist's its middle: a bridge loses 1.5 W + 3 mm."""
     widths = ("chest_strap_mm", "waist_strap_mm", "pelvis_strap_mm")

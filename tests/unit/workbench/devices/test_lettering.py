@@ -92,6 +92,7 @@ def test_an_order_keeps_its_lettering() -> None:
     assert b"lettering" not in encode_order(plain)
 
 
+@pytest.mark.slow
 def test_vents_are_holes_of_their_width_and_none_where_none_are_asked() -> None:
     trunk = make_trunk()
     order = Order(device="tlso-back", made="printed")

@@ -275,6 +275,7 @@ def test_a_ragged_brim_is_cut_before_it_becomes_a_wall(limb: Limb) -> None:
     assert do_edit(cut, Wall(thickness_mm=3)).notes[-1].code == "edit.wall.thickness"
 
 
+@pytest.mark.slow
 def test_a_brim_of_teeth_becomes_a_wall_without_them() -> None:
     """As a scan's own edge: most triangles along the brim stand out of it, each by itself."""
     mesh = stump(144, 2.0)
