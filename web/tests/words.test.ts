@@ -90,6 +90,7 @@ test("an edit that nobody here knows is called as the server says, in the langua
       does: "",
       parameters: [],
       rarely: [],
+      kinds: [],
       words: { en: words("Twist", "By", "the ankle"), de: words("Verdrehen", "Um", "das Sprunggelenk") },
     },
   ];

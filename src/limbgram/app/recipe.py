@@ -24,6 +24,7 @@ from limbgram.core.typed import tree_of
 from limbgram.findings import LANGUAGES, note
 from limbgram.workbench.edits.edit import GROUP_NAMES, Edit, Words, name_of, words_in
 from limbgram.workbench.edits.editing import EDIT_NAMED
+from limbgram.workbench.limb import KindName
 from limbgram.workbench.recipe.consent import plain_words
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, parse_recipe
 from limbgram.workbench.recipe.ledger import (
@@ -112,6 +113,9 @@ class EditKind(BaseModel):
     does: str
     parameters: list[FieldReply]
     rarely: list[str] = Field(description="Parameters that experts alone are asked for.")
+    kinds: list[KindName | None] = Field(
+        description="Kinds of limb that it is for, null for one that nobody said; empty: for all."
+    )
     words: dict[str, EditWords] = Field(description="By language.")
 
 
@@ -236,6 +240,7 @@ def _kinds() -> tuple[EditKind, ...]:
             does=purpose_of(made),
             parameters=[FieldReply.of(one) for one in declared(made)],
             rarely=list(made.about.rarely),
+            kinds=list(made.about.kinds),
             words={
                 spoken: EditWords.of(words_in(made, spoken), GROUP_NAMES[spoken][made.about.group])
                 for spoken in LANGUAGES

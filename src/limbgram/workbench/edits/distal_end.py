@@ -9,7 +9,15 @@ from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.request_fields import Within
 from limbgram.workbench.edits.areas import fading
-from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
+from limbgram.workbench.edits.edit import (
+    RESIDUAL_LIMBS,
+    AboveZeroMm,
+    Edit,
+    Effect,
+    Words,
+    edit,
+    spoken,
+)
 from limbgram.workbench.edits.regions import (
     axes_in_mesh,
     displaced,
@@ -27,6 +35,7 @@ _BLEND = 0.3
     order=3,
     effect=Effect(moves_skin=True),
     everyday=True,
+    kinds=RESIDUAL_LIMBS,
     example={"height_mm": 40.0, "lengthen_mm": 5.0, "roundness": 0.5},
 )
 class DistalEnd(Edit):

@@ -27,12 +27,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, field
 from functools import cache
-from typing import Annotated, Any, ClassVar, Literal, TypeVar, dataclass_transform, get_args
+from typing import Annotated, Any, ClassVar, Final, Literal, TypeVar, dataclass_transform, get_args
 
 from limbgram.core.request_fields import Within, declared, purpose_of
 from limbgram.findings import LANGUAGES
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import KIND_NAMED, KindName, Limb
 
+RESIDUAL_LIMBS: Final[tuple[KindName | None, ...]] = (
+    None,
+    *(name for name, kind in KIND_NAMED.items() if kind.round_ended),
+)
+"""Kinds that end round, as a residual limb does, and the limb whose kind nobody said."""
 LONGEST_MM = 2000.0
 """No limb is longer, and nothing on it is."""
 AboveZeroMm = Annotated[float, Within(0, LONGEST_MM, above=True)]
@@ -122,8 +127,8 @@ class About:
     guarded: bool
     """`do_edit` refuses a surface that it folds, tears or pushes through itself. False where it
     looks itself, against the triangles that it made finer first, or turns the whole surface."""
-    kinds: tuple[str, ...]
-    """The kinds of limb that it is for; empty where it is for all."""
+    kinds: tuple[KindName | None, ...]
+    """The kinds of limb that it is for, None for one that nobody said; empty: for all."""
     example: Mapping[str, Any]
     """Parameters with which it does something to a limb, as a recipe has them: tests try these."""
 
@@ -166,7 +171,7 @@ def edit(
     everyday: bool = False,
     rarely: tuple[str, ...] = (),
     guarded: bool = True,
-    kinds: tuple[str, ...] = (),
+    kinds: tuple[KindName | None, ...] = (),
     example: Mapping[str, Any],
 ) -> Callable[[Kind], Kind]:
     """Make a class a kind of edit: a frozen dataclass that knows what `About` says.

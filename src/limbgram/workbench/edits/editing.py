@@ -99,7 +99,7 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
             raise EditError(
                 "edit.kind",
                 kind=limb.kind,
-                kinds=edit.about.kinds,
+                kinds=tuple(one for one in edit.about.kinds if one is not None),
             )
         after = edit.apply(limb)
         after = after.with_mesh(kept_closed(limb.mesh, after.mesh))

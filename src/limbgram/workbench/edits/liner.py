@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from limbgram.core.errors import EditError
 from limbgram.core.request_fields import Within
-from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
+from limbgram.workbench.edits.edit import RESIDUAL_LIMBS, Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.levels import PerCentOf, change_by_levels
 from limbgram.workbench.edits.reduction import Reduction
 from limbgram.workbench.edits.regions import height_mm, points_in_limb_frame
@@ -40,7 +40,13 @@ LINERS: dict[LinerName, Published] = {
 }
 
 
-@edit(group="levels", order=3, effect=Effect(moves_skin=True), example={"name": "alpha-6mm"})
+@edit(
+    group="levels",
+    order=3,
+    effect=Effect(moves_skin=True),
+    kinds=RESIDUAL_LIMBS,
+    example={"name": "alpha-6mm"},
+)
 class Liner(Edit):
     """Reduce for a liner by the maker's published per cent.
     iceross-original: 3-5 % of girth proximally, tapering to 0 % distally; alpha-3mm 3-5 %,

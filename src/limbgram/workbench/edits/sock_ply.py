@@ -6,7 +6,7 @@ One ply is about 1.1 % of volume: J. Sanders et al., J Rehabil Res Dev 49(4), 20
 from typing import Annotated
 
 from limbgram.core.request_fields import Within
-from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
+from limbgram.workbench.edits.edit import RESIDUAL_LIMBS, Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.increase import Increase
 from limbgram.workbench.edits.levels import change_by_levels
 from limbgram.workbench.edits.reduction import Reduction
@@ -15,7 +15,13 @@ from limbgram.workbench.limb import Limb
 PLY_VOLUME_PER_CENT = 1.1
 
 
-@edit(group="levels", order=4, effect=Effect(moves_skin=True), example={"plies": 2.0})
+@edit(
+    group="levels",
+    order=4,
+    effect=Effect(moves_skin=True),
+    kinds=RESIDUAL_LIMBS,
+    example={"plies": 2.0},
+)
 class SockPly(Edit):
     """Make the shape larger by sock plies of 1.1 % of volume each, or smaller by negative ones."""
 

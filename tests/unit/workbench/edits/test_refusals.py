@@ -11,9 +11,11 @@ from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import EDITS, do_edit, require_sense
 from limbgram.workbench.edits.extension import Extension
 from limbgram.workbench.edits.flare import Flare
+from limbgram.workbench.edits.liner import Liner
 from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.repose import Repose
 from limbgram.workbench.edits.roll import Roll
+from limbgram.workbench.edits.sock_ply import SockPly
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.file import make_edit
 
@@ -62,6 +64,18 @@ def test_the_kind_of_limb_is_refused_in_the_readers_language(limb: Limb) -> None
         do_edit(limb, edit)
     assert refused.value.finding.code == "edit.kind"
     assert sentence(refused.value.finding, "de").startswith("Das Stellen eines Gelenks ist für")
+
+
+@pytest.mark.parametrize("kind", [DistalEnd, Liner, SockPly], ids=name_of)
+def test_what_is_worn_on_a_residual_limb_is_not_for_a_foot(kind: type[Edit], limb: Limb) -> None:
+    edit = make_edit(name_of(kind), dict(kind.about.example), "the test")
+    for fitting in (None, "transtibial", "transfemoral", "arm", "cast", "socket"):
+        do_edit(replace(limb, kind=fitting), edit)
+    for other in ("foot", "torso", "head"):
+        with pytest.raises(EditError) as refused:
+            do_edit(replace(limb, kind=other), edit)
+        assert refused.value.finding.code == "edit.kind"
+        assert None not in refused.value.finding.values["kinds"]
 
 
 def test_the_innermost_name_counts_and_other_refusals_pass() -> None:

@@ -31,6 +31,8 @@ interface Props {
   readonly first: string;
   /** The group of edits that is offered; null for all that everybody, or an expert, is offered. */
   readonly only: string | null;
+  /** The limb's kind, where it was said: edits for other kinds are not offered. */
+  readonly limbKind: string | null;
   readonly places: readonly string[];
   readonly busy: boolean;
   readonly waits: boolean;
@@ -43,7 +45,7 @@ interface Props {
   readonly onDrop: () => void;
 }
 
-export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused, onTry, onKeep, onDrop }: Props) {
+export function OtherEdit({ first, only, limbKind, places, busy, waits, volume_ml, refused, onTry, onKeep, onDrop }: Props) {
   const kind = useSignal(first);
   const given = useSignal<Record<string, string>>({});
   const levels = useSignal(FIRST_LEVELS);
@@ -53,7 +55,9 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
   const meanwhile = useRef(false);
   const wait = useRef(0);
   useEffect(() => () => clearTimeout(wait.current), []);
-  const all = kinds.value.filter((one) => (only ? one.group === only : one.group !== LEARNED && (expert.value || one.everyday)));
+  const fits = (of: readonly (string | null)[]) => !of.length || of.includes(limbKind);
+  const asked = (group: string, everyday: boolean) => (only ? group === only : group !== LEARNED && (expert.value || everyday));
+  const all = kinds.value.filter((one) => fits(one.kinds) && asked(one.group, one.everyday));
   const groups = [...new Set(all.map((one) => one.group))];
   const one = all.find((k) => k.kind === kind.value) ?? all[0];
   const parameters = (one?.parameters ?? []).filter((p) => p.name !== "positions_in" && (expert.value || !one?.rarely.includes(p.name)));

@@ -105,6 +105,7 @@ function ToolForm({ workspace, girth }: { workspace: Workspace; girth: Girth | n
           key={tool}
           first={tool === "levels" ? "reduction" : (drawing.first ?? "sock")}
           only={tool === "levels" ? "levels" : null}
+          limbKind={room.info.kind ?? null}
           places={limb?.reply.places.map((one) => one.name) ?? []}
           busy={busy}
           waits={waits}
