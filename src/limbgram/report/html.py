@@ -25,9 +25,19 @@ _LEFT_OUT = re.compile(
 )
 """What matplotlib says of itself, a style for the whole page, and names that repeat."""
 _SVG_HEAD = re.compile(r"\A.*?<svg [^>]*?(viewBox=\"[^\"]*\")[^>]*>", re.DOTALL)
+_TYPED = re.compile("`([^`]+)`")
+"""What sentences give to be typed, such as an option."""
+
+
+def _with_code(said: object) -> object:
+    if type(said) is not str:
+        return said
+    return Markup(_TYPED.sub(r"<code>\1</code>", escape(said)))
+
 
 _TEMPLATES = Environment(
     loader=PackageLoader("limbgram.report"),
+    finalize=_with_code,
     autoescape=True,
     undefined=StrictUndefined,
     trim_blocks=True,

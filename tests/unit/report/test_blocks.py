@@ -84,6 +84,11 @@ def test_words_of_files_are_escaped_and_no_formulas() -> None:
     assert NASTY in printed(made).words
 
 
+def test_what_is_to_be_typed_stands_out_and_stays_escaped() -> None:
+    page = html_of(report(Text(words="Say `--tape 150=<mm>` & go on; a lone ` stays.")))
+    assert "Say <code>--tape 150=&lt;mm&gt;</code> &amp; go on; a lone ` stays." in page
+
+
 def test_a_page_asks_nothing_of_the_network() -> None:
     image = Illustration(image=picture(), caption="")
     page = html_of(report(image, Illustration(image=chart(), caption="")))
