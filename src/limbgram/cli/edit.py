@@ -246,11 +246,13 @@ def kinds_command(
         parameters = {
             one.name: f"{_expected(one)}. {one.meaning}".rstrip() for one in declared(made)
         }
-        content[name] = {"does": does, "parameters": parameters}
+        limbs = [one for one in made.about.kinds if one is not None]
+        content[name] = {"does": does, "limbs": limbs, "parameters": parameters}
         if kind is None:
             lines.append(f"{name}: {does}")
         else:
-            lines += [does, *(f"  {key}: {expected}" for key, expected in parameters.items())]
+            lines.append(f"{does} For: {', '.join(limbs)}." if limbs else does)
+            lines += [f"  {key}: {expected}" for key, expected in parameters.items()]
     return Reply(tuple(lines), content)
 
 

@@ -59,6 +59,7 @@ def test_a_refused_edit_leaves_no_file(scan: Path, tmp_path: Path) -> None:
     edit("add", recipe, "offset", "distance_mm", code=2)
     edit("kinds", "nothing", code=2)
     assert "Outwards; negative inwards." in edit("kinds", "offset")
+    assert "For: foot." in edit("kinds", "heel-skive")
 
 
 @pytest.mark.parametrize(
