@@ -45,7 +45,7 @@ from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.fill import Fill
-from limbgram.workbench.edits.repose import Repose, Turn
+from limbgram.workbench.edits.repose import JointTurn, Repose
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
 from limbgram.workbench.recipe.file import encode_recipe
@@ -414,7 +414,7 @@ def _turned(case: Case, exact: Limb, measured: Limb) -> dict[str, Any]:
     turn = replace(case.turn, beyond=True)
     there, own = do_edit(exact, turn), do_edit(measured, turn)
     plan, own_plan = (
-        Turn.of(one.anatomy, turn.joint, turn.by_deg * one.anatomy.sense(), turn.band_mm)
+        JointTurn.of(one.anatomy, turn.joint, turn.by_deg * one.anatomy.sense(), turn.band_mm)
         for one in (exact, measured)
     )
     shares = plan.shares(measured.mesh.vertices_mm)

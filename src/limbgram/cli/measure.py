@@ -174,7 +174,7 @@ def _skin_lines(measures: Measures) -> Iterator[str]:
             "material; --inside measures what it holds."
         )
     if measures.wall is not None:
-        sentence = spoken(measures.wall.told("limb"))
+        sentence = spoken(measures.wall.finding("limb"))
         yield f"{sentence[0].upper()}{sentence[1:]}."
 
 

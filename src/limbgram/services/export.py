@@ -38,7 +38,7 @@ from limbgram.formats.table import FORMATS, format_of
 from limbgram.workbench.bodies import Outside, SeparateBody, kept, left_out, without_loose
 from limbgram.workbench.carving.mapping import MapOptions
 from limbgram.workbench.carving.setup import FAST, LIMITS, CarveOptions
-from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, Side
 
 _IN_LIMB = "in_limb_mm"
@@ -532,7 +532,7 @@ def _said_of_gcode(
 
 def _outside_carved(limb: AlignedLimb) -> tuple[Finding, ...]:
     """Of a wall the tool reaches the outer skin alone: no positive of what the wall holds."""
-    wall = wall_of(limb.mesh_in_limb)
+    wall = wall_thickness(limb.mesh_in_limb)
     if wall is None:
         return ()
     return (doubt("exported.gcode.outside_of_wall", wall_mm=wall.median_mm),)

@@ -7,7 +7,7 @@ from limbgram.core.tape import AGREES_SIGMAS, READING_SIGMA_MM
 from limbgram.findings import Finding, Gravity, doubt, fault, note
 from limbgram.report.record.content import CaseCited, Content, Json, RecipeDone
 from limbgram.report.record.sources import SAME_MM
-from limbgram.workbench.edits.pressing import PRESSES_MM
+from limbgram.workbench.edits.pressing import LEAST_PRESSURE_MM
 from limbgram.workbench.edits.wall import LEAST_WALL_MM
 from limbgram.workbench.frame.landmarks import unconfirmed
 from limbgram.workbench.measures.measuring import Measures
@@ -118,7 +118,9 @@ def _about_pressure(recipe: RecipeDone) -> Iterator[Finding]:
                 accepted=concern.accepted,
                 word=concern.word,
             )
-    pressed = {name: -moved for name, moved in recipe.places_mm.items() if moved < -PRESSES_MM}
+    pressed = {
+        name: -moved for name, moved in recipe.places_mm.items() if moved < -LEAST_PRESSURE_MM
+    }
     if pressed:
         yield doubt(
             "record.recipe.pressed",

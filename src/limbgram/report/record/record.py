@@ -48,7 +48,7 @@ from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
 from limbgram.workbench.compare.messages import comparison_tree
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
-from limbgram.workbench.edits.closing import enclosure
+from limbgram.workbench.edits.closing import enclosure_finding
 from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb
 from limbgram.workbench.measures.form import sheet_tree
 from limbgram.workbench.measures.measuring import (
@@ -133,7 +133,7 @@ def record_of(
         side=limb.side,
         size_mm=tuple(np.ptp(mesh.vertices_mm, axis=0).tolist()),
         triangles=len(mesh.faces),
-        notes=(*map(told, nameless_shape.limb.notes), told(enclosure(mesh))),
+        notes=(*map(told, nameless_shape.limb.notes), told(enclosure_finding(mesh))),
         measures=measures_tree(measures),
         sheet=_sheet(measures.limb),
         inside=None if inside is None else measures_tree(inside),

@@ -22,7 +22,7 @@ from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, doubt
 from limbgram.workbench.compare.frames import axes_of, mesh_in_frame
 from limbgram.workbench.compare.icp import MIDDLE, descent, places_of
-from limbgram.workbench.edits.thickness import Thickness, wall_of
+from limbgram.workbench.edits.thickness import Thickness, wall_thickness
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.measured_skin import inner_faces
 
@@ -64,7 +64,7 @@ def skins_to_compare(limbs: Sequence[Limb]) -> Skins:
 
 
 def _wall(limb: Limb) -> Thickness | None:
-    return wall_of(limb.mesh) if is_watertight(limb.mesh.faces) else None
+    return wall_thickness(limb.mesh) if is_watertight(limb.mesh.faces) else None
 
 
 def _skin(wall: Limb, other: Limb | None) -> _Taken:

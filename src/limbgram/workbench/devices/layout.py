@@ -23,13 +23,13 @@ from limbgram.core.mesh.topology import boundary_half_edges, face_components
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.trims import Edge
-from limbgram.workbench.edits.fineness import refine_under
+from limbgram.workbench.edits.refinement import refine_selected
 from limbgram.workbench.edits.regions import (
     Curve,
     distances_from,
     distances_from_point,
     find_sides,
-    fine_along,
+    refined_along,
 )
 
 _EDGE_LENGTH_MM = 1.5
@@ -110,7 +110,7 @@ def cover(
     """
     mesh = body.mesh
     for edge in edges:
-        mesh = fine_along(mesh, edge.curve, _EDGE_LENGTH_MM)
+        mesh = refined_along(mesh, edge.curve, _EDGE_LENGTH_MM)
     for opening in openings:
         mesh = _refined_round_opening(mesh, opening)
     for rib in ribs:
@@ -199,7 +199,7 @@ def _refined_round_opening(mesh: Mesh, opening: Opening) -> Mesh:
         away = lengths(work.vertices_mm[work.faces].mean(1) - opening.middle_mm)
         return away < reach_mm + longest_sides_mm(work.vertices_mm, work.faces)
 
-    return refine_under(mesh, under, _EDGE_LENGTH_MM)
+    return refine_selected(mesh, under, _EDGE_LENGTH_MM)
 
 
 def _refined_under_rib(mesh: Mesh, rib: Rib) -> Mesh:
@@ -210,7 +210,7 @@ def _refined_under_rib(mesh: Mesh, rib: Rib) -> Mesh:
         away = line.query(work.vertices_mm[work.faces].mean(1), workers=1)[0]
         return away < reach_mm + longest_sides_mm(work.vertices_mm, work.faces)
 
-    return refine_under(mesh, under, rib.falloff_mm * _EDGE_PER_FALLOFF)
+    return refine_selected(mesh, under, rib.falloff_mm * _EDGE_PER_FALLOFF)
 
 
 def _depth_in_opening(mesh: Mesh, opening: Opening) -> Float64[np.ndarray, " n"]:

@@ -62,7 +62,7 @@ from limbgram.workbench.devices.trims import (
     values_of,
     values_on_slender_limb,
 )
-from limbgram.workbench.edits.closing import enclosure
+from limbgram.workbench.edits.closing import enclosure_finding
 from limbgram.workbench.frame.landmarks import unconfirmed
 from limbgram.workbench.limb import KIND_NAMED, Limb, likeliest
 from limbgram.workbench.measures.geodesic import shortest_path
@@ -384,7 +384,14 @@ def _wall_findings(
         )
         off = (thin, *off)
     left = (doubt("device.crumbs", count=crumbs),) if crumbs else ()
-    return (told, enclosure(solid), *off, *left, *fold_findings(solid), note("device.not_tested"))
+    return (
+        told,
+        enclosure_finding(solid),
+        *off,
+        *left,
+        *fold_findings(solid),
+        note("device.not_tested"),
+    )
 
 
 def _thickness_on_solid(shell: Mesh, wall: WallThickness, solid: Mesh) -> Float64[np.ndarray, " n"]:

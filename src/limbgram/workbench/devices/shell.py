@@ -38,7 +38,7 @@ from limbgram.core.mesh.topology import (
 )
 from limbgram.reconstruction.surface.resampling import refine
 from limbgram.workbench.devices.blocks import Block
-from limbgram.workbench.edits.fineness import divide
+from limbgram.workbench.edits.refinement import split_edges
 
 _CELLS_ACROSS = 2.5
 """Cells of the grid across the thinnest wall."""
@@ -301,7 +301,7 @@ def _with_chords_split(field: _ShellField, mesh: Mesh, known: int) -> Mesh:
     found = field.at(mesh.vertices_mm[edges.ends[new]].mean(1))
     off = np.zeros(len(edges.ends), np.bool_)
     off[new] = (np.abs(found.values_mm) > _CHORD_ERROR_MM) & (found.of_wall | (known == 0))
-    return divide(mesh, edges, off, np.full(len(off), 0.5)).mesh
+    return split_edges(mesh, edges, off, np.full(len(off), 0.5)).mesh
 
 
 def _without_crossings(even: Mesh, places_mm: Points3) -> Mesh:

@@ -36,7 +36,7 @@ from limbgram.workbench.devices.trims import (
     place_point,
 )
 from limbgram.workbench.edits.regions import (
-    corner_shares,
+    barycentric_weights,
     distances_from,
     distances_from_line,
     signed_mm,
@@ -370,7 +370,7 @@ def _margin_mm(ground: SlotSurface, opening: Opening, inside: EdgeMargin) -> flo
     line = _centre_line(ground.body, opening)
     corners = mesh.faces[tree_on(mesh).closest(line).faces]
     away = np.minimum(hold.away_mm, _REACH_MM)[corners]
-    shares = corner_shares(mesh.vertices_mm[corners], line)
+    shares = barycentric_weights(mesh.vertices_mm[corners], line)
     own = dots(away, shares) * hold.inside(line)
     return float(own.min()) - 0.5 * opening.width_mm
 

@@ -7,7 +7,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.request_fields import Within
 from limbgram.findings import note
 from limbgram.workbench.anatomy.names import by_identity
-from limbgram.workbench.edits.areas import pushed
+from limbgram.workbench.edits.areas import push_area
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, FromZeroMm, Words, edit, spoken
 from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.limb import KIND_NAMED, Limb
@@ -79,6 +79,6 @@ class BuildUps(Edit):
                 falloff_mm=self.falloff_mm,
                 flat_mm=self.flat_mm,
             )
-            limb = pushed(limb, one, 1.0)
+            limb = push_area(limb, one, 1.0)
         told = note("edit.build_ups.done", names=tuple(wanted), times=self.times)
         return replace(limb, notes=(*limb.notes, told))

@@ -22,7 +22,7 @@ from limbgram.core.tape import PLACING_SIGMA_MM
 from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.bodies import SeparateBody, outer_bodies
-from limbgram.workbench.edits.thickness import Thickness, wall_of
+from limbgram.workbench.edits.thickness import Thickness, wall_thickness
 from limbgram.workbench.frame.landmarks import landmark
 from limbgram.workbench.limb import AlignedLimb, Limb
 from limbgram.workbench.measures.lengths import Length, Place, length_between
@@ -283,7 +283,7 @@ def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures
         bodies_left_out=outside.bodies_left_out,
         loose=outside.loose,
         skin="outside" if is_two_skinned(levels) else "only",
-        wall=wall_of(sigmas.mesh),
+        wall=wall_thickness(sigmas.mesh),
         through_mm=through_mm,
     )
 
@@ -295,7 +295,7 @@ def measure_inside(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measur
         MeasureError: it goes round no hollow, or as `measure_limb`.
     """
     found = measure_limb(inside_of(limb), options)
-    return replace(found, skin="inside", wall=wall_of(limb.aligned().mesh_in_limb))
+    return replace(found, skin="inside", wall=wall_thickness(limb.aligned().mesh_in_limb))
 
 
 def check_alone(found: Measures, reading: TapeReading) -> TapeCheck | Finding:

@@ -1,8 +1,8 @@
-"""Consent: what of an edit is done only if somebody says that it is meant.
+"""Consent: the words with which somebody accepts what an edit does beyond the usual.
 
-What carves at a chosen place that is sensitive, as a load or a pad does, and a depth beyond
-DEEPEST_MM at any chosen place need a word that stands with the edit in the recipe: `accept = ["load
-on fibula head"]`, `accept = ["depth to 12 mm"]`. The place may be named, or be found near a
+An edit that carves at a sensitive place, as a load or a pad does, or beyond USUAL_DEPTH_MM at any
+chosen place, needs a word that stands with it in the recipe: `accept = ["load on fibula head"]`,
+`accept = ["depth to 12 mm"]`. The place may be named, or be found near a
 landmark when the edit is done. What presses as a whole (per cent, liners, plies, offsets,
 templates) is stated in the ledger, and needs no word.
 """
@@ -16,7 +16,7 @@ from typing import NamedTuple
 from limbgram.core.errors import OptionsError
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.edits.edit import Edit
-from limbgram.workbench.edits.pressing import DEEPEST_MM, AtPlaces
+from limbgram.workbench.edits.pressing import USUAL_DEPTH_MM, PlaceEffects
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.limb import KindName
 
@@ -71,7 +71,7 @@ def concerns_of(
 
 
 def concerns_on_limb(
-    edit: Edit, words: Sequence[str], found: AtPlaces, reach_mm: tuple[float, float]
+    edit: Edit, words: Sequence[str], found: PlaceEffects, reach_mm: tuple[float, float]
 ) -> Iterator[Concern]:
     """What shows when the edit is done: places that it presses on, and how deep all goes there.
 
@@ -126,11 +126,11 @@ def _depths(
     """The depth that was asked for, or what all edits together come to there, if unusual."""
     together, where = (reach_mm[0], "inside") if placed.carves else (reach_mm[1], "outside")
     depth = round(max(together, placed.depth_mm), 1)
-    if depth <= DEEPEST_MM:
+    if depth <= USUAL_DEPTH_MM:
         return
-    deep = doubt("recipe.deep", depth_mm=placed.depth_mm, usual_mm=DEEPEST_MM)
+    deep = doubt("recipe.deep", depth_mm=placed.depth_mm, usual_mm=USUAL_DEPTH_MM)
     if together > placed.depth_mm + _FINDING_MM:
-        deep = doubt("recipe.deep_together", depth_mm=depth, where=where, usual_mm=DEEPEST_MM)
+        deep = doubt("recipe.deep_together", depth_mm=depth, where=where, usual_mm=USUAL_DEPTH_MM)
     limits = [float(found[1]) for word in words if (found := _DEPTH.fullmatch(word))]
     yield Concern(
         finding=deep,

@@ -21,8 +21,8 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3, with_faces
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import LANGUAGES, Finding, told
-from limbgram.workbench.edits.cutting import ON_IT_MM
-from limbgram.workbench.edits.pressing import away_from, changed_vertices
+from limbgram.workbench.edits.cutting import ON_CUT_MM
+from limbgram.workbench.edits.pressing import changed_vertices, signed_offsets
 from limbgram.workbench.edits.regions import roughness_mm, upright_mm
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
@@ -191,7 +191,7 @@ def cover_of(before: Limb, after: Limb) -> Points3 | None:
     """Vertices of the cover by which a cut was closed; None where it was left open."""
     corners = after.mesh.vertices_mm[after.mesh.faces]
     off_mm = tree_on(before.mesh).closest(corners.mean(1)).distances_mm
-    ids = np.unique(after.mesh.faces[off_mm > ON_IT_MM])
+    ids = np.unique(after.mesh.faces[off_mm > ON_CUT_MM])
     return after.mesh.vertices_mm[ids] if len(ids) else None
 
 
@@ -274,7 +274,7 @@ def displacement_between(old: Mesh, new: Mesh) -> Displacement:
     distance = np.zeros(len(new))
     moved = changed_vertices(old, new)
     if moved.any():
-        distance[moved] = away_from(old, new.vertices_mm[moved]).signed_mm
+        distance[moved] = signed_offsets(old, new.vertices_mm[moved]).signed_mm
     distance[np.abs(distance) < 1e-9] = 0.0
     area = new.vertex_areas_mm2()
     whole = float(area.sum())

@@ -23,11 +23,17 @@ from limbgram.core.notebook import brief
 from limbgram.core.run import track
 from limbgram.findings import Finding, note
 from limbgram.workbench.bodies import outside_of
-from limbgram.workbench.edits.closing import enclosure
+from limbgram.workbench.edits.closing import enclosure_finding
 from limbgram.workbench.edits.edit import Edit, name_of
-from limbgram.workbench.edits.editing import do_edit, require_sense
-from limbgram.workbench.edits.pressing import PRESSES_MM, AtPlaces, Gone, at_places, reach_of
-from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.editing import do_edit, require_valid
+from limbgram.workbench.edits.pressing import (
+    LEAST_PRESSURE_MM,
+    PlaceEffects,
+    SkinHistory,
+    depths_from_start,
+    effects_at_places,
+)
+from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.edits.wall import Wall, require_thickness_kept
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.consent import (
@@ -188,7 +194,7 @@ class _Reached:
     """The last one, before a wall was made over it."""
     places_mm: Mapping[str, float]
     """How far each sensitive place's own landmark moved."""
-    gone: Gone
+    gone: SkinHistory
     covers_mm: tuple[Points3, ...] = ()
     """Vertices of what covers the cuts so far, those of a wall too."""
     lines: tuple[Line, ...] = ()
@@ -198,7 +204,7 @@ class _Reached:
 def _beginning(limb: Limb) -> _Reached:
     limb = outside_of(limb, as_bones=True)
     levels = choose_levels(limb)
-    gone = Gone.nothing_on(limb)
+    gone = SkinHistory.unmoved(limb)
     return _Reached(limb, figures_of(limb, levels), levels, limb, _Positive(limb), {}, gone)
 
 
@@ -206,7 +212,9 @@ def _together_mm(reached: _Reached, began: Limb) -> dict[str, float]:
     """How far all edits moved the surface at each place: where they press on it, the deepest."""
     pressed_mm = reached.gone.pressed_mm(began)
     return {
-        name: -pressed_mm[name] if pressed_mm[name] > max(PRESSES_MM, -moved_mm) else moved_mm
+        name: -pressed_mm[name]
+        if pressed_mm[name] > max(LEAST_PRESSURE_MM, -moved_mm)
+        else moved_mm
         for name, moved_mm in reached.places_mm.items()
     }
 
@@ -219,7 +227,7 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
     try:
         after = do_edit(limb, entry.edit)
         if reached.walled is not None:
-            require_thickness_kept(reached.walled, wall_of(after.mesh))
+            require_thickness_kept(reached.walled, wall_thickness(after.mesh))
     except EditError as error:
         raise EditError(
             "recipe.edit.refused", number=number, edit=described(entry), reason=error.finding
@@ -230,14 +238,14 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
     all_covers = (*gone_along(reached.covers_mm, limb, after), *covers)
     wall = entry.edit if isinstance(entry.edit, Wall) else reached.walled
     gained = figures_of(after, reached.levels_mm, spans_mm(after, all_covers), wall)
-    found = AtPlaces(pressures=(), shifts_mm={})
+    found = PlaceEffects(pressures=(), shifts_mm={})
     reach_mm = (0.0, 0.0)
     if effect.moves_skin:
-        found = at_places(limb, after)
+        found = effects_at_places(limb, after)
         for name, moved_mm in found.shifts_mm.items():
             places[name] = places.get(name, 0.0) + moved_mm
     if effect.at_place is not None:
-        reach_mm = reach_of(reached.start.mesh, limb.mesh, after.mesh)
+        reach_mm = depths_from_start(reached.start.mesh, limb.mesh, after.mesh)
     moved = None
     if effect.reports_displacement:
         moved = displacement_between(limb.mesh, after.mesh)
@@ -252,7 +260,7 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
         volume=None if becomes else volume_change(limb, after, spans_mm(after, covers)),
         extreme=extreme_of(limb, after, moved, wall),
         displacement=moved,
-        told=(*after.notes[len(limb.notes) :], *said, enclosure(after.mesh)),
+        told=(*after.notes[len(limb.notes) :], *said, enclosure_finding(after.mesh)),
         concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
         becomes=becomes,
     )
@@ -292,7 +300,7 @@ def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[st
     if not 1 <= place <= len(recipe.entries) + 1:
         raise OptionsError("recipe.number.added", most=len(recipe.entries) + 1, number=place)
     try:
-        require_sense(edit)
+        require_valid(edit)
         missing = lacking(concerns_of(edit, words))
         if missing:
             raise EditError(

@@ -12,7 +12,7 @@ from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.anatomy.names import by_identity, identity_of
 from limbgram.workbench.edits.guard import require_sound
-from limbgram.workbench.edits.pressing import DEEPEST_MM, Pressure, at_places
+from limbgram.workbench.edits.pressing import USUAL_DEPTH_MM, Pressure, effects_at_places
 from limbgram.workbench.limb import Landmark, Limb, Side
 from limbgram.workbench.templates.chart_field import Field, read_field
 from limbgram.workbench.templates.charts import Along, ChartPlace, plain_chart, pulled_chart
@@ -111,7 +111,7 @@ def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> App
         require_sound(mesh, after)
     landmarks = _carried(limb, vertices - mesh.vertices_mm)
     made = replace(limb.with_mesh(after), landmarks=landmarks)
-    pressures = at_places(limb, made).pressures
+    pressures = effects_at_places(limb, made).pressures
     return Applied(
         limb=made,
         moved_mm=moved,
@@ -146,8 +146,8 @@ def _pressing(pressures: Sequence[Pressure], moved_mm: np.ndarray) -> Iterator[F
     for one in pressures:
         yield doubt("template.presses", depth_mm=one.depth_mm, place=one.place, why=one.why)
     deepest = float(np.abs(moved_mm).max(initial=0.0))
-    if deepest > DEEPEST_MM:
-        yield doubt("template.deep", depth_mm=deepest, usual_mm=DEEPEST_MM)
+    if deepest > USUAL_DEPTH_MM:
+        yield doubt("template.deep", depth_mm=deepest, usual_mm=USUAL_DEPTH_MM)
 
 
 def _notes(
