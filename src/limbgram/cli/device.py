@@ -85,11 +85,11 @@ def _details(device: Device) -> Iterator[str]:
     yield f"Kind of limb: {device.kind} (limbgram align --kind {device.kind})"
     yield f"Landmarks: {', '.join(device.landmarks)}"
     yield "Measures, usual value and range; another is given by --set NAME=NUMBER:"
-    usually = device.measures(device.usually)
+    usually = device.measures(device.usual_fabrication)
     yield from (_line(one) for one in usually)
     for made in device.wall:
-        if made != device.usually:
-            yield f"With --made {made}, in place of {device.wall[device.usually].name}:"
+        if made != device.usual_fabrication:
+            yield f"With --made {made}, in place of {device.wall[device.usual_fabrication].name}:"
             yield from (_line(one) for one in device.measures(made) if one not in usually)
 
 

@@ -93,11 +93,11 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
             )
         ),
         *_skin_lines(measures),
-        f"Heights in mm from {measures.counting}; lengths in mm; girths {SMOOTHED_OVER}. "
+        f"Heights in mm from {measures.reference_phrase}; lengths in mm; girths {SMOOTHED_OVER}. "
         + _sock_line(limb.sock_mm, measures.limb.sock_mm),
         _HEADING,
         *(_row_line(row) for row in measures.rows),
-        *([] if measures.beside is None else [spoken(measures.beside)]),
+        *([] if measures.others_note is None else [spoken(measures.others_note)]),
         *(
             f"Volume from {_end(row.low_mm)} to {_end(row.high_mm)}: "
             f"{_text(in_ml(row.volume_mm3), 2)} mL"

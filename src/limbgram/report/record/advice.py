@@ -91,8 +91,8 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
     missing = sum(row.level is None for row in measures.rows)
     if missing:
         yield doubt("record.surface.no_girths", missing=missing, levels=len(measures.rows))
-    if measures.beside is not None:
-        yield doubt("record.surface.beside", others=measures.beside)
+    if measures.others_note is not None:
+        yield doubt("record.surface.beside", others=measures.others_note)
 
 
 def _about_recipe(recipe: RecipeDone | None) -> Iterator[Finding]:

@@ -12,7 +12,7 @@ from limbgram.core.mesh.tree_cache import signed_on
 from limbgram.workbench.anatomy.kind import SensitivePlace
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.limb import Landmark, Limb
-from limbgram.workbench.measures.lengths import on_triangles
+from limbgram.workbench.measures.lengths import barycentric_on_mesh
 
 LEAST_PRESSURE_MM = 0.25
 """Least inward move that counts: from 0.25 mm of radius on, the fit of a socket shows it
@@ -103,7 +103,7 @@ class SkinHistory:
         )
         if changed.any():
             away = signed_offsets(before.mesh, after.mesh.vertices_mm[changed])
-            ids, shares = on_triangles(before.mesh, away.nearest_mm)
+            ids, shares = barycentric_on_mesh(before.mesh, away.nearest_mm)
             start_mm[changed] = np.einsum("pk,pki->pi", shares, self.start_mm[ids])
             moved_mm[changed] = (shares * self.moved_mm[ids]).sum(1)
             if moves_skin:

@@ -180,12 +180,12 @@ def _usual_sigmas(limb: Limb) -> np.ndarray:
 def test_a_length_over_a_wall_grows_as_the_wall_does(cylinder: Mesh) -> None:
     """A quarter of the way round lengthens by a quarter of what the girth does."""
     from limbgram.workbench.measures.geodesic import shortest_path
-    from limbgram.workbench.measures.lengths import _slopes
+    from limbgram.workbench.measures.lengths import _length_slopes
 
     path = shortest_path(cylinder, np.array([50.0, 0, 100]), np.array([0.0, 50, 100]))
     sigmas = Sigmas.of(cylinder)
     wall = (np.abs(cylinder.vertices_mm[:, 2] - 100) < 99).astype(float)
-    told = float(vertex_gradient(sigmas, path, _slopes(path)) @ wall)
+    told = float(vertex_gradient(sigmas, path, _length_slopes(path)) @ wall)
     assert told == pytest.approx(CORNERS / 4, rel=0.03)
 
 
@@ -335,7 +335,7 @@ def test_it_is_told_from_what_heights_count(cylinder: Mesh) -> None:
     for up_mm, counted in ((0.3, "distal end"), (-0.3, "distal end"), (5.0, ORIGIN), (-2, ORIGIN)):
         raised = cylinder.with_vertices(cylinder.vertices_mm + np.array([0, 0, up_mm]))
         table = measure_limb(aligned(raised), at_40)
-        assert table.counted_from == counted
+        assert table.reference_name == counted
         assert table.tip_mm == pytest.approx(up_mm)
         assert tree(table)["reference"] == counted
         assert tree(table)["tip_height_mm"] == pytest.approx(up_mm)
@@ -437,7 +437,7 @@ def test_a_tip_within_half_a_millimetre_of_the_origin_is_where_heights_begin(
 ) -> None:
     lifted = cylinder.with_vertices(cylinder.vertices_mm + np.array([0.0, 0.0, off_mm]))
     table = measure_limb(aligned(lifted), LimbMeasureOptions(spacing_mm=100))
-    assert replace(table, tip_mm=off_mm).counted_from == counted
+    assert replace(table, tip_mm=off_mm).reference_name == counted
 
 
 def test_more_than_five_thousand_levels_are_refused(cylinder: Mesh) -> None:
