@@ -125,6 +125,6 @@ def test_moves_evened_out_at_one_place_change_nothing_at_another() -> None:
     beside = offsetting.by_vertex(distances_mm, z < 30)
     far = z > 60
     assert (plain.mesh.vertices_mm[far] == beside.mesh.vertices_mm[far]).all()
-    alone_mm = distances_mm[:, None] * offsetting.units
+    alone_mm = distances_mm[:, None] * offsetting.unit_moves
     moved_mm = plain.mesh.vertices_mm - offsetting.mesh.vertices_mm
     assert np.abs(moved_mm - alone_mm)[far].max() > 1.0  # the groove was evened out
