@@ -35,7 +35,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import signed_on
 from limbgram.core.run import track
 from limbgram.findings import Finding, Gravity, note
-from limbgram.workbench.compare.comparison import lay
+from limbgram.workbench.compare.comparison import align_shapes
 from limbgram.workbench.compare.frames import axes_of
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.limb import Limb
@@ -421,7 +421,7 @@ def held_against(mesh: Mesh, calibrated: Mesh) -> tuple[Float64[np.ndarray, " n"
         MeasureError: the shapes cannot be laid on each other.
     """
     truth, ours = Limb(mesh=calibrated, name="artefact"), Limb(mesh=mesh, name="surface")
-    alignment = lay(truth, ours, axes_of(truth), RegistrationOptions(way="icp"))
+    alignment = align_shapes(truth, ours, axes_of(truth), RegistrationOptions(way="icp"))
     measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
     points: Points3 = alignment.first_from_second.apply(mesh.vertices_mm[measured])
     gaps_mm = KDTree(points).query(calibrated.vertices_mm)[0]

@@ -63,8 +63,9 @@ def sections_drawing(measures: Measures) -> Drawing:
     _sections(above, bar, rows)
     return Drawing(
         figure,
-        f"{len(rows)} levels. Heights count from {measures.reference_phrase}; the sections are "
-        "seen from above, front upwards, the patient's right to the right; the front view has it left.",
+        f"{len(rows)} levels. Heights count from {measures.reference_phrase}; "
+        "the sections are seen from above, front upwards, the patient's right to the right; "
+        "the front view has it left.",
     )
 
 

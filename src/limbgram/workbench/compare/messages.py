@@ -14,7 +14,7 @@ from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.interval import COVER, HOLDS, Interval, plus_minus
 from limbgram.core.units import MM3_PER_ML
 from limbgram.findings import Finding, as_json, doubt, note, told
-from limbgram.workbench.compare.comparison import ByShape, Comparison
+from limbgram.workbench.compare.comparison import Comparison, VolumeByShape
 from limbgram.workbench.compare.deviation import LOCAL_LIMIT_MM
 from limbgram.workbench.compare.levels import Change, LevelChange
 from limbgram.workbench.compare.over_time import Repeats, Series, Stack, Trend
@@ -342,7 +342,7 @@ def repeats_tree(repeats: Repeats) -> dict[str, Any]:
     }
 
 
-def about_shape(by_shape: ByShape) -> Finding:
+def about_shape(by_shape: VolumeByShape) -> Finding:
     """What the volume would be by shape, and whether that contradicts."""
     change = by_shape.volume
     judge = doubt if by_shape.at_odds else note
@@ -405,9 +405,9 @@ def _alignment(alignment: Alignment) -> dict[str, Any]:
         "how": as_json(alignment.how),
         "rms_mm": None if alignment.rms_mm is None else _number(alignment.rms_mm),
         "far_limit_mm": FAR_MM,
-        "slide_sigma_mm": None if alignment.looseness is None else alignment.slide_sigma_mm,
+        "slide_sigma_mm": None if alignment.pose_covariance is None else alignment.slide_sigma_mm,
         "slide_within_mm": None
-        if alignment.looseness is None
+        if alignment.pose_covariance is None
         else COVER * alignment.slide_sigma_mm,
         "slid_from_frames_mm": alignment.slid_mm,
         "first_from_second": {

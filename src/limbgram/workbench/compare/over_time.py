@@ -28,7 +28,7 @@ from limbgram.core.interval import COVER, widening
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Table
 from limbgram.findings import Finding, note, told
-from limbgram.workbench.compare.comparison import CompareOptions, at_odds, lay
+from limbgram.workbench.compare.comparison import CompareOptions, align_shapes, mismatch_findings
 from limbgram.workbench.compare.frames import (
     Axes,
     axes_of,
@@ -121,7 +121,7 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     limbs, walls = skins_to_compare([outside_by_name(limb) for limb in limbs])
     first = limbs[0]
     axes = axes_of(first)
-    alignments = tuple(lay(first, limb, axes, options.registration) for limb in limbs[1:])
+    alignments = tuple(align_shapes(first, limb, axes, options.registration) for limb in limbs[1:])
     meshes = [mesh_in_frame(first.mesh, axes.limb_from_mesh)] + [
         mesh_in_frame(limb.mesh, axes.limb_from_mesh @ alignment.first_from_second)
         for limb, alignment in zip(limbs[1:], alignments)
@@ -151,7 +151,7 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     ]
     notes = [*walls, *(one for limb in limbs for one in limb.notes)]
     notes += [one for alignment in alignments for one in alignment.notes]
-    notes += [one for limb in limbs[1:] for one in at_odds(first, limb)]
+    notes += [one for limb in limbs[1:] for one in mismatch_findings(first, limb)]
     notes += [] if axes.doubt is None else [axes.doubt]
     return Stack(
         axes=axes,

@@ -26,8 +26,8 @@ from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.anatomy.names import by_identity
-from limbgram.workbench.compare.comparison import lay
-from limbgram.workbench.compare.counterparts import Ground, measured_faces
+from limbgram.workbench.compare.comparison import align_shapes
+from limbgram.workbench.compare.counterparts import CounterpartSurface, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
 from limbgram.workbench.compare.frames import (
     axes_of,
@@ -183,10 +183,10 @@ def displacements(pair: Pair, options: LearnOptions) -> Displacements:
     """Where the after lies off the before."""
     before = pair.before
     axes = axes_of(before)
-    alignment = lay(before, pair.after, axes, options.registration)
+    alignment = align_shapes(before, pair.after, axes, options.registration)
     brim_mm = options.registration.brim_mm
     placed = mesh_in_frame(pair.after.mesh, alignment.first_from_second)
-    ground = Ground.of(placed, brim_mm)
+    ground = CounterpartSurface.of(placed, brim_mm)
     samples = sample_evenly(before.mesh, _SAMPLES)
     moved = np.zeros(len(samples.points_mm))
     active = np.arange(len(moved))

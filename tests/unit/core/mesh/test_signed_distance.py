@@ -15,7 +15,7 @@ from limbgram.core.mesh.signed_distance import SignedSurface
 from limbgram.core.mesh.topology import find_edges
 from limbgram.report.alignment import Truth
 from limbgram.report.alignment import signed_mm as from_truth
-from limbgram.workbench.compare.counterparts import Ground
+from limbgram.workbench.compare.counterparts import CounterpartSurface
 from limbgram.workbench.edits.pressing import signed_offsets
 
 Asked = Callable[[Mesh, Points3], Float64[np.ndarray, " n"]]
@@ -34,7 +34,9 @@ DOORS: dict[str, Asked] = {
         SignedSurface(mesh.vertices_mm, mesh.faces).signed(points).signed_mm
     ),
     "pressing": lambda mesh, points: signed_offsets(mesh, points).signed_mm,
-    "counterparts": lambda mesh, points: Ground.of(mesh, 0.0).counterparts(points).signed_mm,
+    "counterparts": lambda mesh, points: (
+        CounterpartSurface.of(mesh, 0.0).counterparts(points).signed_mm
+    ),
     "truth": by_truth,
 }
 
