@@ -414,7 +414,7 @@ def _turned(case: Case, exact: Limb, measured: Limb) -> dict[str, Any]:
     turn = replace(case.turn, beyond=True)
     there, own = do_edit(exact, turn), do_edit(measured, turn)
     plan, own_plan = (
-        JointTurn.of(one.anatomy, turn.joint, turn.by_deg * one.anatomy.sense(), turn.band_mm)
+        JointTurn.of(one.anatomy, turn.joint, turn.by_deg * one.anatomy.mirror_sign(), turn.band_mm)
         for one in (exact, measured)
     )
     shares = plan.shares(measured.mesh.vertices_mm)

@@ -40,12 +40,12 @@ from limbgram.workbench.recipe.recipe import (
     Replayed,
     accepted,
     added,
-    described,
+    described_entry,
+    distinctive_parameters,
     moved,
     removed,
     require_scan,
     switched,
-    telling,
 )
 
 router = APIRouter(tags=["recipe"])
@@ -123,7 +123,7 @@ class EditReply(BaseModel):
     on: bool
     accept: list[str]
     parameters: Parameters
-    telling: list[str] = Field(
+    distinctive_parameters: list[str] = Field(
         description="Names of the parameters that differ from their defaults, or of all."
     )
     text: str = Field(description="In one line.")
@@ -389,8 +389,8 @@ def recipe_reply(app_state: AppState, workspace: Workspace) -> RecipeReply:
                 on=entry.on,
                 accept=list(entry.accept),
                 parameters=_parameters(entry.edit),
-                telling=list(telling(entry.edit)),
-                text=described(entry),
+                distinctive_parameters=list(distinctive_parameters(entry.edit)),
+                text=described_entry(entry),
             )
             for number, entry in enumerate(recipe.entries, 1)
         ],

@@ -15,7 +15,7 @@ from limbgram.services.make_device import MakeDeviceRequest, make
 from limbgram.workbench.devices.device import Device, devices
 from limbgram.workbench.devices.making import device_named
 from limbgram.workbench.devices.trims import Measure
-from limbgram.workbench.frame.landmarks import other_notes
+from limbgram.workbench.frame.landmarks import notes_but_unconfirmed
 
 
 @answered
@@ -54,7 +54,7 @@ def device_command(
     done = make(read, ask, folder)
     return Reply(
         (
-            *(f"Note: {with_full_stop(spoken(one))}" for one in other_notes(read.limb)),
+            *(f"Note: {with_full_stop(spoken(one))}" for one in notes_but_unconfirmed(read.limb)),
             *(spoken(one) for one in done.said),
             *(f"Written: {path}" for path in done.written),
         ),

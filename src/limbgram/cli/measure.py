@@ -23,7 +23,7 @@ from limbgram.core.typed import tree_of
 from limbgram.findings import Finding
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
 from limbgram.workbench.bodies import left_out
-from limbgram.workbench.frame.landmarks import other_notes, unconfirmed
+from limbgram.workbench.frame.landmarks import notes_but_unconfirmed, unconfirmed_finding
 from limbgram.workbench.limb import KIND_NAMED, Limb
 from limbgram.workbench.measures.along import AlongCentreline, along_tree
 from limbgram.workbench.measures.form import sheet_tree
@@ -126,10 +126,10 @@ def _intervals(measures: Measures) -> Iterator[Interval | None]:
 def _notes(limb: Limb, measures: Measures) -> Iterator[Finding]:
     """What was said of the limb; of landmarks that nobody confirmed, those that the table uses."""
     ends = [name for one in measures.lengths for name in (one.start, one.end)]
-    said = unconfirmed(limb, [*ends, *([measures.reference] if measures.reference else [])])
+    said = unconfirmed_finding(limb, [*ends, *([measures.reference] if measures.reference else [])])
     if said is not None:
         yield said
-    yield from other_notes(limb)
+    yield from notes_but_unconfirmed(limb)
 
 
 def _form_lines(form: MeasuringSheet) -> Iterator[str]:

@@ -21,7 +21,7 @@ from limbgram.formats.table import FORMATS, format_of
 from limbgram.formats.triangle_soup import Sound, Soup, sound_mesh
 from limbgram.formats.units import check_size
 from limbgram.workbench.carving.radius_map import Grid
-from limbgram.workbench.frame.landmarks import unconfirmed
+from limbgram.workbench.frame.landmarks import unconfirmed_finding
 from limbgram.workbench.limb import Limb, LimbFrame, Origin, doubt_of_name
 from limbgram.workbench.loose_pieces import without_strays
 
@@ -73,7 +73,7 @@ def read_shape(path: Path | str, mm_per_unit: float | None = None) -> ShapeFile:
     doubt = (None if record is None else record.doubt) or doubt_of_name(path.name)
     if doubt is not None:
         limb = replace(limb, doubt=doubt, notes=(doubt, *limb.notes))
-    open_marks = unconfirmed(limb)
+    open_marks = unconfirmed_finding(limb)
     if open_marks is not None:
         limb = replace(limb, notes=(open_marks, *limb.notes))
     limb = replace(limb, origins=(own, *(() if record is None else record.made_from)))

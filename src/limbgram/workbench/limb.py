@@ -19,13 +19,13 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import AnswersByMesh
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt
-from limbgram.workbench.anatomy.centreline import Centreline, straight
+from limbgram.workbench.anatomy.centreline import Centreline, straight_centreline
 from limbgram.workbench.anatomy.directions import AnatomicalAxis, Anatomy
 from limbgram.workbench.anatomy.kind import Kind
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED, KINDS, KindName
 from limbgram.workbench.anatomy.landmark import Landmark, Placed
-from limbgram.workbench.anatomy.names import by_identity, named
-from limbgram.workbench.anatomy.surface_lines import Skin
+from limbgram.workbench.anatomy.names import landmark_named, landmarks_by_identity
+from limbgram.workbench.anatomy.surface_lines import LineSurface
 
 __all__ = [
     "KINDS",
@@ -135,7 +135,7 @@ class Limb:
         Raises:
             MeasureError: it was not placed.
         """
-        found = named(identity, self.landmarks)
+        found = landmark_named(identity, self.landmarks)
         if found is None:
             raise MeasureError("anatomy.missing", names=(identity,), wanted_for=None)
         return found
@@ -161,11 +161,13 @@ class Limb:
         motion = self.known_limb_from_mesh
         return Anatomy(
             kind=kind,
-            places={name: one.position_mm for name, one in by_identity(self.landmarks).items()},
+            places={
+                name: one.position_mm for name, one in landmarks_by_identity(self.landmarks).items()
+            },
             left=None if kind.sided and self.side == "none" else self.side == "left",
             frame=None if motion is None else motion.rotation,
             origin_mm=np.zeros(3) if motion is None else motion.inverse.translation,
-            skin=Skin(mesh=self.mesh),
+            skin=LineSurface(mesh=self.mesh),
         )
 
     def centreline(self) -> Centreline:
@@ -180,7 +182,7 @@ class Limb:
         axis = anatomy.axis("long axis")
         along = axis.along_mm(self.mesh.vertices_mm)
         ends = (axis.point_mm + axis.direction * end for end in (along.max(), along.min()))
-        return straight(*ends)
+        return straight_centreline(*ends)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from limbgram.report.record.content import CaseCited, Content, Json, RecipeDone
 from limbgram.report.record.sources import SAME_MM
 from limbgram.workbench.edits.pressing import LEAST_PRESSURE_MM
 from limbgram.workbench.edits.wall import LEAST_WALL_MM
-from limbgram.workbench.frame.landmarks import unconfirmed
+from limbgram.workbench.frame.landmarks import unconfirmed_finding
 from limbgram.workbench.measures.measuring import Measures
 
 _FILLED_SHARE = 0.01
@@ -20,7 +20,7 @@ APART_MM = AGREES_SIGMAS * READING_SIGMA_MM
 
 def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
     """The grave ones first."""
-    proposed = unconfirmed(measures.limb)
+    proposed = unconfirmed_finding(measures.limb)
     found = (
         *(() if proposed is None else (proposed,)),
         *_about_recipe(content.recipe),

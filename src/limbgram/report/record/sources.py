@@ -20,7 +20,7 @@ from limbgram.findings import Finding
 from limbgram.report.verdict_light import Light
 from limbgram.workbench.anatomy.names import known_identity
 from limbgram.workbench.edits.from_template import FromTemplate
-from limbgram.workbench.frame.landmarks import other_notes
+from limbgram.workbench.frame.landmarks import notes_but_unconfirmed
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.ledger import Ledger
 from limbgram.workbench.recipe.recipe import Recipe, replay_as_it_is
@@ -138,7 +138,9 @@ def nameless(source: ShapeSource, printed: Mapping[str, str]) -> ShapeSource:
             landmarks=tuple(
                 replace(mark, name=printed.get(mark.name, mark.name)) for mark in limb.landmarks
             ),
-            notes=tuple(_without(note, limb.name, source.id) for note in other_notes(limb)),
+            notes=tuple(
+                _without(note, limb.name, source.id) for note in notes_but_unconfirmed(limb)
+            ),
         ),
     )
 

@@ -28,7 +28,7 @@ from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.interval import MAD_TO_SIGMA, widening
 from limbgram.findings import Finding, doubt, note
-from limbgram.workbench.anatomy.names import paired
+from limbgram.workbench.anatomy.names import paired_landmarks
 from limbgram.workbench.compare.counterparts import Counterparts, CounterpartSurface, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
 from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
@@ -400,7 +400,7 @@ def _same_landmarks(first: Limb, second: Limb) -> bool:
     """Whether a landmark lies at the same place in both, as nobody marks it twice so exactly."""
     return any(
         float(np.abs(one.position_mm - other.position_mm).max()) < _SAME_PLACE_MM
-        for one, other in paired(first.landmarks, second.landmarks)
+        for one, other in paired_landmarks(first.landmarks, second.landmarks)
     )
 
 

@@ -24,7 +24,7 @@ from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.interval import widening
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, doubt, note
-from limbgram.workbench.anatomy.names import alike, paired
+from limbgram.workbench.anatomy.names import match_names, paired_landmarks
 from limbgram.workbench.compare.counterparts import CounterpartSurface
 from limbgram.workbench.compare.frames import brim_height_mm
 from limbgram.workbench.compare.icp import (
@@ -154,8 +154,8 @@ def as_is(first: Limb, second: Limb) -> Alignment:
 
 def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Alignment:
     """Align landmarks of the same places by weighted least squares, without scaling."""
-    both = paired(first.landmarks, second.landmarks)
-    meant = alike(weights, [mark.name for mark, _ in both])
+    both = paired_landmarks(first.landmarks, second.landmarks)
+    meant = match_names(weights, [mark.name for mark, _ in both])
     weight = {meant[name]: given for name, given in weights.items() if name in meant}
     unknown = set(weights) - set(meant)
     if unknown or any(not np.isfinite(w) or w < 0 for w in weights.values()):

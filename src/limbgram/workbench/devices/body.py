@@ -21,7 +21,7 @@ from limbgram.core.geometry.frames import square_to
 from limbgram.core.mesh.mesh import Mesh, lengths, unit
 from limbgram.core.mesh.sections import Z_AXIS, centroid_mm, cut
 from limbgram.core.mesh.tree_cache import tree_on
-from limbgram.workbench.anatomy.names import named
+from limbgram.workbench.anatomy.names import landmark_named
 from limbgram.workbench.edits.regions import position_mm
 from limbgram.workbench.limb import AlignedLimb, Limb
 
@@ -87,7 +87,7 @@ class Body:
         Raises:
             EditError: names all that it lacks.
         """
-        lacks = tuple(name for name in names if named(name, self.limb.landmarks) is None)
+        lacks = tuple(name for name in names if landmark_named(name, self.limb.landmarks) is None)
         if lacks:
             raise EditError("anatomy.missing", names=lacks, wanted_for=wanted_for)
 

@@ -63,7 +63,7 @@ from limbgram.workbench.devices.trims import (
     values_on_slender_limb,
 )
 from limbgram.workbench.edits.closing import enclosure_finding
-from limbgram.workbench.frame.landmarks import unconfirmed
+from limbgram.workbench.frame.landmarks import unconfirmed_finding
 from limbgram.workbench.limb import KIND_NAMED, Limb, likeliest
 from limbgram.workbench.measures.geodesic import shortest_path
 from limbgram.workbench.recipe.recipe import Recipe, replay
@@ -294,7 +294,7 @@ def _unconfirmed_landmarks(limb: Limb, device: Device, order: Order) -> tuple[Fi
     edited = landmarks_of_edits(order.recipe, KIND_NAMED[device.kind])
     lettered = (device.label.at.at, device.label.at.towards) if order.lettering else ()
     zones = [one.at for one in order.zones]
-    said = unconfirmed(limb, {*device.landmarks, *zones, *lettered, *edited})
+    said = unconfirmed_finding(limb, {*device.landmarks, *zones, *lettered, *edited})
     return () if said is None else (said,)
 
 

@@ -37,7 +37,7 @@ from limbgram.core.mesh.topology import (
 )
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.reconstruction.surface.holes import fill_holes
-from limbgram.workbench.anatomy.names import named
+from limbgram.workbench.anatomy.names import landmark_named
 from limbgram.workbench.edits.refinement import refine_selected
 from limbgram.workbench.limb import AlignedLimb, Limb, likeliest
 
@@ -124,7 +124,7 @@ def position_mm(limb: Limb, place: Place, frame: FrameName) -> Vector3:
         EditError: there is no landmark of the name, or no frame for the coordinates.
     """
     if isinstance(place, str):
-        mark = named(place, limb.landmarks)
+        mark = landmark_named(place, limb.landmarks)
         if mark is not None:
             return mark.position_mm
         names = tuple(mark.name for mark in limb.landmarks)

@@ -30,7 +30,7 @@ from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.kind import Angle, Joint, Tilted
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
-from limbgram.workbench.anatomy.surface_lines import Skin, smoothstep
+from limbgram.workbench.anatomy.surface_lines import LineSurface, smoothstep
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import displaced
@@ -185,7 +185,7 @@ class Repose(Edit):
         return replace(after, notes=(*after.notes, told, angle_finding(limb, after, self.joint)))
 
     def _turn(self, anatomy: Anatomy, by_deg: float) -> "JointTurn":
-        return JointTurn.of(anatomy, self.joint, by_deg * anatomy.sense(), self.band_mm)
+        return JointTurn.of(anatomy, self.joint, by_deg * anatomy.mirror_sign(), self.band_mm)
 
     def _turn_to_angle(self, limb: Limb, anatomy: Anatomy, to_deg: float) -> float:
         """The turn after which the measuring sheet reads the angle that is asked for.
@@ -202,7 +202,7 @@ class Repose(Edit):
             if by_deg:
                 points = self._turn(anatomy, by_deg).applied(outer.mesh.vertices_mm)
                 moved = displaced(outer, points)
-            seen = replace(moved.anatomy, skin=Skin(mesh=moved.mesh))
+            seen = replace(moved.anatomy, skin=LineSurface(mesh=moved.mesh))
             return angle_deg(seen, item) - to_deg
 
         last, by_deg = 0.0, 1.0

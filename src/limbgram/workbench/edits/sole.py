@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import EditError, MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
-from limbgram.workbench.anatomy.kind import Mid
+from limbgram.workbench.anatomy.kind import Midpoint
 from limbgram.workbench.edits.refinement import refine_where
 from limbgram.workbench.edits.regions import displaced
 from limbgram.workbench.limb import Limb
@@ -54,10 +54,10 @@ class Sole:
             anatomy = limb.anatomy
             up, forward = anatomy.axis("plantar"), anatomy.axis("foot").direction
             rotation = np.stack([anatomy.axis("lateral").direction, forward, up.direction])
-            heel = anatomy.at(Mid(("heel",)))
+            heel = anatomy.at(Midpoint(("heel",)))
             origin = heel - up.direction * ((heel - up.point_mm) @ up.direction)
             marks = [
-                rotation @ (anatomy.at(Mid((name,))) - origin)
+                rotation @ (anatomy.at(Midpoint((name,))) - origin)
                 for name in ("first metatarsal head", "fifth metatarsal head", "navicular")
             ]
         except MeasureError as error:

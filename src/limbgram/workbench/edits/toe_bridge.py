@@ -33,7 +33,7 @@ from limbgram.core.mesh.topology import (
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import Within
 from limbgram.reconstruction.surface.resampling import refine
-from limbgram.workbench.anatomy.kind import Mid
+from limbgram.workbench.anatomy.kind import Midpoint
 from limbgram.workbench.edits.cutting import ON_CUT_MM, keep_positive
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import with_surface_added
@@ -93,7 +93,7 @@ class ToeBridge(Edit):
             up = limb.anatomy.axis("plantar").direction
             forward = limb.anatomy.axis("foot").direction
             first, fifth, toe = (
-                limb.anatomy.at(Mid((name,)))
+                limb.anatomy.at(Midpoint((name,)))
                 for name in ("first metatarsal head", "fifth metatarsal head", "second toe")
             )
         except MeasureError as error:

@@ -28,7 +28,7 @@ from limbgram.findings import Finding, as_json, told
 from limbgram.workbench.anatomy.centreline import Centreline
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
-from limbgram.workbench.anatomy.names import by_identity
+from limbgram.workbench.anatomy.names import landmarks_by_identity
 from limbgram.workbench.frame.landmarks import landmark
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import (
@@ -243,4 +243,4 @@ def _length(
 
 def _landmark_identity(limb: Limb, name: str) -> str:
     mark = landmark(limb, name)
-    return next(key for key, one in by_identity(limb.landmarks).items() if one is mark)
+    return next(key for key, one in landmarks_by_identity(limb.landmarks).items() if one is mark)

@@ -26,7 +26,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.units import MM3_PER_ML
 from limbgram.workbench.anatomy.directions import Anatomy
-from limbgram.workbench.anatomy.kind import Mid
+from limbgram.workbench.anatomy.kind import Midpoint
 from limbgram.workbench.measures.levels import (
     Level,
     Measured,
@@ -116,7 +116,7 @@ def _frame(anatomy: Anatomy) -> tuple[Matrix3, Vector3]:
     """The head's axes (rows right, forward, up), and the midpoint of the tragia."""
     up = anatomy.axis("base").direction
     forward = anatomy.axis("midline").direction
-    origin = anatomy.at(Mid(("right tragion", "left tragion")), "base")
+    origin = anatomy.at(Midpoint(("right tragion", "left tragion")), "base")
     return np.stack([np.cross(forward, up), forward, up]), origin
 
 

@@ -19,8 +19,8 @@ from limbgram.core.mesh.mesh import unit
 from limbgram.core.mesh.uncertainty import propagate
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.landmark import Placing
-from limbgram.workbench.anatomy.names import by_identity
-from limbgram.workbench.anatomy.surface_lines import Skin
+from limbgram.workbench.anatomy.names import landmarks_by_identity
+from limbgram.workbench.anatomy.surface_lines import LineSurface
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.lengths import barycentric_on_mesh, vertex_gradient
@@ -81,7 +81,7 @@ class Subject:
     def of(cls, limb: Limb, placing: Placing) -> "Subject":
         found = outer_bodies(limb.mesh)
         found.require_one_limb()
-        anatomy = replace(limb.anatomy, skin=Skin(mesh=found.mesh))
+        anatomy = replace(limb.anatomy, skin=LineSurface(mesh=found.mesh))
         names = tuple(anatomy.places)
         normals: dict[str, Vector3] = {}
         sigmas = Sigmas.of(found.mesh)
@@ -94,7 +94,9 @@ class Subject:
             anatomy=anatomy,
             sigmas=sigmas,
             normals=normals,
-            placing_mm={name: placing.of(one) for name, one in by_identity(limb.landmarks).items()},
+            placing_mm={
+                name: placing.of(one) for name, one in landmarks_by_identity(limb.landmarks).items()
+            },
         )
 
     def figure(self, propagated: Propagated) -> tuple[Figure, float | None]:
@@ -139,10 +141,11 @@ class Subject:
         landmarks: through those of the named axes that are fitted to the surface."""
         gradient = np.zeros(len(self.sigmas.mesh))
         for name in dict.fromkeys(names):
-            found = self.anatomy.leaning(name)
+            found = self.anatomy.surface_line(name)
             if found is not None:
                 ahead, behind = (
-                    what(self.anatomy.with_lean(name, step)) for step in (LEAN_STEP, -LEAN_STEP)
+                    what(self.anatomy.with_added_slope(name, step))
+                    for step in (LEAN_STEP, -LEAN_STEP)
                 )
                 by_lean = (ahead - behind) / (2 * LEAN_STEP)
                 gradient += by_lean * found.by_vertex(self.sigmas.normals)

@@ -38,12 +38,12 @@ from limbgram.workbench.anatomy.kind import (
     Distance,
     Extent,
     Extreme,
-    Mid,
+    Midpoint,
     Section,
     Share,
 )
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
-from limbgram.workbench.frame.landmarks import unconfirmed
+from limbgram.workbench.frame.landmarks import unconfirmed_finding
 from limbgram.workbench.limb import Limb, Side
 from limbgram.workbench.measures.arch import arch_apex
 from limbgram.workbench.measures.cranial import cranial_figures, require_closed_above
@@ -208,7 +208,7 @@ def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSh
         MeasureError: nobody said the kind, or the side of a limb that has one.
     """
     anatomy = limb.anatomy
-    anatomy.sense()
+    anatomy.mirror_sign()
     subject = Subject.of(limb, options.placing)
     found: dict[str, SheetRow] = {}
     heads: dict[str, Propagated] = {}
@@ -217,13 +217,13 @@ def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSh
         if wanted and item.name not in wanted:
             continue
         row = _row_of_item(_SheetInProgress(subject, options, found, heads), item)
-        found[item.name] = replace(row, doubt=unconfirmed(limb, row.places))
+        found[item.name] = replace(row, doubt=unconfirmed_finding(limb, row.places))
     return MeasuringSheet(
         kind=anatomy.kind.name,
         side=limb.side,
         shape=limb.name,
         rows=tuple(found.values()),
-        doubt=unconfirmed(limb, {name for row in found.values() for name in row.places}),
+        doubt=unconfirmed_finding(limb, {name for row in found.values() for name in row.places}),
     )
 
 
@@ -572,7 +572,7 @@ class _GirthExtreme:
         assert isinstance(level, Level)
         return level
 
-    def height(self, subject: Subject, item: Extreme, start: Mid) -> Propagated:
+    def height(self, subject: Subject, item: Extreme, start: Midpoint) -> Propagated:
         """Height over a place of the apex of a parabola through the girths near the extreme.
 
         Where girths hardly change, the largest alone determines the height poorly; all that differ

@@ -18,8 +18,8 @@ from jaxtyping import Float64
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.workbench.anatomy.centreline import Centreline
-from limbgram.workbench.anatomy.kind import Bent
-from limbgram.workbench.anatomy.names import by_identity, named
+from limbgram.workbench.anatomy.kind import BentCentreline
+from limbgram.workbench.anatomy.names import landmark_named, landmarks_by_identity
 from limbgram.workbench.compare.radial import spoke_radii
 from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb, Side, likeliest
 
@@ -98,7 +98,7 @@ class LimbChart:
         return np.where(np.linalg.det(slopes) < 0, -least, least)
 
 
-def bend_of(limb: Limb) -> Bent | None:
+def bend_of(limb: Limb) -> BentCentreline | None:
     """How the centreline of a limb of this kind bends; None where charts go by the long axis."""
     return None if limb.kind is None else KIND_NAMED[limb.kind].centreline
 
@@ -111,7 +111,7 @@ def plain_chart(limb: Limb, reference: str, along: Along) -> LimbChart:
             the centreline is missing.
     """
     limb = limb.aligned()
-    mark = named(reference, limb.landmarks)
+    mark = landmark_named(reference, limb.landmarks)
     if mark is None:
         names = (one.name for one in limb.landmarks)
         raise MeasureError(
@@ -168,7 +168,7 @@ def marks_on(limb: Limb, chart: LimbChart) -> dict[str, ChartPlace]:
     """Own chart place of every landmark that has an angle, by what it is."""
     if not isinstance(limb, AlignedLimb) or not limb.landmarks:
         return {}
-    marks = by_identity(limb.landmarks)
+    marks = landmarks_by_identity(limb.landmarks)
     places = chart.own(
         limb.limb_from_mesh.apply(np.stack([mark.position_mm for mark in marks.values()]))
     )

@@ -25,7 +25,7 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
-from limbgram.workbench.anatomy.names import by_identity
+from limbgram.workbench.anatomy.names import landmarks_by_identity
 from limbgram.workbench.compare.comparison import align_shapes
 from limbgram.workbench.compare.counterparts import CounterpartSurface, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
@@ -301,7 +301,7 @@ def _reference(pairs: Sequence[Pair], asked: str | None) -> str:
     heights: dict[str, list[float]] = {}
     for pair in pairs:
         limb = pair.before.aligned()
-        for one, mark in by_identity(limb.landmarks).items():
+        for one, mark in landmarks_by_identity(limb.landmarks).items():
             height = float(limb.landmark_in_limb_mm(mark)[2])
             heights.setdefault(one, []).append(height)
     shared = {name: np.mean(found) for name, found in heights.items() if len(found) == len(pairs)}

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import MeasureError, OptionsError, refusals_about
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
-from limbgram.workbench.anatomy.names import by_identity, identity_of
+from limbgram.workbench.anatomy.names import identity_of, landmarks_by_identity
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.pressing import USUAL_DEPTH_MM, Pressure, effects_at_places
 from limbgram.workbench.limb import Landmark, Limb, Side
@@ -153,7 +153,7 @@ def _pressing(pressures: Sequence[Pressure], moved_mm: np.ndarray) -> Iterator[F
 def _notes(
     limb: Limb, template: Template, heights: Float64[np.ndarray, " n"]
 ) -> tuple[Finding, ...]:
-    have = by_identity(limb.landmarks)
+    have = landmarks_by_identity(limb.landmarks)
     missing = tuple(one.name for one in template.marks if identity_of(one.name) not in have)
     notes: list[Finding] = []
     if missing:

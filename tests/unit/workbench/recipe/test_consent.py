@@ -29,7 +29,7 @@ from limbgram.workbench.edits.sock import Sock
 from limbgram.workbench.frame.landmarks import known_anywhere
 from limbgram.workbench.frame.sensitive import SENSITIVE, sensitive_place
 from limbgram.workbench.limb import KINDS, AlignedLimb, Landmark, Limb, LimbFrame
-from limbgram.workbench.recipe.consent import concerns_of, lacking, words_for
+from limbgram.workbench.recipe.consent import concerns_of, not_accepted, words_for
 from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
 from limbgram.workbench.recipe.ledger import lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, accepted, added, replay, replay_as_it_is
@@ -352,4 +352,4 @@ def test_the_command_refuses_takes_the_word_and_marks_it(tmp_path: Path) -> None
 def test_ten_millimetres_are_the_usual_depth(depth_mm: float, needs: tuple[str, ...]) -> None:
     load = Load(at="patellar tendon", depth_mm=depth_mm, falloff_mm=20.0)
     found = concerns_of(load, ())
-    assert words_for(lacking(found)) == needs
+    assert words_for(not_accepted(found)) == needs

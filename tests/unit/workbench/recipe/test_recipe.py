@@ -25,7 +25,7 @@ from limbgram.workbench.recipe.recipe import (
     Entry,
     Recipe,
     added,
-    described,
+    described_entry,
     differences,
     moved,
     removed,
@@ -315,7 +315,7 @@ def test_every_kind_of_edit_has_a_name_for_people() -> None:
 
 def test_an_edit_that_is_all_default_says_what_it_does() -> None:
     made = make_edit("sock", {}, "The new edit")
-    assert described(Entry(edit=made)) == "sock: thickness_mm = 0.3"
+    assert described_entry(Entry(edit=made)) == "sock: thickness_mm = 0.3"
 
 
 def test_a_recipe_holds_a_thousand_edits_and_no_more() -> None:
