@@ -35,7 +35,13 @@ from limbgram.formats.gcode.writing import GcodeReport, write_gcode
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.table import FORMATS, format_of
-from limbgram.workbench.bodies import Outside, SeparateBody, kept, left_out, without_loose
+from limbgram.workbench.bodies import (
+    OuterShape,
+    SeparateBody,
+    kept_findings,
+    left_out_findings,
+    without_loose,
+)
 from limbgram.workbench.carving.mapping import MapOptions
 from limbgram.workbench.carving.setup import FAST, LIMITS, CarveOptions
 from limbgram.workbench.edits.thickness import wall_thickness
@@ -366,7 +372,7 @@ def _said_of_aop(report: AopReport, path: Path, options: AopOptions) -> tuple[Fi
         *((note("exported.aop.own_grid"),) if options.own is not None else ()),
         *_fitted_axis(report),
         *_costs(report),
-        *left_out(report.bodies_left_out, report.loose, frame="limb"),
+        *left_out_findings(report.bodies_left_out, report.loose, frame="limb"),
         note(
             "exported.aop.cut",
             distal_mm=mapped.distal_cut_mm,
@@ -525,7 +531,7 @@ def _said_of_gcode(
             left_share=check.left_share,
         ),
         report.standing,
-        *left_out(report.bodies_left_out, report.loose, frame="limb"),
+        *left_out_findings(report.bodies_left_out, report.loose, frame="limb"),
         *(() if kept_as is None else (note("exported.gcode.machine", path=str(kept_as)),)),
     )
 
@@ -671,13 +677,13 @@ def _axes(limb: Limb) -> Finding:
     return note("exported.axes" if isinstance(limb, AlignedLimb) else "exported.not_aligned")
 
 
-def _said_of_bodies(found: Outside, limb: Limb) -> tuple[Finding, ...]:
+def _said_of_bodies(found: OuterShape, limb: Limb) -> tuple[Finding, ...]:
     """The loose bodies that a printer would have made, and what else there is."""
     frame = "limb" if isinstance(limb, AlignedLimb) else "file"
-    return (*left_out(len(found.loose), found.loose, frame=frame), *kept(found))
+    return (*left_out_findings(len(found.loose), found.loose, frame=frame), *kept_findings(found))
 
 
-def _bodies(found: Outside, limb: Limb) -> dict[str, Any]:
+def _bodies(found: OuterShape, limb: Limb) -> dict[str, Any]:
     key = _IN_LIMB if isinstance(limb, AlignedLimb) else "in_mesh_mm"
     return {
         "bodies_left_out": len(found.loose),

@@ -40,7 +40,7 @@ __all__ = [
     "Origin",
     "Placed",
     "Side",
-    "doubt_of_name",
+    "file_name_doubt",
     "likeliest",
     "marked_red",
     "names_apart",
@@ -78,7 +78,7 @@ class Origin:
 
 @dataclass(frozen=True, kw_only=True)
 class Limb:
-    """What every step of the workbench takes and gives; an `AlignedLimb` where it has axes."""
+    """A limb: what every step of the workbench takes and gives; `AlignedLimb` where it has axes."""
 
     mesh: Mesh
     landmarks: tuple[Landmark, ...] = ()
@@ -253,7 +253,7 @@ AnyLimb = TypeVar("AnyLimb", bound=Limb)
 
 
 def names_apart(names: Sequence[str]) -> tuple[str, ...]:
-    """Names each of which stands once: those that stood before get a number behind them."""
+    """Names made unique: repeated ones get a number."""
     taken = set(names)
     found: list[str] = []
     for name in names:
@@ -280,7 +280,7 @@ def marked_red(path: Path) -> Path:
     return path.with_name(f"{path.stem}{_MARK}{path.suffix}")
 
 
-def doubt_of_name(name: str) -> Finding | None:
-    """What a file's name says against it."""
+def file_name_doubt(name: str) -> Finding | None:
+    """A doubt about a file by its name, such as one of a red result."""
     stem = Path(name).stem.removesuffix("-unitless")
     return doubt("verdict.red_shape") if stem.endswith(_MARK) else None

@@ -17,7 +17,7 @@ from limbgram.core.mesh.topology import with_faces
 from limbgram.findings import Finding, note
 from limbgram.report.record.sources import CaseSource
 from limbgram.workbench.carving.mapping import MapOptions, map_radii
-from limbgram.workbench.carving.slab import clipped, distance_to, volume_between_mm3
+from limbgram.workbench.carving.slab import clip_between_heights, distance_to, volume_between_mm3
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.measuring import Measures
 from limbgram.workbench.recipe.ledger import Ledger
@@ -172,7 +172,7 @@ def _aop(mesh: Mesh) -> Bias:
         return _unknown(step, note("record.bias.aop.cannot", reason=error.finding))
     found = mapped.radius_map
     ends_mm = mapped.first_mm, mapped.first_mm + float(found.z_mm[-1])
-    part = _without_lids(clipped(mesh, *ends_mm), ends_mm)
+    part = _without_lids(clip_between_heights(mesh, *ends_mm), ends_mm)
     surface = found.surface()
     held = surface.with_vertices(surface.vertices_mm + np.array([0.0, 0.0, mapped.first_mm]))
     away = distance_to(part, held)

@@ -34,7 +34,7 @@ class Samples:
 
 @dataclass(frozen=True, kw_only=True)
 class DistanceFigures:
-    """Of one map, mm."""
+    """Summary figures of a map of differences, in mm."""
 
     mean_mm: float
     mean_abs_mm: float
@@ -50,7 +50,7 @@ class DistanceFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class DifferenceMap:
-    """At the vertices of one of the surfaces."""
+    """Differences and angles of normals at the vertices of one surface."""
 
     difference_mm: Float64[np.ndarray, " n"]
     """Second less first; NaN where there is no counterpart."""
@@ -61,7 +61,7 @@ class DifferenceMap:
 
 @dataclass(frozen=True, kw_only=True)
 class Deviation:
-    """Both ways."""
+    """The deviation of two surfaces from each other, both ways."""
 
     on_first: DifferenceMap
     on_second: DifferenceMap
@@ -121,7 +121,7 @@ def area_quantile(
 
 
 def _map(mesh: Mesh, ground: CounterpartSurface, brim_mm: float, *, sign: float) -> DifferenceMap:
-    """sign: 1 if the mesh is the second surface, -1 if it is the first."""
+    """The map of differences of a mesh; sign is 1 if it is the second surface, -1 if the first."""
     found = ground.counterparts(mesh.vertices_mm)
     own = mesh.vertex_normals()
     areas = mesh.vertex_areas_mm2()

@@ -21,7 +21,7 @@ from limbgram.workbench.edits.repose import Repose
 from limbgram.workbench.limb import Landmark
 from limbgram.workbench.recipe.ledger import lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
-from limbgram.workbench.templates.chart_field import fit_field, node_heights, read_field
+from limbgram.workbench.templates.chart_field import evaluate_field, fit_field, node_heights
 from limbgram.workbench.templates.charts import LimbChart, plain_chart, pulled_chart
 from limbgram.workbench.templates.files import decode_template, encode_template, read_template
 from limbgram.workbench.templates.learning import LearnOptions, Pair, learn
@@ -339,10 +339,10 @@ def test_a_field_gives_back_a_smooth_function() -> None:
         return np.sin(3 * at[:, 0]) * np.clip(at[:, 0] + 0.4, 0, 1) * np.cos(2 * at[:, 1] + 0.3)
 
     field = fit_field(places, truth(places), heights)
-    error = read_field(field, heights, places) - truth(places)
+    error = evaluate_field(field, heights, places) - truth(places)
     assert rms(error) < 0.005
     seam = np.column_stack([np.full(50, 0.5), np.linspace(np.pi - 0.1, np.pi + 0.1, 50)])
-    assert np.abs(np.diff(read_field(field, heights, seam))).max() < 0.01
+    assert np.abs(np.diff(evaluate_field(field, heights, seam))).max() < 0.01
 
 
 def test_a_file_reads_back_and_stays_short(learned, own, tmp_path) -> None:
