@@ -22,7 +22,7 @@ from limbgram.core.interval import Interval, plus_minus, what_it_means
 from limbgram.core.typed import tree_of
 from limbgram.findings import Finding
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
-from limbgram.workbench.bodies import left_out
+from limbgram.workbench.bodies import left_out_findings
 from limbgram.workbench.frame.landmarks import notes_but_unconfirmed, unconfirmed_finding
 from limbgram.workbench.limb import KIND_NAMED, Limb
 from limbgram.workbench.measures.along import AlongCentreline, along_tree
@@ -85,7 +85,7 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
         *(f"Note: {with_full_stop(spoken(note))}" for note in _notes(limb, measures)),
         *(
             f"Note: {with_full_stop(spoken(one))}"
-            for one in left_out(
+            for one in left_out_findings(
                 measures.bodies_left_out,
                 measures.loose,
                 frame="limb",

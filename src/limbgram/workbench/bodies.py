@@ -61,7 +61,7 @@ class OuterShape:
         return self.inside + len(self.loose)
 
     def require_one_limb(self) -> None:
-        """Refuse what is to be measured or made of one limb where there are several.
+        """Refuse a shape that holds several limbs.
 
         Raises:
             MeasureError: bodies of comparable size lie apart from each other.
@@ -93,7 +93,7 @@ def without_loose(mesh: Mesh) -> OuterShape:
 
 
 def outside_of(limb: AnyLimb, place: str | None = None, *, as_bones: bool = False) -> AnyLimb:
-    """The limb without what is left out, and notes of it.
+    """The limb without the bodies left out, with notes of them.
 
     Args:
         place: What the notes call it; None: the limb.
@@ -117,7 +117,7 @@ def left_out_findings(
     done: Done = "left out",
     as_bones: bool = False,
 ) -> tuple[Finding, ...]:
-    """What there is to say of the bodies left out; nothing where there are none.
+    """Findings about the bodies left out; none where there are none.
 
     Args:
         bodies: All of them, the loose ones too.

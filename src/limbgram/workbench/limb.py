@@ -130,7 +130,7 @@ class Limb:
         return replace(self, mesh=mesh)
 
     def landmark(self, identity: str) -> Landmark:
-        """The landmark that marks a place, whatever somebody called it.
+        """The landmark at a place, under whatever name it was placed.
 
         Raises:
             MeasureError: it was not placed.
@@ -150,7 +150,7 @@ class Limb:
 
     @property
     def anatomy(self) -> Anatomy:
-        """What its landmarks span, in the mesh's frame.
+        """Its anatomical axes and landmarks, in the mesh's frame.
 
         Raises:
             MeasureError: nobody said what kind of limb it is.

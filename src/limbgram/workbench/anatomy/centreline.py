@@ -106,7 +106,7 @@ def straight_centreline(start_mm: Vector3, end_mm: Vector3) -> Centreline:
 
 
 def rounded_polyline(nodes_mm: Points3, share: float) -> Centreline:
-    """Through the first and last node, and past the corners between by arcs.
+    """A centreline through the first and last node, with arcs at the corners between.
 
     Args:
         nodes_mm: From proximal to distal; three or more.

@@ -312,7 +312,7 @@ AnyItem = Angle | Distance | Extent | Share | Difference | Section | Extreme | A
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """What can be turned: the part distal of a joint, about its anatomical axis.
+    """A joint about whose anatomical axis the distal part can be turned.
 
     The places that tell axis and plane lie on the axis, or well within a part that turns or stays
     whole: so they tell the same joint after the turn.

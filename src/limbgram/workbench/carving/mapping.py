@@ -1,7 +1,7 @@
 """Mapping: a surface as a radius map, or the reason why it cannot be one.
 
 In      a mesh in the limb frame; spokes, spacing of slices, from where to where.
-Out     a Mapped: the radius map with heights from its first slice, and what was left out.
+Out     a MappedSurface: the radius map with heights from its first slice, and what was left out.
 Fails   CarveError: rays cross the surface twice or not at all (undercuts, folds, an axis outside
         the section), too much would be lost at an end, or a height that is not there.
 """

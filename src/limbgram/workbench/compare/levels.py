@@ -155,7 +155,7 @@ def changes_by_level(
 
 
 def equally_detailed(meshes: Sequence[Mesh]) -> list[Mesh]:
-    """All with what fine relief they lost, and which way it lay, or none of them.
+    """The meshes with the data on lost relief that all of them have; none if one lacks it.
 
     One's alone would pass for a difference.
     """

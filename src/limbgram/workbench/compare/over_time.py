@@ -113,7 +113,7 @@ class Visit:
 
 
 def measure_stack(limbs: Sequence[Limb], options: CompareOptions) -> ScanStack:
-    """Lay all on the first and measure them between the heights that all have.
+    """Align all scans on the first and measure them at the heights that all have.
 
     Raises:
         MeasureError: a scan cannot be laid on the first, or its volume is open.
@@ -465,7 +465,7 @@ def _girth_trend(
 
 
 def independent_levels(table: Float64[np.ndarray, "k c"]) -> float:
-    """How many of the levels in the rows err each for itself.
+    """The effective number of independent levels in the rows.
 
     From how alike the errors are at each distance: a variance from k values whose correlations are
     r tells as much as one from k^2 / sum(r^2) independent ones (Bartlett 1946).

@@ -96,7 +96,7 @@ def with_landmarks(
 
 
 def unconfirmed_finding(limb: Limb, used: Iterable[str] | None = None) -> Finding | None:
-    """What is said of all that is made by landmarks that nobody has looked at.
+    """A doubt about used landmarks that nobody has confirmed; None if there are none.
 
     Args:
         used: Names of the landmarks that it goes by; None for all of the limb's.
@@ -137,7 +137,7 @@ def known_name(name: str, kind: KindName) -> Place | None:
 
 
 def known_anywhere(name: str, kind: KindName | None) -> Place | None:
-    """What the kind knows of a name, or else any kind.
+    """The kind's place that a name means, or else any kind's.
 
     A place of one name lies on the same side of every kind of limb, at another level.
     """

@@ -377,7 +377,7 @@ def _t_ratios(fields: Fields) -> Field:
 
 
 def _null_samples(fields: Fields) -> Iterator[Fields]:
-    """Limbs to which nothing was done alike, each of as many pairs, that know what these know.
+    """Random samples without common displacement, with the same known nodes as the pairs.
 
     Each is what the pairs differ by, mixed at random and turned at random round the limb wave by
     wave: every height stays as rough as it is, and goes on into the next as it does.

@@ -53,9 +53,9 @@ def behind(**changed: object) -> SurfacePart:
         along=np.array([0.0, 0.0, 1.0]),
         towards=np.array([1.0, 0.0, 0.0]),
         half_mm=25.0,
-        fades_along=np.array([0.0, -1.0, 0.0]),
-        whole_mm=40.0,
-        none_mm=0.0,
+        fade_direction=np.array([0.0, -1.0, 0.0]),
+        full_at_mm=40.0,
+        zero_at_mm=0.0,
     )
     return replace(part, **changed)
 
@@ -67,9 +67,9 @@ def below(**changed: object) -> SurfacePart:
         along=np.array([1.0, 0.0, 0.0]),
         towards=np.array([0.0, 0.0, 1.0]),
         half_mm=22.0,
-        fades_along=np.array([0.0, 0.0, 1.0]),
-        whole_mm=0.0,
-        none_mm=60.0,
+        fade_direction=np.array([0.0, 0.0, 1.0]),
+        full_at_mm=0.0,
+        zero_at_mm=60.0,
         reach_mm=12.0,
     )
     return replace(part, **changed)

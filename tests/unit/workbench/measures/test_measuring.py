@@ -88,13 +88,13 @@ def test_other_limbs_at_a_height_are_named_and_not_taped(
     readings = (TapeReading(height_mm=100.0, girth_mm=50 * SMOOTH),)
     table = measure_limb(limb, replace(options, tape=readings))
     assert [len(row.others) for row in table.rows] == [0, 1, 1]
-    assert table.beside is not None
+    assert table.others_note is not None
     other = f"{45 * SMOOTH:.1f}"
-    assert told(table.beside).startswith("At 2 of 3 heights lie several outlines.")
-    assert told(table.beside).endswith(f"mm round: at 100 {other}; at 150 {other}.")
+    assert told(table.others_note).startswith("At 2 of 3 heights lie several outlines.")
+    assert told(table.others_note).endswith(f"mm round: at 100 {other}; at 150 {other}.")
     assert not table.tape[0].conflict
     kept = tree(table)
-    assert Finding.from_tree(kept["beside"]) == table.beside
+    assert Finding.from_tree(kept["beside"]) == table.others_note
     assert kept["levels"][0]["others"] == []
     assert kept["levels"][1]["others"][0]["contour_mm"] == pytest.approx(45 * SMOOTH, rel=3e-5)
     assert kept["smoothed_over_mm"] == 5
@@ -103,11 +103,11 @@ def test_other_limbs_at_a_height_are_named_and_not_taped(
     assert {row["girths_smoothed_over_mm"] for row in rows} == {"5.0"}
     asked = measure_limb(limb, replace(options, through="right"))
     assert value(asked.rows[1].figures, "tape_mm") == pytest.approx(45 * SMOOTH, rel=3e-5)
-    assert asked.beside is not None
-    assert asked.beside.values["on_axis"] is False
+    assert asked.others_note is not None
+    assert asked.others_note.values["on_axis"] is False
     fitted = fit_to_tape(limb, (TapeReading(height_mm=100.0, girth_mm=320.0),))
     assert fitted.changes[0].before_mm == pytest.approx(50 * SMOOTH, rel=3e-5)
-    assert measure_limb(aligned(cylinder)).beside is None
+    assert measure_limb(aligned(cylinder)).others_note is None
 
 
 def test_other_limbs_are_named_on_the_terminal_and_in_a_comparison(
