@@ -38,7 +38,12 @@ from limbgram.formats.reading import read_mesh, read_shape
 from limbgram.reconstruction.calibration.board import calibrate
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import Capture, reconstruct
-from limbgram.report.alignment import by_cameras, by_surface, measured_samples, signed_mm
+from limbgram.report.alignment import (
+    align_by_cameras,
+    align_by_surface,
+    measured_samples,
+    signed_mm,
+)
 from limbgram.services.make_device import MakeDeviceRequest, make
 from limbgram.synthetic import BentShape, CaptureOptions, distance_for, make_capture, stage_truth
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD
@@ -293,7 +298,7 @@ def _reconstructed(options: CaptureOptions, folder: Path) -> _Surface:
     truth = truth_of(photos / "truth", centres)
     own = np.array([view.centre_in_world for view in done.metric.scene.views])
     samples = done.mesh.vertices_mm[measured_samples(done.mesh)]
-    fit = by_surface(samples, truth, by_cameras(own, truth)).truth_from_world
+    fit = align_by_surface(samples, truth, align_by_cameras(own, truth)).truth_from_world
     mesh = done.mesh.with_vertices(fit.apply(done.mesh.vertices_mm))
     measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
     away_mm, seen = signed_mm(mesh.vertices_mm[measured], truth)

@@ -123,7 +123,7 @@ class EditReply(BaseModel):
     on: bool
     accept: list[str]
     parameters: Parameters
-    distinctive_parameters: list[str] = Field(
+    telling: list[str] = Field(
         description="Names of the parameters that differ from their defaults, or of all."
     )
     text: str = Field(description="In one line.")
@@ -389,7 +389,7 @@ def recipe_reply(app_state: AppState, workspace: Workspace) -> RecipeReply:
                 on=entry.on,
                 accept=list(entry.accept),
                 parameters=_parameters(entry.edit),
-                distinctive_parameters=list(distinctive_parameters(entry.edit)),
+                telling=list(distinctive_parameters(entry.edit)),
                 text=described_entry(entry),
             )
             for number, entry in enumerate(recipe.entries, 1)

@@ -145,8 +145,9 @@ _NEAREST = 12
 
 
 def gaps_mm(proxy: LimbProxy, points: Points3) -> Float64[np.ndarray, " c"]:
-    """Distance along the skin from each cell to the nearest of these points, from its middle
-    half.
+    """Distance along the skin from each cell to the nearest of these points.
+
+    It counts for a spot in the middle half of the cell.
 
     Points lie beside the proxy, because it is rough: what counts is how far they lie along it.
     """

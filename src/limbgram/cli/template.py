@@ -149,9 +149,9 @@ def show_command(
     written: list[Path] = []
     if picture is not None:
         from limbgram.report.drawings.drawing import png
-        from limbgram.report.drawings.time_course import unrolled
+        from limbgram.report.drawings.time_course import unrolled_template
 
-        written = [write_bytes(picture, png(unrolled(known).figure).tobytes())]
+        written = [write_bytes(picture, png(unrolled_template(known).figure).tobytes())]
     return Reply(
         (*_lines(known), *(f"Written: {path}" for path in written)),
         {**_tree(known), "written": [str(path) for path in written]},

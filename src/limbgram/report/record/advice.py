@@ -19,16 +19,16 @@ APART_MM = AGREES_SIGMAS * READING_SIGMA_MM
 
 
 def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
-    """The grave ones first."""
+    """The findings of a record, the grave ones first."""
     proposed = unconfirmed_finding(measures.limb)
     found = (
         *(() if proposed is None else (proposed,)),
-        *_about_recipe(content.recipe),
+        *_recipe_findings(content.recipe),
         *((fault("record.case.untold"),) if content.case_untold else ()),
-        *_about_case(content.case),
-        *_about_surface(measures),
-        *_by_tape(content),
-        *_about_comparison(content.comparison),
+        *_case_findings(content.case),
+        *_surface_findings(measures),
+        *_tape_findings(content),
+        *_comparison_findings(content.comparison),
         *(note("record.file", said=with_full_stop(one)) for one in content.notes),
     )
     return tuple(sorted(found, key=lambda one: _ORDER.index(one.gravity)))
@@ -43,7 +43,7 @@ def tape_checks(content: Content) -> tuple[tuple[float, float], ...]:
     )
 
 
-def _by_tape(content: Content) -> Iterator[Finding]:
+def _tape_findings(content: Content) -> Iterator[Finding]:
     compared = [one for one in content.tape if not one.withdrawn and one.measured_mm is not None]
     for one in compared:
         if one.conflict:
@@ -69,7 +69,7 @@ def _by_tape(content: Content) -> Iterator[Finding]:
         )
 
 
-def _about_surface(measures: Measures) -> Iterator[Finding]:
+def _surface_findings(measures: Measures) -> Iterator[Finding]:
     limb = measures.limb
     if not limb.sock_mm:
         yield doubt("record.surface.no_sock")
@@ -95,18 +95,18 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
         yield doubt("record.surface.beside", others=measures.others_note)
 
 
-def _about_recipe(recipe: RecipeDone | None) -> Iterator[Finding]:
+def _recipe_findings(recipe: RecipeDone | None) -> Iterator[Finding]:
     if recipe is None:
         return
-    yield from _about_pressure(recipe)
+    yield from _pressure_findings(recipe)
     for one in recipe.notes:
         yield doubt("record.recipe.note", said=one)
     if recipe.apart_mm is not None and recipe.apart_mm > SAME_MM:
         yield fault("record.recipe.apart", apart_mm=recipe.apart_mm)
 
 
-def _about_pressure(recipe: RecipeDone) -> Iterator[Finding]:
-    """Loads on what bears no pressure, great depths, and what all edits together leave there."""
+def _pressure_findings(recipe: RecipeDone) -> Iterator[Finding]:
+    """Findings of loads on sensitive places, of great depths, and of all edits together there."""
     for line in recipe.lines:
         for concern in line.concerns:
             if not concern.word:
@@ -131,7 +131,7 @@ def _about_pressure(recipe: RecipeDone) -> Iterator[Finding]:
         )
 
 
-def _about_case(case: CaseCited | None) -> Iterator[Finding]:
+def _case_findings(case: CaseCited | None) -> Iterator[Finding]:
     if case is None:
         return
     for one in case.setups:
@@ -143,6 +143,6 @@ def _about_case(case: CaseCited | None) -> Iterator[Finding]:
         yield judge("record.case.light", light=case.light)
 
 
-def _about_comparison(comparison: Json | None) -> Iterator[Finding]:
+def _comparison_findings(comparison: Json | None) -> Iterator[Finding]:
     for one in () if comparison is None else comparison["notes"]:
         yield doubt("record.comparison", said=Finding.from_tree(one))

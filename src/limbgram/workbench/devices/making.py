@@ -141,7 +141,7 @@ class Preview:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Made:
+class FinishedDevice:
     """A finished device."""
 
     preview: Preview
@@ -316,7 +316,7 @@ def _changed_measures(
     )
 
 
-def make_device(limb: Limb, order: Order) -> Made:
+def make_device(limb: Limb, order: Order) -> FinishedDevice:
     """Make the device as one closed solid, and prove it.
 
     Raises:
@@ -351,7 +351,7 @@ def make_device(limb: Limb, order: Order) -> Made:
     wall = measure_wall(shell.solid, preview.layout, blocks)
     solid = with_parts(shell.solid, parts)
     require_solid(solid)
-    return Made(
+    return FinishedDevice(
         preview=preview,
         solid=solid,
         wall=wall,
