@@ -340,11 +340,11 @@ def test_it_is_told_from_what_heights_count(cylinder: Mesh) -> None:
         assert tree(table)["reference"] == counted
         assert tree(table)["tip_height_mm"] == pytest.approx(up_mm)
         assert next(csv.DictReader(io.StringIO(csv_text(table))))["reference"] == counted
-        assert ("the tip lies at" in table.counting) == (counted == ORIGIN)
-    assert table.counting == f"the {ORIGIN}; the tip lies at -2.0 mm"
+        assert ("the tip lies at" in table.reference_phrase) == (counted == ORIGIN)
+    assert table.reference_phrase == f"the {ORIGIN}; the tip lies at -2.0 mm"
     limb = aligned(raised, ("knee", 50, 0, 160.0))
     assert (
-        measure_limb(limb, LimbMeasureOptions(heights_mm=(-100,), reference="knee")).counting
+        measure_limb(limb, LimbMeasureOptions(heights_mm=(-100,), reference="knee")).reference_phrase
         == "knee"
     )
 
