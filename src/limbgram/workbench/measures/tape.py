@@ -36,7 +36,7 @@ _CONVERGED = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class TapeReading:
-    """A girth as it was read from a tape."""
+    """A girth as read."""
 
     height_mm: float
     """From the reference of the table."""

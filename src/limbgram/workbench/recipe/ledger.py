@@ -47,7 +47,7 @@ SIGNS = "How far the surface moved: + outward, which gives room; - inward, which
 
 @dataclass(frozen=True, kw_only=True)
 class Figures:
-    """Volume, girths and roughness of a shape."""
+    """A shape in figures."""
 
     volume_ml: float
     """Of the closed shape; an open brim, or hole, counts as closed by a cone from its middle."""
