@@ -36,7 +36,7 @@ from limbgram.core.mesh.topology import with_faces
 from limbgram.formats.ply import write_ply
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
-from limbgram.workbench.edits.fineness import refine_where
+from limbgram.workbench.edits.refinement import refine_where
 
 API = "/api/v1"
 RESULTS = Path(__file__).parent / "results" / "app.json"

@@ -34,7 +34,14 @@ from captures import JUDGED, timed
 from harness import asking, found_before, machine, made_on, table, write
 from limbgram.capture.answer import CaptureCheck
 from limbgram.capture.camera_positions import Stand
-from limbgram.capture.plan import LimbForm, PlannedCamera, Sock, board_edge_px, form_of, shown_by
+from limbgram.capture.plan import (
+    LimbForm,
+    PlannedCamera,
+    Sock,
+    board_edge_px,
+    form_of,
+    showing_of_sock,
+)
 from limbgram.capture.prediction import predict
 from limbgram.cases.capture_check import CaptureWatch, check_sources
 from limbgram.cases.stage_cache import read_product
@@ -226,7 +233,7 @@ def planned_sigma_mm(options: CaptureOptions, edge_px: float | None) -> float:
     ]
     known = PlannedCamera(camera=camera, edge_px=edge_px)
     sock = Sock.PRINTED if options.paint is Paint.PRINT else Sock.PAINTED
-    showing = shown_by(len(limb.mesh), len(views), board_edge_px(known), sock)
+    showing = showing_of_sock(len(limb.mesh), len(views), board_edge_px(known), sock)
     return predict(limb, views, showing).middle_sigma_mm(limb)
 
 

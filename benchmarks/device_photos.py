@@ -38,14 +38,19 @@ from limbgram.formats.reading import read_mesh, read_shape
 from limbgram.reconstruction.calibration.board import calibrate
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import Capture, reconstruct
-from limbgram.report.alignment import by_cameras, by_surface, measured_samples, signed_mm
+from limbgram.report.alignment import (
+    align_by_cameras,
+    align_by_surface,
+    measured_samples,
+    signed_mm,
+)
 from limbgram.services.make_device import MakeDeviceRequest, make
 from limbgram.synthetic import BentShape, CaptureOptions, distance_for, make_capture, stage_truth
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.fill import Fill
-from limbgram.workbench.edits.repose import Repose, Turn
+from limbgram.workbench.edits.repose import JointTurn, Repose
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
 from limbgram.workbench.recipe.file import encode_recipe
@@ -293,7 +298,7 @@ def _reconstructed(options: CaptureOptions, folder: Path) -> _Surface:
     truth = truth_of(photos / "truth", centres)
     own = np.array([view.centre_in_world for view in done.metric.scene.views])
     samples = done.mesh.vertices_mm[measured_samples(done.mesh)]
-    fit = by_surface(samples, truth, by_cameras(own, truth)).truth_from_world
+    fit = align_by_surface(samples, truth, align_by_cameras(own, truth)).truth_from_world
     mesh = done.mesh.with_vertices(fit.apply(done.mesh.vertices_mm))
     measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
     away_mm, seen = signed_mm(mesh.vertices_mm[measured], truth)
@@ -414,7 +419,7 @@ def _turned(case: Case, exact: Limb, measured: Limb) -> dict[str, Any]:
     turn = replace(case.turn, beyond=True)
     there, own = do_edit(exact, turn), do_edit(measured, turn)
     plan, own_plan = (
-        Turn.of(one.anatomy, turn.joint, turn.by_deg * one.anatomy.sense(), turn.band_mm)
+        JointTurn.of(one.anatomy, turn.joint, turn.by_deg * one.anatomy.mirror_sign(), turn.band_mm)
         for one in (exact, measured)
     )
     shares = plan.shares(measured.mesh.vertices_mm)

@@ -37,8 +37,8 @@ from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import Capture, Reconstruction, reconstruct
 from limbgram.report.alignment import (
     Truth,
-    by_cameras,
-    by_surface,
+    align_by_cameras,
+    align_by_surface,
     measured_samples,
     signed_mm,
 )
@@ -197,7 +197,7 @@ def rms_mm(mesh: Mesh, done: Reconstruction, truth: Truth) -> float:
     """Distance of the measured surface from the truth, laid on it without changing size."""
     centres = np.array([view.centre_in_world for view in done.metric.scene.views])
     samples = mesh.vertices_mm[measured_samples(mesh)]
-    fit = by_surface(samples, truth, by_cameras(centres, truth))
+    fit = align_by_surface(samples, truth, align_by_cameras(centres, truth))
     measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
     placed = fit.truth_from_world.apply(mesh.vertices_mm[measured])
     away_mm, seen = signed_mm(placed, truth)

@@ -48,7 +48,13 @@ from limbgram.reconstruction.calibration.board import calibrate
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import Capture, Reconstruction, reconstruct
-from limbgram.report.alignment import Truth, by_cameras, by_surface, measured_samples, signed_mm
+from limbgram.report.alignment import (
+    Truth,
+    align_by_cameras,
+    align_by_surface,
+    measured_samples,
+    signed_mm,
+)
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD
@@ -263,7 +269,7 @@ def figures(result: Reconstruction, truth: Truth) -> dict[str, Any]:
     mesh = result.mesh
     centres = np.array([view.centre_in_world for view in result.metric.scene.views])
     samples = mesh.vertices_mm[measured_samples(mesh)]
-    fit = by_surface(samples, truth, by_cameras(centres, truth))
+    fit = align_by_surface(samples, truth, align_by_cameras(centres, truth))
     placed = mesh.with_vertices(fit.truth_from_world.apply(mesh.vertices_mm))
     true = Mesh(vertices_mm=truth.vertices_mm, faces=truth.faces)
     seen = truth.vertices_mm[truth.seen, 2]

@@ -40,7 +40,7 @@ from limbgram.reconstruction.matching.matching import match
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.targets.marks import marks_in
 from limbgram.report.alignment import Truth as Surface
-from limbgram.report.alignment import by_surface, measured_samples
+from limbgram.report.alignment import align_by_surface, measured_samples
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.mark_photo import MarkShot, photograph_mark
 from limbgram.synthetic.options import CaptureOptions
@@ -366,7 +366,7 @@ def stickers(folder: Path, photos: int) -> Result:
     # A landmark is a place on the limb: the limb is laid on its truth, not the cameras on theirs.
     start = Rigid(by_cameras.rotation, by_cameras.translation)
     points = limb.mesh.vertices_mm[measured_samples(limb.mesh)]
-    truth_from_world = by_surface(points, truth, start).truth_from_world
+    truth_from_world = align_by_surface(points, truth, start).truth_from_world
     marks = {one.name: one.position_mm for one in limb.landmarks}
     notes = json.loads((source / "truth" / "notes.json").read_text())["stickers"]
     off = {

@@ -197,7 +197,7 @@ def stump_of(folder: Path, name: str, side: Side) -> Limb:
     body = Body(Limb(mesh=welded, kind="transtibial"))
     places: dict[str, np.ndarray] = {}
     for mark, (at, look) in _STUMP_MM.items():
-        met = body.met_mm(np.array(at, float), np.array(look, float))
+        met = body.first_hit_mm(np.array(at, float), np.array(look, float))
         assert met is not None, mark
         face = int(np.linalg.norm(stood.mean(1) - met, axis=1).argmin())
         places[mark] = turn * soup[face].mean(0)

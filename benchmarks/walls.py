@@ -33,7 +33,7 @@ from limbgram.formats.reading import read_limb
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.regions import moved_by
-from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 
@@ -113,7 +113,7 @@ def one(shape: Limb, cut_mm: float | None, edit: Wall) -> dict[str, Any]:
     mesh = made.mesh
     holds = enclosed_by(mesh)
     (thickness,) = (one for one in made.notes if one.code == "edit.wall.thickness")
-    by_rays = wall_of(mesh)
+    by_rays = wall_thickness(mesh)
     return {
         "watertight": holds.watertight,
         "volume_ml": holds.volume_mm3 / 1000,

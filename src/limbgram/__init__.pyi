@@ -104,7 +104,7 @@ from .workbench.compare.sheets import (
 )
 from .workbench.devices.device import Device as Device, devices as devices
 from .workbench.devices.making import (
-    Made as Made,
+    FinishedDevice as FinishedDevice,
     Order as Order,
     Preview as Preview,
     make_device as make_device,

@@ -20,7 +20,7 @@ from limbgram.services.measure import MeasureRequest, workbook
 from limbgram.services.measure import measure as measured
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import Figure
-from limbgram.workbench.measures.measuring import Measures, Row, check_alone
+from limbgram.workbench.measures.measuring import Measures, Row, check_one_reading
 from limbgram.workbench.measures.sheet import SheetRow
 from limbgram.workbench.measures.table import csv_text
 from limbgram.workbench.measures.tape import TapeCheck, TapeReading
@@ -152,7 +152,7 @@ def measure(app_state: AppStateHere, workspace: WorkspaceHere, given: AskMeasure
     done = measured(limb, given)
     found = done.measures
     return MeasuresReply(
-        counted_from=found.counted_from,
+        counted_from=found.reference_name,
         reference_height_mm=found.reference_mm,
         tip_height_mm=found.tip_mm,
         sock_mm=found.limb.sock_mm,
@@ -282,7 +282,7 @@ def _tape(app_state: AppState, workspace: Workspace) -> list[TapeReply]:
     standings = {one.read.reading: one for one in workspace.tape_standings() if not one.withdrawn}
     replies: list[TapeReply] = []
     for reading in workspace.tape():
-        checked = check_alone(app_state.shape_cache.shape(workspace).measures, reading)
+        checked = check_one_reading(app_state.shape_cache.shape(workspace).measures, reading)
         if isinstance(checked, TapeCheck):
             reply = _tape_reply(checked, reading.height_mm)
             reply.accepted = standings[reading].accepted if reading in standings else ""
@@ -311,7 +311,7 @@ def _tape_reply(check: TapeCheck, height_mm: float) -> TapeReply:
 
 
 def _notes(limb: Limb, found: Measures) -> tuple[Finding, ...]:
-    return limb.notes if found.beside is None else (*limb.notes, found.beside)
+    return limb.notes if found.others_note is None else (*limb.notes, found.others_note)
 
 
 def _level(row: Row) -> Level:

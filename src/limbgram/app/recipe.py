@@ -41,12 +41,12 @@ from limbgram.workbench.recipe.recipe import (
     Replayed,
     accepted,
     added,
-    described,
+    described_entry,
+    distinctive_parameters,
     moved,
     removed,
     require_scan,
     switched,
-    telling,
 )
 
 router = APIRouter(tags=["recipe"])
@@ -394,8 +394,8 @@ def recipe_reply(app_state: AppState, workspace: Workspace) -> RecipeReply:
                 on=entry.on,
                 accept=list(entry.accept),
                 parameters=_parameters(entry.edit),
-                telling=list(telling(entry.edit)),
-                text=described(entry),
+                telling=list(distinctive_parameters(entry.edit)),
+                text=described_entry(entry),
             )
             for number, entry in enumerate(recipe.entries, 1)
         ],

@@ -15,7 +15,7 @@ from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import hash_of, limb_file_beside
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.measuring import Measures, measure_limb
-from limbgram.workbench.recipe.recipe import Kept, Recipe, Replayed, replay
+from limbgram.workbench.recipe.recipe import Recipe, ReplayCache, Replayed, replay
 
 _MOST_OPEN = 3
 """Shapes in memory; one of 250,000 triangles with its edits takes 150 MB."""
@@ -29,7 +29,7 @@ class OpenShape:
 
     file: ShapeFile
     key: Key
-    kept: Kept
+    kept: ReplayCache
     lock: threading.RLock = field(default_factory=threading.RLock)
     """Held while edits are done: one at a time."""
 
@@ -111,7 +111,7 @@ class ShapeCache:
                 known = self._open.get(place)
             if known is None or known.key != key:
                 read = workspace.read()
-                known = OpenShape(read, key, Kept(read.limb))
+                known = OpenShape(read, key, ReplayCache(read.limb))
             with self._lock:
                 self._open[place] = known
                 self._open.move_to_end(place)

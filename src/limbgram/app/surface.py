@@ -14,7 +14,7 @@ from limbgram.cases.photo_evidence import PointPhoto, point_evidence
 from limbgram.cases.workspace import Workspace
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.sections import cut
-from limbgram.workbench.edits.pressing import away_from, changed_vertices
+from limbgram.workbench.edits.pressing import changed_vertices, signed_offsets
 from limbgram.workbench.limb import AlignedLimb, Limb
 from limbgram.workbench.recipe.file import encode_recipe
 from limbgram.workbench.recipe.recipe import Recipe, beginning
@@ -112,7 +112,7 @@ def read_differences(
     signed = np.zeros(len(after.mesh), np.float32)
     moved = changed_vertices(before.mesh, after.mesh)
     if moved.any():
-        signed[moved] = away_from(before.mesh, after.mesh.vertices_mm[moved]).signed_mm
+        signed[moved] = signed_offsets(before.mesh, after.mesh.vertices_mm[moved]).signed_mm
     content = encode_blocks({"what": "differences", "tag": tag.strip('"')}, {"signed_mm": signed})
     return Response(content, media_type="application/octet-stream")
 

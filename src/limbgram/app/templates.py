@@ -13,7 +13,7 @@ from limbgram.cases.templates import KeptTemplate, Templates
 from limbgram.cases.workspace import Workspace
 from limbgram.core.errors import OptionsError
 from limbgram.report.drawings.drawing import png
-from limbgram.report.drawings.time_course import unrolled
+from limbgram.report.drawings.time_course import unrolled_template
 from limbgram.workbench.templates.learning import Pair
 from limbgram.workbench.templates.template import moves_at_marks
 
@@ -95,7 +95,7 @@ def read_template_file(app_state: AppStateHere, template_id: TemplateId) -> Resp
 @router.get("/templates/{template_id}/picture", response_class=Response, responses=PICTURE)
 def read_template_picture(app_state: AppStateHere, template_id: TemplateId) -> Response:
     """What it does, on the limb unrolled."""
-    drawn = png(unrolled(_templates(app_state).template(template_id).read()).figure)
+    drawn = png(unrolled_template(_templates(app_state).template(template_id).read()).figure)
     return Response(drawn.tobytes(), media_type="image/png")
 
 

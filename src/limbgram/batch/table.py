@@ -19,7 +19,7 @@ from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.spreadsheet import Cell, Table, csv_of, xlsx_of
 from limbgram.core.typed import Strictness, tree_of, value_of
 from limbgram.findings import told
-from limbgram.report.batch import BatchRow, batch_report, counted
+from limbgram.report.batch import BatchRow, batch_report, count_by_verdict
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.html import html_of
 
@@ -84,7 +84,7 @@ def table_of(
         "notes": list(notes),
         "captures": [_tree(one) for one in outcomes],
     }
-    return BatchTable(content, counted([_row(one, cases) for one in outcomes]), code)
+    return BatchTable(content, count_by_verdict([_row(one, cases) for one in outcomes]), code)
 
 
 def earlier_outcomes(cases: Path) -> dict[str, Outcome]:

@@ -27,7 +27,7 @@ from scipy.spatial import KDTree
 
 from limbgram.capture.artefact import Artefact, LengthStandard
 from limbgram.capture.permissible_errors import KINDS, Kind, Limits
-from limbgram.capture.probing import Probed, Surface, find_cylinder, find_spheres
+from limbgram.capture.probing import ProbedBody, Surface, find_cylinder, find_spheres
 from limbgram.capture.setup import Outcome
 from limbgram.core.errors import LimbgramError, MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3, Vector3
@@ -35,7 +35,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import signed_on
 from limbgram.core.run import track
 from limbgram.findings import Finding, Gravity, note
-from limbgram.workbench.compare.comparison import lay
+from limbgram.workbench.compare.comparison import align_shapes
 from limbgram.workbench.compare.frames import axes_of
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.limb import Limb
@@ -53,13 +53,13 @@ _LEAST_REACHED = 0.5
 but a scrap of it proves no kit."""
 _NEAR_MM = 3.0
 """A calibrated place with a measured vertex so near was reached; no limit permits so much."""
-_ALIKE = 0.02
+_SPACING_AGREES = 0.02
 """Diameters so near to each other are searched once."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredCapture:
-    """What one capture made of the artefact."""
+    """One capture of the artefact, as it was measured."""
 
     name: str
     id: str
@@ -80,7 +80,7 @@ class MeasuredCapture:
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredError:
-    """One error, and what is decided on it."""
+    """One measured error, and the decision on it."""
 
     capture: str
     kind: Kind
@@ -110,7 +110,7 @@ class Body:
 
 @dataclass(frozen=True, kw_only=True)
 class NotMeasured:
-    """What a capture does not show, and why."""
+    """A feature that a capture does not show, and the reason."""
 
     capture: str
     name: str
@@ -119,7 +119,7 @@ class NotMeasured:
 
 @dataclass(frozen=True, kw_only=True)
 class Spread:
-    """All errors of one kind together."""
+    """Statistics of all errors of one kind."""
 
     kind: Kind
     count: int
@@ -135,7 +135,7 @@ class Spread:
 
 @dataclass(frozen=True, kw_only=True)
 class Permitted:
-    """What the user declared for one kind of error."""
+    """The permissible error that the user declared for one kind."""
 
     kind: Kind
     words: str
@@ -146,7 +146,7 @@ class Permitted:
 
 @dataclass(frozen=True, kw_only=True)
 class Acceptance:
-    """The whole test."""
+    """The result of an acceptance test."""
 
     outcome: Outcome
     headline: Finding
@@ -163,7 +163,7 @@ def accept(
     limits: Limits,
     calibrated: Mesh | None = None,
 ) -> Acceptance:
-    """Test a kit.
+    """Test a kit on an artefact.
 
     Args:
         calibrated: The mesh of the artefact, where it has one.
@@ -177,7 +177,7 @@ def accept(
     bodies: list[Body] = []
     missing: list[NotMeasured] = []
     for capture in track(captures):
-        tested = _Tested(capture=capture, limits=limits)
+        tested = _CaptureTest(capture=capture, limits=limits)
         tested.spheres(artefact)
         tested.cylinder(artefact)
         tested.marks(artefact)
@@ -190,14 +190,14 @@ def accept(
         raise MeasureError(
             "kit.nothing_measured",
             artefact=artefact.name,
-            missing=tuple(map(_not_measured, missing[:3])),
+            missing=tuple(map(_not_measured_finding, missing[:3])),
         )
-    outcome = _whole(values, missing)
+    outcome = _overall_outcome(values, missing)
     return Acceptance(
         outcome=outcome,
         headline=_headline(outcome, values, missing),
         values=tuple(values),
-        spreads=tuple(_spreads(values)),
+        spreads=tuple(_spreads_by_kind(values)),
         bodies=tuple(bodies),
         not_measured=tuple(missing),
         permitted=tuple(
@@ -208,22 +208,22 @@ def accept(
 
 
 def decide(error_mm: float, uncertainty_mm: float, permissible_mm: float) -> Outcome:
-    """By ISO 14253-1; the artefact's uncertainty is on neither side."""
+    """The decision by ISO 14253-1; the artefact's uncertainty counts for neither side."""
     if abs(error_mm) + uncertainty_mm <= permissible_mm:
         return "pass"
     return "fail" if abs(error_mm) - uncertainty_mm > permissible_mm else "cannot tell"
 
 
-def assign(artefact: Artefact, found: Mapping[str, Sequence[Probed]]) -> dict[str, Probed]:
-    """Which of the spheres that were found is which on the artefact: by their distances.
+def assign(artefact: Artefact, found: Mapping[str, Sequence[ProbedBody]]) -> dict[str, ProbedBody]:
+    """Identify the spheres that were found with those of the artefact, by their distances.
 
     Args:
         found: Candidates by the name of the standard.
     """
     names = [one.name for one in artefact.spheres]
-    best: tuple[float, dict[str, Probed]] = (math.inf, {})
+    best: tuple[float, dict[str, ProbedBody]] = (math.inf, {})
 
-    def extend(chosen: dict[str, Probed], taken: list[int], cost: float, depth: int) -> None:
+    def extend(chosen: dict[str, ProbedBody], taken: list[int], cost: float, depth: int) -> None:
         nonlocal best
         if cost >= best[0]:
             return
@@ -244,27 +244,27 @@ def assign(artefact: Artefact, found: Mapping[str, Sequence[Probed]]) -> dict[st
 
 
 def _spacing_cost(
-    spacings: Sequence[LengthStandard], chosen: Mapping[str, Probed], latest: str
+    spacings: Sequence[LengthStandard], chosen: Mapping[str, ProbedBody], latest: str
 ) -> float | None:
-    """How badly the distances to one sphere fit, with less for what is better seen; None: not."""
+    """Cost of the distances to one sphere, less for well-seen ones; None if they do not fit."""
     cost = 0.01 * (1 - chosen[latest].seen)
     for one in spacings:
         if latest not in (one.first, one.second) or not {one.first, one.second} <= chosen.keys():
             continue
-        off = abs(_apart_mm(chosen[one.first], chosen[one.second]) / one.length_mm - 1)
+        off = abs(_distance_mm(chosen[one.first], chosen[one.second]) / one.length_mm - 1)
         if off > _SPACING_SHARE:
             return None
         cost += off
     return cost
 
 
-def _apart_mm(one: Probed, other: Probed) -> float:
+def _distance_mm(one: ProbedBody, other: ProbedBody) -> float:
     return float(np.linalg.norm(one.middle_mm - other.middle_mm))
 
 
 @dataclass
-class _Tested:
-    """One capture while it is tested."""
+class _CaptureTest:
+    """The test of one capture, while errors are collected."""
 
     capture: MeasuredCapture
     limits: Limits
@@ -273,13 +273,13 @@ class _Tested:
     missing: list[NotMeasured] = field(default_factory=list[NotMeasured])
 
     def spheres(self, artefact: Artefact) -> None:
-        """Size, form and distances of the spheres."""
+        """Test size, form and distances of the spheres."""
         if not artefact.spheres:
             return
-        searched: dict[float, tuple[Probed, ...]] = {}
-        found: dict[str, Sequence[Probed]] = {}
+        searched: dict[float, tuple[ProbedBody, ...]] = {}
+        found: dict[str, Sequence[ProbedBody]] = {}
         for one in artefact.spheres:
-            near = [mm for mm in searched if abs(mm / one.diameter_mm - 1) < _ALIKE]
+            near = [mm for mm in searched if abs(mm / one.diameter_mm - 1) < _SPACING_AGREES]
             size = near[0] if near else one.diameter_mm
             if size not in searched:
                 searched[size] = find_spheres(self.capture.surface, size)
@@ -288,15 +288,15 @@ class _Tested:
         for one in artefact.spheres:
             probed = chosen.get(one.name)
             if probed is None:
-                self._miss(f"sphere {one.name}", note("kit.missing.sphere"))
+                self._add_missing(f"sphere {one.name}", note("kit.missing.sphere"))
                 continue
-            self._round(one.name, probed, one.diameter_mm, one.uncertainty_mm, one.form_mm)
+            self._add_round_body(one.name, probed, one.diameter_mm, one.uncertainty_mm, one.form_mm)
         for spacing in artefact.spacings:
             ends = [chosen.get(spacing.first), chosen.get(spacing.second)]
             if ends[0] is None or ends[1] is None:
-                self._miss(spacing.name, note("kit.missing.end"))
+                self._add_missing(spacing.name, note("kit.missing.end"))
                 continue
-            self._length("spacing", spacing, _apart_mm(ends[0], ends[1]))
+            self._add_length("spacing", spacing, _distance_mm(ends[0], ends[1]))
 
     def cylinder(self, artefact: Artefact) -> None:
         one = artefact.cylinder
@@ -304,44 +304,44 @@ class _Tested:
             return
         probed = find_cylinder(self.capture.surface, one.diameter_mm)
         if probed is None:
-            self._miss(f"cylinder {one.name}", note("kit.missing.cylinder"))
+            self._add_missing(f"cylinder {one.name}", note("kit.missing.cylinder"))
             return
-        self._round(one.name, probed, one.diameter_mm, one.uncertainty_mm, one.form_mm)
+        self._add_round_body(one.name, probed, one.diameter_mm, one.uncertainty_mm, one.form_mm)
 
     def marks(self, artefact: Artefact) -> None:
-        """Lengths between coded marks."""
+        """Test lengths between coded marks."""
         for one in artefact.between_marks:
             ids = one.mark_ids
             if ids is None:
                 continue
             if frozenset(ids) in self.capture.gave_scale:
-                self._miss(one.name, note("kit.missing.set_scale"))
+                self._add_missing(one.name, note("kit.missing.set_scale"))
                 continue
             lost = [number for number in ids if number not in self.capture.marks_mm]
             if lost:
-                self._miss(one.name, note("kit.missing.mark", mark=lost[0]))
+                self._add_missing(one.name, note("kit.missing.mark", mark=lost[0]))
                 continue
             first, second = (self.capture.marks_mm[number] for number in ids)
-            self._length("length", one, float(np.linalg.norm(first - second)))
+            self._add_length("length", one, float(np.linalg.norm(first - second)))
 
     def mesh(self, artefact: Artefact, calibrated: Mesh) -> None:
-        """Distances from the calibrated mesh, after a rigid alignment."""
+        """Test distances from the calibrated mesh, after a rigid alignment."""
         standard = artefact.mesh
         if standard is None:
             return
         try:
-            off_mm, reached = held_against(self.capture.meshes[0], calibrated)
+            off_mm, reached = align_with_calibrated(self.capture.meshes[0], calibrated)
         except LimbgramError as error:
-            self._miss(standard.name, note("kit.missing.not_laid", reason=error.finding))
+            self._add_missing(standard.name, note("kit.missing.not_laid", reason=error.finding))
             return
         if reached < _LEAST_REACHED:
-            self._miss(
+            self._add_missing(
                 standard.name,
                 note("kit.missing.scrap", shown_share=reached, needed_share=_LEAST_REACHED),
             )
             return
         p95 = float(np.quantile(np.abs(off_mm), 0.95))
-        self._add("surface", standard.name, 0.0, p95, p95, standard.uncertainty_mm, 0.0)
+        self._add_error("surface", standard.name, 0.0, p95, p95, standard.uncertainty_mm, 0.0)
         self.bodies.append(
             Body(
                 capture=self.capture.name,
@@ -352,15 +352,20 @@ class _Tested:
             )
         )
 
-    def _round(
-        self, name: str, probed: Probed, diameter_mm: float, uncertainty_mm: float, form_mm: float
+    def _add_round_body(
+        self,
+        name: str,
+        probed: ProbedBody,
+        diameter_mm: float,
+        uncertainty_mm: float,
+        form_mm: float,
     ) -> None:
         error_mm = probed.diameter_mm - diameter_mm
         measured = probed.diameter_mm
-        self._add("size", name, diameter_mm, measured, error_mm, uncertainty_mm, diameter_mm)
+        self._add_error("size", name, diameter_mm, measured, error_mm, uncertainty_mm, diameter_mm)
         within, whole = probed.form_95_mm, probed.form_mm
-        self._add("form", name, 0.0, within, within, form_mm, 0.0)
-        self._add("form-all", name, 0.0, whole, whole, form_mm, 0.0)
+        self._add_error("form", name, 0.0, within, within, form_mm, 0.0)
+        self._add_error("form-all", name, 0.0, whole, whole, form_mm, 0.0)
         self.bodies.append(
             Body(
                 capture=self.capture.name,
@@ -371,14 +376,16 @@ class _Tested:
             )
         )
 
-    def _length(
+    def _add_length(
         self, kind: Literal["spacing", "length"], standard: LengthStandard, measured_mm: float
     ) -> None:
         known = standard.length_mm
         error_mm = measured_mm - known
-        self._add(kind, standard.name, known, measured_mm, error_mm, standard.uncertainty_mm, known)
+        self._add_error(
+            kind, standard.name, known, measured_mm, error_mm, standard.uncertainty_mm, known
+        )
 
-    def _add(
+    def _add_error(
         self,
         kind: Kind,
         name: str,
@@ -406,12 +413,12 @@ class _Tested:
             )
         )
 
-    def _miss(self, name: str, reason: Finding) -> None:
+    def _add_missing(self, name: str, reason: Finding) -> None:
         self.missing.append(NotMeasured(capture=self.capture.name, name=name, reason=reason))
 
 
-def held_against(mesh: Mesh, calibrated: Mesh) -> tuple[Float64[np.ndarray, " n"], float]:
-    """A measured surface laid rigidly on a calibrated mesh.
+def align_with_calibrated(mesh: Mesh, calibrated: Mesh) -> tuple[Float64[np.ndarray, " n"], float]:
+    """Align a measured surface rigidly with a calibrated mesh.
 
     Returns:
         Signed distances of the measured vertices in mm, and the share of the calibrated mesh's area
@@ -421,7 +428,7 @@ def held_against(mesh: Mesh, calibrated: Mesh) -> tuple[Float64[np.ndarray, " n"
         MeasureError: the shapes cannot be laid on each other.
     """
     truth, ours = Limb(mesh=calibrated, name="artefact"), Limb(mesh=mesh, name="surface")
-    alignment = lay(truth, ours, axes_of(truth), RegistrationOptions(way="icp"))
+    alignment = align_shapes(truth, ours, axes_of(truth), RegistrationOptions(way="icp"))
     measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
     points: Points3 = alignment.first_from_second.apply(mesh.vertices_mm[measured])
     gaps_mm = KDTree(points).query(calibrated.vertices_mm)[0]
@@ -449,7 +456,7 @@ def _require_use(artefact: Artefact, limits: Limits) -> None:
         )
 
 
-def _whole(values: Sequence[MeasuredError], missing: Sequence[NotMeasured]) -> Outcome:
+def _overall_outcome(values: Sequence[MeasuredError], missing: Sequence[NotMeasured]) -> Outcome:
     outcomes = {one.outcome for one in values}
     if "fail" in outcomes:
         return "fail"
@@ -468,31 +475,31 @@ def without_outcome(headline: Finding) -> Finding:
 def _headline(
     outcome: Outcome, values: Sequence[MeasuredError], missing: Sequence[NotMeasured]
 ) -> Finding:
-    answer = _answer(outcome, values, missing)
+    answer = _answer_finding(outcome, values, missing)
     return replace(
         note("kit.headline", outcome=outcome, answer=answer), gravity=_GRAVITIES[outcome]
     )
 
 
-def _answer(
+def _answer_finding(
     outcome: Outcome, values: Sequence[MeasuredError], missing: Sequence[NotMeasured]
 ) -> Finding:
     judged = [one for one in values if one.outcome is not None]
     match outcome:
         case "pass":
-            return note("kit.all_within", count=len(judged), worst=_error(_worst(judged)))
+            return note("kit.all_within", count=len(judged), worst=_error_finding(_worst(judged)))
         case "fail":
             failed = [one for one in judged if one.outcome == "fail"]
             return note(
                 "kit.too_large",
                 failed=len(failed),
                 count=len(judged),
-                worst=_error(_worst(failed)),
+                worst=_error_finding(_worst(failed)),
             )
         case "cannot tell":
-            reasons = [_not_measured(one) for one in missing]
+            reasons = [_not_measured_finding(one) for one in missing]
             reasons += [
-                note("kit.near_limit", error=_error(one), uncertainty_mm=one.uncertainty_mm)
+                note("kit.near_limit", error=_error_finding(one), uncertainty_mm=one.uncertainty_mm)
                 for one in judged
                 if one.outcome == "cannot tell"
             ]
@@ -503,11 +510,11 @@ def _worst(judged: Sequence[MeasuredError]) -> MeasuredError:
     return max(judged, key=lambda one: abs(one.error_mm) / (one.permissible_mm or 1.0))
 
 
-def _not_measured(one: NotMeasured) -> Finding:
+def _not_measured_finding(one: NotMeasured) -> Finding:
     return note("kit.not_measured", name=one.name, capture=one.capture, reason=one.reason)
 
 
-def _error(one: MeasuredError) -> Finding:
+def _error_finding(one: MeasuredError) -> Finding:
     return note(
         "kit.error",
         kind=one.kind,
@@ -519,7 +526,7 @@ def _error(one: MeasuredError) -> Finding:
     )
 
 
-def _spreads(values: Sequence[MeasuredError]) -> Iterator[Spread]:
+def _spreads_by_kind(values: Sequence[MeasuredError]) -> Iterator[Spread]:
     for kind in KINDS:
         errors = [one for one in values if one.kind == kind]
         if not errors:

@@ -1,4 +1,4 @@
-"""Answer: what is said of a capture while the patient is still there; when it is called good."""
+"""Answer: the check of a capture while the patient is still there, and its criteria."""
 
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ from limbgram.reconstruction.photos.photo import SetAside
 
 @dataclass(frozen=True, kw_only=True)
 class CheckOptions:
-    """When a capture is called good."""
+    """Criteria by which a capture counts as good."""
 
     features: FeatureOptions = field(
         default_factory=lambda: FeatureOptions(max_keypoints=4000, max_megapixels=0.8)
@@ -53,7 +53,7 @@ DEFAULTS = CheckOptions()
 
 @dataclass(frozen=True, kw_only=True)
 class CheckedPhoto:
-    """One photo as far as it was looked at."""
+    """One photo as far as it was checked."""
 
     name: str
     placed: bool
@@ -135,7 +135,7 @@ class Coverage:
 
 @dataclass(frozen=True, kw_only=True)
 class CaptureCheck:
-    """The answer, and what it rests on."""
+    """The answer of a check, and what it is based on."""
 
     go: bool
     headline: Finding

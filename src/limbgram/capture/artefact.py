@@ -1,4 +1,4 @@
-"""The artefact: what a clinic's kit is proved on, with its calibrated values and their uncertainty.
+"""The artefact: the body on which a clinic's kit is tested, with its calibrated values.
 
 In      a TOML or JSON file: spheres, lengths between them or between coded marks, cylinders, a
         calibrated mesh; each with the uncertainty on its calibration certificate.
@@ -95,7 +95,7 @@ class MeshStandard:
 
 @dataclass(frozen=True, kw_only=True)
 class Artefact:
-    """Everything that is known of an artefact."""
+    """An artefact with all of its calibrated standards."""
 
     name: str
     sha256: str
@@ -116,7 +116,7 @@ class Artefact:
 
     @property
     def gap_mm(self) -> float:
-        """How far apart its pieces may lie: from one sphere to the next, over a bar that is too
+        """The widest gap between its pieces: from one sphere to the next, over a bar that is too
         thin or too bare to be seen."""
         radius = min((one.diameter_mm for one in self.spheres), default=0.0) / 2
         return max((one.length_mm - radius for one in self.spacings), default=0.0)
@@ -152,7 +152,7 @@ def read_artefact(path: Path) -> Artefact:
         else:
             tree = toml_of(content.decode("utf-8"))
         file = value_of(tree, _File, "the file")
-        fault = next(_faults(file), None)
+        fault = next(_file_faults(file), None)
     except ValueError as error:
         reason = note("said.as_is", message=str(error))
         raise CaseError("kit.artefact.unusable", path=str(path), reason=reason) from error
@@ -177,8 +177,8 @@ def read_artefact(path: Path) -> Artefact:
     )
 
 
-def _faults(file: _File) -> Iterator[Finding]:
-    """What is wrong with the values."""
+def _file_faults(file: _File) -> Iterator[Finding]:
+    """Faults of an artefact file's values."""
     if not (file.spheres or file.lengths or file.cylinder or file.mesh):
         yield note("kit.artefact.empty")
     names = [one.name for one in file.spheres]

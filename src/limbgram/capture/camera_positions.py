@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from limbgram.capture.prediction import cosines_of
-from limbgram.capture.proxy import Skin
+from limbgram.capture.prediction import incidence_cosines
+from limbgram.capture.proxy import CoarseSkin
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
@@ -33,7 +33,7 @@ _WORTH = 0.004
 
 @dataclass(frozen=True, kw_only=True)
 class Stand:
-    """Where a photo is taken from, seen from the middle of the limb."""
+    """A camera position, seen from the middle of the limb."""
 
     azimuth_deg: float
     """Seen from above, counter-clockwise from the first photo."""
@@ -43,7 +43,7 @@ class Stand:
     """In the scene's unit."""
 
     def view(self, camera: Camera, middle: Vector3, first_rad: float, name: str = "") -> View:
-        """What a camera sees that stands here and aims at the middle.
+        """The view of a camera that stands here and aims at the middle.
 
         Args:
             first_rad: Direction of azimuth 0 in the world's plane of x and y.
@@ -54,13 +54,13 @@ class Stand:
         return View(name, camera, pose)
 
 
-def clock(azimuth_deg: float) -> int:
-    """The hour at which a place stands, 12 where azimuth is 0; clocks turn clockwise."""
+def clock_hour(azimuth_deg: float) -> int:
+    """The clock hour of an azimuth: 12 at 0, clockwise."""
     return round(-azimuth_deg / 30.0) % 12 or 12
 
 
 def height_of(elevation_deg: float) -> Finding:
-    """How high a camera is held, in steps that a hand can follow."""
+    """The height of a camera in words, in steps that a hand can follow."""
     step_deg = 5 * round(elevation_deg / 5)
     if abs(elevation_deg) < _LEVEL_DEG:
         return note("coach.height.level")
@@ -70,7 +70,7 @@ def height_of(elevation_deg: float) -> Finding:
 
 
 def stand_of(centre: Vector3, middle: Vector3, first_rad: float) -> Stand:
-    """Where a camera stands."""
+    """The stand of a camera centre."""
     away = centre - middle
     distance = float(np.linalg.norm(away))
     azimuth = np.degrees(np.arctan2(away[1], away[0]) - first_rad) % 360.0
@@ -78,15 +78,15 @@ def stand_of(centre: Vector3, middle: Vector3, first_rad: float) -> Stand:
     return Stand(azimuth_deg=float(azimuth), elevation_deg=float(elevation), distance=distance)
 
 
-def shows_squarely(skin: Skin, views: Sequence[View]) -> Bool[np.ndarray, "n v"]:
-    """Which cells each view shows well enough to be planned with."""
+def squarely_shown_cells(skin: CoarseSkin, views: Sequence[View]) -> Bool[np.ndarray, "n v"]:
+    """Which cells each view shows squarely enough to be planned with."""
     if not views:
         return np.zeros((len(skin.mesh), 0), bool)
-    return cosines_of(skin, views) >= _SQUARELY
+    return incidence_cosines(skin, views) >= _SQUARELY
 
 
 def stands_to_add(
-    skin: Skin,
+    skin: CoarseSkin,
     photos: Int64[np.ndarray, " n"],
     wanted: int,
     camera: Camera,
@@ -95,7 +95,7 @@ def stands_to_add(
     floor_z: float | None,
     most: int,
 ) -> tuple[Stand, ...]:
-    """Photos after which no cell is seen by fewer than `wanted`, as far as that can be reached."""
+    """Stands to add so that every cell is seen by `wanted` photos, as far as possible."""
     tried: list[Stand] = []
     for elevation_deg in _ELEVATIONS_DEG:
         height = skin.middle[2] + distance * np.sin(np.radians(elevation_deg))
@@ -105,19 +105,19 @@ def stands_to_add(
                 for one in _AZIMUTHS_DEG
             ]
     views = [one.view(camera, skin.middle, first_rad) for one in tried]
-    sees = shows_squarely(skin, views)
+    sees = squarely_shown_cells(skin, views)
     area = np.where(skin.known, skin.area_mm2, 0.0)
-    return tuple(tried[k] for k in _cover(sees, area / area.sum(), photos, wanted, most))
+    return tuple(tried[k] for k in _greedy_cover(sees, area / area.sum(), photos, wanted, most))
 
 
-def _cover(
+def _greedy_cover(
     sees: Bool[np.ndarray, "n v"],
     area: Float64[np.ndarray, " n"],
     photos: Int64[np.ndarray, " n"],
     wanted: int,
     most: int,
 ) -> Sequence[int]:
-    """Columns that add most, one after the other."""
+    """A greedy set cover: the columns that add most, one after the other."""
     lack = np.maximum(wanted - photos, 0).astype(float)
     taken: list[int] = []
     while len(taken) < most:

@@ -20,7 +20,7 @@ _ID_DIGITS = 8
 
 @dataclass(frozen=True, kw_only=True)
 class CameraTested:
-    """The camera file of the kit."""
+    """The camera file of the kit that was tested."""
 
     label: str
     sha256: str
@@ -28,7 +28,7 @@ class CameraTested:
 
 @dataclass(frozen=True, kw_only=True)
 class ArtefactTested:
-    """The artefact, as far as a reader needs it to find it again."""
+    """The artefact of the test, as far as a reader needs it to identify it."""
 
     name: str
     certificate: str
@@ -39,7 +39,7 @@ class ArtefactTested:
 
 @dataclass(frozen=True, kw_only=True)
 class CaptureTested:
-    """A capture of the artefact."""
+    """A capture of the artefact, as cited in the certificate."""
 
     name: str
     id: str
@@ -50,7 +50,7 @@ class CaptureTested:
 
 @dataclass(frozen=True, kw_only=True)
 class Certificate:
-    """Everything that stands in the file."""
+    """The certificate of an acceptance test, as it stands in its file."""
 
     format: Literal["limbgram acceptance"] = FORMAT
     version: Literal[1] = 1
@@ -84,7 +84,7 @@ class Certificate:
 
 
 def cite(certificate: Certificate, sha256: str, camera: CameraTested, today: date) -> SetupCited:
-    """What is said of a kit on this day."""
+    """The citation of a kit's certificate on a day."""
     return SetupCited(
         certificate=sha256[:_ID_DIGITS],
         camera=camera.label,

@@ -1,4 +1,4 @@
-"""Closed surface: the limb's skin, roughly, also where no photo shows it.
+"""Closed surface: a rough closed surface of the limb, also where no photo shows it.
 
 In      points of the limb, and towards which side each of them is seen.
 Out     a closed mesh; what of it faces down its axis, which a tube of cells does not have: the back
@@ -20,8 +20,8 @@ from jaxtyping import Bool, Float64, Int32, Int64
 from manifold3d import Manifold
 from scipy.spatial import KDTree
 
-from limbgram.capture.prediction import cosines_of
-from limbgram.capture.proxy import ENDS, Skin
+from limbgram.capture.prediction import incidence_cosines
+from limbgram.capture.proxy import ENDS, CoarseSkin
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.kernels import njit
@@ -48,8 +48,8 @@ _LOWER_END = 0.1
 """Of the length along the axis."""
 
 
-def towards_cameras(scene: Scene) -> Points3:
-    """Of each scene point: the sum of the unit rays to the photos that show it."""
+def camera_directions(scene: Scene) -> Points3:
+    """For each scene point, the sum of the unit rays to the photos that show it."""
     seen = scene.observations
     found = np.zeros((len(scene.points_in_world), 3))
     for photo in scene.placed:
@@ -88,7 +88,7 @@ def closed_surface(points: Points3, towards: Points3) -> ClosedSurface | None:
     edge = size / _EDGES
 
     def inside(x: float, y: float, z: float) -> float:
-        return _winding(points, discs, edge, x, y, z) - _INSIDE
+        return _winding_number(points, discs, edge, x, y, z) - _INSIDE
 
     low, high = points.min(axis=0) - _MARGIN * size, points.max(axis=0) + _MARGIN * size
     solid = Manifold.level_set(inside, [*low, *high], edge)
@@ -103,7 +103,7 @@ def closed_surface(points: Points3, towards: Points3) -> ClosedSurface | None:
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _winding(
+def _winding_number(
     points: Float64[np.ndarray, "n 3"],
     discs: Float64[np.ndarray, "n 3"],
     soft: float,
@@ -111,7 +111,7 @@ def _winding(
     y: float,
     z: float,
 ) -> float:
-    """Turns that the discs make about a place; `soft` rounds the field at the discs themselves."""
+    """Winding number of the discs about a place; `soft` smooths the field at the discs."""
     total = 0.0
     for k in range(len(points)):
         a, b, c = points[k, 0] - x, points[k, 1] - y, points[k, 2] - z
@@ -122,9 +122,9 @@ def _winding(
 
 @dataclass(frozen=True)
 class Underside:
-    """What faces down a limb's axis, on its closed surface."""
+    """The underside of a limb's closed surface, and what of it is hidden."""
 
-    skin: Skin
+    skin: CoarseSkin
     """`known`: what faces down, but for the lower end."""
     squarely: Int64[np.ndarray, " n"]
     """Photos that show each place well enough to measure it."""
@@ -133,31 +133,33 @@ class Underside:
 
     @property
     def share(self) -> float:
-        """Of the whole surface: what is hidden."""
+        """The hidden part, as a share of the whole surface."""
         area = self.skin.area_mm2
         return float(area[self.hidden].sum() / area.sum())
 
 
-def underside_of(
+def find_underside(
     surface: ClosedSurface, axis: Vector3, views: Sequence[View], fewest: int
 ) -> Underside:
-    """What faces down, without the patch of places hidden from photos that holds the lower end."""
+    """The underside of a surface, without the hidden patch that holds the lower end."""
     mesh, vertices = surface.mesh, surface.mesh.vertices_mm
     every = np.ones(len(mesh), bool)
-    skin = Skin(mesh=mesh, middle=vertices.mean(0), known=every, area_mm2=mesh.vertex_areas_mm2())
+    skin = CoarseSkin(
+        mesh=mesh, middle=vertices.mean(0), known=every, area_mm2=mesh.vertex_areas_mm2()
+    )
     lowest = np.cos(np.radians(MAX_INCIDENCE_DEG))
-    squarely = (cosines_of(skin, views) >= lowest).sum(axis=1)
+    squarely = (incidence_cosines(skin, views) >= lowest).sum(axis=1)
     unmeasured = (squarely < fewest) | surface.guessed
     down = mesh.vertex_normals() @ axis < -_LEAST_DOWN
     height = vertices @ axis
     low, high = np.quantile(height, (ENDS, 1 - ENDS))
-    patch = _patches(mesh, unmeasured)
+    patch = _patch_labels(mesh, unmeasured)
     at_end = np.unique(patch[height < low + _LOWER_END * (high - low)])
     known = down & ~((patch >= 0) & np.isin(patch, at_end))
     return Underside(replace(skin, known=known), squarely, known & unmeasured)
 
 
-def _patches(mesh: Mesh, part: Bool[np.ndarray, " n"]) -> Int32[np.ndarray, " n"]:
+def _patch_labels(mesh: Mesh, part: Bool[np.ndarray, " n"]) -> Int32[np.ndarray, " n"]:
     """The connected patch of each vertex of a part; -1 elsewhere."""
     ends = find_edges(mesh.faces).ends
     label = components(ends[part[ends].all(axis=1)].astype(np.int64), len(mesh))

@@ -1,4 +1,4 @@
-"""Coach: whether a capture is good, while the patient is still there.
+"""Coach: the check of a capture while the patient is still there.
 
 In      the photos, smaller copies of them, the calibrations and the scale board.
 Out     a CaptureCheck: GO, or which photos to add and from where; every photo with what is wrong;
@@ -33,15 +33,20 @@ from limbgram.capture.answer import (
     MissingPhotos,
 )
 from limbgram.capture.camera_positions import Stand, stand_of
-from limbgram.capture.coverage import Seen, shown_by
-from limbgram.capture.limb_in_photos import Looked, LookedAt, limb_shown, look_at_limb
+from limbgram.capture.coverage import CheckedScene, show_proxy
+from limbgram.capture.limb_in_photos import (
+    InspectedPhoto,
+    InspectionCache,
+    inspect_limb,
+    limb_points,
+)
 from limbgram.capture.limb_motion import kept_still, limb_motion
 from limbgram.capture.photos_to_add import (
     first_direction_rad,
     gaps_deg,
-    may_stay,
-    missing_round,
-    photos_for,
+    gaps_tolerable,
+    photos_for_gaps,
+    photos_for_hidden_places,
 )
 from limbgram.core.errors import (
     CalibrationError,
@@ -104,7 +109,7 @@ def check_capture(
     options: CheckOptions = DEFAULTS,
     run: Run | None = None,
 ) -> CaptureCheck:
-    """Whether these photos will give a surface, all round and in millimetres.
+    """Check whether these photos will give a surface, all round and in millimetres.
 
     Args:
         small: The same photos in the same order, reduced.
@@ -112,8 +117,8 @@ def check_capture(
     return Coach(calibrations, board, options).check(photos, small, run)
 
 
-class _Verified(NamedTuple):
-    """What became of a pair."""
+class _VerifiedPair(NamedTuple):
+    """A verified pair, with what it was verified by."""
 
     by: Int32[np.ndarray, "m 2"]
     """The matches that were tried."""
@@ -139,18 +144,18 @@ class Coach:
         self._options = options
         self._keypoints: dict[str, Keypoints] = {}
         self._matched: dict[tuple[str, str], MatchedPair] = {}
-        self._verified: dict[tuple[str, str], _Verified] = {}
+        self._verified: dict[tuple[str, str], _VerifiedPair] = {}
         self._standing: dict[str, Bool[np.ndarray, " n"]] = {}
-        self._seen: dict[str, Looked] = {}
+        self._seen: dict[str, InspectionCache] = {}
 
     def check(self, photos: PhotoSet, small: PhotoSet, run: Run | None = None) -> CaptureCheck:
-        """Whether these photos are good; those known from an earlier check cost little."""
-        found = self._checked(photos, small, run or Run())
+        """Check whether these photos are good; those known from an earlier check cost little."""
+        found = self._check_photos(photos, small, run or Run())
         aside = (note("coach.left_out", name=k.name, reason=k.reason) for k in photos.set_aside)
         notes = (*aside, *mask_notes(photos), *found.notes)
         return replace(found, notes=notes, set_aside=photos.set_aside)
 
-    def _checked(self, photos: PhotoSet, small: PhotoSet, run: Run) -> CaptureCheck:
+    def _check_photos(self, photos: PhotoSet, small: PhotoSet, run: Run) -> CaptureCheck:
         options = self._options
         try:
             cameras = run(cameras_for, photos, self._calibrations).reduced(small.cameras)
@@ -179,7 +184,7 @@ class Coach:
 
             placed = with_files_that_fit(small, cameras, place, run)
         except (CalibrationError, MatchingError, PlacementError) as refusal:
-            return _refused(photos, refusal.finding)
+            return _refused_answer(photos, refusal.finding)
         small, cameras, placing, detections = placed
         findings: list[Finding] = []
         scene = placing.scene
@@ -189,31 +194,31 @@ class Coach:
         except ScaleError as refusal:
             findings.append(refusal.finding)
             metric = to_millimetres(scene)
-        findings += tipped_board(metric.scale)
+        findings += tipped_board_finding(metric.scale)
         if board_photos is not None and board_photos < options.min_board_photos and not findings:
             least = options.min_board_photos
             findings.append(fault("coach.board_unseen", photos=board_photos, least=least))
         found = True
         try:
-            limb_idx = limb_shown(metric)
+            limb_idx = limb_points(metric)
         except RegionError as refusal:
             findings.append(refusal.finding)
             limb_idx, found = np.arange(len(metric.scene.points_in_world)), False
         limb = metric.scene.points_in_world[limb_idx]
-        looked_at = run(look_at_limb, photos, small, features, metric, limb, self._seen)
-        seen = Seen(photos, small, metric, limb_idx, looked_at, found)
+        looked_at = run(inspect_limb, photos, small, features, metric, limb, self._seen)
+        seen = CheckedScene(photos, small, metric, limb_idx, looked_at, found)
         motion = limb_motion(metric, limb)
         findings += motion.findings(cameras)
         lenses = tuple(lenses_told(metric.scene, cameras, photos))
         findings += [one for one in lenses if one.gravity is Gravity.FAULT]
-        answer = _answer(seen, findings, board_photos, options)
+        answer = _answer_of(seen, findings, board_photos, options)
         turned = (*_turning_notes(still), *_turned_over_notes(placing.poses, small))
         said = (one for one in lenses if one.gravity is not Gravity.FAULT)
         notes = (*motion.notes(), *answer.notes, *turned, *lens_notes(small), *said)
         return replace(answer, notes=notes, kept_still=kept_still(metric.scene))
 
     def _features(self, small: PhotoSet, run: Run) -> Features:
-        """Keypoints of all photos; only new ones are looked for."""
+        """Keypoints of all photos; only new photos are processed."""
         new = tuple(one for one in small.photos if one.sha256 not in self._keypoints)
         if new:
             found = run(detect, replace(small, photos=new), self._options.features)
@@ -256,7 +261,9 @@ class Coach:
         new = tuple(c for c in candidates if named(c.first, c.second) not in self._matched)
         for one in run(match_pairs, small, features, new) if new else ():
             self._matched[named(one.pair.first, one.pair.second)] = one
-        matched = [_renumbered(self._matched[named(c.first, c.second)], c) for c in candidates]
+        matched = [
+            _with_new_indices(self._matched[named(c.first, c.second)], c) for c in candidates
+        ]
         matches = still.moving_matches(joined(small, matched))
 
         def lenses(pair: PairMatches) -> tuple[Camera, Camera]:
@@ -275,7 +282,7 @@ class Coach:
             found = {one.matches.photos: one for one in held.verified}
             for pair in fresh:
                 own = found.get((pair.first, pair.second))
-                tried = _Verified(pair.keypoint_idx, lenses(pair), own)
+                tried = _VerifiedPair(pair.keypoint_idx, lenses(pair), own)
                 self._verified[named(pair.first, pair.second)] = tried
         verified: list[VerifiedPair] = []
         for pair in matches.pairs:
@@ -286,7 +293,7 @@ class Coach:
         return matches, Pairs(tuple(verified), matches.pairs_tried - len(verified))
 
 
-def tipped_board(scale: Scale) -> list[Finding]:
+def tipped_board_finding(scale: Scale) -> list[Finding]:
     """That photos show the board in another plane: the object may stand in the scene twice."""
     tipped = tipped_photos(scale.set_aside)
     if not tipped:
@@ -295,7 +302,7 @@ def tipped_board(scale: Scale) -> list[Finding]:
 
 
 def _turning_notes(still: Still) -> tuple[Finding, ...]:
-    """What a still camera was seen by, and what the hours mean then."""
+    """Notes on a still camera, and on the meaning of the hours then."""
     if not still.groups:
         return ()
     return (*still.notes, note("coach.turn_the_limb"))
@@ -308,16 +315,16 @@ def _turned_over_notes(poses: Poses, small: PhotoSet) -> tuple[Finding, ...]:
     return (note("coach.turned_over", sides=poses.names(small)),)
 
 
-def _renumbered(known: MatchedPair, candidate: Candidate) -> MatchedPair:
+def _with_new_indices(known: MatchedPair, candidate: Candidate) -> MatchedPair:
     """The same matches; photos have other numbers once one comes between."""
     pair = replace(known.pair, first=candidate.first, second=candidate.second)
     return replace(known, pair=pair)
 
 
-def _answer(
-    seen: "Seen", findings: list[Finding], board_photos: int | None, options: CheckOptions
+def _answer_of(
+    seen: "CheckedScene", findings: list[Finding], board_photos: int | None, options: CheckOptions
 ) -> CaptureCheck:
-    """All that was found, as one answer."""
+    """The answer from all that was found."""
     scene = seen.metric.scene
     spoilt = common_fault([one.photo for one in seen.looked_at if one.placed], placed=True)
     if spoilt is not None:
@@ -325,17 +332,17 @@ def _answer(
     zoomed = [one.name for one in scene.verdicts if one.remark]
     if zoomed:
         findings.append(zoomed_photos(zoomed, len(scene.names)))
-    checked, missing = _judged(seen.photos, seen.looked_at, scene, seen.limb, options)
+    checked, missing = _judged_photos(seen.photos, seen.looked_at, scene, seen.limb, options)
     gap_deg = max(gaps_deg([one.azimuth_deg for one in checked if one.counts]), default=math.nan)
     ring = scene.ring
-    shown = shown_by(seen, checked, options) if seen.found else None
+    shown = show_proxy(seen, checked, options) if seen.found else None
     asked: tuple[MissingPhotos, ...] = ()
     said: list[Finding] = []
     notes: tuple[Finding, ...] = ()
     if shown is not None:
-        asked, said, notes = photos_for(shown, seen.metric, checked, missing, options)
+        asked, said, notes = photos_for_hidden_places(shown, seen.metric, checked, missing, options)
     closed = ring is not None and ring.closed
-    if closed and not findings and not said and may_stay(missing, checked, options):
+    if closed and not findings and not said and gaps_tolerable(missing, checked, options):
         advice = (note("coach.surer", asked=one.asked) for one in missing)
         missing, notes = (), (*advice, *notes)
     findings += [one.asked for one in missing]
@@ -369,25 +376,25 @@ def _answer(
     )
 
 
-def _judged(
+def _judged_photos(
     photos: PhotoSet,
-    looked_at: Sequence[LookedAt],
+    looked_at: Sequence[InspectedPhoto],
     scene: Scene,
     limb: Points3,
     options: CheckOptions,
 ) -> tuple[tuple[CheckedPhoto, ...], tuple[MissingPhotos, ...]]:
-    """Every photo with what is wrong, and the photos that are missing between those that count."""
+    """Every photo with its remarks, and the photos missing between those that count."""
     on_limb = replace(photos, photos=tuple(one.photo for one in looked_at))
     said: dict[str, list[Finding]] = {}
     for remark in remarks(on_limb):
         said.setdefault(remark.name, []).append(remark.finding)
-    stands = _stands(scene, limb)
+    stands = _stands_of_photos(scene, limb)
     checked: list[CheckedPhoto] = []
     for idx, one in enumerate(looked_at):
         verdict = scene.verdicts[idx]
         own = said.get(one.photo.name, [])
         bad = any(found.code in SPOILT for found in own)
-        named = _named_in(verdict.reason)
+        named = _remark_codes_in(verdict.reason)
         checked.append(
             CheckedPhoto(
                 name=one.photo.name,
@@ -405,18 +412,18 @@ def _judged(
                 ),
             )
         )
-    return tuple(checked), missing_round(checked, options)
+    return tuple(checked), photos_for_gaps(checked, options)
 
 
-def _named_in(reason: Finding | None) -> set[str]:
+def _remark_codes_in(reason: Finding | None) -> set[str]:
     """Codes of the remarks that a verdict names itself."""
     measured = () if reason is None else reason.values.get("measured")
     found = measured if isinstance(measured, tuple) else ()
     return {one.code for one in found if isinstance(one, Finding)}
 
 
-def _stands(scene: Scene, limb: Points3) -> list[Stand]:
-    """Where every photo was taken; NaN where it is not placed."""
+def _stands_of_photos(scene: Scene, limb: Points3) -> list[Stand]:
+    """Azimuth and elevation of every photo; NaN where it is not placed."""
     middle = np.median(limb, axis=0)
     unknown = Stand(azimuth_deg=math.nan, elevation_deg=math.nan, distance=math.nan)
     found = [unknown] * len(scene.names)
@@ -426,7 +433,7 @@ def _stands(scene: Scene, limb: Points3) -> list[Stand]:
     return found
 
 
-def _refused(photos: PhotoSet, why: Finding) -> CaptureCheck:
+def _refused_answer(photos: PhotoSet, why: Finding) -> CaptureCheck:
     said: dict[str, list[Finding]] = {}
     for remark in remarks(photos):
         said.setdefault(remark.name, []).append(remark.finding)

@@ -1,4 +1,4 @@
-"""Coverage: what the photos that count show of the limb, cell by cell of its proxy, and by regions.
+"""Coverage: what the photos that count show of the limb, by cells of its proxy and by regions.
 
 In      the limb's proxy and points, the photos that count with their slopes, or a Prediction.
 Out     Shown, with the Coverage that people are told.
@@ -15,11 +15,11 @@ from jaxtyping import Bool, Float64, Int64
 from limbgram.capture.answer import CheckedPhoto, CheckOptions, Coverage, CoveredRegion
 from limbgram.capture.closed_surface import (
     Underside,
+    camera_directions,
     closed_surface,
-    towards_cameras,
-    underside_of,
+    find_underside,
 )
-from limbgram.capture.limb_in_photos import LookedAt
+from limbgram.capture.limb_in_photos import InspectedPhoto
 from limbgram.capture.prediction import Prediction, Showing, narrowest_deg, predict
 from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, proxy_of
 from limbgram.core.geometry.arrays import Points3
@@ -41,15 +41,15 @@ _HOURS = 2
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What an answer is made of."""
+class CheckedScene:
+    """The scene and findings from which an answer is made."""
 
     photos: PhotoSet
     small: PhotoSet
     metric: MetricScene
     limb_idx: Int64[np.ndarray, " n"]
     """Points of the scene."""
-    looked_at: Sequence[LookedAt]
+    looked_at: Sequence[InspectedPhoto]
     found: bool
     """Whether these points are the limb; otherwise they are all there are."""
 
@@ -59,8 +59,8 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class Shown:
-    """The limb's proxy, and what the photos that count show of it."""
+class ShownProxy:
+    """The limb's proxy, with what the photos that count show of it."""
 
     proxy: LimbProxy
     prediction: Prediction
@@ -73,8 +73,10 @@ class Shown:
     """Regions in which paint is missing."""
 
 
-def shown_by(seen: Seen, checked: Sequence[CheckedPhoto], options: CheckOptions) -> Shown:
-    """Photos and expected sigma of every cell, by the photos that count."""
+def show_proxy(
+    seen: CheckedScene, checked: Sequence[CheckedPhoto], options: CheckOptions
+) -> ShownProxy:
+    """The proxy with photos and expected sigma of every cell, by the photos that count."""
     scene, small, looked_at = seen.metric.scene, seen.small, seen.looked_at
     proxy = proxy_of(seen.limb, scene.view(scene.placed[0]).centre_in_world)
     counted = [idx for idx, one in enumerate(checked) if one.counts]
@@ -83,7 +85,7 @@ def shown_by(seen: Seen, checked: Sequence[CheckedPhoto], options: CheckOptions)
         [small.photos[idx].width_px / looked_at[idx].photo.width_px for idx in counted]
     )
     slopes = [
-        np.zeros(len(proxy.mesh)) if own is None else own.at(_full_px(view, proxy, by))
+        np.zeros(len(proxy.mesh)) if own is None else own.at(_full_size_px(view, proxy, by))
         for view, by, own in zip(views, ratio, (looked_at[idx].slopes for idx in counted))
     ]
     # pixels of the small copies, whose feature points these are: large photos find finer ones
@@ -103,25 +105,25 @@ def shown_by(seen: Seen, checked: Sequence[CheckedPhoto], options: CheckOptions)
     bare = tuple(_bare_regions(proxy, prediction, gap_px))
     apart_deg = narrowest_deg(proxy, views, MAX_INCIDENCE_DEG)
     wide = np.isfinite(apart_deg) & (apart_deg > options.widest_pair_deg)
-    coverage = coverage_of(proxy, prediction, in_mm)
-    closed = closed_surface(seen.limb, towards_cameras(scene)[seen.limb_idx])
-    under = closed and underside_of(closed, proxy.axis, views, options.least_photos)
-    return Shown(proxy, prediction, coverage, prediction.share(wide, proxy), under, bare)
+    coverage = coverage_from_prediction(proxy, prediction, in_mm)
+    closed = closed_surface(seen.limb, camera_directions(scene)[seen.limb_idx])
+    under = closed and find_underside(closed, proxy.axis, views, options.least_photos)
+    return ShownProxy(proxy, prediction, coverage, prediction.share(wide, proxy), under, bare)
 
 
 def _usual_pixel(views: Sequence[View], proxy: LimbProxy) -> float:
-    """Of a photo in the middle of the limb, in units of the scene."""
+    """The usual pixel at the middle of the limb, in units of the scene."""
     sizes = [float(view.pixel_at(proxy.middle[None])[0]) for view in views]
     return float(np.median(sizes)) if sizes else math.inf
 
 
-def _full_px(view: View, proxy: LimbProxy, ratio: float) -> Float64[np.ndarray, "n 2"]:
-    """Where the cells lie in the full-size photo."""
+def _full_size_px(view: View, proxy: LimbProxy, ratio: float) -> Float64[np.ndarray, "n 2"]:
+    """Positions of the cells in the full-size photo."""
     return (view.project(proxy.mesh.vertices_mm) + 0.5) / ratio - 0.5
 
 
-def coverage_of(proxy: LimbProxy, prediction: Prediction, in_mm: bool) -> Coverage:
-    """A prediction as it is told: cell by cell, by regions, and in all."""
+def coverage_from_prediction(proxy: LimbProxy, prediction: Prediction, in_mm: bool) -> Coverage:
+    """A prediction as reported: cell by cell, by regions, and in all."""
     sigma_mm = prediction.sigma_mm if in_mm else np.full(len(proxy.mesh), np.nan)
     regions = _regions(proxy, prediction, sigma_mm)
     known = proxy.by_row(proxy.known)
@@ -196,7 +198,7 @@ def _bare_regions(
 
 
 def _cells_of_regions(proxy: LimbProxy) -> list[tuple[Finding, Bool[np.ndarray, " n"]]]:
-    """The regions by name, from below upwards, and which cells are theirs."""
+    """The regions by name, from below upwards, with their cells."""
     row, column = np.divmod(np.arange(len(proxy.mesh)), COLUMNS)
     third = np.minimum(row * len(_THIRDS) // proxy.side_rows, len(_THIRDS) - 1)
     found: list[tuple[Finding, Bool[np.ndarray, " n"]]] = []

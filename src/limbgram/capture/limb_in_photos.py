@@ -45,8 +45,8 @@ _LOOKING_BYTES = 40
 
 
 @dataclass(frozen=True)
-class LookedAt:
-    """A photo with its figures where the limb lies in it."""
+class InspectedPhoto:
+    """A photo with its sharpness, exposure and texture where the limb lies in it."""
 
     photo: Photo
     placed: bool
@@ -73,7 +73,7 @@ class Slopes:
         return cls(cv2.blur(energy, (3, 3)).astype(np.float32), width / size[0])
 
     def at(self, xy_px: Float64[np.ndarray, "n 2"]) -> Float64[np.ndarray, " n"]:
-        """Root mean square round these full-size pixels; 0 outside the photo."""
+        """RMS grey slope round full-size pixels; 0 outside the photo."""
         rows, columns = self.energy.shape
         known = np.isfinite(xy_px).all(axis=1)
         x, y = np.where(known, xy_px.T, -1.0) / self.block_px
@@ -84,16 +84,16 @@ class Slopes:
 
 
 @dataclass(frozen=True)
-class Looked:
-    """What is kept of a full-size photo: it need not be decoded again while the limb stays put."""
+class InspectionCache:
+    """Results kept of a full-size photo, so that it need not be decoded again for the same box."""
 
     box: tuple[int, int, int, int]
     seen: Photo
     slopes: Slopes
 
 
-def limb_shown(metric: MetricScene) -> Int64[np.ndarray, " n"]:
-    """Which points of the scene are of what the cameras aim at, above the floor.
+def limb_points(metric: MetricScene) -> Int64[np.ndarray, " n"]:
+    """Which scene points lie on the object that the cameras aim at, above the floor.
 
     Raises:
         RegionError: too few points lie where the photos look, or two objects could be meant.
@@ -111,14 +111,14 @@ def limb_shown(metric: MetricScene) -> Int64[np.ndarray, " n"]:
     return np.flatnonzero(usable)[limb_among(points[usable], aim, _FEWEST_LIMB_POINTS).chosen]
 
 
-def look_at_limb(
+def inspect_limb(
     photos: PhotoSet,
     small: PhotoSet,
     features: Features,
     metric: MetricScene,
     limb: Points3,
-    known: dict[str, "Looked"],
-) -> list[LookedAt]:
+    known: dict[str, "InspectionCache"],
+) -> list[InspectedPhoto]:
     """Sharpness and exposure at full size where the limb lies, and how dense its texture is.
 
     Args:
@@ -126,15 +126,15 @@ def look_at_limb(
     """
     scene = metric.scene
 
-    def look(idx: int) -> LookedAt:
+    def inspect(idx: int) -> InspectedPhoto:
         photo = photos.photos[idx]
         if scene.camera_from_world[idx] is None:
-            return LookedAt(photo, False, math.nan)
+            return InspectedPhoto(photo, False, math.nan)
         view = scene.view(idx)
         xy_px = view.project(limb)
         inside = np.isfinite(xy_px).all(axis=1) & view.camera.contains(xy_px)
         if inside.sum() < 3:
-            return LookedAt(photo, True, math.nan)
+            return InspectedPhoto(photo, True, math.nan)
         hull = cv2.convexHull(xy_px[inside].astype(np.float32))
         factor = photo.width_px / small.photos[idx].width_px
         left, top, width, height = (
@@ -142,7 +142,7 @@ def look_at_limb(
         )
         box = (max(left, 0), max(top, 0), left + width, top + height)
         looked = known.get(photo.sha256)
-        if looked is None or not _alike(looked.box, box):
+        if looked is None or not _nearly_same_box(looked.box, box):
             looked = known[photo.sha256] = _at_full_size(photo, hull * factor, box)
         seen = replace(looked.seen, path=photo.path, camera_idx=photo.camera_idx)
         within = [
@@ -154,15 +154,15 @@ def look_at_limb(
             away_mm = float(np.linalg.norm(view.centre_in_world - np.median(limb, axis=0)))
             pixel_cm = 0.1 * away_mm / view.camera.fx
             density = sum(within) / max(cv2.contourArea(hull) * pixel_cm**2, 1e-9)
-        return LookedAt(seen, True, density, looked.slopes)
+        return InspectedPhoto(seen, True, density, looked.slopes)
 
     each_mb = in_flight_mb(photos.photos, _LOOKING_BYTES)
-    return in_parallel(look, range(len(photos.photos)), each_mb=each_mb)
+    return in_parallel(inspect, range(len(photos.photos)), each_mb=each_mb)
 
 
 def _at_full_size(
     photo: Photo, hull_px: Float32[np.ndarray, "h 1 2"], box: tuple[int, int, int, int]
-) -> Looked:
+) -> InspectionCache:
     """Sharpness and exposure inside the outline of the limb's points."""
     luma, mask = load_luma(photo), load_mask(photo)
     limb_at = np.zeros(luma.shape, np.uint8)
@@ -177,10 +177,10 @@ def _at_full_size(
         burnt=burnt_share(luma[part], where[part]),
         brightest=brightest_luma(luma[part], where[part]),
     )
-    return Looked(box, seen, Slopes.of(luma))
+    return InspectionCache(box, seen, Slopes.of(luma))
 
 
-def _alike(one: tuple[int, int, int, int], other: tuple[int, int, int, int]) -> bool:
+def _nearly_same_box(one: tuple[int, int, int, int], other: tuple[int, int, int, int]) -> bool:
     """Whether two boxes (left, top, right, bottom) hold nearly the same."""
     sides = max(one[2] - one[0], 1), max(one[3] - one[1], 1)
     return all(abs(one[k] - other[k]) <= _SAME_BOX * sides[k % 2] for k in range(4))

@@ -18,13 +18,13 @@ from limbgram.reconstruction.scale.metric import MetricScene
 
 @dataclass(frozen=True)
 class LimbMotion:
-    """How the limb moved and bent, in a unit that means something to people."""
+    """The limb's movement and bending, in a unit that people understand."""
 
     scene: Scene
     unit: str
 
     def findings(self, cameras: Cameras) -> Iterator[Finding]:
-        """That the limb bent, or moved where its own points do not place the photos."""
+        """Findings that the limb bent, or moved where its own points do not place the photos."""
         scene, unit = self.scene, self.unit
         movement, bending = scene.movement, scene.bending
         if movement is not None and movement.moved and not movement.alone:
@@ -34,7 +34,7 @@ class LimbMotion:
             yield fault("coach.bent", how=bending_found(bending, scene.names, unit, lens))
 
     def notes(self) -> Iterator[Finding]:
-        """That it moved as one piece, or what lies round it did: the surface will do without."""
+        """Notes that the limb, or what lies round it, moved as one piece, which is harmless."""
         scene, unit = self.scene, self.unit
         movement = scene.movement
         if movement is not None and movement.moved and movement.alone:
@@ -46,7 +46,7 @@ class LimbMotion:
 
 
 def limb_motion(metric: MetricScene, limb: Points3) -> LimbMotion:
-    """In mm, or as shares of the limb's length where nothing gives a size.
+    """The limb's motion in mm, or as shares of its length where the scale is unknown.
 
     Args:
         limb: Points of what the cameras aim at.
@@ -56,7 +56,7 @@ def limb_motion(metric: MetricScene, limb: Points3) -> LimbMotion:
 
 
 def kept_still(scene: Scene) -> bool | None:
-    """Whether the limb kept still and kept its shape; None where either is not known."""
+    """Whether the limb kept still and kept its shape; None if either is unknown."""
     seen = (scene.movement, scene.bending)
     if any(one is not None and one.moved for one in seen):
         return False

@@ -38,7 +38,7 @@ class Permissible:
     per: float = math.inf
 
     def at(self, length_mm: float) -> float:
-        """For one length; a form has none."""
+        """The permissible error for a length; a form has no length."""
         return self.base_mm + length_mm / self.per
 
     def __str__(self) -> str:

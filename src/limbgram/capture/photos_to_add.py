@@ -16,14 +16,14 @@ from jaxtyping import Float64, Int64
 from limbgram.capture.answer import DEFAULTS, CheckedPhoto, CheckOptions, MissingPhotos
 from limbgram.capture.camera_positions import (
     Stand,
-    clock,
+    clock_hour,
     height_of,
-    shows_squarely,
+    squarely_shown_cells,
     stands_to_add,
 )
 from limbgram.capture.closed_surface import Underside
-from limbgram.capture.coverage import Shown
-from limbgram.capture.proxy import Skin
+from limbgram.capture.coverage import ShownProxy
+from limbgram.capture.proxy import CoarseSkin
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import COVER
 from limbgram.findings import Finding, Value, doubt, fault, note
@@ -36,12 +36,12 @@ _WORTH_A_NOTE = 0.01
 """Of the limb: what faces down and is hidden is told, though the verdict would not name it."""
 
 
-def missing_round(
+def photos_for_gaps(
     checked: Sequence[CheckedPhoto], options: CheckOptions = DEFAULTS
 ) -> tuple[MissingPhotos, ...]:
-    """Photos to add where neighbouring photos that count lie too far apart, most of them first."""
+    """Photos to add in gaps between neighbouring photos that count, the widest gap first."""
     around = sorted((one for one in checked if one.counts), key=lambda one: one.azimuth_deg)
-    first = first_placed(checked)
+    first = photo_at_12(checked)
     found: list[MissingPhotos] = []
     gaps = gaps_deg([one.azimuth_deg for one in around])
     limit_deg = min(options.max_gap_ratio * _usual_gap_deg(around), options.widest_gap_deg)
@@ -75,10 +75,10 @@ def missing_round(
     return tuple(sorted(found, key=lambda one: -one.count))
 
 
-def may_stay(
+def gaps_tolerable(
     gaps: Sequence[MissingPhotos], checked: Sequence[CheckedPhoto], options: CheckOptions
 ) -> bool:
-    """Whether the verdict of the case would name none of the gaps in a walk.
+    """Whether the gaps in a walk are too small for the case's verdict to name them.
 
     A photo that was taken in a gap and does not count is to be taken again.
     """
@@ -94,13 +94,13 @@ def may_stay(
     return True
 
 
-def first_placed(checked: Sequence[CheckedPhoto]) -> str:
+def photo_at_12(checked: Sequence[CheckedPhoto]) -> str:
     """The photo that stands at 12 o'clock."""
     return next((one.name for one in checked if one.placed), "")
 
 
 def gaps_deg(azimuths_deg: Sequence[float]) -> Float64[np.ndarray, " n"]:
-    """From each photo, in their order round, to the next one."""
+    """Gaps from each photo to the next one, in their order round the limb."""
     around = np.sort(np.asarray(azimuths_deg, float))
     if not len(around):
         return np.zeros(0)
@@ -123,32 +123,32 @@ def _usual_gap_deg(around: Sequence[CheckedPhoto]) -> float:
 
 
 def _hours(azimuths_deg: Iterable[float]) -> tuple[int, ...]:
-    """The hours at which places stand, each once."""
-    return tuple(dict.fromkeys(clock(azimuth) for azimuth in azimuths_deg))
+    """The clock hours of azimuths, each once."""
+    return tuple(dict.fromkeys(clock_hour(azimuth) for azimuth in azimuths_deg))
 
 
-def photos_for(
-    shown: Shown,
+def photos_for_hidden_places(
+    shown: ShownProxy,
     metric: MetricScene,
     checked: Sequence[CheckedPhoto],
     missing: Sequence[MissingPhotos],
     options: CheckOptions,
 ) -> tuple[tuple[MissingPhotos, ...], list[Finding], tuple[Finding, ...]]:
-    """Photos for places that too few see, the findings that they belong to, and notes."""
+    """Photos to add for places that too few photos show, with their findings and notes."""
     proxy, prediction, under = shown.proxy, shown.prediction, shown.underside
     unseen = prediction.share(prediction.squarely < options.least_photos, proxy)
-    lacking: tuple[Skin, Int64[np.ndarray, " n"]] = (proxy, prediction.squarely)
+    lacking: tuple[CoarseSkin, Int64[np.ndarray, " n"]] = (proxy, prediction.squarely)
     if under is not None and under.share > unseen:
         unseen, lacking = under.share, (under.skin, under.squarely)
     unsure = prediction.share(prediction.sigma_mm > options.max_sigma_mm, proxy)
     findings: list[Finding] = []
     asked: tuple[MissingPhotos, ...] = ()
-    first = first_placed(checked)
+    first = photo_at_12(checked)
     if unseen > options.max_unseen:
-        asked = _for_places(*lacking, metric, missing, options)
+        asked = _photos_by_place(*lacking, metric, missing, options)
         part: dict[str, Value] = {"share": float(unseen), "least": options.least_photos}
         if asked:
-            count, places = sum(one.count for one in asked), _grouped(asked)
+            count, places = sum(one.count for one in asked), _hours_by_height(asked)
             added = fault("coach.unseen.add", count=count, places=places, first=first, **part)
             findings.append(added)
         elif missing:
@@ -157,14 +157,14 @@ def photos_for(
             findings.append(fault("coach.unseen.blocked", **part))
     if shown.thin > options.max_thin:
         steps = replace(options, max_gap_deg=options.widest_pair_deg, max_gap_ratio=0.0)
-        between = () if missing or asked else missing_round(checked, steps)
+        between = () if missing or asked else photos_for_gaps(checked, steps)
         asked = (*asked, *between)
         thin = fault(
             "coach.thin",
             share=float(shown.thin),
             widest_deg=options.widest_pair_deg,
             parts=len(between),
-            places=_grouped(between),
+            places=_hours_by_height(between),
             first=first,
         )
         findings.append(thin)
@@ -173,7 +173,7 @@ def photos_for(
         findings.append(fault("coach.unsure", share=float(unsure), most_mm=most_mm))
     notes: list[Finding] = []
     if under is not None and _WORTH_A_NOTE < under.share <= options.max_unseen:
-        notes.append(_overhang(under, metric, missing, first, options))
+        notes.append(_overhang_findings(under, metric, missing, first, options))
     if not proxy.known[-1]:
         notes.append(note("coach.no_upper_end"))
     if shown.bare:
@@ -183,33 +183,33 @@ def photos_for(
     return asked, findings, tuple(notes)
 
 
-def _overhang(
+def _overhang_findings(
     under: Underside,
     metric: MetricScene,
     missing: Sequence[MissingPhotos],
     first: str,
     options: CheckOptions,
 ) -> Finding:
-    """That some of the limb faces down where too few photos show it, and what would show it."""
-    added = _for_places(under.skin, under.squarely, metric, missing, options)
+    """A finding that the underside is shown by too few photos, with photos to add for it."""
+    added = _photos_by_place(under.skin, under.squarely, metric, missing, options)
     return doubt(
         "coach.overhang",
         share=under.share,
         least=options.least_photos,
         count=sum(one.count for one in added),
-        places=_grouped(added),
+        places=_hours_by_height(added),
         first=first,
     )
 
 
-def _for_places(
-    skin: Skin,
+def _photos_by_place(
+    skin: CoarseSkin,
     squarely: Int64[np.ndarray, " n"],
     metric: MetricScene,
     missing: Sequence[MissingPhotos],
     options: CheckOptions,
 ) -> tuple[MissingPhotos, ...]:
-    """Photos that would show what too few show, one entry each, from below upwards.
+    """Photos to add for places that too few photos show, from below upwards.
 
     Args:
         squarely: Photos that show each place of the skin well enough to measure it.
@@ -226,7 +226,7 @@ def _for_places(
     ]
     stands = stands_to_add(
         skin,
-        squarely + shows_squarely(skin, coming).sum(axis=1),
+        squarely + squarely_shown_cells(skin, coming).sum(axis=1),
         options.wanted_photos,
         camera,
         distance,
@@ -242,7 +242,9 @@ def _for_places(
             elevations_deg=(one.elevation_deg,),
             between=None,
             asked=fault(
-                "coach.add_at", hour=clock(one.azimuth_deg), height=height_of(one.elevation_deg)
+                "coach.add_at",
+                hour=clock_hour(one.azimuth_deg),
+                height=height_of(one.elevation_deg),
             ),
         )
         for one in by_height
@@ -256,7 +258,7 @@ def _stands_of(asked: MissingPhotos) -> list[Stand]:
     ]
 
 
-def _grouped(asked: Sequence[MissingPhotos]) -> tuple[Finding, ...]:
+def _hours_by_height(asked: Sequence[MissingPhotos]) -> tuple[Finding, ...]:
     """Hours by height: "at 2, 4 o'clock, 25 degrees above level"."""
     stands = [one for part in asked for one in _stands_of(part)]
     return tuple(

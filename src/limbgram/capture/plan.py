@@ -20,15 +20,15 @@ import numpy as np
 
 from limbgram.capture.answer import Coverage
 from limbgram.capture.camera_positions import Stand, height_of
-from limbgram.capture.coverage import coverage_of
+from limbgram.capture.coverage import coverage_from_prediction
 from limbgram.capture.prediction import (
     FINE_POWER,
     Prediction,
     Showing,
-    cosines_of,
+    incidence_cosines,
     predict,
 )
-from limbgram.capture.proxy import LimbProxy, tube
+from limbgram.capture.proxy import LimbProxy, plain_tube
 from limbgram.core.errors import OptionsError, PlanError
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.interval import COVER
@@ -48,7 +48,7 @@ _DISC, _AIRY = 0.25, 0.42
 _SQUARELY = math.cos(math.radians(MAX_INCIDENCE_DEG))
 _BOARD_PX = 0.88
 """Width of a board's edges where the camera's own are not known."""
-_FINER_PX = 0.66
+_FINER_PIXEL_SHARE = 0.66
 """Edges of dabs, which stand close, read narrower than those of a board, by so much in quadrature:
 0.42 to 0.84 px in 13 captures of docs/method/prediction.md."""
 _DABS_SLOPE = 13.1
@@ -62,7 +62,7 @@ _NARROWEST_PX = 0.4
 
 
 class Sock(Enum):
-    """What is on the limb."""
+    """What the limb wears for the photos."""
 
     PAINTED = "painted"
     PRINTED = "printed"
@@ -105,7 +105,7 @@ class PlannedCamera:
         height_px: int,
         aperture: float | None = None,
     ) -> "PlannedCamera":
-        """From what a data sheet tells."""
+        """A camera by the values of a data sheet."""
         if min(focal_mm, sensor_width_mm) <= 0 or min(width_px, height_px) < 100:
             raise OptionsError("plan.camera")
         focal_px = focal_mm / sensor_width_mm * width_px
@@ -122,7 +122,7 @@ class PlannedCamera:
 
 @dataclass(frozen=True, kw_only=True)
 class PlanOptions:
-    """What a plan keeps to."""
+    """Limits that a plan keeps to."""
 
     share: float = 0.9
     """Share of the measured surface that must be as sure as asked."""
@@ -155,7 +155,7 @@ class PlannedRing:
 
 @dataclass(frozen=True, kw_only=True)
 class CapturePlan:
-    """What to do, and what it will give."""
+    """A plan of photos, and the surface that it will give."""
 
     asked_sigma_mm: float
     photos: int
@@ -188,7 +188,7 @@ class CapturePlan:
 
     @property
     def summary(self) -> Finding:
-        """What is reached by how many photos."""
+        """A sentence of the sigma reached, and the number of photos."""
         return note(
             "plan.reached",
             photos=self.photos,
@@ -235,7 +235,7 @@ class CapturePlan:
 def form_of(limb: LimbForm) -> LimbProxy:
     """The proxy of a usual limb."""
     radii, length_mm, end_mm = _FORMS[limb]
-    return tube(np.linspace(0, length_mm, len(radii)), np.array(radii), end_mm)
+    return plain_tube(np.linspace(0, length_mm, len(radii)), np.array(radii), end_mm)
 
 
 def plain_limb(diameter_mm: float, length_mm: float) -> LimbProxy:
@@ -244,7 +244,7 @@ def plain_limb(diameter_mm: float, length_mm: float) -> LimbProxy:
         raise OptionsError("plan.limb")
     end_mm = min(0.7 * diameter_mm / 2, 0.4 * length_mm)
     radii = np.full(3, diameter_mm / 2)
-    return tube(np.linspace(0, length_mm - end_mm, 3), radii, end_mm)
+    return plain_tube(np.linspace(0, length_mm - end_mm, 3), radii, end_mm)
 
 
 def plan_capture(
@@ -273,12 +273,12 @@ def plan_capture(
             needed_mm=shown_mm * fits_mm,
             back_mm=math.ceil(fits_mm / 10) * 10,
         )
-    held = _upright(camera.camera) if portrait else camera.camera
+    held = _in_portrait(camera.camera) if portrait else camera.camera
     best: tuple[float, int] | None = None
     for stands, rings in _candidates(distance_mm, options):
-        sharpness = _sharpness(stands, held, camera, limb)
+        sharpness = _best_sharpness(stands, held, camera, limb)
         views = [one.view(held, limb.middle, 0.0) for one in stands]
-        showing = shown_by(len(limb.mesh), len(views), sharpness.blur_px, options.sock)
+        showing = showing_of_sock(len(limb.mesh), len(views), sharpness.blur_px, options.sock)
         prediction = predict(limb, views, showing)
         reached_mm = prediction.sigma_reached_mm(limb, options.share)
         if prediction.share(prediction.squarely >= 3, limb) < options.covered:
@@ -286,9 +286,9 @@ def plan_capture(
         if best is None or reached_mm < best[0]:
             best = reached_mm, len(stands)
         if reached_mm <= sigma_mm:
-            walk = _Walk(distance_mm, portrait, rings, sharpness, prediction)
-            return _told(sigma_mm, camera, limb, walk, options)
-    raise _beyond(sigma_mm, best, distance_mm, fits_mm, given, camera, options)
+            walk = _PhotoRound(distance_mm, portrait, rings, sharpness, prediction)
+            return _as_plan(sigma_mm, camera, limb, walk, options)
+    raise _unreachable_error(sigma_mm, best, distance_mm, fits_mm, given, camera, options)
 
 
 def board_edge_px(camera: PlannedCamera) -> float:
@@ -296,14 +296,14 @@ def board_edge_px(camera: PlannedCamera) -> float:
     return _BOARD_PX if camera.edge_px is None else camera.edge_px
 
 
-def shown_by(cells: int, views: int, blur_px: float, sock: Sock) -> Showing:
-    """How well photos show the sock in which a board's edges are so wide.
+def showing_of_sock(cells: int, views: int, blur_px: float, sock: Sock) -> Showing:
+    """How well photos show a sock, by the width of a board's edges in them.
 
     A step that is blurred has a slope that goes with one over its width.
     """
     match sock:
         case Sock.PAINTED:
-            edge_px = math.sqrt(max(blur_px**2 - _FINER_PX**2, 0.0))
+            edge_px = math.sqrt(max(blur_px**2 - _FINER_PIXEL_SHARE**2, 0.0))
             slope = _DABS_SLOPE / max(edge_px, _NARROWEST_PX)
         case Sock.PRINTED:
             edge_px = math.sqrt(max(blur_px**2 - _FINEST_PX**2, 0.0))
@@ -332,7 +332,7 @@ def _nearest_mm(camera: Camera, limb: LimbProxy, options: PlanOptions) -> tuple[
     return min(level, upright), upright < level
 
 
-def _upright(camera: Camera) -> Camera:
+def _in_portrait(camera: Camera) -> Camera:
     """The camera turned by a quarter."""
     return replace(
         camera,
@@ -374,7 +374,7 @@ def _candidates(
 
 
 def _ring(count: int, elevation_deg: float, number: int, distance_mm: float) -> PlannedRing:
-    """Every second ring stands in the gaps of the one below."""
+    """A ring of photos; every second ring stands in the gaps of the one below."""
     start = 0.5 * (number % 2)
     rise = math.radians(elevation_deg)
     return PlannedRing(
@@ -386,12 +386,12 @@ def _ring(count: int, elevation_deg: float, number: int, distance_mm: float) -> 
     )
 
 
-def _sharpness(
+def _best_sharpness(
     stands: list[Stand], held: Camera, planned: PlannedCamera, limb: LimbProxy
 ) -> _Sharpness:
     """Aperture and focus for all that these photos measure."""
     views = [one.view(held, limb.middle, 0.0) for one in stands]
-    seen = cosines_of(limb, views) >= _SQUARELY
+    seen = incidence_cosines(limb, views) >= _SQUARELY
     depths = np.stack(
         [view.camera_from_world.apply(limb.mesh.vertices_mm)[:, 2] for view in views], axis=1
     )
@@ -439,8 +439,8 @@ def _defocus_px(
 
 
 @dataclass(frozen=True)
-class _Walk:
-    """A way of taking the photos, and what it gives."""
+class _PhotoRound:
+    """Rings of photos round the limb, with their sharpness and prediction."""
 
     distance_mm: float
     portrait: bool
@@ -449,15 +449,15 @@ class _Walk:
     prediction: Prediction
 
 
-def _told(
-    asked_mm: float, camera: PlannedCamera, limb: LimbProxy, walk: _Walk, options: PlanOptions
+def _as_plan(
+    asked_mm: float, camera: PlannedCamera, limb: LimbProxy, walk: _PhotoRound, options: PlanOptions
 ) -> CapturePlan:
     sharpness, prediction = walk.sharpness, walk.prediction
     pixel_mm = walk.distance_mm / camera.camera.fx
     notes: list[Finding] = []
     if sharpness.aperture is None:
         notes.append(note("plan.no_aperture"))
-    elif sharpness.defocus_px > _FINER_PX:
+    elif sharpness.defocus_px > _FINER_PIXEL_SHARE:
         notes.append(doubt("plan.defocus", blur_px=float(sharpness.defocus_px)))
     return CapturePlan(
         asked_sigma_mm=asked_mm,
@@ -473,12 +473,12 @@ def _told(
         paint_mm=SPECKLE_PX * pixel_mm,
         sigma_mm=prediction.sigma_reached_mm(limb, options.share),
         sigma_middle_mm=prediction.middle_sigma_mm(limb),
-        coverage=coverage_of(limb, prediction, in_mm=True),
+        coverage=coverage_from_prediction(limb, prediction, in_mm=True),
         notes=tuple(notes),
     )
 
 
-def _beyond(
+def _unreachable_error(
     asked_mm: float,
     best: tuple[float, int] | None,
     distance_mm: float,
@@ -487,7 +487,7 @@ def _beyond(
     camera: PlannedCamera,
     options: PlanOptions,
 ) -> PlanError:
-    """Why it cannot be reached, and what would reach it."""
+    """A refusal that says why a sigma cannot be reached, and what would reach it."""
     if best is None:
         return PlanError(
             "plan.uncovered",

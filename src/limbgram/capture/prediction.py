@@ -1,4 +1,4 @@
-"""Prediction: how sure the surface will be, before it is measured.
+"""Prediction: the surface's sigma before it is measured.
 
 In      a LimbProxy, the photos' views, and what each photo shows of each cell.
 Out     a Prediction: for each cell the photos that will measure it and the expected sigma.
@@ -30,7 +30,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from limbgram.capture.proxy import LimbProxy, Skin
+from limbgram.capture.proxy import CoarseSkin, LimbProxy
 from limbgram.core.geometry.lens import View
 from limbgram.core.interval import weighted_quantile
 from limbgram.reconstruction.measuring.measurement import GRAZING_DEG
@@ -57,7 +57,7 @@ _COUNTED = 6.0
 
 @dataclass(frozen=True, kw_only=True)
 class Prediction:
-    """By cell of a proxy."""
+    """The predicted measurement of a proxy, by cell."""
 
     photos: Int64[np.ndarray, " n"]
     """Photos that will measure it, six at most."""
@@ -70,17 +70,17 @@ class Prediction:
     """Expected standard deviation along the normal; NaN where fewer than two photos see it."""
 
     def share(self, cells: Bool[np.ndarray, " n"], proxy: LimbProxy) -> float:
-        """Of the limb's area: how much lies in these cells."""
+        """Share of the limb's area that lies in these cells."""
         area = np.where(proxy.known, proxy.area_mm2, 0.0)
         return float(area[cells].sum() / area.sum())
 
     def middle_sigma_mm(self, proxy: LimbProxy) -> float:
-        """Half of what is measured is surer; NaN where nothing is."""
+        """Median sigma over the measured area; NaN where nothing is measured."""
         middle_mm = self.sigma_reached_mm(proxy, 0.5)
         return middle_mm if math.isfinite(middle_mm) else math.nan
 
     def sigma_reached_mm(self, proxy: LimbProxy, share: float) -> float:
-        """This share of what is measured is as sure or surer; infinite where nothing is."""
+        """Sigma that a share of the measured area reaches; infinite where nothing is measured."""
         measured = proxy.known & np.isfinite(self.sigma_mm)
         if not measured.any():
             return math.inf
@@ -112,8 +112,8 @@ class Showing:
         )
 
 
-def cosines_of(skin: Skin, views: Sequence[View]) -> Float64[np.ndarray, "n v"]:
-    """Between normal and ray, by place and view; 0 where a photo does not show the place."""
+def incidence_cosines(skin: CoarseSkin, views: Sequence[View]) -> Float64[np.ndarray, "n v"]:
+    """Cosine between normal and ray, by place and view; 0 where the place is not shown."""
     return np.concatenate(list(incidences(skin.mesh, views, GRAZING_DEG))).astype(float)
 
 
@@ -124,7 +124,7 @@ def narrowest_deg(
     narrowest = np.full(len(proxy.mesh), np.inf)
     if len(views) < 2:
         return narrowest
-    sees = cosines_of(proxy, views) >= np.cos(np.radians(max_incidence_deg))
+    sees = incidence_cosines(proxy, views) >= np.cos(np.radians(max_incidence_deg))
     rays = np.array([one.centre_in_world for one in views]) - proxy.mesh.vertices_mm[:, None]
     rays /= np.linalg.norm(rays, axis=2, keepdims=True)
     for one, other in combinations(range(len(views)), 2):
@@ -134,7 +134,7 @@ def narrowest_deg(
     return narrowest
 
 
-def chosen_for(cosines: Float64[np.ndarray, "n v"]) -> Bool[np.ndarray, "n v"]:
+def measuring_photos(cosines: Float64[np.ndarray, "n v"]) -> Bool[np.ndarray, "n v"]:
     """The photos that will measure each cell, as `measuring` chooses them."""
     squarely = cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG))
     few = squarely.sum(axis=1, keepdims=True) < LEAST_VIEWS
@@ -158,13 +158,13 @@ def predict(
         nothing = np.full(len(cells), np.nan)
         none = np.zeros(len(cells), int)
         return Prediction(photos=none, squarely=none, pixel_mm=nothing, sigma_mm=nothing)
-    cosines = cosines_of(proxy, views)
-    chosen = chosen_for(cosines)
+    cosines = incidence_cosines(proxy, views)
+    chosen = measuring_photos(cosines)
     square = chosen & (cosines >= np.cos(np.radians(MAX_INCIDENCE_DEG)))
     normals = proxy.mesh.vertex_normals()
     count = chosen.sum(axis=1)
     pixels = np.stack([view.pixel_at(cells) for view in views], axis=1) * showing.pixel_ratio
-    along = np.stack([_along(view, cells, normals) for view in views], axis=1)
+    along = np.stack([_tangential_motion(view, cells, normals) for view in views], axis=1)
     least = np.maximum(count, 1)[:, None]
     off = np.where(chosen[..., None], along, 0.0)
     off = np.where(chosen[..., None], along - off.sum(axis=1, keepdims=True) / least[..., None], 0)
@@ -173,9 +173,9 @@ def predict(
     edge_px = np.where(chosen, showing.edge_px, 0.0).sum(axis=1) / least[:, 0]
     slope2 = np.where(chosen, showing.slope**2, 0.0).sum(axis=1) / least[:, 0]
     coarse = np.maximum(_mesh_pixel_mm(proxy) / pixel_mm, 1.0)
-    sigma_mm = sigma_of(pixel_mm * coarse, edge_px / coarse, count, spread, np.sqrt(slope2))
+    sigma_mm = vertex_sigma_mm(pixel_mm * coarse, edge_px / coarse, count, spread, np.sqrt(slope2))
     if showing.gap_px is not None:
-        sigma_mm = sigma_mm * bridging(showing.gap_px)
+        sigma_mm = sigma_mm * bridging_factor(showing.gap_px)
     shared2 = (OFFSET_PX * pixel_mm) ** 2
     shared2 = shared2 + (showing.relative_sigma * np.linalg.norm(cells - proxy.middle, axis=1)) ** 2
     measured = count >= 2
@@ -187,25 +187,25 @@ def predict(
     )
 
 
-def bridging(gap_px: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """By how much a surface is less sure whose nearest paint is so far away."""
+def bridging_factor(gap_px: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """Factor on sigma where the nearest paint is a distance away."""
     return np.sqrt(1.0 + (gap_px / BRIDGED_PX) ** 2)
 
 
 def _mesh_pixel_mm(proxy: LimbProxy) -> float:
-    """The pixel that the finest mesh allowed can follow: finer ones are measured no better."""
+    """The pixel size below which the finest allowed mesh does not measure any better."""
     face_mm2 = float(proxy.area_mm2[proxy.known].sum()) / MOST_TRIANGLES
     return math.sqrt(4 / math.sqrt(3) * face_mm2) / PIPELINE.edge_px
 
 
-def sigma_of(
+def vertex_sigma_mm(
     pixel_mm: Float64[np.ndarray, " n"],
     edge_px: Float64[np.ndarray, " n"],
     photos: Int64[np.ndarray, " n"],
     spread: Float64[np.ndarray, " n"],
     slope: Float64[np.ndarray, " n"],
 ) -> Float64[np.ndarray, " n"]:
-    """The formula in the header, without what all vertices share."""
+    """A vertex's own sigma by the formula in the header, without shared parts."""
     finite_mm = np.where(np.isfinite(pixel_mm), pixel_mm, USUAL_PIXEL_MM)
     sigma = SHARE_OF_PIXEL * finite_mm * (finite_mm / USUAL_PIXEL_MM) ** FINE_POWER
     sigma = sigma * np.sqrt(1 + edge_px**2)
@@ -214,8 +214,10 @@ def sigma_of(
     return sigma * (np.maximum(slope, _FAINTEST_SLOPE) / USUAL_SLOPE) ** -SLOPE_POWER
 
 
-def _along(view: View, cells: np.ndarray, normals: np.ndarray) -> Float64[np.ndarray, "n 3"]:
-    """How far the surface seems to move along itself for a unit along its normal."""
+def _tangential_motion(
+    view: View, cells: np.ndarray, normals: np.ndarray
+) -> Float64[np.ndarray, "n 3"]:
+    """Apparent tangential motion of the surface for a unit along its normal."""
     rays = view.centre_in_world - cells
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     cosine = np.einsum("ni,ni->n", rays, normals)

@@ -34,12 +34,12 @@ _VOTE_CELL = 0.1
 degrees off."""
 _LEAST_VOTES = 0.12
 """Of the sphere's area, for a candidate."""
-_NEAR, _NEARER = 0.10, 0.05
+_NEAR, _NEAR_REFINED = 0.10, 0.05
 """Of the radius: what lies so near to the nominal, then to the fitted body, may be part of it."""
 _LEAST_COSINE = np.cos(np.radians(30.0))
 """Of the angle between a normal and the way from the body's middle."""
 _ROUNDS = 6
-_OFF_SHARE = 0.03
+_OUTLIER_SHARE = 0.03
 """A patch off the body larger than this share of its area, or that reaches farther than _NEAR, is
 where the surface leaves it."""
 _STRIP, _STRIP_MM = 0.12, 2.0
@@ -53,8 +53,8 @@ _SECTORS = 36
 
 
 @dataclass(frozen=True, kw_only=True)
-class Probed:
-    """A body of Gauss, and the points that it was made of."""
+class ProbedBody:
+    """A least-squares (Gaussian) sphere or cylinder, with its points."""
 
     middle_mm: Vector3
     """Of the sphere; of a cylinder a point on its axis."""
@@ -86,7 +86,7 @@ class Surface:
 
 
 def surface_of(meshes: Sequence[Mesh]) -> Surface:
-    """All bodies of a reconstruction as one."""
+    """All bodies of a reconstruction as one searchable surface."""
     start = np.cumsum([0, *(len(mesh) for mesh in meshes)])
     edges = [
         (mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64) + first)
@@ -103,9 +103,9 @@ def surface_of(meshes: Sequence[Mesh]) -> Surface:
     )
 
 
-def find_spheres(surface: Surface, diameter_mm: float) -> tuple[Probed, ...]:
+def find_spheres(surface: Surface, diameter_mm: float) -> tuple[ProbedBody, ...]:
     """Every sphere of about this diameter, the one with most of its area measured first."""
-    found: list[Probed] = []
+    found: list[ProbedBody] = []
     for middle in _candidates(surface, diameter_mm / 2):
         probed = _sphere(surface, middle, diameter_mm / 2)
         if probed is None:
@@ -116,14 +116,14 @@ def find_spheres(surface: Surface, diameter_mm: float) -> tuple[Probed, ...]:
     return tuple(sorted(found, key=lambda one: -one.seen))
 
 
-def find_cylinder(surface: Surface, diameter_mm: float) -> Probed | None:
+def find_cylinder(surface: Surface, diameter_mm: float) -> ProbedBody | None:
     """The cylinder of about this diameter of which most was measured."""
     start = _axis_among(surface, diameter_mm / 2)
     return None if start is None else _cylinder(surface, *start, diameter_mm / 2)
 
 
 def _candidates(surface: Surface, radius: float) -> Points3:
-    """Places where steps of one radius against the normals meet, the most area first."""
+    """Centre candidates where steps of one radius against the normals meet, by falling area."""
     kept = surface.measured
     steps = surface.vertices_mm[kept] - radius * surface.normals[kept]
     cell = _VOTE_CELL * radius
@@ -159,58 +159,60 @@ def _votes_in(
     return np.where(cells[at] == asked, votes[at], 0.0)
 
 
-def _sphere(surface: Surface, middle: Vector3, radius: float) -> Probed | None:
-    """The sphere of Gauss from a start; None where too little of it is there."""
+def _sphere(surface: Surface, middle: Vector3, radius: float) -> ProbedBody | None:
+    """The least-squares sphere from a start; None where too little of it was measured."""
     nominal, gate = radius, _NEAR
     for _ in range(_ROUNDS):
-        near = _on_sphere(surface, middle, radius, gate) & surface.measured
+        near = _residuals_on_sphere(surface, middle, radius, gate) & surface.measured
         if near.sum() < 10:
             return None
         middle, radius = _gauss_sphere(surface, near, middle, radius)
         if not 0.5 * nominal < radius < 2 * nominal:
             return None
-        gate = _NEARER
+        gate = _NEAR_REFINED
     off = np.linalg.norm(surface.vertices_mm - middle, axis=1) - radius
     area = 4 * np.pi * radius**2
-    counts = _counting(surface, off, _on_sphere(surface, middle, radius, gate), radius, area)
+    counts = _inner_vertices(
+        surface, off, _residuals_on_sphere(surface, middle, radius, gate), radius, area
+    )
     seen = float(surface.areas_mm2[counts].sum() / area)
     if seen < _LEAST_SEEN:
         return None
     middle, radius = _gauss_sphere(surface, counts, middle, radius)
     off = np.linalg.norm(surface.vertices_mm[counts] - middle, axis=1) - radius
-    return _probed(surface, counts, off, middle, None, radius, seen)
+    return _probed_body(surface, counts, off, middle, None, radius, seen)
 
 
-def _cylinder(surface: Surface, middle: Vector3, axis: Vector3, radius: float) -> Probed | None:
-    """The cylinder of Gauss from a start; None where too little of it is there."""
+def _cylinder(surface: Surface, middle: Vector3, axis: Vector3, radius: float) -> ProbedBody | None:
+    """The least-squares cylinder from a start; None where too little of it was measured."""
     nominal, gate = radius, _NEAR
     for _ in range(_ROUNDS):
-        near = _on_cylinder(surface, middle, axis, radius, gate) & surface.measured
+        near = _residuals_on_cylinder(surface, middle, axis, radius, gate) & surface.measured
         if near.sum() < 10:
             return None
         middle, axis, radius = _gauss_cylinder(surface, near, middle, axis, radius)
         if not 0.5 * nominal < radius < 2 * nominal:
             return None
-        gate = _NEARER
-    on = _on_cylinder(surface, middle, axis, radius, gate)
+        gate = _NEAR_REFINED
+    on = _residuals_on_cylinder(surface, middle, axis, radius, gate)
     along = (surface.vertices_mm[on] - middle) @ axis
     if len(along) < 10:
         return None
     area = 2 * np.pi * radius * float(np.ptp(along))
-    off = np.linalg.norm(_across(surface.vertices_mm - middle, axis), axis=1) - radius
-    counts = _counting(surface, off, on, radius, area)
+    off = np.linalg.norm(_parts_across(surface.vertices_mm - middle, axis), axis=1) - radius
+    counts = _inner_vertices(surface, off, on, radius, area)
     if counts.sum() < 10:
         return None
     middle, axis, radius = _gauss_cylinder(surface, counts, middle, axis, radius)
-    across = _across(surface.vertices_mm[counts] - middle, axis)
+    across = _parts_across(surface.vertices_mm[counts] - middle, axis)
     seen = _turn_seen(across, axis)
     if seen < _LEAST_SEEN:
         return None
     off = np.linalg.norm(across, axis=1) - radius
-    return _probed(surface, counts, off, middle, axis, radius, seen)
+    return _probed_body(surface, counts, off, middle, axis, radius, seen)
 
 
-def _on_sphere(
+def _residuals_on_sphere(
     surface: Surface, middle: Vector3, radius: float, gate: float
 ) -> Bool[np.ndarray, " n"]:
     arms = surface.vertices_mm - middle
@@ -219,16 +221,16 @@ def _on_sphere(
     return (np.abs(far - radius) < gate * radius) & (outward > _LEAST_COSINE)
 
 
-def _on_cylinder(
+def _residuals_on_cylinder(
     surface: Surface, middle: Vector3, axis: Vector3, radius: float, gate: float
 ) -> Bool[np.ndarray, " n"]:
-    arms = _across(surface.vertices_mm - middle, axis)
+    arms = _parts_across(surface.vertices_mm - middle, axis)
     far = np.linalg.norm(arms, axis=1)
     outward = np.einsum("nc,nc->n", arms, surface.normals) / np.maximum(far, 1e-12)
     return (np.abs(far - radius) < gate * radius) & (outward > _LEAST_COSINE)
 
 
-def _counting(
+def _inner_vertices(
     surface: Surface,
     off: Float64[np.ndarray, " n"],
     on: Bool[np.ndarray, " n"],
@@ -249,7 +251,7 @@ def _counting(
     areas = np.bincount(label, surface.areas_mm2[outside])
     reach = np.zeros(len(areas))
     np.maximum.at(reach, label, np.abs(off[outside]))
-    leaves = (areas > _OFF_SHARE * area_mm2) | (reach > _NEAR * radius)
+    leaves = (areas > _OUTLIER_SHARE * area_mm2) | (reach > _NEAR * radius)
     elsewhere = np.zeros(len(on), bool)
     elsewhere[outside] = leaves[label]
     counts = ~elsewhere & surface.measured & (np.abs(off) < _NEAR * radius)
@@ -260,11 +262,11 @@ def _counting(
             tree = KDTree(surface.vertices_mm[near])
             mine = np.flatnonzero(counts)
             counts[mine] = tree.query(surface.vertices_mm[mine])[0] > strip_mm
-    return _largest(surface, counts)
+    return _largest_patch(surface, counts)
 
 
-def _largest(surface: Surface, counts: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
-    """Without crumbs that only by chance lie near the body."""
+def _largest_patch(surface: Surface, counts: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
+    """The vertices without small pieces that lie near the body by chance."""
     if not counts.any():
         return counts
     number = np.cumsum(counts) - 1
@@ -283,7 +285,7 @@ def _largest(surface: Surface, counts: Bool[np.ndarray, " n"]) -> Bool[np.ndarra
 def _gauss_sphere(
     surface: Surface, which: Bool[np.ndarray, " n"], middle: Vector3, radius: float
 ) -> tuple[Vector3, float]:
-    """Least squares of the distances, by Gauss and Newton."""
+    """A sphere by least squares of the distances (Gauss-Newton)."""
     points, weights = surface.vertices_mm[which], np.sqrt(surface.areas_mm2[which])
     for _ in range(20):
         arms = points - middle
@@ -299,14 +301,14 @@ def _gauss_sphere(
 def _gauss_cylinder(
     surface: Surface, which: Bool[np.ndarray, " n"], middle: Vector3, axis: Vector3, radius: float
 ) -> tuple[Vector3, Vector3, float]:
-    """The same for a cylinder: two numbers for its place, two for its axis, its radius."""
+    """A cylinder by least squares: two numbers for its place, two for its axis, its radius."""
     points, weights = surface.vertices_mm[which], np.sqrt(surface.areas_mm2[which])
     middle = middle + axis * float(axis @ (np.average(points, axis=0) - middle))
     for _ in range(30):
-        one, two = _square_to(axis)
+        one, two = _normal_basis(axis)
         arms = points - middle
         along = arms @ axis
-        across = _across(arms, axis)
+        across = _parts_across(arms, axis)
         far = np.linalg.norm(across, axis=1)
         out = across / far[:, None]
         columns = np.column_stack(
@@ -338,9 +340,12 @@ def _axis_among(surface: Surface, radius: float) -> tuple[Vector3, Vector3] | No
             continue
         axis = axis / sine
         middle = (steps[first] + steps[second]) / 2
-        if np.linalg.norm(_across((steps[first] - steps[second])[None], axis)) > _NEAR * radius:
+        if (
+            np.linalg.norm(_parts_across((steps[first] - steps[second])[None], axis))
+            > _NEAR * radius
+        ):
             continue
-        far = np.linalg.norm(_across(steps - middle, axis), axis=1)
+        far = np.linalg.norm(_parts_across(steps - middle, axis), axis=1)
         agree = (far < _NEAR * radius) & (np.abs(normals @ axis) < 0.2)
         share = float(areas[agree].sum())
         if share > most:
@@ -348,26 +353,26 @@ def _axis_among(surface: Surface, radius: float) -> tuple[Vector3, Vector3] | No
     return best
 
 
-def _square_to(axis: Vector3) -> tuple[Vector3, Vector3]:
+def _normal_basis(axis: Vector3) -> tuple[Vector3, Vector3]:
     other = np.eye(3)[int(np.argmin(np.abs(axis)))]
     one = np.cross(axis, other)
     one = one / np.linalg.norm(one)
     return one, np.cross(axis, one)
 
 
-def _across(arms: Points3, axis: Vector3) -> Points3:
+def _parts_across(arms: Points3, axis: Vector3) -> Points3:
     """The parts square to an axis."""
     return arms - (arms @ axis)[:, None] * axis
 
 
 def _turn_seen(across: Points3, axis: Vector3) -> float:
-    one, two = _square_to(axis)
+    one, two = _normal_basis(axis)
     turn = np.arctan2(across @ two, across @ one)
     sectors = np.floor((turn / (2 * np.pi) + 0.5) * _SECTORS).astype(int) % _SECTORS
     return len(np.unique(sectors)) / _SECTORS
 
 
-def _probed(
+def _probed_body(
     surface: Surface,
     counts: Bool[np.ndarray, " n"],
     off: Float64[np.ndarray, " k"],
@@ -375,8 +380,8 @@ def _probed(
     axis: Vector3 | None,
     radius: float,
     seen: float,
-) -> Probed:
-    return Probed(
+) -> ProbedBody:
+    return ProbedBody(
         middle_mm=middle,
         axis=axis,
         diameter_mm=2 * radius,

@@ -46,8 +46,8 @@ _FAINT = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
-class Skin:
-    """A coarse mesh of a limb: which of its places count, and how much skin each stands for."""
+class CoarseSkin:
+    """A coarse mesh of a limb's skin, with the area of each place and whether it counts."""
 
     mesh: Mesh
     middle: Vector3
@@ -57,8 +57,8 @@ class Skin:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LimbProxy(Skin):
-    """Cells of a limb: a vertex of the mesh is the middle of a cell.
+class LimbProxy(CoarseSkin):
+    """A limb's proxy in cells: each vertex of the mesh is the centre of a cell.
 
     Rows of the side from below, rings of the cap, the pole. All of the side is known, and of the
     cap what points lie on.
@@ -106,7 +106,7 @@ def proxy_of(points: Points3, towards: Vector3) -> LimbProxy:
     local = np.column_stack([points @ first, points @ second, points @ axis])
     low, high = np.quantile(local[:, 2], (ENDS, 1 - ENDS))
     local = local[(local[:, 2] >= low) & (local[:, 2] <= high)]
-    line = _middle_line(local, low, high)
+    line = _centre_line(local, low, high)
     aside = local[:, :2] - line(local[:, 2])
     radius, turn = np.hypot(*aside.T), np.arctan2(aside[:, 1], aside[:, 0])
     heights = low + (high - low) * _SIDE * (np.arange(ROWS) + 0.5) / ROWS
@@ -123,7 +123,7 @@ def proxy_of(points: Points3, towards: Vector3) -> LimbProxy:
     known = [np.ones(COLUMNS, bool)] * ROWS
     top, edge = heights[-1], radii[-1]
     reach = 0.5 * float(edge.mean())
-    crown = _crown(local, radius, high, top, float(edge.mean()))
+    crown = _crown_height(local, radius, high, top, float(edge.mean()))
     for share in (*_CAP_RINGS, 0.0):
         flat = line(np.full(COLUMNS, top)) + share * edge[:, None] * across
         near = np.exp(-0.5 * (_distances(flat, local[:, :2]) / (0.4 * reach)) ** 2)
@@ -136,7 +136,7 @@ def proxy_of(points: Points3, towards: Vector3) -> LimbProxy:
     vertices = np.concatenate([*rings[:-1], rings[-1].mean(0, keepdims=True)])
     seen = np.concatenate([*known[:-1], known[-1][:1]])
     frame = np.stack([first, second, axis])
-    return _proxy(vertices @ frame, seen, axis, first)
+    return _proxy_of_rings(vertices @ frame, seen, axis, first)
 
 
 _SPREAD = 1 / 3
@@ -145,8 +145,9 @@ _NEAREST = 12
 
 
 def gaps_mm(proxy: LimbProxy, points: Points3) -> Float64[np.ndarray, " c"]:
-    """Of each cell, how far along the skin the nearest of these points is, for a spot in its middle
-    half.
+    """Distance along the skin from each cell to the nearest of these points.
+
+    It counts for a spot in the middle half of the cell.
 
     Points lie beside the proxy, because it is rough: what counts is how far they lie along it.
     """
@@ -167,7 +168,7 @@ def gaps_mm(proxy: LimbProxy, points: Points3) -> Float64[np.ndarray, " c"]:
     return np.array([np.median(part) for part in parts])
 
 
-def tube(
+def plain_tube(
     heights: Float64[np.ndarray, " k"], radii: Float64[np.ndarray, " k"], dome_mm: float
 ) -> LimbProxy:
     """A plain limb: radii by height, upright, with a rounded end so high; its middle at 0."""
@@ -185,10 +186,10 @@ def tube(
     return proxy_of(cloud, np.array([1e6, 0.0, 0.0]))
 
 
-def _crown(
+def _crown_height(
     local: Points3, radius: Float64[np.ndarray, " n"], high: float, top: float, edge: float
 ) -> float:
-    """How far an ellipsoid over the side rises that passes through the highest points.
+    """Height of the ellipsoid over the side that passes through the highest points.
 
     Photos from the side see a rounded end only as far as it does not turn away.
     """
@@ -198,7 +199,7 @@ def _crown(
 
 
 def _axis_of(points: Points3) -> Vector3:
-    """The upright, or the long axis of points that lie."""
+    """The axis of points: upright, or the long axis if they lie."""
     up = np.array([0.0, 0.0, 1.0])
     values, vectors = np.linalg.eigh(np.cov((points - np.median(points, axis=0)).T))
     longest = vectors[:, 2] if vectors[2, 2] >= 0 else -vectors[:, 2]
@@ -217,8 +218,8 @@ def _across(axis: Vector3, towards: Vector3) -> tuple[Vector3, Vector3]:
     return first, np.cross(axis, first)
 
 
-class _Line:
-    """The axis' place by height."""
+class _AxisLine:
+    """The axis's position by height."""
 
     def __init__(self, at: np.ndarray, slope: np.ndarray) -> None:
         self._at, self._slope = at, slope
@@ -227,28 +228,28 @@ class _Line:
         return self._at + heights[:, None] * self._slope
 
 
-def _middle_line(local: Points3, low: float, high: float) -> _Line:
+def _centre_line(local: Points3, low: float, high: float) -> _AxisLine:
     """A line through the circles of the slices; upright where too few slices have one."""
     edges = np.linspace(low, low + _SIDE * (high - low), ROWS + 1)
     found: list[tuple[float, np.ndarray]] = []
-    whole = _circle_middle(local[:, :2])
+    whole = _circle_centre(local[:, :2])
     spread = float(np.linalg.norm(np.std(local[:, :2], axis=0)))
     for start, end in pairwise(edges):
         part = local[(local[:, 2] >= start) & (local[:, 2] < end), :2]
         if len(part) >= _SLICE_POINTS:
-            middle = _circle_middle(part)
+            middle = _circle_centre(part)
             if np.linalg.norm(middle - whole) < spread:
                 found.append(((start + end) / 2, middle))
     if len(found) < 3:
-        return _Line(whole, np.zeros(2))
+        return _AxisLine(whole, np.zeros(2))
     z, middles = np.array([one[0] for one in found]), np.array([one[1] for one in found])
     terms = np.column_stack([np.ones(len(z)), z])
     at, slope = np.linalg.lstsq(terms, middles, rcond=None)[0]
-    return _Line(at, slope)
+    return _AxisLine(at, slope)
 
 
-def _circle_middle(points: np.ndarray) -> Float64[np.ndarray, "2"]:
-    """Of the circle nearest to points: x^2 + y^2 = 2 a x + 2 b y + c, by least squares."""
+def _circle_centre(points: np.ndarray) -> Float64[np.ndarray, "2"]:
+    """Centre of the circle nearest to points: x^2 + y^2 = 2 a x + 2 b y + c, by least squares."""
     origin = points.mean(0)
     x, y = (points - origin).T
     terms = np.column_stack([2 * x, 2 * y, np.ones(len(x))])
@@ -271,8 +272,10 @@ def _distances(places: np.ndarray, points: np.ndarray) -> Float64[np.ndarray, "n
     return np.linalg.norm(places[:, None, :] - points[None, :, :], axis=2)
 
 
-def _proxy(vertices: Points3, known: np.ndarray, axis: Vector3, first: Vector3) -> LimbProxy:
-    """Join the rings to a mesh, open below."""
+def _proxy_of_rings(
+    vertices: Points3, known: np.ndarray, axis: Vector3, first: Vector3
+) -> LimbProxy:
+    """The proxy of rings joined to a mesh, open below."""
     rings = (len(vertices) - 1) // COLUMNS
     ids = np.arange(rings * COLUMNS).reshape(rings, COLUMNS)
     a, b = ids[:-1], np.roll(ids[:-1], -1, 1)

@@ -14,7 +14,7 @@ Outcome = Literal["pass", "fail", "cannot tell"]
 
 @dataclass(frozen=True, kw_only=True)
 class SetupCited:
-    """What a report says of the kit that it was made with."""
+    """A kit's acceptance as a report cites it."""
 
     certificate: str
     """First digits of the hash of the certificate."""
@@ -38,7 +38,7 @@ class SetupCited:
 
     @property
     def finding(self) -> Finding:
-        """How the kit did, and what to do."""
+        """A finding of how the kit passed, and what to do."""
         said: dict[str, str | int] = {
             "artefact": self.artefact,
             "made": self.made,

@@ -11,7 +11,7 @@ from limbgram.formats.sidecar import hash_of, limb_file_beside
 from limbgram.report.record.content import TapeRead
 from limbgram.report.record.record import Record, RecordOptions, record_of
 from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
-from limbgram.workbench.measures.measuring import Measures, check_alone, measure_limb
+from limbgram.workbench.measures.measuring import Measures, check_one_reading, measure_limb
 
 
 def shape_record_of(workspace: Workspace, work: Work) -> Record:
@@ -47,7 +47,7 @@ def _tape(workspace: Workspace, work: Work) -> tuple[TapeRead, ...]:
 
 def _held(measured: Measures, standing: TapeStanding) -> TapeRead:
     reading = standing.read.reading
-    check = check_alone(measured, reading)
+    check = check_one_reading(measured, reading)
     told = isinstance(check, Finding)
     return TapeRead(
         made=standing.read.made,

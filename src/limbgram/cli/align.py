@@ -32,7 +32,11 @@ from limbgram.workbench.anatomy.names import NAMES_IN
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.compare.carried_landmarks import Carried
 from limbgram.workbench.devices.landmark_uses import uses_of
-from limbgram.workbench.frame.landmarks import other_notes, unconfirmed, with_landmarks
+from limbgram.workbench.frame.landmarks import (
+    notes_but_unconfirmed,
+    unconfirmed_finding,
+    with_landmarks,
+)
 from limbgram.workbench.limb import AlignedLimb, KindName, Side
 
 
@@ -90,8 +94,8 @@ def align_command(
 
 def _kept(limb: AlignedLimb, shape: Path, read: ShapeFile, carried: Carried | None) -> Reply:
     """Write the limb file, and say where the limb lies now."""
-    said = unconfirmed(limb)
-    limb = replace(limb, notes=(*(() if said is None else (said,)), *other_notes(limb)))
+    said = unconfirmed_finding(limb)
+    limb = replace(limb, notes=(*(() if said is None else (said,)), *notes_but_unconfirmed(limb)))
     written = write_limb_file(limb, shape, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
     motion = limb.limb_from_mesh
     limb = outside_of(limb)

@@ -74,9 +74,9 @@ def _doubted(limbs: Sequence[Limb], reply: Reply) -> Reply:
 def _course(series: Series) -> bytes:
     """Drawn only where asked: what draws takes longer to import than most shapes to compare."""
     from limbgram.report.drawings.drawing import png
-    from limbgram.report.drawings.time_course import course
+    from limbgram.report.drawings.time_course import course_drawing
 
-    return png(course(series).figure).tobytes()
+    return png(course_drawing(series).figure).tobytes()
 
 
 def _differences(comparison: Comparison) -> bytes:

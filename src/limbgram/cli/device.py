@@ -15,7 +15,7 @@ from limbgram.services.make_device import MakeDeviceRequest, make
 from limbgram.workbench.devices.device import Device, devices
 from limbgram.workbench.devices.making import device_named
 from limbgram.workbench.devices.trims import Measure
-from limbgram.workbench.frame.landmarks import other_notes
+from limbgram.workbench.frame.landmarks import notes_but_unconfirmed
 
 
 @answered
@@ -54,7 +54,7 @@ def device_command(
     done = make(read, ask, folder)
     return Reply(
         (
-            *(f"Note: {with_full_stop(spoken(one))}" for one in other_notes(read.limb)),
+            *(f"Note: {with_full_stop(spoken(one))}" for one in notes_but_unconfirmed(read.limb)),
             *(spoken(one) for one in done.said),
             *(f"Written: {path}" for path in done.written),
         ),
@@ -85,11 +85,11 @@ def _details(device: Device) -> Iterator[str]:
     yield f"Kind of limb: {device.kind} (limbgram align --kind {device.kind})"
     yield f"Landmarks: {', '.join(device.landmarks)}"
     yield "Measures, usual value and range; another is given by --set NAME=NUMBER:"
-    usually = device.measures(device.usually)
+    usually = device.measures(device.usual_fabrication)
     yield from (_line(one) for one in usually)
     for made in device.wall:
-        if made != device.usually:
-            yield f"With --made {made}, in place of {device.wall[device.usually].name}:"
+        if made != device.usual_fabrication:
+            yield f"With --made {made}, in place of {device.wall[device.usual_fabrication].name}:"
             yield from (_line(one) for one in device.measures(made) if one not in usually)
 
 

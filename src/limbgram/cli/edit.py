@@ -27,7 +27,7 @@ from limbgram.workbench.recipe.recipe import (
     Recipe,
     accepted,
     added,
-    described,
+    described_entry,
     differences,
     moved,
     removed,
@@ -283,7 +283,7 @@ def _kept(path: Path, recipe: Recipe) -> Reply:
 
 
 def _recipe_reply(recipe: Recipe) -> Reply:
-    listed = [described(entry) for entry in recipe.entries]
+    listed = [described_entry(entry) for entry in recipe.entries]
     lines = [f"Note: {with_full_stop(spoken(one))}" for one in recipe.notes]
     lines.append(f'Recipe "{recipe.name}", {len(listed)} {"edit" if len(listed) == 1 else "edits"}')
     lines += [f"  {number}. {text}" for number, text in enumerate(listed, start=1)]

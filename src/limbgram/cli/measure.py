@@ -22,8 +22,8 @@ from limbgram.core.interval import Interval, plus_minus, what_it_means
 from limbgram.core.typed import tree_of
 from limbgram.findings import Finding
 from limbgram.services.measure import MeasureFiles, MeasureRequest, measure
-from limbgram.workbench.bodies import left_out
-from limbgram.workbench.frame.landmarks import other_notes, unconfirmed
+from limbgram.workbench.bodies import left_out_findings
+from limbgram.workbench.frame.landmarks import notes_but_unconfirmed, unconfirmed_finding
 from limbgram.workbench.limb import KIND_NAMED, Limb
 from limbgram.workbench.measures.along import AlongCentreline, along_tree
 from limbgram.workbench.measures.form import sheet_tree
@@ -85,7 +85,7 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
         *(f"Note: {with_full_stop(spoken(note))}" for note in _notes(limb, measures)),
         *(
             f"Note: {with_full_stop(spoken(one))}"
-            for one in left_out(
+            for one in left_out_findings(
                 measures.bodies_left_out,
                 measures.loose,
                 frame="limb",
@@ -93,11 +93,11 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
             )
         ),
         *_skin_lines(measures),
-        f"Heights in mm from {measures.counting}; lengths in mm; girths {SMOOTHED_OVER}. "
+        f"Heights in mm from {measures.reference_phrase}; lengths in mm; girths {SMOOTHED_OVER}. "
         + _sock_line(limb.sock_mm, measures.limb.sock_mm),
         _HEADING,
         *(_row_line(row) for row in measures.rows),
-        *([] if measures.beside is None else [spoken(measures.beside)]),
+        *([] if measures.others_note is None else [spoken(measures.others_note)]),
         *(
             f"Volume from {_end(row.low_mm)} to {_end(row.high_mm)}: "
             f"{_text(in_ml(row.volume_mm3), 2)} mL"
@@ -126,10 +126,10 @@ def _intervals(measures: Measures) -> Iterator[Interval | None]:
 def _notes(limb: Limb, measures: Measures) -> Iterator[Finding]:
     """What was said of the limb; of landmarks that nobody confirmed, those that the table uses."""
     ends = [name for one in measures.lengths for name in (one.start, one.end)]
-    said = unconfirmed(limb, [*ends, *([measures.reference] if measures.reference else [])])
+    said = unconfirmed_finding(limb, [*ends, *([measures.reference] if measures.reference else [])])
     if said is not None:
         yield said
-    yield from other_notes(limb)
+    yield from notes_but_unconfirmed(limb)
 
 
 def _form_lines(form: MeasuringSheet) -> Iterator[str]:
@@ -174,7 +174,7 @@ def _skin_lines(measures: Measures) -> Iterator[str]:
             "material; --inside measures what it holds."
         )
     if measures.wall is not None:
-        sentence = spoken(measures.wall.told("limb"))
+        sentence = spoken(measures.wall.finding("limb"))
         yield f"{sentence[0].upper()}{sentence[1:]}."
 
 

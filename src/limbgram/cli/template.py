@@ -24,7 +24,7 @@ from limbgram.core.typed import tree_of
 from limbgram.formats.export_checks import as_kept
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
-from limbgram.workbench.edits.pressing import PRESSES_MM
+from limbgram.workbench.edits.pressing import LEAST_PRESSURE_MM
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.templates.files import encode_template, read_template
 from limbgram.workbench.templates.learning import LearnOptions, Pair, learn
@@ -149,9 +149,9 @@ def show_command(
     written: list[Path] = []
     if picture is not None:
         from limbgram.report.drawings.drawing import png
-        from limbgram.report.drawings.time_course import unrolled
+        from limbgram.report.drawings.time_course import unrolled_template
 
-        written = [write_bytes(picture, png(unrolled(known).figure).tobytes())]
+        written = [write_bytes(picture, png(unrolled_template(known).figure).tobytes())]
     return Reply(
         (*_lines(known), *(f"Written: {path}" for path in written)),
         {**_tree(known), "written": [str(path) for path in written]},
@@ -196,7 +196,7 @@ def _lines(template: Template) -> Sequence[str]:
 def _warning(name: str, moved_mm: float) -> str:
     """Behind a landmark that the template presses on and that bears no pressure."""
     place = sensitive_place(name, None)
-    pressed = place is not None and moved_mm < -PRESSES_MM
+    pressed = place is not None and moved_mm < -LEAST_PRESSURE_MM
     return f"   ! presses on the {place.name}: {place.why}" if place and pressed else ""
 
 

@@ -41,7 +41,7 @@ from limbgram.workbench.edits.editing import EDITS, do_edit
 from limbgram.workbench.edits.offset import offset
 from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.relieve import Relieve
-from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.geodesic import shortest_path
@@ -84,7 +84,7 @@ def work_on_shape(limb: Limb, program: Path) -> None:
     middle_mm = float(np.ptp(limb.mesh.vertices_mm[:, 2])) / 2
     PlaneCut(height_mm=middle_mm, capped=True).apply(limb)
     measure_limb(limb)
-    wall_of(limb.mesh)
+    wall_thickness(limb.mesh)
     _edit_in_every_way(PlaneCut(height_mm=middle_mm).apply(limb))
     write_gcode(limb, program, CarveOptions(scallop_mm=0.5, tolerance_mm=0.04))
     write_polyface_dxf(limb.mesh, program.with_suffix(".dxf"))

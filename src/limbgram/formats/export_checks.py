@@ -15,7 +15,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.findings import doubt, note
 from limbgram.formats.units import LIKELY_MM
-from limbgram.workbench.bodies import left_out, without_loose
+from limbgram.workbench.bodies import left_out_findings, without_loose
 from limbgram.workbench.frame.alignment import AlignOptions, require_landmarks_agree
 from limbgram.workbench.limb import AlignedLimb, AnyLimb, Limb, Side
 
@@ -77,7 +77,7 @@ def without_folds(limb: AnyLimb) -> AnyLimb:
     if not found.vertices:
         return limb
     laid_back = note("export.folds_laid_back", points=found.vertices, farthest_mm=found.farthest_mm)
-    notes = (laid_back, *left_out(len(outside.loose), outside.loose))
+    notes = (laid_back, *left_out_findings(len(outside.loose), outside.loose))
     return replace(limb, mesh=found.mesh, notes=(*limb.notes, *notes))
 
 

@@ -21,9 +21,9 @@ from limbgram.formats.table import FORMATS, format_of
 from limbgram.formats.triangle_soup import Sound, Soup, sound_mesh
 from limbgram.formats.units import check_size
 from limbgram.workbench.carving.radius_map import Grid
-from limbgram.workbench.frame.landmarks import unconfirmed
-from limbgram.workbench.limb import Limb, LimbFrame, Origin, doubt_of_name
-from limbgram.workbench.loose_pieces import without_strays
+from limbgram.workbench.frame.landmarks import unconfirmed_finding
+from limbgram.workbench.limb import Limb, LimbFrame, Origin, file_name_doubt
+from limbgram.workbench.loose_pieces import without_scraps
 
 _LARGEST_BYTES = 1 << 30
 _MM_PER_STATED = {"mm": 1.0, "m": 1000.0}
@@ -70,10 +70,10 @@ def read_shape(path: Path | str, mm_per_unit: float | None = None) -> ShapeFile:
     _require_one_side(soup.frame, record, path)
     limb = _limb(path, soup, record, factor)
     own = Origin(sha256=sha256, mm_per_unit=factor or 1.0, mesh_from_origin=Rigid.identity())
-    doubt = (None if record is None else record.doubt) or doubt_of_name(path.name)
+    doubt = (None if record is None else record.doubt) or file_name_doubt(path.name)
     if doubt is not None:
         limb = replace(limb, doubt=doubt, notes=(doubt, *limb.notes))
-    open_marks = unconfirmed(limb)
+    open_marks = unconfirmed_finding(limb)
     if open_marks is not None:
         limb = replace(limb, notes=(open_marks, *limb.notes))
     limb = replace(limb, origins=(own, *(() if record is None else record.made_from)))
@@ -142,7 +142,7 @@ def _soup(path: Path, content: bytes) -> Soup:
 def _measured(soup: Soup, mm_per_unit: float | None, name: str) -> Sound:
     sound = sound_mesh(_scaled(soup.mesh, mm_per_unit or 1.0), name)
     check_size(sound.mesh, name, asked=mm_per_unit is not None)
-    strays = without_strays(sound.mesh)
+    strays = without_scraps(sound.mesh)
     return Sound(strays.mesh, (*sound.notes, *strays.findings()))
 
 

@@ -88,15 +88,17 @@ def acceptance_report(certificate: Certificate) -> Report:
             Section(title="Errors against what is permitted", blocks=_errors(found), sheet=1),
             Section(title="All errors of a kind", blocks=(_spread_table(found.spreads),), sheet=1),
             Section(
-                title="The artefact, the kit and the captures", blocks=_what(certificate), sheet=2
+                title="The artefact, the kit and the captures",
+                blocks=_scope_section(certificate),
+                sheet=2,
             ),
-            Section(title="How it was measured", blocks=_how(found), sheet=2),
+            Section(title="How it was measured", blocks=_method_section(found), sheet=2),
         ),
     )
 
 
 def setup_section(setups: Sequence[SetupCited], sheet: int | None = None) -> Iterator[Section]:
-    """What a case's page says of the kit; nothing where no certificate lies with its camera."""
+    """The section about the kit on a case's page; None where the camera has no certificate."""
     if not setups:
         return
     remarks = tuple(one.finding for one in setups if one.to_do)
@@ -111,7 +113,7 @@ def setup_section(setups: Sequence[SetupCited], sheet: int | None = None) -> Ite
 def acceptance_lines(found: Acceptance) -> tuple[str, ...]:
     """The test for people at a terminal."""
     rows = [
-        f"  {one.capture}: {_SHORT[one.kind]} of {one.name} {_signed(one)} mm"
+        f"  {one.capture}: {_SHORT[one.kind]} of {one.name} {_signed_text(one)} mm"
         + (
             ""
             if one.permissible_mm is None
@@ -184,7 +186,7 @@ def _missing(found: Acceptance) -> Iterator[Section]:
 
 def _errors(found: Acceptance) -> tuple[Block, ...]:
     judged = [one for one in found.values if one.permissible_mm is not None]
-    rows = tuple(_row(one) for one in found.values)
+    rows = tuple(_error_row(one) for one in found.values)
     table = Table(
         heads=(
             "capture",
@@ -212,7 +214,7 @@ def _errors(found: Acceptance) -> tuple[Block, ...]:
     return Illustration(image=_chart(judged), caption=caption, optional=True), table
 
 
-def _row(one: MeasuredError) -> tuple[str, ...]:
+def _error_row(one: MeasuredError) -> tuple[str, ...]:
     form = one.kind in ("form", "form-all", "surface")
     return (
         one.capture,
@@ -220,14 +222,14 @@ def _row(one: MeasuredError) -> tuple[str, ...]:
         one.name,
         "" if form else f"{one.calibrated_mm:.3f}",
         f"{one.measured_mm:.3f}",
-        _signed(one),
+        _signed_text(one),
         f"{one.uncertainty_mm:.3f}",
         "" if one.permissible_mm is None else f"{one.permissible_mm:.3f}",
         one.outcome or "told only",
     )
 
 
-def _signed(one: MeasuredError) -> str:
+def _signed_text(one: MeasuredError) -> str:
     return (
         f"{one.error_mm:.3f}"
         if one.kind in ("form", "form-all", "surface")
@@ -288,7 +290,7 @@ def _spread_table(spreads: Sequence[Spread]) -> Table:
     )
 
 
-def _what(certificate: Certificate) -> tuple[Block, ...]:
+def _scope_section(certificate: Certificate) -> tuple[Block, ...]:
     artefact = certificate.artefact
     calibrated = ", ".join(text for text in (artefact.certificate, artefact.calibrated) if text)
     kit = [f"{one.label or 'unnamed'}, file {one.sha256[:8]}" for one in certificate.cameras]
@@ -315,7 +317,7 @@ def _what(certificate: Certificate) -> tuple[Block, ...]:
     )
 
 
-def _how(found: Acceptance) -> tuple[Block, ...]:
+def _method_section(found: Acceptance) -> tuple[Block, ...]:
     rows = tuple(
         (
             one.capture,

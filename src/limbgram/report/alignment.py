@@ -1,4 +1,4 @@
-"""Alignment: a surface laid onto its truth by a rigid motion, and signed distances between them.
+"""Alignment: the rigid alignment of a surface with its truth, and signed distances between them.
 
 Never by a scale: a wrong scale is an error of the surface and has to show.
 
@@ -65,33 +65,33 @@ class Fit:
     scale_error: float
 
 
-def by_cameras(centres_mm: Points3, truth: Truth) -> Rigid:
-    """truth_from_world from the places of the cameras alone."""
+def align_by_cameras(centres_mm: Points3, truth: Truth) -> Rigid:
+    """truth_from_world by the camera centres alone."""
     found = fit_similarity(centres_mm, truth.centres_mm, with_scale=False)
     return Rigid(found.rotation, found.translation)
 
 
-def by_surface(points_mm: Points3, truth: Truth, start: Rigid) -> Fit:
-    """Point to plane from a start within millimetres."""
+def align_by_surface(points_mm: Points3, truth: Truth, start: Rigid) -> Fit:
+    """Align by point-to-plane ICP from a start within millimetres."""
     pose, scale = start, 0.0
     for _ in range(_ROUNDS):
         placed = pose.apply(points_mm)
-        step, scale = _towards(placed, truth, _FAR_MM)
+        step, scale = _point_to_plane_step(placed, truth, _FAR_MM)
         pose = step @ pose
         if np.abs(pose.apply(points_mm) - placed).max() < _STILL_MM:
             break
     return Fit(pose, scale)
 
 
-def from_anywhere(points_mm: Points3, truth: Truth) -> Rigid:
+def align_from_anywhere(points_mm: Points3, truth: Truth) -> Rigid:
     """truth_from_world near the truth, wherever its frame is: the best of several starts."""
     step = max(1, len(points_mm) // _TRIAL_SAMPLES)
     trial = points_mm[::step]
     best, least = Rigid.identity(), np.inf
-    for start in _starts(trial, truth):
+    for start in _start_poses(trial, truth):
         pose = start
         for far_mm in np.geomspace(_TRIAL_FAR_MM, _FAR_MM, _TRIAL_ROUNDS):
-            pose = _towards(pose.apply(trial), truth, float(far_mm))[0] @ pose
+            pose = _point_to_plane_step(pose.apply(trial), truth, float(far_mm))[0] @ pose
         off = float(np.median(truth.surface.tree.closest(pose.apply(trial)).distances_mm))
         if off < least:
             best, least = pose, off
@@ -113,11 +113,11 @@ def measured_samples(mesh: Mesh) -> np.ndarray:
     return idx[:: max(1, len(idx) // _SAMPLES)]
 
 
-def _starts(points_mm: Points3, truth: Truth) -> Iterator[Rigid]:
-    """As it lies, and long axis on long axis, both ways up, turned about it in steps."""
+def _start_poses(points_mm: Points3, truth: Truth) -> Iterator[Rigid]:
+    """Start poses: as it lies, and long axis on long axis, both ways up, turned in steps."""
     yield Rigid.identity()
     seen = truth.vertices_mm[truth.seen]
-    ours, theirs = _axes(points_mm), _axes(seen)
+    ours, theirs = _principal_axes(points_mm), _principal_axes(seen)
     for flip in (np.eye(3), np.diag([1.0, -1.0, -1.0])):
         for angle in np.arange(_TURNS) * 2 * np.pi / _TURNS:
             turn = Rigid.from_rotation_vector(np.array([angle, 0.0, 0.0]), np.zeros(3)).rotation
@@ -125,14 +125,14 @@ def _starts(points_mm: Points3, truth: Truth) -> Iterator[Rigid]:
             yield Rigid(rotation, seen.mean(0) - rotation @ points_mm.mean(0))
 
 
-def _axes(points_mm: Points3) -> Float64[np.ndarray, "3 3"]:
+def _principal_axes(points_mm: Points3) -> Float64[np.ndarray, "3 3"]:
     """Columns: principal axes, the longest first, right-handed."""
     axes = np.linalg.svd(points_mm - points_mm.mean(0), full_matrices=False)[2].T
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
     return axes
 
 
-def _towards(points_mm: Points3, truth: Truth, far_mm: float) -> tuple[Rigid, float]:
+def _point_to_plane_step(points_mm: Points3, truth: Truth, far_mm: float) -> tuple[Rigid, float]:
     """One point-to-plane step (Chen and Medioni 1992), and the scale error that it leaves."""
     found = truth.surface.tree.closest(points_mm)
     near = (found.distances_mm < far_mm) & truth.seen[truth.faces[found.faces]].all(1)

@@ -32,7 +32,7 @@ _ORDER = ("", "red", "amber", "green")
 
 @dataclass(frozen=True, kw_only=True)
 class BatchRow:
-    """What became of a capture."""
+    """The outcome of one capture of a batch."""
 
     name: str
     source: str
@@ -63,7 +63,7 @@ def batch_report(rows: Sequence[BatchRow], notes: Sequence[str], *, stopped: boo
         cards=_cards(rows),
         intended_use=OF_SCANS,
         sections=(
-            *_to_do(ordered),
+            *_advice_section(ordered),
             Section(
                 title="Captures",
                 blocks=(*(Text(words=note, note=True) for note in notes), _table(ordered)),
@@ -74,7 +74,7 @@ def batch_report(rows: Sequence[BatchRow], notes: Sequence[str], *, stopped: boo
     )
 
 
-def counted(rows: Sequence[BatchRow]) -> str:
+def count_by_verdict(rows: Sequence[BatchRow]) -> str:
     """How many of each verdict there are, in a sentence."""
     if not rows:
         return "No captures."
@@ -89,12 +89,12 @@ def counted(rows: Sequence[BatchRow]) -> str:
 
 
 def _unchecked(rows: Sequence[BatchRow]) -> list[BatchRow]:
-    """Those with a surface whose size nothing independent confirms."""
+    """Captures with a surface whose size has no independent check."""
     return [row for row in rows if row.light is not None and not row.size_checked]
 
 
 def colour_of(rows: Sequence[BatchRow]) -> Colour:
-    """That of the worst capture."""
+    """The colour of the worst capture."""
     if any(row.light in (None, "red") for row in rows):
         return "red"
     return "amber" if any(row.light == "amber" or row.faults for row in rows) else "green"
@@ -105,7 +105,7 @@ def _banner(rows: Sequence[BatchRow], *, stopped: bool) -> Banner:
     reasons = ("It was stopped before it ended: the same command continues.",) if stopped else ()
     green = "GREEN, SCALE UNCHECKED" if _unchecked(rows) else "ALL GREEN"
     badge = {"green": green, "amber": "LOOK AT SOME", "red": "NOT ALL GOOD"}[colour]
-    return Banner(badge=badge, words=counted(rows), colour=colour, reasons=reasons)
+    return Banner(badge=badge, words=count_by_verdict(rows), colour=colour, reasons=reasons)
 
 
 def _cards(rows: Sequence[BatchRow]) -> tuple[Card, ...]:
@@ -119,7 +119,7 @@ def _cards(rows: Sequence[BatchRow]) -> tuple[Card, ...]:
     )
 
 
-def _to_do(rows: Sequence[BatchRow]) -> Iterator[Section]:
+def _advice_section(rows: Sequence[BatchRow]) -> Iterator[Section]:
     """What has to be done about captures without a result, and steps that failed."""
     items = [
         fault("record.batch.no_result", capture=row.name, state=row.state, told=row.told)

@@ -45,7 +45,7 @@ class TestedNumber:
 
 @dataclass(frozen=True, kw_only=True)
 class LensCorrelations:
-    """Of the lens; zero rows for what was held fixed."""
+    """Correlations of the lens's parameters; zero rows for fixed ones."""
 
     order: tuple[str, ...]
     matrix: tuple[tuple[float, ...], ...]
@@ -119,7 +119,7 @@ def calibration_picture(result: BoardCalibration) -> bytes:
 
 
 def calibration_text(result: BoardCalibration) -> str:
-    """The numbers, a line each."""
+    """A calibration's results as text, a line each."""
     calibration, camera = result.calibration, result.calibration.camera
     lines = [
         f"{calibration.label or 'unnamed camera'}, {camera.width_px} x {camera.height_px}",
@@ -135,8 +135,8 @@ def calibration_text(result: BoardCalibration) -> str:
     lines += [
         "",
         f"pixel aspect fy/fx {_with_spread(result.aspect)}",
-        f"skew {_with_spread(result.skew)} px, {_kept(result.skew_delivered)}",
-        f"k3 {_with_spread(result.k3)}, {_kept(result.k3_delivered)}",
+        f"skew {_with_spread(result.skew)} px, {_tested_number(result.skew_delivered)}",
+        f"k3 {_with_spread(result.k3)}, {_tested_number(result.k3_delivered)}",
         f"{HOLDS}; enlarged {result.inflation:.2f} times for errors shared within a photo",
     ]
     if result.board_shape is not None:
@@ -147,7 +147,7 @@ def calibration_text(result: BoardCalibration) -> str:
 
 
 def calibration_summary(result: BoardCalibration) -> CalibrationSummary:
-    """The same for machines."""
+    """A calibration's results for machines."""
     calibration, camera = result.calibration, result.calibration.camera
     shape = result.board_shape
     return CalibrationSummary(
@@ -243,7 +243,7 @@ def _with_spread(one: Estimate) -> str:
     return f"{_rounded(one.value, one.sigma)} {_spread(one.sigma)}"
 
 
-def _kept(delivered: bool) -> str:
+def _tested_number(delivered: bool) -> str:
     return "delivered" if delivered else "held at zero in the camera"
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from limbgram.findings import told
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.report.acceptance import setup_section
-from limbgram.report.accuracy.judgement import told_in, without_light
+from limbgram.report.accuracy.judgement import findings_in, without_light
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.blocks import Banner, Block, Illustration, Link, Report, Section, Table, Text
 from limbgram.report.parts import PartSummary, area_of, place_of
@@ -28,7 +28,7 @@ def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
         intended_use=summary.intended_use,
         sections=(
             Section(title="", blocks=(_TO_ACCURACY,)),
-            *_what_was_done((*summary.scene.notes, *map(told, summary.resolution.notes))),
+            *_processing_notes((*summary.scene.notes, *map(told, summary.resolution.notes))),
             *parts_section(summary.parts, summary.unit),
             *_without_camera_file(summary.self_calibration),
             *setup_section(summary.setups),
@@ -44,8 +44,8 @@ def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
     )
 
 
-def _what_was_done(notes: Sequence[str]) -> Iterator[Section]:
-    """What happened to the photos beyond the usual: masks, a limb that moved, a turntable."""
+def _processing_notes(notes: Sequence[str]) -> Iterator[Section]:
+    """Notes of unusual processing: masks, a limb that moved, a turntable."""
     if notes:
         yield Section(
             title="What was done with these photos", blocks=tuple(Text(words=n) for n in notes)
@@ -62,7 +62,7 @@ _TO_ACCURACY = Link(words="How accurate is it, and what limits it?", address="ac
 
 def _verdict(verdict: Verdict) -> Banner:
     """The light that the accuracy has, in its colour and in words, and every reason for it."""
-    said = told_in(verdict.headline)
+    said = findings_in(verdict.headline)
     return Banner(
         badge=verdict.light.upper(),
         words=told(without_light(verdict.headline)),

@@ -21,7 +21,13 @@ from limbgram.core.geometry.smoothed_length import STEPS_PER_MM, smoothed
 from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS, Section, cut, level_segments
-from limbgram.report.alignment import Truth, by_cameras, by_surface, measured_samples, signed_mm
+from limbgram.report.alignment import (
+    Truth,
+    align_by_cameras,
+    align_by_surface,
+    measured_samples,
+    signed_mm,
+)
 
 _SECTIONS = 40
 _GIRTHS = (0.2, 0.4, 0.6, 0.8)
@@ -55,7 +61,7 @@ class TruthComparison:
 def compare_with_truth(mesh: Mesh, centres_mm: Points3, truth: Truth) -> TruthComparison:
     """Compare a surface with the truth; `centres_mm` are its cameras in the truth's order."""
     samples = mesh.vertices_mm[measured_samples(mesh)]
-    fit = by_surface(samples, truth, by_cameras(centres_mm, truth))
+    fit = align_by_surface(samples, truth, align_by_cameras(centres_mm, truth))
     placed = mesh.moved(fit.truth_from_world)
     off_mm, seen = signed_mm(fit.truth_from_world.apply(samples), truth)
     off_mm = off_mm[seen]
@@ -91,10 +97,10 @@ class Girth:
 
 def girth_mm(pieces: Sequence[Section]) -> float:
     """Circumference of a cut across z as a taut tape reads it; NaN of too little."""
-    return _taut_mm(_smoothed(pieces))
+    return _taut_mm(_smoothed_length_mm(pieces))
 
 
-def _smoothed(pieces: Sequence[Section]) -> Points2:
+def _smoothed_length_mm(pieces: Sequence[Section]) -> Points2:
     """All pieces of a cut at the smoothing length, one behind the other."""
     lines = [smoothed(piece.points_mm[:, :2], closed=piece.closed) for piece in pieces]
     return np.concatenate([np.empty((0, 2)), *lines])
@@ -130,15 +136,15 @@ def sections(placed: Mesh, truth: Truth) -> tuple[tuple[Girth, ...], float]:
 
 
 def _girth(height_mm: float, ours: Sequence[Section], theirs: Sequence[Section]) -> Girth:
-    """Of the largest outline of the truth; all of a torn one's pieces count as one.
+    """Girth of the truth's largest outline; all pieces of a torn outline count as one.
 
     Ours may be torn into pieces, so each of its points goes with the outline next to it.
     """
-    points = _smoothed(ours)
+    points = _smoothed_length_mm(ours)
     if len(theirs) < 2 or not all(piece.closed for piece in theirs):
         return Girth(height_mm, _taut_mm(points), girth_mm(theirs))
     largest, *others = sorted(theirs, key=lambda piece: -piece.area_mm2(Z_AXIS))
     off, off_others = (
-        KDTree(_smoothed(outlines)).query(points)[0] for outlines in ([largest], others)
+        KDTree(_smoothed_length_mm(outlines)).query(points)[0] for outlines in ([largest], others)
     )
     return Girth(height_mm, _taut_mm(points[off < off_others]), girth_mm([largest]))

@@ -50,7 +50,7 @@ def html_of(report: Report) -> str:
     number = count(1)
 
     def image(one: Picture | Chart) -> Markup:
-        return _png(one) if isinstance(one, Picture) else _svg(one, next(number))
+        return _png(one) if isinstance(one, Picture) else _svg_element(one, next(number))
 
     return _TEMPLATES.get_template("report.html").render(
         report=report, image=image, sentence=sentence, advice=advice, FAULT=Gravity.FAULT
@@ -62,7 +62,7 @@ def _png(picture: Picture) -> Markup:
     return Markup('<img alt="{}" src="data:image/png;base64,{}">').format(picture.title, data)
 
 
-def _svg(chart: Chart, number: int) -> Markup:
+def _svg_element(chart: Chart, number: int) -> Markup:
     """The chart as an element of the page; `number` keeps its inner names apart from others'."""
     svg = _LEFT_OUT.sub("", chart.svg(f"chart {number}", chart.width_in, chart.height_in))
     title = escape(chart.title)

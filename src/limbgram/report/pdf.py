@@ -53,15 +53,15 @@ def pdf_of(report: Report) -> bytes:
     sheets = [
         _Sheet.of([one for one in report.sections if one.sheet == number]) for number in numbers
     ]
-    _fit(report, sheets)
+    _fit_sheets(report, sheets)
     images: dict[str, bytes] = {}
     source = _source(report, sheets, images)
     return typst.compile(source | images, font_paths=_fonts(), pdf_standards=["ua-1"])
 
 
 @dataclass(frozen=True)
-class _Given:
-    """How far the blocks of a sheet give way."""
+class _Reduction:
+    """How far the blocks of a sheet are reduced to fit."""
 
     without: frozenset[int] = frozenset()
     """Optional pictures that are left out, by number of block."""
@@ -71,12 +71,12 @@ class _Given:
 
 @dataclass
 class _Sheet:
-    """The sections of a sheet, and how far their blocks give way."""
+    """The sections of a sheet, and how far their blocks are reduced."""
 
     sections: Sequence[Section]
     blocks: Sequence[Block]
     """Of all sections, in their order."""
-    ways: Sequence[_Given]
+    ways: Sequence[_Reduction]
     """From what gives way to nothing, to what gives way most."""
     way: int = 0
     growth: float = 0.0
@@ -85,10 +85,10 @@ class _Sheet:
     @staticmethod
     def of(sections: Sequence[Section]) -> "_Sheet":
         blocks = [one for section in sections for one in section.blocks if not one.page_only]
-        return _Sheet(sections, blocks, _ways(blocks))
+        return _Sheet(sections, blocks, _reductions(blocks))
 
     @property
-    def given(self) -> _Given:
+    def given(self) -> _Reduction:
         return self.ways[self.way]
 
     @property
@@ -96,9 +96,9 @@ class _Sheet:
         return any(isinstance(one, Illustration | Columns) for one in self.blocks)
 
 
-def _ways(blocks: Sequence[Block]) -> list[_Given]:
-    """First the optional pictures go, the last first; then the longest table loses a row."""
-    given = _Given(shortened=(0,) * len(blocks))
+def _reductions(blocks: Sequence[Block]) -> list[_Reduction]:
+    """The reductions of blocks in order: optional pictures, the last first; then table rows."""
+    given = _Reduction(shortened=(0,) * len(blocks))
     ways = [given]
     for k in reversed(range(len(blocks))):
         block = blocks[k]
@@ -129,21 +129,21 @@ def _rows_left(block: Block, shortened: int) -> int:
             return 0
 
 
-def _fit(report: Report, sheets: Sequence[_Sheet]) -> None:
-    """Let each sheet give way as little as it needs to; all are looked for at the same time."""
+def _fit_sheets(report: Report, sheets: Sequence[_Sheet]) -> None:
+    """Reduce each sheet as little as it needs to fit; all sheets are tried at the same time."""
     least = [0] * len(sheets)
     most = [len(sheet.ways) - 1 for sheet in sheets]
-    fitting = _fitting(report, sheets)
+    fitting = _sheets_that_fit(report, sheets)
     most = [0 if fits else up for fits, up in zip(fitting, most, strict=True)]
     if any(most):
         for sheet, up in zip(sheets, most, strict=True):
             sheet.way = up
-        fitting = _fitting(report, sheets)
+        fitting = _sheets_that_fit(report, sheets)
         most = [up if fits else 0 for fits, up in zip(fitting, most, strict=True)]
     while any(low < up for low, up in zip(least, most, strict=True)):
         for sheet, low, up in zip(sheets, least, most, strict=True):
             sheet.way = (low + up) // 2
-        for k, fits in enumerate(_fitting(report, sheets)):
+        for k, fits in enumerate(_sheets_that_fit(report, sheets)):
             if fits or least[k] == most[k]:
                 most[k] = sheets[k].way
             else:
@@ -151,23 +151,23 @@ def _fit(report: Report, sheets: Sequence[_Sheet]) -> None:
     for sheet, way in zip(sheets, most, strict=True):
         sheet.way = way
     if any(sheet.has_pictures for sheet in sheets):
-        _grow(report, sheets)
+        _enlarge_pictures(report, sheets)
 
 
-def _grow(report: Report, sheets: Sequence[_Sheet]) -> None:
-    """Let the pictures have the room that is left on their sheet."""
+def _enlarge_pictures(report: Report, sheets: Sequence[_Sheet]) -> None:
+    """Enlarge pictures into the room that is left on their sheet."""
     largest = [0.0] * len(sheets)
     for step in [1.0, *(0.5**k for k in range(1, _HALVINGS + 1))]:
         for sheet, grown in zip(sheets, largest, strict=True):
             sheet.growth = min(grown + step, 1.0)
-        for k, fits in enumerate(_fitting(report, sheets)):
+        for k, fits in enumerate(_sheets_that_fit(report, sheets)):
             largest[k] = sheets[k].growth if fits else largest[k]
     for sheet, grown in zip(sheets, largest, strict=True):
         sheet.growth = grown
 
 
-def _fitting(report: Report, sheets: Sequence[_Sheet]) -> list[bool]:
-    """Which sheets are one page."""
+def _sheets_that_fit(report: Report, sheets: Sequence[_Sheet]) -> list[bool]:
+    """Which sheets fit on one page."""
     edges = typst.query(
         _source(report, sheets, None),
         "<edge>",
@@ -223,12 +223,12 @@ def _sections(sheet: _Sheet, images: dict[str, bytes] | None) -> Iterator[dict[s
             if block.page_only:
                 continue
             if number not in sheet.given.without:
-                laid += _laid(block, sheet.given.shortened[number], sheet.growth, images)
+                laid += _typst_block(block, sheet.given.shortened[number], sheet.growth, images)
             number += 1
         yield {"title": section.title if laid else "", "blocks": laid}
 
 
-def _laid(
+def _typst_block(
     block: Block, shortened: int, growth: float, images: dict[str, bytes] | None
 ) -> Iterator[dict[str, Any]]:
     match block:
@@ -327,15 +327,19 @@ def _figure(
 ) -> dict[str, Any]:
     """A picture keeps its shape; a chart takes the whole width."""
     image = figure.image
-    full_in = min(width_in * _tall(image), figure.most_in)
+    full_in = min(width_in * _aspect(image), figure.most_in)
     least_in = min(figure.least_in, full_in)
     height_in = least_in + growth * (full_in - least_in)
-    across_in = min(width_in, height_in / _tall(image)) if isinstance(image, Picture) else width_in
+    across_in = (
+        min(width_in, height_in / _aspect(image)) if isinstance(image, Picture) else width_in
+    )
     name = ""
     if images is not None:
         name = f"{len(images)}.svg"
         vectors = (
-            _in_svg(image) if isinstance(image, Picture) else image.svg(name, across_in, height_in)
+            _svg_of_picture(image)
+            if isinstance(image, Picture)
+            else image.svg(name, across_in, height_in)
         )
         images[name] = vectors.encode()
     return {
@@ -347,7 +351,7 @@ def _figure(
     }
 
 
-def _in_svg(picture: Picture) -> str:
+def _svg_of_picture(picture: Picture) -> str:
     """The picture inside an SVG: Typst takes no files but text from memory."""
     data = picture.png.tobytes()
     width_px, height_px = Image.open(io.BytesIO(data)).size
@@ -358,8 +362,8 @@ def _in_svg(picture: Picture) -> str:
     )
 
 
-def _tall(image: Picture | Chart) -> float:
-    """Height over width."""
+def _aspect(image: Picture | Chart) -> float:
+    """Height over width of an image."""
     if isinstance(image, Chart):
         return image.height_in / image.width_in
     width, height = Image.open(io.BytesIO(image.png.tobytes())).size

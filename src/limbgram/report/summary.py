@@ -71,7 +71,7 @@ class LengthSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class ScaleSummary:
-    """What says how large the limb is."""
+    """What sets the limb's scale."""
 
     source: Literal["board", "distances", "none"]
     relative_sigma: float
@@ -80,7 +80,7 @@ class ScaleSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoSummary:
-    """What became of a photo."""
+    """The outcome of one photo."""
 
     name: str
     placed: bool
@@ -94,7 +94,7 @@ class PhotoSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class _Origin:
-    """Fields that stand before those of the camera."""
+    """Fields written before those of the camera."""
 
     label: str
     source: LensSource
@@ -212,7 +212,7 @@ def summarise(
     timings: Sequence[Timing],
     reused: Sequence[str] = (),
 ) -> Summary:
-    """Everything that can be said of a reconstruction in figures."""
+    """Summarise a reconstruction in figures."""
     scene, scale = done.metric.scene, done.metric.scale
     return Summary(
         verdict=Verdict(
@@ -225,7 +225,7 @@ def summarise(
                 done.photos.set_aside,
                 left_out_share(done.mesh),
                 len(done.others),
-                laid_back(done.mesh),
+                count_laid_back(done.mesh),
             ),
             size_checked=assessed.size_checked,
         ),
@@ -243,10 +243,10 @@ def summarise(
         cloud=CloudSummary(points=len(done.cloud), spacing=done.cloud.spacing_mm),
         resolution=done.resolution,
         mesh=mesh_figures(done.mesh),
-        parts=_named(part_summaries(done), assessed.light),
+        parts=_file_names(part_summaries(done), assessed.light),
         stages=tuple(
             StageSummary(**asdict(timing), reused=name in reused)
-            for name, timing in zip(_kept_names(timings), timings, strict=True)
+            for name, timing in zip(_stage_product_names(timings), timings, strict=True)
         ),
         self_calibration=assessed.self_calibration,
         setups=assessed.setups,
@@ -328,8 +328,8 @@ def _mark_notes(scene: Scene) -> list[str]:
     return notes
 
 
-def _named(parts: tuple[PartSummary, ...], light: Light) -> tuple[PartSummary, ...]:
-    """Files of a red result have its mark in their names."""
+def _file_names(parts: tuple[PartSummary, ...], light: Light) -> tuple[PartSummary, ...]:
+    """File names of parts; those of a red result are marked."""
     return tuple(
         replace(part, file=marked_red(Path(part.file)).name)
         if light == "red" and part.file
@@ -338,7 +338,7 @@ def _named(parts: tuple[PartSummary, ...], light: Light) -> tuple[PartSummary, .
     )
 
 
-def _kept_names(timings: Sequence[Timing]) -> list[str]:
+def _stage_product_names(timings: Sequence[Timing]) -> list[str]:
     """Under which name each stage's product is kept: a second part's repair is `repair-2`."""
     names: list[str] = []
     for k, timing in enumerate(timings):
@@ -380,7 +380,7 @@ def left_out_share(mesh: Mesh) -> float:
     return 0.0 if mesh.repairs is None else mesh.repairs.island_share
 
 
-def laid_back(mesh: Mesh) -> int:
+def count_laid_back(mesh: Mesh) -> int:
     """Vertices that the measurement had folded and that went back among their neighbours."""
     return 0 if mesh.repairs is None else mesh.repairs.laid_back
 
@@ -416,7 +416,7 @@ def mesh_figures(mesh: Mesh) -> MeshSummary:
         left_out_share=left_out_share(mesh),
         filled_share=0.0 if mesh.filled is None else float(mesh.filled.mean()),
         open_edges=open_edges(mesh),
-        laid_back=laid_back(mesh),
+        laid_back=count_laid_back(mesh),
     )
 
 

@@ -62,10 +62,10 @@ class AlignRequest(Axes):
         return AlignOptions(
             side=self.side,
             kind=self.kind,
-            axis=None if self.axis == "fit" else _vector(self.axis),
+            axis=None if self.axis == "fit" else _vector_or_none(self.axis),
             fit_anew=self.axis == "fit",
-            proximal=_vector(self.proximal),
-            anterior=_vector(self.anterior),
+            proximal=_vector_or_none(self.proximal),
+            anterior=_vector_or_none(self.anterior),
             plumb=self.plumb,
             flexion_deg=self.flexion_deg,
             declared=declared,
@@ -120,5 +120,5 @@ def confirm(limb: AnyLimb, names: Sequence[str]) -> AnyLimb:
     return with_confirmed(limb, every if tuple(names) == (ALL,) else names)
 
 
-def _vector(given: Direction | None) -> Vector3 | None:
+def _vector_or_none(given: Direction | None) -> Vector3 | None:
     return None if given is None else np.array(given, np.float64)

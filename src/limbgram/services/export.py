@@ -35,10 +35,16 @@ from limbgram.formats.gcode.writing import GcodeReport, write_gcode
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.table import FORMATS, format_of
-from limbgram.workbench.bodies import Outside, SeparateBody, kept, left_out, without_loose
+from limbgram.workbench.bodies import (
+    OuterShape,
+    SeparateBody,
+    kept_findings,
+    left_out_findings,
+    without_loose,
+)
 from limbgram.workbench.carving.mapping import MapOptions
 from limbgram.workbench.carving.setup import FAST, LIMITS, CarveOptions
-from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, Side
 
 _IN_LIMB = "in_limb_mm"
@@ -296,16 +302,16 @@ def export(
             _require_apart(ask, path)
             exported = _gcode(admit(read.limb, side), path, ask, machine)
         case Drawing():
-            exported = _drawing(_sure(read.limb, side), path, ask)
+            exported = _drawing(_with_confirmed_side(read.limb, side), path, ask)
         case LandmarkBook() | Landmarks():
-            exported = _landmarks(_sure(read.limb, side), path, ask)
+            exported = _landmarks(_with_confirmed_side(read.limb, side), path, ask)
         case Triangles():
-            exported = _triangles(_sure(read.limb, side), path)
+            exported = _triangles(_with_confirmed_side(read.limb, side), path)
     return exported if picture is None else _with_picture(exported, picture)
 
 
-def _sure(limb: Limb, side: Side | None) -> Limb:
-    """A limb for whoever can ask: its side is held against the one that was confirmed, if any."""
+def _with_confirmed_side(limb: Limb, side: Side | None) -> Limb:
+    """The limb, with its side compared with the confirmed one, if any."""
     return sure_in_limb_frame(limb) if side is None else admit(limb, side)
 
 
@@ -342,7 +348,7 @@ def _aop(limb: AlignedLimb, path: Path, options: AopOptions) -> Exported:
         path=path,
         limb=limb,
         unit="mm",
-        said=_said_of_aop(report, path, options),
+        said=_aop_findings(report, path, options),
         figures=_aop_figures(report, options),
         shown=report.held.radius_map.surface(),
         marks=report.held.landmarks,
@@ -352,7 +358,7 @@ def _aop(limb: AlignedLimb, path: Path, options: AopOptions) -> Exported:
     )
 
 
-def _said_of_aop(report: AopReport, path: Path, options: AopOptions) -> tuple[Finding, ...]:
+def _aop_findings(report: AopReport, path: Path, options: AopOptions) -> tuple[Finding, ...]:
     mapped = report.mapped
     return (
         note(
@@ -365,8 +371,8 @@ def _said_of_aop(report: AopReport, path: Path, options: AopOptions) -> tuple[Fi
         ),
         *((note("exported.aop.own_grid"),) if options.own is not None else ()),
         *_fitted_axis(report),
-        *_costs(report),
-        *left_out(report.bodies_left_out, report.loose, frame="limb"),
+        *_format_costs(report),
+        *left_out_findings(report.bodies_left_out, report.loose, frame="limb"),
         note(
             "exported.aop.cut",
             distal_mm=mapped.distal_cut_mm,
@@ -425,8 +431,8 @@ def _fitted_axis(report: AopReport) -> tuple[Finding, ...]:
     return (note("exported.aop.axis", tilt_deg=tilt_deg, right_mm=right_mm, front_mm=front_mm),)
 
 
-def _costs(report: AopReport) -> tuple[Finding, ...]:
-    """What the format costs above the rounded tip, then at it."""
+def _format_costs(report: AopReport) -> tuple[Finding, ...]:
+    """The format's deviations above the rounded tip, and at it."""
     worst, cap = report.worst_girth, report.cap
     above_mm = None if cap is None else report.mapped.first_mm + cap.to_mm
     girths = (
@@ -477,7 +483,7 @@ def _gcode(limb: AlignedLimb, path: Path, ask: Gcode, machine: Machine) -> Expor
         path=path,
         limb=limb,
         unit="mm",
-        said=(*_said_of_gcode(report, machine, kept_as), *_outside_carved(limb)),
+        said=(*_gcode_findings(report, machine, kept_as), *_outside_carved(limb)),
         figures=_gcode_figures(report, limb.side, machine, kept_as),
         shown=check.carved.surface(),
         marks=limb.landmarks,
@@ -486,7 +492,7 @@ def _gcode(limb: AlignedLimb, path: Path, ask: Gcode, machine: Machine) -> Expor
     )
 
 
-def _said_of_gcode(
+def _gcode_findings(
     report: GcodeReport, machine: Machine, kept_as: Path | None
 ) -> tuple[Finding, ...]:
     options, control = machine.carving, machine.control
@@ -525,14 +531,14 @@ def _said_of_gcode(
             left_share=check.left_share,
         ),
         report.standing,
-        *left_out(report.bodies_left_out, report.loose, frame="limb"),
+        *left_out_findings(report.bodies_left_out, report.loose, frame="limb"),
         *(() if kept_as is None else (note("exported.gcode.machine", path=str(kept_as)),)),
     )
 
 
 def _outside_carved(limb: AlignedLimb) -> tuple[Finding, ...]:
-    """Of a wall the tool reaches the outer skin alone: no positive of what the wall holds."""
-    wall = wall_of(limb.mesh_in_limb)
+    """A doubt that of a wall only the outer skin is carved, which is no positive of its inside."""
+    wall = wall_thickness(limb.mesh_in_limb)
     if wall is None:
         return ()
     return (doubt("exported.gcode.outside_of_wall", wall_mm=wall.median_mm),)
@@ -589,10 +595,10 @@ def _drawing(limb: Limb, path: Path, ask: Drawing) -> Exported:
         *split,
         note("exported.dxf.freecad"),
         _trimline(curves),
-        _axes(limb),
-        *_said_of_bodies(found, limb),
+        _axes_finding(limb),
+        *_body_findings(found, limb),
     )
-    figures = {"sections": sections, **meshes, **_bodies(found, limb)}
+    figures = {"sections": sections, **meshes, **_body_figures(found, limb)}
     return Exported(
         path=path,
         limb=limb,
@@ -625,15 +631,15 @@ def _triangles(limb: Limb, path: Path) -> Exported:
     unit = "mm" if kind is None else kind.unit
     said = (
         note("exported.mesh.written", path=str(path), unit=unit),
-        _axes(limb),
-        *_said_of_bodies(found, limb),
+        _axes_finding(limb),
+        *_body_findings(found, limb),
     )
     return Exported(
         path=path,
         limb=limb,
         unit=unit,
         said=said,
-        figures=_bodies(found, limb),
+        figures=_body_figures(found, limb),
         shown=found.mesh,
         marks=limb.landmarks,
         surface_within_mm=0.0,
@@ -644,7 +650,7 @@ def _triangles(limb: Limb, path: Path) -> Exported:
 def _landmarks(limb: Limb, path: Path, ask: LandmarkBook | Landmarks) -> Exported:
     if not limb.landmarks:
         raise OptionsError("exported.no_landmarks", name=limb.name)
-    rows = tuple((mark.name, *_rounded(mark.position_mm)) for mark in limb.landmarks)
+    rows = tuple((mark.name, *_rounded_place(mark.position_mm)) for mark in limb.landmarks)
     table = Table(title="landmarks", columns=("name", "x_mm", "y_mm", "z_mm"), rows=rows)
     as_text = isinstance(ask, Landmarks)
     write_bytes(path, csv_of(table, ask.decimal).encode() if as_text else xlsx_of([table]))
@@ -654,7 +660,7 @@ def _landmarks(limb: Limb, path: Path, ask: LandmarkBook | Landmarks) -> Exporte
         unit="mm",
         said=(
             note("exported.landmarks.written", path=str(path), landmarks=len(rows)),
-            _axes(limb),
+            _axes_finding(limb),
         ),
         figures={"landmarks": len(rows)},
         shown=limb.mesh,
@@ -662,22 +668,22 @@ def _landmarks(limb: Limb, path: Path, ask: LandmarkBook | Landmarks) -> Exporte
     )
 
 
-def _rounded(place_mm: Vector3) -> list[float]:
-    """To a micrometre; nothing has no sign."""
+def _rounded_place(place_mm: Vector3) -> list[float]:
+    """A place rounded to a micrometre, without negative zeros."""
     return (np.round(place_mm, 3) + 0.0).tolist()
 
 
-def _axes(limb: Limb) -> Finding:
+def _axes_finding(limb: Limb) -> Finding:
     return note("exported.axes" if isinstance(limb, AlignedLimb) else "exported.not_aligned")
 
 
-def _said_of_bodies(found: Outside, limb: Limb) -> tuple[Finding, ...]:
-    """The loose bodies that a printer would have made, and what else there is."""
+def _body_findings(found: OuterShape, limb: Limb) -> tuple[Finding, ...]:
+    """Findings of loose bodies that a printer would make, and of other bodies."""
     frame = "limb" if isinstance(limb, AlignedLimb) else "file"
-    return (*left_out(len(found.loose), found.loose, frame=frame), *kept(found))
+    return (*left_out_findings(len(found.loose), found.loose, frame=frame), *kept_findings(found))
 
 
-def _bodies(found: Outside, limb: Limb) -> dict[str, Any]:
+def _body_figures(found: OuterShape, limb: Limb) -> dict[str, Any]:
     key = _IN_LIMB if isinstance(limb, AlignedLimb) else "in_mesh_mm"
     return {
         "bodies_left_out": len(found.loose),

@@ -95,7 +95,7 @@ class MakeRequest:
         Raises:
             OptionsError: there can be no such capture.
         """
-        details = _details(self.detail)
+        details = _details_of_usual_height(self.detail)
         options = CaptureOptions(
             kind=self.kind,
             scan=scan,
@@ -160,7 +160,7 @@ _TURNED: Final[dict[Turned, Turning | TurnedOver]] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Made:
+class MadeCapture:
     """A capture that was made."""
 
     capture: Capture
@@ -168,7 +168,7 @@ class Made:
     """What was photographed, if it came from a file."""
 
 
-def make(folder: Path, ask: MakeRequest, run: Run) -> Made:
+def make(folder: Path, ask: MakeRequest, run: Run) -> MadeCapture:
     """Photos of a painted limb, photos of a calibration board, and the exact truth.
 
     Raises:
@@ -176,11 +176,11 @@ def make(folder: Path, ask: MakeRequest, run: Run) -> Made:
         ShapeFileError: the scan cannot be read.
     """
     scan = ask.scan()
-    return Made(capture=run(make_capture, folder, ask.options(scan)), scan=scan)
+    return MadeCapture(capture=run(make_capture, folder, ask.options(scan)), scan=scan)
 
 
-def _details(asked: Iterable[Detail]) -> SkinDetails:
-    """Those that are asked for, of usual height."""
+def _details_of_usual_height(asked: Iterable[Detail]) -> SkinDetails:
+    """The details that are asked for, with usual heights."""
     kinds = set(asked)
     return SkinDetails(
         knit_mm=_USUAL.knit_mm * ("knit" in kinds),

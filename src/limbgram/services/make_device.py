@@ -31,8 +31,8 @@ from limbgram.services.export import file_name
 from limbgram.services.parse_text import VALUE, ZONE, Value
 from limbgram.workbench.devices.device import Fabrication, WallZone
 from limbgram.workbench.devices.making import (
+    FinishedDevice,
     ImportedBody,
-    Made,
     Order,
     Preview,
     device_named,
@@ -89,7 +89,7 @@ class MakeDeviceRequest:
 class DeviceFiles:
     """A device and what was written of it."""
 
-    made: Made
+    made: FinishedDevice
     written: tuple[Path, ...]
     said: tuple[Finding, ...]
     figures: Mapping[str, Any]
@@ -102,7 +102,7 @@ def preview(read: ShapeFile, ask: MakeDeviceRequest) -> Preview:
     Raises:
         EditError: the device cannot be drawn on this limb; says where.
     """
-    return preview_device(read.limb, _ordered(read, ask).order)
+    return preview_device(read.limb, _order_to_make(read, ask).order)
 
 
 def make(read: ShapeFile, ask: MakeDeviceRequest, folder: Path) -> DeviceFiles:
@@ -114,17 +114,17 @@ def make(read: ShapeFile, ask: MakeDeviceRequest, folder: Path) -> DeviceFiles:
         ExportError: the folder cannot be made, or a file did not read back as it was written.
     """
     require_folder(folder)
-    ordered = _ordered(read, ask)
+    ordered = _order_to_make(read, ask)
     made = make_device(read.limb, ordered.order)
     make_folder(folder)
-    written = _written(read, made, ordered, folder, ask.bed)
+    written = _write_files(read, made, ordered, folder, ask.bed)
     return DeviceFiles(
         made=made, written=written, said=made.findings, figures=figures_of(made, read.limb)
     )
 
 
-def figures_of(made: Made, limb: Limb) -> dict[str, Any]:
-    """What a device is, in numbers."""
+def figures_of(made: FinishedDevice, limb: Limb) -> dict[str, Any]:
+    """A device in figures."""
     preview, wall = made.preview, made.wall
     alignment, enclosed = made.alignment, enclosed_by(made.solid)
     return {
@@ -154,7 +154,7 @@ def figures_of(made: Made, limb: Limb) -> dict[str, Any]:
 
 
 def handles_of(preview: Preview) -> list[dict[str, Any]]:
-    """What an app drags: places in the limb frame, each with its measure, range and way."""
+    """The handles that an app drags: places with their measure, range and direction."""
     return [
         {
             "loop": one.loop,
@@ -171,13 +171,13 @@ def handles_of(preview: Preview) -> list[dict[str, Any]]:
 
 
 @dataclass(frozen=True)
-class _Ordered:
+class _OrderToMake:
     order: Order
     bodies: tuple[KnownBody, ...]
 
 
-def _ordered(read: ShapeFile, ask: MakeDeviceRequest) -> _Ordered:
-    """What is typed, over what an order's file has."""
+def _order_to_make(read: ShapeFile, ask: MakeDeviceRequest) -> _OrderToMake:
+    """The order: the values given, over those of an order's file."""
     kept = None if ask.order is None else read_order(ask.order)
     if kept is not None and kept.limb_sha256 and kept.limb_sha256 != read.sha256:
         raise OptionsError("device.file.other_limb", name=_name(ask.order))
@@ -186,7 +186,7 @@ def _ordered(read: ShapeFile, ask: MakeDeviceRequest) -> _Ordered:
         raise OptionsError("device.none_asked")
     same = kept if kept is not None and kept.device == device else None
     made = ask.made or (None if same is None else same.made)
-    values = {**_still_of_it(same, made), **dict(ask.values)}
+    values = {**_values_of_fabrication(same, made), **dict(ask.values)}
     recipe = Recipe(name="") if kept is None else kept.recipe
     if ask.recipe is not None:
         recipe = read_recipe(ask.recipe)
@@ -209,7 +209,7 @@ def _ordered(read: ShapeFile, ask: MakeDeviceRequest) -> _Ordered:
         zones=_zones(ask, kept),
         lettering=_lettering(ask, kept),
     )
-    return _Ordered(order, tuple(one.known for one in bodies))
+    return _OrderToMake(order, tuple(one.known for one in bodies))
 
 
 def _zones(ask: MakeDeviceRequest, kept: OrderFile | None) -> tuple[WallZone, ...]:
@@ -224,8 +224,8 @@ def _lettering(ask: MakeDeviceRequest, kept: OrderFile | None) -> str:
     return "" if kept is None else kept.lettering
 
 
-def _still_of_it(kept: OrderFile | None, made: Fabrication | None) -> dict[str, float]:
-    """An order's values, without those of the way in which it is not to be made any longer."""
+def _values_of_fabrication(kept: OrderFile | None, made: Fabrication | None) -> dict[str, float]:
+    """An order's values, without those of another fabrication than the one asked for."""
     if kept is None:
         return {}
     device = device_named(kept.device)
@@ -235,23 +235,23 @@ def _still_of_it(kept: OrderFile | None, made: Fabrication | None) -> dict[str, 
 
 
 @dataclass(frozen=True)
-class _Given:
+class _GivenBody:
     body: ImportedBody
     known: KnownBody
 
 
-def _body(path: Path, *, cut: bool) -> _Given:
+def _body(path: Path, *, cut: bool) -> _GivenBody:
     sha256 = hash_of(read_content(path, _LARGEST_BYTES, ShapeFileError))
     body = ImportedBody(name=path.name, solid=read_mesh(path, 1.0), cut=cut)
-    return _Given(body, KnownBody(name=path.name, cut=cut, sha256=sha256))
+    return _GivenBody(body, KnownBody(name=path.name, cut=cut, sha256=sha256))
 
 
 def _name(path: Path | None) -> str:
     return "" if path is None else path.name
 
 
-def _written(
-    read: ShapeFile, made: Made, ordered: _Ordered, folder: Path, bed: Bed
+def _write_files(
+    read: ShapeFile, made: FinishedDevice, ordered: _OrderToMake, folder: Path, bed: Bed
 ) -> tuple[Path, ...]:
     from limbgram.report.drawings.devices import device_drawing
     from limbgram.report.drawings.drawing import png
@@ -290,7 +290,7 @@ def _written(
 
 
 def bed_from(solid: Mesh, bed: Bed) -> Rigid:
-    """Turned as asked, its lowest corner at the bed's."""
+    """The motion to a print bed: turned as asked, the lowest corner at the bed's."""
     turn = _TURNS[bed]
     lowest = (solid.vertices_mm @ turn.T).min(0)
     return Rigid(turn.copy(), -lowest)

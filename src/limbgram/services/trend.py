@@ -19,9 +19,9 @@ from limbgram.core.request_fields import Flag
 from limbgram.core.spreadsheet import Decimal, csv_of, xlsx_of
 from limbgram.services.measure import SheetRequest
 from limbgram.services.parse_text import DAY
-from limbgram.workbench.compare.comparison import at_odds
+from limbgram.workbench.compare.comparison import mismatch_findings
 from limbgram.workbench.compare.sheets import SheetTrend, SheetVisit, follow_sheets
-from limbgram.workbench.frame.landmarks import other_notes
+from limbgram.workbench.frame.landmarks import notes_but_unconfirmed
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.sheet import measuring_sheet
 
@@ -72,7 +72,7 @@ def trend(limbs: Sequence[Limb], ask: TrendRequest) -> SheetTrend:
     ]
     notes = [
         *(one.sheet.doubt for one in visits if one.sheet.doubt is not None),
-        *(one for limb in limbs for one in other_notes(limb)),
+        *(one for limb in limbs for one in notes_but_unconfirmed(limb)),
     ]
-    notes += [one for limb in limbs[1:] for one in at_odds(limbs[0], limb)]
+    notes += [one for limb in limbs[1:] for one in mismatch_findings(limbs[0], limb)]
     return follow_sheets(visits, tuple(dict.fromkeys(notes)))

@@ -1,4 +1,4 @@
-"""Bodies: which pieces of a shape are the limb, and which are left out of all that is made of it.
+"""Bodies: which pieces of a shape are the limb, and which are left out.
 
 Left out  what lies inside another body, such as bones inside the skin; and loose bodies, far
           smaller than the limb and apart from it, such as a crumb of a scan.
@@ -22,7 +22,7 @@ from limbgram.workbench.limb import AnyLimb
 
 _MOST_TESTED = 64
 """Pieces of a shape that are held against each other, the largest first; the rest are scraps."""
-_LOOSE_SHARE = 0.2
+_LEAST_RIVAL_SHARE = 0.2
 """Of the limb's area: what lies apart and is smaller is loose, what is larger a limb of its own."""
 _TOUCHING_MM = 0.1
 _PATCH_MM = 10.0
@@ -46,8 +46,8 @@ class SeparateBody:
 
 
 @dataclass(frozen=True)
-class Outside:
-    """A shape without what is left out."""
+class OuterShape:
+    """A shape without the bodies that are left out."""
 
     mesh: Mesh
     inside: int = 0
@@ -61,18 +61,18 @@ class Outside:
         return self.inside + len(self.loose)
 
     def require_one_limb(self) -> None:
-        """Refuse what is to be measured or made of one limb where there are several.
+        """Refuse a shape that holds several limbs.
 
         Raises:
             MeasureError: bodies of comparable size lie apart from each other.
         """
         if self.rivals:
             raise MeasureError(
-                "limb.several", count=len(self.rivals) + 1, shares=_shares(self.rivals)
+                "limb.several", count=len(self.rivals) + 1, shares=_area_shares(self.rivals)
             )
 
 
-def outer_bodies(mesh: Mesh) -> Outside:
+def outer_bodies(mesh: Mesh) -> OuterShape:
     """The mesh without loose bodies, and without pieces inside others that face the same way.
 
     The walls of hollows face the other way, and stay.
@@ -81,7 +81,7 @@ def outer_bodies(mesh: Mesh) -> Outside:
     return found.without(mesh, found.inner | found.gone)
 
 
-def without_loose(mesh: Mesh) -> Outside:
+def without_loose(mesh: Mesh) -> OuterShape:
     """The mesh without loose bodies; bodies inside the limb are counted, and stay."""
     found = _sorted_bodies(mesh)
     left = found.without(mesh, found.gone)
@@ -93,22 +93,22 @@ def without_loose(mesh: Mesh) -> Outside:
 
 
 def outside_of(limb: AnyLimb, place: str | None = None, *, as_bones: bool = False) -> AnyLimb:
-    """The limb without what is left out, and notes of it.
+    """The limb without the bodies left out, with notes of them.
 
     Args:
         place: What the notes call it; None: the limb.
     """
     found = outer_bodies(limb.mesh)
-    notes = list(left_out(found.bodies_left_out, found.loose, place, as_bones=as_bones))
+    notes = list(left_out_findings(found.bodies_left_out, found.loose, place, as_bones=as_bones))
     if found.rivals:
-        count, shares = len(found.rivals) + 1, _shares(found.rivals)
+        count, shares = len(found.rivals) + 1, _area_shares(found.rivals)
         notes.append(doubt("limb.rivals.mixed", count=count, shares=shares))
     if not notes:
         return limb
     return replace(limb, mesh=found.mesh, notes=(*limb.notes, *notes))
 
 
-def left_out(
+def left_out_findings(
     bodies: int,
     loose: tuple[SeparateBody, ...],
     place: str | None = None,
@@ -117,7 +117,7 @@ def left_out(
     done: Done = "left out",
     as_bones: bool = False,
 ) -> tuple[Finding, ...]:
-    """What there is to say of the bodies left out; nothing where there are none.
+    """Findings about the bodies left out; none where there are none.
 
     Args:
         bodies: All of them, the loose ones too.
@@ -125,7 +125,7 @@ def left_out(
     """
     found: list[Finding] = []
     if inside := bodies - len(loose):
-        found.append(_inside(inside, place, done, as_bones=as_bones))
+        found.append(_inside_findings(inside, place, done, as_bones=as_bones))
     if loose:
         found.append(
             note(
@@ -141,18 +141,18 @@ def left_out(
     return tuple(found)
 
 
-def kept(found: Outside) -> tuple[Finding, ...]:
-    """What there is to say of a file that holds all of it, though it is not one limb's surface."""
+def kept_findings(found: OuterShape) -> tuple[Finding, ...]:
+    """Findings about a file that keeps bodies which do not belong to the limb's surface."""
     said: list[Finding] = []
     if found.inside:
-        said.append(_inside(found.inside, None, "written too", as_bones=True))
+        said.append(_inside_findings(found.inside, None, "written too", as_bones=True))
     if found.rivals:
-        count, shares = len(found.rivals) + 1, _shares(found.rivals)
+        count, shares = len(found.rivals) + 1, _area_shares(found.rivals)
         said.append(doubt("limb.rivals.written", count=count, shares=shares))
     return tuple(said)
 
 
-def _inside(count: int, place: str | None, done: Done, *, as_bones: bool) -> Finding:
+def _inside_findings(count: int, place: str | None, done: Done, *, as_bones: bool) -> Finding:
     return note("limb.bodies.inside", count=count, place=place, done=done, as_bones=as_bones)
 
 
@@ -161,8 +161,8 @@ def _place_and_size(body: SeparateBody) -> Finding:
     return note("limb.bodies.one", size_mm=body.size_mm, x_mm=x, y_mm=y, z_mm=z)
 
 
-def _shares(rivals: tuple[SeparateBody, ...]) -> tuple[float, ...]:
-    """Of the largest one's surface, each of the first has so much."""
+def _area_shares(rivals: tuple[SeparateBody, ...]) -> tuple[float, ...]:
+    """Areas of the first rivals, as shares of the largest body's."""
     return tuple(body.area_share for body in rivals[:_MOST_NAMED])
 
 
@@ -171,14 +171,14 @@ def _inner_bodies(mesh: Mesh, pieces: np.ndarray) -> list[int]:
     largest = np.argsort(-sizes, kind="stable")[:_MOST_TESTED]
     by_piece = np.argsort(pieces, kind="stable")
     starts = np.cumsum(sizes) - sizes
-    bodies = [_Body.of(mesh, by_piece[starts[k] : starts[k] + sizes[k]]) for k in largest]
+    bodies = [_BodyBox.of(mesh, by_piece[starts[k] : starts[k] + sizes[k]]) for k in largest]
     inner = [_is_inside_another(mesh, body, bodies) for body in bodies]
     return [int(k) for k, is_inner in zip(largest, inner) if is_inner]
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Sorted:
-    """What there is beyond the limb itself, and its faces."""
+class _SortedBodies:
+    """The bodies besides the limb, and their faces."""
 
     inner: Bool[np.ndarray, " f"]
     gone: Bool[np.ndarray, " f"]
@@ -187,44 +187,44 @@ class _Sorted:
     loose: tuple[SeparateBody, ...] = ()
     rivals: tuple[SeparateBody, ...] = ()
 
-    def without(self, mesh: Mesh, faces: Bool[np.ndarray, " f"]) -> Outside:
+    def without(self, mesh: Mesh, faces: Bool[np.ndarray, " f"]) -> OuterShape:
         kept = mesh if not faces.any() else with_faces(mesh, mesh.faces[~faces])
-        return Outside(kept, inside=self.inside, loose=self.loose, rivals=self.rivals)
+        return OuterShape(kept, inside=self.inside, loose=self.loose, rivals=self.rivals)
 
 
-def _sorted_bodies(mesh: Mesh) -> _Sorted:
+def _sorted_bodies(mesh: Mesh) -> _SortedBodies:
     """Bodies inside others; and what lies apart from the largest one and from all that joins it."""
     none = np.zeros(len(mesh.faces), np.bool_)
     pieces = face_components(mesh.faces)
     if not pieces.max(initial=0):
-        return _Sorted(inner=none, gone=none)
+        return _SortedBodies(inner=none, gone=none)
     inside = _inner_bodies(mesh, pieces)
     inner = np.isin(pieces, inside)
     outer = mesh if not inside else with_faces(mesh, mesh.faces[~inner])
     pieces = np.unique(pieces[~inner], return_inverse=True)[1]
-    found = _Sorted(inner=inner, gone=none, inside=len(inside))
+    found = _SortedBodies(inner=inner, gone=none, inside=len(inside))
     if not pieces.max(initial=0):
         return found
     areas = np.bincount(pieces, np.linalg.norm(outer.face_normals(), axis=1))
-    apart = np.flatnonzero(_apart(outer, pieces, int(areas.argmax())))
+    apart = np.flatnonzero(_separate_pieces(outer, pieces, int(areas.argmax())))
     apart = apart[np.argsort(-areas[apart], kind="stable")]
     shares = areas[apart] / areas.max()
     bodies = [
-        _described(outer, outer.faces[pieces == piece], float(share))
+        _separate_body(outer, outer.faces[pieces == piece], float(share))
         for piece, share in zip(apart, shares)
     ]
     gone = none.copy()
-    gone[~inner] = np.isin(pieces, apart[shares < _LOOSE_SHARE])
+    gone[~inner] = np.isin(pieces, apart[shares < _LEAST_RIVAL_SHARE])
     return replace(
         found,
         gone=gone,
-        loose=tuple(body for body in bodies if body.area_share < _LOOSE_SHARE),
-        rivals=tuple(body for body in bodies if body.area_share >= _LOOSE_SHARE),
+        loose=tuple(body for body in bodies if body.area_share < _LEAST_RIVAL_SHARE),
+        rivals=tuple(body for body in bodies if body.area_share >= _LEAST_RIVAL_SHARE),
     )
 
 
-def _apart(mesh: Mesh, pieces: np.ndarray, main: int) -> Bool[np.ndarray, " p"]:
-    """Pieces that lie outside the limb and clear of it: of the main one, and what joins it."""
+def _separate_pieces(mesh: Mesh, pieces: np.ndarray, main: int) -> Bool[np.ndarray, " p"]:
+    """Pieces outside the limb and clear of its main body and of all that joins it."""
     count = int(pieces.max()) + 1
     piece_of = np.full(len(mesh.vertices_mm), main)
     piece_of[mesh.faces.ravel()] = np.repeat(pieces, 3)
@@ -245,7 +245,7 @@ def _apart(mesh: Mesh, pieces: np.ndarray, main: int) -> Bool[np.ndarray, " p"]:
     return free
 
 
-def _described(mesh: Mesh, faces: Faces, share: float) -> SeparateBody:
+def _separate_body(mesh: Mesh, faces: Faces, share: float) -> SeparateBody:
     corners = mesh.vertices_mm[faces.ravel()]
     low, high = corners.min(0), corners.max(0)
     return SeparateBody(
@@ -254,18 +254,18 @@ def _described(mesh: Mesh, faces: Faces, share: float) -> SeparateBody:
 
 
 @dataclass(frozen=True)
-class _Body:
+class _BodyBox:
     face_ids: Int64[np.ndarray, " k"]
     low_mm: Vector3
     high_mm: Vector3
 
     @classmethod
-    def of(cls, mesh: Mesh, face_ids: Int64[np.ndarray, " k"]) -> "_Body":
+    def of(cls, mesh: Mesh, face_ids: Int64[np.ndarray, " k"]) -> "_BodyBox":
         corners = mesh.vertices_mm[mesh.faces[face_ids].ravel()]
         return cls(face_ids, corners.min(0), corners.max(0))
 
 
-def _is_inside_another(mesh: Mesh, body: _Body, others: list[_Body]) -> bool:
+def _is_inside_another(mesh: Mesh, body: _BodyBox, others: list[_BodyBox]) -> bool:
     own = mesh.faces[body.face_ids]
     if _signed_volume(mesh, own) <= 0:
         return False
@@ -285,7 +285,7 @@ def _signed_volume(mesh: Mesh, faces: Faces) -> float:
 
 
 def _winding(mesh: Mesh, faces: Faces, place_mm: Vector3) -> float:
-    """How often a surface goes round a place: solid angles (Van Oosterom and Strackee 1983)."""
+    """Winding number of a surface at a place, by solid angles (Van Oosterom and Strackee 1983)."""
     a, b, c = (mesh.vertices_mm[faces[:, k]] - place_mm for k in range(3))
     la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
     over = np.einsum("ij,ij->i", a, np.cross(b, c))

@@ -19,13 +19,13 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.tree_cache import AnswersByMesh
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt
-from limbgram.workbench.anatomy.centreline import Centreline, straight
+from limbgram.workbench.anatomy.centreline import Centreline, straight_centreline
 from limbgram.workbench.anatomy.directions import AnatomicalAxis, Anatomy
 from limbgram.workbench.anatomy.kind import Kind
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED, KINDS, KindName
 from limbgram.workbench.anatomy.landmark import Landmark, Placed
-from limbgram.workbench.anatomy.names import by_identity, named
-from limbgram.workbench.anatomy.surface_lines import Skin
+from limbgram.workbench.anatomy.names import landmark_named, landmarks_by_identity
+from limbgram.workbench.anatomy.surface_lines import LineSurface
 
 __all__ = [
     "KINDS",
@@ -40,7 +40,7 @@ __all__ = [
     "Origin",
     "Placed",
     "Side",
-    "doubt_of_name",
+    "file_name_doubt",
     "likeliest",
     "marked_red",
     "names_apart",
@@ -78,7 +78,7 @@ class Origin:
 
 @dataclass(frozen=True, kw_only=True)
 class Limb:
-    """What every step of the workbench takes and gives; an `AlignedLimb` where it has axes."""
+    """A limb: what every step of the workbench takes and gives; `AlignedLimb` where it has axes."""
 
     mesh: Mesh
     landmarks: tuple[Landmark, ...] = ()
@@ -130,12 +130,12 @@ class Limb:
         return replace(self, mesh=mesh)
 
     def landmark(self, identity: str) -> Landmark:
-        """The landmark that marks a place, whatever somebody called it.
+        """The landmark at a place, under whatever name it was placed.
 
         Raises:
             MeasureError: it was not placed.
         """
-        found = named(identity, self.landmarks)
+        found = landmark_named(identity, self.landmarks)
         if found is None:
             raise MeasureError("anatomy.missing", names=(identity,), wanted_for=None)
         return found
@@ -150,7 +150,7 @@ class Limb:
 
     @property
     def anatomy(self) -> Anatomy:
-        """What its landmarks span, in the mesh's frame.
+        """Its anatomical axes and landmarks, in the mesh's frame.
 
         Raises:
             MeasureError: nobody said what kind of limb it is.
@@ -161,11 +161,13 @@ class Limb:
         motion = self.known_limb_from_mesh
         return Anatomy(
             kind=kind,
-            places={name: one.position_mm for name, one in by_identity(self.landmarks).items()},
+            places={
+                name: one.position_mm for name, one in landmarks_by_identity(self.landmarks).items()
+            },
             left=None if kind.sided and self.side == "none" else self.side == "left",
             frame=None if motion is None else motion.rotation,
             origin_mm=np.zeros(3) if motion is None else motion.inverse.translation,
-            skin=Skin(mesh=self.mesh),
+            skin=LineSurface(mesh=self.mesh),
         )
 
     def centreline(self) -> Centreline:
@@ -180,7 +182,7 @@ class Limb:
         axis = anatomy.axis("long axis")
         along = axis.along_mm(self.mesh.vertices_mm)
         ends = (axis.point_mm + axis.direction * end for end in (along.max(), along.min()))
-        return straight(*ends)
+        return straight_centreline(*ends)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -251,7 +253,7 @@ AnyLimb = TypeVar("AnyLimb", bound=Limb)
 
 
 def names_apart(names: Sequence[str]) -> tuple[str, ...]:
-    """Names each of which stands once: those that stood before get a number behind them."""
+    """Names made unique: repeated ones get a number."""
     taken = set(names)
     found: list[str] = []
     for name in names:
@@ -278,7 +280,7 @@ def marked_red(path: Path) -> Path:
     return path.with_name(f"{path.stem}{_MARK}{path.suffix}")
 
 
-def doubt_of_name(name: str) -> Finding | None:
-    """What a file's name says against it."""
+def file_name_doubt(name: str) -> Finding | None:
+    """A doubt about a file by its name, such as one of a red result."""
     stem = Path(name).stem.removesuffix("-unitless")
     return doubt("verdict.red_shape") if stem.endswith(_MARK) else None

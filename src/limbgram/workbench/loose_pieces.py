@@ -44,8 +44,8 @@ _MOST_CORNERS = 12
 
 
 @dataclass(frozen=True)
-class Strays:
-    """A mesh without its strays."""
+class ScrapsRemoved:
+    """A mesh without its loose scraps, and what was removed."""
 
     mesh: Mesh
     scraps: int = 0
@@ -57,7 +57,7 @@ class Strays:
     """Closed under them."""
 
     def findings(self) -> tuple[Finding, ...]:
-        """What there is to say of them; nothing where there are none."""
+        """Findings about the scraps removed; none where there were none."""
         if not self.scraps:
             return ()
         return (
@@ -72,11 +72,11 @@ class Strays:
         )
 
 
-def without_strays(mesh: Mesh) -> Strays:
+def without_scraps(mesh: Mesh) -> ScrapsRemoved:
     """The mesh without the tiny scraps that lie on its skin, as every file is read."""
     pieces = open_pieces(mesh)
     if pieces is None:
-        return Strays(mesh)
+        return ScrapsRemoved(mesh)
     return without_pieces(mesh, pieces, pieces.area_mm2 <= TINY_SHARE * pieces.area_mm2.max())
 
 
@@ -107,7 +107,7 @@ def open_pieces(mesh: Mesh) -> Pieces | None:
 
 def without_pieces(
     mesh: Mesh, pieces: Pieces, asked: Bool[np.ndarray, " p"], reach_mm: float | None = None
-) -> Strays:
+) -> ScrapsRemoved:
     """The mesh without those loose pieces, of those asked for, that lie on the rest of it.
 
     Args:
@@ -115,7 +115,7 @@ def without_pieces(
     """
     small = asked & pieces.loose
     if not small.any():
-        return Strays(mesh)
+        return ScrapsRemoved(mesh)
     of_small = small[pieces.of_face]
     skin = with_faces(mesh, mesh.faces[~of_small])
     usual_mm = min(_usual_edge_mm(skin), _FARTHEST_MM)
@@ -126,13 +126,13 @@ def without_pieces(
     np.maximum.at(farthest, pieces.of_vertex[ids], tree.closest(mesh.vertices_mm[ids]).distances_mm)
     gone = small & (farthest <= reach)
     if not gone.any():
-        return Strays(mesh)
+        return ScrapsRemoved(mesh)
     faces = gone[pieces.of_face]
     rest = with_faces(mesh, mesh.faces[~faces])
     places = mesh.vertices_mm[mesh.faces[faces]]
     under = np.concatenate([places.reshape(-1, 3), places.mean(1)])
-    closed = _closed_under(rest, under, usual_mm)
-    return Strays(
+    closed = _with_holes_closed_near(rest, under, usual_mm)
+    return ScrapsRemoved(
         mesh=closed.mesh,
         scraps=int(gone.sum()),
         triangles=int(faces.sum()),
@@ -149,12 +149,12 @@ def _usual_edge_mm(mesh: Mesh) -> float:
 
 
 @dataclass(frozen=True)
-class _Closed:
+class _ClosedHoles:
     mesh: Mesh
     holes: int
 
 
-def _closed_under(mesh: Mesh, places_mm: Points3, reach_mm: float) -> _Closed:
+def _with_holes_closed_near(mesh: Mesh, places_mm: Points3, reach_mm: float) -> _ClosedHoles:
     """The mesh with the small holes closed all of whose vertices lie by what was taken away."""
     near = KDTree(places_mm)
     holes = 0
@@ -166,7 +166,7 @@ def _closed_under(mesh: Mesh, places_mm: Points3, reach_mm: float) -> _Closed:
         faces = _with_hole_closed(mesh, loop)
         if faces is not None:
             mesh, holes = replace(mesh, faces=faces), holes + 1
-    return _Closed(with_faces(mesh, mesh.faces), holes) if holes else _Closed(mesh, 0)
+    return _ClosedHoles(with_faces(mesh, mesh.faces), holes) if holes else _ClosedHoles(mesh, 0)
 
 
 def _with_hole_closed(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> Faces | None:
@@ -182,7 +182,7 @@ def _with_hole_closed(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> Faces | None
     same[loop] = loop[first[kind]]
     faces = same[mesh.faces]
     ends = find_edges(mesh.faces).ends
-    made = [_across(mesh, same[ends], ring) for ring in _rings(same[loop].tolist())]
+    made = [_ring_triangles(mesh, same[ends], ring) for ring in _simple_rings(same[loop].tolist())]
     sound = [part for part in made if part is not None]
     if len(places) < 3 or len(sound) < len(made):
         return None
@@ -192,8 +192,8 @@ def _with_hole_closed(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> Faces | None
     return closed if fits and not flat else None
 
 
-def _rings(loop: list[int]) -> list[Int32[np.ndarray, " l"]]:
-    """A loop parted where it comes back to a vertex."""
+def _simple_rings(loop: list[int]) -> list[Int32[np.ndarray, " l"]]:
+    """A loop split into rings where it revisits a vertex."""
     rings: list[Int32[np.ndarray, " l"]] = []
     path: list[int] = []
     for vertex in loop:
@@ -205,7 +205,7 @@ def _rings(loop: list[int]) -> list[Int32[np.ndarray, " l"]]:
     return [*rings, np.array(path, np.int32)]
 
 
-def _across(
+def _ring_triangles(
     mesh: Mesh, ends: Int64[np.ndarray, "e 2"], ring: Int32[np.ndarray, " l"]
 ) -> Int32[np.ndarray, "f 3"] | None:
     """Triangles on a ring's own vertices; None where the mesh's edges leave no room for them."""

@@ -22,7 +22,7 @@ from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import declared
 from limbgram.findings import note
 from limbgram.workbench.edits.clean import Clean
-from limbgram.workbench.edits.cutting import ON_IT_MM
+from limbgram.workbench.edits.cutting import ON_CUT_MM
 from limbgram.workbench.edits.distal_end import DistalEnd
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import EDITS, do_edit
@@ -248,7 +248,7 @@ def test_landmarks_are_on_the_surface_or_gone_with_a_word_after_every_edit(
         assert error.finding.code == "edit.kind"  # noqa: PT017 - others are done
         return
     places = np.stack([mark.position_mm for mark in after.landmarks])
-    assert tree_on(after.mesh).closest(places).distances_mm.max() < ON_IT_MM
+    assert tree_on(after.mesh).closest(places).distances_mm.max() < ON_CUT_MM
     gone = {mark.name for mark in limb.landmarks} - {mark.name for mark in after.landmarks}
     told = [one for one in after.notes if one.code == "edit.landmark.cut_off"]
     assert {one.values["name"] for one in told} == gone

@@ -19,7 +19,7 @@ from limbgram.workbench.compare.carried_landmarks import Carried, carry_landmark
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.repose import Repose
-from limbgram.workbench.frame.landmarks import unconfirmed
+from limbgram.workbench.frame.landmarks import unconfirmed_finding
 from limbgram.workbench.limb import AlignedLimb, Limb, Side
 from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
 
@@ -161,9 +161,9 @@ def test_nobody_takes_a_proposal_for_a_place_that_was_felt_for(marked: Limb) -> 
     assert said.code == "landmark.unconfirmed"
     two = confirm(proposed, ("navicular", "Ferse"))
     assert {one.name for one in two.landmarks if one.confirmed} == {"navicular", "heel"}
-    assert unconfirmed(two) is not None
+    assert unconfirmed_finding(two) is not None
     looked_at = confirm(proposed, ("all",))
-    assert unconfirmed(looked_at) is None
+    assert unconfirmed_finding(looked_at) is None
     assert measuring_sheet(looked_at, ankle).doubt is None
     # What nobody confirmed is not carried on, either.
     again = carry_landmarks(today(marked), proposed, "right")

@@ -10,7 +10,7 @@ from limbgram.core.mesh.topology import volume_mm3
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.edits.arch_fill import ArchFill
 from limbgram.workbench.edits.build_ups import BuildUps
-from limbgram.workbench.edits.cutting import ON_IT_MM
+from limbgram.workbench.edits.cutting import ON_CUT_MM
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import EDITS, do_edit
 from limbgram.workbench.edits.expansion import Expansion
@@ -63,7 +63,7 @@ def test_landmarks_stay_on_the_surface(
 
     gone = [one for one in after.notes if one.code == "edit.landmark.cut_off"]
     assert len(after.landmarks) + len(gone) == len(limb.landmarks)
-    assert off_mm(after).max() < off_mm(limb).max() + ON_IT_MM
+    assert off_mm(after).max() < off_mm(limb).max() + ON_CUT_MM
 
 
 @pytest.mark.parametrize("left", SIDES)

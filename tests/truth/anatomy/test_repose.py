@@ -11,7 +11,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.findings import told
 from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.edits.repose import Repose, Turn
+from limbgram.workbench.edits.repose import JointTurn, Repose
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.sheet import SheetOptions, measuring_sheet
 
@@ -40,7 +40,7 @@ def test_the_way_back_restores_the_scan(
 def test_the_foot_is_turned_as_a_whole_about_the_ankle(foot_of: MakeLimb, left: bool) -> None:
     """Away from the band, all is where an exact turn about the malleoli has it."""
     limb = foot_of(left=left)
-    turn = Turn.of(limb.anatomy, "ankle", 10.0 * (-1 if left else 1), ADULT_MM)
+    turn = JointTurn.of(limb.anatomy, "ankle", 10.0 * (-1 if left else 1), ADULT_MM)
     shares = turn.shares(limb.mesh.vertices_mm)
     after = do_edit(limb, Repose(joint="ankle", by_deg=10.0, beyond=True))
     axis = limb.axis("ankle")

@@ -15,7 +15,7 @@ from limbgram.capture.artefact import (
     SphereStandard,
 )
 from limbgram.capture.permissible_errors import Permissible, parse_limits
-from limbgram.capture.probing import Probed, find_spheres, surface_of
+from limbgram.capture.probing import ProbedBody, find_spheres, surface_of
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
@@ -195,7 +195,7 @@ def test_alike_spheres_are_told_apart_by_their_distances() -> None:
     limb = make_gauge(BallBar(), 1.5, 60.0).mesh
     probed = find_spheres(surface_of([limb]), 50.0)[0]
 
-    def at(x: float, y: float) -> Probed:
+    def at(x: float, y: float) -> ProbedBody:
         return replace(probed, middle_mm=np.array([x, y, 0.0]))
 
     spheres = [at(0, 0), at(150, 0), at(0, 90), at(400, 400)]  # the last one is none of them

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from limbgram.capture.camera_positions import Stand, clock, height_of, stand_of
+from limbgram.capture.camera_positions import Stand, clock_hour, height_of, stand_of
 from limbgram.core.geometry.lens import Camera
 from limbgram.findings import told
 
@@ -14,7 +14,7 @@ CAMERA = Camera(width_px=300, height_px=200, fx=300.0, fy=300.0, cx=150.0, cy=10
     ("azimuth_deg", "hour"), [(0, 12), (30, 11), (90, 9), (180, 6), (270, 3), (350, 12)]
 )
 def test_clocks_turn_clockwise(azimuth_deg: float, hour: int) -> None:
-    assert clock(azimuth_deg) == hour
+    assert clock_hour(azimuth_deg) == hour
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,11 @@ import pytest
 
 from limbgram.capture.answer import DEFAULTS
 from limbgram.capture.camera_positions import Stand
-from limbgram.capture.closed_surface import Underside, closed_surface, underside_of
-from limbgram.capture.coverage import Shown, coverage_of
-from limbgram.capture.photos_to_add import photos_for
+from limbgram.capture.closed_surface import Underside, closed_surface, find_underside
+from limbgram.capture.coverage import ShownProxy, coverage_from_prediction
+from limbgram.capture.photos_to_add import photos_for_hidden_places
 from limbgram.capture.prediction import Showing, predict
-from limbgram.capture.proxy import tube
+from limbgram.capture.proxy import plain_tube
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.findings import Gravity
 from limbgram.reconstruction.mapping.scene import Observations, Scene
@@ -65,7 +65,7 @@ def underside(below: bool, views: list[View]) -> Underside:
     points, normals = raised_foot(below)
     surface = closed_surface(points, normals)
     assert surface is not None
-    return underside_of(surface, UP, views, 2)
+    return find_underside(surface, UP, views, 2)
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-3])
@@ -101,7 +101,7 @@ def test_a_part_of_which_one_side_is_shown_is_not_cut_off() -> None:
     assert surface is not None
     end = SLAB_LOW[0] + SLAB[0]
     assert surface.mesh.vertices_mm[:, 0].max() > 0.85 * end
-    assert underside_of(surface, UP, [*ring(28.0), *ring(50.0)], 2).share > 0.05
+    assert find_underside(surface, UP, [*ring(28.0), *ring(50.0)], 2).share > 0.05
 
 
 def test_points_that_enclose_nothing_have_no_surface() -> None:
@@ -133,12 +133,12 @@ def test_the_end_that_a_limb_stands_on_is_not_asked_for() -> None:
     out = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(2500)])
     surface = closed_surface(RADIUS * out + z[:, None] * UP, out)
     assert surface is not None
-    assert underside_of(surface, UP, ring(28.0), 2).share == 0.0
+    assert find_underside(surface, UP, ring(28.0), 2).share == 0.0
 
 
 def test_what_hangs_over_is_told_below_the_limit_and_asked_for_above_it() -> None:
     views = [*ring(28.0), *ring(50.0)]
-    limb = tube(np.array([0.0, LENGTH]), np.array([RADIUS, RADIUS]), 20.0)
+    limb = plain_tube(np.array([0.0, LENGTH]), np.array([RADIUS, RADIUS]), 20.0)
     prediction = predict(limb, views, Showing.alike(len(limb.mesh), len(views), 1.2, 20.0))
     scene = Scene(
         names=tuple(view.name for view in views),
@@ -151,11 +151,11 @@ def test_what_hangs_over_is_told_below_the_limit_and_asked_for_above_it() -> Non
     )
     metric = MetricScene(scene=scene, scale=Scale(unit="mm", source="board", relative_sigma=1e-4))
     found = underside(below=False, views=views)
-    coverage = coverage_of(limb, prediction, in_mm=True)
-    shown = Shown(limb, prediction, coverage, 0.0, found)
+    coverage = coverage_from_prediction(limb, prediction, in_mm=True)
+    shown = ShownProxy(limb, prediction, coverage, 0.0, found)
     for most, gravity in ((2 * found.share, Gravity.DOUBT), (found.share / 2, Gravity.FAULT)):
         options = DEFAULTS.__class__(max_unseen=most)
-        _, findings, notes = photos_for(shown, metric, [], [], options)
+        _, findings, notes = photos_for_hidden_places(shown, metric, [], [], options)
         told = [
             one
             for one in (*findings, *notes)

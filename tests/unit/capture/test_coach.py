@@ -8,10 +8,10 @@ import pytest
 from PIL import Image
 
 from limbgram.capture.answer import CheckedPhoto
-from limbgram.capture.coach import tipped_board
-from limbgram.capture.limb_in_photos import limb_shown, look_at_limb
+from limbgram.capture.coach import tipped_board_finding
+from limbgram.capture.limb_in_photos import inspect_limb, limb_points
 from limbgram.capture.limb_motion import limb_motion
-from limbgram.capture.photos_to_add import missing_round
+from limbgram.capture.photos_to_add import photos_for_gaps
 from limbgram.core.errors import RegionError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
@@ -52,7 +52,7 @@ def walk(photos: int, rings: int, seed: int) -> list[CheckedPhoto]:
 @pytest.mark.parametrize(("photos", "rings"), [(9, 1), (15, 1), (15, 2), (17, 2), (24, 2)])
 def test_a_whole_walk_is_never_held_back(photos: int, rings: int) -> None:
     """A second ring falls between the photos of the first and takes none of them away."""
-    assert [seed for seed in SEEDS if missing_round(walk(photos, rings, seed))] == []
+    assert [seed for seed in SEEDS if photos_for_gaps(walk(photos, rings, seed))] == []
 
 
 @pytest.mark.parametrize(("code", "photos"), [("tipped", 3), ("pushed", 0)])
@@ -60,7 +60,9 @@ def test_a_board_in_two_planes_of_a_scene_is_a_fault(code: str, photos: int) -> 
     """A push along the table leaves one plane, and is told elsewhere."""
     reason = doubt(f"board.photo.{code}", others=9, pushes=())
     aside = tuple(SetAside(f"{k}.jpg", reason) for k in range(3))
-    found = tipped_board(Scale(unit="mm", source="board", relative_sigma=1e-4, set_aside=aside))
+    found = tipped_board_finding(
+        Scale(unit="mm", source="board", relative_sigma=1e-4, set_aside=aside)
+    )
     assert [one.values["photos"] for one in found] == [photos] * bool(photos)
     assert all(one.gravity is Gravity.FAULT and one.values["others"] == 9 for one in found)
 
@@ -70,7 +72,7 @@ def test_two_neighbours_that_are_missing_are_asked_for(photos: int) -> None:
     for seed in SEEDS:
         left = walk(photos, 1, seed)
         del left[4:6]
-        asked = missing_round(left)
+        asked = photos_for_gaps(left)
         assert len(asked) == 1
         assert asked[0].between == ("3.jpg", "6.jpg")
 
@@ -78,7 +80,7 @@ def test_two_neighbours_that_are_missing_are_asked_for(photos: int) -> None:
 def test_a_side_that_is_missing_in_both_rings_is_asked_for() -> None:
     for seed in SEEDS:
         left = [one for one in walk(24, 2, seed) if not 100 < one.azimuth_deg < 180]
-        assert sum(one.count for one in missing_round(left)) >= 2
+        assert sum(one.count for one in photos_for_gaps(left)) >= 2
 
 
 @pytest.mark.parametrize(("unit", "far"), [("mm", 4.0), ("% of the limb's length", 2.0)])
@@ -144,7 +146,7 @@ def test_without_a_size_the_floor_is_no_limb(floor_sigma: float) -> None:
         verdicts=(),
     )
     metric = to_millimetres(scene)
-    limb = limb_shown(metric)
+    limb = limb_points(metric)
     of_pot = np.isin(np.arange(900), limb)
     assert metric.floor_z_mm is not None
     assert of_pot.sum() > 0.95 * len(limb)
@@ -184,10 +186,10 @@ def test_check_and_reconstruction_ask_the_same_of_the_photos(
     )
     photos = PhotoSet(photos=tuple(_photo(name) for name in names), cameras=())
     if answers:
-        assert len(limb_shown(metric)) > 850
+        assert len(limb_points(metric)) > 850
         assert find_region(photos, metric).occupied.any()
         return
-    for asked in (lambda: limb_shown(metric), lambda: find_region(photos, metric)):
+    for asked in (lambda: limb_points(metric), lambda: find_region(photos, metric)):
         with pytest.raises(RegionError, match="scene points lie where the photos look"):
             asked()
 
@@ -237,5 +239,5 @@ def test_exposure_is_judged_on_the_limb_and_not_on_what_its_outline_spans(
     assert shown.sum() < 0.7 * whole  # the outline spans more paper than would be called burnt
     scale = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
     metric = MetricScene(scene=scene, scale=scale)
-    looked = look_at_limb(photos, photos, detect(photos), metric, limb, {})
+    looked = inspect_limb(photos, photos, detect(photos), metric, limb, {})
     assert looked[0].photo.burnt == pytest.approx(burnt_px**2 / shown.sum(), abs=0.02)

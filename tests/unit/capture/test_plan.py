@@ -21,7 +21,7 @@ from limbgram.capture.plan import (
     form_of,
     plain_limb,
     plan_capture,
-    shown_by,
+    showing_of_sock,
 )
 from limbgram.capture.prediction import predict
 from limbgram.cli.main import app
@@ -42,7 +42,7 @@ def test_a_plan_reaches_what_was_asked_by_the_formula_of_the_check() -> None:
     ]
     assert len(stands) == plan.photos
     views = [one.view(CAMERA.camera, LEG.middle, 0.0) for one in stands]
-    shown = shown_by(len(LEG.mesh), len(views), plan.blur_px, Sock.PAINTED)
+    shown = showing_of_sock(len(LEG.mesh), len(views), plan.blur_px, Sock.PAINTED)
     again = predict(LEG, views, shown)
     assert again.middle_sigma_mm(LEG) == pytest.approx(plan.sigma_middle_mm, rel=0.03)
 
@@ -111,7 +111,7 @@ def test_a_printed_sock_shows_more_than_a_painted_one() -> None:
 
 @pytest.mark.parametrize("sock", Sock)
 def test_the_wider_the_edges_the_flatter_the_slopes(sock: Sock) -> None:
-    shown = [shown_by(1, 1, blur_px, sock) for blur_px in (0.5, 0.9, 1.5, 3.0)]
+    shown = [showing_of_sock(1, 1, blur_px, sock) for blur_px in (0.5, 0.9, 1.5, 3.0)]
     assert all(one.slope > two.slope for one, two in pairwise(shown))
     assert all(one.edge_px <= two.edge_px for one, two in pairwise(shown))
     assert shown[-1].edge_px == pytest.approx(3.0, rel=0.1)

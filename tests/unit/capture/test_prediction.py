@@ -8,12 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from limbgram.capture.camera_positions import Stand, stands_to_add
-from limbgram.capture.prediction import Prediction, Showing, bridging, predict, sigma_of
-from limbgram.capture.proxy import COLUMNS, LimbProxy, tube
+from limbgram.capture.prediction import (
+    Prediction,
+    Showing,
+    bridging_factor,
+    predict,
+    vertex_sigma_mm,
+)
+from limbgram.capture.proxy import COLUMNS, LimbProxy, plain_tube
 from limbgram.core.geometry.lens import Camera, View
 
 CAMERA = Camera(width_px=3000, height_px=2000, fx=3600.0, fy=3600.0, cx=1499.5, cy=999.5)
-LIMB = tube(np.array([0.0, 250.0]), np.array([55.0, 50.0]), 35.0)
+LIMB = plain_tube(np.array([0.0, 250.0]), np.array([55.0, 50.0]), 35.0)
 DISTANCE = 900.0
 
 
@@ -95,7 +101,7 @@ def test_more_of_anything_good_never_costs(
 ) -> None:
     def sigma(pixel: float, edge: float, count: int, apart: float, steep: float) -> float:
         arrays = (np.array([v]) for v in (pixel, edge, count, apart, steep))
-        return float(sigma_of(*arrays)[0])
+        return float(vertex_sigma_mm(*arrays)[0])
 
     base = sigma(pixel_mm, edge_px, photos, spread, slope)
     assert 0 < base < pixel_mm
@@ -138,8 +144,8 @@ def test_a_surface_far_from_paint_is_less_sure_there_alone() -> None:
     grown = bare / dense
     np.testing.assert_array_equal(grown[:40], 1.0)
     assert ((grown[40:50] > 1.6) & (grown[40:50] < 1.8)).all()
-    assert bridging(np.array([0.0, 10.0, 20.0, 40.0])).tolist() == sorted(
-        bridging(np.array([0.0, 10.0, 20.0, 40.0]))
+    assert bridging_factor(np.array([0.0, 10.0, 20.0, 40.0])).tolist() == sorted(
+        bridging_factor(np.array([0.0, 10.0, 20.0, 40.0]))
     )
 
 
@@ -159,4 +165,4 @@ def test_the_fitted_formula_worked_by_hand(
 ) -> None:
     """As docs/method/prediction.md has it: 0.067 pixel at 0.4 mm, five photos and a slope of 20."""
     figures = [np.array([one]) for one in (pixel_mm, edge_px, photos, spread, slope)]
-    assert sigma_of(*figures)[0] == pytest.approx(sigma_mm, rel=0.002)
+    assert vertex_sigma_mm(*figures)[0] == pytest.approx(sigma_mm, rel=0.002)

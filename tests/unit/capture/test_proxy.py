@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, proxy_of, tube
+from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, plain_tube, proxy_of
 
 FIRST = np.array([1000.0, 0.0, 0.0])
 LENGTH, LOWER, UPPER = 240.0, 60.0, 45.0
@@ -77,7 +77,7 @@ def test_an_end_without_points_is_left_open() -> None:
 @pytest.mark.parametrize("radius", [30.0, 70.0])
 def test_a_planned_limb_has_the_size_that_was_asked(radius: float) -> None:
     heights = np.array([0.0, 150.0, 300.0])
-    proxy = tube(heights, np.full(3, radius), 0.8 * radius)
+    proxy = plain_tube(heights, np.full(3, radius), 0.8 * radius)
     assert abs(proxy.radius / radius - 1) < 0.05
     assert abs(proxy.length / (300 + 0.8 * radius) - 0.95) < 0.06
     assert np.linalg.norm(proxy.middle[:2]) < 1.0

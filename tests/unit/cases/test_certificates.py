@@ -26,7 +26,7 @@ from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.findings import advice, note, told
 from limbgram.formats.camera import write_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.report.accuracy.judgement import Criterion, of_kit
+from limbgram.report.accuracy.judgement import Criterion, kit_criteria
 
 
 def certificate(
@@ -89,7 +89,7 @@ def test_the_users_own_term_counts() -> None:
 def test_a_kit_that_failed_is_never_green_and_one_that_passed_is() -> None:
     def judged(outcome: Outcome, made: str = "2026-03-31") -> Criterion:
         one = certificate(made, outcome)
-        (found,) = of_kit([cite(one, "f" * 64, one.cameras[0], date(2026, 4, 1))])
+        (found,) = kit_criteria([cite(one, "f" * 64, one.cameras[0], date(2026, 4, 1))])
         return found
 
     assert judged("fail").light == "amber"

@@ -21,7 +21,7 @@ from limbgram.formats.aop.reading import read_aop
 from limbgram.formats.aop.writing import AopOptions, LineEnd, write_aop
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.carving.mapping import MapOptions
-from limbgram.workbench.carving.radial_rays import Cast, cast_radii
+from limbgram.workbench.carving.radial_rays import RadialCast, cast_radii
 from limbgram.workbench.carving.radius_map import RadiusMap
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 
@@ -234,7 +234,7 @@ def test_a_finer_surface_takes_no_finer_search(monkeypatch: pytest.MonkeyPatch) 
     """Faces that all the steps of the search cast, for a surface and for its refinement."""
     cast: list[int] = []
 
-    def counted(mesh: Mesh, *where: Any) -> Cast:
+    def counted(mesh: Mesh, *where: Any) -> RadialCast:
         cast.append(len(mesh.faces))
         return cast_radii(mesh, *where)
 

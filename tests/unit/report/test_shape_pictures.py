@@ -12,7 +12,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.differences import difference_pictures, paint_of
 from limbgram.report.drawings.drawing import Drawing, png
 from limbgram.report.drawings.mirror_check import mirror_check
-from limbgram.report.drawings.time_course import course, unrolled
+from limbgram.report.drawings.time_course import course_drawing, unrolled_template
 from limbgram.report.record.views import four_sides_of_limb
 from limbgram.workbench.compare.comparison import CompareOptions, compare
 from limbgram.workbench.compare.over_time import FollowOptions, Visit, follow
@@ -97,7 +97,7 @@ def test_a_course_and_its_words(stump) -> None:
         Visit(limb=bulged(stump, [0, 42, 110], 3.0 * k), day=date(2026, 1, 1 + 7 * k))
         for k in range(3)
     ]
-    drawing = course(follow(visits, FollowOptions(compare=AS_IS)))
+    drawing = course_drawing(follow(visits, FollowOptions(compare=AS_IS)))
     assert drawing.caption.startswith(("The limb", "No trend"))
     assert len(png(drawing.figure)) > 10_000
 
@@ -117,7 +117,7 @@ def test_a_template_is_drawn_front_in_the_middle() -> None:
         spread_mm=np.full(moved.shape, np.nan),
         known_pairs=np.ones(moved.shape, np.int64),
     )
-    drawing = unrolled(template)
+    drawing = unrolled_template(template)
     drawn = np.asarray(drawing.figure.axes[0].collections[0].get_array()).reshape(len(heights), -1)
     row, column = np.unravel_index(int(np.argmin(drawn)), drawn.shape)
     assert row == 20

@@ -13,7 +13,7 @@ from limbgram.findings import told
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb
-from limbgram.workbench.loose_pieces import TINY_SHARE, without_strays
+from limbgram.workbench.loose_pieces import TINY_SHARE, without_scraps
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 
 
@@ -105,7 +105,7 @@ def without_loose_vertices(mesh: Mesh) -> Mesh:
 def test_what_stands_off_the_skin_or_is_large_stays(stump: Limb) -> None:
     """A patch over a gap is measured surface; so is a scrap that lies clear of the skin."""
     clear = torn(stump.mesh, near(stump.mesh, PLACES[0]), 8.0)
-    assert without_strays(clear).mesh is clear
+    assert without_scraps(clear).mesh is clear
     areas = np.linalg.norm(stump.mesh.face_normals(), axis=1) / 2
     middles = stump.mesh.vertices_mm[stump.mesh.faces].mean(1)
     patch = np.flatnonzero(np.linalg.norm(middles - [0, 40, 100], axis=1) < 12)
@@ -120,5 +120,5 @@ def test_what_stands_off_the_skin_or_is_large_stays(stump: Limb) -> None:
             [np.delete(stump.mesh.faces, patch, axis=0), len(stump.mesh) + inner.reshape(-1, 3)]
         ).astype(np.int32),
     )  # fmt: skip
-    assert without_strays(apart).mesh is apart
-    assert without_strays(stump.mesh).findings() == ()
+    assert without_scraps(apart).mesh is apart
+    assert without_scraps(stump.mesh).findings() == ()

@@ -15,9 +15,14 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.notebook import brief
 from limbgram.formats.aop.reading import AopReading
-from limbgram.workbench.bodies import Outside, SeparateBody
-from limbgram.workbench.carving.mapping import Mapped
-from limbgram.workbench.carving.slab import Distance, clipped, distance_to, volume_between_mm3
+from limbgram.workbench.bodies import OuterShape, SeparateBody
+from limbgram.workbench.carving.mapping import MappedSurface
+from limbgram.workbench.carving.slab import (
+    SurfaceDistance,
+    clip_between_heights,
+    distance_to,
+    volume_between_mm3,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +69,7 @@ class AopReport:
     girths: tuple[GirthLevel, ...]
     cap: DistalCap | None
     """None where the first slice stands upright already."""
-    mapped: Mapped
+    mapped: MappedSurface
     axis_from_limb: Rigid
     """The motion to the file's axis; none unless another axis was fitted."""
     bodies_left_out: int
@@ -90,10 +95,10 @@ class AopReport:
 def cost_of(
     path: Path,
     mesh: Mesh,
-    mapped: Mapped,
+    mapped: MappedSurface,
     held: AopReading,
     axis_from_limb: Rigid,
-    outside: Outside,
+    outside: OuterShape,
 ) -> AopReport:
     """Compare the file as it was read back with the mesh, which is in the frame of its axis."""
     found = held.radius_map
@@ -111,7 +116,8 @@ def cost_of(
         cap = DistalCap(
             to_mm=cap_mm,
             max_mm=rounded.max_mm,
-            volume_change_ml=(volume_between_mm3(clipped(file, *ends)) - in_cap) / 1000,
+            volume_change_ml=(volume_between_mm3(clip_between_heights(file, *ends)) - in_cap)
+            / 1000,
         )
     return AopReport(
         path=path,
@@ -133,9 +139,11 @@ def cost_of(
     )
 
 
-def _between(mesh: Mesh, file: Mesh, low_mm: float, high_mm: float) -> tuple[Distance, float]:
+def _between(
+    mesh: Mesh, file: Mesh, low_mm: float, high_mm: float
+) -> tuple[SurfaceDistance, float]:
     """How far a part of the limb lies from the file's surface, and its volume in mm3."""
-    part = clipped(mesh, low_mm, high_mm)
+    part = clip_between_heights(mesh, low_mm, high_mm)
     return distance_to(part, file), volume_between_mm3(part)
 
 
@@ -149,7 +157,7 @@ def _end_of_cap(radii_mm: Float64[np.ndarray, "m n"], z_mm: Float64[np.ndarray, 
     return int(lower[-1]) + 1 if len(lower) else 0
 
 
-def _girths(mapped: Mapped, held: AopReading, begin: int) -> tuple[GirthLevel, ...]:
+def _girths(mapped: MappedSurface, held: AopReading, begin: int) -> tuple[GirthLevel, ...]:
     """Of whole slices; the last touches the brim, where a section may be open."""
     whole: Bool[np.ndarray, " m"] = mapped.whole & (mapped.girths_mm > 0)
     rows = [row for row in np.flatnonzero(whole[:-1]).tolist() if row >= begin]

@@ -20,7 +20,7 @@ from limbgram.formats.aop.profiles import (
 from limbgram.formats.format import Format
 from limbgram.formats.triangle_soup import Soup
 from limbgram.workbench.carving.radius_map import Grid, RadiusMap
-from limbgram.workbench.frame.alignment import outward
+from limbgram.workbench.frame.alignment import expected_direction
 from limbgram.workbench.frame.landmarks import known_anywhere
 from limbgram.workbench.limb import Landmark, LimbFrame, names_apart
 
@@ -96,7 +96,8 @@ def read_aop_soup(content: bytes, name: str) -> Soup:
     """The surface with the landmarks, axes and side of the file."""
     found = read_aop(content, name)
     sure = found.writer_known or any(
-        outward(known_anywhere(mark.name, None), found.frame.side) for mark in found.landmarks
+        expected_direction(known_anywhere(mark.name, None), found.frame.side)
+        for mark in found.landmarks
     )
     unnamed = () if sure else (note("aop.front_taken"),)
     return Soup(

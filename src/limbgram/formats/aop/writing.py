@@ -25,7 +25,7 @@ from limbgram.formats.aop.profiles import Profile, landmarks_to_file
 from limbgram.formats.aop.reading import PLACE_COMMENT, AopReading, read_aop
 from limbgram.workbench.anatomy.names import without_accents
 from limbgram.workbench.bodies import outer_bodies
-from limbgram.workbench.carving.mapping import MapOptions, Mapped, map_radii, map_radii_on
+from limbgram.workbench.carving.mapping import MapOptions, MappedSurface, map_radii, map_radii_on
 from limbgram.workbench.carving.radius_map import Grid
 from limbgram.workbench.limb import AlignedLimb, Limb, names_apart
 
@@ -100,7 +100,7 @@ def write_aop(limb: Limb, path: Path | str, options: AopOptions = DEFAULTS) -> A
     return cost_of(path, mesh, mapped, held[0], axis_from_limb, outside)
 
 
-def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, Mapped]:
+def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, MappedSurface]:
     """The motion to the file's axis, the mesh there, and its radii."""
     if options.own is not None:
         axis_from_limb = options.own.limb_from_file.inverse
@@ -129,12 +129,12 @@ def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, Mapped]:
 
 def _mapped_round(
     axis_from_limb: Rigid, mesh: Mesh, options: AopOptions
-) -> tuple[Rigid, Mesh, Mapped]:
+) -> tuple[Rigid, Mesh, MappedSurface]:
     moved = mesh.moved(axis_from_limb)
     return axis_from_limb, moved, map_radii(moved, options.map)
 
 
-def _place(axis_from_limb: Rigid, mapped: Mapped, options: AopOptions) -> Rigid | None:
+def _place(axis_from_limb: Rigid, mapped: MappedSurface, options: AopOptions) -> Rigid | None:
     """Where the file's axes lie in the limb; None where they are the limb's own.
 
     The file counts heights from its first slice, unless they are those of an older file.
@@ -161,14 +161,16 @@ def _check(options: AopOptions) -> None:
         raise OptionsError("aop.ampscan_mirrors")
 
 
-def _check_form(mapped: Mapped, options: AopOptions) -> None:
+def _check_form(mapped: MappedSurface, options: AopOptions) -> None:
     heights = mapped.radius_map.z_mm
     uneven = float(np.ptp(np.diff(heights))) > 1e-6 or heights[0] != 0
     if not options.slices_listed and uneven:
         raise OptionsError("aop.uneven_slices")
 
 
-def _text(limb: AlignedLimb, mapped: Mapped, options: AopOptions, place: Rigid | None) -> str:
+def _text(
+    limb: AlignedLimb, mapped: MappedSurface, options: AopOptions, place: Rigid | None
+) -> str:
     found = mapped.radius_map
     inches = options.profile == "omega"
     lines = ["AAOP1", "AAOP1", "Written by limbgram", "UNIT: MM"]
@@ -197,13 +199,13 @@ def _text(limb: AlignedLimb, mapped: Mapped, options: AopOptions, place: Rigid |
 
 
 def _landmark_places(
-    limb: AlignedLimb, mapped: Mapped, profile: Profile
+    limb: AlignedLimb, mapped: MappedSurface, profile: Profile
 ) -> Float64[np.ndarray, "k 3"]:
     in_limb = limb.landmarks_in_limb_mm - np.array([0.0, 0.0, mapped.first_mm])
     return landmarks_to_file(in_limb, profile)
 
 
-def _rows(mapped: Mapped, profile: Profile) -> Float64[np.ndarray, "m n"]:
+def _rows(mapped: MappedSurface, profile: Profile) -> Float64[np.ndarray, "m n"]:
     """Radii in the file's order of spokes: ampscan's first spoke is our second."""
     return np.roll(mapped.radius_map.radii_mm, -1 if profile == "ampscan" else 0, axis=1)
 
@@ -219,7 +221,9 @@ def _short(value: float) -> str:
     return f"{value:.6f}".rstrip("0").rstrip(".")
 
 
-def _compare(held: AopReading, limb: AlignedLimb, mapped: Mapped, options: AopOptions) -> None:
+def _compare(
+    held: AopReading, limb: AlignedLimb, mapped: MappedSurface, options: AopOptions
+) -> None:
     """What our reader finds is the map, the side and the landmarks, within the file's digits."""
     found, wanted = held.radius_map, mapped.radius_map
     require(

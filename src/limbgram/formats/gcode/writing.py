@@ -24,7 +24,7 @@ from limbgram.formats.gcode.rules import require_taken
 from limbgram.workbench.bodies import SeparateBody, outer_bodies
 from limbgram.workbench.carving.setup import CarveOptions
 from limbgram.workbench.carving.simulation import CarveCheck, Moves, check_carving
-from limbgram.workbench.carving.slab import Above, above
+from limbgram.workbench.carving.slab import UncarvedTop, uncarved_top
 from limbgram.workbench.carving.toolpath import Toolpath, plan_toolpath
 from limbgram.workbench.limb import Limb
 
@@ -59,7 +59,7 @@ class GcodeReport:
     """Bodies inside the limb, such as bones, and loose ones beside it: none were carved."""
     loose: tuple[SeparateBody, ...]
     """Those beside it, in the limb frame."""
-    above: Above
+    above: UncarvedTop
     """What of the limb stays in the blank over the last row."""
 
     __repr__ = brief
@@ -98,7 +98,7 @@ def write_gcode(
     outside.require_one_limb()
     mesh = outside.mesh
     toolpath = plan_toolpath(mesh, options)
-    over = above(mesh, toolpath.blank.to_mm)
+    over = uncarved_top(mesh, toolpath.blank.to_mm)
     shape_hash = hash_of_shape(whole)
     text = text_of(toolpath, control, _header(toolpath, control, limb.side, shape_hash, over))
     found: list[CarveCheck] = []
@@ -136,7 +136,7 @@ def hash_of_shape(mesh: Mesh) -> str:
 
 
 def _header(
-    toolpath: Toolpath, control: Control, side: str, shape_hash: str, over: Above
+    toolpath: Toolpath, control: Control, side: str, shape_hash: str, over: UncarvedTop
 ) -> tuple[str, ...]:
     options, blank = toolpath.options, toolpath.blank
     turning = (
@@ -171,7 +171,7 @@ def _header(
     )
 
 
-def _signed_deg(over: Above, options: CarveOptions) -> float:
+def _signed_deg(over: UncarvedTop, options: CarveOptions) -> float:
     """Where the highest point is by the rotary axis, from -180 to 180."""
     turned = -over.theta_deg if options.a_turns == "tool" else over.theta_deg
     return (turned + 180.0) % 360.0 - 180.0

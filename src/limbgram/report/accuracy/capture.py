@@ -1,4 +1,4 @@
-"""The capture: its photos, whether the limb kept still, and the lengths that tell its size."""
+"""Capture figures: of its photos, of the limb's movement, and of the lengths that set its scale."""
 
 import math
 
@@ -49,7 +49,7 @@ _MIDDLE_GREY = (20, 235)
 
 
 def movement_figures(evidence: Evidence) -> MovementFigures | None:
-    """What is known of movement; None where nobody looked, in cases of older versions."""
+    """Figures of movement; None in cases of older versions, which did not look for it."""
     scene = evidence.metric.scene
     movement = scene.movement
     if movement is None:
@@ -64,9 +64,9 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
         shift=moved_mm(movement),
         turn_deg=float(np.nanmax(movement.turn_deg)) if known else math.nan,
         misfit=movement.misfit,
-        unexplained=_unexplained(scene),
+        unexplained=_unexplained_movement(scene),
         explanations=tuple(
-            _explanation(one, scene.names)
+            _explanation_figures(one, scene.names)
             for seen in (
                 movement.explanations,
                 () if scene.bending is None else scene.bending.explanations,
@@ -83,14 +83,14 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
     )
 
 
-def _unexplained(scene: Scene) -> bool:
+def _unexplained_movement(scene: Scene) -> bool:
     """Surroundings do not matter where the limb's points alone place the photos."""
     movement, bending = scene.movement, scene.bending
     by_room = movement is not None and bool(movement.undecided) and not movement.alone
     return by_room or (bending is not None and bool(bending.undecided))
 
 
-def _explanation(one: Explanation, names: tuple[str, ...]) -> ExplanationFigures:
+def _explanation_figures(one: Explanation, names: tuple[str, ...]) -> ExplanationFigures:
     return ExplanationFigures(
         bodies=one.bodies,
         kind=one.kind,
@@ -110,7 +110,7 @@ def _explanation(one: Explanation, names: tuple[str, ...]) -> ExplanationFigures
 
 
 def image_figures(evidence: Evidence) -> ImageFigures:
-    """What the photos are worth; NaN for the noise where their files are gone."""
+    """Figures of image quality; the noise is NaN where the photos' files are gone."""
     scene, photos = evidence.metric.scene, evidence.photos
     as_told, unit = in_told_unit(evidence.metric, evidence.mesh.vertices_mm)
     scales = {one.name: one for one in image_scales(photos, evidence.metric)}
@@ -149,7 +149,7 @@ def image_figures(evidence: Evidence) -> ImageFigures:
         distance=_median([row.distance for row in rows]),
         distance_over_stated=_median(stated),
         edge_width_px=_median([row.edge_width_px for row in rows]),
-        noise_grey=_noise(evidence),
+        noise_grey=_median_noise(evidence),
         by_photo=tuple(rows),
     )
 
@@ -175,14 +175,14 @@ def noise_grey(luma: GreyImage) -> float:
     return float(answer[plain].mean()) * np.sqrt(np.pi / 2) / 6.0
 
 
-def _noise(evidence: Evidence) -> float:
-    """Median of a few photos spread over the capture."""
+def _median_noise(evidence: Evidence) -> float:
+    """Median noise of a few photos spread over the capture."""
     placed = [evidence.photos.photos[k] for k in evidence.metric.scene.placed]
     step = max(1, len(placed) // _NOISE_PHOTOS)
-    return _median([_of_photo(photo) for photo in placed[::step][:_NOISE_PHOTOS]])
+    return _median([_photo_figures(photo) for photo in placed[::step][:_NOISE_PHOTOS]])
 
 
-def _of_photo(photo: Photo) -> float:
+def _photo_figures(photo: Photo) -> float:
     try:
         return noise_grey(load_luma(photo))
     except PhotoError:
@@ -205,22 +205,22 @@ def length_figures(evidence: Evidence) -> LengthFigures:
         relative_sigma=scale.relative_sigma,
         board_stretch=scale.board_stretch,
         stretch_doubt=scale.stretch_doubt,
-        control=tuple(_length(one) for one in controls),
-        check=tuple(_length(one) for one in checks),
+        control=tuple(_known_length(one) for one in controls),
+        check=tuple(_known_length(one) for one in checks),
         control_rms=_relative_rms(controls),
         check_rms=_relative_rms(checks),
         check_worst=max((abs(one.error) for one in checks), default=math.nan),
         check_worst_label=max(checks, key=lambda one: abs(one.error)).label if checks else "",
         checked_by_another_piece=_checked_by_another_piece(controls, checks),
-        tapes=tuple(_tape(one, evidence.mesh) for one in evidence.tapes.found)
+        tapes=tuple(_taped_length(one, evidence.mesh) for one in evidence.tapes.found)
         if scale.unit == "mm"
         else (),
-        board=_board(evidence),
+        board=_board_seen(evidence),
     )
 
 
 def _checked_by_another_piece(controls: list[LengthCheck], checks: list[LengthCheck]) -> bool:
-    """Whether a check length owes nothing to the lengths that set the scale.
+    """Whether a check length is independent of the lengths that set the scale.
 
     One printer makes everything printed, so that no print checks another; each distance that was
     given by hand was measured by itself.
@@ -229,7 +229,7 @@ def _checked_by_another_piece(controls: list[LengthCheck], checks: list[LengthCh
     return any(not (print_set_it and one.printed) for one in checks)
 
 
-def _length(one: LengthCheck) -> KnownLength:
+def _known_length(one: LengthCheck) -> KnownLength:
     return KnownLength(
         label=one.label,
         between=one.between,
@@ -241,7 +241,7 @@ def _length(one: LengthCheck) -> KnownLength:
     )
 
 
-def _tape(one: TapeWitness, mesh: Mesh) -> TapedLength:
+def _taped_length(one: TapeWitness, mesh: Mesh) -> TapedLength:
     girth = Figure(one.measured_mm, None)
     if one.plane is not None:
         girth = _girth(mesh, one.plane) or girth
@@ -277,7 +277,7 @@ def _relative_rms(lengths: list[LengthCheck]) -> float:
     return float(np.sqrt(np.mean([one.error**2 for one in lengths])))
 
 
-def _board(evidence: Evidence) -> BoardSeen | None:
+def _board_seen(evidence: Evidence) -> BoardSeen | None:
     found, scene = evidence.detections, evidence.metric.scene
     if found is None:
         return None

@@ -44,7 +44,7 @@ _CELL = "#dde4e8"
 
 @dataclass(frozen=True)
 class Series:
-    """One outline of a histogram."""
+    """One series of a histogram, drawn as an outline."""
 
     label: str
     values: Sequence[float]
@@ -52,10 +52,10 @@ class Series:
 
 
 def histogram(edges: Sequence[float], series: Sequence[Series], unit: str, title: str) -> Chart:
-    """Counts between edges, several series over one another."""
+    """A histogram chart of several series over each other."""
 
     def draw(axes: "Axes") -> None:
-        _quiet(axes, unit)
+        _style_axes(axes, unit)
         for one in series:
             axes.stairs(
                 one.values,
@@ -76,10 +76,10 @@ def histogram(edges: Sequence[float], series: Sequence[Series], unit: str, title
 
 
 def curve(x: Sequence[float], y: Sequence[float], units: tuple[str, str], title: str) -> Chart:
-    """Points joined by a line, and the diagonal on which both would be equal."""
+    """A chart of points joined by a line, with the diagonal of equality."""
 
     def draw(axes: "Axes") -> None:
-        _quiet(axes, units[0])
+        _style_axes(axes, units[0])
         reach = 1.08 * max((*x, *y), default=1.0) or 1.0
         axes.plot([0, reach], [0, reach], color=PALE_INK, lw=0.8, ls="--")
         axes.plot(x, y, "o-", color=BLUE, lw=1.2, ms=3.5)
@@ -92,10 +92,10 @@ def curve(x: Sequence[float], y: Sequence[float], units: tuple[str, str], title:
 
 
 def bars(names: Sequence[str], values: Sequence[float], unit: str, title: str) -> Chart:
-    """Horizontal bars, a name and a figure to each."""
+    """A chart of horizontal bars, each with a name and a figure."""
 
     def draw(axes: "Axes") -> None:
-        letters = _letters(axes, len(names))
+        letters = _letter_size_pt(axes, len(names))
         known = [value if math.isfinite(value) else 0.0 for value in values]
         top = max(known, default=0.0) or 1.0
         axes.barh(range(len(names)), known, 0.75, color=BLUE)
@@ -118,7 +118,7 @@ def bars(names: Sequence[str], values: Sequence[float], unit: str, title: str) -
 
 
 def vectors(grid: ResidualGrid, title: str) -> Chart:
-    """Mean residual of every cell of the picture as an arrow."""
+    """A chart of the mean residual of every cell of the picture, as arrows."""
     tall = grid.height_px / grid.width_px
     across_in = 3.45
     return Chart(
@@ -134,12 +134,12 @@ def vectors(grid: ResidualGrid, title: str) -> Chart:
 
 
 def correlations(names: Sequence[str], rows: Sequence[Sequence[float]], title: str) -> Chart:
-    """The lower half of a matrix of correlations, with figures."""
+    """A chart of the lower half of a correlation matrix, with figures."""
 
     def draw(axes: "Axes") -> None:
         matrix = np.array(rows, float)
         matrix[np.triu_indices(len(matrix), 1)] = np.nan
-        axes.imshow(matrix, cmap=_shades(_SIGNED), vmin=-1, vmax=1, interpolation="none")
+        axes.imshow(matrix, cmap=_colour_gradient(_SIGNED), vmin=-1, vmax=1, interpolation="none")
         letters = min(0.34 * _row_pt(axes, len(names)), 5.5)  # of the width of a cell
         for (row, column), value in np.ndenumerate(matrix):
             if column <= row:
@@ -150,19 +150,23 @@ def correlations(names: Sequence[str], rows: Sequence[Sequence[float]], title: s
         _name_rows(axes, names)
         for column, name in enumerate(names):
             axes.text(column, -0.02, name, transform=axes.get_xaxis_transform(), ha="center",
-                      va="top", fontsize=_letters(axes, len(names)), color=INK)  # fmt: skip
+                      va="top", fontsize=_letter_size_pt(axes, len(names)), color=INK)  # fmt: skip
 
     return Chart(draw=draw, title=title, height_in=2.6, left_in=0.5, bottom_in=0.3)
 
 
 def counts(names: Sequence[str], rows: Sequence[Sequence[int]], title: str) -> Chart:
-    """A matrix of counts as shades; its diagonal is left empty."""
+    """A chart of a matrix of counts as shades; its diagonal is left empty."""
 
     def draw(axes: "Axes") -> None:
         matrix = np.array(rows, float)
         np.fill_diagonal(matrix, 0.0)
         axes.imshow(
-            matrix, cmap=_shades(_COUNTS), vmin=0, vmax=matrix.max() or 1.0, interpolation="none"
+            matrix,
+            cmap=_colour_gradient(_COUNTS),
+            vmin=0,
+            vmax=matrix.max() or 1.0,
+            interpolation="none",
         )
         _name_rows(axes, names)
 
@@ -222,7 +226,7 @@ def _draw_vectors(axes: "Axes", grid: ResidualGrid) -> None:
     roughest = float(np.nanmax(rms)) if np.isfinite(rms).any() else 1e-9
     ends = (-0.5, grid.columns - 0.5, grid.rows - 0.5, -0.5)
     cell_px = grid.width_px / grid.columns, grid.height_px / grid.rows
-    shades = _shades(("#ffffff", ORANGE))
+    shades = _colour_gradient(("#ffffff", ORANGE))
     axes.imshow(np.where(np.isfinite(rms), rms, 0.0), cmap=shades, vmin=0, vmax=3 * roughest,
                 extent=ends, interpolation="none")  # fmt: skip
     stretch = 0.8 / max(longest, 1e-9)  # in cells
@@ -252,19 +256,19 @@ def _draw_vectors(axes: "Axes", grid: ResidualGrid) -> None:
     )
 
 
-def _shades(colours: Sequence[str]) -> "LinearSegmentedColormap":
-    """Colours that pass into each other."""
+def _colour_gradient(colours: Sequence[str]) -> "LinearSegmentedColormap":
+    """A colour map that blends between colours."""
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("shades", colours)
 
 
-def _quiet(axes: "Axes", unit: str) -> None:
+def _style_axes(axes: "Axes", unit: str) -> None:
     plain(axes).tick_params(labelsize=_LETTERS, labelcolor=INK)
     axes.set_xlabel(unit, fontsize=_LETTERS, color=INK)
 
 
-def _letters(axes: "Axes", rows: int) -> float:
+def _letter_size_pt(axes: "Axes", rows: int) -> float:
     """Size of letters with which so many rows fit into axes, in points."""
     return max(min(_LETTERS, 0.85 * _row_pt(axes, rows)), 1.0)
 
@@ -276,7 +280,7 @@ def _row_pt(axes: "Axes", rows: int) -> float:
 def _name_rows(axes: "Axes", names: Sequence[str]) -> None:
     """Names beside the rows: as letters, since the ticks of an axis take three times as long."""
     axes.set_axis_off()
-    letters = _letters(axes, len(names))
+    letters = _letter_size_pt(axes, len(names))
     for row, name in enumerate(names):
         axes.text(-0.015, row, name, transform=axes.get_yaxis_transform(), ha="right",
                   va="center", fontsize=letters, color=INK)  # fmt: skip

@@ -16,7 +16,7 @@ _DIGITS = 8
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What a case holds on its own accuracy; nothing in it is computed again."""
+    """The products of a case from which its accuracy is read; nothing is computed again."""
 
     photos: PhotoSet
     cameras: Cameras
@@ -33,7 +33,7 @@ class Evidence:
 
     @property
     def name(self) -> str:
-        """Of the case, for people: by its photos, as a folder's name is often a patient's."""
+        """The case's name for people, by its photos, as a folder's name is often a patient's."""
         return f"case {self.photos.digest[:_DIGITS]}"
 
     @property

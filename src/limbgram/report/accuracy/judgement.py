@@ -82,18 +82,18 @@ class _Limit:
     def judge(
         self, code: str, value: float, /, unknown: Light = "amber", **values: Value
     ) -> Criterion:
-        """Compare; a figure that is not known gets the light `unknown`."""
+        """Judge a figure by its limits; an unknown figure gets the light `unknown`."""
         return self.judged(value, Finding(code, values=values), unknown)
 
     def judged(self, value: float, finding: Finding, unknown: Light = "amber") -> Criterion:
-        """The same with a finding that says it; it is as grave as the light."""
+        """Judge a figure, with a finding whose gravity follows from the light."""
         if not math.isfinite(value):
             light: Light = unknown
         elif value <= self.green:
             light = "green"
         else:
             light = "amber" if value <= self.red else "red"
-        said = _as_grave(finding, light)
+        said = _with_gravity_of(finding, light)
         return Criterion(**asdict(self), value=value, light=light, finding=said)
 
 
@@ -177,13 +177,13 @@ def expectation(
     100 captures keep, as sigmas too are known to a part of themselves. Without: four times the
     formal sigma of the scene's points, and the scale at the far end.
     """
-    found = _expected_of(surface, lengths, network)
+    found = _expected_parts(surface, lengths, network)
     if movement is None or not movement.unexplained:
         return found
     return replace(found, rms_mm=math.nan, p95_mm=math.nan)
 
 
-def _expected_of(
+def _expected_parts(
     surface: SurfaceFigures, lengths: LengthFigures, network: NetworkFigures
 ) -> ExpectedError:
     sigma = surface.sigma
@@ -213,7 +213,7 @@ def scale_sigma(lengths: LengthFigures) -> float:
 
 
 def _budget(parts_mm: dict[str, float]) -> tuple[BudgetPart, ...]:
-    """What the expected error is made of, one standard deviation each."""
+    """The parts of the expected error, one standard deviation each."""
     return tuple(BudgetPart(part=part, sigma_mm=sigma_mm) for part, sigma_mm in parts_mm.items())
 
 
@@ -224,30 +224,30 @@ def criteria(
 ) -> tuple[Criterion, ...]:
     """Every figure that has a limit, judged; a lens without a file, the tests of the kit."""
     truth = figures.truth
-    surface = _expected(figures) if truth is None else _against_truth(truth)
+    surface = _expected_error_criteria(figures) if truth is None else _truth_criteria(truth)
     return (
-        *_scale(figures),
-        *_independent(figures),
+        *_scale_criterion(figures),
+        *_independent_checks(figures),
         *surface,
-        *_completeness(figures),
-        *_cameras(figures),
-        *_zoomed(figures),
-        *_uncalibrated(figures, uncalibrated),
-        *of_kit(setups),
-        *_movement(figures),
+        *_completeness_criteria(figures),
+        *_camera_criteria(figures),
+        *_zoom_criteria(figures),
+        *_uncalibrated_criterion(figures, uncalibrated),
+        *kit_criteria(setups),
+        *_movement_criteria(figures),
     )
 
 
 def worst(judged: Sequence[Criterion]) -> Light:
-    """The light of the whole."""
+    """The worst light of all criteria."""
     return _ORDER[max(_ORDER.index(one.light) for one in judged)]
 
 
 def headline(figures: Figures, judged: Sequence[Criterion]) -> Finding:
     """The first line: the light and its reasons, then surface and scale in figures."""
     light = worst(judged)
-    verdict = _as_grave(_verdict(figures, judged, light), light)
-    return _as_grave(note("verdict.headline", light=light, verdict=verdict), light)
+    verdict = _with_gravity_of(_verdict(figures, judged, light), light)
+    return _with_gravity_of(note("verdict.headline", light=light, verdict=verdict), light)
 
 
 def without_light(headline: Finding) -> Finding:
@@ -259,8 +259,8 @@ def without_light(headline: Finding) -> Finding:
     return said if isinstance(said, Finding) else headline
 
 
-def told_in(headline: Finding) -> tuple[Finding, ...]:
-    """What a headline tells, finding by finding."""
+def findings_in(headline: Finding) -> tuple[Finding, ...]:
+    """The findings in a headline."""
     values = without_light(headline).values.values()
     return tuple(one for one in values if isinstance(one, Finding))
 
@@ -271,7 +271,7 @@ def _verdict(figures: Figures, judged: Sequence[Criterion], light: Light) -> Fin
         first, second = _reasons([one for one in doubts if one is not judged[0]])
         return note("verdict.no_size", size=judged[0].finding, first=first, second=second)
     main = next(one for one in judged if one.key == SURFACE_P95.key)
-    scale = _scale_said(figures)
+    scale = _scale_finding(figures)
     if light == "green":
         return note("verdict.green", p95_mm=main.value, limit_mm=main.green, scale=scale)
     first, second = _reasons([one for one in doubts if one is not main])
@@ -285,19 +285,19 @@ def _verdict(figures: Figures, judged: Sequence[Criterion], light: Light) -> Fin
     )
 
 
-def _as_grave(finding: Finding, light: Light) -> Finding:
+def _with_gravity_of(finding: Finding, light: Light) -> Finding:
     return replace(finding, gravity=_GRAVITIES[light])
 
 
 def reasons(judged: Sequence[Criterion]) -> tuple[Criterion, ...]:
-    """What is not green, the worst first; what is missing and what size it has before the rest."""
+    """Criteria that are not green, the worst first; completeness and tapes first among equals."""
     doubtful = [one for one in judged if one.light != "green"]
     first = (AROUND.key, GAP.key, TAPE.key)
     return tuple(sorted(doubtful, key=lambda one: (-_ORDER.index(one.light), one.key not in first)))
 
 
 def size_is_checked(figures: Figures) -> bool:
-    """Whether a length that owes nothing to what set the scale agrees with it.
+    """Whether a length independent of the scale's source agrees with it.
 
     Lengths between a board's own corners are no such lengths: a board printed too large as a whole
     is too large in all of them. Nor are bars and mats that the same printer made. A girth counts
@@ -308,30 +308,30 @@ def size_is_checked(figures: Figures) -> bool:
         return False
     if figures.truth is not None:
         return True
-    if any(map(tape_tells, lengths.tapes)):
+    if any(map(tape_is_precise, lengths.tapes)):
         return math.isfinite(confirmed_by_tape(lengths))
     return lengths.checked_by_another_piece
 
 
 def confirmed_by_tape(lengths: LengthFigures) -> float:
-    """To what share of the size the tapes confirm it; NaN where they do not."""
-    telling = [one for one in lengths.tapes if tape_tells(one)]
+    """The share of the size to which tapes confirm it; NaN where they do not."""
+    telling = [one for one in lengths.tapes if tape_is_precise(one)]
     agree = all(sigmas_apart(one.error_mm, one.sigma_mm) <= AGREES_SIGMAS for one in telling)
-    return min(map(_sure_to, telling)) if telling and agree else math.nan
+    return min(map(_tape_precision, telling)) if telling and agree else math.nan
 
 
-def tape_tells(tape: TapedLength) -> bool:
-    """Whether a tape is sure enough to check the size."""
-    return _sure_to(tape) <= TAPE_TELLS  # NaN where it could not be compared
+def tape_is_precise(tape: TapedLength) -> bool:
+    """Whether a tape is precise enough to check the size."""
+    return _tape_precision(tape) <= TAPE_TELLS  # NaN where it could not be compared
 
 
-def _sure_to(tape: TapedLength) -> float:
+def _tape_precision(tape: TapedLength) -> float:
     """Two sigmas of a tape, as a share of what it read."""
     return AGREES_SIGMAS * tape.sigma_mm / tape.read_mm
 
 
-def _scale_said(figures: Figures) -> Finding:
-    """What set the scale, how well check lengths agree, and what checks it independently."""
+def _scale_finding(figures: Figures) -> Finding:
+    """A finding of what set the scale, how well check lengths agree, and of independent checks."""
     lengths = figures.lengths
     count, error = len(lengths.check), 100 * lengths.check_worst
     agree = count > 0 and error <= SCALE.green
@@ -340,14 +340,14 @@ def _scale_said(figures: Figures) -> Finding:
         if lengths.checked_by_another_piece:
             checked = "contradicted"
         else:
-            vague = _vague(lengths) or None
+            vague = _vague_tape_findings(lengths) or None
     elif figures.truth is not None or lengths.checked_by_another_piece:
         checked = "length"
     else:
         checked, sure = "tape", 100 * confirmed_by_tape(lengths)
     return note(
         "verdict.scale",
-        source=rests_on(lengths),
+        source=scale_source(lengths),
         count=count if agree else 0,
         error_percent=error,
         checked=checked,
@@ -356,7 +356,7 @@ def _scale_said(figures: Figures) -> Finding:
     )
 
 
-def rests_on(lengths: LengthFigures) -> Literal["prints", "distances", "distance", "board"]:
+def scale_source(lengths: LengthFigures) -> Literal["prints", "distances", "distance", "board"]:
     """What the scale was set by: the prints of one printer, known distances, or one of a kind."""
     if any(one.between in ("plate", "marks") for one in (*lengths.control, *lengths.check)):
         return "prints"
@@ -365,9 +365,9 @@ def rests_on(lengths: LengthFigures) -> Literal["prints", "distances", "distance
     return "board"
 
 
-def _vague(lengths: LengthFigures) -> tuple[Finding, ...]:
-    """What is said of tapes that cannot tell the size; nothing where one can."""
-    sure = min((_sure_to(one) for one in lengths.tapes if not one.reason), default=None)
+def _vague_tape_findings(lengths: LengthFigures) -> tuple[Finding, ...]:
+    """Findings about tapes too imprecise to check the size; none where one is precise enough."""
+    sure = min((_tape_precision(one) for one in lengths.tapes if not one.reason), default=None)
     if sure is None:
         return tuple(
             note("verdict.tape.unseen", height_mm=one.height_mm, reason=one.reason)
@@ -389,15 +389,15 @@ def _reasons(grave: Sequence[Criterion]) -> tuple[Finding | None, Finding | None
     return first, second
 
 
-def _scale(figures: Figures) -> tuple[Criterion, ...]:
+def _scale_criterion(figures: Figures) -> tuple[Criterion, ...]:
     lengths = figures.lengths
     if lengths.unit != "mm":
         return (SCALE.judge("verdict.scale.unknown", math.nan, "red"),)
-    return _checks(lengths), _sure(figures)
+    return _check_criterion(lengths), _scale_sigma_criterion(figures)
 
 
-def _checks(lengths: LengthFigures) -> Criterion:
-    """How well lengths that did not set the scale agree with it."""
+def _check_criterion(lengths: LengthFigures) -> Criterion:
+    """The criterion of check lengths, which did not set the scale."""
     error = 100 * lengths.check_worst
     if not lengths.check:
         return SCALE.judge("verdict.scale.unchecked", error)
@@ -418,8 +418,8 @@ def _checks(lengths: LengthFigures) -> Criterion:
     )
 
 
-def _sure(figures: Figures) -> Criterion:
-    """How surely the scale is known; where not surely enough, why, and what would tell more."""
+def _scale_sigma_criterion(figures: Figures) -> Criterion:
+    """The criterion of the scale's sigma; where it is too large, with the reason and advice."""
     two_sigma, limit = 200 * figures.lengths.relative_sigma, SCALE_SIGMA.green
     stretch = figures.lengths.board_stretch
     if not two_sigma > limit:
@@ -450,12 +450,12 @@ def _sure(figures: Figures) -> Criterion:
     )
 
 
-def _independent(figures: Figures) -> Iterator[Criterion]:
-    """What owes nothing to the scale's own source: tapes, and the distance in EXIF."""
+def _independent_checks(figures: Figures) -> Iterator[Criterion]:
+    """Criteria of checks independent of the scale's source: tapes, and the distance in EXIF."""
     if figures.lengths.unit != "mm":
         return
     for tape in figures.lengths.tapes:
-        yield _taped(tape, figures.lengths.source)
+        yield _tape_finding(tape, figures.lengths.source)
     ratio = figures.images.distance_over_stated
     if math.isfinite(ratio):
         factor = max(ratio, 1 / ratio)
@@ -467,7 +467,7 @@ def _independent(figures: Figures) -> Iterator[Criterion]:
         )
 
 
-def _taped(tape: TapedLength, source: str) -> Criterion:
+def _tape_finding(tape: TapedLength, source: str) -> Criterion:
     """A reading that cannot be compared says nothing against the surface."""
     if tape.reason:
         return TAPE.judge(
@@ -490,14 +490,14 @@ def _taped(tape: TapedLength, source: str) -> Criterion:
     )
 
 
-def _uncalibrated(figures: Figures, found: SelfCalibration | None) -> Iterator[Criterion]:
+def _uncalibrated_criterion(figures: Figures, found: SelfCalibration | None) -> Iterator[Criterion]:
     """Never green where nobody can say what a lens without a file costs, or where it costs much."""
     if found is not None and figures.lengths.unit == "mm":
         yield LENS_FOUND.judged(COVER * found.sigma_mm, found.finding)
 
 
-def of_kit(setups: Sequence[SetupCited]) -> Iterator[Criterion]:
-    """A kit is green where it passed its test and the test still counts.
+def kit_criteria(setups: Sequence[SetupCited]) -> Iterator[Criterion]:
+    """Criteria of kits: green where a kit passed its test and the test is still valid.
 
     One that failed is amber. So is one of which nothing is known: the test could not tell, or was
     made longer ago than it was meant to count for.
@@ -511,8 +511,8 @@ def of_kit(setups: Sequence[SetupCited]) -> Iterator[Criterion]:
             yield SETUP.judge("verdict.kit.proved", 0.0, test=one.finding)
 
 
-def _cameras(figures: Figures) -> Iterator[Criterion]:
-    """What the photos say against the calibrations that were given."""
+def _camera_criteria(figures: Figures) -> Iterator[Criterion]:
+    """Criteria of calibrations that the photos contradict."""
     limit_px = max(LENS_PATTERN.green, _PATTERN_SIGMAS * figures.network.sigma0_robust_px)
     for camera, lens in zip(figures.residuals.by_camera, figures.cameras, strict=True):
         file = lens.contradicted
@@ -537,7 +537,7 @@ def _cameras(figures: Figures) -> Iterator[Criterion]:
                 parameter=worst_one.name,
                 sigmas=sigmas,
             )
-        yield _square(lens)
+        yield _has_square_pixels(lens)
         pattern = camera.systematic_px
         if math.isfinite(pattern):
             yield replace(LENS_PATTERN, green=limit_px).judge(
@@ -548,14 +548,14 @@ def _cameras(figures: Figures) -> Iterator[Criterion]:
             )
 
 
-def _zoomed(figures: Figures) -> Iterator[Criterion]:
+def _zoom_criteria(figures: Figures) -> Iterator[Criterion]:
     """Nothing is said where all photos have the focal length of their camera."""
     names = [one.name for one in figures.images.by_photo if one.zoomed]
     if names:
         yield ZOOMED.judged(float(len(names)), zoomed_photos(names, figures.images.photos))
 
 
-def _square(lens: LensFigures) -> Criterion:
+def _has_square_pixels(lens: LensFigures) -> Criterion:
     """Whether the pixels of a lens are as wide as high, as those of sensors are.
 
     Both as it was calibrated and as the photos have it: the adjustment holds a board's calibration
@@ -578,14 +578,16 @@ def _square(lens: LensFigures) -> Criterion:
     )
 
 
-def _movement(figures: Figures) -> Iterator[Criterion]:
-    """Whether the limb kept still and kept its shape.
+def _movement_criteria(figures: Figures) -> Iterator[Criterion]:
+    """Criteria of whether the limb kept still and kept its shape.
 
     Nothing is said where it could not be looked for; where something does not fit and only its
     cause is not known, that is a doubt.
     """
     movement = figures.movement
-    yield from _tipped(figures, kept_still=movement is not None and movement.shift == 0.0)
+    yield from _tipped_board_criteria(
+        figures, kept_still=movement is not None and movement.shift == 0.0
+    )
     if movement is None:
         return
     known = all(lens.source == "board" for lens in figures.cameras)
@@ -612,7 +614,7 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
             yield BENT.judged(movement.bending, said)
 
 
-def _tipped(figures: Figures, *, kept_still: bool) -> Iterator[Criterion]:
+def _tipped_board_criteria(figures: Figures, *, kept_still: bool) -> Iterator[Criterion]:
     """Whether photos that show the board in another plane may show the object in another pose."""
     tipped = tipped_photos(figures.images.set_aside)
     if tipped and not kept_still:
@@ -620,7 +622,7 @@ def _tipped(figures: Figures, *, kept_still: bool) -> Iterator[Criterion]:
         yield TIPPED.judge("verdict.board_tipped", float(count), photos=count, others=others)
 
 
-def _expected(figures: Figures) -> tuple[Criterion, ...]:
+def _expected_error_criteria(figures: Figures) -> tuple[Criterion, ...]:
     expected = figures.expected
     if figures.lengths.unit != "mm":
         return ()
@@ -638,7 +640,7 @@ def _expected(figures: Figures) -> tuple[Criterion, ...]:
     )
 
 
-def _against_truth(truth: TruthFigures) -> tuple[Criterion, ...]:
+def _truth_criteria(truth: TruthFigures) -> tuple[Criterion, ...]:
     p95, rms, mean, iqr = truth.p95_mm, truth.rms_mm, truth.mean_mm, truth.iqr_mm
     girth = max((abs(one.error_mm) for one in truth.girths), default=math.nan)
     volume = 100 * abs(truth.volume_error)
@@ -652,7 +654,7 @@ def _against_truth(truth: TruthFigures) -> tuple[Criterion, ...]:
     )
 
 
-def _completeness(figures: Figures) -> tuple[Criterion, ...]:
+def _completeness_criteria(figures: Figures) -> tuple[Criterion, ...]:
     surface, images = figures.surface, figures.images
     ring = figures.network.ring
     gap = math.nan if ring is None else ring.largest_gap_deg
@@ -674,7 +676,7 @@ def _completeness(figures: Figures) -> tuple[Criterion, ...]:
         ),
         FILLED.judge("verdict.filled", filled, filled_percent=filled),
         LEFT_OUT.judge("verdict.left_out", left_out, left_out_percent=left_out),
-        _which(surface),
+        _body_choice_criterion(surface),
         MISSING.judge(
             "verdict.photos_missing",
             100 * missing / max(images.photos, 1),
@@ -685,8 +687,8 @@ def _completeness(figures: Figures) -> tuple[Criterion, ...]:
     )
 
 
-def _which(surface: SurfaceFigures) -> Criterion:
-    """Whether it is clear which body is meant; the other side of its wall is no rival."""
+def _body_choice_criterion(surface: SurfaceFigures) -> Criterion:
+    """The criterion of which body is meant; the other side of its wall is no rival."""
     rivals = [one for one in surface.other_parts if one.relation == "apart"]
     count = 0 if surface.part_given else len(rivals)
     return WHICH.judge(

@@ -92,7 +92,7 @@ def accuracy_report(assessment: Assessment, pictures: Sequence[Picture]) -> Repo
 
 
 def _explanations(assessment: Assessment) -> Iterator[Section]:
-    """What may have happened between the photos; nothing where nothing may."""
+    """The section of what may have happened between the photos; none if nothing may."""
     movement, unit = assessment.figures.movement, assessment.unit
     if movement is None or not movement.explanations:
         return
@@ -100,8 +100,8 @@ def _explanations(assessment: Assessment) -> Iterator[Section]:
         (
             _BODIES[one.bodies],
             _KINDS[one.kind],
-            _some(one.photos, len(assessment.figures.images.by_photo)),
-            _effect(one, unit),
+            _photo_names(one.photos, len(assessment.figures.images.by_photo)),
+            _effect_text(one, unit),
             f"{one.score:.0f}",
             f"{one.variance_before:.1f}",
             f"{one.variance_after:.1f}",
@@ -136,7 +136,7 @@ def _explanations(assessment: Assessment) -> Iterator[Section]:
     )  # fmt: skip
 
 
-def _effect(one: ExplanationFigures, unit: str) -> str:
+def _effect_text(one: ExplanationFigures, unit: str) -> str:
     if one.is_share:
         return f"{one.effect:.2%} ({one.low:.2%} to {one.high:.2%})"
     return f"{_length(one.effect, unit)} ({one.low:.2f} to {one.high:.2f})"
@@ -174,7 +174,7 @@ _FAILED = {
 }
 
 
-def _some(names: Sequence[str], all_photos: int) -> str:
+def _photo_names(names: Sequence[str], all_photos: int) -> str:
     """Names of photos; not those of all."""
     if len(names) >= all_photos:
         return "all"
@@ -232,7 +232,7 @@ def _pictures(pictures: Sequence[Picture]) -> Iterator[Section]:
 
 
 def _criteria(assessment: Assessment) -> Table:
-    judged, not_told = assessment.criteria, tuple(_not_told(assessment))
+    judged, not_told = assessment.criteria, tuple(_unjudged_rows(assessment))
     rows = tuple(
         (
             one.title,
@@ -254,13 +254,13 @@ def _criteria(assessment: Assessment) -> Table:
     )
 
 
-def _not_told(assessment: Assessment) -> Iterator[tuple[str, ...]]:
-    """Rows of what has no light, because nobody looked or nothing could be seen."""
+def _unjudged_rows(assessment: Assessment) -> Iterator[tuple[str, ...]]:
+    """Rows of figures without a light, because nobody looked or nothing could be seen."""
     movement = assessment.figures.movement
     turned = "Not looked for: the object was turned on purpose, or an older version made the case."
     for limit, said in (
         (MOVED, turned if movement is None else told(movement.found)),
-        (BENT, turned if movement is None else _told(movement.bent)),
+        (BENT, turned if movement is None else _sentence_of(movement.bent)),
     ):
         if not any(one.key == limit.key for one in assessment.criteria):
             found = "not looked for" if movement is None or not said else "not known"
@@ -286,7 +286,7 @@ def _against_truth(assessment: Assessment) -> Iterator[Section]:
         )
     ]
     if truth.sigma is not None:
-        figures.append(_honesty(truth.sigma))
+        figures.append(_sigma_test_blocks(truth.sigma))
     rows = tuple(
         (
             f"{one.height_mm:.1f}",
@@ -312,7 +312,7 @@ def _against_truth(assessment: Assessment) -> Iterator[Section]:
     )
 
 
-def _honesty(sigma: SigmaTest) -> Illustration:
+def _sigma_test_blocks(sigma: SigmaTest) -> Illustration:
     return Illustration(
         image=curve(
             [part.sigma_mm for part in sigma.by_sigma],
@@ -322,7 +322,7 @@ def _honesty(sigma: SigmaTest) -> Illustration:
         ),
         caption=f"Error over sigma: robust spread {sigma.robust_spread:.2f} (1 is honest), "
         f"{sigma.within_95_share:.1%} inside the 95 % interval, rank correlation "
-        f"{_text(sigma.rank_correlation, '.2f') or 'not known'}.",
+        f"{_formatted(sigma.rank_correlation, '.2f') or 'not known'}.",
     )
 
 
@@ -380,14 +380,14 @@ def _lengths(assessment: Assessment) -> Section:
     lengths = assessment.figures.lengths
     blocks: list[Block] = [
         Heading(words="Check lengths: they did not set the scale, so they test it"),
-        _known(lengths.check),
+        _known_length_rows(lengths.check),
         Heading(words="Control lengths: they set the scale"),
-        _known(lengths.control),
+        _known_length_rows(lengths.control),
     ]
     if lengths.tapes:
         heads = ("girth", "#tape mm", "#surface mm", "#error mm", "#error %",
                  "#sigma of both mm")  # fmt: skip
-        rows = tuple(_taped(one) for one in lengths.tapes)
+        rows = tuple(_tape_row(one) for one in lengths.tapes)
         blocks += [
             Heading(words="Taped girths: they owe nothing to the scale"),
             Table(heads=heads, rows=rows),
@@ -396,13 +396,13 @@ def _lengths(assessment: Assessment) -> Section:
     if board is not None:
         words = (
             f"{board.board}, seen in {board.photos} of {board.placed_photos} photos, "
-            f"{_text(board.corners_per_photo, '.1f')} of {board.corners} corners on average."
+            f"{_formatted(board.corners_per_photo, '.1f')} of {board.corners} corners on average."
         )
         blocks.append(Text(words=words, note=True))
     return Section(title="Known lengths", blocks=tuple(blocks))
 
 
-def _known(lengths: Sequence[KnownLength]) -> Block:
+def _known_length_rows(lengths: Sequence[KnownLength]) -> Block:
     rows = tuple(
         (
             one.label,
@@ -410,7 +410,7 @@ def _known(lengths: Sequence[KnownLength]) -> Block:
             f"{one.measured_mm:.3f}",
             f"{one.error_mm:+z.4f}",
             f"{100 * one.error:+z.4f}",
-            _text(one.sigma_mm, ".4f"),
+            _formatted(one.sigma_mm, ".4f"),
         )
         for one in lengths
     )
@@ -418,7 +418,7 @@ def _known(lengths: Sequence[KnownLength]) -> Block:
     return Table(heads=heads, rows=rows) if rows else Text(words="None.")
 
 
-def _taped(one: TapedLength) -> tuple[str, ...]:
+def _tape_row(one: TapedLength) -> tuple[str, ...]:
     if one.reason:
         return one.place, f"{one.read_mm:.1f}", told(one.reason)
     return (
@@ -443,8 +443,8 @@ def _residuals(assessment: Assessment) -> Section:
                 "measured minus projected, px (ends hold what lies beyond)",
                 "Histogram of the residuals",
             ),
-            caption=f"RMS of one coordinate {_text(found.rms_px, '.4f')} px; "
-            f"{_text(found.beyond_3_sigma_share, '.2%')} lie beyond three robust sigmas "
+            caption=f"RMS of one coordinate {_formatted(found.rms_px, '.4f')} px; "
+            f"{_formatted(found.beyond_3_sigma_share, '.2%')} lie beyond three robust sigmas "
             "(Gaussian: 0.27 %).",
         ),
         Illustration(
@@ -467,7 +467,7 @@ def _by_place(camera: CameraResiduals) -> Illustration:
         image=vectors(camera.grid, "Mean residual by place in the picture"),
         caption="Mean residual of all photos by place in the picture. Arrows that follow a pattern "
         f"mean a lens that is not as calibrated: systematic part "
-        f"{_text(camera.systematic_px, '.4f')} px (one coordinate, chance taken off).",
+        f"{_formatted(camera.systematic_px, '.4f')} px (one coordinate, chance taken off).",
     )
 
 
@@ -476,8 +476,8 @@ def _zones(camera: CameraResiduals) -> Table:
         (
             f"{zone.from_share:.0%} to {zone.to_share:.0%}",
             f"{zone.observations:,}",
-            _text(zone.rms_px, ".4f"),
-            _text(zone.outward_px, "+z.4f"),
+            _formatted(zone.rms_px, ".4f"),
+            _formatted(zone.outward_px, "+z.4f"),
         )
         for zone in camera.zones
     )
@@ -512,8 +512,8 @@ def _network(assessment: Assessment) -> Section:
             f"{rays.mean:.2f} rays on average, "
             f"{rays.two_share:.0%} with two; redundancy {network.redundancy:,} "
             f"(mean redundancy number {network.redundancy_share:.2f}), sigma0 "
-            f"{_text(network.sigma0_px, '.4f')} px, robust "
-            f"{_text(network.sigma0_robust_px, '.4f')} px.",
+            f"{_formatted(network.sigma0_px, '.4f')} px, robust "
+            f"{_formatted(network.sigma0_robust_px, '.4f')} px.",
         ),
     )
     shared = tuple(
@@ -567,10 +567,10 @@ def _lens(lens: LensFigures, residuals: CameraResiduals | None) -> Iterator[Bloc
             one.name,
             one.unit,
             f"{one.value:.6g}",
-            "held" if one.held else _text(one.sigma, ".2g"),
+            "held" if one.held else _formatted(one.sigma, ".2g"),
             f"{one.calibrated:.6g}",
-            "held" if one.held else _text(one.calibrated_sigma, ".2g"),
-            _text(one.moved_sigmas, "+z.2f"),
+            "held" if one.held else _formatted(one.calibrated_sigma, ".2g"),
+            _formatted(one.moved_sigmas, "+z.2f"),
         )
         for one in lens.parameters
     )
@@ -600,10 +600,10 @@ def _photos(assessment: Assessment) -> Section:
             one.name,
             "placed" if one.placed else "not placed",
             f"{one.points:,}",
-            _text(one.edge_width_px, ".2f"),
-            _text(one.distance, ",.0f"),
-            _text(one.pixel, ".3f"),
-            " ".join(_told(said) for said in (one.reason, *one.remarks)).strip(),
+            _formatted(one.edge_width_px, ".2f"),
+            _formatted(one.distance, ",.0f"),
+            _formatted(one.pixel, ".3f"),
+            " ".join(_sentence_of(said) for said in (one.reason, *one.remarks)).strip(),
         )
         for one in images.by_photo
     )
@@ -617,7 +617,7 @@ def _glossary(assessment: Assessment) -> Section:
     """Every figure that this assessment has, with unit and definition."""
     found = ((term, value_at(assessment.figures, term.path)) for term in terms())
     rows = tuple(
-        _term(term, value, assessment.unit)
+        _term_row(term, value, assessment.unit)
         for term, value in found
         if value is not None and math.isfinite(value)
     )
@@ -627,7 +627,7 @@ def _glossary(assessment: Assessment) -> Section:
     )
 
 
-def _term(term: Term, value: float, unit: str) -> tuple[str, ...]:
+def _term_row(term: Term, value: float, unit: str) -> tuple[str, ...]:
     if term.unit == SHARE:
         return term.title, f"{100 * value:.4g}", "%", term.definition
     text = f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
@@ -642,10 +642,10 @@ def _length(value: float, unit: str) -> str:
     return f"{value:.3g} {unit}" if math.isfinite(value) else "not known"
 
 
-def _told(finding: Finding | None) -> str:
+def _sentence_of(finding: Finding | None) -> str:
     return "" if finding is None else told(finding)
 
 
-def _text(value: float, form: str) -> str:
+def _formatted(value: float, form: str) -> str:
     """A figure in a format; empty where it is not known."""
     return format(value, form) if math.isfinite(value) else ""

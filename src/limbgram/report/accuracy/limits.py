@@ -1,4 +1,4 @@
-"""Limits: what keeps a result from being better, with its figure, and what to do about it.
+"""Limits: what limits the accuracy of a result, with figures and advice.
 
 In      the figures of an assessment and the expected error.
 Out     findings, the gravest first; every rule has a number and a remedy.
@@ -27,8 +27,8 @@ from limbgram.report.accuracy.judgement import (
     FAR_SCALE,
     IMAGE,
     LENS_FOUND,
-    rests_on,
-    tape_tells,
+    scale_source,
+    tape_is_precise,
 )
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.accuracy.surface import UNNAMED
@@ -74,8 +74,17 @@ def findings(
     setups: Sequence[SetupCited] = (),
     uncalibrated: SelfCalibration | None = None,
 ) -> tuple[Finding, ...]:
-    """What limits this result and how to better it, the gravest first."""
-    rules = (_paint, _scale, _surface, _movement, _photographs, _geometry, _lens, _largest_part)
+    """Findings of what limits a result and how to improve it, the gravest first."""
+    rules = (
+        _paint_limit,
+        _scale_limits,
+        _surface_limits,
+        _movement_limits,
+        _photo_limits,
+        _geometry_limits,
+        _lens_limits,
+        _largest_part,
+    )
     found = [finding for rule in rules for finding in rule(figures)]
     if uncalibrated is not None:
         little = COVER * uncalibrated.sigma_mm <= LENS_FOUND.green  # not so where it is not known
@@ -85,7 +94,7 @@ def findings(
     return tuple(sorted(found, key=lambda one: _ORDER.index(one.gravity)))
 
 
-def _paint(figures: Figures) -> Iterator[Finding]:
+def _paint_limit(figures: Figures) -> Iterator[Finding]:
     """Where little is seen: sigma there stands out over what this capture can do elsewhere."""
     sigma = figures.surface.sigma
     if sigma is None:
@@ -107,15 +116,15 @@ def _share_beyond(sigma: SurfaceSigma, limit_mm: float) -> float:
     return 1.0 - float(np.interp(limit_mm, sigma.edges_mm, below))
 
 
-def _scale(figures: Figures) -> Iterator[Finding]:
+def _scale_limits(figures: Figures) -> Iterator[Finding]:
     lengths, board = figures.lengths, figures.lengths.board
     if lengths.unit != "mm":
         yield fault("limit.scale.none")
         return
     if not lengths.check:
         yield fault("limit.scale.unchecked")
-    elif not lengths.checked_by_another_piece and not any(map(tape_tells, lengths.tapes)):
-        yield doubt("limit.scale.one_source", source=rests_on(lengths))
+    elif not lengths.checked_by_another_piece and not any(map(tape_is_precise, lengths.tapes)):
+        yield doubt("limit.scale.one_source", source=scale_source(lengths))
     for tape in lengths.tapes:
         if tape.reason:
             yield doubt("limit.tape.not_compared", height_mm=tape.height_mm, reason=tape.reason)
@@ -132,7 +141,7 @@ def _scale(figures: Figures) -> Iterator[Finding]:
         yield doubt("limit.scale.board_seen", photos=board.photos, placed=board.placed_photos)
 
 
-def _movement(figures: Figures) -> Iterator[Finding]:
+def _movement_limits(figures: Figures) -> Iterator[Finding]:
     movement = figures.movement
     if movement is not None and movement.shift > 0.0:
         make = doubt if movement.alone else fault
@@ -141,7 +150,7 @@ def _movement(figures: Figures) -> Iterator[Finding]:
         yield fault("limit.bent", bending=movement.bent)
 
 
-def _surface(figures: Figures) -> Iterator[Finding]:
+def _surface_limits(figures: Figures) -> Iterator[Finding]:
     surface, around = figures.surface, figures.surface.around
     if around.missing_share > _NOT_ROUND:
         yield fault(
@@ -162,7 +171,7 @@ def _surface(figures: Figures) -> Iterator[Finding]:
         yield doubt("limit.surface.few_photos", share=few)
 
 
-def _photographs(figures: Figures) -> Iterator[Finding]:
+def _photo_limits(figures: Figures) -> Iterator[Finding]:
     images = figures.images
     missing = tuple(row.name for row in images.by_photo if not row.placed)
     if missing:
@@ -180,7 +189,7 @@ def _photographs(figures: Figures) -> Iterator[Finding]:
             yield doubt("limit.photos.odd", photo=row.name, rms_px=row.rms_px, usual_px=usual)
 
 
-def _geometry(figures: Figures) -> Iterator[Finding]:
+def _geometry_limits(figures: Figures) -> Iterator[Finding]:
     network = figures.network
     ring, angles = network.ring, network.angles
     if ring is not None and ring.largest_gap_deg > _WIDE_GAP_DEG:
@@ -192,7 +201,7 @@ def _geometry(figures: Figures) -> Iterator[Finding]:
         yield note("limit.photos.two_rays", share=network.rays.two_share)
 
 
-def _lens(figures: Figures) -> Iterator[Finding]:
+def _lens_limits(figures: Figures) -> Iterator[Finding]:
     for camera, lens in zip(figures.residuals.by_camera, figures.cameras, strict=True):
         limit_px = max(_SYSTEMATIC_PX, _SYSTEMATIC_SIGMAS * figures.network.sigma0_robust_px)
         if camera.systematic_px > limit_px:

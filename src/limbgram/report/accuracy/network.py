@@ -106,8 +106,8 @@ def network_figures(scene: Scene) -> NetworkFigures:
         redundancy_share=redundancy / coordinates if coordinates else math.nan,
         sigma0_px=float(np.sqrt(squares / redundancy)) if redundancy > 0 else math.nan,
         sigma0_robust_px=scene.sigma_px,
-        rays=_rays(seen.sum(1)),
-        angles=_angles(widest_angles_deg(scene, seen)),
+        rays=_ray_figures(seen.sum(1)),
+        angles=_angle_figures(widest_angles_deg(scene, seen)),
         point_sigma=_point_sigma(scene),
         overlap=_overlap(scene, seen),
         ring=None
@@ -149,7 +149,7 @@ def _network_seen(scene: Scene) -> Bool[np.ndarray, "n p"]:
     return seen
 
 
-def _rays(rays: Int64[np.ndarray, " n"]) -> Rays:
+def _ray_figures(rays: Int64[np.ndarray, " n"]) -> Rays:
     numbers = np.bincount(np.clip(rays, 2, _MOST_RAYS), minlength=_MOST_RAYS + 1)
     return Rays(
         mean=float(rays.mean()),
@@ -160,7 +160,7 @@ def _rays(rays: Int64[np.ndarray, " n"]) -> Rays:
     )
 
 
-def _angles(angles: Float64[np.ndarray, " n"]) -> Angles:
+def _angle_figures(angles: Float64[np.ndarray, " n"]) -> Angles:
     edges = np.arange(0, _LARGEST_ANGLE_DEG + _ANGLE_STEP_DEG, _ANGLE_STEP_DEG)
     inside = np.clip(angles, 0, _LARGEST_ANGLE_DEG - 1e-9)
     return Angles(
@@ -224,22 +224,22 @@ def residual_figures(scene: Scene) -> ResidualFigures:
         rms_px=_rms_px(off),
         median_distance_px=float(np.median(np.hypot(*off.T))) if len(off) else math.nan,
         largest_px=float(np.hypot(*off.T).max(initial=0.0)),
-        beyond_3_sigma_share=_beyond(off, scene.sigma_px),
+        beyond_3_sigma_share=_share_beyond_3_sigma(off, scene.sigma_px),
         histogram=_histogram(off, scene.sigma_px),
         by_photo=_by_photo(scene, photo_idx, off),
         by_camera=tuple(
-            _of_camera(idx, camera, xy_px[cameras == idx], off[cameras == idx])
+            _camera_residuals(idx, camera, xy_px[cameras == idx], off[cameras == idx])
             for idx, camera in enumerate(scene.cameras)
         ),
     )
 
 
 def _rms_px(off: Points2) -> float:
-    """Of one coordinate."""
+    """RMS of one coordinate of residuals."""
     return float(np.sqrt(np.mean(off**2))) if len(off) else math.nan
 
 
-def _beyond(off: Points2, sigma_px: float) -> float:
+def _share_beyond_3_sigma(off: Points2, sigma_px: float) -> float:
     """Share of coordinates beyond three robust sigmas; 0.27 % where the errors are Gaussian."""
     return float(np.mean(np.abs(off) > 3 * sigma_px)) if len(off) else math.nan
 
@@ -270,32 +270,32 @@ def _by_photo(scene: Scene, photo_idx: np.ndarray, off: Points2) -> tuple[PhotoR
     return tuple(rows)
 
 
-def _of_camera(idx: int, camera: Camera, xy_px: Points2, off: Points2) -> CameraResiduals:
+def _camera_residuals(idx: int, camera: Camera, xy_px: Points2, off: Points2) -> CameraResiduals:
     return CameraResiduals(
         camera=idx,
         observations=len(off),
-        grid=_grid(camera, xy_px, off),
-        zones=_zones(camera, xy_px, off),
+        grid=_residual_grid(camera, xy_px, off),
+        zones=_zone_residuals(camera, xy_px, off),
         systematic_px=systematic_px(_cells(camera, xy_px), off),
     )
 
 
-def _shape(camera: Camera) -> tuple[int, int]:
+def _grid_shape(camera: Camera) -> tuple[int, int]:
     """Rows and columns of the grid: cells about square."""
     rows = max(2, round(_CELLS_ACROSS * camera.height_px / camera.width_px))
     return rows, _CELLS_ACROSS
 
 
 def _cells(camera: Camera, xy_px: Points2) -> Int64[np.ndarray, " m"]:
-    rows, columns = _shape(camera)
+    rows, columns = _grid_shape(camera)
     size = np.array([camera.width_px, camera.height_px])
     column, row = ((xy_px + 0.5) / size * (columns, rows)).astype(np.int64).T
     return np.clip(row, 0, rows - 1) * columns + np.clip(column, 0, columns - 1)
 
 
-def _grid(camera: Camera, xy_px: Points2, off: Points2) -> ResidualGrid:
+def _residual_grid(camera: Camera, xy_px: Points2, off: Points2) -> ResidualGrid:
     """Cells row after row, from the top left: observations, mean residual, RMS."""
-    rows, columns = _shape(camera)
+    rows, columns = _grid_shape(camera)
     cell, count = _cells(camera, xy_px), rows * columns
     number = np.bincount(cell, minlength=count)
     divisor = np.where(number >= _FEWEST_IN_CELL, number, np.nan)
@@ -332,7 +332,7 @@ def systematic_px(cell: Int64[np.ndarray, " m"], off: Points2) -> float:
     return float(np.sqrt(max(excess, 0.0)))
 
 
-def _zones(camera: Camera, xy_px: Points2, off: Points2) -> tuple[Zone, ...]:
+def _zone_residuals(camera: Camera, xy_px: Points2, off: Points2) -> tuple[Zone, ...]:
     """Rings round the picture's middle: RMS, and the mean residual away from the middle."""
     middle = np.array([camera.width_px - 1, camera.height_px - 1]) / 2
     arm = xy_px - middle
@@ -357,11 +357,11 @@ _LEAST_LEARNED = 1e-4
 
 
 def camera_figures(evidence: Evidence) -> tuple[LensFigures, ...]:
-    """Each camera of the capture."""
+    """Figures of each camera of the capture."""
     scene = evidence.metric.scene
     covariances = scene.lens_covariance
     return tuple(
-        _camera(idx, given, camera, None if covariances is None else covariances[idx])
+        _lens_figures(idx, given, camera, None if covariances is None else covariances[idx])
         for idx, (given, camera) in enumerate(
             zip(evidence.cameras.calibrations, scene.cameras, strict=True)
         )
@@ -377,7 +377,7 @@ def _contradicted(given: Calibration, camera: Camera, sigma_px: float) -> Contra
     return ContradictedFile(given_px=file_px, shown_px=camera.fx, sigmas=off)
 
 
-def _camera(
+def _lens_figures(
     idx: int,
     given: Calibration,
     camera: Camera,
@@ -435,7 +435,7 @@ def _contradiction(shift: float, before: float, after: float) -> float:
 
 
 def _correlations(covariance: Float64[np.ndarray, "lens lens"] | None) -> Correlations | None:
-    """Of the parameters that are free; None where the scene keeps no covariance."""
+    """Correlations of the free parameters; None where the scene keeps no covariance."""
     if covariance is None:
         return None
     free = np.flatnonzero(np.diag(covariance) > 0)

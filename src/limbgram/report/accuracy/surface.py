@@ -68,20 +68,20 @@ def surface_figures(evidence: Evidence) -> SurfaceFigures:
         size=tuple(np.ptp(mesh.vertices_mm, axis=0).tolist()),
         height_from=float(mesh.vertices_mm[:, 2].min()),
         area=float(areas.sum()),
-        measured_share=_share(measured, areas),
-        filled_share=_share(~measured, areas),
+        measured_share=_area_share(measured, areas),
+        filled_share=_area_share(~measured, areas),
         left_out_share=0.0 if repairs is None else repairs.island_share,
-        other_parts=() if repairs is None else tuple(_body(one) for one in repairs.others),
+        other_parts=() if repairs is None else tuple(_other_body(one) for one in repairs.others),
         part_given=repairs is not None and repairs.part_given,
         holes_filled=0 if repairs is None else repairs.holes_filled,
         openings=openings(mesh),
         around=around_figures(mesh, evidence.metric.floor_z_mm),
         photos_per_place=_photos_per_place(mesh, evidence.metric.scene.views),
-        sigma=_sigma(mesh, areas),
+        sigma=_sigma_figures(mesh, areas),
     )
 
 
-def _body(part: Part) -> OtherBody:
+def _other_body(part: Part) -> OtherBody:
     return OtherBody(number=part.number, relation=part.relation, area=part.area_mm2)
 
 
@@ -110,7 +110,7 @@ def openings(mesh: Mesh) -> tuple[Opening, ...]:
     return tuple(sorted(found, key=lambda one: -one.rim)[:_MOST_OPENINGS])
 
 
-def _share(chosen: np.ndarray, areas: Float64[np.ndarray, " n"]) -> float:
+def _area_share(chosen: np.ndarray, areas: Float64[np.ndarray, " n"]) -> float:
     total = float(areas.sum())
     return float(areas[chosen].sum()) / total if total > 0 else math.nan
 
@@ -126,8 +126,8 @@ def _photos_per_place(mesh: Mesh, views: Sequence[View]) -> PhotosPerPlace:
     )
 
 
-def _sigma(mesh: Mesh, areas: Float64[np.ndarray, " n"]) -> SurfaceSigma | None:
-    """Along the normal, over the measured surface; None where the mesh carries no sigmas."""
+def _sigma_figures(mesh: Mesh, areas: Float64[np.ndarray, " n"]) -> SurfaceSigma | None:
+    """Sigma figures along the normal of the measured surface; None where there are no sigmas."""
     if mesh.sigma_mm is None:
         return None
     known = np.isfinite(mesh.sigma_mm) & measured_vertices(mesh) & (areas > 0)
@@ -135,7 +135,7 @@ def _sigma(mesh: Mesh, areas: Float64[np.ndarray, " n"]) -> SurfaceSigma | None:
         return None
     sigmas, weights = mesh.sigma_mm[known].astype(np.float64), areas[known]
     weights = weights / weights.sum()
-    shares = _shares(mesh, known, weights)
+    shares = _shared_sigmas(mesh, known, weights)
     shared = math.hypot(*shares.values())
     total = float(np.sqrt(weights @ sigmas**2))
     reach = float(np.quantile(sigmas, _SHOWN_QUANTILE))
@@ -155,7 +155,7 @@ def _sigma(mesh: Mesh, areas: Float64[np.ndarray, " n"]) -> SurfaceSigma | None:
     )
 
 
-def _shares(
+def _shared_sigmas(
     mesh: Mesh, known: Bool[np.ndarray, " n"], weights: Float64[np.ndarray, " k"]
 ) -> dict[str, float]:
     """RMS over the area of what each shared source does to the surface, by the source's name."""
@@ -193,7 +193,7 @@ def around_figures(mesh: Mesh, floor_z: float | None) -> Around:
     places = places[inside]
     height = ((places[:, 2] - low) / max(high - low, 1e-12) * _HEIGHTS).astype(np.int64)
     height = np.minimum(height, _HEIGHTS - 1)
-    seen = _seen(places[:, :2], height)
+    seen = _has_surface(places[:, :2], height)
     return Around(
         missing_share=float(1 - seen.mean()),
         widest_gap_deg=float(np.median([_widest_gap(row) for row in seen])),
@@ -201,16 +201,18 @@ def around_figures(mesh: Mesh, floor_z: float | None) -> Around:
     )
 
 
-def _seen(xy: Points2, height: Int64[np.ndarray, " n"]) -> Bool[np.ndarray, "h d"]:
+def _has_surface(xy: Points2, height: Int64[np.ndarray, " n"]) -> Bool[np.ndarray, "h d"]:
     """Whether there is surface at a height in a direction from the middle there."""
-    away = xy - _middles(xy, height)[height]
+    away = xy - _section_centres(xy, height)[height]
     turn = np.arctan2(away[:, 1], away[:, 0]) / (2 * np.pi) % 1.0
     cell = height * _DIRECTIONS + np.minimum((turn * _DIRECTIONS).astype(np.int64), _DIRECTIONS - 1)
     count = np.bincount(cell, minlength=_HEIGHTS * _DIRECTIONS)
     return count.reshape(_HEIGHTS, _DIRECTIONS) > 0
 
 
-def _middles(xy: Points2, height: Int64[np.ndarray, " n"]) -> Float64[np.ndarray, "heights 2"]:
+def _section_centres(
+    xy: Points2, height: Int64[np.ndarray, " n"]
+) -> Float64[np.ndarray, "heights 2"]:
     """Middle of the circle through the points of each height (Kasa 1976), of all heights at once.
 
     x^2 + y^2 = 2 a x + 2 b y + c is linear in the middle (a, b).
@@ -238,7 +240,7 @@ def _middles(xy: Points2, height: Int64[np.ndarray, " n"]) -> Float64[np.ndarray
 
 
 def _widest_gap(seen: Bool[np.ndarray, " d"]) -> float:
-    """Degrees in a row without surface."""
+    """The widest run of directions without surface, in degrees."""
     if not seen.any():
         return 360.0
     there = np.flatnonzero(seen)
@@ -259,7 +261,7 @@ def _widest_section(xy: Points2, height: Int64[np.ndarray, " n"]) -> float:
 
 
 def _open_share(mesh: Mesh, floor_z: float | None, section: float) -> float:
-    """What would close the rims beyond one brim, as a share of the closed whole."""
+    """Area that would close all rims but one brim, as a share of the closed surface."""
     border = boundary_half_edges(mesh.faces)
     if not len(border):
         return 0.0
@@ -267,7 +269,7 @@ def _open_share(mesh: Mesh, floor_z: float | None, section: float) -> float:
     graph = sparse.coo_array((ones, (border[:, 0], border[:, 1])), (len(mesh), len(mesh)))
     rim = csgraph.connected_components(graph, directed=False)[1][border[:, 0]]
     _, rim = np.unique(rim, return_inverse=True)
-    open_area = _fans(mesh.vertices_mm, border, rim)
+    open_area = _rim_fan_areas(mesh.vertices_mm, border, rim)
     if floor_z is not None:
         z = mesh.vertices_mm[:, 2]
         top = np.full(len(open_area), -np.inf)
@@ -279,7 +281,7 @@ def _open_share(mesh: Mesh, floor_z: float | None, section: float) -> float:
     return beyond / (surface + beyond + brim)
 
 
-def _fans(
+def _rim_fan_areas(
     vertices: Points3, border: Int32[np.ndarray, "b 2"], rim: Int64[np.ndarray, " b"]
 ) -> Float64[np.ndarray, " r"]:
     """Area of triangles from each rim's middle to its edges."""

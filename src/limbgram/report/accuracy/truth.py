@@ -24,9 +24,9 @@ from limbgram.report.accuracy.figures import (
 from limbgram.report.accuracy.surface import measured_vertices
 from limbgram.report.alignment import (
     Truth,
-    by_cameras,
-    by_surface,
-    from_anywhere,
+    align_by_cameras,
+    align_by_surface,
+    align_from_anywhere,
     measured_samples,
     signed_mm,
 )
@@ -76,7 +76,7 @@ def truth_figures(mesh: Mesh, known: KnownTruth, pixel_mm: float) -> Compared:
     samples = mesh.vertices_mm[measured_samples(mesh)]
     if alignment == "surface" and len(centres_mm) < FEWEST_CAMERAS:
         # Sections are cut across our own vertical: the truth's frame may lie anyhow.
-        truth = truth.moved(from_anywhere(samples, truth).inverse)
+        truth = truth.moved(align_from_anywhere(samples, truth).inverse)
     pose, scale_error = _aligned(samples, centres_mm, truth, alignment)
     placed = mesh.moved(pose)
     all_mm, seen = signed_mm(placed.vertices_mm, truth)
@@ -106,8 +106,8 @@ def truth_figures(mesh: Mesh, known: KnownTruth, pixel_mm: float) -> Compared:
         median_mm=float(np.median(off_mm)),
         iqr_mm=float(high - low),
         largest_mm=float(np.abs(off_mm).max()),
-        within=_near(np.abs(off_mm)),
-        covered=_near(missed_mm),
+        within=_shares_within(np.abs(off_mm)),
+        covered=_shares_within(missed_mm),
         scale_error=scale_error,
         girths=tuple(
             TrueGirth(
@@ -161,13 +161,13 @@ def _aligned(
         case "frame":
             pose = Rigid.identity()
         case "cameras":
-            pose = by_cameras(centres_mm, truth)
+            pose = align_by_cameras(centres_mm, truth)
         case "surface":
             known = len(centres_mm) >= FEWEST_CAMERAS
-            start = by_cameras(centres_mm, truth) if known else Rigid.identity()
-            fit = by_surface(samples, truth, start)
+            start = align_by_cameras(centres_mm, truth) if known else Rigid.identity()
+            fit = align_by_surface(samples, truth, start)
             return fit.truth_from_world, fit.scale_error
-    return pose, by_surface(samples, truth, pose).scale_error
+    return pose, align_by_surface(samples, truth, pose).scale_error
 
 
 def _rank_correlation(first: Float64[np.ndarray, " n"], second: Float64[np.ndarray, " n"]) -> float:
@@ -183,8 +183,8 @@ def _rms(values: Float64[np.ndarray, " n"]) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _near(off_mm: Float64[np.ndarray, " n"]) -> dict[str, float]:
-    """Share of the distances up to each of a few."""
+def _shares_within(off_mm: Float64[np.ndarray, " n"]) -> dict[str, float]:
+    """Shares of the distances within each of a few limits."""
     return {f"{near} mm": float(np.mean(off_mm <= near)) for near in _NEAR_MM}
 
 

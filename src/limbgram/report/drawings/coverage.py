@@ -41,7 +41,7 @@ _CLEAR = 0.2
 
 @dataclass(frozen=True, kw_only=True)
 class StandMark:
-    """A place on the ring."""
+    """A camera stand to be marked on the ring."""
 
     stand: Stand
     label: str
@@ -120,9 +120,12 @@ def _ring(axes: Axes, marks: Sequence[StandMark]) -> None:
     axes.set_ylim(-1.28, 1.28)
     axes.set_aspect("equal")
     axes.axis("off")
-    places = [_at(one.stand.azimuth_deg, _reach(one.stand.elevation_deg)) for one in marks]
+    places = [
+        _position_on_ring(one.stand.azimuth_deg, _radius_of_elevation(one.stand.elevation_deg))
+        for one in marks
+    ]
     for elevation_deg, words in ((0.0, "level"), (45.0, "45° up")):
-        radius = _reach(elevation_deg)
+        radius = _radius_of_elevation(elevation_deg)
         axes.add_patch(Circle((0, 0), radius, fill=False, ec=FAINT, lw=0.7, ls=(0, (4, 3))))
         x, y = _free_place(radius, places)
         axes.text(
@@ -131,7 +134,7 @@ def _ring(axes: Axes, marks: Sequence[StandMark]) -> None:
     axes.add_patch(Circle((0, 0), 0.24, fc=_GROUND, ec=PALE_INK, lw=0.8))
     axes.text(0, 0, "limb", ha="center", va="center", fontsize=_LETTERS, color=PALE_INK)
     for hour in range(1, 13):
-        x, y = _at(-30.0 * hour, 1.21)
+        x, y = _position_on_ring(-30.0 * hour, 1.21)
         axes.text(x, y, str(hour), ha="center", va="center", fontsize=7, color=FAINT)
     styles = {
         "counts": {"fc": "#5C7A85", "ec": "white", "ls": "-", "text": "white"},
@@ -170,20 +173,20 @@ def _ring(axes: Axes, marks: Sequence[StandMark]) -> None:
     )
 
 
-def _reach(elevation_deg: float) -> float:
-    """Distance from the middle: high cameras stand near to it."""
+def _radius_of_elevation(elevation_deg: float) -> float:
+    """Distance from the ring's middle: high cameras are drawn near to it."""
     share = (elevation_deg - _LOWEST_DEG) / (_HIGHEST_DEG - _LOWEST_DEG)
     return _OUTER - (_OUTER - _INNER) * min(max(share, 0.0), 1.0)
 
 
 def _free_place(radius: float, taken: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """Between two hours, where no photo stands near; near 12 o'clock if that is free."""
-    tried = [_at(-15.0 - 30.0 * k, radius) for k in range(12)]
+    tried = [_position_on_ring(-15.0 - 30.0 * k, radius) for k in range(12)]
     off = [min((math.dist(one, other) for other in taken), default=math.inf) for one in tried]
     return next((one for one, far in zip(tried, off) if far > _CLEAR), tried[int(np.argmax(off))])
 
 
-def _at(azimuth_deg: float, radius: float) -> tuple[float, float]:
+def _position_on_ring(azimuth_deg: float, radius: float) -> tuple[float, float]:
     """Azimuth 0 is up; azimuths turn counter-clockwise."""
     turn = np.radians(azimuth_deg)
     return (-radius * float(np.sin(turn)), radius * float(np.cos(turn)))

@@ -7,7 +7,7 @@ from limbgram.findings import told
 from limbgram.report.drawings.drawing import INK, PALE_INK, Drawing, axes_at
 from limbgram.report.drawings.maps import range_map
 from limbgram.report.intended_use import NOT_TESTED
-from limbgram.workbench.devices.making import Made
+from limbgram.workbench.devices.making import FinishedDevice
 from limbgram.workbench.limb import Side
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ _COLUMNS = 2
 _LINE_IN, _HEAD_IN, _FOOT_IN = 0.2, 0.45, 0.75
 
 
-def device_drawing(made: Made, side: Side) -> Drawing:
+def device_drawing(made: FinishedDevice, side: Side) -> Drawing:
     """The drawing that goes with a device."""
     device, values = made.preview.device, made.preview.values
     measures = device.measures(made.preview.made)

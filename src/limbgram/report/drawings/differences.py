@@ -61,7 +61,7 @@ def difference_pictures(comparison: Comparison) -> Drawing:
     away = ScalarMappable(BoundaryNorm(edges, bands.N), bands)
     turned = ListedColormap(_TURNED[:-1]).with_extremes(over=_TURNED[-1])
     angles = ScalarMappable(BoundaryNorm(_ANGLES_DEG, turned.N), turned)
-    in_open = open_places(comparison)
+    in_open = ambiguous_vertices(comparison)
     of_difference = paint_of(on_first.difference_mm, away)
     of_difference[in_open] = _OPEN
     shaded = shade_each(
@@ -83,7 +83,7 @@ def difference_pictures(comparison: Comparison) -> Drawing:
     return Drawing(figure, _caption(comparison, in_open))
 
 
-def open_places(comparison: Comparison) -> Bool[np.ndarray, " n"]:
+def ambiguous_vertices(comparison: Comparison) -> Bool[np.ndarray, " n"]:
     """Vertices of the first that would be coloured, though how the shapes were laid could do it."""
     off_mm = np.abs(comparison.deviation.on_first.difference_mm)
     if comparison.laid_sigma_mm is None:
@@ -102,7 +102,7 @@ def paint_of(values: Float64[np.ndarray, " n"], colours: "ScalarMappable") -> np
 def _row(
     figure: "SubFigure", pictures: Sequence[UInt8[np.ndarray, "h w 4"]], anatomical: bool
 ) -> None:
-    along_in = _along_in(figure)
+    along_in = _view_height_in(figure)
     lefts_in = _GAP_IN + (_ACROSS_IN + _GAP_IN) * np.arange(len(_SIDES))
     for left_in, (azimuth_deg, side), picture in zip(lefts_in, _SIDES, pictures, strict=True):
         axes = axes_at(figure, left_in, _TITLE_IN, _ACROSS_IN, along_in)
@@ -117,7 +117,7 @@ def _row(
 def _bar(
     figure: "SubFigure", colours: "ScalarMappable", edges: Sequence[float], label: str
 ) -> None:
-    top_in = _TITLE_IN + _along_in(figure) + 0.1
+    top_in = _TITLE_IN + _view_height_in(figure) + 0.1
     bar = figure.colorbar(
         colours,
         cax=axes_at(figure, _GAP_IN, top_in, _WIDTH_IN - 2 * _GAP_IN, _BAR_IN),
@@ -132,7 +132,7 @@ def _bar(
     bar.ax.tick_params(labelsize=_LETTERS)
 
 
-def _along_in(figure: "SubFigure") -> float:
+def _view_height_in(figure: "SubFigure") -> float:
     """Height of the views in their half of the figure."""
     return figure.bbox.height / figure.dpi - _TITLE_IN - _BELOW_IN
 

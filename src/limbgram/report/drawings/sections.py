@@ -51,7 +51,7 @@ def sections_drawing(measures: Measures) -> Drawing:
     zero = measures.reference_mm
     _side(front, frames[0], of_front, rows, zero)
     front.set_xlabel(_TOWARDS[90], fontsize=8, color=INK)
-    front.set_ylabel(f"height from the {measures.counted_from}, mm", fontsize=8, color=INK)
+    front.set_ylabel(f"height from the {measures.reference_name}, mm", fontsize=8, color=INK)
     front.set_title("front", **_TITLE)
     letter_corners(front, BESIDE[90])
     _side(beside, frames[1], of_side, rows, zero)
@@ -63,8 +63,9 @@ def sections_drawing(measures: Measures) -> Drawing:
     _sections(above, bar, rows)
     return Drawing(
         figure,
-        f"{len(rows)} levels. Heights count from {measures.counting}; the sections are seen from "
-        "above, front upwards, the patient's right to the right; the front view has it left.",
+        f"{len(rows)} levels. Heights count from {measures.reference_phrase}; "
+        "the sections are seen from above, front upwards, the patient's right to the right; "
+        "the front view has it left.",
     )
 
 

@@ -93,7 +93,7 @@ def shade_each(
         # matplotlib 3.9 draws no array that a kernel from numba's cache made: its type is a copy.
         lit = [np.zeros((frame.height_px, frame.width_px, 4), np.uint8) for _ in paints]
         for paint, picture in zip(paints, lit):
-            _light(
+            _shade_pixels(
                 face_idx,
                 weights,
                 mesh.faces,
@@ -110,7 +110,7 @@ def shade_each(
 
 
 @njit(cache=True, nogil=True)
-def _light(
+def _shade_pixels(
     face_idx: np.ndarray,
     weights: np.ndarray,
     faces: np.ndarray,

@@ -1,4 +1,4 @@
-"""Sides: a mesh from four sides round the world's z axis, in clay or in paint."""
+"""Sides: views of a mesh from four sides round the world's z axis, in clay or in paint."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 _MOST_TICKS = 12
 
 
-def course(series: Series) -> Drawing:
-    """Left the volume with its line, right the girth at every level less the first visit's."""
+def course_drawing(series: Series) -> Drawing:
+    """A drawing of the volume with its trend, and of girths less the first visit's."""
     figure = blank(10.5, 3.8)
     left, right = (plain(axes) for axes in figure.subplots(1, 2))
     _volume(left, series)
@@ -74,7 +74,7 @@ def _girths(axes: "Axes", series: Series) -> None:
 _LEAST_MM = 1.0
 
 
-def unrolled(template: Template) -> Drawing:
+def unrolled_template(template: Template) -> Drawing:
     """Left the displacements over height and angle with the landmarks, right their spread."""
     from matplotlib.colors import Normalize
 

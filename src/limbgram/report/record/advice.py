@@ -7,9 +7,9 @@ from limbgram.core.tape import AGREES_SIGMAS, READING_SIGMA_MM
 from limbgram.findings import Finding, Gravity, doubt, fault, note
 from limbgram.report.record.content import CaseCited, Content, Json, RecipeDone
 from limbgram.report.record.sources import SAME_MM
-from limbgram.workbench.edits.pressing import PRESSES_MM
+from limbgram.workbench.edits.pressing import LEAST_PRESSURE_MM
 from limbgram.workbench.edits.wall import LEAST_WALL_MM
-from limbgram.workbench.frame.landmarks import unconfirmed
+from limbgram.workbench.frame.landmarks import unconfirmed_finding
 from limbgram.workbench.measures.measuring import Measures
 
 _FILLED_SHARE = 0.01
@@ -19,16 +19,16 @@ APART_MM = AGREES_SIGMAS * READING_SIGMA_MM
 
 
 def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
-    """The grave ones first."""
-    proposed = unconfirmed(measures.limb)
+    """The findings of a record, the grave ones first."""
+    proposed = unconfirmed_finding(measures.limb)
     found = (
         *(() if proposed is None else (proposed,)),
-        *_about_recipe(content.recipe),
+        *_recipe_findings(content.recipe),
         *((fault("record.case.untold"),) if content.case_untold else ()),
-        *_about_case(content.case),
-        *_about_surface(measures),
-        *_by_tape(content),
-        *_about_comparison(content.comparison),
+        *_case_findings(content.case),
+        *_surface_findings(measures),
+        *_tape_findings(content),
+        *_comparison_findings(content.comparison),
         *(note("record.file", said=with_full_stop(one)) for one in content.notes),
     )
     return tuple(sorted(found, key=lambda one: _ORDER.index(one.gravity)))
@@ -43,7 +43,7 @@ def tape_checks(content: Content) -> tuple[tuple[float, float], ...]:
     )
 
 
-def _by_tape(content: Content) -> Iterator[Finding]:
+def _tape_findings(content: Content) -> Iterator[Finding]:
     compared = [one for one in content.tape if not one.withdrawn and one.measured_mm is not None]
     for one in compared:
         if one.conflict:
@@ -69,7 +69,7 @@ def _by_tape(content: Content) -> Iterator[Finding]:
         )
 
 
-def _about_surface(measures: Measures) -> Iterator[Finding]:
+def _surface_findings(measures: Measures) -> Iterator[Finding]:
     limb = measures.limb
     if not limb.sock_mm:
         yield doubt("record.surface.no_sock")
@@ -91,22 +91,22 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
     missing = sum(row.level is None for row in measures.rows)
     if missing:
         yield doubt("record.surface.no_girths", missing=missing, levels=len(measures.rows))
-    if measures.beside is not None:
-        yield doubt("record.surface.beside", others=measures.beside)
+    if measures.others_note is not None:
+        yield doubt("record.surface.beside", others=measures.others_note)
 
 
-def _about_recipe(recipe: RecipeDone | None) -> Iterator[Finding]:
+def _recipe_findings(recipe: RecipeDone | None) -> Iterator[Finding]:
     if recipe is None:
         return
-    yield from _about_pressure(recipe)
+    yield from _pressure_findings(recipe)
     for one in recipe.notes:
         yield doubt("record.recipe.note", said=one)
     if recipe.apart_mm is not None and recipe.apart_mm > SAME_MM:
         yield fault("record.recipe.apart", apart_mm=recipe.apart_mm)
 
 
-def _about_pressure(recipe: RecipeDone) -> Iterator[Finding]:
-    """Loads on what bears no pressure, great depths, and what all edits together leave there."""
+def _pressure_findings(recipe: RecipeDone) -> Iterator[Finding]:
+    """Findings of loads on sensitive places, of great depths, and of all edits together there."""
     for line in recipe.lines:
         for concern in line.concerns:
             if not concern.word:
@@ -118,7 +118,9 @@ def _about_pressure(recipe: RecipeDone) -> Iterator[Finding]:
                 accepted=concern.accepted,
                 word=concern.word,
             )
-    pressed = {name: -moved for name, moved in recipe.places_mm.items() if moved < -PRESSES_MM}
+    pressed = {
+        name: -moved for name, moved in recipe.places_mm.items() if moved < -LEAST_PRESSURE_MM
+    }
     if pressed:
         yield doubt(
             "record.recipe.pressed",
@@ -129,7 +131,7 @@ def _about_pressure(recipe: RecipeDone) -> Iterator[Finding]:
         )
 
 
-def _about_case(case: CaseCited | None) -> Iterator[Finding]:
+def _case_findings(case: CaseCited | None) -> Iterator[Finding]:
     if case is None:
         return
     for one in case.setups:
@@ -141,6 +143,6 @@ def _about_case(case: CaseCited | None) -> Iterator[Finding]:
         yield judge("record.case.light", light=case.light)
 
 
-def _about_comparison(comparison: Json | None) -> Iterator[Finding]:
+def _comparison_findings(comparison: Json | None) -> Iterator[Finding]:
     for one in () if comparison is None else comparison["notes"]:
         yield doubt("record.comparison", said=Finding.from_tree(one))

@@ -17,7 +17,7 @@ from limbgram.core.mesh.topology import with_faces
 from limbgram.findings import Finding, note
 from limbgram.report.record.sources import CaseSource
 from limbgram.workbench.carving.mapping import MapOptions, map_radii
-from limbgram.workbench.carving.slab import clipped, distance_to, volume_between_mm3
+from limbgram.workbench.carving.slab import clip_between_heights, distance_to, volume_between_mm3
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.measuring import Measures
 from limbgram.workbench.recipe.ledger import Ledger
@@ -29,7 +29,7 @@ _FLAT_MM = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class Bias:
-    """One step's line."""
+    """The bias of one step."""
 
     step: str
     bias_mm: float | None
@@ -47,32 +47,32 @@ class Bias:
 def biases(
     measures: Measures, mesh_in_limb: Mesh, case: CaseSource | None, ledger: Ledger | None
 ) -> tuple[Bias, ...]:
-    """Scale, surface, sock, smoothing, and the formats in which the shape may leave."""
+    """Biases of scale, surface, sock, smoothing, and the export formats."""
     radius_mm = mean_radius_mm(measures)
     return (
-        _scale(case, radius_mm),
-        _surface(measures.limb.mesh, case),
-        _sock(measures.limb, radius_mm),
-        *_smoothing(ledger),
-        _stl(mesh_in_limb),
-        _aop(mesh_in_limb),
-        _unknown("carving", note("record.bias.carving")),
+        _scale_bias(case, radius_mm),
+        _surface_bias(measures.limb.mesh, case),
+        _sock_bias(measures.limb, radius_mm),
+        *_smoothing_bias(ledger),
+        _stl_bias(mesh_in_limb),
+        _aop_bias(mesh_in_limb),
+        _unknown_bias("carving", note("record.bias.carving")),
     )
 
 
 def mean_radius_mm(measures: Measures) -> float:
-    """Of the circles that have the areas of the sections; NaN without a section."""
+    """Mean radius of circles with the areas of the sections; NaN without a section."""
     radii = [row.figures["radius_mm"] for row in measures.rows]
     found = [figure.value for figure in radii if figure is not None]
     return float(np.mean(found)) if found else math.nan
 
 
-def _scale(case: CaseSource | None, radius_mm: float) -> Bias:
+def _scale_bias(case: CaseSource | None, radius_mm: float) -> Bias:
     if case is None:
-        return _unknown("scale", note("record.bias.scale.no_case"))
+        return _unknown_bias("scale", note("record.bias.scale.no_case"))
     lengths = case.accuracy.lengths
     if not lengths.check or lengths.check_rms is None or lengths.check_worst is None:
-        return _unknown("scale", note("record.bias.scale.unchecked"))
+        return _unknown_bias("scale", note("record.bias.scale.unchecked"))
     worst = abs(lengths.check_worst)
     return Bias(
         step="scale",
@@ -89,7 +89,7 @@ def _scale(case: CaseSource | None, radius_mm: float) -> Bias:
     )
 
 
-def _surface(mesh: Mesh, case: CaseSource | None) -> Bias:
+def _surface_bias(mesh: Mesh, case: CaseSource | None) -> Bias:
     if case is not None:
         expected = case.accuracy.expected
         return Bias(
@@ -102,7 +102,7 @@ def _surface(mesh: Mesh, case: CaseSource | None) -> Bias:
         )
     known = None if mesh.sigma_mm is None else mesh.sigma_mm[np.isfinite(mesh.sigma_mm)]
     if known is None or not len(known):
-        return _unknown("surface", note("record.bias.surface.unknown"))
+        return _unknown_bias("surface", note("record.bias.surface.unknown"))
     return Bias(
         step="surface",
         bias_mm=None,
@@ -113,7 +113,7 @@ def _surface(mesh: Mesh, case: CaseSource | None) -> Bias:
     )
 
 
-def _sock(limb: Limb, radius_mm: float) -> Bias:
+def _sock_bias(limb: Limb, radius_mm: float) -> Bias:
     tenth = 100 * 2 * 0.1 / radius_mm
     if limb.sock_mm:
         return Bias(
@@ -134,7 +134,7 @@ def _sock(limb: Limb, radius_mm: float) -> Bias:
     )
 
 
-def _smoothing(ledger: Ledger | None) -> Iterator[Bias]:
+def _smoothing_bias(ledger: Ledger | None) -> Iterator[Bias]:
     for line in () if ledger is None else ledger.lines:
         if not line.edit.startswith(_KEEPS_SHAPE) or line.displacement is None:
             continue
@@ -151,7 +151,7 @@ def _smoothing(ledger: Ledger | None) -> Iterator[Bias]:
         )
 
 
-def _stl(mesh: Mesh) -> Bias:
+def _stl_bias(mesh: Mesh) -> Bias:
     rounding = float(np.spacing(np.float32(np.abs(mesh.vertices_mm).max(initial=1.0)))) / 2
     return Bias(
         step="leaving as STL",
@@ -163,16 +163,16 @@ def _stl(mesh: Mesh) -> Bias:
     )
 
 
-def _aop(mesh: Mesh) -> Bias:
+def _aop_bias(mesh: Mesh) -> Bias:
     options = MapOptions()
     step = "leaving as AOP"
     try:
         mapped = map_radii(mesh, options)
     except CarveError as error:
-        return _unknown(step, note("record.bias.aop.cannot", reason=error.finding))
+        return _unknown_bias(step, note("record.bias.aop.cannot", reason=error.finding))
     found = mapped.radius_map
     ends_mm = mapped.first_mm, mapped.first_mm + float(found.z_mm[-1])
-    part = _without_lids(clipped(mesh, *ends_mm), ends_mm)
+    part = _without_lids(clip_between_heights(mesh, *ends_mm), ends_mm)
     surface = found.surface()
     held = surface.with_vertices(surface.vertices_mm + np.array([0.0, 0.0, mapped.first_mm]))
     away = distance_to(part, held)
@@ -196,7 +196,7 @@ def _without_lids(part: Mesh, ends_mm: tuple[float, float]) -> Mesh:
     return with_faces(part, part.faces[~(lids[0] | lids[1])])
 
 
-def _unknown(step: str, why: Finding) -> Bias:
+def _unknown_bias(step: str, why: Finding) -> Bias:
     return Bias(
         step=step, bias_mm=None, typical_mm=None, largest_mm=None, volume_share=None, basis=why
     )

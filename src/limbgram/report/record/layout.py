@@ -66,7 +66,7 @@ def record_report(content: Content, pictures: Sequence[Picture]) -> Report:
             _shape(content, pictures[0]),
             _measures(content),
             *_sheet(content),
-            _to_sign(content),
+            _signature_section(content),
             *_tape(content),
             *_comparison(content),
             *_recipe(content.recipe),
@@ -161,7 +161,7 @@ def _unconfirmed(row: Json) -> str:
     return "" if row["doubt"] is None else ", ".join(row["doubt"]["values"]["names"])
 
 
-def _to_sign(content: Content) -> Section:
+def _signature_section(content: Content) -> Section:
     """Where a professional writes what the tape says."""
     blocks: list[Block] = []
     checks = tape_checks(content)
@@ -203,7 +203,7 @@ def _comparison(content: Content) -> Iterator[Section]:
     yield Section(
         title=f"Compared with {compared['first']}",
         blocks=(
-            Text(words=_told(compared["verdict"])),
+            Text(words=_sentence_of(compared["verdict"])),
             Text(words=COMPARISON_NOTE, note=True),
             Table(heads=CHANGE_HEADS, rows=tuple(change_rows(content)), page_only=True),
         ),
@@ -238,7 +238,7 @@ def _illustration(
 
 
 def badge(content: Content) -> str:
-    """What nobody may overlook."""
+    """The badge of a record: what nobody may overlook."""
     return f"{SIDES[content.side]} · mm"
 
 
@@ -255,7 +255,7 @@ def _banner(content: Content) -> str:
 
 
 def _cards(content: Content) -> Iterator[Card]:
-    """What is asked first."""
+    """The cards that answer the first questions."""
     across, deep, long = content.size_mm
     rows = [row for row in content.measures["levels"] if row["volume_below_ml"] is not None]
     girths = [row for row in content.measures["levels"] if row["tape_mm"] is not None]
@@ -268,15 +268,15 @@ def _cards(content: Content) -> Iterator[Card]:
         top = rows[-1]
         yield Card(
             "Volume",
-            f"{_figure(top['volume_below_ml'], 1)} mL",
-            f"from the distal end up to {_height(content, top)}",
+            f"{_figure_text(top['volume_below_ml'], 1)} mL",
+            f"from the distal end up to {_height_text(content, top)}",
         )
     if girths:
         widest = max(girths, key=lambda row: row["tape_mm"]["value"])
         yield Card(
             "Largest tape girth",
-            f"{_figure(widest['tape_mm'], 1)} mm",
-            f"at {_height(content, widest)}",
+            f"{_figure_text(widest['tape_mm'], 1)} mm",
+            f"at {_height_text(content, widest)}",
         )
     if content.case is not None:
         yield Card("Capture", content.case.light.upper(), content.case.headline)
@@ -291,7 +291,7 @@ def _cards(content: Content) -> Iterator[Card]:
 
 
 def inside_rows(content: Content) -> list[Row]:
-    """The same of what a wall holds."""
+    """Rows of measures of a wall's inside."""
     return [] if content.inside is None else [_measure_row(row) for row in content.inside["levels"]]
 
 
@@ -308,7 +308,7 @@ def measure_note(content: Content) -> str:
     spread = f"{HOLDS}." if with_sigma else ""
     skin, reference = _skin(content.measures["skin"]), content.measures["reference"]
     others = content.measures["beside"]
-    beside = "" if others is None else _told(others)
+    beside = "" if others is None else _sentence_of(others)
     return (
         f"{skin}Heights count from: {reference}. Girths are {SMOOTHED_OVER}; tape: what "
         f"a taut tape reads, contour: along the skin, into hollows. ML: side to side, AP: front to "
@@ -370,7 +370,7 @@ def ledger_rows(recipe: RecipeDone) -> list[Row]:
         if line.extreme is not None:
             rows.append(("", f"Where it moved most: {extreme_line(line.extreme)}"))
         rows += [("", told(one)) for one in line.told]
-        rows += [("!", _mark(concern)) for concern in line.concerns]
+        rows += [("!", _consent_note(concern)) for concern in line.concerns]
     return rows
 
 
@@ -397,7 +397,7 @@ def bias_rows(content: Content) -> list[Row]:
     return [
         (
             one.step,
-            _number(one.bias_mm, "+z.3f"),
+            _number_text(one.bias_mm, "+z.3f"),
             "" if one.typical_mm is None else f"{one.typical_mm:.3f}",
             "" if one.largest_mm is None else f"{one.largest_mm:.3f}",
             "" if one.volume_share is None else f"{100 * one.volume_share:+z.3f}",
@@ -415,7 +415,7 @@ def versions(content: Content) -> str:
     return "Made by " + ", ".join(f"{name} {what}" for name, what in content.versions.items()) + "."
 
 
-def _height(content: Content, row: Json) -> str:
+def _height_text(content: Content, row: Json) -> str:
     """A height, and what it counts from where that is no end of the limb."""
     reference = content.measures["reference"]
     counted = "" if reference == "distal end" else f" from {reference}"
@@ -425,17 +425,17 @@ def _height(content: Content, row: Json) -> str:
 def _measure_row(row: Json) -> Row:
     height = f"{row['from_reference_mm']:.1f}"
     if row["tape_mm"] is None:
-        return height, " ".join(map(_told, row["reasons"]))
+        return height, " ".join(map(_sentence_of, row["reasons"]))
     area, volume = row["area_mm2"], row["volume_below_ml"]
     per = {"value": area["value"] / 100, "sigma": area["sigma"] and area["sigma"] / 100}
     return (
         height,
-        _figure(row["tape_mm"], 1),
-        _figure(row["contour_mm"], 1),
-        _figure(row["ml_mm"], 1),
-        _figure(row["ap_mm"], 1),
-        _figure(per, 2),
-        "-" if volume is None else _figure(volume, 1),
+        _figure_text(row["tape_mm"], 1),
+        _figure_text(row["contour_mm"], 1),
+        _figure_text(row["ml_mm"], 1),
+        _figure_text(row["ap_mm"], 1),
+        _figure_text(per, 2),
+        "-" if volume is None else _figure_text(volume, 1),
     )
 
 
@@ -443,7 +443,7 @@ def _change_row(row: Json) -> Row:
     height = f"{row['height_mm']:.1f}"
     tape, slab = row.get("tape_mm"), row["volume_since_last_level_ml"]
     if tape is None:
-        return height, "-" if row["reason"] is None else _told(row["reason"])
+        return height, "-" if row["reason"] is None else _sentence_of(row["reason"])
     return (
         height,
         f"{tape['second']:.1f}",
@@ -465,7 +465,7 @@ def _skin(skin: str) -> str:
     return ""
 
 
-def _mark(concern: Concern) -> str:
+def _consent_note(concern: Concern) -> str:
     """What somebody had to mean, or has to know, of an edit."""
     if not concern.word:
         return told(concern.finding)
@@ -476,16 +476,16 @@ def _girths(figures: Figures) -> Row:
     return tuple("-" if girth is None else f"{girth:.1f}" for girth in figures.girths_mm)
 
 
-def _told(finding: Json) -> str:
+def _sentence_of(finding: Json) -> str:
     """The sentence of a finding in a tree."""
     return told(Finding.from_tree(finding))
 
 
-def _figure(figure: Json, decimals: int) -> str:
+def _figure_text(figure: Json, decimals: int) -> str:
     sigma = figure["sigma"]
     interval = None if sigma is None else Interval.of_sigma(sigma)
     return f"{figure['value']:.{decimals}f} {plus_minus(interval, max(decimals, 2))}".rstrip()
 
 
-def _number(value: float | None, form: str) -> str:
+def _number_text(value: float | None, form: str) -> str:
     return "not known" if value is None else format(value, form)

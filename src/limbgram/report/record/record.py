@@ -36,19 +36,19 @@ from limbgram.report.record.content import (
 from limbgram.report.record.sources import (
     CaseSource,
     RecipeSource,
-    Replaying,
+    ReplayedRecipe,
     ShapeSource,
-    in_print,
-    nameless,
     printed_names,
     replayed_on,
+    text_with_printed_names,
+    with_printed_names,
 )
 from limbgram.report.record.views import four_sides_of_limb
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
 from limbgram.workbench.compare.messages import comparison_tree
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
-from limbgram.workbench.edits.closing import enclosure
+from limbgram.workbench.edits.closing import enclosure_finding
 from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb
 from limbgram.workbench.measures.form import sheet_tree
 from limbgram.workbench.measures.measuring import (
@@ -108,9 +108,9 @@ def record_of(
 ) -> Record:
     """Measure, compare and replay what is named, and put it together."""
     printed = printed_names(recipe, shape, against)
-    nameless_shape = nameless(shape, printed)
+    nameless_shape = with_printed_names(shape, printed)
     nameless_shape = replace(nameless_shape, limb=outside_of(nameless_shape.limb))
-    other = None if against is None else nameless(against, printed)
+    other = None if against is None else with_printed_names(against, printed)
     reference = options.reference and printed.get(options.reference, options.reference)
     options_of_levels = LimbMeasureOptions(spacing_mm=options.spacing_mm, reference=reference)
     measures = measure_limb(nameless_shape.limb, options_of_levels)
@@ -133,7 +133,7 @@ def record_of(
         side=limb.side,
         size_mm=tuple(np.ptp(mesh.vertices_mm, axis=0).tolist()),
         triangles=len(mesh.faces),
-        notes=(*map(told, nameless_shape.limb.notes), told(enclosure(mesh))),
+        notes=(*map(told, nameless_shape.limb.notes), told(enclosure_finding(mesh))),
         measures=measures_tree(measures),
         sheet=_sheet(measures.limb),
         inside=None if inside is None else measures_tree(inside),
@@ -162,7 +162,7 @@ def record_of(
 
 
 def _compare(
-    shape: ShapeSource, other: ShapeSource, done: Replaying | None, options: RecordOptions
+    shape: ShapeSource, other: ShapeSource, done: ReplayedRecipe | None, options: RecordOptions
 ) -> Comparison:
     """The shape less the other one."""
     way: Way = "as-is" if done is not None and done.apart_mm is not None else "auto"
@@ -197,7 +197,7 @@ def _sheet(limb: Limb) -> dict[str, Any] | None:
     return sheet_tree(measuring_sheet(limb))
 
 
-def _recipe(done: Replaying, printed: Mapping[str, str]) -> RecipeDone:
+def _recipe(done: ReplayedRecipe, printed: Mapping[str, str]) -> RecipeDone:
     """The ledger; its edits name landmarks as the record does."""
     return RecipeDone(
         id=done.recipe.id,
@@ -209,7 +209,7 @@ def _recipe(done: Replaying, printed: Mapping[str, str]) -> RecipeDone:
         lines=tuple(
             replace(
                 line,
-                edit=in_print(line.edit, printed),
+                edit=text_with_printed_names(line.edit, printed),
                 told=tuple(
                     one.with_texts(lambda name: printed.get(name, name)) for one in line.told
                 ),

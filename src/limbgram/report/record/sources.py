@@ -20,7 +20,7 @@ from limbgram.findings import Finding
 from limbgram.report.verdict_light import Light
 from limbgram.workbench.anatomy.names import known_identity
 from limbgram.workbench.edits.from_template import FromTemplate
-from limbgram.workbench.frame.landmarks import other_notes
+from limbgram.workbench.frame.landmarks import notes_but_unconfirmed
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.ledger import Ledger
 from limbgram.workbench.recipe.recipe import Recipe, replay_as_it_is
@@ -127,7 +127,7 @@ def printed_names(recipe: RecipeSource | None, *shapes: ShapeSource | None) -> d
     return printed
 
 
-def nameless(source: ShapeSource, printed: Mapping[str, str]) -> ShapeSource:
+def with_printed_names(source: ShapeSource, printed: Mapping[str, str]) -> ShapeSource:
     """The shape under its id, with landmarks under the names that are printed."""
     limb = source.limb
     return replace(
@@ -138,19 +138,22 @@ def nameless(source: ShapeSource, printed: Mapping[str, str]) -> ShapeSource:
             landmarks=tuple(
                 replace(mark, name=printed.get(mark.name, mark.name)) for mark in limb.landmarks
             ),
-            notes=tuple(_without(note, limb.name, source.id) for note in other_notes(limb)),
+            notes=tuple(
+                _with_name_replaced(note, limb.name, source.id)
+                for note in notes_but_unconfirmed(limb)
+            ),
         ),
     )
 
 
-def in_print(text: str, printed: Mapping[str, str]) -> str:
+def text_with_printed_names(text: str, printed: Mapping[str, str]) -> str:
     """An edit, or what it says, in words, its landmarks under the names that are printed."""
     for name, printed_name in printed.items():
         text = text.replace(f'"{name}"', f'"{printed_name}"')
     return text
 
 
-def _without(note: Finding, name: str, instead: str) -> Finding:
+def _with_name_replaced(note: Finding, name: str, instead: str) -> Finding:
     return note.with_texts(lambda text: text.replace(name, instead)) if name else note
 
 
@@ -159,8 +162,8 @@ SAME_MM = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
-class Replaying:
-    """What a recipe does to the scan it is for."""
+class ReplayedRecipe:
+    """A recipe replayed on the scan that it is for."""
 
     recipe: RecipeSource
     scan: ShapeSource
@@ -172,7 +175,9 @@ class Replaying:
     """What was said of the scan before the first edit."""
 
 
-def replayed_on(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource | None) -> Replaying:
+def replayed_on(
+    recipe: RecipeSource, shape: ShapeSource, against: ShapeSource | None
+) -> ReplayedRecipe:
     """Do a recipe to the scan it is for: the other shape or, if it is for that, the shape itself.
 
     Raises:
@@ -183,11 +188,11 @@ def replayed_on(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource |
     apart = None if scan is shape else _apart_mm(done.limb.mesh, shape.limb.mesh)
     said = {one for line in done.ledger.lines for one in line.told}
     told = tuple(
-        _without(note, scan.limb.name, scan.id)
+        _with_name_replaced(note, scan.limb.name, scan.id)
         for note in done.limb.notes
         if note not in {*said, *shape.limb.notes}
     )
-    return Replaying(recipe=recipe, scan=scan, ledger=done.ledger, apart_mm=apart, told=told)
+    return ReplayedRecipe(recipe=recipe, scan=scan, ledger=done.ledger, apart_mm=apart, told=told)
 
 
 def _scan(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource | None) -> ShapeSource:

@@ -1,4 +1,4 @@
-"""Centreline: the curve that sections, girths, widths and charts go by.
+"""Centreline: the curve to which sections, girths, widths and charts of a limb are square.
 
 In      for a bent limb, middles of landmarks from proximal to distal; else a straight axis.
 Out     Centreline: points at even steps along it, with the unit direction at each, proximal first.
@@ -17,11 +17,11 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import unit
 
 _STEP_MM = 1.0
-_STRAIGHT_RAD = 1e-3
+_STRAIGHT_ANGLE_RAD = 1e-3
 
 
 @dataclass(frozen=True)
-class OnCentreline:
+class CentrelinePlace:
     """A place on the curve."""
 
     point_mm: Vector3
@@ -43,12 +43,12 @@ class Centreline:
     def length_mm(self) -> float:
         return float(self.lengths_mm[-1])
 
-    def at(self, along_mm: float) -> OnCentreline:
-        """The place so far from the proximal end; beyond the ends the curve goes on straight."""
+    def at(self, along_mm: float) -> CentrelinePlace:
+        """The place at a distance from the proximal end; the curve is straight beyond its ends."""
         held = float(np.clip(along_mm, 0.0, self.length_mm))
         point, direction = self._between_nodes(held)
         direction /= np.linalg.norm(direction)
-        return OnCentreline(point + (along_mm - held) * direction, direction)
+        return CentrelinePlace(point + (along_mm - held) * direction, direction)
 
     def moved(self, motion: Rigid) -> "Centreline":
         """The same curve in another frame."""
@@ -59,10 +59,10 @@ class Centreline:
         )
 
     def straightened(self, points_mm: Points3, across: Vector3) -> Points3:
-        """Places as they would lie if the curve were the z axis, its distal end at 0.
+        """Places as if the curve were straightened to the z axis, its distal end at 0.
 
         Args:
-            across: Way that becomes x, as to the right; it is nowhere along the curve.
+            across: Direction that becomes x, such as to the right; nowhere along the curve.
         """
         along = self.nearest_mm(points_mm)
         middle, direction = self._between_nodes(np.clip(along, 0.0, self.length_mm))
@@ -73,7 +73,7 @@ class Centreline:
         return np.column_stack([(off * x).sum(1), (off * y).sum(1), self.length_mm - along])
 
     def _between_nodes(self, along_mm: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points and directions so far from the proximal end; directions lack a little of 1."""
+        """Points and directions at distances from the proximal end; directions not quite unit."""
         point, direction = (
             np.stack([np.interp(along_mm, self.lengths_mm, column) for column in given.T], axis=-1)
             for given in (self.points_mm, self.directions)
@@ -81,7 +81,7 @@ class Centreline:
         return point, direction
 
     def nearest_mm(self, points_mm: Points3) -> Float64[np.ndarray, " n"]:
-        """How far along the curve the plane across it lies that holds each point.
+        """Distance along the curve of the plane across it through each point.
 
         Of several such planes the one nearest to the curve counts.
         """
@@ -100,13 +100,13 @@ class Centreline:
         return np.where((nearest == last) & (from_last > 0), self.length_mm + from_last, found)
 
 
-def straight(start_mm: Vector3, end_mm: Vector3) -> Centreline:
+def straight_centreline(start_mm: Vector3, end_mm: Vector3) -> Centreline:
     """The line from a proximal place to a distal one."""
-    return _of(np.stack([start_mm, end_mm]))
+    return _resampled_centreline(np.stack([start_mm, end_mm]))
 
 
-def rounded(nodes_mm: Points3, share: float) -> Centreline:
-    """Through the first and last node, and past the corners between by arcs.
+def rounded_polyline(nodes_mm: Points3, share: float) -> Centreline:
+    """A centreline through the first and last node, with arcs at the corners between.
 
     Args:
         nodes_mm: From proximal to distal; three or more.
@@ -123,13 +123,13 @@ def rounded(nodes_mm: Points3, share: float) -> Centreline:
         reach_mm = share * float(min(free[corner - 1], free[corner]))
         way.append(_arc(nodes_mm[corner], before, after, reach_mm))
     way.append(nodes_mm[-1:])
-    return _of(np.concatenate(way))
+    return _resampled_centreline(np.concatenate(way))
 
 
 def _arc(corner: Vector3, before: Vector3, after: Vector3, reach_mm: float) -> Points3:
     """The arc that touches both legs of a corner at a distance from it."""
     turn_rad = float(np.arccos(np.clip(before @ after, -1.0, 1.0)))
-    if turn_rad < _STRAIGHT_RAD:
+    if turn_rad < _STRAIGHT_ANGLE_RAD:
         return corner[None]
     radius_mm = reach_mm / np.tan(turn_rad / 2)
     inwards = after - before * (after @ before)
@@ -140,8 +140,8 @@ def _arc(corner: Vector3, before: Vector3, after: Vector3, reach_mm: float) -> P
     return start + radius_mm * (np.sin(angles) * before + (1 - np.cos(angles)) * inwards)
 
 
-def _of(corners_mm: Points3) -> Centreline:
-    """The curve with points at even steps."""
+def _resampled_centreline(corners_mm: Points3) -> Centreline:
+    """A centreline with points at even steps along a polyline."""
     knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners_mm, axis=0), axis=1))])
     at = np.linspace(0, knots[-1], max(int(knots[-1] / _STEP_MM), 2) + 1)
     points = np.column_stack([np.interp(at, knots, column) for column in corners_mm.T])

@@ -1,4 +1,4 @@
-"""Anatomy: the directions of a limb as its landmarks span them.
+"""Anatomy: the anatomical axes of a limb, by its landmarks and its surface.
 
 In      the kind's description and the places of the landmarks.
 Out     anatomical axes: a point, a unit direction, and how long the line is that spans it.
@@ -13,74 +13,74 @@ import numpy as np
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
-from limbgram.workbench.anatomy.centreline import Centreline, rounded
+from limbgram.workbench.anatomy.centreline import Centreline, rounded_polyline
 from limbgram.workbench.anatomy.kind import (
     Cross,
     Direction,
     Kind,
     Line,
-    Mid,
-    OfSurface,
+    Midpoint,
     Plane,
     Square,
+    SurfaceAxis,
     Tilted,
 )
 from limbgram.workbench.anatomy.surface_lines import (
-    Leaning,
-    Part,
-    Skin,
-    halved,
-    halved_across,
-    under,
+    LineSurface,
+    SurfaceLine,
+    SurfacePart,
+    bisecting_line,
+    bisecting_line_across,
+    line_under,
 )
 
 _LEAST_SINE = 0.05
-"""Directions nearer to each other than 3 degrees tell no plane."""
+"""Sine of 3 degrees; directions nearer to each other span no plane."""
 _LEAST_MM = 1.0
-"""Places nearer to each other than this tell no line."""
-_LINES = {"halves": halved, "halves across": halved_across, "under": under}
-_OF_FRAME = {"right": 0, "anterior": 1, "long axis": 2}
+"""Places nearer to each other than this span no line."""
+_LINE_FITS = {"halves": bisecting_line, "halves across": bisecting_line_across, "under": line_under}
+_FRAME_ROWS = {"right": 0, "anterior": 1, "long axis": 2}
 
 
 @dataclass(frozen=True, kw_only=True)
 class AnatomicalAxis:
-    """A line, or a plane's normal, by landmarks."""
+    """An anatomical axis: a line, or a plane's normal."""
 
     name: str
     point_mm: Vector3
     direction: Vector3
     """Of unit length."""
     length_mm: float
-    """Between the places that span it; 0 for what is square to others."""
+    """Distance between the places that span it; 0 for an axis square to others."""
 
     def along_mm(self, points_mm: Points3) -> np.ndarray:
-        """How far each point lies along the direction, from the axis's own point."""
+        """Position of each point along the direction, from the axis's own point."""
         return (points_mm - self.point_mm) @ self.direction
 
 
 @dataclass(frozen=True, kw_only=True)
 class Anatomy:
-    """Landmarks of a limb by what they are, in any frame, and what they span there."""
+    """A limb's landmarks by identity, in any frame, and the axes that they span."""
 
     kind: Kind
     places: Mapping[str, Vector3]
-    """By identity."""
+    """Landmarks by identity."""
     left: bool | None
-    """None where the side is not said; False for what has none."""
+    """None where the side is unknown; False for kinds without one."""
     frame: Matrix3 | None
     """Rows: right, anterior and proximal; None for what is not aligned."""
     origin_mm: Vector3
-    skin: Skin | None = None
+    skin: LineSurface | None = None
     """The surface; None where landmarks alone are asked for."""
-    leant: Mapping[str, float] = field(default_factory=dict[str, float])
-    """What is added to the slope of lines that the surface tells: to see what hangs on them."""
+    added_slopes: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Slopes added to fitted lines, for derivatives by them."""
     _axes: dict[str, AnatomicalAxis] = field(
         default_factory=dict[str, AnatomicalAxis], init=False, repr=False, compare=False
     )
-    """Those that were asked for: axes hang on each other, and many figures on the same ones."""
+    """Axes found so far, because axes depend on each other and figures share them."""
 
-    def at(self, mid: Mid, wanted_for: str = "") -> Vector3:
-        """The middle of landmarks.
+    def at(self, mid: Midpoint, wanted_for: str = "") -> Vector3:
+        """The midpoint of landmarks.
 
         Raises:
             MeasureError: one of them was not placed.
@@ -91,8 +91,8 @@ class Anatomy:
         used = mid.of if all(one in self.places for one in mid.of) else mid.otherwise
         return np.mean([self.places[one] for one in used], axis=0)
 
-    def missing(self, mid: Mid) -> tuple[str, ...]:
-        """The landmarks that it lacks for a middle; those first wanted, where it lacks both."""
+    def missing(self, mid: Midpoint) -> tuple[str, ...]:
+        """The landmarks missing for a midpoint; of its first choice, if both choices lack some."""
         lacking = tuple(one for one in mid.of if one not in self.places)
         instead = mid.otherwise and all(one in self.places for one in mid.otherwise)
         return () if instead else lacking
@@ -104,36 +104,36 @@ class Anatomy:
             MeasureError: the kind has none of that name, or what spans it is missing.
         """
         if name not in self._axes:
-            self._axes[name] = self._told(name)
+            self._axes[name] = self._find_axis(name)
         return self._axes[name]
 
-    def _told(self, name: str) -> AnatomicalAxis:
-        if name in _OF_FRAME:
+    def _find_axis(self, name: str) -> AnatomicalAxis:
+        if name in _FRAME_ROWS:
             if self.frame is None:
                 raise MeasureError("align.not_aligned", name=None)
-            return _axis(name, self.origin_mm, self.frame[_OF_FRAME[name]], 0.0)
+            return _make_axis(name, self.origin_mm, self.frame[_FRAME_ROWS[name]], 0.0)
         known = {one.name: one for one in self.kind.directions}
         if name not in known:
             raise MeasureError(
                 "anatomy.no_axis", name=name, kind=self.kind.name, names=tuple(known) or None
             )
-        return self._spanned(known[name])
+        return self._axis_of_direction(known[name])
 
-    def leaning(self, name: str) -> Leaning | None:
-        """What the surface says of an axis; None for one that landmarks alone tell.
+    def surface_line(self, name: str) -> SurfaceLine | None:
+        """The fitted line of an axis; None for an axis by landmarks alone.
 
         Raises:
             MeasureError: a landmark that chooses the part is missing, or the surface is open there.
         """
         found = next((one for one in self.kind.directions if one.name == name), None)
-        return self._by_surface(found) if isinstance(found, OfSurface) else None
+        return self._fitted_line(found) if isinstance(found, SurfaceAxis) else None
 
-    def with_lean(self, name: str, slope: float) -> "Anatomy":
-        """With a line that the surface tells leaning further."""
-        return replace(self, leant={name: slope})
+    def with_added_slope(self, name: str, slope: float) -> "Anatomy":
+        """The anatomy with a slope added to a fitted line."""
+        return replace(self, added_slopes={name: slope})
 
     def centreline(self) -> Centreline:
-        """The curve that a bent limb's sections go by.
+        """The centreline of a limb of a bent kind.
 
         Raises:
             MeasureError: a landmark that it goes by is missing, or the kind has a straight axis.
@@ -142,10 +142,10 @@ class Anatomy:
         if bent is None:
             raise MeasureError("anatomy.straight", kind=self.kind.name)
         nodes = [self.at(mid, "centreline") for mid in bent.nodes]
-        return rounded(np.stack(nodes), bent.rounded)
+        return rounded_polyline(np.stack(nodes), bent.rounded)
 
-    def sense(self) -> float:
-        """What an angle about a direction that is mirrored with the limb is multiplied by.
+    def mirror_sign(self) -> float:
+        """The sign of angles about a direction that is mirrored with the limb: -1 on a left one.
 
         Raises:
             MeasureError: the side is not said.
@@ -155,40 +155,40 @@ class Anatomy:
         return -1.0 if self.left else 1.0
 
     def angle_deg(self, start: Vector3, end: Vector3, about: Vector3) -> float:
-        """From one direction to another as seen along a third, -180 to 180, as on a right limb."""
+        """The angle between two directions about a third, -180 to 180, as on a right limb."""
         first, second = (one - about * (one @ about) for one in (start, end))
         turned = np.arctan2(np.cross(first, second) @ about, first @ second)
-        return float(np.degrees(turned)) * self.sense()
+        return float(np.degrees(turned)) * self.mirror_sign()
 
-    def _spanned(self, one: Direction) -> AnatomicalAxis:
+    def _axis_of_direction(self, one: Direction) -> AnatomicalAxis:
         match one:
             case Line():
-                return self._line(one)
+                return self._line_axis(one)
             case Plane():
-                return self._plane(one)
+                return self._plane_axis(one)
             case Cross():
                 first, second = self.axis(one.first), self.axis(one.second)
                 across = np.cross(first.direction, second.direction)
                 self._require_apart(one.name, float(np.linalg.norm(across)))
-                return _axis(one.name, first.point_mm, across * self.sense(), 0.0)
+                return _make_axis(one.name, first.point_mm, across * self.mirror_sign(), 0.0)
             case Square():
                 first, second = self.axis(one.of), self.axis(one.to)
                 rest = first.direction - second.direction * (first.direction @ second.direction)
                 self._require_apart(one.name, float(np.linalg.norm(rest)))
-                return _axis(one.name, first.point_mm, rest, 0.0)
+                return _make_axis(one.name, first.point_mm, rest, 0.0)
             case Tilted():
-                return self._tilted(one)
-            case OfSurface():
-                part, found = self._part(one), self._by_surface(one)
-                slope = found.slope + self.leant.get(one.name, 0.0)
+                return self._tilted_axis(one)
+            case SurfaceAxis():
+                part, found = self._surface_part(one), self._fitted_line(one)
+                slope = found.slope + self.added_slopes.get(one.name, 0.0)
                 leans = part.along + slope * part.towards
-                return _axis(one.name, found.middle_mm, leans, 2 * part.half_mm)
+                return _make_axis(one.name, found.middle_mm, leans, 2 * part.half_mm)
 
-    def _by_surface(self, one: OfSurface) -> Leaning:
+    def _fitted_line(self, one: SurfaceAxis) -> SurfaceLine:
         assert self.skin is not None, one.name
-        return self.skin.tell(_LINES[one.how], self._part(one))
+        return self.skin.line_of(_LINE_FITS[one.how], self._surface_part(one))
 
-    def _part(self, one: OfSurface) -> Part:
+    def _surface_part(self, one: SurfaceAxis) -> SurfacePart:
         start, end = self.at(one.start, one.name), self.at(one.end, one.name)
         whole, none = self.at(one.whole, one.name), self.at(one.none, one.name)
         along, towards = self.axis(one.along).direction, self.axis(one.towards).direction
@@ -200,32 +200,32 @@ class Anatomy:
         half_mm = abs(float(way @ along)) / 2
         fades = towards if one.how == "under" else aside
         if half_mm < _LEAST_MM or abs((none - whole) @ fades) < _LEAST_MM:
-            names = _named(one.start, one.end, one.whole, one.none)
+            names = _landmark_names(one.start, one.end, one.whole, one.none)
             raise MeasureError("anatomy.on_point", name=one.name, names=names)
-        return Part(
+        return SurfacePart(
             name=one.name,
             middle_mm=middle,
             along=along,
             towards=towards,
             half_mm=half_mm,
-            fades_along=fades,
-            whole_mm=float((whole - middle) @ fades),
-            none_mm=float((none - middle) @ fades),
+            fade_direction=fades,
+            full_at_mm=float((whole - middle) @ fades),
+            zero_at_mm=float((none - middle) @ fades),
             skew=float(way @ aside) / float(way @ along),
             reach_mm=None if one.reach is None else one.reach * 2 * half_mm,
         )
 
-    def _tilted(self, one: Tilted) -> AnatomicalAxis:
+    def _tilted_axis(self, one: Tilted) -> AnatomicalAxis:
         along, up = self.axis(one.along), self.axis(one.above).direction
         forward = along.direction - up * (along.direction @ up)
         self._require_apart(one.name, float(np.linalg.norm(forward)))
         forward = forward / np.linalg.norm(forward)
-        medial = np.cross(up, forward) * self.sense()
+        medial = np.cross(up, forward) * self.mirror_sign()
         rises, turns = np.radians(one.up_deg), np.radians(one.medial_deg)
         level = np.cos(turns) * forward + np.sin(turns) * medial
-        return _axis(one.name, along.point_mm, np.cos(rises) * level + np.sin(rises) * up, 0.0)
+        return _make_axis(one.name, along.point_mm, np.cos(rises) * level + np.sin(rises) * up, 0.0)
 
-    def _line(self, one: Line) -> AnatomicalAxis:
+    def _line_axis(self, one: Line) -> AnatomicalAxis:
         start, end = self.at(one.start, one.name), self.at(one.end, one.name)
         along = end - start
         if one.within is not None:
@@ -233,25 +233,31 @@ class Anatomy:
             along = along - normal * (along @ normal)
         length_mm = float(np.linalg.norm(along))
         if length_mm < _LEAST_MM:
-            raise MeasureError("anatomy.on_point", name=one.name, names=_named(one.start, one.end))
-        return _axis(one.name, start, along, length_mm)
+            raise MeasureError(
+                "anatomy.on_point", name=one.name, names=_landmark_names(one.start, one.end)
+            )
+        return _make_axis(one.name, start, along, length_mm)
 
-    def _plane(self, one: Plane) -> AnatomicalAxis:
+    def _plane_axis(self, one: Plane) -> AnatomicalAxis:
         first, second, third = (self.at(mid, one.name) for mid in one.through)
         normal = np.cross(second - first, third - first)
         size = np.linalg.norm(second - first) * np.linalg.norm(third - first)
         if not np.linalg.norm(normal) > _LEAST_SINE * size:
-            raise MeasureError("anatomy.on_line", name=one.name, names=_named(*one.through))
+            raise MeasureError(
+                "anatomy.on_line", name=one.name, names=_landmark_names(*one.through)
+            )
         if normal @ (self.at(one.towards, one.name) - first) < 0:
             normal = -normal
-        return _axis(one.name, (first + second + third) / 3, normal, float(np.sqrt(size)))
+        return _make_axis(one.name, (first + second + third) / 3, normal, float(np.sqrt(size)))
 
     def _require_apart(self, name: str, sine: float) -> None:
         if sine < _LEAST_SINE:
             raise MeasureError("anatomy.on_line", name=name, names=None)
 
 
-def _axis(name: str, point_mm: Vector3, direction: Vector3, length_mm: float) -> AnatomicalAxis:
+def _make_axis(
+    name: str, point_mm: Vector3, direction: Vector3, length_mm: float
+) -> AnatomicalAxis:
     return AnatomicalAxis(
         name=name,
         point_mm=point_mm,
@@ -260,5 +266,5 @@ def _axis(name: str, point_mm: Vector3, direction: Vector3, length_mm: float) ->
     )
 
 
-def _named(*mids: Mid) -> tuple[str, ...]:
+def _landmark_names(*mids: Midpoint) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for mid in mids for name in mid.of))

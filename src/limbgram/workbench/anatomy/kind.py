@@ -73,8 +73,8 @@ class SensitivePlace:
 
 
 @dataclass(frozen=True)
-class Mid:
-    """The middle of landmarks."""
+class Midpoint:
+    """The midpoint of landmarks."""
 
     of: tuple[str, ...]
     otherwise: tuple[str, ...] = ()
@@ -83,28 +83,28 @@ class Mid:
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """From one place to another; its direction points to the end."""
+    """An axis from one place to another; its direction points to the end."""
 
     name: str
-    start: Mid
-    end: Mid
+    start: Midpoint
+    end: Midpoint
     within: str | None = None
     """The plane in which it is taken to lie: a foot's axis, in the plantar plane."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plane:
-    """Through three places; its direction is its normal."""
+    """A plane through three places; its direction is its normal."""
 
     name: str
-    through: tuple[Mid, Mid, Mid]
-    towards: Mid
+    through: tuple[Midpoint, Midpoint, Midpoint]
+    towards: Midpoint
     """On the side of the plane to which the normal points."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cross:
-    """Square to two others, by the right hand on a right limb: across forward and up is lateral."""
+    """The cross product of two directions on a right limb: forward x up is lateral."""
 
     name: str
     first: str
@@ -113,7 +113,7 @@ class Cross:
 
 @dataclass(frozen=True, kw_only=True)
 class Square:
-    """What is left of a direction square to another one, such as forward, square to upwards."""
+    """The part of a direction square to another one, such as forward square to upwards."""
 
     name: str
     of: str
@@ -122,7 +122,7 @@ class Square:
 
 @dataclass(frozen=True, kw_only=True)
 class Tilted:
-    """A direction that no landmark tells: usual angles from two others that landmarks do tell."""
+    """A direction without landmarks of its own, at usual angles to two others."""
 
     name: str
     along: str
@@ -136,8 +136,8 @@ class Tilted:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OfSurface:
-    """A line that the surface tells: landmarks only choose the part of it that counts.
+class SurfaceAxis:
+    """An axis fitted to the surface: landmarks only choose the part of it that counts.
 
     So it hardly hangs on where along the surface they were placed. `surface_lines.py` finds it.
     """
@@ -151,25 +151,25 @@ class OfSurface:
     """The direction that the line lies next to."""
     towards: str
     """The direction in which it may lean; of what lies under a part, upwards."""
-    start: Mid
-    end: Mid
+    start: Midpoint
+    end: Midpoint
     """The ends of the part along the line; it fades over a quarter of the way at both."""
-    whole: Mid
-    none: Mid
+    whole: Midpoint
+    none: Midpoint
     """The part is whole up to there and fades until there: along the direction square to the other
     two, or upwards under a part."""
     reach: float | None = None
     """To both sides of the line from start to end, as a share of it; None for all."""
 
 
-Direction = Line | Plane | Cross | Square | Tilted | OfSurface
+Direction = Line | Plane | Cross | Square | Tilted | SurfaceAxis
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bent:
-    """A centreline that bends: through middles of landmarks, its corners rounded."""
+class BentCentreline:
+    """A bent centreline through midpoints of landmarks, with rounded corners."""
 
-    nodes: tuple[Mid, ...]
+    nodes: tuple[Midpoint, ...]
     """From proximal to distal."""
     reference: str
     """Landmark in the limb's middle: charts count in distances from the distal dome to it."""
@@ -179,8 +179,8 @@ class Bent:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Upright:
-    """The limb frame by landmarks alone: where no long axis can be fitted to the surface."""
+class LandmarkFrame:
+    """The limb frame by landmarks alone, for kinds without a long axis to be fitted."""
 
     up: str
     """The direction that becomes +Z."""
@@ -201,39 +201,39 @@ class Item:
 
     @property
     def words(self) -> Mapping[str, str]:
-        """What people call it, by language."""
+        """Its name for people, by language."""
         return {"en": self.en, "de": self.de}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Angle(Item):
-    """From one direction to another about a third, as on a right limb, by the right hand."""
+    """An angle from one direction to another about a third, right-handed on a right limb."""
 
     of: str
     to: str
     about: str
     zero_deg: float = 0.0
     """What is taken off, so that nought is the neutral position."""
-    pitch: tuple[Mid, Mid] | None = None
+    pitch: tuple[Midpoint, Midpoint] | None = None
     """From heel to ball: what a shoe's heel is higher than its sole inclines this line."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Distance(Item):
-    """Between two places: straight, or what it comes to along a direction."""
+    """A distance between two places: straight, or its part along a direction."""
 
-    start: Mid
-    end: Mid
+    start: Midpoint
+    end: Midpoint
     along: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Extent(Item):
-    """How far the surface reaches along a direction, of what lies below a place."""
+    """The extent along a direction of the surface below a place."""
 
     along: str
     up: str
-    below: Mid
+    below: Midpoint
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -254,9 +254,9 @@ class Difference(Item):
 
 @dataclass(frozen=True, kw_only=True)
 class Section(Item):
-    """Of the section that a plane makes with the limb."""
+    """A measure of the section that a plane makes with the limb."""
 
-    at: Mid
+    at: Midpoint
     """On the plane, and inside the outline that counts."""
     normal: str
     """Direction across which it is cut; "centreline" is that of the curve beside the place."""
@@ -268,7 +268,7 @@ class Section(Item):
     the other one."""
     along: str = ""
     """The direction of a width."""
-    parted: Mid | None = None
+    parted: Midpoint | None = None
     """Across that direction, halves are parted by the plane through here."""
     beyond_mm: float = 0.0
     """How far beyond the place, along the normal, the plane lies."""
@@ -280,9 +280,9 @@ class Extreme(Item):
     width there."""
 
     normal: str
-    between: tuple[Mid, Mid]
+    between: tuple[Midpoint, Midpoint]
     which: Literal["largest", "smallest"]
-    height_from: Mid | None = None
+    height_from: Midpoint | None = None
     """The height of that girth from here, along the direction, in place of the girth."""
     width_along: str = ""
     """The calliper at that height, along this direction, in place of the girth."""
@@ -290,10 +290,10 @@ class Extreme(Item):
 
 @dataclass(frozen=True, kw_only=True)
 class Arch(Item):
-    """The highest place under the surface, in the upright plane through two places under it."""
+    """The apex of a foot's arch, in the upright plane through two places under it."""
 
-    start: Mid
-    end: Mid
+    start: Midpoint
+    end: Midpoint
     base: str
     """The plane over which it is high."""
     what: Literal["height", "place"]
@@ -302,7 +302,7 @@ class Arch(Item):
 
 @dataclass(frozen=True, kw_only=True)
 class Cranial(Item):
-    """Of a head above its base plane; the formulas stand in `measures/cranial.py`."""
+    """A figure of a head above its base plane; the formulas stand in `measures/cranial.py`."""
 
     what: str
 
@@ -312,7 +312,7 @@ AnyItem = Angle | Distance | Extent | Share | Difference | Section | Extreme | A
 
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """What can be turned: the part distal of a joint, about its anatomical axis.
+    """A joint about whose anatomical axis the distal part can be turned.
 
     The places that tell axis and plane lie on the axis, or well within a part that turns or stays
     whole: so they tell the same joint after the turn.
@@ -328,33 +328,33 @@ class Joint:
     """Direction about which it turns, by the right hand on a right limb."""
     reads: str
     """The angle of the sheet in which people tell how it stands."""
-    centre: Mid
+    centre: Midpoint
     """A point on the axis."""
-    upper: Mid
+    upper: Midpoint
     """Well within what stays."""
-    lower: Mid
+    lower: Midpoint
     """Well within what turns."""
     square: str | None = None
     """The plane that parts the limb is square to this direction of the lower part, as it lies half
     way through the turn; without it, the plane halves the way from the upper part to the lower."""
     twist: bool = False
     """The plane is square to the axis."""
-    parted: Mid | None = None
+    parted: Midpoint | None = None
     """A point on the plane that parts the limb, where it is not `centre`."""
-    below: Mid | None = None
+    below: Midpoint | None = None
     """What lies proximal of here stays, towards `knee`, though it lies beyond the plane: a shank
     that leans over the forefoot."""
-    knee: Mid | None = None
+    knee: Midpoint | None = None
     rigid: tuple[str, ...] = ()
     """Landmarks whose surroundings stay."""
 
     @property
     def turn(self) -> str:
-        """What landmarks are wanted for."""
+        """The purpose of its landmarks, for refusals."""
         return f"turn of the {self.name}"
 
     def words(self, language: str) -> str:
-        """What forms call it: "Ankle: dorsiflexion positive"."""
+        """Its label in forms: "Ankle: dorsiflexion positive"."""
         called = self.name.capitalize() if language == "en" else self.de
         return f"{called}: {self.sense[language]}"
 
@@ -368,7 +368,7 @@ class Kind:
     order: int
     """In lists."""
     words: Mapping[str, str]
-    """What people call it, by language."""
+    """Its name for people, by language."""
     sided: bool
     """Whether it is a left or a right one."""
     places: tuple[Place, ...]
@@ -378,10 +378,10 @@ class Kind:
     """Whether its distal end is a dome: the place farthest along the long axis."""
     long: bool = True
     """Whether an axis fitted to the surface is its long axis."""
-    upright: Upright | None = None
+    upright: LandmarkFrame | None = None
     """Its frame by landmarks, where these are placed."""
     directions: tuple[Direction, ...] = ()
-    centreline: Bent | None = None
+    centreline: BentCentreline | None = None
     """None: the straight long axis."""
     sheet: tuple[AnyItem, ...] = ()
     joints: tuple[Joint, ...] = ()
@@ -394,7 +394,7 @@ class Kind:
         return tuple(one for one in self.places if one.level is not None)
 
     def tilted(self, name: str, up_deg: float | None, medial_deg: float | None) -> "Kind":
-        """The kind with a tilted direction at other angles than the usual ones."""
+        """The kind with a tilted direction at other than the usual angles."""
         return replace(
             self,
             directions=tuple(

@@ -9,14 +9,14 @@ from limbgram.workbench import kinds
 from limbgram.workbench.anatomy.kind import Kind
 
 
-def _found() -> Iterator[Kind]:
+def _load_kinds() -> Iterator[Kind]:
     for file in iter_modules(kinds.__path__):
         one: Kind = import_module(f"{kinds.__name__}.{file.name}").KIND
         yield one
 
 
 KIND_NAMED: Final[dict[str, Kind]] = {
-    one.name: one for one in sorted(_found(), key=lambda kind: kind.order)
+    one.name: one for one in sorted(_load_kinds(), key=lambda kind: kind.order)
 }
 """Every kind of limb by its name, in the order of lists."""
 KINDS: Final[tuple[str, ...]] = tuple(KIND_NAMED)

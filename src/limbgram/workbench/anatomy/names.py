@@ -1,4 +1,4 @@
-"""Names: what clinicians call a place in each language, and which place a name means.
+"""Names: the names of anatomical places in each language, and which place a name means.
 
 A landmark keeps the name that somebody typed. What it is, its identity, is the place that a kind of
 limb has under that name; by it landmarks of two shapes, a limb and a template, a recipe and a limb
@@ -31,14 +31,14 @@ NAMES_IN: Mapping[Language, Mapping[str, tuple[str, ...]]] = MappingProxyType(
 
 
 def _terms(language: str) -> dict[str, str]:
-    """Places, kinds of limb, joints and figures of the sheet."""
+    """Names of places, kinds, joints and sheet figures in a language, by the English ones."""
     kinds = KIND_NAMED.values()
-    named = {f"kind {one.name}": one.words[language] for one in kinds}
+    landmark_named = {f"kind {one.name}": one.words[language] for one in kinds}
     if language == LANGUAGES[0]:
-        return named
+        return landmark_named
     joints = [one for kind in kinds for one in kind.joints]
     return {
-        **named,
+        **landmark_named,
         **{name: place.de[0] for name, place in _PLACES.items()},
         **{one.en: one.words[language] for kind in kinds for one in kind.sheet},
         **{one.name: one.de for one in joints},
@@ -48,31 +48,31 @@ def _terms(language: str) -> dict[str, str]:
 
 add_terms(_terms)
 
-_SPELT = str.maketrans(
+_SPELLINGS = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"}
 )
 _WORD = re.compile(r"[a-z0-9]+")
 
 
-def words_of(name: str) -> tuple[str, ...]:
-    """A name's words in the one spelling in which names are compared."""
+def normalised_name(name: str) -> tuple[str, ...]:
+    """A name in the normalised spelling in which names are compared."""
     return tuple(_WORD.findall(without_accents(name).casefold()))
 
 
 def without_accents(name: str) -> str:
-    """A name for where only plain letters stand, still the same one here."""
-    spelt = unicodedata.normalize("NFC", name).translate(_SPELT)
+    """A name in plain letters, which is still recognised as the same."""
+    spelt = unicodedata.normalize("NFC", name).translate(_SPELLINGS)
     parted = unicodedata.normalize("NFKD", spelt)
     return "".join(letter for letter in parted if not unicodedata.combining(letter))
 
 
-def _squeezed(name: str) -> str:
-    return "".join(words_of(name))
+def _compact_name(name: str) -> str:
+    return "".join(normalised_name(name))
 
 
 _IDENTITIES: Mapping[str, str] = MappingProxyType(
     {
-        _squeezed(name): identity
+        _compact_name(name): identity
         for language in reversed(LANGUAGES)
         for identity, names in NAMES_IN[language].items()
         for name in names
@@ -81,21 +81,21 @@ _IDENTITIES: Mapping[str, str] = MappingProxyType(
 
 
 def known_identity(name: str) -> str | None:
-    """The place that a name means, in any language; None where no kind has it."""
-    return _IDENTITIES.get(_squeezed(name))
+    """The identity of the place that a name means, in any language; None if no kind has it."""
+    return _IDENTITIES.get(_compact_name(name))
 
 
 def identity_of(name: str) -> str:
-    """What tells a landmark: its place, or the name itself where no kind has it."""
+    """The identity of a landmark: its place, or the name itself if no kind has it."""
     return known_identity(name) or name.strip()
 
 
-def told_by(name: str) -> "Told":
+def parse_name(name: str) -> "ParsedName":
     """The places whose names stand in a name, such as "left fibula head" or "Fibulakopf 2".
 
     A name within a longer one that is known too tells nothing: a patellar tendon is no patella.
     """
-    words = words_of(name)
+    words = normalised_name(name)
     spans = [
         (start, end, identity)
         for start in range(len(words))
@@ -108,15 +108,15 @@ def told_by(name: str) -> "Told":
         if not any(one <= start and end <= two and two - one > end - start for one, two, _ in spans)
     ]
     taken = {at for start, end, _ in whole for at in range(start, end)}
-    return Told(
+    return ParsedName(
         identities=frozenset(identity for *_, identity in whole),
         rest=tuple(word for at, word in enumerate(words) if at not in taken),
     )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Told:
-    """What a name says."""
+class ParsedName:
+    """The places that a name mentions, and the rest of it."""
 
     identities: frozenset[str]
     rest: tuple[str, ...]
@@ -127,7 +127,7 @@ def names_of(identities: Iterable[str]) -> dict[str, str]:
     """All names of these places in all languages, in the one spelling, and the place of each."""
     chosen = set(identities)
     return {
-        " ".join(words_of(name)): identity
+        " ".join(normalised_name(name)): identity
         for language in reversed(LANGUAGES)
         for identity, names in NAMES_IN[language].items()
         if identity in chosen
@@ -135,8 +135,8 @@ def names_of(identities: Iterable[str]) -> dict[str, str]:
     }
 
 
-def by_identity(marks: Iterable[Landmark]) -> dict[str, Landmark]:
-    """Landmarks by what they are; several of one place go by their own names."""
+def landmarks_by_identity(marks: Iterable[Landmark]) -> dict[str, Landmark]:
+    """Landmarks by identity; several of one place are kept under their own names."""
     given = tuple(marks)
     count = Counter(identity_of(mark.name) for mark in given)
     return {
@@ -145,15 +145,15 @@ def by_identity(marks: Iterable[Landmark]) -> dict[str, Landmark]:
     }
 
 
-def alike(names: Iterable[str], others: Iterable[str]) -> dict[str, str]:
-    """Which of other names each name means: itself first; of the rest, the one of its place.
+def match_names(names: Iterable[str], others: Iterable[str]) -> dict[str, str]:
+    """The other name that matches each name: the same name, or else the only one of its place.
 
-    Where several of the rest are of one place, nothing tells which is meant, and none is.
+    Where several of the rest are of one place, none matches, because either could be meant.
     """
     given, known = list(dict.fromkeys(names)), list(dict.fromkeys(others))
     found = {name: name for name in given if name in set(known)}
-    rest = _by_place(name for name in given if name not in found)
-    free = _by_place(name for name in known if name not in found)
+    rest = _names_by_identity(name for name in given if name not in found)
+    free = _names_by_identity(name for name in known if name not in found)
     for place, ours in rest.items():
         theirs = free.get(place, [])
         if len(ours) == len(theirs) == 1:
@@ -161,24 +161,24 @@ def alike(names: Iterable[str], others: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def paired(
+def paired_landmarks(
     marks: Iterable[Landmark], others: Iterable[Landmark]
 ) -> tuple[tuple[Landmark, Landmark], ...]:
-    """Landmarks of two shapes that mark the same, in the order of the first."""
+    """Pairs of landmarks of two shapes that mark the same place, in the order of the first."""
     ours, theirs = ({mark.name: mark for mark in given} for given in (marks, others))
-    found = alike(ours, theirs)
+    found = match_names(ours, theirs)
     return tuple((mark, theirs[found[name]]) for name, mark in ours.items() if name in found)
 
 
-def _by_place(names: Iterable[str]) -> dict[str, list[str]]:
+def _names_by_identity(names: Iterable[str]) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for name in names:
         found.setdefault(identity_of(name), []).append(name)
     return found
 
 
-def named(name: str, marks: Iterable[Landmark]) -> Landmark | None:
-    """The landmark of that very name, or else of that place."""
+def landmark_named(name: str, marks: Iterable[Landmark]) -> Landmark | None:
+    """The landmark of exactly that name, or else of that place."""
     given = tuple(marks)
     exact = next((mark for mark in given if mark.name == name), None)
-    return exact or by_identity(given).get(identity_of(name))
+    return exact or landmarks_by_identity(given).get(identity_of(name))

@@ -1,6 +1,6 @@
 """Carving: its names, each imported when it is first used."""
 
-from .mapping import MapOptions, Mapped, map_radii, map_radii_on
+from .mapping import MapOptions, MappedSurface, map_radii, map_radii_on
 from .setup import CarveOptions
 from .simulation import CarveCheck, Moves, check_carving, simulate
 from .toolpath import Toolpath, plan_toolpath
@@ -9,7 +9,7 @@ __all__ = [
     "CarveCheck",
     "CarveOptions",
     "MapOptions",
-    "Mapped",
+    "MappedSurface",
     "Moves",
     "Toolpath",
     "check_carving",

@@ -1,4 +1,4 @@
-"""Contact: how near to the axis a ball may come before it touches the surface.
+"""Contact: the least distance from the axis at which a ball touches the surface.
 
 In      a surface, closely sampled; places along and round the z axis.
 Out     the radius at which the ball's centre stops, coming from outside along the tool's axis.
@@ -28,7 +28,7 @@ _BLOCK = 20_000
 
 @dataclass(frozen=True)
 class ContactField:
-    """Samples of a surface in bins along and round the axis."""
+    """Samples of a surface, binned along and round the axis, for contact with a ball."""
 
     points: Float64[np.ndarray, "n 3"]
     starts: Int64[np.ndarray, " ends"]
@@ -63,12 +63,12 @@ class ContactField:
         ball_mm: float,
         floor_mm: float,
     ) -> Float64[np.ndarray, " k"]:
-        """Radius of the ball's centre at each place; the floor where nothing stops it."""
+        """Distance of the ball's centre from the axis at contact; the floor where there is none."""
         stops = np.full(len(z_mm), floor_mm)
 
-        def work(start: int) -> None:
+        def stop_block(start: int) -> None:
             part = slice(start, start + _BLOCK)
-            _stop(
+            _ball_stops(
                 self.points,
                 self.starts,
                 self.nearest_mm,
@@ -80,12 +80,12 @@ class ContactField:
                 stops[part],
             )
 
-        in_parallel(work, range(0, len(z_mm), _BLOCK))
+        in_parallel(stop_block, range(0, len(z_mm), _BLOCK))
         return stops
 
 
-def sampled(mesh: Mesh, spacing_mm: float) -> Points3:
-    """Vertices, and points on edges and in faces, so that none is farther from its neighbours."""
+def sample_surface(mesh: Mesh, spacing_mm: float) -> Points3:
+    """Vertices, and points on edges and in faces, so that gaps are no wider than the spacing."""
     edges = find_edges(mesh.faces)
     lengths = np.linalg.norm(np.diff(mesh.vertices_mm[edges.ends], axis=1)[:, 0], axis=1)
     parts = np.maximum(np.ceil(lengths / spacing_mm).astype(np.int64), 1)
@@ -96,12 +96,14 @@ def sampled(mesh: Mesh, spacing_mm: float) -> Points3:
     ends = mesh.vertices_mm[edges.ends[edge]]
     on_edges = (1 - share) * ends[:, 0] + share * ends[:, 1]
     of_face = parts[edges.of_half_edge].reshape(-1, 3).max(1)
-    in_faces = [_inside(mesh, of_face == count, count) for count in np.unique(of_face).tolist()]
+    in_faces = [
+        _face_lattice(mesh, of_face == count, count) for count in np.unique(of_face).tolist()
+    ]
     return np.concatenate([mesh.vertices_mm, on_edges, *in_faces])
 
 
-def _inside(mesh: Mesh, chosen: np.ndarray, count: int) -> Points3:
-    """Lattice points inside faces whose edges are in so many parts."""
+def _face_lattice(mesh: Mesh, chosen: np.ndarray, count: int) -> Points3:
+    """Lattice points inside faces whose edges are divided into a number of parts."""
     i, j = np.meshgrid(np.arange(1, count), np.arange(1, count), indexing="ij")
     kept = i + j < count
     u, v = i[kept] / count, j[kept] / count
@@ -110,7 +112,7 @@ def _inside(mesh: Mesh, chosen: np.ndarray, count: int) -> Points3:
 
 
 @njit(cache=True, nogil=True)
-def _stop(
+def _ball_stops(
     points: np.ndarray,
     starts: np.ndarray,
     nearest: np.ndarray,

@@ -1,7 +1,7 @@
-"""Mapping: a surface as a radius map, or the reason why it is none.
+"""Mapping: a surface as a radius map, or the reason why it cannot be one.
 
 In      a mesh in the limb frame; spokes, spacing of slices, from where to where.
-Out     a Mapped: the radius map with heights from its first slice, and what was left out.
+Out     a MappedSurface: the radius map with heights from its first slice, and what was left out.
 Fails   CarveError: rays cross the surface twice or not at all (undercuts, folds, an axis outside
         the section), too much would be lost at an end, or a height that is not there.
 """
@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import CarveError, OptionsError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.carving.radial_rays import Cast, axis_heights_mm, cast_radii
+from limbgram.workbench.carving.radial_rays import RadialCast, axis_heights_mm, cast_radii
 from limbgram.workbench.carving.radius_map import POINT_MM, Grid, RadiusMap
 
 _ABOVE_DISC_MM = 1e-6
@@ -29,7 +29,7 @@ _AT_ONCE = 25
 
 @dataclass(frozen=True, kw_only=True)
 class MapOptions:
-    """How fine the map is, and where it begins and ends."""
+    """Resolution of the map, and where it begins and ends."""
 
     spokes: int = 120
     spacing_mm: float = 2.0
@@ -50,50 +50,53 @@ DEFAULTS = MapOptions()
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mapped:
-    """The map, and where it stands in the limb."""
+class MappedSurface:
+    """A radius map of a surface, and its place in the limb frame."""
 
     radius_map: RadiusMap
     """Heights from its first slice, or those of the grid that was given."""
     first_mm: float
     """Height of the map's zero in the limb frame."""
     girths_mm: Float64[np.ndarray, " m"]
-    """Of the mesh itself at every slice; 0 at a distal point."""
+    """Girths of the mesh itself at every slice; 0 at a distal point."""
     whole: Bool[np.ndarray, " m"]
-    """Slices that every ray meets once: nothing there was mended."""
+    """Slices that every ray meets once, so that nothing was interpolated."""
     rays: int
     rays_mended: int
     distal_cut_mm: float
-    """What reaches below the first slice."""
+    """Length of the part below the first slice."""
     proximal_cut_mm: float
-    """What reaches above the last."""
+    """Length of the part above the last slice."""
 
 
-def map_radii(mesh: Mesh, options: MapOptions = DEFAULTS) -> Mapped:
+def map_radii(mesh: Mesh, options: MapOptions = DEFAULTS) -> MappedSurface:
     """Express a surface by its radii round the z axis."""
     _check(options)
     thetas = 360.0 / options.spokes * np.arange(options.spokes)
-    first_mm = _first(mesh, thetas, options)
-    last_mm = _last(mesh, thetas, first_mm, options)
-    return _mapped(mesh, thetas, first_mm, _rises(last_mm - first_mm, options), options)
+    first_mm = _first_slice_mm(mesh, thetas, options)
+    last_mm = _last_slice_mm(mesh, thetas, first_mm, options)
+    return _map_at(mesh, thetas, first_mm, _slice_heights_mm(last_mm - first_mm, options), options)
 
 
-def map_radii_on(mesh: Mesh, grid: Grid, options: MapOptions = DEFAULTS) -> Mapped:
-    """The same at given angles and heights, as the file has them that the surface came from."""
-    return _mapped(mesh, grid.thetas_deg, 0.0, grid.z_mm, options, within_mm=_ABOVE_DISC_MM)
+def map_radii_on(mesh: Mesh, grid: Grid, options: MapOptions = DEFAULTS) -> MappedSurface:
+    """Express a surface by its radii at given angles and heights, such as those of its file."""
+    return _map_at(mesh, grid.thetas_deg, 0.0, grid.z_mm, options, within_mm=_ABOVE_DISC_MM)
 
 
-def _mapped(
+def _map_at(
     mesh: Mesh,
     thetas: Float64[np.ndarray, " n"],
     first_mm: float,
     rises: Float64[np.ndarray, " m"],
     options: MapOptions,
     within_mm: float = 0.0,
-) -> Mapped:
-    """within_mm: How far below the top the last slice is cut, where a motion's rounding may have
+) -> MappedSurface:
+    """The map at given angles and heights.
 
-    moved the top's corners."""
+    Args:
+        within_mm: How far below the top the last slice is cut, because rounding of a motion may
+            have moved the top's corners.
+    """
     low_mm, high_mm = float(mesh.vertices_mm[:, 2].min()), float(mesh.vertices_mm[:, 2].max())
     cut_at = np.minimum(first_mm + rises, high_mm - within_mm)
     cut_at[0] += _ABOVE_DISC_MM
@@ -103,9 +106,11 @@ def _mapped(
     if pointed and options.from_mm is None:
         radii[0] = 0.0
     bad = np.isnan(radii)
-    _refuse_if_many(cast, bad, first_mm + rises, options)
-    return Mapped(
-        radius_map=RadiusMap(thetas_deg=thetas, z_mm=rises, radii_mm=_mended(radii, bad)),
+    _refuse_if_many_bad(cast, bad, first_mm + rises, options)
+    return MappedSurface(
+        radius_map=RadiusMap(
+            thetas_deg=thetas, z_mm=rises, radii_mm=_with_rays_interpolated(radii, bad)
+        ),
         first_mm=first_mm,
         girths_mm=np.where(radii[:, 0] == 0, 0.0, cast.girths_mm),
         whole=np.asarray(~bad.any(1)),
@@ -124,7 +129,7 @@ def highest_whole_mm(mesh: Mesh) -> float:
     """
     thetas = 360.0 / DEFAULTS.spokes * np.arange(DEFAULTS.spokes)
     low_mm = float(mesh.vertices_mm[:, 2].min())
-    return _last(mesh, thetas, low_mm, DEFAULTS)
+    return _last_slice_mm(mesh, thetas, low_mm, DEFAULTS)
 
 
 def _check(options: MapOptions) -> None:
@@ -150,7 +155,7 @@ def _check(options: MapOptions) -> None:
         )
 
 
-def _first(mesh: Mesh, thetas: np.ndarray, options: MapOptions) -> float:
+def _first_slice_mm(mesh: Mesh, thetas: np.ndarray, options: MapOptions) -> float:
     heights = mesh.vertices_mm[:, 2]
     low_mm, high_mm = float(heights.min()), float(heights.max())
     if options.from_mm is not None:
@@ -163,16 +168,16 @@ def _first(mesh: Mesh, thetas: np.ndarray, options: MapOptions) -> float:
     if len(pierced) and pierced[0] < (low_mm + high_mm) / 2:
         first_mm = float(pierced[0])
     else:
-        first_mm = _outermost(mesh, thetas, low_mm, high_mm, options)
+        first_mm = _height_with_all_rays(mesh, thetas, low_mm, high_mm, options)
     if first_mm - low_mm > options.most_lost_mm:
         raise CarveError("carve.map.tip_lost", lost_mm=first_mm - low_mm)
     return first_mm
 
 
-def _last(mesh: Mesh, thetas: np.ndarray, first_mm: float, options: MapOptions) -> float:
+def _last_slice_mm(mesh: Mesh, thetas: np.ndarray, first_mm: float, options: MapOptions) -> float:
     high_mm = float(mesh.vertices_mm[:, 2].max())
     if options.to_mm is None:
-        last_mm = _outermost(mesh, thetas, high_mm, first_mm, options)
+        last_mm = _height_with_all_rays(mesh, thetas, high_mm, first_mm, options)
         _refuse_if_bent(mesh, thetas, last_mm, options)
         return last_mm
     if not first_mm + _STEP_MM < options.to_mm <= high_mm:
@@ -182,7 +187,7 @@ def _last(mesh: Mesh, thetas: np.ndarray, first_mm: float, options: MapOptions) 
     return options.to_mm
 
 
-def _outermost(
+def _height_with_all_rays(
     mesh: Mesh, thetas: np.ndarray, end_mm: float, inner_mm: float, options: MapOptions
 ) -> float:
     """The height nearest to an end at which every ray meets the surface."""
@@ -190,12 +195,14 @@ def _outermost(
     count = int(abs(end_mm - inner_mm) / options.spacing_mm) + 1
     coarse = end_mm - outwards * options.spacing_mm * np.arange(count)
     coarse[0] += 0.0 if outwards > 0 else _ABOVE_DISC_MM
-    found = _first_whole(mesh, thetas, coarse)
+    found = _first_height_with_all_rays(mesh, thetas, coarse)
     outer = min(options.spacing_mm, abs(end_mm - found))
-    return _first_whole(mesh, thetas, found + outwards * np.linspace(outer, 0, _FINE_STEPS))
+    return _first_height_with_all_rays(
+        mesh, thetas, found + outwards * np.linspace(outer, 0, _FINE_STEPS)
+    )
 
 
-def _first_whole(mesh: Mesh, thetas: np.ndarray, tried_mm: np.ndarray) -> float:
+def _first_height_with_all_rays(mesh: Mesh, thetas: np.ndarray, tried_mm: np.ndarray) -> float:
     """The first of some heights, rising or falling, at which every ray meets the surface."""
     for some_mm in np.split(tried_mm, range(_AT_ONCE, len(tried_mm), _AT_ONCE)):
         order = np.argsort(some_mm)
@@ -207,7 +214,7 @@ def _first_whole(mesh: Mesh, thetas: np.ndarray, tried_mm: np.ndarray) -> float:
 
 
 def _refuse_if_bent(mesh: Mesh, thetas: np.ndarray, last_mm: float, options: MapOptions) -> None:
-    """A brim ends the map; a limb that leaves its axis must not be cut off there unasked."""
+    """Refuse to end the map where a bent limb leaves its axis, rather than at a brim."""
     high_mm = float(mesh.vertices_mm[:, 2].max())
     if high_mm - last_mm <= options.most_lost_mm:
         return
@@ -223,8 +230,8 @@ def _refuse_if_bent(mesh: Mesh, thetas: np.ndarray, last_mm: float, options: Map
         )
 
 
-def _rises(height_mm: float, options: MapOptions) -> Float64[np.ndarray, " m"]:
-    """Heights over the first slice: even, but for what is put in at the tip."""
+def _slice_heights_mm(height_mm: float, options: MapOptions) -> Float64[np.ndarray, " m"]:
+    """Heights of slices over the first one: evenly spaced, with more at the tip."""
     count = max(1, round(height_mm / options.spacing_mm))
     step = np.floor(height_mm / count / _STEP_MM + 1e-6) * _STEP_MM
     even = np.round(step * np.arange(count + 1), 3)
@@ -232,8 +239,8 @@ def _rises(height_mm: float, options: MapOptions) -> Float64[np.ndarray, " m"]:
     return np.unique(np.round(np.concatenate([even, step * shares**2]), 3))
 
 
-def _refuse_if_many(
-    cast: Cast, bad: Bool[np.ndarray, "m n"], heights_mm: np.ndarray, options: MapOptions
+def _refuse_if_many_bad(
+    cast: RadialCast, bad: Bool[np.ndarray, "m n"], heights_mm: np.ndarray, options: MapOptions
 ) -> None:
     if bad.mean() <= options.most_mended and bad.mean(1).max() <= 0.5:
         return
@@ -251,10 +258,10 @@ def _refuse_if_many(
     )
 
 
-def _mended(
+def _with_rays_interpolated(
     radii: Float64[np.ndarray, "m n"], bad: Bool[np.ndarray, "m n"]
 ) -> Float64[np.ndarray, "m n"]:
-    """Bad rays between their good neighbours of the slice."""
+    """Radii with bad rays interpolated between the good ones of their slice."""
     spokes = np.arange(radii.shape[1])
     mended = radii.copy()
     for k in np.flatnonzero(bad.any(1)):

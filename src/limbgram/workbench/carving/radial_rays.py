@@ -20,8 +20,8 @@ _EDGE = 1e-9
 
 
 @dataclass(frozen=True)
-class Cast:
-    """Answers by height and angle."""
+class RadialCast:
+    """Radii and crossings of rays from the z axis, by height and angle."""
 
     radii_mm: Float64[np.ndarray, "m n"]
     """NaN where the ray does not cross once."""
@@ -36,7 +36,7 @@ class Cast:
 
 def cast_radii(
     mesh: Mesh, thetas_deg: Float64[np.ndarray, " n"], z_mm: Float64[np.ndarray, " m"]
-) -> Cast:
+) -> RadialCast:
     """Cast a ray at every angle (rising, 0 to 360) and height (rising)."""
     cuts = level_segments(mesh, z_mm)
     rays, planes = len(thetas_deg), len(z_mm)
@@ -64,7 +64,7 @@ def cast_radii(
     outermost = np.where(crossings > 0, ranked[last], 0.0)
     beneath = np.where(crossings > 1, ranked[last - 1], 0.0)
     lengths = np.linalg.norm(cuts.end_mm - cuts.start_mm, axis=1)
-    return Cast(
+    return RadialCast(
         np.where(crossings == 1, total, np.nan).reshape(planes, rays),
         outermost.reshape(planes, rays),
         beneath.reshape(planes, rays),

@@ -21,7 +21,7 @@ POINT_MM = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class Grid:
-    """Angles and heights round the z axis of the mesh that was made of the radii."""
+    """The angles and heights of a radius map."""
 
     thetas_deg: Float64[np.ndarray, " n"]
     """Rising, within one turn."""
@@ -30,7 +30,7 @@ class Grid:
 
     @property
     def even(self) -> bool:
-        """Whether a number of spokes tells their angles, from the front on."""
+        """Whether the spokes are evenly spaced, beginning at the front."""
         count = len(self.thetas_deg)
         off_deg = self.thetas_deg - 360.0 / count * np.arange(count)
         return bool(np.abs(off_deg).max() < _EVEN_DEG)
@@ -68,12 +68,12 @@ class RadiusMap:
         return (1 - along) * low + along * high
 
     def girths_mm(self) -> Float64[np.ndarray, " m"]:
-        """Length of every slice's polygon."""
+        """Perimeter of every slice's polygon."""
         points = self.points_mm()
         return np.linalg.norm(np.roll(points, -1, axis=1) - points, axis=2).sum(1)
 
     def surface(self) -> Mesh:
-        """Closed at the distal end, open at the proximal one (unless it ends in a point)."""
+        """The mesh of the map: closed distally, open proximally unless it ends in a point."""
         count = len(self.thetas_deg)
         points = self.points_mm()
         vertices: Points3 = points.reshape(-1, 3)
@@ -85,14 +85,14 @@ class RadiusMap:
         faces = np.concatenate([fan, self._sides(points)]).astype(np.int32)
         if (self.radii_mm[0] < POINT_MM).all():
             vertices[cap] = (0.0, 0.0, self.z_mm[0])
-            faces = _merged(faces, ring, cap)
+            faces = _with_ring_merged(faces, ring, cap)
         if (self.radii_mm[-1] < POINT_MM).all():
-            faces = _merged(faces, ring + (len(self.z_mm) - 1) * count, tip)
+            faces = _with_ring_merged(faces, ring + (len(self.z_mm) - 1) * count, tip)
         used, compact = np.unique(faces, return_inverse=True)
         return Mesh(vertices_mm=vertices[used], faces=compact.reshape(-1, 3).astype(np.int32))
 
     def _sides(self, points: Float64[np.ndarray, "m n 3"]) -> np.ndarray:
-        """Two triangles a quad, split along its shorter diagonal, outwards."""
+        """Outward triangles of the sides: two for each quad, split along its shorter diagonal."""
         slices, count = self.radii_mm.shape
         k, i = np.meshgrid(np.arange(slices - 1), np.arange(count), indexing="ij")
         here, aside = k * count + i, k * count + (i + 1) % count
@@ -109,8 +109,8 @@ def _stack(*corners: np.ndarray) -> np.ndarray:
     return np.stack(corners, axis=-1)
 
 
-def _merged(faces: Faces, ring: np.ndarray, point: int) -> Int32[np.ndarray, "kept 3"]:
-    """A ring shrunk to one vertex; faces left without three corners are dropped."""
+def _with_ring_merged(faces: Faces, ring: np.ndarray, point: int) -> Int32[np.ndarray, "kept 3"]:
+    """Faces with a ring merged into one vertex; degenerate faces are dropped."""
     faces = np.where(np.isin(faces, ring), np.int32(point), faces)
     a, b, c = faces.T
     return faces[(a != b) & (b != c) & (c != a)]

@@ -65,19 +65,19 @@ class CarveOptions:
 
     @property
     def stepover_mm(self) -> float:
-        """Between neighbouring ways of the ball's centre, for the wanted ridges."""
+        """Distance between neighbouring passes of the ball's centre, for the wanted scallop."""
         scallop = min(self.scallop_mm, self.ball_mm)
         return 2 * math.sqrt(2 * self.ball_mm * scallop - scallop**2)
 
     @property
     def standing_mm(self) -> float:
-        """Radius that is left standing everywhere: spigot, or mandrel and a little over it."""
+        """Radius that is left uncut everywhere: the spigot, or a little over the mandrel."""
         mandrel = self.mandrel_diameter_mm
         return max(self.spigot_mm, mandrel / 2 + _MANDREL_GAP_MM if mandrel else 0.0)
 
     @property
     def floor_mm(self) -> float:
-        """The ball's centre comes no nearer to the axis."""
+        """Least distance of the ball's centre from the axis."""
         return self.standing_mm + self.ball_mm if self.standing_mm else 0.0
 
 
@@ -116,7 +116,7 @@ LIMITS: dict[str, tuple[float, float]] = {
 
 
 def check_options(options: CarveOptions) -> None:
-    """Refuse values that no carver has."""
+    """Refuse values that no carver can have."""
     for name, (low, high) in LIMITS.items():
         value = float(getattr(options, name))
         if not low <= value <= high:
@@ -159,7 +159,7 @@ class Blank:
 
 
 def fit_blank(options: CarveOptions, radius_mm: float, low_mm: float, high_mm: float) -> Blank:
-    """The blank for a shape of this radius between these heights, or why the given one is none."""
+    """The blank for a shape of this radius between these heights; refuses one that is too small."""
     needed_mm = high_mm - low_mm + options.beyond_tip_mm + options.ball_mm
     diameter_mm = options.blank_diameter_mm or 10 * math.ceil((2 * radius_mm + 2) / 10)
     if diameter_mm < 2 * radius_mm:
@@ -178,7 +178,7 @@ def fit_blank(options: CarveOptions, radius_mm: float, low_mm: float, high_mm: f
 
 
 def check_mandrel(options: CarveOptions, radii_mm: Radii, over_tip_mm: Radii) -> None:
-    """Whether the shape hides the mandrel, but for its round tip."""
+    """Refuse a shape that does not cover the mandrel, except for its round tip."""
     if not options.mandrel_diameter_mm:
         return
     bare = (radii_mm < options.standing_mm) & (over_tip_mm > _ROUND_TIP_MM)
@@ -194,7 +194,7 @@ def check_mandrel(options: CarveOptions, radii_mm: Radii, over_tip_mm: Radii) ->
 
 
 def check_reach(options: CarveOptions, blank: Blank, lowest_tip_mm: float) -> None:
-    """The holder stays outside the blank when the tool is at its deepest."""
+    """Refuse a tool whose holder would enter the blank at the deepest cut."""
     needed_mm = blank.radius_mm - lowest_tip_mm
     if options.tool_reach_mm < needed_mm:
         raise CarveError("carve.tool.short", reach_mm=options.tool_reach_mm, needed_mm=needed_mm)

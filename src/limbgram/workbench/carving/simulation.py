@@ -42,7 +42,7 @@ class Moves:
 
 @dataclass(frozen=True)
 class Carved:
-    """What is left of the blank."""
+    """The carved blank, as radii by place and angle."""
 
     x_mm: Float64[np.ndarray, " m"]
     a_deg: Float64[np.ndarray, " n"]
@@ -52,7 +52,7 @@ class Carved:
     """Nearest to the axis that the tool came from the side, under what still stood outside."""
 
     def surface(self) -> Mesh:
-        """The outside of what is left, from its first place that has a radius."""
+        """The surface of the carved blank, from its first place that has a radius."""
         order = np.argsort((-self.a_deg) % 360)
         standing = int(np.argmax((self.radii_mm > 0).any(1)))
         return RadiusMap(
@@ -64,7 +64,7 @@ class Carved:
 
 @dataclass(frozen=True, kw_only=True)
 class CarveCheck:
-    """The carved surface against the shape, along the shape's normal."""
+    """Differences of the carved surface from the shape, along the shape's normals."""
 
     gouge_mm: float
     """Deepest cut into the shape."""
@@ -81,7 +81,7 @@ class CarveCheck:
 
 
 def simulate(moves: Moves, blank: Blank, ball_mm: float) -> Carved:
-    """Take away from a blank what a ball-end tool meets on its moves."""
+    """Remove from a blank what a ball-end tool meets on its moves."""
     count = max(2, int(np.ceil(blank.length_mm / _CELL_MM)))
     x_mm = blank.from_mm + (np.arange(count) + 0.5) * blank.length_mm / count
     a_deg = 360.0 / _CELLS_ROUND * np.arange(_CELLS_ROUND)
@@ -102,7 +102,7 @@ def simulate(moves: Moves, blank: Blank, ball_mm: float) -> Carved:
 
 
 def check_carving(moves: Moves, blank: Blank, ball_mm: float, mesh_in_limb: Mesh) -> CarveCheck:
-    """Carve, and compare with the shape."""
+    """Simulate carving, and compare the result with the shape."""
     carved = simulate(moves, blank, ball_mm)
     thetas = (-carved.a_deg) % 360
     order = np.argsort(thetas)
@@ -147,7 +147,7 @@ def _left_mm(
 
 
 def _rapid_hits(moves: Moves, blank: Blank) -> int:
-    """Rapid moves that come into the blank, or go through it; straight out is no hit."""
+    """Number of rapid moves into or through the blank; straight out is no hit."""
     change = np.abs(np.diff(moves.x_mm)) + np.abs(np.diff(moves.a_deg))
     inwards = moves.tip_mm[1:] < moves.tip_mm[:-1]
     within = np.minimum(moves.tip_mm[1:], moves.tip_mm[:-1]) < blank.radius_mm

@@ -10,25 +10,25 @@ from limbgram.workbench.edits.cutting import keep_positive
 
 
 @dataclass(frozen=True, kw_only=True)
-class Distance:
-    """How far a surface lies from another; signless, weighted by area."""
+class SurfaceDistance:
+    """Unsigned distance of a surface from another, weighted by area."""
 
     max_mm: float
     rms_mm: float
     area_mm2: float
 
-    def __or__(self, other: "Distance") -> "Distance":
-        """Of both parts of a surface together."""
+    def __or__(self, other: "SurfaceDistance") -> "SurfaceDistance":
+        """The distance of two parts of a surface together."""
         area = self.area_mm2 + other.area_mm2
         squares = self.rms_mm**2 * self.area_mm2 + other.rms_mm**2 * other.area_mm2
-        return Distance(
+        return SurfaceDistance(
             max_mm=max(self.max_mm, other.max_mm),
             rms_mm=float(np.sqrt(squares / area)),
             area_mm2=area,
         )
 
 
-def clipped(mesh: Mesh, low_mm: float, high_mm: float) -> Mesh:
+def clip_between_heights(mesh: Mesh, low_mm: float, high_mm: float) -> Mesh:
     """The surface between two heights, its triangles cut; open where it is cut."""
     for height_mm, up in ((low_mm, 1.0), (high_mm, -1.0)):
         mesh = keep_positive(mesh, up * (mesh.vertices_mm[:, 2] - height_mm)).mesh
@@ -43,8 +43,8 @@ _SIDES = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Above:
-    """What a shape has above the last row at which it is carved: nothing of that is."""
+class UncarvedTop:
+    """The part of a shape above the last carved row, which is not carved."""
 
     last_mm: float
     """Height of that row."""
@@ -57,18 +57,18 @@ class Above:
 
     @property
     def side(self) -> str:
-        """Where that point is, for people."""
+        """The side of the highest point, for people."""
         return _SIDES[round(self.theta_deg / 360 * len(_SIDES)) % len(_SIDES)]
 
 
-def above(mesh: Mesh, last_mm: float) -> Above:
-    """What lies above a row, of a mesh in the limb frame."""
+def uncarved_top(mesh: Mesh, last_mm: float) -> UncarvedTop:
+    """The uncarved part above a row, of a mesh in the limb frame."""
     x, y, high_mm = mesh.vertices_mm[np.argmax(mesh.vertices_mm[:, 2])].tolist()
-    return Above(
+    return UncarvedTop(
         last_mm=last_mm,
         rise_mm=max(0.0, high_mm - last_mm),
         theta_deg=float(np.degrees(np.arctan2(x, y))) % 360,
-        share=clipped(mesh, last_mm, high_mm).area_mm2() / mesh.area_mm2(),
+        share=clip_between_heights(mesh, last_mm, high_mm).area_mm2() / mesh.area_mm2(),
     )
 
 
@@ -81,15 +81,15 @@ def volume_between_mm3(part: Mesh) -> float:
     return float((corners[:, :, 0].mean(1) * part.face_normals()[:, 0]).sum() / 2)
 
 
-def distance_to(part: Mesh, target: Mesh) -> Distance:
-    """How far a surface lies from another, taken at its vertices and the middles of its faces."""
+def distance_to(part: Mesh, target: Mesh) -> SurfaceDistance:
+    """Distance of a surface from another, at its vertices and face centres."""
     tree = TriangleTree.of(target.vertices_mm, target.faces)
     at_vertices = tree.closest(part.vertices_mm).distances_mm
     at_middles = tree.closest(part.vertices_mm[part.faces].mean(1)).distances_mm
     areas = np.linalg.norm(part.face_normals(), axis=1) / 2
     # Exact for quadrics: 1/12 of the area at each corner, 3/4 in the middle.
     squares = (at_vertices[part.faces] ** 2).sum(1) / 12 + 0.75 * at_middles**2
-    return Distance(
+    return SurfaceDistance(
         max_mm=float(max(at_vertices.max(), at_middles.max())),
         rms_mm=float(np.sqrt((squares * areas).sum() / areas.sum())),
         area_mm2=float(areas.sum()),

@@ -15,7 +15,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.carving.contact import ContactField, sampled
+from limbgram.workbench.carving.contact import ContactField, sample_surface
 from limbgram.workbench.carving.mapping import highest_whole_mm
 from limbgram.workbench.carving.setup import (
     DEFAULTS,
@@ -37,7 +37,7 @@ _LINKS = 9
 
 @dataclass(frozen=True, kw_only=True)
 class Strip:
-    """Cutting without a break: a straight move of all axes from each place to the next."""
+    """A continuous cut: a straight move of all axes from each place to the next."""
 
     x_mm: Float64[np.ndarray, " k"]
     """Along the axis, from the limb frame's origin towards proximal."""
@@ -51,7 +51,7 @@ class Strip:
 
 @dataclass(frozen=True, kw_only=True)
 class Toolpath:
-    """What the carver does, and with what."""
+    """The cuts of a carver, with blank and options."""
 
     strips: tuple[Strip, ...]
     blank: Blank
@@ -67,7 +67,7 @@ def plan_toolpath(mesh_in_limb: Mesh, options: CarveOptions = DEFAULTS) -> Toolp
     check_options(options)
     ball = options.ball_mm
     low_mm = float(mesh_in_limb.vertices_mm[:, 2].min())
-    high_mm = _end(mesh_in_limb, options)
+    high_mm = _end_height_mm(mesh_in_limb, options)
     below = mesh_in_limb.vertices_mm[mesh_in_limb.vertices_mm[:, 2] <= high_mm]
     radii = np.hypot(below[:, 0], below[:, 1])
     blank = fit_blank(options, float(radii.max()), low_mm, high_mm)
@@ -75,14 +75,17 @@ def plan_toolpath(mesh_in_limb: Mesh, options: CarveOptions = DEFAULTS) -> Toolp
     # Between samples a ball sinks by c^2 / (2 R), c being the way to the nearest of them.
     sinking = options.tolerance_mm
     spacing_mm = np.sqrt(3 * 2 * ball * sinking)
-    field = ContactField.of(sampled(mesh_in_limb, spacing_mm))
-    finishing = _Way(field, options, ball + sinking)
+    field = ContactField.of(sample_surface(mesh_in_limb, spacing_mm))
+    finishing = _BallContact(field, options, ball + sinking)
     rings_mm = finishing.rings(low_mm - ball, high_mm)
-    roughing = _Way(field, options, ball + options.rough_allowance_mm)
+    roughing = _BallContact(field, options, ball + options.rough_allowance_mm)
     strips: list[Strip] = []
-    for passed in [*_roughing(roughing, blank, low_mm), _finishing(finishing, rings_mm, blank)]:
+    for one_pass in [
+        *_roughing_passes(roughing, blank, low_mm),
+        _finishing_pass(finishing, rings_mm, blank),
+    ]:
         at_turn = round(float(strips[-1].a_deg[-1]) / 360) if strips else 0
-        strips.append(_strip(passed, at_turn))
+        strips.append(_strip_of_pass(one_pass, at_turn))
     lowest_mm = min(float(strip.centre_mm.min()) for strip in strips) - ball
     check_reach(options, blank, lowest_mm)
     return Toolpath(
@@ -90,7 +93,7 @@ def plan_toolpath(mesh_in_limb: Mesh, options: CarveOptions = DEFAULTS) -> Toolp
     )
 
 
-def _end(mesh: Mesh, options: CarveOptions) -> float:
+def _end_height_mm(mesh: Mesh, options: CarveOptions) -> float:
     whole_mm = highest_whole_mm(mesh)
     if options.to_mm is None:
         return whole_mm
@@ -104,8 +107,8 @@ def _end(mesh: Mesh, options: CarveOptions) -> float:
 
 
 @dataclass(frozen=True)
-class _Way:
-    """Where a ball of some radius may go over the surface."""
+class _BallContact:
+    """The contact of a ball of a given radius with the surface."""
 
     field: ContactField
     options: CarveOptions
@@ -124,16 +127,16 @@ class _Way:
         grid_x, grid_a = np.meshgrid(x_mm, angles, indexing="ij")
         stops = self.stops(grid_x.ravel(), grid_a.ravel()).reshape(grid_x.shape)
         rise = np.percentile(np.abs(np.diff(stops, axis=0)), _STEEPEST, axis=1)
-        way = np.append(0, np.cumsum(np.hypot(np.diff(x_mm), rise)))
-        steps = int(np.ceil(way[-1] / self.options.stepover_mm))
-        return np.interp(np.linspace(0, way[-1], steps + 1), way, x_mm)
+        contact = np.append(0, np.cumsum(np.hypot(np.diff(x_mm), rise)))
+        steps = int(np.ceil(contact[-1] / self.options.stepover_mm))
+        return np.interp(np.linspace(0, contact[-1], steps + 1), contact, x_mm)
 
 
 @dataclass(frozen=True)
 class _Pass:
-    """What one strip is to cover."""
+    """A pass: what one strip is to cover."""
 
-    way: _Way
+    contact: _BallContact
     rings_mm: Float64[np.ndarray, " r"]
     """Along the axis, rising."""
     count: int
@@ -143,23 +146,27 @@ class _Pass:
     name: str
 
 
-def _finishing(way: _Way, rings_mm: Float64[np.ndarray, " r"], blank: Blank) -> _Pass:
-    count = _places_round(way.options, blank.radius_mm + way.ball_mm, way.options.tolerance_mm)
-    return _Pass(way, rings_mm, count, 0.0, "finishing")
+def _finishing_pass(
+    contact: _BallContact, rings_mm: Float64[np.ndarray, " r"], blank: Blank
+) -> _Pass:
+    count = _places_per_turn(
+        contact.options, blank.radius_mm + contact.ball_mm, contact.options.tolerance_mm
+    )
+    return _Pass(contact, rings_mm, count, 0.0, "finishing")
 
 
-def _roughing(way: _Way, blank: Blank, low_mm: float) -> list[_Pass]:
-    """Layers from the blank's outside to the axis; ways where nothing is left to cut are left
-    out."""
-    options = way.options
+def _roughing_passes(contact: _BallContact, blank: Blank, low_mm: float) -> list[_Pass]:
+    """Roughing layers from the blank's outside to the axis, without rings where nothing is left
+    to cut."""
+    options = contact.options
     ball = options.ball_mm
     apart_mm = options.rough_stepover * options.tool_diameter_mm
     steps = int(np.ceil((blank.to_mm - (low_mm - ball)) / apart_mm)) + 1
     rings_mm = np.linspace(low_mm - ball, blank.to_mm, steps)
-    count = _places_round(options, blank.radius_mm + ball, options.rough_allowance_mm / 4)
+    count = _places_per_turn(options, blank.radius_mm + ball, options.rough_allowance_mm / 4)
     angles = 360.0 / count * np.arange(count)
     grid_x, grid_a = np.meshgrid(rings_mm, angles, indexing="ij")
-    lowest = way.stops(grid_x.ravel(), grid_a.ravel()).reshape(grid_x.shape).min(1)
+    lowest = contact.stops(grid_x.ravel(), grid_a.ravel()).reshape(grid_x.shape).min(1)
     layers = int(np.ceil(blank.radius_mm / options.rough_depth_mm))
     passes: list[_Pass] = []
     for layer in range(1, layers + 1):
@@ -168,58 +175,58 @@ def _roughing(way: _Way, blank: Blank, low_mm: float) -> list[_Pass]:
         for run in np.split(needed, np.flatnonzero(np.diff(needed) > 1) + 1):
             if len(run):
                 name = f"roughing {layer} of {layers}"
-                passes.append(_Pass(way, rings_mm[run], count, max(level_mm, 0.0), name))
+                passes.append(_Pass(contact, rings_mm[run], count, max(level_mm, 0.0), name))
     return passes
 
 
-def _places_round(options: CarveOptions, radius_mm: float, tolerance_mm: float) -> int:
-    """Places on one turn: a straight move over a bend of the ball's radius leaves it by d^2 / 8R,
-    and over the turn itself no more."""
+def _places_per_turn(options: CarveOptions, radius_mm: float, tolerance_mm: float) -> int:
+    """Number of places on one turn: the chord error of a move of length d at the ball's radius R is
+    d^2 / 8R, and over the turn itself no larger."""
     step_mm = np.sqrt(8 * options.ball_mm * tolerance_mm)
     return max(36, int(np.ceil(2 * np.pi * radius_mm / step_mm)))
 
 
-def _strip(passed: _Pass, at_turn: int) -> Strip:
+def _strip_of_pass(one_pass: _Pass, at_turn: int) -> Strip:
     """One strip over all rings, from the turn at which the last one ended."""
-    options = passed.way.options
+    options = one_pass.contact.options
     if options.pattern == "rings":
-        return _rings(passed, at_turn)
+        return _ring_strip(one_pass, at_turn)
     # A full turn at either end, a ring's distance a turn between.
-    course = _course(len(passed.rings_mm) + 1, passed.count, at_turn, options.most_turns)
-    rings = np.arange(len(passed.rings_mm))
-    x_mm = np.interp(course.done - 1, rings, passed.rings_mm)
+    course = _helix_course(len(one_pass.rings_mm) + 1, one_pass.count, at_turn, options.most_turns)
+    rings = np.arange(len(one_pass.rings_mm))
+    x_mm = np.interp(course.done - 1, rings, one_pass.rings_mm)
     a_deg = 360.0 * course.angle
-    stops = np.maximum(passed.way.stops(x_mm, a_deg), passed.level_mm)
-    return Strip(x_mm=x_mm, a_deg=a_deg, centre_mm=stops, name=passed.name)
+    stops = np.maximum(one_pass.contact.stops(x_mm, a_deg), one_pass.level_mm)
+    return Strip(x_mm=x_mm, a_deg=a_deg, centre_mm=stops, name=one_pass.name)
 
 
 @dataclass(frozen=True)
-class _Course:
-    """The course of a helix: way along the axis and angle, both in turns."""
+class _HelixCourse:
+    """The course of a helix: progress along the axis and angle, both in turns."""
 
     done: Float64[np.ndarray, " k"]
     """On the way along the axis."""
     angle: Float64[np.ndarray, " k"]
 
 
-def _course(turns: int, count: int, start: int, most: int | None) -> _Course:
-    """On and on; or back wherever the angle has come to its end, after one turn on the spot.
+def _helix_course(turns: int, count: int, start: int, most: int | None) -> _HelixCourse:
+    """A helix in one direction, or reversed after a turn in place wherever the angle ends.
 
-    Without that turn the ways before and after the change would part by two rings' distance.
+    Without that turn the passes before and after it would be two rings' distance apart.
     """
     if most is None:
         done = np.arange(turns * count + 1) / count
-        return _Course(done, start + done)
+        return _HelixCourse(done, start + done)
     sign = 1 if 2 * start <= most else -1
     advances: list[int] = []
     signs: list[int] = []
     at = start
     while sum(advances) < turns:
         room = most - at if sign > 0 else at
-        way = min(room, turns - sum(advances))
-        advances += [1] * way
-        signs += [sign] * way
-        at += sign * way
+        contact = min(room, turns - sum(advances))
+        advances += [1] * contact
+        signs += [sign] * contact
+        at += sign * contact
         if sum(advances) < turns:
             sign = -sign
             advances.append(0)
@@ -230,24 +237,24 @@ def _course(turns: int, count: int, start: int, most: int | None) -> _Course:
     angles = start + np.concatenate([[0], np.cumsum(signs)[:-1]])[:, None]
     done = before + np.array(advances)[:, None] * share
     angle = angles + np.array(signs)[:, None] * share
-    return _Course(np.append(0.0, done), np.append(float(start), angle))
+    return _HelixCourse(np.append(0.0, done), np.append(float(start), angle))
 
 
-def _rings(passed: _Pass, at_turn: int) -> Strip:
-    """To and fro; from ring to ring over the highest place between them, for the straight way
-    would cut a bulge's corner."""
-    rings_mm, count, way = passed.rings_mm, passed.count, passed.way
+def _ring_strip(one_pass: _Pass, at_turn: int) -> Strip:
+    """A strip of rings to and fro, linked over the highest place between them, because a straight
+    link would cut into a bulge."""
+    rings_mm, count, contact = one_pass.rings_mm, one_pass.count, one_pass.contact
     turn = np.linspace(0, 360, count + 1)
     there = np.append(turn, np.full(_LINKS, 360.0))
     back = np.append(turn[::-1], np.zeros(_LINKS))
     a_deg = np.where((np.arange(len(rings_mm)) % 2 == at_turn)[:, None], there, back)
     share = np.append(np.zeros(count + 1), np.linspace(0, 1, _LINKS))
     x_mm = rings_mm[:, None] + np.append(np.diff(rings_mm), 0.0)[:, None] * share
-    stops = way.stops(x_mm.ravel(), a_deg.ravel()).reshape(x_mm.shape)
+    stops = contact.stops(x_mm.ravel(), a_deg.ravel()).reshape(x_mm.shape)
     stops[:, count + 1 :] = stops[:, count + 1 :].max(1, keepdims=True)
     return Strip(
         x_mm=x_mm.ravel(),
         a_deg=a_deg.ravel(),
-        centre_mm=np.maximum(stops, passed.level_mm).ravel(),
-        name=passed.name,
+        centre_mm=np.maximum(stops, one_pass.level_mm).ravel(),
+        name=one_pass.name,
     )

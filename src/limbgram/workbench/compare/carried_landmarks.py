@@ -1,4 +1,4 @@
-"""Carried landmarks: those of a marked limb, proposed on another scan of the same limb.
+"""Carried landmarks: a marked limb's landmarks, proposed on another scan of the same limb.
 
 In      the limb of today; a marked one of the same kind and side, such as that of an earlier visit.
 Out     for each landmark that today's limb lacks a proposal with its error, or why there is none.
@@ -28,7 +28,7 @@ from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.anatomy.names import identity_of
-from limbgram.workbench.compare.counterparts import Counterparts, Ground, measured_faces
+from limbgram.workbench.compare.counterparts import Counterparts, CounterpartSurface, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
 from limbgram.workbench.compare.icp import tukey
 from limbgram.workbench.compare.registration import RegistrationOptions, by_shape
@@ -36,8 +36,8 @@ from limbgram.workbench.limb import Landmark, Limb, Side
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Part:
-    """A part of the surface about a landmark, and how much it may move beside the larger one.
+class _FitLevel:
+    """A level of the fit: a part about a landmark, and how much it may move in the larger one.
 
     Lengths are shares of the size, the root of the surface's area: 400 mm of a man's foot with its
     shank. One standard deviation each, assumed.
@@ -49,65 +49,65 @@ class _Part:
     growth: float
 
 
-_PARTS = (
-    _Part(reach=0.5, turn_deg=5.0, shift=0.02, growth=0.03),
-    _Part(reach=0.25, turn_deg=3.0, shift=0.01, growth=0.02),
-    _Part(reach=0.11, turn_deg=2.0, shift=0.004, growth=0.02),
+_FIT_LEVELS = (
+    _FitLevel(reach=0.5, turn_deg=5.0, shift=0.02, growth=0.03),
+    _FitLevel(reach=0.25, turn_deg=3.0, shift=0.01, growth=0.02),
+    _FitLevel(reach=0.11, turn_deg=2.0, shift=0.004, growth=0.02),
 )
 _SHIFTS = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0])
-"""Which of the seven motions are shifts."""
+"""Marks the shifts among the seven motions."""
 _SMALLER_SHIFT = 0.0023
-"""What still smaller parts shift by themselves, which no surface tells: as in `_PARTS` it goes with
-their reach, so that those of a half, a quarter and so on of the smallest add up to this."""
+"""Shift of still smaller parts, which no surface determines: it falls with their reach as in
+`_FIT_LEVELS`, so that those of a half, a quarter and so on of the smallest add up to this."""
 _SAMPLES = 20_000
-"""Places on the marked surface: 300 within the smallest part."""
-_PLACES = 800
-"""Of a part: more of them tell no more, as their patches err alike."""
+"""Samples of the marked surface: 300 within the smallest part."""
+_SAMPLES_PER_FIT = 800
+"""Most samples of a part; more add nothing, because errors are correlated in patches."""
 _MOST_ROUNDS = 12
-_STILL_MM = 1e-3
+_CONVERGED_MM = 1e-3
 _PATCH = 0.5
 """Side of a patch whose places err alike, in shares of a part's reach, as in `icp.py`."""
 _LEAST_RMS_MM = 0.05
-"""No two scans agree better."""
+"""Least RMS distance; no two scans agree better."""
 _BRIM_MM = 5.0
 _LEAST_SHARE = 0.5
 _MOST_RMS = 0.004
-_MOST_OFF = 0.005
+_MOST_DISTANCE = 0.005
 _MOST_SIGMA = 0.0125
 _FEWEST_PARTS = 16
-"""Parts that tell how much those of a limb move."""
-_LEAST_TOLD = 3.0
-"""Motions that the surface must have told, of those parts together."""
-_NEAR = 1.0
-"""So far from a part, in reaches, the others count for how much it moves."""
-_OF_ALL = 3.0
-"""As many parts' weight all of them together have in that."""
-_SCALES = 0.05, 3.0
-"""Within these, a limb says how much its parts move: heads and thighs 0.04 to 0.15 of what is
+"""Fewest parts from which the movement of a limb's parts is estimated."""
+_LEAST_INFORMATION = 3.0
+"""Least number of motions determined by the surface, over all parts."""
+_NEIGHBOURHOOD = 1.0
+"""Radius, in reaches, within which other parts count for a part's scale of motion."""
+_GLOBAL_WEIGHT = 3.0
+"""Weight of all parts together in that, in parts."""
+_SCALE_LIMITS = 0.05, 3.0
+"""Limits of the scale of motion: heads and thighs show 0.04 to 0.15 of what is
 assumed of large parts, 0.2 to 0.4 of small ones."""
-_SKIN = 0.03
+_SKIN_SLIDE = 0.03
 """Skin about a bone that stays slides by so much of the size for a radian that a joint turns:
 12 mm on a man's foot. Assumed: no scan at hand tells how far the skin goes over a malleolus."""
-_ALIEN = frozenset({"compare.pose.rival", "compare.shape.mirrored", "compare.shape.far"})
-"""What the registration says where the surfaces are hardly one limb, or lie as nobody knows."""
+_OTHER_LIMB_CODES = frozenset({"compare.pose.rival", "compare.shape.mirrored", "compare.shape.far"})
+"""Findings of the registration that say that the surfaces are hardly of one limb."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CarriedPlace:
-    """A landmark on today's limb, as the marked one tells it."""
+    """A landmark proposed on today's limb, carried over from the marked one."""
 
     landmark: Landmark
-    """Not confirmed; its sigma holds what the marked one errs by, and both figures below."""
+    """Not confirmed; its sigma includes the marked one's error and both figures below."""
     carrying_mm: float
-    """What the shape leaves open: one standard deviation in each direction along the surface.
-    `benchmarks/landmarks.py` holds it against places of the skin that are known."""
+    """Standard deviation by the fit of shapes, in each direction along the surface.
+    `benchmarks/landmarks.py` compares it with known places of the skin."""
     sliding_mm: float = 0.0
-    """An allowance for skin that slides over the bone beside a turned joint: the same, assumed."""
+    """Assumed standard deviation for skin that slides over the bone beside a turned joint."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NotCarried:
-    """A landmark of the marked limb that today's cannot be told by it."""
+    """A landmark of the marked limb that could not be carried to today's."""
 
     name: str
     reason: Finding
@@ -115,12 +115,12 @@ class NotCarried:
 
 @dataclass(frozen=True, kw_only=True)
 class Carried:
-    """What a marked limb tells of today's."""
+    """The landmarks carried from a marked limb to today's."""
 
     places: tuple[CarriedPlace, ...]
     left_out: tuple[NotCarried, ...]
     rms_mm: float
-    """How far both surfaces lie apart, laid on each other as a whole."""
+    """RMS distance of both surfaces, aligned as a whole."""
 
     @property
     def landmarks(self) -> tuple[Landmark, ...]:
@@ -141,19 +141,19 @@ def carry_landmarks(today: Limb, marked: Limb, side: Side, placing: Placing = US
     """
     _require_same(today, marked, side)
     laid = by_shape(today, marked, RegistrationOptions(brim_mm=_BRIM_MM))
-    alien = next((one for one in laid.notes if one.code in _ALIEN), None)
+    alien = next((one for one in laid.notes if one.code in _OTHER_LIMB_CODES), None)
     if alien is not None:
         raise MeasureError("carried.other_limb", name=marked.name, reason=alien)
     known = {identity_of(mark.name) for mark in today.landmarks if mark.confirmed}
     wanted = [mark for mark in marked.landmarks if identity_of(mark.name) not in known]
-    carrier = _Carrier.of(today.mesh, marked.mesh)
+    carrier = _SurfacePair.of(today.mesh, marked.mesh)
     marks_mm = np.array([mark.position_mm for mark in wanted]).reshape(-1, 3)
     places: list[CarriedPlace] = []
     left_out: list[NotCarried] = []
     fits = carrier.fits(marks_mm, laid.first_from_second)
-    slid_mm = _SKIN * carrier.size_mm * _turned_rad(fits)
+    slid_mm = _SKIN_SLIDE * carrier.size_mm * _largest_turn_rad(fits)
     for mark, fit in zip(wanted, fits, strict=True):
-        sliding = slid_mm if identity_of(mark.name) in _still_names(today) else 0.0
+        sliding = slid_mm if identity_of(mark.name) in _rigid_landmarks(today) else 0.0
         found = carrier.carried(mark, fit, placing, sliding)
         if isinstance(found, Finding):
             left_out.append(NotCarried(name=mark.name, reason=found))
@@ -162,21 +162,21 @@ def carry_landmarks(today: Limb, marked: Limb, side: Side, placing: Placing = US
     return Carried(places=tuple(places), left_out=tuple(left_out), rms_mm=laid.rms_mm or 0.0)
 
 
-def _still_names(limb: Limb) -> frozenset[str]:
-    """Landmarks on bone that stays where a joint turns: the skin around them slides."""
+def _rigid_landmarks(limb: Limb) -> frozenset[str]:
+    """Landmarks on bone that stays where a joint turns, with sliding skin around them."""
     joints = () if limb.kind is None else KIND_NAMED[limb.kind].joints
     return frozenset(name for joint in joints for name in joint.rigid)
 
 
-def _turned_rad(fits: Sequence["_Fit"]) -> float:
-    """How far any two parts of the limb turned against each other: a joint is held otherwise."""
+def _largest_turn_rad(fits: Sequence["_LocalFit"]) -> float:
+    """The largest turn between any two parts of the limb, as by a joint held differently."""
     turns = np.stack([fit.rotation for fit in fits]) if fits else np.eye(3)[None]
     traces = np.einsum("nij,mij->nm", turns, turns)
     return float(np.arccos(np.clip((traces.min() - 1) / 2, -1, 1)))
 
 
 def _require_same(today: Limb, marked: Limb, side: Side) -> None:
-    """Refuse what cannot be the same limb by what is said of it."""
+    """Refuse a marked limb that cannot be the same limb by kind or side."""
     if not marked.landmarks:
         raise MeasureError("carried.no_landmarks", name=marked.name)
     if today.kind is None or marked.kind is None:
@@ -188,8 +188,8 @@ def _require_same(today: Limb, marked: Limb, side: Side) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Fit:
-    """How a part of the marked surface lies on today's.
+class _LocalFit:
+    """The fit of a part of the marked surface on today's.
 
     Motions are a turn about the landmark, rad, a shift, mm, and growth, beside the larger part.
     """
@@ -197,21 +197,21 @@ class _Fit:
     mark_mm: Vector3
     """The landmark on the marked surface."""
     at_mm: Vector3
-    """Where it comes to lie."""
+    """Its place on today's surface."""
     rotation: Float64[np.ndarray, "3 3"]
     size: float = 1.0
-    """Over the marked part's."""
+    """Scale over the marked part."""
     covariance: Float64[np.ndarray, "7 7"]
     prior: Float64[np.ndarray, "7 7"]
-    """The covariance before the surface was asked."""
+    """The covariance before the surface was used."""
     motion: Float64[np.ndarray, " 7"]
     rms_mm: float = 0.0
     share: float = 1.0
-    """Of the part that has a counterpart and lies as the rest of it."""
+    """Share of the part that has a counterpart and fits as the rest of it does."""
 
     @classmethod
-    def laid(cls, mark_mm: Vector3, pose: Rigid) -> "_Fit":
-        """As the whole surface lies."""
+    def from_pose(cls, mark_mm: Vector3, pose: Rigid) -> "_LocalFit":
+        """The fit of a part by the pose of the whole surface."""
         none = np.zeros((7, 7))
         at = pose.apply(mark_mm[None])[0]
         return cls(
@@ -223,8 +223,8 @@ class _Fit:
             motion=np.zeros(7),
         )
 
-    def moved(self, motion: Float64[np.ndarray, " 7"]) -> "_Fit":
-        """As a smaller part of it lies."""
+    def moved(self, motion: Float64[np.ndarray, " 7"]) -> "_LocalFit":
+        """The fit after an additional motion of a smaller part."""
         turn = Rigid.from_rotation_vector(motion[:3], np.zeros(3)).rotation
         return replace(
             self,
@@ -234,48 +234,48 @@ class _Fit:
             motion=motion,
         )
 
-    def placed(self, arms_mm: Points3) -> Points3:
-        """Places of the marked surface, from the landmark on, where they come to lie."""
+    def transformed(self, arms_mm: Points3) -> Points3:
+        """Points of the marked surface, relative to the landmark, moved to today's surface."""
         return self.at_mm + self.size * arms_mm @ self.rotation.T
 
 
 @dataclass(frozen=True)
-class _Carrier:
-    """Two surfaces made ready."""
+class _SurfacePair:
+    """Today's and the marked surface, prepared for fitting."""
 
-    ground: Ground
-    """Of today."""
-    marked: Ground
+    today: CounterpartSurface
+    """Today's surface."""
+    marked: CounterpartSurface
     samples_mm: Points3
-    """On the marked surface, where it was measured."""
+    """Samples of the measured part of the marked surface."""
     size_mm: float
 
     @classmethod
-    def of(cls, today: Mesh, marked: Mesh) -> "_Carrier":
+    def of(cls, today: Mesh, marked: Mesh) -> "_SurfacePair":
         samples = sample_evenly(marked, _SAMPLES)
         kept = measured_faces(marked, _BRIM_MM)[samples.faces]
         return cls(
-            ground=Ground.of(today, _BRIM_MM),
-            marked=Ground.of(marked, _BRIM_MM),
+            today=CounterpartSurface.of(today, _BRIM_MM),
+            marked=CounterpartSurface.of(marked, _BRIM_MM),
             samples_mm=samples.points_mm[kept],
             size_mm=float(np.sqrt(marked.area_mm2())),
         )
 
-    def fits(self, marks_mm: Points3, pose: Rigid) -> list[_Fit]:
-        """The smallest part about each place, laid on today's surface.
+    def fits(self, marks_mm: Points3, pose: Rigid) -> list[_LocalFit]:
+        """The fit of the smallest part about each landmark on today's surface.
 
-        Other places beside them, evenly spread, tell how much parts of this limb move.
+        Other places, evenly spread, help to estimate how much parts of this limb move.
         """
         spread = self.samples_mm[:: max(len(self.samples_mm) // _FEWEST_PARTS, 1)]
         beside = spread[: max(_FEWEST_PARTS - len(marks_mm), 0)]
-        fits = [_Fit.laid(at, pose) for at in (*marks_mm, *beside)]
+        fits = [_LocalFit.from_pose(at, pose) for at in (*marks_mm, *beside)]
         scales = np.ones((len(fits), 7))
-        for part in _PARTS:
-            own = self._own(part)
-            found = [self._fitted(fit, part, own) for fit in fits]
-            scales = _scales_of(found, part.reach * self.size_mm)
+        for part in _FIT_LEVELS:
+            own = self._own_covariance(part)
+            found = [self._fitted_locally(fit, part, own) for fit in fits]
+            scales = _motion_scales(found, part.reach * self.size_mm)
             fits = [
-                _with_prior(fit, start, start.covariance + own * np.outer(scale, scale))
+                _with_other_prior(fit, start, start.covariance + own * np.outer(scale, scale))
                 for fit, start, scale in zip(found, fits, scales, strict=True)
             ]
         smaller_mm = _SMALLER_SHIFT * self.size_mm * scales[: len(marks_mm), 3]
@@ -284,22 +284,22 @@ class _Carrier:
             for fit, one_mm in zip(fits, smaller_mm, strict=False)
         ]
 
-    def _own(self, part: _Part) -> Float64[np.ndarray, "7 7"]:
-        """Covariance of what a part may move by itself."""
+    def _own_covariance(self, part: _FitLevel) -> Float64[np.ndarray, "7 7"]:
+        """Prior covariance of a part's own motion."""
         sigmas = [np.radians(part.turn_deg), part.shift * self.size_mm, part.growth]
         return np.diag(np.square(np.repeat(sigmas, [3, 3, 1])))
 
     def carried(
-        self, mark: Landmark, fit: _Fit, placing: Placing, sliding_mm: float
+        self, mark: Landmark, fit: _LocalFit, placing: Placing, sliding_mm: float
     ) -> CarriedPlace | Finding:
-        """One landmark on today's surface, or why it is not told."""
+        """One landmark on today's surface, or the reason why it cannot be carried."""
         if not mark.confirmed:
             return note("carried.unconfirmed")
         if not self.marked.counterparts(mark.position_mm[None]).measured[0]:
             return note("carried.marked_unmeasured")
-        found = self.ground.counterparts(fit.at_mm[None])
-        carrying_mm = _along(fit.covariance[3:6, 3:6], found.smooth_normals[0])
-        reason = self._against(found, fit, carrying_mm)
+        found = self.today.counterparts(fit.at_mm[None])
+        carrying_mm = _tangential_sigma(fit.covariance[3:6, 3:6], found.smooth_normals[0])
+        reason = self._reason_against(found, fit, carrying_mm)
         if reason is not None:
             return reason
         return CarriedPlace(
@@ -314,14 +314,16 @@ class _Carrier:
             sliding_mm=sliding_mm,
         )
 
-    def _against(self, found: Counterparts, fit: _Fit, carrying_mm: float) -> Finding | None:
-        """Why today's surface does not tell the place."""
+    def _reason_against(
+        self, found: Counterparts, fit: _LocalFit, carrying_mm: float
+    ) -> Finding | None:
+        """The reason why a place on today's surface cannot be trusted, if there is one."""
         if not found.measured[0] or found.at_brim[0]:
             return note("carried.unmeasured")
         if fit.share < _LEAST_SHARE:
             return note("carried.little", share=fit.share)
         off_mm = abs(float(found.signed_mm[0]))
-        if off_mm > max(_MOST_OFF * self.size_mm, 4 * fit.rms_mm):
+        if off_mm > max(_MOST_DISTANCE * self.size_mm, 4 * fit.rms_mm):
             return note("carried.apart", off_mm=off_mm)
         if fit.rms_mm > _MOST_RMS * self.size_mm:
             return note("carried.changed", rms_mm=fit.rms_mm)
@@ -329,20 +331,22 @@ class _Carrier:
             return note("carried.loose", sigma_mm=carrying_mm)
         return None
 
-    def _fitted(self, start: _Fit, part: _Part, own: Float64[np.ndarray, "7 7"]) -> _Fit:
-        """A part laid on today's surface, from where a larger one lies (Gauss-Newton)."""
+    def _fitted_locally(
+        self, start: _LocalFit, part: _FitLevel, own: Float64[np.ndarray, "7 7"]
+    ) -> _LocalFit:
+        """A part fitted to today's surface, starting at the larger part's fit (Gauss-Newton)."""
         reach_mm = part.reach * self.size_mm
         arms = self.samples_mm - start.mark_mm
         away = np.linalg.norm(arms, axis=1) / reach_mm
         arms, away = arms[away < 1], away[away < 1]
-        thin = max(len(arms) // _PLACES, 1)
+        thin = max(len(arms) // _SAMPLES_PER_FIT, 1)
         arms, bell = arms[::thin], (1 - away[::thin] ** 2) ** 2
         prior = start.covariance + own
         held = np.linalg.inv(prior)
         fit = replace(start, motion=np.zeros(7), prior=prior, covariance=prior)
         for _ in range(_MOST_ROUNDS):
-            placed = fit.placed(arms)
-            found = self.ground.counterparts(placed)
+            placed = fit.transformed(arms)
+            found = self.today.counterparts(placed)
             weights = _weights(found, bell)
             share = float(weights.sum() / max(bell.sum(), 1e-12))
             if share < _LEAST_SHARE:
@@ -363,13 +367,13 @@ class _Carrier:
                 rms_mm=float(np.sqrt(mean_mm2)),
                 share=share,
             )
-            if np.abs(step[3:6]).max() < _STILL_MM:
+            if np.abs(step[3:6]).max() < _CONVERGED_MM:
                 break
         return fit
 
 
-def _scales_of(fits: Sequence[_Fit], reach_mm: float) -> Float64[np.ndarray, "n 7"]:
-    """How much more or less each part moved than assumed: by turn, shift and growth.
+def _motion_scales(fits: Sequence[_LocalFit], reach_mm: float) -> Float64[np.ndarray, "n 7"]:
+    """Scales of each part's motion over the assumed one: by turn, shift and growth.
 
     What the surface told of a motion, over what it would have told of one as large as assumed: of
     the parts near by, as a joint turns only what lies beside it, and with the weight of a few
@@ -384,20 +388,22 @@ def _scales_of(fits: Sequence[_Fit], reach_mm: float) -> Float64[np.ndarray, "n 
     told = 1 - np.stack([np.diag(one.covariance) for one in fits])[there] / usual
     places = np.stack([one.mark_mm for one in fits])
     apart = np.linalg.norm(places[:, None] - places[None, there], axis=2)
-    near = np.exp(-((apart / (_NEAR * reach_mm)) ** 2))
+    near = np.exp(-((apart / (_NEIGHBOURHOOD * reach_mm)) ** 2))
     for group in (slice(0, 3), slice(3, 6), slice(6, 7)):
         own_moved, own_told = moved[:, group].sum(1), told[:, group].sum(1)
-        if own_told.sum() < _LEAST_TOLD:
+        if own_told.sum() < _LEAST_INFORMATION:
             continue
         whole = own_moved.sum() / own_told.sum()
-        share = _OF_ALL * own_told.mean()
+        share = _GLOBAL_WEIGHT * own_told.mean()
         local = (near @ own_moved + share * whole) / (near @ own_told + share)
-        scales[:, group] = np.clip(np.sqrt(local), *_SCALES)[:, None]
+        scales[:, group] = np.clip(np.sqrt(local), *_SCALE_LIMITS)[:, None]
     return scales
 
 
-def _with_prior(fit: _Fit, start: _Fit, prior: Float64[np.ndarray, "7 7"]) -> _Fit:
-    """The same part held by another prior; the surface is taken to answer evenly."""
+def _with_other_prior(
+    fit: _LocalFit, start: _LocalFit, prior: Float64[np.ndarray, "7 7"]
+) -> _LocalFit:
+    """The fit with another prior, as if the surface were linear in the motion."""
     if fit.share < _LEAST_SHARE:
         return replace(fit, prior=prior, covariance=prior)
     normal = np.linalg.inv(fit.covariance)
@@ -413,7 +419,7 @@ def _with_prior(fit: _Fit, start: _Fit, prior: Float64[np.ndarray, "7 7"]) -> _F
 
 
 def _weights(found: Counterparts, bell: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """Tukey's within the part, nothing where there is no counterpart."""
+    """Tukey's weights times the part's bell; zero where there is no counterpart."""
     valid: Bool[np.ndarray, " n"] = ~found.at_brim & found.measured
     if not valid.any():
         return np.zeros(len(bell))
@@ -422,7 +428,7 @@ def _weights(found: Counterparts, bell: Float64[np.ndarray, " n"]) -> Float64[np
     return np.where(valid, bell * tukey(off_mm, scale_mm), 0)
 
 
-def _along(covariance: Float64[np.ndarray, "3 3"], normal: Vector3) -> float:
-    """Standard deviation in each direction along the surface, the mean of both."""
+def _tangential_sigma(covariance: Float64[np.ndarray, "3 3"], normal: Vector3) -> float:
+    """Mean standard deviation in the two directions along the surface."""
     flat = np.eye(3) - np.outer(normal, normal)
     return float(np.sqrt(np.trace(flat @ covariance @ flat) / 2))

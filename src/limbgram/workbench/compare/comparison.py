@@ -27,7 +27,7 @@ from limbgram.workbench.compare.frames import (
     mesh_in_frame,
     outside_by_name,
 )
-from limbgram.workbench.compare.icp import Looseness
+from limbgram.workbench.compare.icp import PoseCovariance
 from limbgram.workbench.compare.levels import (
     Change,
     LevelChanges,
@@ -39,8 +39,8 @@ from limbgram.workbench.compare.registration import (
     FAR_MM,
     Alignment,
     RegistrationOptions,
+    alignment_as_made,
     as_is,
-    as_they_lie,
     by_landmarks,
     by_shape,
     slide_to_volume,
@@ -50,17 +50,17 @@ from limbgram.workbench.limb import AlignedLimb, Limb
 
 _LEAST_SPACING_MM = 1.0
 _SOCK_MM = 0.01
-_SLID_MM, _LOOSE_MM, _LOOSE_GROWTH = 1.0, 0.5, 3.0
+_MOST_SLIDE_MM, _MOST_SLIDE_SIGMA_MM, _MOST_GROWTH_SHIFT = 1.0, 0.5, 3.0
 """From here on pointed out: a slide along the axis, its standard deviation, and what 1 mm of growth
 
 all round would slide, mm."""
-_FRAMES_DEG, _FRAMES_MM = 5.0, 10.0
+_FRAMES_AGREE_DEG, _FRAMES_AGREE_MM = 5.0, 10.0
 """Two alignments that lie so near to where the shapes put each other can both be good ones."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CompareOptions:
-    """How shapes are laid on each other, and where they are measured."""
+    """How shapes are aligned on each other, and where they are measured."""
 
     registration: RegistrationOptions = field(default_factory=RegistrationOptions)
     spacing_mm: float = 20.0
@@ -72,14 +72,14 @@ DEFAULTS = CompareOptions()
 
 
 @dataclass(frozen=True, kw_only=True)
-class ByShape:
-    """What the volumes would be if the shapes were laid on each other by shape alone."""
+class VolumeByShape:
+    """The change of volume if the shapes are aligned by shape alone."""
 
     alignment: Alignment
     volume: Change
     laid_sigma_mm3: float
     at_odds: bool
-    """It contradicts what is told, beyond what is known of both ways of laying them."""
+    """It contradicts the reported change beyond the uncertainty of both alignments."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,12 +97,12 @@ class Comparison:
     radial: RadialErrors | None
     levels: LevelChanges
     laid_sigma_mm: Float64[np.ndarray, " n"] | None
-    """At the first's vertices, along their normals: how far the second may lie elsewhere, as it was
-    laid; None where that is not known, or exact."""
-    by_shape: ByShape | None
-    """Where auto laid them otherwise than by shape, and neither was made from the other."""
+    """Standard deviation of the second's position at the first's vertices, along their normals, by
+    the alignment alone; None where that is not known, or exact."""
+    by_shape: VolumeByShape | None
+    """Given where auto aligned them not by shape, and neither was made from the other."""
     notes: tuple[Finding, ...]
-    """What a reader must know to trust the figures."""
+    """Findings that a reader must know to trust the figures."""
 
     __repr__ = brief
 
@@ -129,20 +129,20 @@ class Comparison:
             title="levels",
             columns=("height_mm", *(f"{end}_{name}" for name in names for end in ends)),
             rows=tuple(
-                (height, *(cell for change in listed for cell in _cells(change)))
+                (height, *(cell for change in listed for cell in _change_cells(change)))
                 for height, listed in changes
             ),
         )
 
 
-def _cells(change: Change | None) -> tuple[float | None, ...]:
+def _change_cells(change: Change | None) -> tuple[float | None, ...]:
     if change is None:
         return (None,) * 4
     return change.first.value, change.second.value, change.difference, change.sigma
 
 
 def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Comparison:
-    """Lay the second shape on the first and measure what differs."""
+    """Align the second shape on the first and measure the differences."""
     if not (np.isfinite(options.spacing_mm) and options.spacing_mm >= _LEAST_SPACING_MM):
         raise OptionsError(
             "compare.spacing.small", spacing_mm=options.spacing_mm, least_mm=_LEAST_SPACING_MM
@@ -153,14 +153,20 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
     (first, second), walls = skins_to_compare([outside_by_name(one) for one in (first, second)])
     axes = axes_of(first)
     registration = options.registration
-    alignment = lay(first, second, axes, registration)
+    alignment = align_shapes(first, second, axes, registration)
     one = mesh_in_frame(first.mesh, axes.limb_from_mesh)
     two = mesh_in_frame(second.mesh, axes.limb_from_mesh @ alignment.first_from_second)
-    notes = [*walls, *first.notes, *second.notes, *alignment.notes, *at_odds(first, second)]
+    notes = [
+        *walls,
+        *first.notes,
+        *second.notes,
+        *alignment.notes,
+        *mismatch_findings(first, second),
+    ]
     if axes.doubt is not None:
         notes.append(axes.doubt)
     scanned = one.sigma_mm is not None and two.sigma_mm is not None
-    if scanned and alignment.looseness is None and not alignment.exact:
+    if scanned and alignment.pose_covariance is None and not alignment.exact:
         notes.append(note("compare.within.of_scans"))
     try:
         radial = radial_errors(one, two, brim_mm, options.spokes)
@@ -169,7 +175,7 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
         notes.append(doubt("compare.radial.none", reason=error.finding))
     heights = shared_heights_mm(one, two, options.spacing_mm)
     levels = changes_by_level(one, two, heights, alignment.slide_sigma_mm)
-    loose = alignment.looseness
+    loose = alignment.pose_covariance
     return Comparison(
         names=(first.name, second.name),
         alignment=alignment,
@@ -184,30 +190,32 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
         else loose.sigmas_mm(first.mesh.vertices_mm, first.mesh.vertex_normals()),
         by_shape=None
         if registration.way != "auto" or alignment.way == "icp" or alignment.exact
-        else _second_opinion(first, second, axes, registration, alignment, levels),
+        else _volume_by_shape(first, second, axes, registration, alignment, levels),
         notes=tuple(dict.fromkeys(notes)),
     )
 
 
-def lay(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:
-    """The second shape laid on the first, in the way that was asked for."""
+def align_shapes(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:
+    """The alignment of the second shape on the first, by the method asked for."""
     match options.way:
         case "landmarks":
             return _by_landmarks(first, second, axes, options)
         case "as-is":
             return as_is(first, second)
         case "auto":
-            return as_they_lie(first, second) or _by_what_is_known(first, second, axes, options)
+            return alignment_as_made(first, second) or _by_best_evidence(
+                first, second, axes, options
+            )
         case "icp":
             return _by_shape(first, second, axes, options)
         case "volume":
             return _by_volume(first, second, axes, options)
 
 
-def _by_what_is_known(
+def _by_best_evidence(
     first: Limb, second: Limb, axes: Axes, options: RegistrationOptions
 ) -> Alignment:
-    """By shared landmarks, or two alignments, which do not slide where a limb shrank; or by shape.
+    """Align by landmarks or limb frames, which do not slide where a limb shrank, or by shape.
 
     Where most of the surface is unchanged the shape holds it better than any hand marks it.
     """
@@ -222,8 +230,12 @@ def _by_what_is_known(
         if laid is not None:
             notes = (doubt("compare.landmarks.unlike", how=laid.how),)
     shaped = _by_shape(first, second, axes, options)
-    open_place = shaped.slide_sigma_mm > _LOOSE_MM
-    if open_place and not options.mostly_unchanged and _good_frames(first, second, shaped):
+    open_place = shaped.slide_sigma_mm > _MOST_SLIDE_SIGMA_MM
+    if (
+        open_place
+        and not options.mostly_unchanged
+        and _frames_agree_with_shape(first, second, shaped)
+    ):
         return replace(
             as_is(first, second),
             notes=(
@@ -235,30 +247,30 @@ def _by_what_is_known(
     return replace(shaped, notes=(*notes, *shaped.notes))
 
 
-def _good_frames(first: Limb, second: Limb, shaped: Alignment) -> bool:
-    """Whether both limbs were aligned, and so that their shapes do not contradict it."""
-    if shaped.looseness is None or not _both_aligned(first, second):
+def _frames_agree_with_shape(first: Limb, second: Limb, shaped: Alignment) -> bool:
+    """Whether both limbs have frames that their shapes do not contradict."""
+    if shaped.pose_covariance is None or not _both_aligned(first, second):
         return False
     told = as_is(first, second).first_from_second
-    middle = shaped.looseness.middle_mm[None]
+    middle = shaped.pose_covariance.middle_mm[None]
     moved = told.apply(shaped.first_from_second.inverse.apply(middle)) - middle
     turned = angle_between_deg(told.rotation, shaped.first_from_second.rotation)
-    return turned < _FRAMES_DEG and float(np.linalg.norm(moved)) < _FRAMES_MM
+    return turned < _FRAMES_AGREE_DEG and float(np.linalg.norm(moved)) < _FRAMES_AGREE_MM
 
 
 def _both_aligned(first: Limb, second: Limb) -> bool:
     return isinstance(first, AlignedLimb) and isinstance(second, AlignedLimb)
 
 
-def _second_opinion(
+def _volume_by_shape(
     first: Limb,
     second: Limb,
     axes: Axes,
     options: RegistrationOptions,
     told: Alignment,
     levels: LevelChanges,
-) -> ByShape | None:
-    """The same volume by shape; None where the shapes cannot be laid so, or have no volume."""
+) -> VolumeByShape | None:
+    """The change of volume by shape; None where the shapes cannot be aligned, or have no volume."""
     try:
         shaped = _by_shape(first, second, axes, options)
     except MeasureError:
@@ -271,9 +283,9 @@ def _second_opinion(
     if again.volume is None or levels.volume is None or again.from_mm != levels.from_mm:
         return None
     apart = abs(again.volume.difference - levels.volume.difference)
-    known = told.looseness is not None
+    known = told.pose_covariance is not None
     room = COVER * float(np.hypot(again.laid_sigma_mm3, levels.laid_sigma_mm3))
-    return ByShape(
+    return VolumeByShape(
         alignment=shaped,
         volume=again.volume,
         laid_sigma_mm3=again.laid_sigma_mm3,
@@ -282,32 +294,36 @@ def _second_opinion(
 
 
 def _by_landmarks(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:
-    """By landmarks, and how sure they make its place along the axis."""
+    """The alignment by landmarks, with its uncertainty along the axis."""
     laid = by_landmarks(first, second, options.landmark_weights)
-    if laid.looseness is None:
+    if laid.pose_covariance is None:
         return laid
-    return replace(laid, slide_sigma_mm=_along_mm(laid.looseness, axes))
+    return replace(laid, slide_sigma_mm=_sigma_along_axis_mm(laid.pose_covariance, axes))
 
 
-def _along_mm(loose: Looseness, axes: Axes) -> float:
+def _sigma_along_axis_mm(loose: PoseCovariance, axes: Axes) -> float:
     """Standard deviation along the first's long axis."""
     along = axes.limb_from_mesh.rotation[2]
     return float(np.sqrt(along @ loose.covariance_mm2 @ along))
 
 
 def _by_shape(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:
-    """By shape, and how sure its place along the axis is."""
+    """The alignment by shape, with its uncertainty along the axis."""
     laid = by_shape(first, second, options)
-    loose = laid.looseness
+    loose = laid.pose_covariance
     if loose is None:
         return laid
     along = axes.limb_from_mesh.rotation[2]
-    sigma_mm = _along_mm(loose, axes)
+    sigma_mm = _sigma_along_axis_mm(loose, axes)
     growth = float(along @ loose.growth_shift)
-    slid_mm = _slid_mm(first, second, axes, laid)
+    slid_mm = _slide_from_frames_mm(first, second, axes, laid)
     place = note("compare.laid.place", within_mm=COVER * sigma_mm, slid_mm=slid_mm)
     notes = list(laid.notes)
-    if abs(slid_mm or 0.0) > _SLID_MM or sigma_mm > _LOOSE_MM or abs(growth) > _LOOSE_GROWTH:
+    if (
+        abs(slid_mm or 0.0) > _MOST_SLIDE_MM
+        or sigma_mm > _MOST_SLIDE_SIGMA_MM
+        or abs(growth) > _MOST_GROWTH_SHIFT
+    ):
         notes.append(doubt("compare.shape.slides", place=place, slide_mm=abs(growth)))
     return replace(
         laid,
@@ -318,11 +334,11 @@ def _by_shape(first: Limb, second: Limb, axes: Axes, options: RegistrationOption
     )
 
 
-def _slid_mm(first: Limb, second: Limb, axes: Axes, laid: Alignment) -> float | None:
-    """Along the first's long axis, from where the limb frames say that the second lies."""
-    if laid.looseness is None or not _both_aligned(first, second):
+def _slide_from_frames_mm(first: Limb, second: Limb, axes: Axes, laid: Alignment) -> float | None:
+    """The shift along the first's long axis from where the limb frames put the second."""
+    if laid.pose_covariance is None or not _both_aligned(first, second):
         return None
-    middle = laid.looseness.middle_mm[None]
+    middle = laid.pose_covariance.middle_mm[None]
     told = as_is(first, second).first_from_second @ laid.first_from_second.inverse
     return float((middle - told.apply(middle))[0] @ axes.limb_from_mesh.rotation[2])
 
@@ -341,12 +357,12 @@ def _by_volume(first: Limb, second: Limb, axes: Axes, options: RegistrationOptio
         first_from_second=axes.limb_from_mesh.inverse @ along @ limb_from_second,
         how=note("compare.laid.volume", slid_mm=slide.shift_mm, height_mm=slide.height_mm),
         rms_mm=None,
-        looseness=None,
+        pose_covariance=None,
     )
 
 
-def at_odds(first: Limb, second: Limb) -> tuple[Finding, ...]:
-    """What to say where one is a left limb and the other a right one, or wore another sock."""
+def mismatch_findings(first: Limb, second: Limb) -> tuple[Finding, ...]:
+    """Doubts where the two limbs' sides differ, or their socks."""
     notes: list[Finding] = []
     if {first.side, second.side} == {"left", "right"}:
         notes.append(doubt("compare.sides.differ", first=first.side, second=second.side))

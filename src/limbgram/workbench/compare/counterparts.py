@@ -1,4 +1,4 @@
-"""Counterparts: for places near a surface, where they belong on it and on which side they lie."""
+"""Counterparts: the nearest places on a surface for points near it, and the side they lie on."""
 
 from dataclasses import dataclass
 
@@ -17,15 +17,15 @@ _BRIM_STEP_MM = 1.0
 
 @dataclass(frozen=True, kw_only=True)
 class Counterparts:
-    """For each query: its nearest place on the surface."""
+    """The nearest place on a surface for each query point, with side and normals."""
 
     points_mm: Points3
     signed_mm: Float64[np.ndarray, " n"]
     """Distance of the query, positive outside the surface."""
     flat_normals: Points3
-    """Of the nearest triangle."""
+    """Normals of the nearest triangles."""
     smooth_normals: Points3
-    """Interpolated between the vertices' normals."""
+    """Normals interpolated between the vertices' normals."""
     at_brim: Bool[np.ndarray, " n"]
     """True where the nearest place lies on an open edge, so that the query may have none."""
     measured: Bool[np.ndarray, " n"]
@@ -33,8 +33,8 @@ class Counterparts:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ground:
-    """A surface made ready to be asked for counterparts."""
+class CounterpartSurface:
+    """A surface prepared for queries of counterparts."""
 
     mesh: Mesh
     surface: SignedSurface
@@ -42,8 +42,8 @@ class Ground:
     measured: Bool[np.ndarray, " f"]
 
     @classmethod
-    def of(cls, mesh: Mesh, brim_mm: float) -> "Ground":
-        """brim_mm: width of the strip along open edges that counts as not measured."""
+    def of(cls, mesh: Mesh, brim_mm: float) -> "CounterpartSurface":
+        """Prepare a mesh; a strip of width `brim_mm` along open edges counts as not measured."""
         return cls(
             mesh=mesh,
             surface=signed_on(mesh),

@@ -14,7 +14,7 @@ from jaxtyping import Float64, Int64
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, unit
-from limbgram.workbench.compare.counterparts import Ground, measured_vertices
+from limbgram.workbench.compare.counterparts import CounterpartSurface, measured_vertices
 
 _STEPS = (0.7548776662466927, 0.5698402909980532)
 """Of the plane's evenly filling sequence (Roberts 2018): powers of 1 over the plastic number."""
@@ -34,7 +34,7 @@ class Samples:
 
 @dataclass(frozen=True, kw_only=True)
 class DistanceFigures:
-    """Of one map, mm."""
+    """Summary figures of a map of differences, in mm."""
 
     mean_mm: float
     mean_abs_mm: float
@@ -50,7 +50,7 @@ class DistanceFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class DifferenceMap:
-    """At the vertices of one of the surfaces."""
+    """Differences and angles of normals at the vertices of one surface."""
 
     difference_mm: Float64[np.ndarray, " n"]
     """Second less first; NaN where there is no counterpart."""
@@ -61,7 +61,7 @@ class DifferenceMap:
 
 @dataclass(frozen=True, kw_only=True)
 class Deviation:
-    """Both ways."""
+    """The deviation of two surfaces from each other, both ways."""
 
     on_first: DifferenceMap
     on_second: DifferenceMap
@@ -78,7 +78,7 @@ def deviation(first: Mesh, second: Mesh, brim_mm: float) -> Deviation:
     Raises:
         MeasureError: no place of one has a counterpart on the other.
     """
-    grounds = Ground.of(first, brim_mm), Ground.of(second, brim_mm)
+    grounds = CounterpartSurface.of(first, brim_mm), CounterpartSurface.of(second, brim_mm)
     on_first = _map(first, grounds[1], brim_mm, sign=-1.0)
     on_second = _map(second, grounds[0], brim_mm, sign=1.0)
     angles, areas = on_first.normal_angle_deg, first.vertex_areas_mm2()
@@ -120,8 +120,8 @@ def area_quantile(
     return float(np.interp(share * areas_mm2.sum(), reach, values[order]))
 
 
-def _map(mesh: Mesh, ground: Ground, brim_mm: float, *, sign: float) -> DifferenceMap:
-    """sign: 1 if the mesh is the second surface, -1 if it is the first."""
+def _map(mesh: Mesh, ground: CounterpartSurface, brim_mm: float, *, sign: float) -> DifferenceMap:
+    """The map of differences of a mesh; sign is 1 if it is the second surface, -1 if the first."""
     found = ground.counterparts(mesh.vertices_mm)
     own = mesh.vertex_normals()
     areas = mesh.vertex_areas_mm2()

@@ -17,7 +17,7 @@ from limbgram.workbench.limb import AlignedLimb, Limb
 
 @dataclass(frozen=True, kw_only=True)
 class Axes:
-    """A limb frame, and what it stands on."""
+    """The frame of a comparison, and what it is based on."""
 
     limb_from_mesh: Rigid
     anatomical: bool
@@ -31,7 +31,7 @@ def axes_of(limb: Limb) -> Axes:
         return Axes(limb_from_mesh=limb.limb_from_mesh, anatomical=True, doubt=None)
     try:
         return Axes(
-            limb_from_mesh=_fitted(limb),
+            limb_from_mesh=_fitted_frame(limb),
             anatomical=False,
             doubt=doubt("compare.axes.fitted", name=limb.name),
         )
@@ -63,7 +63,7 @@ def brim_height_mm(mesh_in_limb: Mesh) -> float:
     return float(upper.min(initial=heights.max()))
 
 
-def _fitted(limb: Limb) -> Rigid:
+def _fitted_frame(limb: Limb) -> Rigid:
     direction = fit_axis(limb.mesh).direction
     across = np.eye(3)[int(np.argmin(np.abs(direction)))]
     return align(limb, AlignOptions(side="none", anterior=across)).limb_from_mesh

@@ -35,7 +35,7 @@ _STEP_MM = 0.4
 
 @dataclass(frozen=True)
 class Change:
-    """One figure of both shapes."""
+    """A figure of both shapes, and its change."""
 
     first: Figure
     second: Figure
@@ -47,12 +47,12 @@ class Change:
 
     @property
     def share(self) -> float:
-        """Of the first's; NaN where that is nothing."""
+        """The difference as a share of the first; NaN if the first is zero."""
         return self.difference / self.first.value if self.first.value else math.nan
 
     @property
     def sigma(self) -> float | None:
-        """Of the difference; None unless both scans carry sigmas."""
+        """Sigma of the difference; None unless both scans carry sigmas."""
         if self.first.sigma is None or self.second.sigma is None:
             return None
         return math.hypot(self.first.sigma, self.second.sigma)
@@ -125,7 +125,7 @@ def changes_by_level(
         slide_sigma_mm: Standard deviation of where the second lies along the axis; it goes into
             the sigmas of the second's figures where it carries any.
     """
-    first_in_limb, second_in_limb = alike_in_detail([first_in_limb, second_in_limb])
+    first_in_limb, second_in_limb = equally_detailed([first_in_limb, second_in_limb])
     sigmas = Sigmas.of(first_in_limb), Sigmas.of(second_in_limb)
     volumes = Volumes.of(sigmas[0]), Volumes.of(sigmas[1])
     cuts = [levels_at(mesh, heights_mm) for mesh in (first_in_limb, second_in_limb)]
@@ -133,7 +133,7 @@ def changes_by_level(
     low = DISTAL_END if closed else heights_mm[0]
     slides = [{}] * len(heights_mm)
     if slide_sigma_mm > 0 and second_in_limb.sigma_mm is not None:
-        slides = _slides(second_in_limb, heights_mm, slide_sigma_mm)
+        slides = _slide_slopes(second_in_limb, heights_mm, slide_sigma_mm)
     lost = [slide_sigma_mm * _area_mm2(cut) for cut in cuts[1]]
     laid_mm3 = abs(lost[-1] - (0 if closed else lost[0]))
     volume = _volume(volumes, low, heights_mm[-1], laid_mm3)
@@ -154,8 +154,8 @@ def changes_by_level(
     )
 
 
-def alike_in_detail(meshes: Sequence[Mesh]) -> list[Mesh]:
-    """All with what fine relief they lost, and which way it lay, or none of them.
+def equally_detailed(meshes: Sequence[Mesh]) -> list[Mesh]:
+    """The meshes with the data on lost relief that all of them have; none if one lacks it.
 
     One's alone would pass for a difference.
     """
@@ -174,10 +174,10 @@ def _open_below(mesh_in_limb: Mesh) -> bool:
     return bool((border < lowest).any())
 
 
-def _slides(
+def _slide_slopes(
     mesh_in_limb: Mesh, heights_mm: tuple[float, ...], slide_sigma_mm: float
 ) -> list[dict[str, float]]:
-    """By height and name: standard deviation of a figure from that of where the shape lies."""
+    """Standard deviation of figures due to the shape's place along the axis, by height and name."""
     ends = [
         levels_at(mesh_in_limb, [h + step for h in heights_mm]) for step in (-_STEP_MM, _STEP_MM)
     ]
@@ -195,7 +195,7 @@ def _slides(
 
 
 def _area_mm2(level: Level | Refused) -> float:
-    """Of all limbs at a height, as volumes count them."""
+    """Area of all limbs at a height, as volumes count them."""
     if isinstance(level, Refused):
         return 0.0
     return area_mm2(level).value + sum(other.area_mm2 for other in level.others)
@@ -210,10 +210,10 @@ def _volume(
         first, second = (volume.between(low_mm, high_mm) for volume in volumes)
     except MeasureError as error:
         return error.finding
-    return Change(first, _loosened(second, slide_mm3))
+    return Change(first, _with_added_sigma(second, slide_mm3))
 
 
-def _loosened(figure: Figure, slide: float) -> Figure:
+def _with_added_sigma(figure: Figure, slide: float) -> Figure:
     if figure.sigma is None:
         return figure
     return Figure(figure.value, math.hypot(figure.sigma, slide))
@@ -232,16 +232,16 @@ def _level(
         for name in COMPARED:
             sloped = MEASURES[name](one), MEASURES[name](two)
             if sloped[0] is not None and sloped[1] is not None:
-                second = _loosened(sigmas[1].figure(two, sloped[1]), slide.get(name, 0.0))
+                second = _with_added_sigma(sigmas[1].figure(two, sloped[1]), slide.get(name, 0.0))
                 measures[name] = Change(sigmas[0].figure(one, sloped[0]), second)
     return LevelChange(
         height_mm=one.height_mm,
         measures=measures,
         since_last=since_last,
         reason=reasons[0] if reasons else None,
-        others_mm=(_others_mm(one), _others_mm(two)),
+        others_mm=(_other_contours_mm(one), _other_contours_mm(two)),
     )
 
 
-def _others_mm(level: Level | Refused) -> tuple[float, ...]:
+def _other_contours_mm(level: Level | Refused) -> tuple[float, ...]:
     return () if isinstance(level, Refused) else tuple(one.contour_mm for one in level.others)

@@ -14,15 +14,15 @@ from limbgram.core.geometry.smoothed_length import SMOOTHED_OVER
 from limbgram.core.interval import COVER, HOLDS, Interval, plus_minus
 from limbgram.core.units import MM3_PER_ML
 from limbgram.findings import Finding, as_json, doubt, note, told
-from limbgram.workbench.compare.comparison import ByShape, Comparison
+from limbgram.workbench.compare.comparison import Comparison, VolumeByShape
 from limbgram.workbench.compare.deviation import LOCAL_LIMIT_MM
 from limbgram.workbench.compare.levels import Change, LevelChange
-from limbgram.workbench.compare.over_time import Repeats, Series, Stack, Trend
+from limbgram.workbench.compare.over_time import Repeats, ScanStack, Series, Trend
 from limbgram.workbench.compare.registration import FAR_MM, Alignment
-from limbgram.workbench.compare.sheets import Course, SheetTrend
+from limbgram.workbench.compare.sheets import FigureCourse, SheetTrend
 
 MRE_LIMIT_MM = 0.25
-_SURE = 0.999
+_SURE_PROBABILITY = 0.999
 """No probability of ours is known more closely."""
 IQR_LIMIT_MM = 0.40
 _LOCAL_MM2 = 100.0
@@ -45,14 +45,14 @@ _SAME_PLIES = 0.05
 
 @dataclass(frozen=True)
 class Verdict:
-    """A grade, and the finding that tells it with its figures."""
+    """A grade, and the finding that states it with figures."""
 
     grade: Grade
     finding: Finding
 
 
 def verdict(comparison: Comparison) -> Verdict:
-    """Size by the mean radial error, shape by its interquartile range."""
+    """The verdict: size by the mean radial error, shape by its interquartile range."""
     radial, how = comparison.radial, comparison.alignment.how
     figures, volume = comparison.deviation.on_first.figures, _volume(comparison)
     if radial is None:
@@ -96,7 +96,7 @@ def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
     by_shape = comparison.by_shape
     return (
         told(verdict(comparison).finding),
-        *(() if by_shape is None or by_shape.at_odds else (told(about_shape(by_shape)),)),
+        *(() if by_shape is None or by_shape.at_odds else (told(shape_finding(by_shape)),)),
         *(f"Note: {told(one)}" for one in comparison.notes),
         f"Surface: mean {figures.mean_mm:+z.3f} mm, mean absolute {figures.mean_abs_mm:.3f}, RMS "
         f"{figures.rms_mm:.3f}, 95 % within {figures.p95_mm:.3f}, largest "
@@ -116,7 +116,7 @@ def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
             f"{_difference(level.measures.get('ml_mm'), 11)}"
             f"{_difference(level.measures.get('ap_mm'), 11)}"
             f"{_second(level.since_last, 15, 1000)}{_difference(level.since_last, 9, 1000)}"
-            f"{_beside(level)}"
+            f"{_other_limbs_line(level)}"
             for level in comparison.levels.levels
         ),
     )
@@ -169,11 +169,11 @@ def sheet_trend_lines(trend: SheetTrend) -> tuple[str, ...]:
     )
 
 
-def _course_line(course: Course) -> str:
+def _course_line(course: FigureCourse) -> str:
     first, last = course.figures[0].value, course.figures[-1].value
     within = f"{plus_minus(course.change_within, 1)} {course.unit}"
     sure = course.trend.probability
-    real = f"{sure:.1%}" if sure < _SURE else f"> {_SURE:.1%}"
+    real = f"{sure:.1%}" if sure < _SURE_PROBABILITY else f"> {_SURE_PROBABILITY:.1%}"
     return (
         f"{first:9.1f}{last:9.1f}{course.change:+z9.1f} {within:14}{real:>8}"
         f"  {course.words['en']}" + ("" if course.trend.is_clear else ": within the uncertainty")
@@ -237,7 +237,7 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
             "laid_sigma_ml": levels.laid_sigma_mm3 / MM3_PER_ML,
             "within_ml": None
             if levels.volume is None
-            else _within_ml(levels.volume, levels.laid_sigma_mm3),
+            else _interval_ml(levels.volume, levels.laid_sigma_mm3),
             "reason": _reason(levels.reason),
         },
         "by_shape": None
@@ -342,19 +342,19 @@ def repeats_tree(repeats: Repeats) -> dict[str, Any]:
     }
 
 
-def about_shape(by_shape: ByShape) -> Finding:
-    """What the volume would be by shape, and whether that contradicts."""
+def shape_finding(by_shape: VolumeByShape) -> Finding:
+    """A finding about the volume by shape, and whether that contradicts."""
     change = by_shape.volume
     judge = doubt if by_shape.at_odds else note
     return judge(
         "compare.by_shape.at_odds" if by_shape.at_odds else "compare.by_shape.agrees",
         change_ml=change.difference / MM3_PER_ML,
-        within_ml=_within_ml(change, by_shape.laid_sigma_mm3),
+        within_ml=_interval_ml(change, by_shape.laid_sigma_mm3),
     )
 
 
-def _within_ml(change: Change, laid_sigma_mm3: float) -> float | None:
-    """± of it, by what is known: the scans' errors and how they were laid, or that alone."""
+def _interval_ml(change: Change, laid_sigma_mm3: float) -> float | None:
+    """± of a change: by the scans' errors and the alignment, or by the alignment alone."""
     sigma = change.sigma if change.sigma is not None else laid_sigma_mm3
     return COVER * sigma / MM3_PER_ML if sigma > 0 else None
 
@@ -373,14 +373,14 @@ def _volume(comparison: Comparison) -> Finding:
         "compare.volume.same" if same else "compare.volume.changed",
         difference_ml=difference_ml if same else abs(difference_ml),
         larger=change.difference > 0,
-        within_ml=_within_ml(change, levels.laid_sigma_mm3),
+        within_ml=_interval_ml(change, levels.laid_sigma_mm3),
         within_of_scans=change.sigma is not None,
         share=abs(change.share),
         plies=abs(plies),
         from_mm=levels.from_mm,
         to_mm=levels.to_mm,
         at_odds=at_odds,
-        by_shape=about_shape(by_shape) if by_shape is not None and at_odds else None,
+        by_shape=shape_finding(by_shape) if by_shape is not None and at_odds else None,
     )
 
 
@@ -392,7 +392,7 @@ def _difference(change: Change | None, width: int, per: float = 1.0) -> str:
     return f"{'-':>{width}}" if change is None else f"{change.difference / per:+z{width}.1f}"
 
 
-def _beside(level: LevelChange) -> str:
+def _other_limbs_line(level: LevelChange) -> str:
     """Other limbs at the height, by the length round each, of the first and of the second."""
     others = [" ".join(f"{other:.1f}" for other in both) or "none" for both in level.others_mm]
     return f"   beside it: {others[0]} and {others[1]} mm" if any(level.others_mm) else ""
@@ -405,9 +405,9 @@ def _alignment(alignment: Alignment) -> dict[str, Any]:
         "how": as_json(alignment.how),
         "rms_mm": None if alignment.rms_mm is None else _number(alignment.rms_mm),
         "far_limit_mm": FAR_MM,
-        "slide_sigma_mm": None if alignment.looseness is None else alignment.slide_sigma_mm,
+        "slide_sigma_mm": None if alignment.pose_covariance is None else alignment.slide_sigma_mm,
         "slide_within_mm": None
-        if alignment.looseness is None
+        if alignment.pose_covariance is None
         else COVER * alignment.slide_sigma_mm,
         "slid_from_frames_mm": alignment.slid_mm,
         "first_from_second": {
@@ -457,7 +457,7 @@ def _trend(trend: Trend, per: float) -> dict[str, Any]:
     }
 
 
-def _stack(scans: Stack) -> dict[str, Any]:
+def _stack(scans: ScanStack) -> dict[str, Any]:
     return {
         "heights_mm": scans.heights_mm.tolist(),
         "volume_from_mm": scans.from_mm,

@@ -28,7 +28,7 @@ from limbgram.core.interval import COVER, widening
 from limbgram.core.notebook import brief, data_frame, html_of
 from limbgram.core.spreadsheet import Table
 from limbgram.findings import Finding, note, told
-from limbgram.workbench.compare.comparison import CompareOptions, at_odds, lay
+from limbgram.workbench.compare.comparison import CompareOptions, align_shapes, mismatch_findings
 from limbgram.workbench.compare.frames import (
     Axes,
     axes_of,
@@ -37,8 +37,8 @@ from limbgram.workbench.compare.frames import (
 )
 from limbgram.workbench.compare.levels import (
     PLY_SHARE,
-    alike_in_detail,
     changes_by_level,
+    equally_detailed,
     shared_heights_mm,
 )
 from limbgram.workbench.compare.registration import Alignment
@@ -62,7 +62,7 @@ DEFAULTS = FollowOptions()
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stack:
+class ScanStack:
     """Measures of n scans at k heights."""
 
     axes: Axes
@@ -82,7 +82,7 @@ class Stack:
 
 @dataclass(frozen=True, kw_only=True)
 class Trend:
-    """Weighted least squares. Uncertainties hold with 95 %."""
+    """A linear trend by weighted least squares; uncertainties hold with 95 %."""
 
     per_week: float
     """Slope, in the values' unit."""
@@ -112,8 +112,8 @@ class Visit:
     __repr__ = brief
 
 
-def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
-    """Lay all on the first and measure them between the heights that all have.
+def measure_stack(limbs: Sequence[Limb], options: CompareOptions) -> ScanStack:
+    """Align all scans on the first and measure them at the heights that all have.
 
     Raises:
         MeasureError: a scan cannot be laid on the first, or its volume is open.
@@ -121,12 +121,12 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     limbs, walls = skins_to_compare([outside_by_name(limb) for limb in limbs])
     first = limbs[0]
     axes = axes_of(first)
-    alignments = tuple(lay(first, limb, axes, options.registration) for limb in limbs[1:])
+    alignments = tuple(align_shapes(first, limb, axes, options.registration) for limb in limbs[1:])
     meshes = [mesh_in_frame(first.mesh, axes.limb_from_mesh)] + [
         mesh_in_frame(limb.mesh, axes.limb_from_mesh @ alignment.first_from_second)
         for limb, alignment in zip(limbs[1:], alignments)
     ]
-    meshes = alike_in_detail(meshes)
+    meshes = equally_detailed(meshes)
     shared = set(shared_heights_mm(meshes[0], meshes[0], options.spacing_mm))
     for mesh in meshes[1:]:
         shared &= set(shared_heights_mm(meshes[0], mesh, options.spacing_mm))
@@ -151,18 +151,18 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     ]
     notes = [*walls, *(one for limb in limbs for one in limb.notes)]
     notes += [one for alignment in alignments for one in alignment.notes]
-    notes += [one for limb in limbs[1:] for one in at_odds(first, limb)]
+    notes += [one for limb in limbs[1:] for one in mismatch_findings(first, limb)]
     notes += [] if axes.doubt is None else [axes.doubt]
-    return Stack(
+    return ScanStack(
         axes=axes,
         alignments=alignments,
         heights_mm=np.array(heights),
         from_mm=starts.pop(),
         volumes_mm3=np.array([figure.value for figure in volumes]),
-        volume_sigmas_mm3=np.array([_sigma(figure.sigma) for figure in volumes]),
+        volume_sigmas_mm3=np.array([_sigma_or_nan(figure.sigma) for figure in volumes]),
         tapes_mm=np.array([[np.nan if f is None else f.value for f in row] for row in tapes]),
         tape_sigmas_mm=np.array(
-            [[np.nan if f is None else _sigma(f.sigma) for f in row] for row in tapes]
+            [[np.nan if f is None else _sigma_or_nan(f.sigma) for f in row] for row in tapes]
         ),
         notes=tuple(dict.fromkeys(notes)),
     )
@@ -174,7 +174,7 @@ class Series:
 
     days: tuple[date, ...]
     names: tuple[str, ...]
-    stack: Stack
+    stack: ScanStack
     sigma_source: SigmaSource
     volume_sigmas_mm3: Float64[np.ndarray, " n"]
     volume: Trend
@@ -205,7 +205,10 @@ class Series:
             rows=tuple(
                 (day.isoformat(), name, *row.tolist())
                 for day, name, row in zip(
-                    self.days, self.names, np.hstack([volumes, self.stack.tapes_mm]), strict=True
+                    self.days,
+                    self.names,
+                    np.hstack([volumes, self.stack.tapes_mm]),
+                    strict=True,
                 )
             ),
         )
@@ -242,7 +245,7 @@ class Series:
 
 @dataclass(frozen=True, kw_only=True)
 class Repeatability:
-    """Of a table of subjects by captures."""
+    """Repeatability from a table of subjects by captures."""
 
     within_sd: float
     """Standard deviation of one capture about its subject's mean."""
@@ -254,7 +257,7 @@ class Repeatability:
 
 @dataclass(frozen=True, kw_only=True)
 class BlandAltman:
-    """Of pairs of captures: second less first."""
+    """Bias and limits of agreement of pairs of captures, second less first."""
 
     bias: float
     low: float
@@ -267,7 +270,7 @@ class Repeats:
     """Figures of captures of one limb."""
 
     names: tuple[str, ...]
-    stack: Stack
+    stack: ScanStack
     volume: Repeatability
     """mm3."""
     girths: Repeatability
@@ -277,7 +280,7 @@ class Repeats:
 
     @property
     def finding(self) -> Finding:
-        """How far captures of this limb differ."""
+        """A note of how far captures of this limb differ."""
         return note(
             "trend.repeats",
             captures=len(self.names),
@@ -295,7 +298,7 @@ def follow(visits: Sequence[Visit], options: FollowOptions = DEFAULTS) -> Series
         raise OptionsError("trend.one_day")
     if not 0 < options.assumed_volume_share < 0.5:
         raise OptionsError("trend.repeatability", share=options.assumed_volume_share)
-    scans = stack([visit.limb for visit in ordered], options.compare)
+    scans = measure_stack([visit.limb for visit in ordered], options.compare)
     days = np.array([visit.day.toordinal() for visit in ordered], np.float64)
     volume_sigmas, source = _sigmas(
         scans.volumes_mm3, scans.volume_sigmas_mm3, days, options.assumed_volume_share
@@ -315,13 +318,13 @@ def follow(visits: Sequence[Visit], options: FollowOptions = DEFAULTS) -> Series
 
 
 def repeats(limbs: Sequence[Limb], options: CompareOptions) -> Repeats:
-    """Repeatability of captures, all laid on the first.
+    """Repeatability of captures, all aligned on the first.
 
     Raises:
         MeasureError: no level is whole in every capture.
     """
     unchanged = replace(options.registration, mostly_unchanged=True)
-    scans = stack(limbs, replace(options, registration=unchanged))
+    scans = measure_stack(limbs, replace(options, registration=unchanged))
     whole = np.isfinite(scans.tapes_mm).all(0)
     if not whole.any():
         raise MeasureError("trend.no_whole_level")
@@ -435,7 +438,7 @@ def _sigmas(
     days: Float64[np.ndarray, " n"],
     assumed_share: float,
 ) -> tuple[Float64[np.ndarray, " n"], SigmaSource]:
-    """The best known standard deviation of each value, and where it is from."""
+    """The best known standard deviation of each value, and its source."""
     if np.isfinite(own).all() and (own > 0).all():
         return own, "scans"
     _, day = np.unique(days, return_inverse=True)
@@ -462,7 +465,7 @@ def _girth_trend(
 
 
 def independent_levels(table: Float64[np.ndarray, "k c"]) -> float:
-    """How many of the levels in the rows err each for itself.
+    """The effective number of independent levels in the rows.
 
     From how alike the errors are at each distance: a variance from k values whose correlations are
     r tells as much as one from k^2 / sum(r^2) independent ones (Bartlett 1946).
@@ -478,7 +481,7 @@ def independent_levels(table: Float64[np.ndarray, "k c"]) -> float:
     return float(count / (1 + 2 * ((1 - lags / count) * alike**2).sum()))
 
 
-def _sigma(sigma: float | None) -> float:
+def _sigma_or_nan(sigma: float | None) -> float:
     return np.nan if sigma is None else sigma
 
 

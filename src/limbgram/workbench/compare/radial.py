@@ -22,7 +22,7 @@ _FEWEST = 100
 
 @dataclass(frozen=True, kw_only=True)
 class SpokeOptions:
-    """How dense the spokes are."""
+    """Density of the spokes."""
 
     spacing_mm: float = 2.0
     """Between rings of spokes."""
@@ -81,7 +81,7 @@ def radial_errors(
 
 @dataclass(frozen=True, kw_only=True)
 class Spokes:
-    """Where spokes leave a shape."""
+    """Radii at which spokes leave a shape, and how squarely."""
 
     radii_mm: Float64[np.ndarray, "h a"]
     """Distance of the outermost crossing from the axis; NaN without any."""
@@ -92,7 +92,7 @@ class Spokes:
 def spoke_radii(mesh_in_limb: Mesh, heights_mm: Float64[np.ndarray, " h"], spokes: int) -> Spokes:
     """Cross rings of spokes at rising heights with a shape, exactly; the first points forwards."""
     corners = mesh_in_limb.vertices_mm[mesh_in_limb.faces]
-    near = _near(corners, heights_mm, spokes)
+    near = _candidates(corners, heights_mm, spokes)
     face, ring, spoke = near.face, near.ring, near.spoke
     turns = 2 * np.pi * np.arange(spokes) / spokes
     ways = np.column_stack([np.sin(turns), np.cos(turns)])
@@ -122,24 +122,24 @@ def spoke_radii(mesh_in_limb: Mesh, heights_mm: Float64[np.ndarray, " h"], spoke
 
 @dataclass(frozen=True)
 class _Span:
-    """Whole numbers from a first one, by face."""
+    """A range of indices for each face."""
 
     first: Int64[np.ndarray, " f"]
     count: Int64[np.ndarray, " f"]
 
 
 @dataclass(frozen=True)
-class _Near:
-    """Faces, rings and spokes that may meet."""
+class _Candidates:
+    """Triples of face, ring and spoke that may meet."""
 
     face: Int64[np.ndarray, " n"]
     ring: Int64[np.ndarray, " n"]
     spoke: Int64[np.ndarray, " n"]
 
 
-def _near(
+def _candidates(
     corners: Float64[np.ndarray, "f 3 3"], heights_mm: Float64[np.ndarray, " h"], spokes: int
-) -> _Near:
+) -> _Candidates:
     low = np.searchsorted(heights_mm, corners[:, :, 2].min(1) - _EDGE)
     rings = _Span(low, np.searchsorted(heights_mm, corners[:, :, 2].max(1) + _EDGE) - low)
     turns = np.arctan2(corners[:, :, 0], corners[:, :, 1]) / (2 * np.pi) * spokes
@@ -152,7 +152,7 @@ def _near(
     pairs = rings.count * np.maximum(turned.count, 0)
     face = np.repeat(np.arange(len(corners)), pairs)
     within = np.arange(len(face)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
-    return _Near(
+    return _Candidates(
         face,
         rings.first[face] + within // np.maximum(turned.count[face], 1),
         (turned.first[face] + within % np.maximum(turned.count[face], 1)) % spokes,

@@ -1,4 +1,4 @@
-"""Registration: how a second shape is laid on a first one.
+"""Registration: the alignment of a second shape on a first one.
 
 In      two Limbs and the way: by landmarks, by shape (ICP), by volume, or as they are.
 Out     an Alignment: the motion, how it was found and how well.
@@ -24,48 +24,47 @@ from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.interval import widening
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, doubt, note
-from limbgram.workbench.anatomy.names import alike, paired
-from limbgram.workbench.compare.counterparts import Ground
+from limbgram.workbench.anatomy.names import match_names, paired_landmarks
+from limbgram.workbench.compare.counterparts import CounterpartSurface
 from limbgram.workbench.compare.frames import brim_height_mm
 from limbgram.workbench.compare.icp import (
     FINE,
     MIDDLE,
     Fit,
     IcpOptions,
-    Looseness,
-    descent,
-    places_of,
+    PoseCovariance,
+    best_of_starts,
+    known_pose,
+    measured_samples,
     run_icp,
-    tried_starts,
     width_mm,
 )
 from limbgram.workbench.limb import AlignedLimb, Limb
 from limbgram.workbench.measures.levels import DISTAL_END, Sigmas, Volumes
 
-_SUSPECT = 0.005
-"""Distance, as a share of the width, from which shapes fit badly enough to ask."""
-_BETTER = 0.5
-_ACROSS = np.array([-1.0, 1.0, 1.0])
+_MIRROR_SUSPECT_SHARE = 0.005
+"""RMS distance, as a share of the width, from which on a mirrored shape is tried."""
+_MIRROR_BETTER = 0.5
+_MIRROR_X = np.array([-1.0, 1.0, 1.0])
 Way = Literal["auto", "icp", "landmarks", "volume", "as-is"]
 """auto: as they lie where one was made from the other; else by landmarks where three are shared;
 else by the limb frames where the shapes leave their place along the axis open; else by icp."""
 WAYS: tuple[Way, ...] = get_args(Way)
 _FEWEST_LANDMARKS = 3
 _SPREAD_MM = 5.0
-"""Landmarks must lie this far beside one line, root mean square, or they tell no turn about it."""
+"""Landmarks must lie this far off a common line (RMS), or they determine no turn about it."""
 _MARK_MM = 0.2
-"""No landmark lies surer than a painted spot that the photos agree on (0.16 mm RMS, measured)."""
+"""No landmark is more precise than a painted spot in several photos (0.16 mm RMS, measured)."""
 _LEAST_USED = 0.2
 FAR_MM = 5.0
-"""Surfaces that stay this far apart, root mean square, are hardly one limb."""
-_MOST_WIDER, _MOST_OFF = 0.15, 0.05
-"""Nor are shapes of so different widths that stay so far apart, as shares of the first one's width:
-
-their own shape would lay them anywhere along the axis. A part of a limb may be wider than the whole
-and lies on it."""
-_LYING_MM = 1e-3
-_LARGER = 0.03
-"""From here on a difference in size moves them along the axis by millimetres."""
+"""Surfaces that stay this far apart (RMS) are hardly of one limb."""
+_MOST_WIDER, _MOST_RMS_SHARE = 0.15, 0.05
+"""Shapes are not of one limb if their widths differ and they stay apart by more than these shares
+of the first one's width: ICP would place them anywhere along the axis. A part of a limb may be
+wider than the whole and still fit."""
+_SAME_POSE_MM = 1e-3
+_SIZE_DIFFERENCE = 0.03
+"""From this difference in size on, the place along the axis is off by millimetres."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,21 +78,20 @@ class RegistrationOptions:
     """By name; 1 where none is given, 0 leaves a landmark out."""
     mostly_unchanged: bool = False
     """Most of the surface is the same on both, so that auto goes by shape rather than landmarks:
-
     captures of one limb, or a cast before and after a rectification."""
     icp: IcpOptions = field(default_factory=IcpOptions)
 
 
 DEFAULTS = RegistrationOptions()
 _CLEAR_MM = 1e-3
-"""Kept below the brim, so that the level is whole."""
+"""Distance kept below the brim, so that the section is closed."""
 _FARTHEST_MM = 60.0
-_CLOSE_MM = 1e-9
+_ROOT_TOLERANCE_MM = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
 class Alignment:
-    """How the second shape was laid on the first."""
+    """The alignment of the second shape on the first, and how it was found."""
 
     way: Way
     first_from_second: Rigid
@@ -101,13 +99,13 @@ class Alignment:
     how: Finding
     """The way, for every report that gives figures found by it."""
     rms_mm: float | None
-    """Of what was fitted: landmarks, or distances between the surfaces; None where nothing was."""
-    looseness: Looseness | None = None
-    """How well shapes or landmarks hold each other; None where nothing was fitted."""
+    """RMS of landmarks, or of distances between the surfaces; None where nothing was fitted."""
+    pose_covariance: PoseCovariance | None = None
+    """The pose's uncertainty by shapes or landmarks; None where nothing was fitted."""
     exact: bool = False
     """True where one shape was made from the other and still lies as it was made."""
     slide_sigma_mm: float = 0.0
-    """Standard deviation of where the second lies along the long axis, as far as it is known."""
+    """Standard deviation of the second's place along the long axis, as far as it is known."""
     slid_mm: float | None = None
     """Along that axis, from where limb frames put it; None without frames."""
     notes: tuple[Finding, ...] = ()
@@ -115,16 +113,16 @@ class Alignment:
 
 @dataclass(frozen=True, kw_only=True)
 class Slide:
-    """Along the first's long axis, positive proximally."""
+    """A shift along the first's long axis after which both hold the same volume."""
 
     shift_mm: float
     height_mm: float
     """In the first's limb frame: below it both hold the same volume."""
 
 
-def as_they_lie(first: Limb, second: Limb) -> Alignment | None:
-    """As the second was made of the first, or both of one, where that is known; else None."""
-    made = descent(first, second)
+def alignment_as_made(first: Limb, second: Limb) -> Alignment | None:
+    """The alignment by which one shape was made from the other; None if that is not known."""
+    made = known_pose(first, second)
     if made is None:
         return None
     return Alignment(
@@ -137,7 +135,7 @@ def as_they_lie(first: Limb, second: Limb) -> Alignment | None:
 
 
 def as_is(first: Limb, second: Limb) -> Alignment:
-    """Limb frame on limb frame; or, if neither shape has one, the coordinates of the files."""
+    """The alignment of limb frame on limb frame, or of file on file if neither has one."""
     match first, second:
         case AlignedLimb(), AlignedLimb():
             pose = first.limb_from_mesh.inverse @ second.limb_from_mesh
@@ -146,15 +144,18 @@ def as_is(first: Limb, second: Limb) -> Alignment:
             raise MeasureError("compare.frames.one_only", bare=bare.name)
         case _:
             pose, how = Rigid.identity(), note("compare.laid.files")
-    made = descent(first, second)
-    exact = made is not None and _apart_mm(pose, made.first_from_second, second) < _LYING_MM
+    made = known_pose(first, second)
+    exact = (
+        made is not None
+        and _largest_difference_mm(pose, made.first_from_second, second) < _SAME_POSE_MM
+    )
     return Alignment(way="as-is", first_from_second=pose, how=how, rms_mm=None, exact=exact)
 
 
 def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Alignment:
-    """Lay landmarks of the same place on each other, weighted least squares without scaling."""
-    both = paired(first.landmarks, second.landmarks)
-    meant = alike(weights, [mark.name for mark, _ in both])
+    """Align landmarks of the same places by weighted least squares, without scaling."""
+    both = paired_landmarks(first.landmarks, second.landmarks)
+    meant = match_names(weights, [mark.name for mark, _ in both])
     weight = {meant[name]: given for name, given in weights.items() if name in meant}
     unknown = set(weights) - set(meant)
     if unknown or any(not np.isfinite(w) or w < 0 for w in weights.values()):
@@ -185,28 +186,28 @@ def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Ali
             worst=worst,
         ),
         rms_mm=rms_mm,
-        looseness=_looseness_of_marks(to_mm, off_mm, share),
+        pose_covariance=_covariance_by_landmarks(to_mm, off_mm, share),
     )
 
 
 def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS) -> Alignment:
-    """Lay the surfaces on each other, robustly, without their brims and filled parts.
+    """Align the surfaces by robust ICP, without their brims and filled parts.
 
     Raises:
         MeasureError: no overlap, or sizes so different that the shape tells no place.
     """
-    ground = Ground.of(first.mesh, options.brim_mm)
-    start = _start_from_frames(first, second)
-    fine_mm = places_of(second, FINE, options.brim_mm)
+    surface = CounterpartSurface.of(first.mesh, options.brim_mm)
+    start = _start_pose(first, second)
+    fine_mm = measured_samples(second, FINE, options.brim_mm)
     notes: list[Finding] = []
-    fit = None if start is None else run_icp(fine_mm, ground, start, options.icp)
+    fit = None if start is None else run_icp(fine_mm, surface, start, options.icp)
     if fit is None or fit.used_share < _LEAST_USED:
-        best, rival = tried_starts(first, second, ground, options.brim_mm, options.icp)
-        fit = run_icp(fine_mm, ground, best.first_from_second, options.icp)
+        best, rival = best_of_starts(first, second, surface, options.brim_mm, options.icp)
+        fit = run_icp(fine_mm, surface, best.first_from_second, options.icp)
         if rival:
             notes.append(doubt("compare.pose.rival"))
     _require_same_limb(first, second, fine_mm, fit, options)
-    if abs(fit.larger_share) > _LARGER:
+    if abs(fit.larger_share) > _SIZE_DIFFERENCE:
         notes.append(
             doubt(
                 "compare.shape.other_size",
@@ -218,7 +219,7 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
         notes.append(doubt("compare.shape.unsettled", rounds=fit.rounds))
     if fit.rms_mm > FAR_MM:
         notes.append(doubt("compare.shape.far", rms_mm=fit.rms_mm))
-    notes += about_mirrors(first, second, ground, fit, options.brim_mm, options.icp)
+    notes += mirror_findings(first, second, surface, fit, options.brim_mm, options.icp)
     notes += fit.undetermined
     return Alignment(
         way="icp",
@@ -230,7 +231,7 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
             used_share=fit.used_share,
         ),
         rms_mm=fit.rms_mm,
-        looseness=fit.looseness,
+        pose_covariance=fit.pose_covariance,
         notes=tuple(notes),
     )
 
@@ -242,9 +243,9 @@ def _require_same_limb(
     names = {"first": first.name, "second": second.name}
     if not fit.used_share >= _LEAST_USED:
         raise MeasureError("compare.shape.no_overlap", share=fit.used_share, **names)
-    first_mm = width_mm(places_of(first, MIDDLE, options.brim_mm))
+    first_mm = width_mm(measured_samples(first, MIDDLE, options.brim_mm))
     wider = width_mm(second_mm) / first_mm - 1
-    if abs(wider) > _MOST_WIDER and fit.rms_mm > _MOST_OFF * first_mm:
+    if abs(wider) > _MOST_WIDER and fit.rms_mm > _MOST_RMS_SHARE * first_mm:
         raise MeasureError(
             "compare.shape.other_width",
             **names,
@@ -256,7 +257,7 @@ def _require_same_limb(
 
 def slide_to_volume(first_in_limb: Mesh, second_in_limb: Mesh) -> Slide:
     """The slide after which both hold the same volume below the lower brim."""
-    first, second = _measured(first_in_limb), _measured(second_in_limb)
+    first, second = _volumes_of(first_in_limb), _volumes_of(second_in_limb)
     first_top, second_top = brim_height_mm(first_in_limb), brim_height_mm(second_in_limb)
 
     def level(shift_mm: float) -> float:
@@ -275,43 +276,50 @@ def slide_to_volume(first_in_limb: Mesh, second_in_limb: Mesh) -> Slide:
     reach = min(_FARTHEST_MM, 0.4 * float(length))
     if excess(-reach) * excess(reach) > 0:
         raise MeasureError("compare.slide.none", reach_mm=reach)
-    shift_mm = float(np.asarray(brentq(excess, -reach, reach, xtol=_CLOSE_MM)))
+    shift_mm = float(np.asarray(brentq(excess, -reach, reach, xtol=_ROOT_TOLERANCE_MM)))
     return Slide(shift_mm=shift_mm, height_mm=level(shift_mm))
 
 
-def about_mirrors(
-    first: Limb, second: Limb, ground: Ground, fit: Fit, brim_mm: float, icp: IcpOptions
+def mirror_findings(
+    first: Limb,
+    second: Limb,
+    surface: CounterpartSurface,
+    fit: Fit,
+    brim_mm: float,
+    icp: IcpOptions,
 ) -> tuple[Finding, ...]:
-    """A hint where the mirror image of the second fits the first far better."""
-    if not fit.rms_mm > _SUSPECT * width_mm(first.mesh.vertices_mm):
+    """A doubt where the mirror image of the second fits the first far better."""
+    if not fit.rms_mm > _MIRROR_SUSPECT_SHARE * width_mm(first.mesh.vertices_mm):
         return ()
     mirrored = replace(
         second,
         mesh=replace(
             second.mesh,
-            vertices_mm=second.mesh.vertices_mm * _ACROSS,
+            vertices_mm=second.mesh.vertices_mm * _MIRROR_X,
             faces=second.mesh.faces[:, ::-1].copy(),
         ),
     )
-    best, _ = tried_starts(first, mirrored, ground, brim_mm, icp)
-    image = run_icp(places_of(mirrored, FINE, brim_mm), ground, best.first_from_second, icp)
-    if not (image.rms_mm < _BETTER * fit.rms_mm and image.cost_mm < _BETTER * fit.cost_mm):
+    best, _ = best_of_starts(first, mirrored, surface, brim_mm, icp)
+    image = run_icp(measured_samples(mirrored, FINE, brim_mm), surface, best.first_from_second, icp)
+    if not (
+        image.rms_mm < _MIRROR_BETTER * fit.rms_mm and image.cost_mm < _MIRROR_BETTER * fit.cost_mm
+    ):
         return ()
     return (doubt("compare.shape.mirrored", image_rms_mm=image.rms_mm, rms_mm=fit.rms_mm),)
 
 
-def _apart_mm(one: Rigid, other: Rigid, limb: Limb) -> float:
-    """How far two poses lay a limb's vertices apart, at most."""
+def _largest_difference_mm(one: Rigid, other: Rigid, limb: Limb) -> float:
+    """The largest difference of two poses at a limb's vertices."""
     points = limb.mesh.vertices_mm
     return float(np.abs(one.apply(points) - other.apply(points)).max())
 
 
-def _looseness_of_marks(
+def _covariance_by_landmarks(
     places_mm: Points3, off_mm: Float64[np.ndarray, " k"], share: Float64[np.ndarray, " k"]
-) -> Looseness:
-    """From how far the landmarks disagree: errors of one size in all directions.
+) -> PoseCovariance:
+    """The pose's covariance from the landmarks' residuals, as isotropic errors.
 
-    Few landmarks tell that size badly, so it is widened.
+    Few landmarks determine their size badly, so it is widened.
     """
     middle = share @ places_mm
     apart = places_mm - middle
@@ -324,15 +332,15 @@ def _looseness_of_marks(
     counted = 1 / float(np.square(share).sum())
     free = max(3 * counted - 6, 1.0)
     mark_mm2 = float(share @ off_mm**2) * counted / free
-    return Looseness(
+    return PoseCovariance(
         middle_mm=middle,
         covariance=max(mark_mm2 * widening(free) ** 2, _MARK_MM**2) * spread,
         growth_shift=np.zeros(3),
     )
 
 
-def _start_from_frames(first: Limb, second: Limb) -> Rigid | None:
-    """From landmarks, or limb frames; None where nothing tells how the shapes lie."""
+def _start_pose(first: Limb, second: Limb) -> Rigid | None:
+    """The start pose by landmarks or limb frames; None if there are neither."""
     try:
         return by_landmarks(first, second, {}).first_from_second
     except MeasureError:
@@ -341,5 +349,5 @@ def _start_from_frames(first: Limb, second: Limb) -> Rigid | None:
         return None
 
 
-def _measured(mesh: Mesh) -> Volumes:
+def _volumes_of(mesh: Mesh) -> Volumes:
     return Volumes.of(Sigmas.of(mesh))

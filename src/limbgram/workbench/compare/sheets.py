@@ -42,14 +42,14 @@ _COLUMNS = (
 
 @dataclass(frozen=True, kw_only=True)
 class SheetVisit:
-    """A filled form and its day."""
+    """A filled measuring sheet and its day."""
 
     day: date
     sheet: MeasuringSheet
 
 
 @dataclass(frozen=True, kw_only=True)
-class Course:
+class FigureCourse:
     """One figure over time."""
 
     name: str
@@ -81,7 +81,7 @@ class SheetTrend:
 
     visits: tuple[SheetVisit, ...]
     """In the order of their days."""
-    courses: tuple[Course, ...]
+    courses: tuple[FigureCourse, ...]
     """Of every figure that two days have."""
     left_out: tuple[str, ...]
     """Names of the other figures."""
@@ -174,7 +174,7 @@ def follow_sheets(visits: Sequence[SheetVisit], notes: Sequence[Finding] = ()) -
     )
 
 
-def courses(visits: Sequence[SheetVisit]) -> tuple[Course, ...]:
+def courses(visits: Sequence[SheetVisit]) -> tuple[FigureCourse, ...]:
     """Follow every figure that has a sigma on two days or more.
 
     Raises:
@@ -186,7 +186,7 @@ def courses(visits: Sequence[SheetVisit]) -> tuple[Course, ...]:
         raise OptionsError("trend.one_day")
     if len({(one.sheet.kind, one.sheet.side) for one in ordered}) > 1:
         raise MeasureError("trend.sheets_differ")
-    found: list[Course] = []
+    found: list[FigureCourse] = []
     for row in ordered[0].sheet.rows:
         known = [
             (one.day, other.figure)
@@ -201,13 +201,13 @@ def courses(visits: Sequence[SheetVisit]) -> tuple[Course, ...]:
 
 def _course(
     name: str, words: Mapping[str, str], unit: str, known: Sequence[tuple[date, Figure]]
-) -> Course:
+) -> FigureCourse:
     trend = fit_trend(
         np.array([day.toordinal() for day, _ in known], np.float64),
         np.array([figure.value for _, figure in known]),
         np.array([figure.sigma for _, figure in known], np.float64),
     )
-    return Course(
+    return FigureCourse(
         name=name,
         words=words,
         unit=unit,

@@ -1,4 +1,4 @@
-"""Adapter: where the plate of a modular prosthesis sits under a socket, and what joins both.
+"""Adapter: the plate of a modular prosthesis under a socket, and the block that joins both.
 
 Method  The line of reference leads from the middle of the socket, half way up, straight down. The
         socket leans against it as the joint above flexes: below a knee its upper end forwards, as
@@ -21,38 +21,40 @@ from limbgram.workbench.devices.device import FlexedJoint
 from limbgram.workbench.devices.fittings import Part, hole, plate, pyramid
 from limbgram.workbench.devices.shell import Layout
 
-_REACH = 0.35
-"""Share of the socket's height up to which the end is drawn out towards the plate."""
-_SUNK_MM = 2.0
-"""The block reaches so far into the plate, so that both are one."""
-_NARROWER = 0.95
-"""Of the plate's half width: the block's radius at the plate."""
+_TAPER_SHARE = 0.35
+"""Share of the socket's height over which its end tapers towards the plate."""
+_OVERLAP_MM = 2.0
+"""The block reaches this far into the plate, so that both are one solid."""
+_BLOCK_SHARE = 0.95
+"""Radius of the block at the plate, as a share of the plate's half width."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Alignment:
-    """How a socket stands over its plate."""
+    """The alignment of a socket over its plate."""
 
     flexion_deg: float
     adduction_deg: float
     toe_out_deg: float
     inset_mm: float
     limb_from_plate: Rigid
-    """Of the plate: origin in the middle of its lower face, Z up the line of reference, Y as the
+    """Of the plate: origin in the middle of its lower face, Z up the reference line, Y as the
     foot goes."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plate:
-    """What makes an adapter."""
+class Adapter:
+    """An adapter: its alignment, the block towards the socket, and the plate's parts."""
 
     alignment: Alignment
     block: RoundCone
     parts: tuple[Part, ...]
 
 
-def plate_of(body: Body, layout: Layout, values: Mapping[str, float], joint: FlexedJoint) -> Plate:
-    """The plate under a socket.
+def adapter_under(
+    body: Body, layout: Layout, values: Mapping[str, float], joint: FlexedJoint
+) -> Adapter:
+    """The adapter under a socket.
 
     Args:
         joint: The one above the socket, which flexes.
@@ -60,8 +62,8 @@ def plate_of(body: Body, layout: Layout, values: Mapping[str, float], joint: Fle
     Raises:
         EditError: nobody said which side the limb is of.
     """
-    out = body.outward()
-    up, ahead = _line_of(values, joint, out)
+    out = body.lateral()
+    up, ahead = _reference_line(values, joint, out)
     turn = np.radians(values["toe_out_deg"])
     sideways = unit((out - (out @ up) * up)[None])[0]
     foot = np.cos(turn) * ahead + np.sin(turn) * (sideways - (sideways @ ahead) * ahead)
@@ -69,19 +71,19 @@ def plate_of(body: Body, layout: Layout, values: Mapping[str, float], joint: Fle
     covered = layout.positive.vertices_mm[layout.beyond_mm < 0]
     thickest_mm = float(layout.thickness_mm[layout.beyond_mm < 0].max())
     low, high = float(covered[:, 2].min()), float(covered[:, 2].max())
-    middle = body.middle_mm(low + 0.5 * (high - low))
+    middle = body.section_centre_mm(low + 0.5 * (high - low))
     top = float((covered @ up).min()) - thickest_mm - values["build_mm"]
     place = middle + (top - middle @ up) * up
     place = place - values["inset_mm"] * sideways + values["forward_mm"] * ahead
     origin = place - values["plate_height_mm"] * up
     motion = Rigid(np.column_stack([np.cross(foot, up), foot, up]), origin)
-    inner = body.middle_mm(low + _REACH * (high - low))
+    inner = body.section_centre_mm(low + _TAPER_SHARE * (high - low))
     near = np.abs(covered[:, 2] - inner[2]) < 0.05 * (high - low)
     inner_radius = float(np.linalg.norm((covered[near] - inner)[:, :2], axis=1).min())
     block = RoundCone(
-        start_mm=place - _SUNK_MM * up,
+        start_mm=place - _OVERLAP_MM * up,
         end_mm=inner,
-        start_radius_mm=0.5 * _NARROWER * values["plate_mm"],
+        start_radius_mm=0.5 * _BLOCK_SHARE * values["plate_mm"],
         end_radius_mm=inner_radius,
         floor=up,
     )
@@ -110,13 +112,13 @@ def plate_of(body: Body, layout: Layout, values: Mapping[str, float], joint: Fle
         inset_mm=values["inset_mm"],
         limb_from_plate=motion,
     )
-    return Plate(alignment=alignment, block=block, parts=parts)
+    return Adapter(alignment=alignment, block=block, parts=parts)
 
 
-def _line_of(
+def _reference_line(
     values: Mapping[str, float], joint: FlexedJoint, out: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Up the line of reference, and forwards square to it, in the limb frame."""
+    """Unit vectors up the alignment reference line, and forwards square to it."""
     flexed = np.radians(values["flexion_deg"])
     back = np.tan(flexed if joint == "knee" else -flexed)
     inwards = np.tan(np.radians(values["adduction_deg"]))

@@ -1,6 +1,6 @@
-"""Blocks: solids that a shell grows into: the end of a socket towards its plate, bosses for joints.
+"""Blocks: solids blended into a shell: a socket's end towards its plate, bosses for joints.
 
-Each tells its distance (Quilez 2008 derives that of the round cone), so that the shell's method
+Each gives its signed distance (Quilez 2008 derives that of the round cone), by which the shell
 takes it up; it ends within the wall, and never reaches the skin.
 """
 
@@ -14,7 +14,7 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 
 @dataclass(frozen=True, kw_only=True)
 class RoundCone:
-    """All spheres between two, cut off at the plane through the first one's middle."""
+    """A round cone, the hull of two spheres, cut off at a plane through the first centre."""
 
     start_mm: Vector3
     end_mm: Vector3
@@ -50,7 +50,7 @@ class Boss:
     face_mm: Vector3
     """Middle of the flat face."""
     outward: Vector3
-    """Unit; the face looks there."""
+    """Unit normal of that face."""
     radius_mm: float
     depth_mm: float
     """From the face inwards."""
@@ -74,5 +74,5 @@ class Boss:
 
 
 Block = RoundCone | Boss
-"""What thickens a shell: `distance_mm` is negative inside, `box_mm` the lowest and the highest
-corner of what it fills."""
+"""A solid that thickens a shell: `distance_mm` is negative inside, `box_mm` the lowest and the
+highest corner of its bounding box."""

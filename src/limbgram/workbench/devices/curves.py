@@ -24,64 +24,69 @@ from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 
 _STEPS_MM = (16.0, 8.0, 4.0, 2.0, 1.0, 0.5)
 _ROUNDS = 60
-_SHARE = 0.5
-"""Of the way to where the curve bends least, at once: beyond 0.75 the rounds diverge."""
-_DRAWN = 1 - _SHARE, _SHARE * 4 / 6, -_SHARE / 6
-"""Weights by which a point, its neighbours and theirs draw it there."""
-_LEAST_PARTS = 2
-_NORMALS_OVER = 4
-"""Steps to either side over which the surface's normals are evened out."""
+_STEP_SHARE = 0.5
+"""Share of the way towards least bending that a point moves in one round; more than 0.75
+diverges."""
+_SMOOTHING_WEIGHTS = 1 - _STEP_SHARE, _STEP_SHARE * 4 / 6, -_STEP_SHARE / 6
+"""Weights of a point itself, of its neighbours and of theirs in one smoothing round."""
+_FEWEST_SEGMENTS = 2
+_NORMAL_STEPS = 4
+"""Points to either side over which the normals along the curve are averaged."""
 
 
 Line = Float64[np.ndarray, "_ 3"]
 """Each of its own number of points."""
-_legs = AnswersByMesh[Line](most=256)
-_curves = AnswersByMesh[Curve](most=16)
-"""Who moves one point of an edge leaves the other legs as they are; who sets how thick the wall is
-leaves all edges."""
+_leg_cache = AnswersByMesh[Line](most=256)
+_curve_cache = AnswersByMesh[Curve](most=16)
+"""Moving one point of an edge changes only its two legs; changing the wall's thickness changes no
+edge."""
 
 
 def fair_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
-    """The curve through places on the surface.
+    """The fair closed curve through places on the surface.
 
     Raises:
         MeasureError: no surface joins two places.
     """
-    return _curves(mesh, picked_mm.tobytes(), lambda: _drawn(mesh, picked_mm))
+    return _curve_cache(mesh, picked_mm.tobytes(), lambda: _make_curve(mesh, picked_mm))
 
 
-def _drawn(mesh: Mesh, picked_mm: Points3) -> Curve:
+def _make_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
     count = len(picked_mm)
     tree = tree_on(mesh)
     ring = picked_mm
     legs = [
-        _legs(mesh, (here.tobytes(), ahead.tobytes()), partial(shortest_path, mesh, here, ahead))
+        _leg_cache(
+            mesh, (here.tobytes(), ahead.tobytes()), partial(shortest_path, mesh, here, ahead)
+        )
         for here, ahead in zip(picked_mm, np.roll(picked_mm, -1, axis=0), strict=True)
     ]
     for step_mm in _STEPS_MM:
-        parts = [_even(leg, max(_LEAST_PARTS, round(length_mm(leg) / step_mm))) for leg in legs]
+        parts = [
+            _resampled(leg, max(_FEWEST_SEGMENTS, round(length_mm(leg) / step_mm))) for leg in legs
+        ]
         sizes = np.array([len(part) for part in parts])
         ring = np.concatenate(parts)
         starts = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
         held = np.isin(np.arange(len(ring)), starts)
-        ring = tree.relaxed(ring, held, _DRAWN, _ROUNDS)
+        ring = tree.relaxed(ring, held, _SMOOTHING_WEIGHTS, _ROUNDS)
         closed = np.concatenate([ring, ring[:1]])
         ends = np.append(starts, len(ring))
         legs = [closed[ends[k] : ends[k + 1] + 1] for k in range(count)]
     found = tree.closest(ring)
     normals = mesh.vertex_normals()[mesh.faces[found.faces]].mean(1)
-    return Curve(found.points_mm, _evened(normals))
+    return Curve(found.points_mm, _smoothed_normals(normals))
 
 
-def _even(way_mm: Points3, parts: int) -> Float64[np.ndarray, "parts 3"]:
-    """Points at equal distances along an open line, without its last."""
+def _resampled(way_mm: Points3, parts: int) -> Float64[np.ndarray, "parts 3"]:
+    """Points at equal distances along an open polyline, without its last point."""
     walked = np.concatenate([[0.0], np.cumsum(lengths(np.diff(way_mm, axis=0)))])
     at = np.linspace(0.0, walked[-1], parts + 1)[:-1]
     return np.stack([np.interp(at, walked, axis) for axis in way_mm.T], axis=1)
 
 
-def _evened(normals: Points3) -> Points3:
+def _smoothed_normals(normals: Points3) -> Points3:
     total = np.zeros_like(normals)
-    for shift in range(-_NORMALS_OVER, _NORMALS_OVER + 1):
+    for shift in range(-_NORMAL_STEPS, _NORMAL_STEPS + 1):
         total += np.roll(normals, shift, axis=0)
     return unit(total)

@@ -1,4 +1,4 @@
-"""Device: what is worn, as data: its edges, its wall, what is fitted to it, and all its measures.
+"""Device: a kind of orthosis or socket as data: its edges, wall, fittings and measures.
 
 A device is one file of the folder `kinds`, with `DEVICE = Device(...)`; the command line, the app's
 tables and the tests follow from it. All ranges are general knowledge of the trade where no source
@@ -24,15 +24,15 @@ FlexedJoint = Literal["knee", "hip"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Inside:
-    """How far a slot keeps inside an edge, over the surface, from where the edge was drawn."""
+class EdgeMargin:
+    """The distance over the surface that a slot keeps from an edge."""
 
     edge: str
     """A loop of the trim, or the opening of a slit."""
     margin_mm: Amount
-    """To the slot's own nearest side."""
+    """From the edge as it was drawn to the slot's nearest side."""
     away: Literal["up", "down", "round", "back"]
-    """The way from the edge: up or down the limb, or round it as angles grow, or back."""
+    """Direction from the edge: up or down the limb, round it as angles grow, or back."""
     stretch: tuple[str, str] | None = None
     """From one point of the loop onwards to another; all of it without."""
 
@@ -43,17 +43,17 @@ class Slot:
 
     name: str
     at: TrimPoint
-    """Its middle; where edges hold it, about there."""
+    """Its middle; only a start where it keeps margins to edges."""
     length_mm: Amount
     width_mm: Amount
     upright: bool = True
-    """Its length goes up the limb; else round it."""
+    """Its length runs up the limb; else round it."""
     strap: Amount = 0.0
-    """Width of the strap through it, which presses beside it; nothing for a vent."""
+    """Width of the strap through it, which presses beside it; zero for a vent."""
     asked: Amount = 1.0
-    """It is cut where this is more than nothing."""
-    inside: tuple[Inside, ...] = ()
-    """The edges that hold it, at most one for each way."""
+    """It is cut where this is more than zero."""
+    inside: tuple[EdgeMargin, ...] = ()
+    """The margins that place it, at most one for each direction."""
     yields: str = ""
     """The measure that moves it out of the way of other straps, where nobody gave it."""
 
@@ -74,11 +74,11 @@ class WallZone:
     """A place where somebody wants a printed wall thicker, or thinner, than the device has it."""
 
     at: str
-    """The landmark in its middle."""
+    """The landmark at its centre."""
     add_mm: Annotated[float, Within(-6.0, 12.0)]
-    """Thinner where it is less than nothing."""
+    """Thinner where negative."""
     reach_mm: Annotated[float, Within(5.0, 200.0)]
-    """Over the surface, from its middle to where it begins to run out."""
+    """Distance over the surface from its centre to where it begins to fall off."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,10 +99,10 @@ class Seat:
     name: str
     at: TrimPoint
     axis: tuple[str, str]
-    """From and to: the seat looks along it, or against it, whichever leads outwards."""
+    """From and to: the seat faces along it, or against it, whichever leads outwards."""
     radius_mm: float
     rise_mm: float
-    """Of the flat face over the outer side."""
+    """Height of the flat face above the outer side."""
     hole_mm: Amount
 
 
@@ -119,12 +119,12 @@ class Slit:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Width:
-    """A width of the positive that is held against one measured on the patient."""
+class WidthCheck:
+    """A width of the positive that is compared with one measured on the patient."""
 
     measure: str
     at: str
-    """Landmark at whose height it is looked at, as a calliper from side to side has it."""
+    """Landmark at whose height it is taken, from side to side as by a calliper."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +134,7 @@ class Label:
     at: TrimPoint
     """Middle of the text."""
     runs: Literal["up", "round", "ahead"]
-    """Its way: up the limb, level round it, or along the foot."""
+    """Its direction: up the limb, level round it, or along the foot."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,23 +150,22 @@ class Device:
     trim: Trim
     label: Label
     wall: Mapping[Fabrication, Measure]
-    """How thick it is by the ways in which it is made; the first is the usual one."""
+    """Its thickness for each way of fabrication; the first is the usual one."""
     slots: tuple[Slot, ...] = ()
     pads: tuple[Pad, ...] = ()
     ridges: tuple[Ridge, ...] = ()
     seats: tuple[Seat, ...] = ()
     slits: tuple[Slit, ...] = ()
     adapter: FlexedJoint | None = None
-    """A plate of modular prostheses under its end, with its alignment, which goes by how the joint
-    above flexes."""
-    widths: tuple[Width, ...] = ()
+    """The joint above, if a modular adapter with its alignment stands under the distal end."""
+    widths: tuple[WidthCheck, ...] = ()
     more: tuple[Measure, ...] = ()
     """Measures beside those of the trim, the wall and the adapter."""
 
     __repr__ = brief
 
     def measures(self, made: Fabrication) -> tuple[Measure, ...]:
-        """All, in the order of forms; a draped sheet has no pads and no ribs."""
+        """All measures, in the order of forms; a draped sheet has no pads and no ribs."""
         fitted = ADAPTER if self.adapter else ()
         drawn = (DRAW,) if made == "draped" else ()
         thicker = measures_in([one.add_mm for one in (*self.pads, *self.ridges)])
@@ -175,7 +174,7 @@ class Device:
 
     @property
     def landmarks(self) -> tuple[str, ...]:
-        """All that its edges and what is fitted to it go by, each once."""
+        """The landmarks that its edges and fittings need, each once."""
         points = (
             *(one.at for one in (*self.slots, *self.pads, *self.seats)),
             *(point for ridge in self.ridges for point in ridge.through),
@@ -186,7 +185,7 @@ class Device:
         return tuple(dict.fromkeys([*self.trim.landmarks(), *named, *axes, *widths]))
 
     @property
-    def usually(self) -> Fabrication:
+    def usual_fabrication(self) -> Fabrication:
         return next(iter(self.wall))
 
     @property
@@ -301,7 +300,7 @@ ADAPTER = (
 )
 
 
-def _found() -> Iterator[Device]:
+def _load_devices() -> Iterator[Device]:
     for file in iter_modules(kinds.__path__):
         yield import_module(f"{kinds.__name__}.{file.name}").DEVICE
 
@@ -310,11 +309,11 @@ def _found() -> Iterator[Device]:
 def devices() -> Mapping[str, Device]:
     """Every kind of device by its name, in the order of lists."""
     add_terms(_terms)
-    return {one.name: one for one in sorted(_found(), key=lambda one: one.order)}
+    return {one.name: one for one in sorted(_load_devices(), key=lambda one: one.order)}
 
 
 def _terms(language: str) -> dict[str, str]:
-    """What devices and their measures are called."""
+    """Names of devices and their measures in a language, by the English ones."""
     found: dict[str, str] = {}
     for one in devices().values() if language == "de" else ():
         measures = (each for made in one.wall for each in one.measures(made))

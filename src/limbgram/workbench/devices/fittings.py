@@ -1,4 +1,4 @@
-"""Fittings: what a device has of exact form: plates, holes, bodies of other makers.
+"""Fittings: the parts of a device with exact geometry: plates, holes, imported bodies.
 
 In      a shell's solid, and parts placed in the limb frame.
 Out     one solid.
@@ -20,28 +20,28 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 
-_ROUND = 96
-"""Sides of what is round: a hole of 8 mm is off by 0.002 mm."""
-HOLES_MM = 18.0
-"""Of the four holes of an adapter from its middle, along both axes: 36 x 36 mm."""
-_CORNER_MM = 6.0
+_CIRCLE_SEGMENTS = 96
+"""Segments of a circle: a hole of 8 mm is off by 0.002 mm."""
+HOLE_OFFSET_MM = 18.0
+"""Offset of an adapter's four holes from its middle, along both axes: 36 x 36 mm."""
+_CORNER_RADIUS_MM = 6.0
 """Radius of a plate's corners."""
 _PYRAMID_END_MM, _PYRAMID_DEG = 21.0, 15.0
-_PASS_MM = 0.5
-"""By so much a hole goes beyond what it is drilled through."""
+_OVERSHOOT_MM = 0.5
+"""A hole is drilled this far beyond what it goes through."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A closed solid, and what is done with it."""
+    """A closed solid that is joined to a device or cut from it."""
 
     solid: Mesh
     how: Literal["join", "cut"]
     name: str
 
 
-def fitted(body: Mesh, parts: Sequence[Part]) -> Mesh:
-    """A body with its parts, done in their order.
+def with_parts(body: Mesh, parts: Sequence[Part]) -> Mesh:
+    """A body with its parts joined or cut, in their order.
 
     Raises:
         EditError: a part is open, or does not touch the body.
@@ -62,68 +62,70 @@ def plate(
 
     Its frame: origin in the middle of its lower face, Z upwards, Y forwards.
     """
-    inner_mm = width_mm - 2 * _CORNER_MM
+    inner_mm = width_mm - 2 * _CORNER_RADIUS_MM
     outline = CrossSection.square((inner_mm, inner_mm), center=True).offset(
-        _CORNER_MM, manifold3d.JoinType.Round, 2.0, _ROUND
+        _CORNER_RADIUS_MM, manifold3d.JoinType.Round, 2.0, _CIRCLE_SEGMENTS
     )
     block = mesh_of(outline.extrude(height_mm))
     holes = [
-        _cylinder(hole_mm / 2, -_PASS_MM, height_mm + _PASS_MM).translate((x, y, 0.0))
-        for x in (-HOLES_MM, HOLES_MM)
-        for y in (-HOLES_MM, HOLES_MM)
+        _cylinder(hole_mm / 2, -_OVERSHOOT_MM, height_mm + _OVERSHOOT_MM).translate((x, y, 0.0))
+        for x in (-HOLE_OFFSET_MM, HOLE_OFFSET_MM)
+        for y in (-HOLE_OFFSET_MM, HOLE_OFFSET_MM)
     ]
     return (
-        _placed("plate", block, limb_from_plate, "join"),
-        *(_placed("plate hole", mesh_of(hole), limb_from_plate, "cut") for hole in holes),
+        _part_at("plate", block, limb_from_plate, "join"),
+        *(_part_at("plate hole", mesh_of(hole), limb_from_plate, "cut") for hole in holes),
     )
 
 
 def pyramid(limb_from_plate: Rigid, height_mm: float) -> Part:
     """A male pyramid under a plate, wider at its end by 15 degrees to each side.
 
-    Its form is general knowledge of the trade: hold it against the part that it has to meet.
+    Its form is general knowledge of the trade: check it against the part that it has to fit.
     """
     start_mm = _PYRAMID_END_MM - 2 * height_mm * float(np.tan(np.radians(_PYRAMID_DEG)))
     grown = _PYRAMID_END_MM / start_mm
     wide = CrossSection.square((start_mm, start_mm), center=True)
     below = wide.extrude(height_mm, 0, 0.0, (grown, grown)).rotate((180.0, 0.0, 0.0))
-    neck = wide.extrude(2 * _PASS_MM).translate((0.0, 0.0, -_PASS_MM))
-    return _placed("pyramid", mesh_of(below + neck), limb_from_plate, "join")
+    neck = wide.extrude(2 * _OVERSHOOT_MM).translate((0.0, 0.0, -_OVERSHOOT_MM))
+    return _part_at("pyramid", mesh_of(below + neck), limb_from_plate, "join")
 
 
 def hole(
     name: str, place_mm: Vector3, way: Vector3, *, diameter_mm: float, depth_mm: float
 ) -> Part:
-    """A round hole through a place, `depth_mm` to either side along a way."""
+    """A round hole through a place, `depth_mm` to either side along a direction."""
     drill = mesh_of(_cylinder(diameter_mm / 2, -depth_mm, depth_mm))
-    return _placed(name, drill, pointing(place_mm, way), "cut")
+    return _part_at(name, drill, frame_along(place_mm, way), "cut")
 
 
-def imported(name: str, solid: Mesh, limb_from_part: Rigid, how: Literal["join", "cut"]) -> Part:
+def imported_part(
+    name: str, solid: Mesh, limb_from_part: Rigid, how: Literal["join", "cut"]
+) -> Part:
     """A body of another maker, as a lock or a valve, read from its file.
 
     Raises:
         EditError: it is not closed.
     """
     _manifold(solid, name)
-    return _placed(name, solid, limb_from_part, how)
+    return _part_at(name, solid, limb_from_part, how)
 
 
-def pointing(place_mm: Vector3, way: Vector3) -> Rigid:
-    """A frame at a place whose Z goes a way."""
+def frame_along(place_mm: Vector3, way: Vector3) -> Rigid:
+    """A frame at a place whose Z axis points in a direction."""
     forward = way / np.linalg.norm(way)
     across = np.cross(np.eye(3)[int(np.argmin(np.abs(forward)))], forward)
     across /= np.linalg.norm(across)
     return Rigid(np.column_stack([across, np.cross(forward, across), forward]), place_mm)
 
 
-def _placed(name: str, solid: Mesh, motion: Rigid, how: Literal["join", "cut"]) -> Part:
+def _part_at(name: str, solid: Mesh, motion: Rigid, how: Literal["join", "cut"]) -> Part:
     placed = solid.moved(motion)
     return Part(solid=placed, how=how, name=name)
 
 
 def _cylinder(radius_mm: float, low_mm: float, high_mm: float) -> Manifold:
-    return Manifold.cylinder(high_mm - low_mm, radius_mm, radius_mm, _ROUND).translate(
+    return Manifold.cylinder(high_mm - low_mm, radius_mm, radius_mm, _CIRCLE_SEGMENTS).translate(
         (0.0, 0.0, low_mm)
     )
 

@@ -1,4 +1,4 @@
-"""What each landmark of a kind of limb serves, for those who choose which to mark.
+"""Landmark uses: what each landmark of a kind of limb is needed for.
 
 And which of them an edit or a device goes by, for what is said of those that nobody confirmed.
 """
@@ -18,14 +18,14 @@ it; nothing should press there; it is built up by the preset."""
 
 
 def uses_of(kind: Kind) -> Mapping[str, tuple[Use, ...]]:
-    """By the identity of each place of the kind; empty where only its name is understood."""
+    """The uses of each place of a kind, by its identity; empty where only its name is known."""
     sore = {name for one in kind.sensitive for name in (one.name, *one.also)}
     made = {name for one in devices().values() if one.kind == kind.name for name in one.landmarks}
-    frame = {one.identity for one in kind.asked} | _named_in(kind.upright, kind)
+    frame = {one.identity for one in kind.asked} | _names_in(kind.upright, kind)
     serving: Mapping[Use, set[str]] = {
         "axes": frame,
-        "sheet": _named_in((kind.sheet, kind.centreline if kind.sheet else None), kind),
-        "joint": _named_in(kind.joints, kind),
+        "sheet": _names_in((kind.sheet, kind.centreline if kind.sheet else None), kind),
+        "joint": _names_in(kind.joints, kind),
         "device": made,
         "no pressure": sore,
         "build-up": set(kind.presets),
@@ -37,35 +37,35 @@ def uses_of(kind: Kind) -> Mapping[str, tuple[Use, ...]]:
 
 
 def landmarks_of_edits(recipe: Recipe, kind: Kind) -> frozenset[str]:
-    """Names that the edits which are on go by: of places, and of the joints that they turn.
+    """Names of the places and joints that a recipe's switched-on edits refer to.
 
     Among them may be words that name no landmark.
     """
     done = [one.edit for one in recipe.entries if one.on]
-    said = {word for edit in done for word in _words(edit)}
+    said = {word for edit in done for word in _strings_in(edit)}
     joints = tuple(one for one in kind.joints if one.name in said)
-    return frozenset(said | _named_in(joints, kind))
+    return frozenset(said | _names_in(joints, kind))
 
 
-def _named_in(what: Any, kind: Kind) -> set[str]:
-    """Words inside items and joints, and inside the directions that they go by."""
+def _names_in(what: Any, kind: Kind) -> set[str]:
+    """All strings inside items and joints, and inside the directions that they refer to."""
     directions = {one.name: one for one in kind.directions}
     found: set[str] = set()
-    due = list(_words(what))
+    due = list(_strings_in(what))
     while due:
         word = due.pop()
         if word not in found:
             found.add(word)
-            due += _words(directions.get(word))
+            due += _strings_in(directions.get(word))
     return found
 
 
-def _words(what: Any) -> Iterator[str]:
+def _strings_in(what: Any) -> Iterator[str]:
     if isinstance(what, str):
         yield what
     elif isinstance(what, list | tuple):
         for one in what:
-            yield from _words(one)
+            yield from _strings_in(one)
     elif is_dataclass(what):
         for one in fields(what):
-            yield from _words(getattr(what, one.name))
+            yield from _strings_in(getattr(what, one.name))

@@ -1,7 +1,7 @@
-"""Layout: what of a positive a device covers: inside its edges, beside its openings.
+"""Layout: the part of a positive that a device covers, inside its edges and outside its openings.
 
 In      a Body and the edges drawn on it; slots, round vents, and an opening from end to end.
-Out     the positive, fine along all of them, and how far each vertex lies beyond the nearest.
+Out     the positive, refined along all of them, and its vertices' signed distance beyond them.
 Method  Distances over the surface go out from each edge to both sides (edits/regions). Round a slot
         or a vent the surface is laid out by the distance and the direction from its middle, which
         keeps lengths there to a share of a per cent on a limb's calf.
@@ -23,25 +23,25 @@ from limbgram.core.mesh.topology import boundary_half_edges, face_components
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.trims import Edge
-from limbgram.workbench.edits.fineness import refine_under
+from limbgram.workbench.edits.refinement import refine_selected
 from limbgram.workbench.edits.regions import (
     Curve,
     distances_from,
     distances_from_point,
     find_sides,
-    fine_along,
+    refined_along,
 )
 
-_FINE_MM = 1.5
-"""Edges of triangles along edges and openings."""
-_OF_FALLOFF = 1 / 3
-"""Edges of triangles under a rib, as a share of the way over which it runs out."""
-_BESIDE_MM, _ALONG_MM = 6.0, 15.0
-"""A curve meets itself where stretches that lie so far apart along it come so near."""
+_EDGE_LENGTH_MM = 1.5
+"""Edge length of triangles along the device's edges and openings."""
+_EDGE_PER_FALLOFF = 1 / 3
+"""Edge length of triangles under a rib, as a share of its falloff."""
+_SELF_CONTACT_MM, _LEAST_ARC_MM = 6.0, 15.0
+"""A curve touches itself where two places come this near though this far apart along it."""
 _CORNER_MM = 12.0
 """Radius of the corners where a gap meets the edges."""
 _REACH_MM = 40.0
-"""Beyond it a distance from an edge matters to nothing."""
+"""Distances from an edge are cut off here: nothing depends on larger ones."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,23 +52,23 @@ class Opening:
     middle_mm: Vector3
     """On the surface, in the limb frame."""
     along: Vector3
-    """The way of its length."""
+    """The direction of its length."""
     length_mm: float
     """From end to end; a round vent's is its width."""
     width_mm: float
     measures: tuple[str, ...] = ()
-    """What its place and its size follow, for refusals."""
+    """The measures that set its place and size, for refusals."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gap:
-    """An opening from the upper to the lower edge, as that of a brace."""
+    """An opening from the upper to the lower edge, as a brace has it."""
 
     name: str
     outward: Vector3
     """Unit: the side on which it lies."""
     across: Vector3
-    """Unit: the way of its width."""
+    """Unit: the direction of its width."""
     width_mm: float
 
 
@@ -78,14 +78,14 @@ class Rib:
 
     line_mm: Points3
     width_mm: float
-    """Full across it."""
+    """Of the part at full height."""
     falloff_mm: float
     add_mm: float
 
 
 @dataclass(frozen=True, kw_only=True)
-class Covered:
-    """The positive and how far its vertices lie beyond the device's edges."""
+class CoveredArea:
+    """The positive, and the signed distance of its vertices beyond the device's edges."""
 
     positive: Mesh
     beyond_mm: Float64[np.ndarray, " n"]
@@ -98,52 +98,52 @@ def cover(
     gaps: Sequence[Gap] = (),
     bridge_mm: float = 0.0,
     ribs: Sequence[Rib] = (),
-) -> Covered:
-    """What a device covers.
+) -> CoveredArea:
+    """The part of the positive that a device covers.
 
     Args:
-        ribs: Under which the surface is made so fine that they are even.
-        bridge_mm: Least width of what stays between an opening and an edge, or another opening.
+        ribs: Under these the mesh is refined, so that they come out smooth.
+        bridge_mm: Least width of material between an opening and an edge, or another opening.
 
     Raises:
         EditError: see the head of this file.
     """
     mesh = body.mesh
     for edge in edges:
-        mesh = fine_along(mesh, edge.curve, _FINE_MM)
+        mesh = refined_along(mesh, edge.curve, _EDGE_LENGTH_MM)
     for opening in openings:
-        mesh = _fine_round(mesh, opening)
+        mesh = _refined_round_opening(mesh, opening)
     for rib in ribs:
-        mesh = _fine_under(mesh, rib)
+        mesh = _refined_under_rib(mesh, rib)
     beyond = np.full(len(mesh), -_REACH_MM)
     others: list[tuple[str, Float64[np.ndarray, " n"]]] = []
     for edge in edges:
-        others.append((edge.name, _beyond_edge(mesh, edge)))
+        others.append((edge.name, _distance_beyond_edge(mesh, edge)))
         beyond = np.maximum(beyond, others[-1][1])
-    beyond = _one_piece(mesh, beyond, edges)
+    beyond = _largest_kept_piece(mesh, beyond, edges)
     for gap in gaps:
-        others.append((gap.name, beyond_gap(mesh.vertices_mm, gap)))
-        beyond = _both(beyond, others[-1][1])
+        others.append((gap.name, depth_in_gap(mesh.vertices_mm, gap)))
+        beyond = _rounded_max(beyond, others[-1][1])
     for opening in openings:
-        depth = _within_opening(mesh, opening)
+        depth = _depth_in_opening(mesh, opening)
         _require_bridge(mesh, beyond, depth, opening, bridge_mm, others)
         beyond = np.maximum(beyond, depth)
         others.append((opening.name, depth))
     _require_no_hole(mesh, beyond)
-    return Covered(positive=mesh, beyond_mm=beyond)
+    return CoveredArea(positive=mesh, beyond_mm=beyond)
 
 
-def beyond_gap(places_mm: Points3, gap: Gap) -> Float64[np.ndarray, " n"]:
-    """How deep inside a gap; it is measured straight across, on the side where it lies."""
+def depth_in_gap(places_mm: Points3, gap: Gap) -> Float64[np.ndarray, " n"]:
+    """Depth of places inside a gap, measured straight across it; negative outside."""
     off = np.abs(places_mm @ gap.across)
     return np.where(places_mm @ gap.outward > 0, gap.width_mm / 2 - off, -_REACH_MM)
 
 
-def _beyond_edge(mesh: Mesh, edge: Edge) -> Float64[np.ndarray, " n"]:
+def _distance_beyond_edge(mesh: Mesh, edge: Edge) -> Float64[np.ndarray, " n"]:
     try:
         sides = find_sides(mesh, [edge.curve])
     except EditError as error:
-        x, y, z = _nearest_itself_mm(edge.curve).tolist()
+        x, y, z = _self_contact_mm(edge.curve).tolist()
         raise EditError("device.trim.crosses", name=edge.name, point_mm=(x, y, z)) from error
     near = np.isfinite(sides.signed_mm)
     start = np.where(near, np.abs(sides.signed_mm), np.inf)
@@ -154,13 +154,13 @@ def _beyond_edge(mesh: Mesh, edge: Edge) -> Float64[np.ndarray, " n"]:
     return np.where(inside, -away, away)
 
 
-def _nearest_itself_mm(curve: Curve) -> Vector3:
-    """Where a curve comes nearest to another stretch of itself; else where it turns most."""
+def _self_contact_mm(curve: Curve) -> Vector3:
+    """Where a curve comes nearest to another part of itself; else its sharpest corner."""
     points = curve.points_mm
     count = len(points)
-    pairs = KDTree(points).query_pairs(_BESIDE_MM, output_type="ndarray")
+    pairs = KDTree(points).query_pairs(_SELF_CONTACT_MM, output_type="ndarray")
     along = np.abs(pairs[:, 1] - pairs[:, 0])
-    apart = np.minimum(along, count - along) * curve.length_mm / count > _ALONG_MM
+    apart = np.minimum(along, count - along) * curve.length_mm / count > _LEAST_ARC_MM
     if not apart.any():
         ways = unit(np.roll(points, -1, axis=0) - points)
         return points[int(np.argmin((ways * np.roll(ways, 1, axis=0)).sum(1)))]
@@ -168,10 +168,10 @@ def _nearest_itself_mm(curve: Curve) -> Vector3:
     return points[first[int(np.argmin(lengths(points[first] - points[second])))]]
 
 
-def _one_piece(
+def _largest_kept_piece(
     mesh: Mesh, beyond: Float64[np.ndarray, " n"], edges: Sequence[Edge]
 ) -> Float64[np.ndarray, " n"]:
-    """Without other pieces of the surface that lie inside all edges, as a patch cut off by two."""
+    """The same distances, with every piece inside the edges but the device's own put outside."""
     inside = beyond < 0
     faces = np.flatnonzero(inside[mesh.faces].any(1))
     pieces = face_components(mesh.faces[faces])
@@ -184,25 +184,25 @@ def _one_piece(
     return np.where(inside & ~own, _REACH_MM, beyond)
 
 
-def _both(
+def _rounded_max(
     one: Float64[np.ndarray, " n"], two: Float64[np.ndarray, " n"]
 ) -> Float64[np.ndarray, " n"]:
-    """Beyond either of two edges, the corner between them rounded."""
+    """The larger of two distances, with the corner between their zero lines rounded."""
     corner = np.hypot(np.maximum(one + _CORNER_MM, 0.0), np.maximum(two + _CORNER_MM, 0.0))
     return np.minimum(np.maximum(one, two), -_CORNER_MM) + corner
 
 
-def _fine_round(mesh: Mesh, opening: Opening) -> Mesh:
-    reach_mm = 0.5 * max(opening.length_mm, opening.width_mm) + 2 * _FINE_MM
+def _refined_round_opening(mesh: Mesh, opening: Opening) -> Mesh:
+    reach_mm = 0.5 * max(opening.length_mm, opening.width_mm) + 2 * _EDGE_LENGTH_MM
 
     def under(work: Mesh) -> Bool[np.ndarray, " f"]:
         away = lengths(work.vertices_mm[work.faces].mean(1) - opening.middle_mm)
         return away < reach_mm + longest_sides_mm(work.vertices_mm, work.faces)
 
-    return refine_under(mesh, under, _FINE_MM)
+    return refine_selected(mesh, under, _EDGE_LENGTH_MM)
 
 
-def _fine_under(mesh: Mesh, rib: Rib) -> Mesh:
+def _refined_under_rib(mesh: Mesh, rib: Rib) -> Mesh:
     line = KDTree(rib.line_mm)
     reach_mm = 0.5 * rib.width_mm + rib.falloff_mm
 
@@ -210,11 +210,11 @@ def _fine_under(mesh: Mesh, rib: Rib) -> Mesh:
         away = line.query(work.vertices_mm[work.faces].mean(1), workers=1)[0]
         return away < reach_mm + longest_sides_mm(work.vertices_mm, work.faces)
 
-    return refine_under(mesh, under, rib.falloff_mm * _OF_FALLOFF)
+    return refine_selected(mesh, under, rib.falloff_mm * _EDGE_PER_FALLOFF)
 
 
-def _within_opening(mesh: Mesh, opening: Opening) -> Float64[np.ndarray, " n"]:
-    """How deep inside an opening."""
+def _depth_in_opening(mesh: Mesh, opening: Opening) -> Float64[np.ndarray, " n"]:
+    """Depth of each vertex inside an opening; negative outside."""
     reach_mm = max(opening.length_mm, opening.width_mm) + _REACH_MM / 2
     away = distances_from_point(mesh, opening.middle_mm, reach_mm)
     near = np.isfinite(away)
@@ -243,10 +243,10 @@ def _require_bridge(
 ) -> None:
     """Refuse an opening that leaves less than a bridge beside it.
 
-    Where a bridge is narrowest, the ways to both of its sides are shortest in sum.
+    A bridge is narrowest where the sum of the distances to its two sides is least.
 
     Args:
-        beyond: How far beyond edges, gaps and the openings before this one.
+        beyond: Signed distance beyond edges, gaps and the openings before this one.
         others: The same of each of them, by name.
 
     Raises:

@@ -1,9 +1,9 @@
-"""Making: a device on an aligned limb, in one act.
+"""Making: a device from an aligned limb and an order.
 
-In      an aligned limb, of its kind; an Order: which device, its numbers, points set free, and the
+In      an aligned limb of the device's kind; an Order: the device, its values, free points, and the
         recipe by which the positive is made of the limb.
 Out     a Preview (handles, edges, thickness on the positive) at once, or the Made device.
-Method  recipe -> positive -> edges -> what is covered -> thickness -> shell -> fittings -> proof.
+Method  recipe -> positive -> edges -> covered area -> thickness -> shell -> fittings -> proof.
         The same order on the same limb gives the same bytes.
 Fails   EditError, with the place: see trims, layout, shell, fittings and proof.
 """
@@ -24,7 +24,7 @@ from limbgram.core.mesh.sections import Z_AXIS, cut
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
-from limbgram.workbench.devices.adapter import Alignment, plate_of
+from limbgram.workbench.devices.adapter import Alignment, adapter_under
 from limbgram.workbench.devices.blocks import Block, Boss
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import (
@@ -37,44 +37,49 @@ from limbgram.workbench.devices.device import (
     WallZone,
     devices,
 )
-from limbgram.workbench.devices.fittings import Part, fitted, hole, imported
+from limbgram.workbench.devices.fittings import Part, hole, imported_part, with_parts
 from limbgram.workbench.devices.landmark_uses import landmarks_of_edits
-from limbgram.workbench.devices.layout import Covered, Gap, Opening, Rib, cover
+from limbgram.workbench.devices.layout import CoveredArea, Gap, Opening, Rib, cover
 from limbgram.workbench.devices.lettering import lettering
-from limbgram.workbench.devices.proof import Wall, folds_told, measure_wall, require_solid
+from limbgram.workbench.devices.proof import (
+    WallThickness,
+    fold_findings,
+    measure_wall,
+    require_solid,
+)
 from limbgram.workbench.devices.shell import Layout, make_shell
-from limbgram.workbench.devices.slots import Ground, Room, place_slots, widest_straps_mm
-from limbgram.workbench.devices.straps import straps_told
-from limbgram.workbench.devices.thickness import Zone, draped, printed
+from limbgram.workbench.devices.slots import SlotRules, SlotSurface, place_slots, widest_straps_mm
+from limbgram.workbench.devices.straps import strap_findings
+from limbgram.workbench.devices.thickness import Zone, draped_thickness, printed_thickness
 from limbgram.workbench.devices.trims import (
-    Drawn,
-    Free,
+    DrawnTrim,
+    FreePoints,
     Handle,
     Measure,
     amount_of,
     draw_trim,
-    on_slender_limb,
     place_point,
     values_of,
+    values_on_slender_limb,
 )
-from limbgram.workbench.edits.closing import enclosure
-from limbgram.workbench.frame.landmarks import unconfirmed
+from limbgram.workbench.edits.closing import enclosure_finding
+from limbgram.workbench.frame.landmarks import unconfirmed_finding
 from limbgram.workbench.limb import KIND_NAMED, Limb, likeliest
 from limbgram.workbench.measures.geodesic import shortest_path
 from limbgram.workbench.recipe.recipe import Recipe, replay
 
-_OFF_MM = 0.05
-"""The wall has to be as thick as asked within this."""
-_ML_OFF_MM = 5.0
-"""A width of the positive that differs by more from the patient's is pointed out."""
-_LEAST_OF_SHEET = 0.5
-"""Sheets are said to thin by 20 to 40 per cent over heels and malleoli: more is pointed out."""
+_WALL_TOLERANCE_MM = 0.05
+"""The wall may differ from the thickness asked for by this."""
+_WIDTH_TOLERANCE_MM = 5.0
+"""A width of the positive that differs from the patient's by more gets a doubt."""
+_LEAST_SHEET_SHARE = 0.5
+"""Sheets usually thin by 20 to 40 per cent over heels and malleoli; more gets a doubt."""
 _ZONE_FALLOFF_MM = 10.0
-"""Over which an ordered zone runs out: as over the ribs' and the seats' rims, no edge shows."""
+"""Falloff of an ordered zone, as of ribs and seats, so that no edge shows."""
 _SAME_MM = 1e-9
-"""Booleans leave the vertices that they do not touch where they are."""
+"""Vertices that booleans do not touch stay in place to within this."""
 _NO_RECIPE = Recipe(name="")
-devices()  # from now on sentences know their names
+devices()  # registers their names for findings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,21 +95,21 @@ class ImportedBody:
 
 @dataclass(frozen=True, kw_only=True)
 class Order:
-    """A device as somebody wants it."""
+    """A device as it is ordered."""
 
     device: str
     values: Mapping[str, float] = field(default_factory=dict[str, float])
-    """By measure; what is not given is usual."""
+    """Values by measure; what is not given has its usual value."""
     made: Fabrication | None = None
-    """None: as is usual for the device."""
-    free: Free = field(default_factory=dict[str, tuple[float, float, float]])
+    """None: the usual fabrication of the device."""
+    free: FreePoints = field(default_factory=dict[str, tuple[float, float, float]])
     recipe: Recipe = _NO_RECIPE
-    """What makes the positive of the limb."""
+    """The edits that make the positive from the limb."""
     bodies: tuple[ImportedBody, ...] = ()
     zones: tuple[WallZone, ...] = ()
-    """What is added to a printed wall, or taken off it, beside what the device itself has."""
+    """Thicker or thinner zones of a printed wall, besides those of the device itself."""
     lettering: str = ""
-    """Raised on the outer side of a printed wall: whose it is, which side, what date."""
+    """Raised text on the outer side of a printed wall: patient, side, date."""
 
     __repr__ = brief
 
@@ -119,7 +124,7 @@ class Preview:
     positive: Limb
     """After the recipe, in the axes of the limb that was given."""
     body: Body
-    drawn: Drawn
+    drawn: DrawnTrim
     openings: tuple[Opening, ...]
     """Slots and vents, as they were placed."""
     layout: Layout
@@ -136,13 +141,13 @@ class Preview:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Made:
+class FinishedDevice:
     """A finished device."""
 
     preview: Preview
     solid: Mesh
     """Closed, in the limb frame."""
-    wall: Wall
+    wall: WallThickness
     """Of its shell."""
     thickness_mm: Float64[np.ndarray, " n"]
     """At each vertex of the solid; NaN on edges, blocks and fittings."""
@@ -173,7 +178,7 @@ def preview_device(limb: Limb, order: Order) -> Preview:
         EditError: see the head of this file.
     """
     device = device_named(order.device)
-    made = order.made or device.usually
+    made = order.made or device.usual_fabrication
     if made not in device.wall:
         raise EditError("device.made.other", name=device.en, made=made)
     if limb.kind != device.kind:
@@ -181,18 +186,18 @@ def preview_device(limb: Limb, order: Order) -> Preview:
     measures = device.measures(made)
     values = values_of(measures, order.values)
     positive = replay(order.recipe, limb).limb if order.recipe.entries else limb
-    with refusals_about(device.en), _measures_called(measures):
-        return _previewed(positive, order, device, made, values)
+    with refusals_about(device.en), _refusals_with_labels(measures):
+        return _preview_on_positive(positive, order, device, made, values)
 
 
-def _measures_called(measures: Iterable[Measure]) -> AbstractContextManager[None]:
-    """Let refusals that name measures say what these are called; places know only their names.
+def _refusals_with_labels(measures: Iterable[Measure]) -> AbstractContextManager[None]:
+    """Add the labels of measures to refusals that carry only their names.
 
     Args:
-        measures: Those that may be chosen otherwise; the innermost call of this counts.
+        measures: Those that could be chosen differently; the innermost call counts.
     """
 
-    def called(finding: Finding) -> Finding:
+    def with_labels(finding: Finding) -> Finding:
         named = finding.values.get("measures")
         if not isinstance(named, tuple) or "labels" in finding.values:
             return finding
@@ -204,33 +209,33 @@ def _measures_called(measures: Iterable[Measure]) -> AbstractContextManager[None
         told = {"measures": named if labels else None, "labels": labels}
         return replace(finding, values={**finding.values, **told})
 
-    return refusals_saying(called)
+    return refusals_saying(with_labels)
 
 
-def _straps_that_fit(
-    ground: Ground, slots: Sequence[Slot], values: Mapping[str, float], room: Room
+def _refusals_with_strap_width(
+    ground: SlotSurface, slots: Sequence[Slot], values: Mapping[str, float], room: SlotRules
 ) -> AbstractContextManager[None]:
-    """Let the refusal of a slot beside another say how wide straps may be."""
+    """Add to a refusal of a slot beside another how wide straps may be."""
 
-    def fitting(finding: Finding) -> Finding:
+    def with_strap_width(finding: Finding) -> Finding:
         if finding.code != "device.opening.edge":
             return finding
         beside_slot = finding.values["beside"] in {slot.name for slot in slots}
         fits_mm = widest_straps_mm(ground, slots, values, room) if beside_slot else None
         return replace(finding, values={**finding.values, "fits_mm": fits_mm})
 
-    return refusals_saying(fitting)
+    return refusals_saying(with_strap_width)
 
 
-def _previewed(
+def _preview_on_positive(
     positive: Limb, order: Order, device: Device, made: Fabrication, values: Mapping[str, float]
 ) -> Preview:
     body = Body.of(positive)
     body.require_marked(device.landmarks, device.en)
     body.require_sides(device.landmarks)
-    broad, values = values, on_slender_limb(body, device.trim, values, order.values)
+    broad, values = values, values_on_slender_limb(body, device.trim, values, order.values)
     above = [one for one in device.measures(made) if values[one.name] > one.within.least]
-    with _measures_called(above):
+    with _refusals_with_labels(above):
         drawn = draw_trim(body, device.trim, values, order.free)
     asked = [
         slot
@@ -239,13 +244,13 @@ def _previewed(
     ]
     gaps = [_gap(one, values) for one in device.slits]
     wall_mm = values[device.wall[made].name]  # a bridge that is narrower has no wall, only edges
-    soft = [one for one in device.measures(made) if one.name not in order.values]
-    room = Room(bridge_mm=wall_mm, soft={one.name: one for one in soft})
-    ground = Ground.of(body, drawn, gaps, asked)
+    adjustable = [one for one in device.measures(made) if one.name not in order.values]
+    room = SlotRules(bridge_mm=wall_mm, adjustable={one.name: one for one in adjustable})
+    ground = SlotSurface.of(body, drawn, gaps, asked)
     placed = place_slots(ground, asked, values, room)
     slender, values = values, placed.values
     ribs = _ribs(body, device, made, values)
-    with _straps_that_fit(ground, asked, values, room):
+    with _refusals_with_strap_width(ground, asked, values, room):
         covered = cover(body, drawn.edges, placed.openings, gaps, wall_mm, ribs)
     zones = _zones(body, device, made, order, values)
     layout = Layout(
@@ -254,8 +259,11 @@ def _previewed(
         thickness_mm=_thickness(covered, values, device.wall[made], made, zones, ribs),
     )
     _require_zones(order.zones, body, layout, device.wall[made])
-    less, moved = _otherwise(soft, broad, slender), _otherwise(soft, slender, values)
-    thinnest_mm, thinnest_point_mm = _thinnest(layout)
+    less, moved = (
+        _changed_measures(adjustable, broad, slender),
+        _changed_measures(adjustable, slender, values),
+    )
+    thinnest_mm, thinnest_point_mm = _thinnest_place(layout)
     return Preview(
         device=device,
         made=made,
@@ -268,32 +276,32 @@ def _previewed(
         thinnest_mm=thinnest_mm,
         thinnest_point_mm=thinnest_point_mm,
         findings=(
-            *_of_landmarks(positive, device, order),
-            *_widths(body, device, values),
+            *_unconfirmed_landmarks(positive, device, order),
+            *_width_findings(body, device, values),
             *(
                 note("device.zone", place=one.at, add_mm=one.add_mm, reach_mm=one.reach_mm)
                 for one in order.zones
             ),
             *((note("device.trim.slender", measures=less),) if less else ()),
             *((note("device.strap.moved", measures=moved),) if moved else ()),
-            *straps_told(body, asked, placed.openings, values, order.recipe),
+            *strap_findings(body, asked, placed.openings, values, order.recipe),
         ),
     )
 
 
-def _of_landmarks(limb: Limb, device: Device, order: Order) -> tuple[Finding, ...]:
-    """Those that the edges, what is fitted, ordered zones and the recipe's edits go by."""
+def _unconfirmed_landmarks(limb: Limb, device: Device, order: Order) -> tuple[Finding, ...]:
+    """A note of unconfirmed landmarks that edges, fittings, zones or the recipe's edits use."""
     edited = landmarks_of_edits(order.recipe, KIND_NAMED[device.kind])
     lettered = (device.label.at.at, device.label.at.towards) if order.lettering else ()
     zones = [one.at for one in order.zones]
-    said = unconfirmed(limb, {*device.landmarks, *zones, *lettered, *edited})
+    said = unconfirmed_finding(limb, {*device.landmarks, *zones, *lettered, *edited})
     return () if said is None else (said,)
 
 
-def _otherwise(
-    soft: Iterable[Measure], usual: Mapping[str, float], chosen: Mapping[str, float]
+def _changed_measures(
+    adjustable: Iterable[Measure], usual: Mapping[str, float], chosen: Mapping[str, float]
 ) -> tuple[Finding, ...]:
-    """The values that nobody gave and that are here other than usual."""
+    """Notes of adjustable values that differ from the usual ones on this limb."""
     return tuple(
         note(
             "device.measure.now",
@@ -303,13 +311,13 @@ def _otherwise(
             chosen=chosen[one.name],
             unit=one.unit,
         )
-        for one in soft
+        for one in adjustable
         if chosen[one.name] != usual[one.name]
     )
 
 
-def make_device(limb: Limb, order: Order) -> Made:
-    """The device, one closed solid, proved.
+def make_device(limb: Limb, order: Order) -> FinishedDevice:
+    """Make the device as one closed solid, and prove it.
 
     Raises:
         EditError: see the head of this file.
@@ -327,7 +335,7 @@ def make_device(limb: Limb, order: Order) -> Made:
     alignment = None
     if device.adapter:
         with refusals_about("adapter"):
-            plate = plate_of(body, preview.layout, values, device.adapter)
+            plate = adapter_under(body, preview.layout, values, device.adapter)
         alignment = plate.alignment
         blocks.append(plate.block)
         parts += plate.parts
@@ -336,24 +344,26 @@ def make_device(limb: Limb, order: Order) -> Made:
     for one in order.bodies:
         assert alignment is not None
         how = "cut" if one.cut else "join"
-        parts.append(imported(one.name, one.solid, alignment.limb_from_plate, how))
+        parts.append(imported_part(one.name, one.solid, alignment.limb_from_plate, how))
     shell = make_shell(preview.layout, blocks)
     if order.lettering:
-        parts.append(_lettered(preview, shell.solid, order.lettering))
+        parts.append(_lettering_part(preview, shell.solid, order.lettering))
     wall = measure_wall(shell.solid, preview.layout, blocks)
-    solid = fitted(shell.solid, parts)
+    solid = with_parts(shell.solid, parts)
     require_solid(solid)
-    return Made(
+    return FinishedDevice(
         preview=preview,
         solid=solid,
         wall=wall,
-        thickness_mm=_carried_over(shell.solid, wall, solid),
+        thickness_mm=_thickness_on_solid(shell.solid, wall, solid),
         alignment=alignment,
-        findings=(*preview.findings, *_said(preview, wall, solid, shell.pieces_left_out)),
+        findings=(*preview.findings, *_wall_findings(preview, wall, solid, shell.pieces_left_out)),
     )
 
 
-def _said(preview: Preview, wall: Wall, solid: Mesh, crumbs: int) -> Sequence[Finding]:
+def _wall_findings(
+    preview: Preview, wall: WallThickness, solid: Mesh, crumbs: int
+) -> Sequence[Finding]:
     told = note(
         "device.wall",
         made=preview.made,
@@ -361,9 +371,11 @@ def _said(preview: Preview, wall: Wall, solid: Mesh, crumbs: int) -> Sequence[Fi
         point_mm=wall.thinnest_point_mm,
         thickest_mm=wall.thickest_mm,
     )
-    off = () if wall.off_mm <= _OFF_MM else (doubt("device.wall.off", off_mm=wall.off_mm),)
+    off = (
+        () if wall.off_mm <= _WALL_TOLERANCE_MM else (doubt("device.wall.off", off_mm=wall.off_mm),)
+    )
     sheet_mm = preview.values[preview.device.wall[preview.made].name]
-    if preview.made == "draped" and wall.thinnest_mm < _LEAST_OF_SHEET * sheet_mm:
+    if preview.made == "draped" and wall.thinnest_mm < _LEAST_SHEET_SHARE * sheet_mm:
         thin = doubt(
             "device.wall.thin",
             thinnest_mm=wall.thinnest_mm,
@@ -372,11 +384,18 @@ def _said(preview: Preview, wall: Wall, solid: Mesh, crumbs: int) -> Sequence[Fi
         )
         off = (thin, *off)
     left = (doubt("device.crumbs", count=crumbs),) if crumbs else ()
-    return (told, enclosure(solid), *off, *left, *folds_told(solid), note("device.not_tested"))
+    return (
+        told,
+        enclosure_finding(solid),
+        *off,
+        *left,
+        *fold_findings(solid),
+        note("device.not_tested"),
+    )
 
 
-def _carried_over(shell: Mesh, wall: Wall, solid: Mesh) -> Float64[np.ndarray, " n"]:
-    """A shell's thickness at those vertices of the solid that are the shell's still."""
+def _thickness_on_solid(shell: Mesh, wall: WallThickness, solid: Mesh) -> Float64[np.ndarray, " n"]:
+    """The shell's thickness at those vertices of the solid that are still the shell's."""
     away_mm, at = KDTree(shell.vertices_mm).query(solid.vertices_mm, workers=1)
     return np.where(away_mm < _SAME_MM, wall.at_vertices_mm[at], np.nan)
 
@@ -391,7 +410,7 @@ def _gap(slit: Slit, values: Mapping[str, float]) -> Gap:
 
 
 def _thickness(
-    covered: Covered,
+    covered: CoveredArea,
     values: Mapping[str, float],
     wall: Measure,
     made: Fabrication,
@@ -399,14 +418,14 @@ def _thickness(
     ribs: Sequence[Rib],
 ) -> Float64[np.ndarray, " n"]:
     if made == "draped":
-        return draped(covered, values[wall.name], values[DRAW.name])
-    return printed(covered, values[wall.name], zones, ribs)
+        return draped_thickness(covered, values[wall.name], values[DRAW.name])
+    return printed_thickness(covered, values[wall.name], zones, ribs)
 
 
 def _zones(
     body: Body, device: Device, made: Fabrication, order: Order, values: Mapping[str, float]
 ) -> list[Zone]:
-    """Of a printed wall: those of the device, and those that were ordered."""
+    """The thicker and thinner zones of a printed wall: the device's, and the ordered ones."""
     if made == "draped":
         if order.zones:
             raise EditError("device.zone.draped", place=order.zones[0].at)
@@ -434,14 +453,14 @@ def _zones(
 
 
 def _require_zones(zones: Sequence[WallZone], body: Body, layout: Layout, wall: Measure) -> None:
-    """Refuse a zone that the device does not cover, or a wall that is thinner than walls may be."""
+    """Refuse a zone that the device does not cover, or one that leaves the wall too thin."""
     mesh = layout.positive
     for zone in zones:
         x, y, z = body.place_mm(zone.at).tolist()
         nearest = mesh.faces[tree_on(mesh).closest(np.array([[x, y, z]])).faces[0]]
         if layout.beyond_mm[nearest].min() > 0:
             raise EditError("device.zone.outside", place=zone.at, point_mm=(x, y, z))
-    thinnest_mm, point_mm = _thinnest(layout)
+    thinnest_mm, point_mm = _thinnest_place(layout)
     least_mm = wall.within.least
     if zones and thinnest_mm < least_mm:
         raise EditError(
@@ -449,8 +468,8 @@ def _require_zones(zones: Sequence[WallZone], body: Body, layout: Layout, wall: 
         )
 
 
-def _thinnest(layout: Layout) -> tuple[float, tuple[float, float, float]]:
-    """How thick the wall is where it is thinnest, and where that is."""
+def _thinnest_place(layout: Layout) -> tuple[float, tuple[float, float, float]]:
+    """The least thickness of the wall, and its place."""
     covered = np.flatnonzero(layout.beyond_mm < 0)
     thinnest = int(covered[np.argmin(layout.thickness_mm[covered])])
     x, y, z = layout.positive.vertices_mm[thinnest].tolist()
@@ -458,10 +477,12 @@ def _thinnest(layout: Layout) -> tuple[float, tuple[float, float, float]]:
 
 
 def _ribs(body: Body, device: Device, made: Fabrication, values: Mapping[str, float]) -> list[Rib]:
-    """Of a printed wall, those that are asked for."""
+    """The ribs of a printed wall that are asked for."""
     return [
         Rib(
-            line_mm=_line(body, [place_point(body, one.name, p, values) for p in one.through]),
+            line_mm=_path_through(
+                body, [place_point(body, one.name, p, values) for p in one.through]
+            ),
             width_mm=one.width_mm,
             falloff_mm=one.falloff_mm,
             add_mm=amount_of(one.add_mm, values),
@@ -471,14 +492,14 @@ def _ribs(body: Body, device: Device, made: Fabrication, values: Mapping[str, fl
     ]
 
 
-def _line(body: Body, places: Sequence[Vector3]) -> Float64[np.ndarray, "k 3"]:
-    """The shortest ways over the surface through places, one after the other."""
+def _path_through(body: Body, places: Sequence[Vector3]) -> Float64[np.ndarray, "k 3"]:
+    """The polyline of shortest paths over the surface through places."""
     legs = [shortest_path(body.mesh, one, two) for one, two in pairwise(places)]
     return np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
 
 
 def _seat(body: Body, seat: Seat, layout: Layout, values: Mapping[str, float]) -> tuple[Boss, Part]:
-    """Its boss, and the hole through it and the wall."""
+    """The boss of a seat, and the hole through it and the wall."""
     place = place_point(body, seat.name, seat.at, values)
     with refusals_about(seat.name):
         axis = body.place_mm(seat.axis[1]) - body.place_mm(seat.axis[0])
@@ -503,8 +524,8 @@ def _seat(body: Body, seat: Seat, layout: Layout, values: Mapping[str, float]) -
     return boss, drilled
 
 
-def _lettered(preview: Preview, shell: Mesh, text: str) -> Part:
-    """A text at the device's place for it.
+def _lettering_part(preview: Preview, shell: Mesh, text: str) -> Part:
+    """The order's text as raised letters at the device's place for it.
 
     Raises:
         EditError: the wall is draped, which would bury it, or has no room.
@@ -524,15 +545,15 @@ def _lettered(preview: Preview, shell: Mesh, text: str) -> Part:
     return lettering(shell, text, place, outward, runs)
 
 
-def _widths(body: Body, device: Device, values: Mapping[str, float]) -> Sequence[Finding]:
+def _width_findings(body: Body, device: Device, values: Mapping[str, float]) -> Sequence[Finding]:
     found: list[Finding] = []
     for one in device.widths:
         found_there = cut(body.mesh, [float(body.place_mm(one.at)[2])])
         if not found_there:
             continue
         outline = max(found_there, key=lambda section: section.area_mm2(Z_AXIS)).points_mm
-        own_mm = float(np.ptp(outline @ body.outward()))
+        own_mm = float(np.ptp(outline @ body.lateral()))
         asked_mm = values[one.measure]
-        judged = doubt if abs(own_mm - asked_mm) > _ML_OFF_MM else note
+        judged = doubt if abs(own_mm - asked_mm) > _WIDTH_TOLERANCE_MM else note
         found.append(judged("device.width", at=one.at, positive_mm=own_mm, patient_mm=asked_mm))
     return found

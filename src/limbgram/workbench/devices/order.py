@@ -37,7 +37,7 @@ from limbgram.core.errors import OptionsError, ShapeFileError
 from limbgram.core.files import read_content, toml_of
 from limbgram.core.typed import Mismatch, any_value_of
 from limbgram.workbench.devices.device import Fabrication, WallZone
-from limbgram.workbench.devices.trims import Free
+from limbgram.workbench.devices.trims import FreePoints
 from limbgram.workbench.recipe.file import encode_recipe, parse_recipe, toml_text
 from limbgram.workbench.recipe.recipe import Recipe
 
@@ -65,7 +65,7 @@ class OrderFile:
     device: str
     made: Fabrication
     values: Mapping[str, float]
-    free: Free
+    free: FreePoints
     recipe: Recipe
     zones: tuple[WallZone, ...] = ()
     bodies: tuple[KnownBody, ...] = ()

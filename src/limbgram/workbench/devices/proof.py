@@ -1,7 +1,7 @@
 """Proof: that a device is one closed solid, and as thick as was asked.
 
 In      a shell and its layout; the finished solid.
-Out     Wall: figures; or a refusal with the place.
+Out     WallThickness: figures; or a refusal with the place.
 Method  Closed and manifold by its edges, without crossings by the tree of its triangles. The
         thickness is measured on the triangles alone: between the outer skin and the inner
         one, which are told apart by the way they look. Edges, and blocks on the shell, are no wall
@@ -30,36 +30,36 @@ from limbgram.findings import Finding, doubt
 from limbgram.workbench.devices.blocks import Block
 from limbgram.workbench.devices.shell import Layout
 
-_ALIKE = 0.7
-"""Cosine between a skin's faces and the positive under them; those of rounded edges turn away."""
-_CLEAR = 1.5
-"""Thicknesses from an edge within which no wall is measured: its roundness reaches one half."""
+_SKIN_COSINE = 0.7
+"""Least cosine between the normals of a skin's faces and of the positive under them."""
+_EDGE_THICKNESSES = 1.5
+"""No wall is measured nearer to an edge than this many thicknesses; its rounding takes half."""
 _BESIDE_BLOCK_MM = 1.0
-"""A place nearer to a block than this is the block's, no wall."""
-_SURELY = 0.99
+"""Places nearer to a block than this belong to the block and are not measured."""
+_DEVIATION_QUANTILE = 0.99
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wall:
-    """How thick a shell is."""
+class WallThickness:
+    """The measured wall thickness of a shell."""
 
     thinnest_mm: float
     thinnest_point_mm: tuple[float, float, float]
     """In the limb frame, on the inner side."""
     thickest_mm: float
     off_mm: float
-    """Of 99 in 100 places of the wall, the largest difference from the thickness that was asked."""
+    """Largest deviation from the thickness asked for, in 99 of 100 places of the wall."""
     at_vertices_mm: Float64[np.ndarray, " n"]
     """At each of its vertices; NaN on edges and blocks."""
 
 
-def measure_wall(shell: Mesh, layout: Layout, blocks: Sequence[Block] = ()) -> Wall:
+def measure_wall(shell: Mesh, layout: Layout, blocks: Sequence[Block] = ()) -> WallThickness:
     """Measure a shell before anything is fitted to it.
 
     Raises:
         EditError: it has no wall that is wider than its edges.
     """
-    skins = _skins(shell, layout, blocks)
+    skins = _find_skins(shell, layout, blocks)
     inner, outer = skins.inner, skins.outer
     inside = np.unique(shell.faces[inner & skins.clear])
     outside = np.unique(shell.faces[outer & skins.clear])
@@ -71,17 +71,17 @@ def measure_wall(shell: Mesh, layout: Layout, blocks: Sequence[Block] = ()) -> W
         measured[places] = tree.closest(shell.vertices_mm[places]).distances_mm
     thinnest = int(inside[np.argmin(measured[inside])])
     x, y, z = shell.vertices_mm[thinnest].tolist()
-    return Wall(
+    return WallThickness(
         thinnest_mm=float(measured[thinnest]),
         thinnest_point_mm=(x, y, z),
         thickest_mm=float(measured[outside].max()),
-        off_mm=float(np.quantile(np.abs(measured - skins.asked_mm)[outside], _SURELY)),
+        off_mm=float(np.quantile(np.abs(measured - skins.asked_mm)[outside], _DEVIATION_QUANTILE)),
         at_vertices_mm=measured,
     )
 
 
 def require_solid(solid: Mesh) -> None:
-    """Refuse what is no single closed solid.
+    """Refuse a mesh that is not a single closed solid.
 
     Raises:
         EditError: it is open, in pieces, or crosses itself; says where.
@@ -103,9 +103,9 @@ def require_solid(solid: Mesh) -> None:
         raise EditError("device.crosses", count=len(crossing), point_mm=(x, y, z))
 
 
-def folds_told(solid: Mesh) -> tuple[Finding, ...]:
-    """Where a finished solid folds over: at a fitting or in another maker's body, as the shell
-    does not. Of their form nothing is changed, so the place is told."""
+def fold_findings(solid: Mesh) -> tuple[Finding, ...]:
+    """A doubt that tells where a finished solid folds over: at a fitting or an imported body,
+    whose form is not changed."""
     folds = find_folds(solid, ANY_SHAPE)
     if not len(folds):
         return ()
@@ -114,22 +114,22 @@ def folds_told(solid: Mesh) -> tuple[Finding, ...]:
 
 
 @dataclass(frozen=True)
-class _Skins:
+class _WallSkins:
     inner: Bool[np.ndarray, " f"]
     outer: Bool[np.ndarray, " f"]
     clear: Bool[np.ndarray, " f"]
-    """Away from edges and blocks."""
+    """Faces away from edges and blocks."""
     asked_mm: Float64[np.ndarray, " n"]
 
 
-def _skins(solid: Mesh, layout: Layout, blocks: Sequence[Block]) -> _Skins:
+def _find_skins(solid: Mesh, layout: Layout, blocks: Sequence[Block]) -> _WallSkins:
     mesh = layout.positive
     found = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(solid.vertices_mm)
     corners = mesh.faces[found.faces]
     shares = nearest_shares(mesh.vertices_mm[corners], solid.vertices_mm)
     asked = dots(shares, layout.thickness_mm[corners])
     beyond = dots(shares, layout.beyond_mm[corners])
-    clear = beyond < -_CLEAR * asked
+    clear = beyond < -_EDGE_THICKNESSES * asked
     for block in blocks:
         clear &= block.distance_mm(solid.vertices_mm) > _BESIDE_BLOCK_MM
     looks = unit(solid.face_normals())
@@ -137,9 +137,9 @@ def _skins(solid: Mesh, layout: Layout, blocks: Sequence[Block]) -> _Skins:
     faces = solid.faces
     near = found.distances_mm < 0.5 * asked
     cosine = dots(looks, unit(under[faces].sum(1)))
-    return _Skins(
-        inner=(cosine < -_ALIKE) & near[faces].all(1),
-        outer=(cosine > _ALIKE) & ~near[faces].any(1),
+    return _WallSkins(
+        inner=(cosine < -_SKIN_COSINE) & near[faces].all(1),
+        outer=(cosine > _SKIN_COSINE) & ~near[faces].any(1),
         clear=np.asarray(clear[faces].all(1)),
         asked_mm=asked,
     )

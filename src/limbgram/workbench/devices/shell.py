@@ -38,32 +38,32 @@ from limbgram.core.mesh.topology import (
 )
 from limbgram.reconstruction.surface.resampling import refine
 from limbgram.workbench.devices.blocks import Block
-from limbgram.workbench.edits.fineness import divide
+from limbgram.workbench.edits.refinement import split_edges
 
 _CELLS_ACROSS = 2.5
 """Cells of the grid across the thinnest wall."""
 _FINEST_MM, _COARSEST_MM = 0.5, 2.0
 _MOST_NODES = 60e6
-"""Of the whole grid: 60 million take half a gigabyte."""
-_BLOCK = 4
-"""Nodes along a side of the boxes that are looked at together."""
-_EDGE = 0.85
-"""Of a cell: edges of the triangles."""
-_MOVES = 8
-"""Times that vertices are moved towards the level; each leaves a small share of the way."""
-_LEVEL_MM = 2e-3
-"""A vertex so near is on the level."""
-_CHORD_MM = 0.02
-"""An edge whose middle lies farther from the level is halved: a wall between two skins is off by
-the chords of both."""
+"""Nodes of the whole grid: 60 million take half a gigabyte."""
+_BOX_NODES = 4
+"""Nodes along a side of the boxes that are evaluated together."""
+_EDGE_CELLS = 0.85
+"""Edge length of the triangles, in cells."""
+_NEWTON_STEPS = 8
+"""Newton steps of the vertices towards the level."""
+_ON_LEVEL_MM = 2e-3
+"""A vertex this near counts as on the level."""
+_CHORD_ERROR_MM = 0.02
+"""An edge whose midpoint lies farther from the level is halved: a wall between two skins is off by
+the chord errors of both."""
 _HALVINGS = 3
-"""Times that edges are halved, all of them once: rounded edges bend tightest, and promise less."""
-_EASINGS, _BACK = 8, 0.5
-"""Times that what crosses goes back to the grid's surface, and by which share of the way; then as
-often all of it."""
-_SCRAP = 1e-3
-"""Pieces smaller than this share of the whole are the grid's, no part of the device."""
-_FAR_MM = 1e3
+"""Rounds of halving: all edges in the first, later only those of the wall."""
+_RETREATS, _RETREAT_SHARE = 8, 0.5
+"""How often crossing vertices go back towards the grid's surface, and by which share of the way;
+then as often all of it."""
+_SCRAP_SHARE = 1e-3
+"""Pieces smaller than this share of the area are artefacts of the grid."""
+_BEYOND_BRIM_MM = 1e3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,17 +73,17 @@ class Layout:
     positive: Mesh
     """Fine along the edges of the device; in the limb frame."""
     beyond_mm: Float64[np.ndarray, " n"]
-    """Of each vertex over the surface beyond the nearest edge; negative inside the device."""
+    """Signed distance of each vertex over the surface beyond the nearest edge; negative inside."""
     thickness_mm: Float64[np.ndarray, " n"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Shell:
-    """A device's body."""
+    """The solid of a device before anything is fitted to it."""
 
     solid: Mesh
     cell_mm: float
-    """Of the grid: what is smaller may be lost."""
+    """Cell size of the grid; smaller details may be lost."""
     pieces_left_out: int
 
 
@@ -96,49 +96,49 @@ def make_shell(layout: Layout, blocks: Sequence[Block] = ()) -> Shell:
     inside = layout.beyond_mm < 0
     if not inside.any():
         raise EditError("device.nothing_left")
-    field = _Field.of(layout, blocks)
+    field = _ShellField.of(layout, blocks)
     thinnest_mm = float(layout.thickness_mm[inside].min())
     cell_mm = float(np.clip(thinnest_mm / _CELLS_ACROSS, _FINEST_MM, _COARSEST_MM))
-    level = _level(field, cell_mm)
-    even = refine(level, _EDGE * cell_mm)
-    settled = _uncrossed(even, _settled(field, even.vertices_mm, cell_mm))
+    level = _level_surface(field, cell_mm)
+    even = refine(level, _EDGE_CELLS * cell_mm)
+    settled = _without_crossings(even, _moved_to_level(field, even.vertices_mm, cell_mm))
     known = 0
     for _ in range(_HALVINGS):
-        finer = _finer(field, settled, known)
+        finer = _with_chords_split(field, settled, known)
         if len(finer) == len(settled):
             break
         known = len(settled)
-        settled = _uncrossed(finer, _settled(field, finer.vertices_mm, cell_mm))
+        settled = _without_crossings(finer, _moved_to_level(field, finer.vertices_mm, cell_mm))
     pieces = face_components(settled.faces)
     areas = np.bincount(pieces, np.linalg.norm(settled.face_normals(), axis=1))
-    large = areas > _SCRAP * areas.sum()
+    large = areas > _SCRAP_SHARE * areas.sum()
     solid = settled if large.all() else with_faces(settled, settled.faces[large[pieces]])
     flat = without_folds(solid)
     return Shell(solid=flat, cell_mm=cell_mm, pieces_left_out=int((~large).sum()))
 
 
 @dataclass(frozen=True)
-class _Field:
-    """The function whose level is the device's surface; negative inside."""
+class _ShellField:
+    """The implicit function whose zero level is the device's surface; negative inside."""
 
     surface: SignedSurface
     layout: Layout
-    slopes: Float64[np.ndarray, "f 3"]
-    """Of `beyond_mm` over each face."""
+    edge_gradients: Float64[np.ndarray, "f 3"]
+    """Gradient of `beyond_mm` over each face."""
     blocks: Sequence[Block]
 
     @classmethod
-    def of(cls, layout: Layout, blocks: Sequence[Block]) -> "_Field":
+    def of(cls, layout: Layout, blocks: Sequence[Block]) -> "_ShellField":
         mesh = layout.positive
         surface = SignedSurface(mesh.vertices_mm, mesh.faces)
-        return cls(surface, layout, _slopes(mesh, layout.beyond_mm), blocks)
+        return cls(surface, layout, _face_gradients(mesh, layout.beyond_mm), blocks)
 
-    def at(self, points_mm: Points3) -> "_Values":
-        """Values, and the ways in which they grow fastest."""
+    def at(self, points_mm: Points3) -> "_FieldValues":
+        """Values and gradients of the function at points."""
         found = self.surface.signed(points_mm)
         corners = self.layout.positive.faces[found.faces]
         beyond = dots(found.shares, self.layout.beyond_mm[corners])
-        beyond[found.at_brim] = _FAR_MM
+        beyond[found.at_brim] = _BEYOND_BRIM_MM
         radius = 0.5 * dots(found.shares, self.layout.thickness_mm[corners])
         height = found.signed_mm
         across = np.maximum(beyond + radius, 0.0)
@@ -149,9 +149,9 @@ class _Field:
             (points_mm - found.points_mm) / np.where(height == 0, 1.0, height)[:, None],
             found.normals,
         )
-        ways = (across[:, None] * self.slopes[found.faces] + up[:, None] * normals) / np.maximum(
-            away, 1e-9
-        )[:, None]
+        gradients = (
+            across[:, None] * self.edge_gradients[found.faces] + up[:, None] * normals
+        ) / np.maximum(away, 1e-9)[:, None]
         values = away - radius
         of_wall = across == 0
         for block in self.blocks:
@@ -161,22 +161,22 @@ class _Field:
             nearer = of_block < values
             if not nearer.any():
                 continue
-            grown = np.where((own > outside)[:, None], _gradient(block, points_mm), -normals)
+            grown = np.where((own > outside)[:, None], _block_gradient(block, points_mm), -normals)
             values = np.where(nearer, of_block, values)
-            ways = np.where(nearer[:, None], grown, ways)
+            gradients = np.where(nearer[:, None], grown, gradients)
             of_wall &= ~nearer
-        return _Values(values, ways, of_wall)
+        return _FieldValues(values, gradients, of_wall)
 
 
 @dataclass(frozen=True)
-class _Values:
-    mm: Float64[np.ndarray, " n"]
-    ways: Points3
+class _FieldValues:
+    values_mm: Float64[np.ndarray, " n"]
+    gradients: Points3
     of_wall: Bool[np.ndarray, " n"]
-    """Beside a skin, not beside a rounded edge or a block."""
+    """Where a skin is nearest, rather than a rounded edge or a block."""
 
 
-def _gradient(block: Block, points_mm: Points3) -> Points3:
+def _block_gradient(block: Block, points_mm: Points3) -> Points3:
     step = 1e-3
     return np.stack(
         [
@@ -187,8 +187,8 @@ def _gradient(block: Block, points_mm: Points3) -> Points3:
     )
 
 
-def _slopes(mesh: Mesh, values: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "f 3"]:
-    """Gradient of what is linear over each face."""
+def _face_gradients(mesh: Mesh, values: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "f 3"]:
+    """Gradient over each face of a piecewise linear function."""
     corners = mesh.vertices_mm[mesh.faces]
     normals = crosses(mesh.vertices_mm, mesh.faces)
     size = np.maximum((normals * normals).sum(1), 1e-30)[:, None]
@@ -199,8 +199,8 @@ def _slopes(mesh: Mesh, values: Float64[np.ndarray, " n"]) -> Float64[np.ndarray
     return total
 
 
-def _level(field: _Field, cell_mm: float) -> Mesh:
-    """The level on a grid, looked at only near the device."""
+def _level_surface(field: _ShellField, cell_mm: float) -> Mesh:
+    """The level surface on a grid that is evaluated only near the device."""
     mesh = field.layout.positive
     reach_mm = float(field.layout.thickness_mm.max()) + 2 * cell_mm
     near = field.layout.beyond_mm < reach_mm
@@ -209,28 +209,28 @@ def _level(field: _Field, cell_mm: float) -> Mesh:
     boxes += [block.box_mm() for block in field.blocks]
     lowest: Vector3 = np.min([box[0] for box in boxes], axis=0) - reach_mm - cell_mm
     highest: Vector3 = np.max([box[1] for box in boxes], axis=0) + reach_mm + cell_mm
-    counts = np.ceil((highest - lowest) / (cell_mm * _BLOCK)).astype(np.int64) * _BLOCK + 1
+    counts = np.ceil((highest - lowest) / (cell_mm * _BOX_NODES)).astype(np.int64) * _BOX_NODES + 1
     if float(counts.prod()) > _MOST_NODES:
         raise EditError("device.too_large", extent_mm=float((highest - lowest).max()))
     values = np.full(counts, -1.0)
-    nodes = _nodes_near(field, near, lowest, cell_mm, counts, reach_mm)
+    nodes = _nodes_near_device(field, near, lowest, cell_mm, counts, reach_mm)
     points = lowest + cell_mm * np.stack(np.unravel_index(nodes, tuple(counts)), axis=1)
-    values.ravel()[nodes] = -field.at(points).mm
+    values.ravel()[nodes] = -field.at(points).values_mm
     return level_surface(values, lowest, cell_mm)
 
 
-def _nodes_near(
-    field: _Field,
+def _nodes_near_device(
+    field: _ShellField,
     near: Bool[np.ndarray, " n"],
     lowest: Vector3,
     cell_mm: float,
     counts: Int64[np.ndarray, "3"],
     reach_mm: float,
 ) -> Int64[np.ndarray, " k"]:
-    """Numbers of the nodes of all boxes that come near the device or a block."""
+    """Indices of the nodes of all boxes near the device or a block."""
     mesh = field.layout.positive
-    side_mm = cell_mm * _BLOCK
-    boxes = (counts - 1) // _BLOCK + 1
+    side_mm = cell_mm * _BOX_NODES
+    boxes = (counts - 1) // _BOX_NODES + 1
     middles = lowest + side_mm * (np.indices(tuple(boxes)).reshape(3, -1).T + 0.5)
     faces = mesh.faces[near[mesh.faces].any(1)]
     longest_mm = float(
@@ -245,24 +245,24 @@ def _nodes_near(
     chosen = np.isfinite(away_mm)
     half_mm = 0.5 * np.sqrt(3.0) * side_mm
     margin_mm = half_mm + 2 * cell_mm  # an edge of the grid that the level cuts is no longer
-    chosen[chosen] = _at_wall(field, middles[chosen], half_mm, margin_mm)
+    chosen[chosen] = _boxes_at_wall(field, middles[chosen], half_mm, margin_mm)
     for block in field.blocks:
         chosen |= block.distance_mm(middles) < margin_mm
-    first = np.stack(np.unravel_index(np.flatnonzero(chosen), tuple(boxes)), axis=1) * _BLOCK
-    own = np.indices((_BLOCK,) * 3).reshape(3, -1).T
+    first = np.stack(np.unravel_index(np.flatnonzero(chosen), tuple(boxes)), axis=1) * _BOX_NODES
+    own = np.indices((_BOX_NODES,) * 3).reshape(3, -1).T
     nodes = (first[:, None] + own).reshape(-1, 3)
     nodes = nodes[(nodes < counts).all(1)]
     strides = np.array([counts[1] * counts[2], counts[2], 1])
     return np.asarray((nodes * strides).sum(1), np.int64)
 
 
-def _at_wall(
-    field: _Field, middles: Points3, half_mm: float, margin_mm: float
+def _boxes_at_wall(
+    field: _ShellField, middles: Points3, half_mm: float, margin_mm: float
 ) -> Bool[np.ndarray, " k"]:
-    """Boxes that may hold a part of the level, by their middles' height over the positive.
+    """Which boxes may hold a part of the level, by the height of their centres over the positive.
 
-    It differs by no more than half of a box's diagonal within it, but where the sides of the
-    positive meet beyond its brim: boxes near that are kept.
+    The height varies by at most half of a box's diagonal within it, except where the sides of the
+    positive meet beyond its brim; boxes near that are kept.
     """
     height_mm = field.surface.signed(middles).signed_mm
     highest_mm = float(field.layout.thickness_mm.max()) + margin_mm
@@ -274,42 +274,42 @@ def _at_wall(
     return kept
 
 
-def _settled(field: _Field, points_mm: Points3, cell_mm: float) -> Points3:
-    """Places moved to the level, by Newton's method, each by less than a cell at once."""
+def _moved_to_level(field: _ShellField, points_mm: Points3, cell_mm: float) -> Points3:
+    """Points moved to the level by Newton's method, each step less than a cell."""
     places = points_mm.copy()
     moving = np.arange(len(places))
-    for _ in range(_MOVES):
+    for _ in range(_NEWTON_STEPS):
         found = field.at(places[moving])
-        steep = np.maximum(dots(found.ways, found.ways), 0.25)
-        step = np.clip(found.mm / steep, -0.5 * cell_mm, 0.5 * cell_mm)
-        places[moving] -= step[:, None] * found.ways
-        moving = moving[np.abs(found.mm) > _LEVEL_MM]
+        steep = np.maximum(dots(found.gradients, found.gradients), 0.25)
+        step = np.clip(found.values_mm / steep, -0.5 * cell_mm, 0.5 * cell_mm)
+        places[moving] -= step[:, None] * found.gradients
+        moving = moving[np.abs(found.values_mm) > _ON_LEVEL_MM]
         if not len(moving):
             break
     return places
 
 
-def _finer(field: _Field, mesh: Mesh, known: int) -> Mesh:
-    """Edges halved whose middle lies off the level: chords where the surface bends tightly.
+def _with_chords_split(field: _ShellField, mesh: Mesh, known: int) -> Mesh:
+    """The mesh with edges halved whose midpoint lies off the level, where curvature is high.
 
     Args:
-        known: So many vertices had been there before edges were halved. Edges between two of them
-            were looked at then; of the others only those of the wall, whose thickness is promised.
+        known: Number of vertices before the last halving. Edges between two of them
+            were checked then; of the others only those of the wall, whose thickness is promised.
     """
     edges = find_edges(mesh.faces)
     new = np.flatnonzero((edges.ends >= known).any(1))
     found = field.at(mesh.vertices_mm[edges.ends[new]].mean(1))
     off = np.zeros(len(edges.ends), np.bool_)
-    off[new] = (np.abs(found.mm) > _CHORD_MM) & (found.of_wall | (known == 0))
-    return divide(mesh, edges, off, np.full(len(off), 0.5)).mesh
+    off[new] = (np.abs(found.values_mm) > _CHORD_ERROR_MM) & (found.of_wall | (known == 0))
+    return split_edges(mesh, edges, off, np.full(len(off), 0.5)).mesh
 
 
-def _uncrossed(even: Mesh, places_mm: Points3) -> Mesh:
-    """The mesh moved to places, but for those where it would pass through itself."""
+def _without_crossings(even: Mesh, places_mm: Points3) -> Mesh:
+    """The mesh with its vertices moved, except where it would intersect itself."""
     places = places_mm.copy()
     near = np.zeros(len(even), np.bool_)
     concerned = np.ones(len(even.faces), np.bool_)
-    for share in (_BACK,) * _EASINGS + (1.0,) * _EASINGS:
+    for share in (_RETREAT_SHARE,) * _RETREATS + (1.0,) * _RETREATS:
         crossing = find_crossings(places, even.faces, concerned)
         if not len(crossing):
             break
@@ -322,7 +322,7 @@ def _uncrossed(even: Mesh, places_mm: Points3) -> Mesh:
 
 
 def without_folds(solid: Mesh) -> Mesh:
-    """A closed solid, what folds over laid back; as it is where nothing does.
+    """A closed solid with its folds removed; unchanged where it has none.
 
     Raises:
         EditError: what folds cannot be laid back; says where.

@@ -19,7 +19,7 @@ from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.recipe.recipe import Recipe
 
 
-def straps_told(
+def strap_findings(
     body: Body,
     slots: Sequence[Slot],
     openings: Sequence[Opening],

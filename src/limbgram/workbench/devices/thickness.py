@@ -1,6 +1,6 @@
 """Thickness: how thick a device is at each place: as printed, or as a sheet becomes when draped.
 
-Printed  a base, and zones and ribs on it: full within a width, running out smoothly beyond.
+Printed  a base thickness, with zones and ribs added that fall off smoothly at their borders.
 Draped   a flat sheet becomes the positive by stretching the same in all directions at each place.
          Then the logarithm u of the stretch solves a Poisson equation with the surface's curvature,
          nothing where the sheet leaves the positive; it keeps its volume, so it is as thick as
@@ -22,54 +22,56 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh, lengths
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.mesh.tree_cache import tree_on
-from limbgram.workbench.devices.layout import Covered, Rib
+from limbgram.workbench.devices.layout import CoveredArea, Rib
 from limbgram.workbench.edits.regions import distances_from, distances_from_point
 
-_HELD_MM = 15.0
-"""So far beyond its edges the sheet lies on the positive before it leaves it."""
+_SHEET_OVERLAP_MM = 15.0
+"""The sheet lies on the positive up to this far beyond the device's edges."""
 _LEAST_COTANGENT, _MOST_COTANGENT = 0.05, 20.0
-_FINE_MM = 1.0
+_LINE_STEP_MM = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Zone:
-    """A place that is thicker, or thinner."""
+    """A round zone in which the wall is thicker or thinner."""
 
     middle_mm: Vector3
     reach_mm: float
-    """Full within it."""
+    """Radius of the part at full height."""
     falloff_mm: float
-    """Over which it runs out."""
+    """Distance over which it falls to zero."""
     add_mm: float
 
 
-def printed(
-    covered: Covered, base_mm: float, zones: Sequence[Zone] = (), ribs: Sequence[Rib] = ()
+def printed_thickness(
+    covered: CoveredArea, base_mm: float, zones: Sequence[Zone] = (), ribs: Sequence[Rib] = ()
 ) -> Float64[np.ndarray, " n"]:
-    """Thickness at each vertex."""
+    """Thickness of a printed wall at each vertex."""
     mesh = covered.positive
     thick = np.full(len(mesh), base_mm)
     for zone in zones:
         away = distances_from_point(mesh, zone.middle_mm, zone.reach_mm + zone.falloff_mm)
-        thick += zone.add_mm * _running_out((away - zone.reach_mm) / zone.falloff_mm)
+        thick += zone.add_mm * _falloff((away - zone.reach_mm) / zone.falloff_mm)
     for rib in ribs:
         half = 0.5 * rib.width_mm
-        away = _from_line(mesh, rib.line_mm, half + rib.falloff_mm)
-        thick += rib.add_mm * _running_out((away - half) / rib.falloff_mm)
+        away = _distance_from_line(mesh, rib.line_mm, half + rib.falloff_mm)
+        thick += rib.add_mm * _falloff((away - half) / rib.falloff_mm)
     return thick
 
 
-def draped(covered: Covered, sheet_mm: float, draw_mm: float = np.inf) -> Float64[np.ndarray, " n"]:
-    """Thickness at each vertex of a sheet that was so thick.
+def draped_thickness(
+    covered: CoveredArea, sheet_mm: float, draw_mm: float = np.inf
+) -> Float64[np.ndarray, " n"]:
+    """Thickness at each vertex of a sheet after draping.
 
     Args:
-        draw_mm: Length over which the soft sheet draws in; without end it is held at its edge.
+        draw_mm: Length over which the soft sheet draws in; infinite if it is held at its edge.
     """
     mesh = covered.positive
-    on_it = covered.beyond_mm < _HELD_MM
+    on_it = covered.beyond_mm < _SHEET_OVERLAP_MM
     on_it[boundary_half_edges(mesh.faces)] = False
-    curvature = _curvature(mesh)
-    weights = _weights(mesh) + sparse.diags_array(mesh.vertex_areas_mm2() / draw_mm**2)
+    curvature = _angle_defects(mesh)
+    weights = _cotangent_laplacian(mesh) + sparse.diags_array(mesh.vertex_areas_mm2() / draw_mm**2)
     stretch = np.zeros(len(mesh))
     free = np.flatnonzero(on_it)
     system = sparse.csc_array(sparse.csr_array(weights)[free][:, free])
@@ -78,29 +80,31 @@ def draped(covered: Covered, sheet_mm: float, draw_mm: float = np.inf) -> Float6
     return sheet_mm * np.exp(-2 * np.maximum(stretch, 0.0))
 
 
-def _running_out(beyond: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """1 up to nothing beyond, 0 from 1 on, smooth between."""
+def _falloff(beyond: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """1 up to 0, 0 from 1 on, smooth between."""
     share = np.clip(beyond, 0.0, 1.0)
     return 1 - share * share * (3 - 2 * share)
 
 
-def _from_line(
+def _distance_from_line(
     mesh: Mesh, line_mm: Float64[np.ndarray, "k 3"], limit_mm: float
 ) -> Float64[np.ndarray, " n"]:
-    """Distance of vertices over the surface from an open line on it."""
+    """Distance of each vertex over the surface from an open polyline on it."""
     steps = lengths(np.diff(line_mm, axis=0))
     walked = np.concatenate([[0.0], np.cumsum(steps)])
-    at = np.linspace(0.0, walked[-1], max(2, int(walked[-1] / _FINE_MM)))
+    at = np.linspace(0.0, walked[-1], max(2, int(walked[-1] / _LINE_STEP_MM)))
     dense = np.stack([np.interp(at, walked, axis) for axis in line_mm.T], axis=1)
     faces = mesh.faces[np.unique(tree_on(mesh).closest(dense).faces)]
     first = np.unique(faces)
     start = np.full(len(mesh), np.inf)
-    start[first] = _straight_mm(mesh.vertices_mm[first], dense)
+    start[first] = _distance_to_polyline(mesh.vertices_mm[first], dense)
     return distances_from(mesh, start, np.ones(len(mesh), np.bool_), limit_mm)
 
 
-def _straight_mm(points: Points3, line: Float64[np.ndarray, "m 3"]) -> Float64[np.ndarray, " n"]:
-    """From a polyline."""
+def _distance_to_polyline(
+    points: Points3, line: Float64[np.ndarray, "m 3"]
+) -> Float64[np.ndarray, " n"]:
+    """Distance of points from a polyline, straight through space."""
     start, way = line[:-1], np.diff(line, axis=0)
     size = np.maximum((way * way).sum(1), 1e-30)
     share = np.clip(((points[:, None] - start) * way).sum(2) / size, 0.0, 1.0)
@@ -108,8 +112,8 @@ def _straight_mm(points: Points3, line: Float64[np.ndarray, "m 3"]) -> Float64[n
     return np.linalg.norm(points[:, None] - foot, axis=2).min(1)
 
 
-def _curvature(mesh: Mesh) -> Float64[np.ndarray, " n"]:
-    """What the angles at each vertex lack of a full turn: its curvature times its area."""
+def _angle_defects(mesh: Mesh) -> Float64[np.ndarray, " n"]:
+    """Angle defect at each vertex: its Gaussian curvature times its area."""
     corners = mesh.vertices_mm[mesh.faces]
     lack = np.full(len(mesh), 2 * np.pi)
     for k in range(3):
@@ -120,7 +124,7 @@ def _curvature(mesh: Mesh) -> Float64[np.ndarray, " n"]:
     return lack
 
 
-def _weights(mesh: Mesh) -> sparse.csr_array:
+def _cotangent_laplacian(mesh: Mesh) -> sparse.csr_array:
     """The cotangent Laplacian, positive on its diagonal (Pinkall and Polthier 1993)."""
     corners = mesh.vertices_mm[mesh.faces]
     count = len(mesh)

@@ -1,7 +1,7 @@
 """Trims: the edges of a device as parametric curves on the surface.
 
 In      a Body, a Trim (data), and values for its measures.
-Out     Drawn: closed curves on the surface, and a handle for each point: what an app drags.
+Out     DrawnTrim: closed curves on the surface, and for each point a handle that an app can drag.
 Method  A point stands at landmarks, moved by what the measures say along anatomical directions, and
         is what is seen of the surface there from one side; or at a height, looking at the limb's
         middle from an angle. A fair curve goes through all (curves).
@@ -27,18 +27,18 @@ from limbgram.workbench.devices.body import Axes, Body
 from limbgram.workbench.devices.curves import fair_curve
 from limbgram.workbench.edits.regions import Curve
 
-Seen = Literal["anterior", "posterior", "lateral", "medial", "right", "left", "plantar"]
-_FROM_BRIM_MM = 3.0
+SeenFrom = Literal["anterior", "posterior", "lateral", "medial", "right", "left", "plantar"]
+_LEAST_FROM_BRIM_MM = 3.0
 """A trim runs no nearer to an open edge of the scan: an edge and its roundness need a surface."""
 _FARTHEST_FREE_MM = 10.0
-_ARCH_MM = 25.0
-"""So far over a place under the foot its side is looked for."""
-_DOWNWARDS = np.sqrt(0.5)
-"""Cosine to straight down: beyond it a surface looks down rather than to a side."""
-_STEP_MM = 0.5
-"""By which a measure is changed to see where its handle goes, and a side is looked for."""
-_FROM_SIDE_MM = 1.0
-"""A measure that yields keeps its points so far from the farthest that the limb has."""
+_ARCH_SEARCH_MM = 25.0
+"""The side of a foot is looked for up to this high above a place under it."""
+_FACING_DOWN = np.sqrt(0.5)
+"""Cosine to straight down beyond which a surface faces down rather than to a side."""
+_PROBE_STEP_MM = 0.5
+"""Change of a measure by which its handle's direction is probed, and step of a search."""
+_SIDE_RESERVE_MM = 1.0
+"""A measure that yields keeps its points this far inside the limb's outline."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,18 +46,18 @@ class Measure:
     """One number of a device, with its range: the clinic's own, and no advice."""
 
     name: str
-    """Its ending is its unit."""
+    """Ends in its unit."""
     usual: float | None
     """None: depends on the patient in a way that nobody may guess; it has to be given."""
     within: Within
     en: str
     de: str
     yields: bool = False
-    """Where nobody gave it, it is no more than the limb is broad enough for."""
+    """Where nobody gave it, it becomes smaller on a limb too slender for the usual value."""
 
     @property
     def unit(self) -> str:
-        """By the ending of its name."""
+        """The unit, from the end of its name."""
         return self.name.rpartition("_")[2]
 
     @property
@@ -74,7 +74,7 @@ _TERM = re.compile(r"(-?)(?:([0-9.]+)\*)?([a-z]\w*)")
 
 @dataclass(frozen=True, kw_only=True)
 class TrimPoint:
-    """A point of a trim by anatomy."""
+    """A point of a trim, defined by anatomy."""
 
     name: str
     at: str
@@ -92,8 +92,8 @@ class TrimPoint:
     that height is the foot's underside, as under a high arch: the lowest place of its side."""
     axes: Axes = "limb"
     """Whose directions these are."""
-    seen: Seen = "lateral"
-    """From where the surface is looked at."""
+    seen_from: SeenFrom = "lateral"
+    """The side from which the surface is seen."""
     around_deg: Amount | None = None
     """In place of that: looking at the limb's middle at that height, from the front by 0, from
     lateral (on a trunk the right) by 90."""
@@ -101,7 +101,7 @@ class TrimPoint:
     """From there so far round the limb, as on a circle; the way in which angles grow."""
 
 
-def round_axis(name: str, at: str, up_mm: Amount, around_deg: Amount) -> TrimPoint:
+def point_round_axis(name: str, at: str, up_mm: Amount, around_deg: Amount) -> TrimPoint:
     """A point at the height of a landmark or above it, by its angle round the limb."""
     return TrimPoint(name=name, at=at, up_mm=up_mm, around_deg=around_deg)
 
@@ -113,18 +113,18 @@ class Loop:
     name: str
     points: tuple[TrimPoint, ...]
     keeps: TrimPoint
-    """On the side that stays."""
+    """A point on the side of the edge that is kept."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trim:
-    """All edges of a device."""
+    """All edges of a device and the measures that shape them."""
 
     loops: tuple[Loop, ...]
     measures: tuple[Measure, ...]
 
     def landmarks(self) -> tuple[str, ...]:
-        """Each once, in the order in which points name them."""
+        """The landmarks that it needs, each once, in the order in which points name them."""
         named = [
             name
             for loop in self.loops
@@ -137,17 +137,17 @@ class Trim:
             for loop in self.loops
             for point in (*loop.points, loop.keeps)
             if point.axes == "foot" or point.above_sole_mm is not None
-            for name in _OF_FOOT
+            for name in _FOOT_LANDMARKS
         ]
         return tuple(dict.fromkeys([*named, *foot]))
 
 
-_OF_FOOT = ("heel", "first metatarsal head", "fifth metatarsal head", "second toe")
+_FOOT_LANDMARKS = ("heel", "first metatarsal head", "fifth metatarsal head", "second toe")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Handle:
-    """A point of a trim on a limb: what is dragged, and what that changes."""
+    """A draggable point of a trim on a limb, and the measure that dragging changes."""
 
     loop: str
     point: str
@@ -159,12 +159,12 @@ class Handle:
     least: float | None
     most: float | None
     along: tuple[float, float, float] | None
-    """Where it goes, in millimetres for each unit of its measure."""
+    """Its displacement in millimetres for each unit of its measure."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Edge:
-    """A closed edge on a limb."""
+    """A closed edge of a device, drawn on a limb."""
 
     name: str
     curve: Curve
@@ -173,16 +173,16 @@ class Edge:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drawn:
-    """A trim on a limb."""
+class DrawnTrim:
+    """A trim drawn on a limb: its edges and handles."""
 
     edges: tuple[Edge, ...]
     handles: tuple[Handle, ...]
 
 
-Free = Mapping[str, tuple[float, float, float]]
-"""Points that were set free of their landmarks: by "loop: point", places in the limb frame."""
-_NONE_FREE: Free = {}
+FreePoints = Mapping[str, tuple[float, float, float]]
+"""Points moved off their landmarks: by "loop: point", places in the limb frame."""
+_NO_FREE_POINTS: FreePoints = {}
 
 
 def values_of(measures: tuple[Measure, ...], given: Mapping[str, float]) -> dict[str, float]:
@@ -215,12 +215,12 @@ def values_of(measures: tuple[Measure, ...], given: Mapping[str, float]) -> dict
     return values
 
 
-def on_slender_limb(
+def values_on_slender_limb(
     body: Body, trim: Trim, values: Mapping[str, float], given: Iterable[str]
 ) -> dict[str, float]:
-    """The values, those that yield so small that none of their points lies beside the limb.
+    """The values, with yielding measures reduced until all of their points hit the limb.
 
-    At their least where that does not help either: the refusal is the edge's.
+    They are at their least where that does not help; drawing the edge refuses then.
 
     Args:
         given: Measures whose values somebody gave; they stay.
@@ -235,17 +235,17 @@ def on_slender_limb(
             for point in loop.points
             if one.name in measures_of(point)
         ]
-        while found[one.name] > one.within.least and _beside(
-            body, points, {**found, one.name: found[one.name] + _FROM_SIDE_MM}
+        while found[one.name] > one.within.least and _any_point_misses(
+            body, points, {**found, one.name: found[one.name] + _SIDE_RESERVE_MM}
         ):
-            found[one.name] = max(one.within.least, found[one.name] - _STEP_MM)
+            found[one.name] = max(one.within.least, found[one.name] - _PROBE_STEP_MM)
     return found
 
 
-def _beside(
+def _any_point_misses(
     body: Body, points: Iterable[tuple[str, TrimPoint]], values: Mapping[str, float]
 ) -> bool:
-    """Whether one of the points is looked for beside a slender limb."""
+    """Whether the line towards any of the points misses a slender limb."""
     for loop, point in points:
         try:
             place_point(body, loop, point, values)
@@ -256,8 +256,8 @@ def _beside(
 
 
 def draw_trim(
-    body: Body, trim: Trim, values: Mapping[str, float], free: Free = _NONE_FREE
-) -> Drawn:
+    body: Body, trim: Trim, values: Mapping[str, float], free: FreePoints = _NO_FREE_POINTS
+) -> DrawnTrim:
     """The edges of a device on a limb.
 
     Args:
@@ -273,9 +273,9 @@ def draw_trim(
     edges: list[Edge] = []
     handles: list[Handle] = []
     for loop in trim.loops:
-        placed = [_placed(body, loop, point, values, free) for point in loop.points]
+        placed = [_place_or_free(body, loop, point, values, free) for point in loop.points]
         with refusals_about(loop.name):
-            curve = _curve(body, loop, np.stack(placed))
+            curve = _edge_curve(body, loop, np.stack(placed))
         edges.append(
             Edge(
                 name=loop.name,
@@ -287,11 +287,13 @@ def draw_trim(
             _handle(body, trim, loop, point, place, values, free)
             for point, place in zip(loop.points, placed, strict=True)
         ]
-    return Drawn(edges=tuple(edges), handles=tuple(handles))
+    return DrawnTrim(edges=tuple(edges), handles=tuple(handles))
 
 
-def mirrored(points: tuple[TrimPoint, ...], rename: Mapping[str, str]) -> tuple[TrimPoint, ...]:
-    """The same points of the other side, in reverse order, for a loop that goes all round.
+def mirrored_points(
+    points: tuple[TrimPoint, ...], rename: Mapping[str, str]
+) -> tuple[TrimPoint, ...]:
+    """The same points on the other side, in reverse order, for a loop all round.
 
     Args:
         rename: Names of landmarks and measures of one side to those of the other; applied to
@@ -302,9 +304,9 @@ def mirrored(points: tuple[TrimPoint, ...], rename: Mapping[str, str]) -> tuple[
         return rename.get(name, name)
 
     def amount(value: Amount, sign: float = 1.0) -> Amount:
-        return tuple(_renamed(term, other, sign) for term in terms_of(value))
+        return tuple(_mirrored_term(term, other, sign) for term in terms_in(value))
 
-    sides: dict[Seen, Seen] = {
+    sides: dict[SeenFrom, SeenFrom] = {
         "lateral": "medial",
         "medial": "lateral",
         "right": "left",
@@ -320,7 +322,7 @@ def mirrored(points: tuple[TrimPoint, ...], rename: Mapping[str, str]) -> tuple[
             ahead_mm=amount(point.ahead_mm),
             out_mm=amount(point.out_mm, -1.0),
             above_sole_mm=None if point.above_sole_mm is None else amount(point.above_sole_mm),
-            seen=sides.get(point.seen, point.seen),
+            seen_from=sides.get(point.seen_from, point.seen_from),
             around_deg=None if point.around_deg is None else amount(point.around_deg, -1.0),
             round_mm=amount(point.round_mm, -1.0),
         )
@@ -328,20 +330,20 @@ def mirrored(points: tuple[TrimPoint, ...], rename: Mapping[str, str]) -> tuple[
     )
 
 
-def terms_of(value: Amount) -> tuple[Term, ...]:
-    """What an amount adds up."""
+def terms_in(value: Amount) -> tuple[Term, ...]:
+    """The terms that an amount adds up."""
     return value if isinstance(value, tuple) else (value,)
 
 
-def _renamed(term: Term, other: Callable[[str], str], sign: float) -> Term:
+def _mirrored_term(term: Term, other: Callable[[str], str], sign: float) -> Term:
     if not isinstance(term, str):
         return sign * term
-    minus, factor, name = _taken_apart(term)
+    minus, factor, name = _parsed_term(term)
     turned = (minus == "-") != (sign < 0)
     return f"{'-' if turned else ''}{factor and f'{factor}*'}{other(name)}"
 
 
-def _taken_apart(term: str) -> tuple[str, str, str]:
+def _parsed_term(term: str) -> tuple[str, str, str]:
     found = _TERM.fullmatch(term)
     assert found is not None, term
     return found[1], found[2] or "", found[3]
@@ -350,9 +352,9 @@ def _taken_apart(term: str) -> tuple[str, str, str]:
 def amount_of(value: Amount, values: Mapping[str, float]) -> float:
     """An amount in millimetres or degrees."""
     total = 0.0
-    for term in terms_of(value):
+    for term in terms_in(value):
         if isinstance(term, str):
-            minus, factor, name = _taken_apart(term)
+            minus, factor, name = _parsed_term(term)
             total += (-1.0 if minus else 1.0) * float(factor or 1.0) * values[name]
         else:
             total += term
@@ -361,12 +363,12 @@ def amount_of(value: Amount, values: Mapping[str, float]) -> float:
 
 def measures_in(amounts: Iterable[Amount]) -> tuple[str, ...]:
     """The measures that amounts name, each once."""
-    terms = (term for one in amounts for term in terms_of(one) if isinstance(term, str))
-    return tuple(dict.fromkeys(_taken_apart(term)[2] for term in terms))
+    terms = (term for one in amounts for term in terms_in(one) if isinstance(term, str))
+    return tuple(dict.fromkeys(_parsed_term(term)[2] for term in terms))
 
 
 def measures_of(point: TrimPoint) -> tuple[str, ...]:
-    """The measures that move it."""
+    """The measures that move a point."""
     amounts = (
         *(point.up_mm, point.ahead_mm, point.out_mm),
         *(one for one in (point.above_sole_mm, point.around_deg) if one is not None),
@@ -375,8 +377,8 @@ def measures_of(point: TrimPoint) -> tuple[str, ...]:
     return measures_in(amounts)
 
 
-def _placed(
-    body: Body, loop: Loop, point: TrimPoint, values: Mapping[str, float], free: Free
+def _place_or_free(
+    body: Body, loop: Loop, point: TrimPoint, values: Mapping[str, float], free: FreePoints
 ) -> Vector3:
     name = f"{loop.name}: {point.name}"
     if name in free:
@@ -403,16 +405,16 @@ def place_point(body: Body, of: str, point: TrimPoint, values: Mapping[str, floa
         EditError: a landmark is missing, or the surface is not there.
     """
     with refusals_about(f"{of}: {point.name}"):
-        return _seen_at(body, point, values)
+        return _point_on_surface(body, point, values)
 
 
-def _seen_at(body: Body, point: TrimPoint, values: Mapping[str, float]) -> Vector3:
-    """What is seen of the surface where a point is looked for."""
+def _point_on_surface(body: Body, point: TrimPoint, values: Mapping[str, float]) -> Vector3:
+    """The point of the surface that is seen where a trim point is aimed at."""
     base = body.place_mm(point.at)
     if point.towards:
         base = base + point.share * (body.place_mm(point.towards) - base)
     right, ahead, up = body.directions(point.axes)
-    out = right if body.limb.kind == "torso" else right * body.outward()[0]
+    out = right if body.limb.kind == "torso" else right * body.lateral()[0]
     aim = (
         base
         + amount_of(point.up_mm, values) * up
@@ -421,14 +423,14 @@ def _seen_at(body: Body, point: TrimPoint, values: Mapping[str, float]) -> Vecto
     )
     if point.above_sole_mm is not None:
         up = body.directions("foot")[2]
-        high = body.sole_mm() + amount_of(point.above_sole_mm, values)
+        high = body.sole_height_mm() + amount_of(point.above_sole_mm, values)
         aim = aim + (high - aim @ up) * up
     if point.around_deg is not None:
         angle = np.radians(amount_of(point.around_deg, values))
-        aim = body.middle_mm(float(aim[2]), point.at)
+        aim = body.section_centre_mm(float(aim[2]), point.at)
         look = -(np.cos(angle) * ahead + np.sin(angle) * out)
         far_mm = amount_of(point.round_mm, values)
-        met = body.met_mm(aim, look) if far_mm else None
+        met = body.first_hit_mm(aim, look) if far_mm else None
         if met is not None:
             angle += far_mm / float(np.linalg.norm(met - aim))
             look = -(np.cos(angle) * ahead + np.sin(angle) * out)
@@ -441,33 +443,33 @@ def _seen_at(body: Body, point: TrimPoint, values: Mapping[str, float]) -> Vecto
             "right": -right,
             "left": right,
             "plantar": up,
-        }[point.seen]
-    met = body.met_mm(aim, look)
+        }[point.seen_from]
+    met = body.first_hit_mm(aim, look)
     if met is None:
-        raise _missed(body, point, aim, look)
-    if point.above_sole_mm is not None and point.seen in ("lateral", "medial"):
-        return _beside_sole(body, met, look, body.directions("foot")[2])
+        raise _miss_error(body, point, aim, look)
+    if point.above_sole_mm is not None and point.seen_from in ("lateral", "medial"):
+        return _side_above_sole(body, met, look, body.directions("foot")[2])
     return met
 
 
-def _beside_sole(body: Body, met_mm: Vector3, look: Vector3, up: Vector3) -> Vector3:
-    """The place itself, or the lowest one over it that looks sideways rather than down."""
+def _side_above_sole(body: Body, met_mm: Vector3, look: Vector3, up: Vector3) -> Vector3:
+    """The place itself, or the lowest one above it that faces sideways rather than down."""
     place = met_mm
-    for rise_mm in np.arange(0.0, _ARCH_MM, _STEP_MM):
-        above = body.met_mm(met_mm + rise_mm * up, look)
+    for rise_mm in np.arange(0.0, _ARCH_SEARCH_MM, _PROBE_STEP_MM):
+        above = body.first_hit_mm(met_mm + rise_mm * up, look)
         if above is None:
             break
         place = above
-        if body.normal_at(place) @ up > -_DOWNWARDS:
+        if body.normal_at(place) @ up > -_FACING_DOWN:
             return place
     return met_mm
 
 
-def _missed(body: Body, point: TrimPoint, aim_mm: Vector3, look: Vector3) -> EditError:
-    """Why nothing is seen at a point: the limb is too slender, or does not reach there."""
+def _miss_error(body: Body, point: TrimPoint, aim_mm: Vector3, look: Vector3) -> EditError:
+    """A refusal that says why a point misses: the limb is too slender, or too short."""
     lowest_mm, highest_mm = body.mesh.vertices_mm[:, 2].min(), body.mesh.vertices_mm[:, 2].max()
     place: tuple[float, ...] = tuple(aim_mm.tolist())
-    beside_mm = body.beside_mm(aim_mm, look)
+    beside_mm = body.miss_distance_mm(aim_mm, look)
     if beside_mm > 0 and lowest_mm < aim_mm[2] < highest_mm:
         return EditError(
             "device.trim.beside_limb",
@@ -484,7 +486,7 @@ def _missed(body: Body, point: TrimPoint, aim_mm: Vector3, look: Vector3) -> Edi
     )
 
 
-def _curve(body: Body, loop: Loop, placed: Points3) -> Curve:
+def _edge_curve(body: Body, loop: Loop, placed: Points3) -> Curve:
     border = np.unique(boundary_half_edges(body.mesh.faces))
     open_edge = KDTree(body.mesh.vertices_mm[border]) if len(border) else None
     try:
@@ -494,18 +496,18 @@ def _curve(body: Body, loop: Loop, placed: Points3) -> Curve:
     if open_edge is not None:
         near = open_edge.query(curve.points_mm)[0]
         at = int(np.argmin(near))
-        if near[at] < _FROM_BRIM_MM:
+        if near[at] < _LEAST_FROM_BRIM_MM:
             raise EditError(
                 "device.trim.opening",
                 name=loop.name,
                 point_mm=tuple(curve.points_mm[at].tolist()),
-                near=_nearest_name(loop, placed, curve.points_mm[at]),
-                least_mm=_FROM_BRIM_MM,
+                near=_nearest_point_name(loop, placed, curve.points_mm[at]),
+                least_mm=_LEAST_FROM_BRIM_MM,
             )
     return curve
 
 
-def _nearest_name(loop: Loop, placed: Points3, place_mm: Vector3) -> str:
+def _nearest_point_name(loop: Loop, placed: Points3, place_mm: Vector3) -> str:
     away = np.linalg.norm(placed - place_mm, axis=1)
     return loop.points[int(np.argmin(away))].name
 
@@ -517,7 +519,7 @@ def _handle(
     point: TrimPoint,
     place_mm: Vector3,
     values: Mapping[str, float],
-    free: Free,
+    free: FreePoints,
 ) -> Handle:
     x, y, z = place_mm.tolist()
     own = () if f"{loop.name}: {point.name}" in free else measures_of(point)
@@ -534,7 +536,7 @@ def _handle(
         )
     measure = next(one for one in trim.measures if one.name == own[0])
     value = values[measure.name]
-    step = _STEP_MM if value + _STEP_MM <= measure.within.most else -_STEP_MM
+    step = _PROBE_STEP_MM if value + _PROBE_STEP_MM <= measure.within.most else -_PROBE_STEP_MM
     along = None
     try:
         there = place_point(body, loop.name, point, {**values, measure.name: value + step})

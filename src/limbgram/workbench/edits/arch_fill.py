@@ -7,7 +7,7 @@ import numpy as np
 from limbgram.core.request_fields import Within
 from limbgram.workbench.anatomy.surface_lines import smoothstep
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.sole import Sole, bump, whole
+from limbgram.workbench.edits.sole import Sole, bump, normalised
 from limbgram.workbench.limb import Limb
 
 
@@ -54,6 +54,6 @@ class ArchFill(Edit):
         x, y, z = sole.points_mm.T
         along = bump((y - sole.arch[1]) / (self.along * sole.length_mm))
         across = smoothstep((sole.lateral_mm - x) / (sole.lateral_mm - sole.medial_mm))
-        share = whole(along * across * sole.plantar)
+        share = normalised(along * across * sole.plantar)
         down = np.minimum(self.depth_mm * share, np.maximum(z, 0.0))
         return sole.moved(np.outer(down, [0.0, 0.0, -1.0]))

@@ -16,23 +16,23 @@ from jaxtyping import Bool, Float64
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, FromZeroMm, Words, spoken
-from limbgram.workbench.edits.fineness import edge_along_mm, refine_under, refine_where
 from limbgram.workbench.edits.guard import require_sound
+from limbgram.workbench.edits.refinement import edge_for_falloff_mm, refine_selected, refine_where
 from limbgram.workbench.edits.regions import (
     Curve,
     FrameName,
     Place,
-    calm_normals_on,
     displaced,
     distances_from,
     distances_from_point,
     draw_curve,
     find_sides,
-    fine_along,
-    inside,
     on_surface,
     position_mm,
+    refined_along,
     require_ring,
+    smaller_side,
+    smooth_normals_on,
 )
 from limbgram.workbench.limb import Limb
 
@@ -90,61 +90,69 @@ class Area(Edit):
             require_ring(self.within)
 
 
-def pushed(limb: Limb, edit: Area, sign: float) -> Limb:
+def push_area(limb: Limb, edit: Area, sign: float) -> Limb:
     """The limb with the area moved along its normals: outwards by sign 1, inwards by -1."""
     given = limb.mesh
     limb, weight = (
-        _in_a_region(limb, edit) if edit.at is None else _round_a_place(limb, edit, edit.at)
+        _weights_in_region(limb, edit)
+        if edit.at is None
+        else _weights_round_place(limb, edit, edit.at)
     )
     largest = float(weight.max(initial=0.0))
     if largest <= 0:
         raise EditError("edit.region.empty")
     step = sign * edit.depth_mm * (weight / largest)[:, None]
-    changed = displaced(limb, limb.mesh.vertices_mm + step * calm_normals_on(limb.mesh, given))
+    changed = displaced(limb, limb.mesh.vertices_mm + step * smooth_normals_on(limb.mesh, given))
     require_sound(limb.mesh, changed.mesh)
     return changed
 
 
-def fading(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """From 1 at 0 to 0 at 1, level and without bend at both ends."""
+def falloff(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """Smooth falloff from 1 at 0 to 0 at 1, with zero slope and curvature at both ends."""
     x = np.clip(share, 0.0, 1.0)
     return 1 - x * x * x * (10 + x * (6 * x - 15))
 
 
-def _in_a_region(limb: Limb, edit: Area) -> tuple[Limb, Float64[np.ndarray, " n"]]:
+def _weights_in_region(limb: Limb, edit: Area) -> tuple[Limb, Float64[np.ndarray, " n"]]:
     """The limb fine enough, and the share of the depth at each vertex."""
     picked = np.stack([position_mm(limb, place, edit.positions_in) for place in edit.within])
     curve = draw_curve(limb.mesh, on_surface(limb, picked))
-    mesh = fine_along(limb.mesh, curve, edge_along_mm(edit.falloff_mm))
-    coarse = _depth_within(mesh, curve)
+    mesh = refined_along(limb.mesh, curve, edge_for_falloff_mm(edit.falloff_mm))
+    coarse = _depth_in_curve(mesh, curve)
     fades = (coarse > 0) & (coarse < edit.falloff_mm)
-    mesh = refine_where(mesh, np.asarray(fades[mesh.faces].any(1)), edge_along_mm(edit.falloff_mm))
-    depth = _depth_within(mesh, curve)
+    mesh = refine_where(
+        mesh, np.asarray(fades[mesh.faces].any(1)), edge_for_falloff_mm(edit.falloff_mm)
+    )
+    depth = _depth_in_curve(mesh, curve)
     within = depth > 0
     full = min(edit.falloff_mm, float(depth.max(initial=0.0)))
-    return limb.with_mesh(mesh), fading(1 - depth / max(full, 1e-12)) * within
+    return limb.with_mesh(mesh), falloff(1 - depth / max(full, 1e-12)) * within
 
 
-def _depth_within(mesh: Mesh, curve: Curve) -> Float64[np.ndarray, " n"]:
-    """Distance of each vertex from the curve, over the surface; 0 outside it."""
+def _depth_in_curve(mesh: Mesh, curve: Curve) -> Float64[np.ndarray, " n"]:
+    """Distance over the surface of each vertex inside a curve from it; 0 outside."""
     sides = find_sides(mesh, (curve,))
-    within = inside(mesh, sides)
+    within = smaller_side(mesh, sides)
     start = np.where(within, np.abs(sides.signed_mm), np.inf)
     depth = distances_from(mesh, start, within, np.inf)
     return np.where(within & np.isfinite(depth), depth, 0.0)
 
 
-def _round_a_place(limb: Limb, edit: Area, place: Place) -> tuple[Limb, Float64[np.ndarray, " n"]]:
+def _weights_round_place(
+    limb: Limb, edit: Area, place: Place
+) -> tuple[Limb, Float64[np.ndarray, " n"]]:
     """The limb fine enough, and the share of the depth at each vertex."""
     point = on_surface(limb, position_mm(limb, place, edit.positions_in)[None])[0]
     reach = edit.flat_mm + edit.falloff_mm
 
-    def close(mesh: Mesh) -> Bool[np.ndarray, " f"]:
+    def near_place(mesh: Mesh) -> Bool[np.ndarray, " f"]:
         corners = mesh.vertices_mm[mesh.faces]
         middle = corners.mean(1)
         size = np.linalg.norm(corners - middle[:, None], axis=2).max(1)
         return np.linalg.norm(middle - point, axis=1) < reach + size
 
-    limb = limb.with_mesh(refine_under(limb.mesh, close, edge_along_mm(edit.falloff_mm)))
+    limb = limb.with_mesh(
+        refine_selected(limb.mesh, near_place, edge_for_falloff_mm(edit.falloff_mm))
+    )
     distance = distances_from_point(limb.mesh, point, reach)
-    return limb, fading((distance - edit.flat_mm) / edit.falloff_mm)
+    return limb, falloff((distance - edit.flat_mm) / edit.falloff_mm)

@@ -6,8 +6,8 @@ from typing import Annotated
 from limbgram.core.errors import EditError
 from limbgram.core.request_fields import Within
 from limbgram.findings import note
-from limbgram.workbench.anatomy.names import by_identity
-from limbgram.workbench.edits.areas import pushed
+from limbgram.workbench.anatomy.names import landmarks_by_identity
+from limbgram.workbench.edits.areas import push_area
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, FromZeroMm, Words, edit, spoken
 from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.limb import KIND_NAMED, Limb
@@ -66,7 +66,7 @@ class BuildUps(Edit):
         Raises:
             EditError: no place of the preset was marked, or the surface would fold.
         """
-        marks = by_identity(limb.landmarks)
+        marks = landmarks_by_identity(limb.landmarks)
         presets = {} if limb.kind is None else KIND_NAMED[limb.kind].presets
         skipped = set(self.without)
         wanted = {one: mm for one, mm in presets.items() if one in marks and one not in skipped}
@@ -79,6 +79,6 @@ class BuildUps(Edit):
                 falloff_mm=self.falloff_mm,
                 flat_mm=self.flat_mm,
             )
-            limb = pushed(limb, one, 1.0)
+            limb = push_area(limb, one, 1.0)
         told = note("edit.build_ups.done", names=tuple(wanted), times=self.times)
         return replace(limb, notes=(*limb.notes, told))

@@ -1,4 +1,4 @@
-"""Clean: what scanners leave beside and in the surface of a limb, taken away or closed.
+"""Clean: removes scraps, doubled sheets and spikes from a scan, and closes small holes.
 
 In      a Limb, and how large each kind of fault may be.
 Out     the Limb without them; a note of every kind that was found.
@@ -22,8 +22,14 @@ from limbgram.core.request_fields import Within
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
-from limbgram.workbench.edits.regions import at_brim, averaging, displaced, upright_mm, with_closed
+from limbgram.workbench.edits.guard import require_sound, unsound_vertices
+from limbgram.workbench.edits.regions import (
+    displaced,
+    neighbour_averaging,
+    on_open_edge,
+    upright_mm,
+    with_holes_closed,
+)
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.loose_pieces import open_pieces, without_pieces
 
@@ -31,16 +37,16 @@ _LARGEST_MM = 60.0
 """A wider hole, or a longer scrap, is a part of the limb that is missing or lies loose: for a
 person to judge."""
 _SHEET_SHARE = 0.5
-"""A sheet with more of the largest piece's area is no double of it, but another surface."""
+"""A sheet with a larger share of the largest piece's area is no double, but another surface."""
 _SPIKE_ROUNDS = 20
-"""Of laying spikes back: where two stand beside each other, one goes down after the other."""
+"""Rounds of flattening spikes: where two are neighbours, one goes down after the other."""
 _PUT_BACK_ROUNDS = 5
-"""Of putting points back that would fold the surface where they are laid."""
+"""Rounds of putting points back whose new place would fold the surface."""
 _BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
 """An opening of this share of what the shape shows from there is its brim, as for filling."""
 
 
-_Amount = Annotated[float, Within(0, _LARGEST_MM)]
+_SizeMm = Annotated[float, Within(0, _LARGEST_MM)]
 
 
 @edit(
@@ -55,13 +61,13 @@ _Amount = Annotated[float, Within(0, _LARGEST_MM)]
 class Clean(Edit):
     """Clean a scan of what scanners leave: loose scraps, doubled sheets, spikes, small holes."""
 
-    scraps_mm: _Amount = 10.0
+    scraps_mm: _SizeMm = 10.0
     """Loose pieces of surface up to this long, and as near to the limb, are taken away; 0: none."""
-    sheets_mm: _Amount = 1.5
+    sheets_mm: _SizeMm = 1.5
     """Loose sheets of any size that lie as near to the surface all over are taken away; 0: none."""
     spikes: bool = True
     """Whether single points that stand out like thorns are laid back among their neighbours."""
-    holes_mm: _Amount = 15.0
+    holes_mm: _SizeMm = 15.0
     """Holes up to this wide are closed; the brim never is; 0: none."""
 
     words = spoken(
@@ -124,7 +130,7 @@ class Clean(Edit):
 
 
 def _without_scraps(limb: Limb, edit: Clean) -> Limb:
-    """Without short loose pieces near the surface, and without longer ones on it."""
+    """The limb without short loose pieces near the surface, and without doubled sheets on it."""
     notes: list[Finding] = []
     mesh = limb.mesh
     for reach_mm, of_scraps in ((edit.scraps_mm, True), (edit.sheets_mm, False)):
@@ -132,17 +138,17 @@ def _without_scraps(limb: Limb, edit: Clean) -> Limb:
         if pieces is None:
             continue
         if of_scraps:
-            asked = _lengths_mm(mesh, pieces.of_vertex, len(pieces.area_mm2)) <= reach_mm
+            asked = _piece_lengths_mm(mesh, pieces.of_vertex, len(pieces.area_mm2)) <= reach_mm
         else:
             asked = pieces.area_mm2 <= _SHEET_SHARE * pieces.area_mm2.max()
         found = without_pieces(mesh, pieces, asked, reach_mm)
         mesh = found.mesh
         notes += found.findings()
-    return limb if mesh is limb.mesh else _noted(limb.with_mesh(mesh), notes)
+    return limb if mesh is limb.mesh else _with_notes(limb.with_mesh(mesh), notes)
 
 
-def _lengths_mm(mesh: Mesh, piece: np.ndarray, count: int) -> np.ndarray:
-    """Longest side of each piece's box."""
+def _piece_lengths_mm(mesh: Mesh, piece: np.ndarray, count: int) -> np.ndarray:
+    """Longest side of each piece's bounding box."""
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, piece, mesh.vertices_mm)
     np.maximum.at(high, piece, mesh.vertices_mm)
@@ -150,10 +156,10 @@ def _lengths_mm(mesh: Mesh, piece: np.ndarray, count: int) -> np.ndarray:
 
 
 def _without_spikes(limb: Limb) -> Limb:
-    """Spikes laid back; what was measured there counts as filled."""
+    """The limb with spikes flattened; the vertices moved count as filled."""
     mesh = limb.mesh
-    mean = averaging(mesh)
-    held = at_brim(mesh)
+    mean = neighbour_averaging(mesh)
+    held = on_open_edge(mesh)
     vertices = mesh.vertices_mm.copy()
     moved = np.zeros(len(mesh), np.bool_)
     for _ in range(_SPIKE_ROUNDS):
@@ -163,7 +169,7 @@ def _without_spikes(limb: Limb) -> Limb:
         vertices[found] = (mean @ vertices)[found]
         moved |= found
     for _ in range(_PUT_BACK_ROUNDS):
-        spoilt = moved & spoilt_vertices(mesh, mesh.with_vertices(vertices))
+        spoilt = moved & unsound_vertices(mesh, mesh.with_vertices(vertices))
         vertices[spoilt] = mesh.vertices_mm[spoilt]
         moved &= ~spoilt
         if not spoilt.any():
@@ -175,38 +181,38 @@ def _without_spikes(limb: Limb) -> Limb:
     highest_mm = float(np.linalg.norm(vertices - mesh.vertices_mm, axis=1).max())
     laid = displaced(limb, vertices)
     said = note("edit.clean.spikes", count=int(moved.sum()), highest_mm=highest_mm)
-    return _noted(laid.with_mesh(unmeasured_at(laid.mesh, moved)), [said])
+    return _with_notes(laid.with_mesh(unmeasured_at(laid.mesh, moved)), [said])
 
 
 def _without_holes(limb: Limb, edit: Clean) -> Limb:
-    """Small holes closed; one whose filling would fold onto the surface stays open, and is told."""
+    """The limb with small holes closed; one whose filling would fold stays open, with a doubt."""
     mesh = limb.mesh
     brim = find_openings(upright_mm(limb), mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE).brim
     loops = [
         loop for loop in boundary_loops(mesh.faces) if brim is None or loop[0] not in brim.tolist()
     ]
-    small = [loop for loop in loops if _width_mm(mesh, loop) <= edit.holes_mm]
+    small = [loop for loop in loops if _hole_width_mm(mesh, loop) <= edit.holes_mm]
     whole = [loop for loop in small if not touches_itself(mesh, loop)]
-    closed = with_closed(mesh, whole)
-    spoilt = spoilt_vertices(mesh, closed)[: len(mesh)]
+    closed = with_holes_closed(mesh, whole)
+    spoilt = unsound_vertices(mesh, closed)[: len(mesh)]
     if spoilt.any():
         whole = [loop for loop in whole if not spoilt[loop].any()]
-        closed = with_closed(mesh, whole)
+        closed = with_holes_closed(mesh, whole)
     if not small:
         return limb
     notes: list[Finding] = []
     if whole:
-        widest_mm = max(_width_mm(mesh, loop) for loop in whole)
+        widest_mm = max(_hole_width_mm(mesh, loop) for loop in whole)
         notes.append(note("edit.clean.holes", widest_mm=widest_mm, count=len(whole)))
     if len(whole) < len(small):
         notes.append(doubt("edit.clean.holes_left", count=len(small) - len(whole)))
-    return _noted(limb.with_mesh(closed), notes)
+    return _with_notes(limb.with_mesh(closed), notes)
 
 
-def _width_mm(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> float:
+def _hole_width_mm(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> float:
     places = mesh.vertices_mm[loop]
     return 2 * float(np.linalg.norm(places - places.mean(0), axis=1).max())
 
 
-def _noted(limb: Limb, notes: list[Finding]) -> Limb:
+def _with_notes(limb: Limb, notes: list[Finding]) -> Limb:
     return replace(limb, notes=(*limb.notes, *notes))

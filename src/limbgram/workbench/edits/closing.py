@@ -1,10 +1,10 @@
-"""Closing: what was a solid before an edit is a solid after it.
+"""Closing: keeps a solid closed after an edit that opened it.
 
 In      a shape that an edit left open, and that was closed before it.
-Out     the same, closed along what the edit opened; every vertex that it had stands where it stood.
+Out     the same, closed along what the edit opened; its vertices do not move.
 Method  Openings that lie in one plane are capped together, so that a wall that was cut level has a
         flat rim. Two openings that run against each other, as those of a wall's skins do, are
-        joined by a strip across the wall. What is left is spanned, as over a drum.
+        joined by a strip across the wall. What is left is spanned with least area.
 Fails   EditError: an outline crosses itself, or the shape stays open.
 """
 
@@ -27,13 +27,13 @@ from limbgram.findings import Finding, note
 from limbgram.reconstruction.surface.holes import loop_area
 from limbgram.workbench.edits.cutting import cap
 from limbgram.workbench.edits.level_edges import Plane
-from limbgram.workbench.edits.membrane import spanned
-from limbgram.workbench.edits.regions import with_added
+from limbgram.workbench.edits.membrane import with_openings_spanned
+from limbgram.workbench.edits.regions import with_surface_added
 from limbgram.workbench.edits.triangle_strip import strip
 
 
-def enclosure(mesh: Mesh) -> Finding:
-    """Whether a shape is watertight, and its volume."""
+def enclosure_finding(mesh: Mesh) -> Finding:
+    """A note of whether a shape is watertight, and of its volume."""
     found = enclosed_by(mesh)
     return note(
         "edit.enclosed",
@@ -43,7 +43,7 @@ def enclosure(mesh: Mesh) -> Finding:
     )
 
 
-def kept_closed(before: Mesh, after: Mesh) -> Mesh:
+def closed_again(before: Mesh, after: Mesh) -> Mesh:
     """The shape after an edit, closed where it was closed before.
 
     Raises:
@@ -53,9 +53,9 @@ def kept_closed(before: Mesh, after: Mesh) -> Mesh:
         return after
     if not len(after.faces) or not is_edge_manifold(after.faces):
         raise EditError("edit.branches")
-    closed = joined(sheets_apart(after))
+    closed = with_openings_joined(sheets_apart(after))
     if len(boundary_half_edges(closed.faces)):
-        closed = spanned(closed)
+        closed = with_openings_spanned(closed)
         closed = with_faces(closed, closed.faces)
     left = boundary_half_edges(closed.faces)
     if len(left):
@@ -64,17 +64,17 @@ def kept_closed(before: Mesh, after: Mesh) -> Mesh:
     return closed
 
 
-def joined(mesh: Mesh) -> Mesh:
-    """Closed where openings lie in one plane, or run against each other; its own faces come first.
+def with_openings_joined(mesh: Mesh) -> Mesh:
+    """The mesh with coplanar or opposite openings joined; its own faces come first.
 
     Raises:
         EditError: an outline crosses itself.
     """
-    return _with_strips(_capped(mesh))
+    return _with_strips(_with_flat_caps(mesh))
 
 
-def _capped(mesh: Mesh) -> Mesh:
-    """Without the openings that lie in planes, those in one plane together; the longest first."""
+def _with_flat_caps(mesh: Mesh) -> Mesh:
+    """The mesh with its flat openings capped, those in one plane together."""
     while True:
         loops = [loop.astype(np.int64) for loop in boundary_loops(mesh.faces)]
         plane = next((one for one in (Plane.of_loop(mesh, loop) for loop in loops) if one), None)
@@ -90,13 +90,13 @@ def _capped(mesh: Mesh) -> Mesh:
 
 
 def _with_strips(mesh: Mesh) -> Mesh:
-    """With a strip between any two openings that run against each other and are nearest."""
+    """The mesh with a strip between any two opposite openings that are nearest to each other."""
     loops = [loop.astype(np.int64) for loop in boundary_loops(mesh.faces)]
     if len(loops) < 2:
         return mesh
     ways = unit(np.stack([loop_area(mesh.vertices_mm[loop]) for loop in loops]))
     against = ways @ ways.T < 0
-    apart = np.array([[_apart_mm(mesh, one, two) for two in loops] for one in loops])
+    apart = np.array([[_mean_distance_mm(mesh, one, two) for two in loops] for one in loops])
     apart = np.where(against, apart, np.inf)
     nearest = apart.argmin(1)
     strips: list[np.ndarray] = []
@@ -108,9 +108,11 @@ def _with_strips(mesh: Mesh) -> Mesh:
     if not strips:
         return mesh
     none = np.empty(0, np.int64)
-    return with_added(mesh, np.empty((0, 3)), none, np.concatenate(strips).astype(np.int32))
+    return with_surface_added(mesh, np.empty((0, 3)), none, np.concatenate(strips).astype(np.int32))
 
 
-def _apart_mm(mesh: Mesh, one: Int64[np.ndarray, " k"], two: Int64[np.ndarray, " l"]) -> float:
-    """How far the first loop lies from the second one on average."""
+def _mean_distance_mm(
+    mesh: Mesh, one: Int64[np.ndarray, " k"], two: Int64[np.ndarray, " l"]
+) -> float:
+    """Mean distance of the first loop's vertices from the second loop."""
     return float(KDTree(mesh.vertices_mm[two]).query(mesh.vertices_mm[one])[0].mean())

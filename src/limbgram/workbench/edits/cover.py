@@ -1,4 +1,4 @@
-"""Cover: a wall that is nowhere thinner than asked: what is too narrow for it is filled.
+"""Cover: a wall over a skin, nowhere thinner than asked; what is too narrow for it is filled.
 
 In      an open Mesh that looks to where the wall is to lie, the wall's thickness, and the planes in
         which open edges lie.
@@ -32,97 +32,97 @@ from limbgram.core.mesh.topology import (
     with_faces,
 )
 from limbgram.reconstruction.surface.resampling import refine
-from limbgram.workbench.edits.clearance import FINE_TO, FINER, Clearance
-from limbgram.workbench.edits.closing import joined
+from limbgram.workbench.edits.clearance import RIM_CELLS, RIM_EDGE_SHARE, Clearance
+from limbgram.workbench.edits.closing import with_openings_joined
 from limbgram.workbench.edits.cutting import keep_positive
-from limbgram.workbench.edits.fineness import refine_where
-from limbgram.workbench.edits.level_edges import Plane, held_level
-from limbgram.workbench.edits.membrane import mended
-from limbgram.workbench.edits.regions import averaging, calm_normals, with_added
+from limbgram.workbench.edits.level_edges import Plane, plane_hold
+from limbgram.workbench.edits.membrane import with_caps_refitted
+from limbgram.workbench.edits.refinement import refine_where
+from limbgram.workbench.edits.regions import neighbour_averaging, smooth_normals, with_surface_added
 
-_NEAR = 2.5
-"""Thicknesses from an open edge within which its plane cuts, and up to which it is told how far
-from it a place is: more than what is made finer round it."""
-_ALONG = 20
-"""Places on each piece of an open edge that stand for it."""
-_EVENED = 4
-"""Times that distances beyond a ragged edge are evened out, so that the new edge is smooth."""
-_SNAPPED = 0.1
-"""Of an edge: vertices so near to where the level is cut are moved there, so that no slivers are
-left."""
-_SETTLED = 4
-"""Times that the new edge is moved to the thickness, along the cut."""
+_NEAR_THICKNESSES = 2.5
+"""Thicknesses from an open edge within which its plane cuts and distances from it are computed;
+more than the zone that is refined round it."""
+_SAMPLES_PER_EDGE = 20
+"""Samples on each segment of an open edge."""
+_SMOOTHINGS = 4
+"""How often distances beyond a ragged edge are averaged, so that the new edge is smooth."""
+_SNAP_SHARE = 0.1
+"""Share of an edge: vertices this near to the cut through the level are moved onto it, so that no
+slivers are left."""
+_SETTLE_ROUNDS = 4
+"""How often the new edge is moved to the thickness, along the cut."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Covered:
-    """A wall; the given skin's faces come first, turned, and its vertices as they were."""
+class CoverWall:
+    """A wall over a skin; the skin's faces come first, reversed, and its vertices unchanged."""
 
     solid: Mesh
-    over: int
-    """Faces of the skin over the given one, which come next; the rest is the rim."""
+    cover_faces: int
+    """Number of faces of the covering skin, which come next; the rest is the rim."""
     like: Int64[np.ndarray, " k"]
     """For each of the added vertices the nearest one of the given skin."""
 
 
-class _Beyond(NamedTuple):
-    square_mm: Float64[np.ndarray, " n"]
-    helds: list[Float64[np.ndarray, " n"]]
+class _EdgeDistances(NamedTuple):
+    distance_mm: Float64[np.ndarray, " n"]
+    plane_holds: list[Float64[np.ndarray, " n"]]
 
 
 @dataclass(frozen=True)
-class _Edge:
+class _OpenEdge:
     """The open edge of a skin that is to become a wall."""
 
     clearance: Clearance
     planes: tuple[Plane, ...]
 
     @cached_property
-    def _pieces(self) -> Int64[np.ndarray, "e 2"]:
+    def _segments(self) -> Int64[np.ndarray, "e 2"]:
         return boundary_half_edges(self.clearance.mesh.faces).astype(np.int64)
 
     @cached_property
-    def _places(self) -> KDTree:
-        ends = self.clearance.mesh.vertices_mm[self._pieces]
-        share = (np.arange(_ALONG) / _ALONG)[:, None, None]
+    def _samples(self) -> KDTree:
+        ends = self.clearance.mesh.vertices_mm[self._segments]
+        share = (np.arange(_SAMPLES_PER_EDGE) / _SAMPLES_PER_EDGE)[:, None, None]
         return KDTree((ends[:, 0] + share * (ends[:, 1] - ends[:, 0])).reshape(-1, 3))
 
     @cached_property
     def _normals(self) -> Points3:
-        return calm_normals(self.clearance.mesh)
+        return smooth_normals(self.clearance.mesh)
 
-    def beyond_mm(self, over: Mesh) -> Float64[np.ndarray, " n"]:
-        """How far vertices of the level lie beyond the edge, along the level; negative over the
-        skin, and positive under it."""
-        square, helds = self._found(over.vertices_mm)
-        mean = averaging(over)
-        for _ in range(_EVENED):
+    def beyond_mm(self, level: Mesh) -> Float64[np.ndarray, " n"]:
+        """Signed distance of the level's vertices beyond the edge, along the level; negative over
+        the skin, positive under it."""
+        square, plane_holds = self._distances(level.vertices_mm)
+        mean = neighbour_averaging(level)
+        for _ in range(_SMOOTHINGS):
             square = mean @ square
-        for plane, held in zip(self.planes, helds, strict=True):
-            square -= held * (plane.above_mm(over.vertices_mm) + square)  # it looks to the skin
+        for plane, held in zip(self.planes, plane_holds, strict=True):
+            square -= held * (plane.above_mm(level.vertices_mm) + square)  # it looks to the skin
         return square
 
-    def _found(self, points: Points3) -> "_Beyond":
-        """The same without planes, and how much each of these holds."""
+    def _distances(self, points: Points3) -> "_EdgeDistances":
+        """Distances beyond the edge before planes count, and each plane's hold on every point."""
         thickness_mm = self.clearance.thickness_mm
         found = self.clearance.surface.signed(points)
-        far_mm = _NEAR * thickness_mm
-        away_mm, place = self._places.query(found.points_mm, distance_upper_bound=far_mm)
+        far_mm = _NEAR_THICKNESSES * thickness_mm
+        away_mm, place = self._samples.query(found.points_mm, distance_upper_bound=far_mm)
         away_mm = np.minimum(away_mm, far_mm)
-        start = self._pieces[np.asarray(place) % len(self._pieces), 0]
-        square = self._square_mm(points, found, away_mm)
+        start = self._segments[np.asarray(place) % len(self._segments), 0]
+        square = self._distance_without_planes(points, found, away_mm)
         near = (away_mm < far_mm) & (square < np.pi / 2 * thickness_mm)
-        helds: list[Float64[np.ndarray, " n"]] = []
+        plane_holds: list[Float64[np.ndarray, " n"]] = []
         for plane in self.planes:
             at = near & plane.holds(self.clearance.mesh.vertices_mm)[start]
             at &= plane.above_mm(found.points_mm) > -self.clearance.edge_mm
-            helds.append(np.where(at, held_level(plane, self._normals[start]), 0.0))
-        return _Beyond(square, helds)
+            plane_holds.append(np.where(at, plane_hold(plane, self._normals[start]), 0.0))
+        return _EdgeDistances(square, plane_holds)
 
-    def _square_mm(
+    def _distance_without_planes(
         self, points: Points3, found: Signed, away_mm: Float64[np.ndarray, " n"]
     ) -> Float64[np.ndarray, " n"]:
-        """The same for an edge that lies in no plane."""
+        """Distance beyond the edge, for an edge that lies in no plane."""
         corners = self._normals[self.clearance.mesh.faces[found.faces]]
         normals = unit((found.shares[:, :, None] * corners).sum(1))
         ways = unit(points - found.points_mm)
@@ -131,14 +131,14 @@ class _Edge:
         inside = np.where(found.signed_mm > 0, -away_mm, np.pi * thickness_mm + away_mm)
         return np.where(found.at_brim, turned * thickness_mm, inside)
 
-    def settled(self, points_mm: Points3) -> Points3:
-        """Places where the level was cut, moved to the thickness, those that a plane holds in
-        it."""
+    def moved_to_thickness(self, points_mm: Points3) -> Points3:
+        """Points on the cut through the level, moved to the thickness, within a plane that holds
+        them."""
         places = points_mm.copy()
-        flat = [held == 1 for held in self._found(places).helds]
+        flat = [held == 1 for held in self._distances(places).plane_holds]
         for plane, at in zip(self.planes, flat, strict=True):
             places[at] -= plane.above_mm(places[at])[:, None] * plane.normal
-        for _ in range(_SETTLED):
+        for _ in range(_SETTLE_ROUNDS):
             nearest = self.clearance.tree.closest(places)
             lacking_mm = self.clearance.thickness_mm - nearest.distances_mm
             step = unit(places - nearest.points_mm)
@@ -148,50 +148,52 @@ class _Edge:
         return places
 
 
-def covered(clearance: Clearance, planes: tuple[Plane, ...]) -> Covered:
-    """The wall over a skin.
+def cover_skin(clearance: Clearance, planes: tuple[Plane, ...]) -> CoverWall:
+    """Make the wall over a skin.
 
     Raises:
         EditError: an edge crosses itself, or the wall fills the shape up to its openings.
     """
     mesh = clearance.mesh
-    over = _over(clearance, _Edge(clearance, planes))
+    over = _cover_surface(clearance, _OpenEdge(clearance, planes))
     if not len(over.faces):
         raise EditError("edit.wall.no_hollow")
     like = np.asarray(KDTree(mesh.vertices_mm).query(over.vertices_mm)[1], np.int64)
     turned = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces[:, ::-1])
-    skins = with_added(turned, over.vertices_mm, like, over.faces + np.int32(len(mesh)))
-    solid = joined(skins)
+    skins = with_surface_added(turned, over.vertices_mm, like, over.faces + np.int32(len(mesh)))
+    solid = with_openings_joined(skins)
     own = len(skins.faces)
-    solid = mended(solid, solid.faces[:own], solid.faces[own:])
+    solid = with_caps_refitted(solid, solid.faces[:own], solid.faces[own:])
     added = solid.vertices_mm[len(mesh) :]
     like = np.asarray(KDTree(mesh.vertices_mm).query(added)[1], np.int64)
-    return Covered(
-        solid=with_added(
+    return CoverWall(
+        solid=with_surface_added(
             replace(mesh, faces=turned.faces), added, like, solid.faces[len(mesh.faces) :]
         ),
-        over=len(over.faces),
+        cover_faces=len(over.faces),
         like=like,
     )
 
 
-def _over(clearance: Clearance, edge: _Edge) -> Mesh:
-    """The skin over the given one, open where that is."""
-    level = _level(clearance)
-    level = with_faces(level, level.faces[_within(level, edge.beyond_mm(level), clearance)])
+def _cover_surface(clearance: Clearance, edge: _OpenEdge) -> Mesh:
+    """The covering skin, open where the given one is."""
+    level = _level_round_skin(clearance)
+    level = with_faces(
+        level, level.faces[_faces_over_skin(level, edge.beyond_mm(level), clearance)]
+    )
     if not len(level.faces):
         return level
     level = refine(level, clearance.edge_mm)
-    near = np.abs(edge.beyond_mm(level)) < FINE_TO * clearance.cell_mm
-    level = refine_where(level, with_any(near, level.faces), FINER * clearance.edge_mm)
-    level = level.with_vertices(clearance.settled(level.vertices_mm, level.faces))
+    near = np.abs(edge.beyond_mm(level)) < RIM_CELLS * clearance.cell_mm
+    level = refine_where(level, with_any(near, level.faces), RIM_EDGE_SHARE * clearance.edge_mm)
+    level = level.with_vertices(clearance.moved_to_thickness(level.vertices_mm, level.faces))
     level = unfolded(level, ANY_SHAPE).mesh
     beyond_mm = edge.beyond_mm(level)
-    beyond_mm[np.abs(beyond_mm) < _SNAPPED * FINER * clearance.edge_mm] = 0.0
+    beyond_mm[np.abs(beyond_mm) < _SNAP_SHARE * RIM_EDGE_SHARE * clearance.edge_mm] = 0.0
     cut = keep_positive(level, -beyond_mm)
     over = cut.mesh
     places = over.vertices_mm.copy()
-    places[cut.on_cut] = edge.settled(places[cut.on_cut])
+    places[cut.on_cut] = edge.moved_to_thickness(places[cut.on_cut])
     parts = face_components(over.faces)
     rim = np.zeros(len(over), np.bool_)
     rim[boundary_half_edges(over.faces)] = True
@@ -199,19 +201,19 @@ def _over(clearance: Clearance, edge: _Edge) -> Mesh:
     return sheets_apart(with_faces(over.with_vertices(places), over.faces[opened]))
 
 
-def _level(clearance: Clearance) -> Mesh:
-    """All round the skin."""
+def _level_round_skin(clearance: Clearance) -> Mesh:
+    """The level surface of the distance, all round the skin."""
     cell_mm = clearance.cell_mm
     reach_mm = clearance.thickness_mm + 2 * cell_mm
     lowest = clearance.mesh.vertices_mm.min(0) - reach_mm
     highest = clearance.mesh.vertices_mm.max(0) + reach_mm
     counts = np.ceil((highest - lowest) / cell_mm).astype(np.int64) + 1
-    return level_surface(-clearance.farther_mm(lowest, counts), lowest, cell_mm)
+    return level_surface(-clearance.excess_mm(lowest, counts), lowest, cell_mm)
 
 
-def _within(
+def _faces_over_skin(
     level: Mesh, beyond_mm: Float64[np.ndarray, " n"], clearance: Clearance
 ) -> Bool[np.ndarray, " f"]:
     """Faces of the level that lie over the skin, or a little beyond its edge."""
-    margin_mm = FINE_TO * clearance.cell_mm
+    margin_mm = RIM_CELLS * clearance.cell_mm
     return np.asarray((beyond_mm[level.faces] < margin_mm).all(1))

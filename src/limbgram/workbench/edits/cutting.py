@@ -1,9 +1,9 @@
-"""Cuts: along a plane across the limb's axis, and along a trimline drawn on the surface.
+"""Cuts: along a plane across the limb's axis, or along a trimline on the surface.
 
 In      a Limb and the plane, or the points of the trimline.
 Out     the part that is kept; its triangles are split along the cut, so the new edge lies in it.
 Method  triangles are cut where a value that is given at the vertices passes zero. A flat opening is
-        capped by ears cut off its outline, holes joined to it first (Eberly 2002).
+        capped by ear clipping, after its holes were bridged to the outline (Eberly 2002).
 Fails   EditError: the cut misses the shape, or cannot be capped.
 """
 
@@ -21,20 +21,20 @@ from limbgram.core.mesh.sections import holds
 from limbgram.core.mesh.topology import boundary_loops, find_edges, with_faces
 from limbgram.reconstruction.surface.holes import loop_area
 from limbgram.reconstruction.surface.resampling import Triangles, even_out
-from limbgram.workbench.edits.fineness import divide
+from limbgram.workbench.edits.refinement import split_edges
 from limbgram.workbench.edits.regions import (
-    with_added,
+    with_surface_added,
 )
 
-_ROUNDS = 6
-ON_IT_MM = 1e-3
-"""A vertex so near (mm) counts as on the cut: a thinner triangle would be lost in a file."""
+_REMESH_ROUNDS = 6
+ON_CUT_MM = 1e-3
+"""A vertex this near counts as on the cut; thinner triangles would be lost in a file."""
 Part = Literal["distal", "proximal"]
 
 
 @dataclass(frozen=True)
 class Cut:
-    """What is left of a mesh."""
+    """The part of a mesh that a cut leaves."""
 
     mesh: Mesh
     on_cut: Bool[np.ndarray, " n"]
@@ -46,14 +46,14 @@ def keep_positive(mesh: Mesh, values_mm: Float64[np.ndarray, " n"]) -> Cut:
 
     Values are distances from the cut; along an edge they are taken as straight.
     """
-    values = np.where(np.abs(values_mm) <= ON_IT_MM, 0.0, values_mm)
+    values = np.where(np.abs(values_mm) <= ON_CUT_MM, 0.0, values_mm)
     sign = np.sign(values)
     edges = find_edges(mesh.faces)
     ends = edges.ends
     crossed = sign[ends[:, 0]] * sign[ends[:, 1]] < 0
     below, above = values[ends[:, 0]], values[ends[:, 1]]
     shares = np.where(crossed, below / np.where(crossed, below - above, 1.0), 0.5)
-    division = divide(mesh, edges, crossed, shares)
+    division = split_edges(mesh, edges, crossed, shares)
     signs = np.concatenate([sign, np.zeros(int(crossed.sum()))])
     kept = division.mesh.faces[signs[division.mesh.faces].max(1, initial=-1.0) > 0]
     used = np.unique(kept)
@@ -74,42 +74,44 @@ def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"]) -> Mesh:
     rings = [loop[::-1] for loop in flat]
     areas = np.stack([loop_area(mesh.vertices_mm[ring]) for ring in rings])
     normal = areas.sum(0) / np.linalg.norm(areas.sum(0))
-    plane = _in_plane(normal)
+    plane = _plane_axes(normal)
     drawn = [np.einsum("nj,kj->nk", mesh.vertices_mm[ring], plane) for ring in rings]
     outer = (areas * normal).sum(1) > 0
     faces: list[np.ndarray] = []
     for number in np.flatnonzero(outer):
-        holes = [k for k in np.flatnonzero(~outer).tolist() if _home(drawn, outer, k) == number]
-        path = _joined(drawn, int(number), holes)
+        holes = [
+            k for k in np.flatnonzero(~outer).tolist() if _enclosing_ring(drawn, outer, k) == number
+        ]
+        path = _bridged_path(drawn, int(number), holes)
         ring = np.concatenate(rings)[path]
         corners = np.concatenate(drawn)[path]
         cut = np.empty((len(path) - 2, 3), np.int64)
-        if _cut_ears(corners, cut) != len(cut):
+        if _clip_ears(corners, cut) != len(cut):
             raise EditError("edit.cap.crosses")
         faces.append(ring[cut])
-    return _made_even(mesh, np.concatenate(faces).astype(np.int32), normal)
+    return _with_even_cap(mesh, np.concatenate(faces).astype(np.int32), normal)
 
 
-def _in_plane(normal: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "2 3"]:
-    """Two directions across a normal; seen against it, counter-clockwise stays so."""
+def _plane_axes(normal: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "2 3"]:
+    """Two axes of the plane across a normal, right-handed with it."""
     first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(normal, first)])
 
 
-def _home(drawn: list[Points2], outer: Bool[np.ndarray, " k"], hole: int) -> int:
+def _enclosing_ring(drawn: list[Points2], outer: Bool[np.ndarray, " k"], hole: int) -> int:
     """The smallest outer ring round a hole."""
     around = [int(k) for k in np.flatnonzero(outer) if holds(drawn[int(k)], drawn[hole][0])]
-    return min(around, key=lambda k: abs(_area(drawn[k])), default=-1)
+    return min(around, key=lambda k: abs(_signed_area(drawn[k])), default=-1)
 
 
-def _area(ring: Points2) -> float:
+def _signed_area(ring: Points2) -> float:
     ahead = np.roll(ring, -1, axis=0)
     return float((ring[:, 0] * ahead[:, 1] - ring[:, 1] * ahead[:, 0]).sum()) / 2
 
 
-def _joined(drawn: list[Points2], ring: int, holes: list[int]) -> Int64[np.ndarray, " k"]:
-    """One path round a ring and its holes, led to each hole and back (Eberly 2002).
+def _bridged_path(drawn: list[Points2], ring: int, holes: list[int]) -> Int64[np.ndarray, " k"]:
+    """One path round a ring and its holes, with a bridge to each hole and back (Eberly 2002).
 
     Holes are joined in order of their rightmost point, each to the nearest point of the path
     that it can see to its right.
@@ -121,25 +123,25 @@ def _joined(drawn: list[Points2], ring: int, holes: list[int]) -> Int64[np.ndarr
         own = np.arange(first[hole], first[hole + 1])
         start = int(np.argmax(places[own, 0]))
         own = np.roll(own, -start)
-        bridge = _visible(places[path], places[own[0]])
+        bridge = _visible_corner(places[path], places[own[0]])
         path = np.concatenate([path[: bridge + 1], own, own[:1], path[bridge:]])
     return path
 
 
-def _visible(path: Points2, point: Float64[np.ndarray, "2"]) -> int:
-    """A corner of the path that is seen from a point inside it, looking to the right first."""
+def _visible_corner(path: Points2, point: Float64[np.ndarray, "2"]) -> int:
+    """The nearest corner of the path that is visible from a point inside it."""
     order = np.argsort(np.linalg.norm(path - point, axis=1), kind="stable")
     ahead = np.roll(path, -1, axis=0)
     for k in order:
-        if _sees(point, path[k], path, ahead) and _opens_to(path, int(k), point):
+        if _is_unobstructed(point, path[k], path, ahead) and _is_in_corner(path, int(k), point):
             return int(k)
     return int(order[0])
 
 
-def _sees(
+def _is_unobstructed(
     start: Float64[np.ndarray, "2"], end: Float64[np.ndarray, "2"], one: Points2, two: Points2
 ) -> bool:
-    """Whether no piece of a path crosses the way between two points."""
+    """Whether no segment of a path crosses the line between two points."""
     way = end - start
     left_one = way[0] * (one[:, 1] - start[1]) - way[1] * (one[:, 0] - start[0])
     left_two = way[0] * (two[:, 1] - start[1]) - way[1] * (two[:, 0] - start[0])
@@ -149,8 +151,8 @@ def _sees(
     return not ((left_one * left_two < 0) & (of_start * of_end < 0)).any()
 
 
-def _opens_to(path: Points2, corner: int, point: Float64[np.ndarray, "2"]) -> bool:
-    """Whether a point lies within the inner angle at a corner; corners passed twice have two."""
+def _is_in_corner(path: Points2, corner: int, point: Float64[np.ndarray, "2"]) -> bool:
+    """Whether a point lies within the inner angle at a corner of the path."""
     here = path[corner]
     back, ahead = path[corner - 1] - here, path[(corner + 1) % len(path)] - here
     to = point - here
@@ -160,14 +162,14 @@ def _opens_to(path: Points2, corner: int, point: Float64[np.ndarray, "2"]) -> bo
 
 
 @njit(cache=True, nogil=True)
-def _cut_ears(ring: np.ndarray, faces: np.ndarray):
-    """Triangulate a simple ring by cutting the roundest ears; returns the number of faces made."""
+def _clip_ears(ring: np.ndarray, faces: np.ndarray):
+    """Triangulate a simple polygon, clipping the roundest ear first; returns the face count."""
     n = ring.shape[0]
     before, after = np.arange(n) - 1, np.arange(n) + 1
     before[0], after[n - 1] = n - 1, 0
     worth = np.empty(n)
     for k in range(n):
-        worth[k] = _worth(ring, before, after, k)
+        worth[k] = _ear_quality(ring, before, after, k)
     made = 0
     while made < n - 2:
         best = -1
@@ -181,20 +183,20 @@ def _cut_ears(ring: np.ndarray, faces: np.ndarray):
         made += 1
         after[a], before[c] = c, a
         worth[best] = -1.0
-        worth[a] = _worth(ring, before, after, a)
-        worth[c] = _worth(ring, before, after, c)
+        worth[a] = _ear_quality(ring, before, after, a)
+        worth[c] = _ear_quality(ring, before, after, c)
         # A corner that was blocked by the one just cut off may be free now.
         k = after[c]
         while k != a and made < n - 2:
             if worth[k] == 0.0:
-                worth[k] = _worth(ring, before, after, k)
+                worth[k] = _ear_quality(ring, before, after, k)
             k = after[k]
     return made
 
 
 @njit(cache=True, nogil=True)
-def _worth(ring: np.ndarray, before: np.ndarray, after: np.ndarray, k: int):
-    """Roundness of the ear at a corner; -1 where it is no corner, 0 where another is in the way."""
+def _ear_quality(ring: np.ndarray, before: np.ndarray, after: np.ndarray, k: int):
+    """Roundness of the ear at a corner; -1 if it is reflex, 0 if another corner lies in it."""
     a, c = before[k], after[k]
     ux, uy = ring[k, 0] - ring[a, 0], ring[k, 1] - ring[a, 1]
     vx, vy = ring[c, 0] - ring[k, 0], ring[c, 1] - ring[k, 1]
@@ -221,11 +223,11 @@ def _worth(ring: np.ndarray, before: np.ndarray, after: np.ndarray, k: int):
     return double / (ux * ux + uy * uy + vx * vx + vy * vy + wx * wx + wy * wy)
 
 
-def _made_even(mesh: Mesh, faces: Faces, normal: Float64[np.ndarray, "3"]) -> Mesh:
+def _with_even_cap(mesh: Mesh, faces: Faces, normal: Float64[np.ndarray, "3"]) -> Mesh:
     """The mesh with a cap of near-equilateral triangles, about as fine as its rim.
 
-    The faces along the rim take part frozen, so that its edges stay whole. On a jagged rim evening
-    may turn a triangle over, and not back: the last round counts in which none is turned, and if
+    The faces along the rim take part frozen, so that its edges stay whole. Remeshing a jagged rim
+    may flip a triangle over, and not back: the last round counts in which none is flipped, and if
     there is none, the cap as it was cut.
     """
     rim = np.zeros(len(mesh), np.bool_)
@@ -240,18 +242,18 @@ def _made_even(mesh: Mesh, faces: Faces, normal: Float64[np.ndarray, "3"]) -> Me
     lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     edge = float(np.median(lengths.max(1)))
     tried = work
-    for _ in range(_ROUNDS):
+    for _ in range(_REMESH_ROUNDS):
         tried = even_out(tried, edge)
-        if _looks_along(tried, normal):
+        if _all_face(tried, normal):
             work = tried
     kept = np.zeros(len(work.vertices), np.bool_)
     kept[work.faces[work.frozen]] = True
     number = np.where(kept, work.origin, len(mesh) + np.cumsum(~kept) - 1)
     new = number[work.faces[~work.frozen]].astype(np.int32)
-    return with_added(mesh, work.vertices[~kept], work.origin[~kept], new)
+    return with_surface_added(mesh, work.vertices[~kept], work.origin[~kept], new)
 
 
-def _looks_along(work: Triangles, normal: Float64[np.ndarray, "3"]) -> bool:
-    """Whether all faces that are not frozen do."""
+def _all_face(work: Triangles, normal: Float64[np.ndarray, "3"]) -> bool:
+    """Whether all faces that are not frozen face along a normal."""
     a, b, c = np.moveaxis(work.vertices[work.faces[~work.frozen]], 1, 0)
     return bool((np.cross(b - a, c - a) @ normal > 0).all())

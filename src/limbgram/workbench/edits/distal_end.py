@@ -8,7 +8,7 @@ from jaxtyping import Float64
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.request_fields import Within
-from limbgram.workbench.edits.areas import fading
+from limbgram.workbench.edits.areas import falloff
 from limbgram.workbench.edits.edit import (
     RESIDUAL_LIMBS,
     AboveZeroMm,
@@ -21,8 +21,8 @@ from limbgram.workbench.edits.edit import (
 from limbgram.workbench.edits.regions import (
     axes_in_mesh,
     displaced,
-    middles_mm,
     points_in_limb_frame,
+    section_centres_mm,
 )
 from limbgram.workbench.limb import Limb
 
@@ -86,17 +86,17 @@ class DistalEnd(Edit):
             raise EditError("edit.end.beyond", length_mm=high - low)
         top = low + self.height_mm
         depth = np.clip((top - points[:, 2]) / self.height_mm, 0, 1)
-        target = points + self.roundness * _towards_round(limb, points, top, self.height_mm)
-        target[:, 2] -= self.lengthen_mm * (1 - fading(depth))
+        target = points + self.roundness * _moves_to_ellipsoid(limb, points, top, self.height_mm)
+        target[:, 2] -= self.lengthen_mm * (1 - falloff(depth))
         axes = axes_in_mesh(limb)
         step = np.einsum("nj,jk->nk", target - points, axes)
         return displaced(limb, limb.mesh.vertices_mm + step)
 
 
-def _towards_round(limb: Limb, points: Points3, top: float, height: float) -> Points3:
-    """Ways of the vertices below a height to the half ellipsoid on the section there."""
+def _moves_to_ellipsoid(limb: Limb, points: Points3, top: float, height: float) -> Points3:
+    """Moves of the vertices below a height onto the half ellipsoid on the section there."""
     below = points[:, 2] < top
-    centre = middles_mm(limb, np.array([[0.0, 0.0, top]]))[0, :2]
+    centre = section_centres_mm(limb, np.array([[0.0, 0.0, top]]))[0, :2]
     around = points[:, :2] - centre
     radius = np.linalg.norm(around, axis=1)
     rim = _rim_radius(limb, points, top, centre, around)
@@ -106,7 +106,7 @@ def _towards_round(limb: Limb, points: Points3, top: float, height: float) -> Po
     way = np.zeros_like(points)
     way[:, :2] = around * (onto / np.maximum(radius, 1e-9) - 1)[:, None]
     way[:, 2] = top - height * np.sin(meridian) - points[:, 2]
-    share = (1 - fading(drop / _BLEND)) * below
+    share = (1 - falloff(drop / _BLEND)) * below
     return way * share[:, None]
 
 

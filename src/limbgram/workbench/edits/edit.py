@@ -75,7 +75,7 @@ GROUP_NAMES: Mapping[str, Mapping[Group, str]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """What the ledger has to know of what an edit does to a positive."""
+    """What an edit does to a positive, as far as the ledger has to know it."""
 
     moves_skin: bool = False
     """Where that carves in over what bears no pressure, the ledger says so."""
@@ -96,7 +96,7 @@ class Effect:
 
 @dataclass(frozen=True, kw_only=True)
 class Words:
-    """What people read of a kind of edit, in one language."""
+    """The words for people of a kind of edit, in one language."""
 
     name: str = ""
     """In lists and forms: "Raise the brim"."""
@@ -181,7 +181,7 @@ def edit(
             there; or the other way round.
     """
 
-    def made(kind: Kind) -> Kind:
+    def decorated(kind: Kind) -> Kind:
         dataclass(frozen=True, kw_only=True)(kind)
         if ({"at", "depth_mm"} <= kind.__dataclass_fields__.keys()) != (
             effect.at_place is not None
@@ -202,7 +202,7 @@ def edit(
         kind.title = kind.words[LANGUAGES[0]].title
         return kind
 
-    return made
+    return decorated
 
 
 def spoken(*, en: Words, de: Words) -> Mapping[str, Words]:
@@ -215,35 +215,35 @@ def name_of(kind: type[Edit]) -> str:
     return re.sub(r"(?<!^)([A-Z])", r"-\1", kind.__name__).lower()
 
 
-def place_of(kind: type[Edit]) -> tuple[int, int, str]:
-    """By this edits are sorted."""
+def sort_key(kind: type[Edit]) -> tuple[int, int, str]:
+    """The key by which edits are sorted."""
     return get_args(Group).index(kind.about.group), kind.about.order, kind.__name__
 
 
 @cache
 def words_in(kind: type[Edit], language: str) -> Words:
-    """All that people read of a kind of edit; what lacks in a language is in English."""
-    spoken = _said(kind, language)
+    """All words for people of a kind of edit; where a language lacks one, the English one."""
+    spoken = _declared_words(kind, language)
     if language == LANGUAGES[0]:
         source = {one.name: one.meaning for one in declared(kind)}
-        plain = {name: _plain(name) for name in source}
+        plain = {name: _plain_label(name) for name in source}
         first = Words(does=purpose_of(kind), labels=plain, help=source)
     else:
         first = words_in(kind, LANGUAGES[0])
-    return _over(first, spoken)
+    return _merged_words(first, spoken)
 
 
-def _said(kind: type[Edit], language: str) -> Words:
-    """What the class and those that it inherits from say."""
+def _declared_words(kind: type[Edit], language: str) -> Words:
+    """The words that a class and its base classes declare in a language."""
     found = Words()
-    for made in reversed(kind.__mro__):
-        words: Mapping[str, Words] = vars(made).get("words", {})
-        found = _over(found, words.get(language, Words()))
+    for decorated in reversed(kind.__mro__):
+        words: Mapping[str, Words] = vars(decorated).get("words", {})
+        found = _merged_words(found, words.get(language, Words()))
     return found
 
 
-def _over(first: Words, second: Words) -> Words:
-    """The second one's words, and the first one's where it has none."""
+def _merged_words(first: Words, second: Words) -> Words:
+    """The second words, and the first ones where the second have none."""
     return Words(
         name=second.name or first.name,
         title=second.title or first.title,
@@ -254,6 +254,6 @@ def _over(first: Words, second: Words) -> Words:
     )
 
 
-def _plain(name: str) -> str:
+def _plain_label(name: str) -> str:
     """A parameter's name in words: "Height" of `height_mm`."""
     return re.sub(r"_(mm|deg)$", "", name).replace("_", " ").capitalize()

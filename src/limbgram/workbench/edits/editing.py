@@ -1,4 +1,4 @@
-"""Editing: all kinds of edits, found in their files, and the one function that does any of them."""
+"""Editing: all kinds of edits, loaded from their files, and the function that does any of them."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,14 +14,14 @@ from limbgram.core.request_fields import declared
 from limbgram.findings import LANGUAGES, doubt
 from limbgram.findings.tell import add_terms
 from limbgram.workbench import edits
-from limbgram.workbench.edits.closing import kept_closed
-from limbgram.workbench.edits.cutting import ON_IT_MM
-from limbgram.workbench.edits.edit import LONGEST_MM, Edit, name_of, place_of, words_in
+from limbgram.workbench.edits.closing import closed_again
+from limbgram.workbench.edits.cutting import ON_CUT_MM
+from limbgram.workbench.edits.edit import LONGEST_MM, Edit, name_of, sort_key, words_in
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.limb import Limb
 
 
-def _found() -> Iterator[type[Edit]]:
+def _load_edits() -> Iterator[type[Edit]]:
     """The kinds of edits that the files of this folder hold."""
     for file in iter_modules(edits.__path__):
         name = f"{edits.__name__}.{file.name}"
@@ -32,7 +32,7 @@ def _found() -> Iterator[type[Edit]]:
                 yield cast(type[Edit], one)
 
 
-EDITS: Final[tuple[type[Edit], ...]] = tuple(sorted(_found(), key=place_of))
+EDITS: Final[tuple[type[Edit], ...]] = tuple(sorted(_load_edits(), key=sort_key))
 """Every kind of edit, in the order in which help lists them; edit.py says what one consists of."""
 
 EDIT_NAMED: Final[dict[str, type[Edit]]] = {name_of(kind): kind for kind in EDITS}
@@ -40,7 +40,7 @@ EDIT_NAMED: Final[dict[str, type[Edit]]] = {name_of(kind): kind for kind in EDIT
 
 
 def _terms(language: str) -> dict[str, str]:
-    """What refusals call edits and their parameters, and what these mean."""
+    """Names and help of edits and their parameters in a language, by the English ones."""
     found: dict[str, str] = {}
     for kind in EDITS if language != LANGUAGES[0] else ():
         english, words = words_in(kind, LANGUAGES[0]), words_in(kind, language)
@@ -53,8 +53,8 @@ def _terms(language: str) -> dict[str, str]:
 add_terms(_terms)
 
 
-def require_sense(edit: Edit) -> None:
-    """Refuse numbers that make sense on no limb, before there is one; the rest shows on the limb.
+def require_valid(edit: Edit) -> None:
+    """Refuse parameters that are invalid on every limb, before there is one.
 
     Raises:
         EditError: an amount out of its range, or lists of different lengths.
@@ -93,7 +93,7 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
         EditError: the edit makes no sense on this limb, or would spoil its surface, or open a
             solid that cannot be closed again.
     """
-    require_sense(edit)
+    require_valid(edit)
     with refusals_about(edit.title):
         if edit.about.kinds and limb.kind not in edit.about.kinds:
             raise EditError(
@@ -102,10 +102,10 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
                 kinds=tuple(one for one in edit.about.kinds if one is not None),
             )
         after = edit.apply(limb)
-        after = after.with_mesh(kept_closed(limb.mesh, after.mesh))
+        after = after.with_mesh(closed_again(limb.mesh, after.mesh))
         if edit.about.guarded:
             require_sound(limb.mesh, after.mesh)
-    return _landmarks_on_it(limb, after, moved=edit.about.effect.moves_skin)
+    return _with_landmarks_on_surface(limb, after, moved=edit.about.effect.moves_skin)
 
 
 def _label(edit: Edit, name: str) -> str:
@@ -113,14 +113,14 @@ def _label(edit: Edit, name: str) -> str:
 
 
 def _numbers(value: object) -> tuple[float, ...]:
-    """A number, or several; none of what is no number."""
+    """The numbers of a parameter: one, several, or none."""
     several = cast(tuple[object, ...], value) if isinstance(value, tuple) else (value,)
     return tuple(
         one for one in several if isinstance(one, int | float) and not isinstance(one, bool)
     )
 
 
-def _landmarks_on_it(before: Limb, after: Limb, *, moved: bool) -> Limb:
+def _with_landmarks_on_surface(before: Limb, after: Limb, *, moved: bool) -> Limb:
     """The limb with its landmarks on the surface.
 
     Those that an edit left in the air go back to the skin where it moved the skin; where it cut
@@ -128,9 +128,9 @@ def _landmarks_on_it(before: Limb, after: Limb, *, moved: bool) -> Limb:
     """
     if not after.landmarks:
         return after
-    off_mm = {mark.name: 0.0 for mark in after.landmarks} | _off_surface_mm(before)
-    left = _off_surface_mm(after)
-    lost = [name for name, found_mm in left.items() if found_mm > off_mm[name] + ON_IT_MM]
+    off_mm = {mark.name: 0.0 for mark in after.landmarks} | _landmark_distances_mm(before)
+    left = _landmark_distances_mm(after)
+    lost = [name for name, found_mm in left.items() if found_mm > off_mm[name] + ON_CUT_MM]
     if not lost:
         return after
     if moved:
@@ -146,7 +146,7 @@ def _landmarks_on_it(before: Limb, after: Limb, *, moved: bool) -> Limb:
     return replace(after, landmarks=kept, notes=(*after.notes, *notes))
 
 
-def _off_surface_mm(limb: Limb) -> dict[str, float]:
+def _landmark_distances_mm(limb: Limb) -> dict[str, float]:
     """How far each landmark lies from the surface."""
     if not limb.landmarks:
         return {}

@@ -7,7 +7,7 @@ import numpy as np
 from limbgram.core.request_fields import Within
 from limbgram.workbench.anatomy.surface_lines import smoothstep
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.sole import Sole, whole
+from limbgram.workbench.edits.sole import Sole, normalised
 from limbgram.workbench.limb import Limb
 
 _HEEL_AT = 0.18
@@ -67,7 +67,7 @@ class Expansion(Edit):
         reach = np.linalg.norm(away, axis=1)
         back = smoothstep(reach / (0.8 * middle)) * smoothstep((1.5 * middle - y) / middle)
         steps = np.zeros_like(sole.points_mm)
-        steps[:, 0] = self.lateral_mm * whole(side * low)
+        steps[:, 0] = self.lateral_mm * normalised(side * low)
         outwards = away / np.maximum(reach, 1e-9)[:, None]
-        steps[:, :2] += self.heel_mm * whole(back * low)[:, None] * outwards
+        steps[:, :2] += self.heel_mm * normalised(back * low)[:, None] * outwards
         return sole.moved(steps)

@@ -6,21 +6,21 @@ from jaxtyping import Float64, Int64
 from limbgram.workbench.edits.brim import brim_loop
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import (
-    calm_normals,
-    middles_mm,
     moved_by,
     points_in_limb_frame,
     require_aligned,
-    with_added,
+    section_centres_mm,
+    smooth_normals,
+    with_surface_added,
 )
 from limbgram.workbench.limb import Limb
 
 _STEEPEST = 0.5
 """Slope with which an extension may begin, mm outwards for each mm up."""
-_CALM_SHARE = 0.1
-"""Part of the brim over which that slope is averaged, to either side."""
-_MOST_ROWS = 100
-"""Of triangles up an extension: a brim that was made fine would give it millions."""
+_SLOPE_WINDOW_SHARE = 0.1
+"""Share of the brim over which that slope is averaged, to either side."""
+_MOST_TRIANGLE_ROWS = 100
+"""Most rows of triangles in an extension: a refined brim would give it millions."""
 
 
 @edit(
@@ -59,10 +59,10 @@ class Extension(Edit):
         points = points_in_limb_frame(limb)
         start = points[loop]
         rise = start[:, 2].max() + self.length_mm - start[:, 2]
-        slope = _slope(limb, loop, points)
+        slope = _brim_slopes(limb, loop, points)
         edge = np.linalg.norm(np.roll(start, -1, axis=0) - start, axis=1)
         rows = max(2, int(np.ceil(rise.max() / max(float(np.median(edge)), 0.5))))
-        rows = min(rows, _MOST_ROWS)
+        rows = min(rows, _MOST_TRIANGLE_ROWS)
         share = (np.arange(1, rows + 1) / rows)[:, None]
         up = share * rise
         out = (share - share**2 / 2) * rise * slope[:, 2]
@@ -81,19 +81,19 @@ class Extension(Edit):
         faces = np.concatenate([one.reshape(-1, 3), two.reshape(-1, 3)]).astype(np.int32)
         places = moved_by(require_aligned(limb).limb_from_mesh.inverse, ring.reshape(-1, 3))
         like = np.tile(loop, rows).astype(np.int64)
-        return limb.with_mesh(with_added(limb.mesh, places, like, faces))
+        return limb.with_mesh(with_surface_added(limb.mesh, places, like, faces))
 
 
-def _slope(
+def _brim_slopes(
     limb: Limb, loop: Int64[np.ndarray, " b"], points: Float64[np.ndarray, "n 3"]
 ) -> Float64[np.ndarray, "b 3"]:
     """At each vertex of the brim: direction outwards (x, y), and mm outwards for each mm up."""
     motion = require_aligned(limb).limb_from_mesh
-    normals = np.einsum("nj,ij->ni", calm_normals(limb.mesh)[loop], motion.rotation)
-    outward = (points - middles_mm(limb, points))[loop, :2]
+    normals = np.einsum("nj,ij->ni", smooth_normals(limb.mesh)[loop], motion.rotation)
+    outward = (points - section_centres_mm(limb, points))[loop, :2]
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
     across = (normals[:, :2] * outward).sum(1)
     steep = np.clip(-normals[:, 2] / np.maximum(across, 0.2), -_STEEPEST, _STEEPEST)
-    reach = max(1, int(_CALM_SHARE * len(loop)))
+    reach = max(1, int(_SLOPE_WINDOW_SHARE * len(loop)))
     around = sum((np.roll(steep, shift) for shift in range(-reach, reach + 1)), np.zeros(len(loop)))
     return np.column_stack([outward, around / (2 * reach + 1)])

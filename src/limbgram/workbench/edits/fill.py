@@ -12,14 +12,14 @@ from limbgram.core.mesh.topology import face_components, touches_itself
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.surface.holes import find_openings, loop_area
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.guard import spoilt_vertices
-from limbgram.workbench.edits.regions import upright_mm, with_closed
+from limbgram.workbench.edits.guard import unsound_vertices
+from limbgram.workbench.edits.regions import upright_mm, with_holes_closed
 from limbgram.workbench.limb import Limb
 
 _BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
 """An opening of this share of what the shape shows from there is its brim, not a hole."""
-_SHEET = 2.0
-"""A piece with less area than so many of its opening's is flatter than half a ball."""
+_FLAT_AREA_RATIO = 2.0
+"""A piece with less than this multiple of its opening's area is flatter than a hemisphere."""
 Loop = Int32[np.ndarray, " _"]
 """Vertices round an opening."""
 
@@ -59,11 +59,11 @@ class Fill(Edit):
         Raises:
             EditError: there is none that can be filled.
         """
-        found = _to_fill(limb, self)
-        grown = _filled(limb.mesh, found, bent=False)
-        domed = bool(found.brim) and bool(spoilt_vertices(limb.mesh, grown).any())
+        found = _fillable_openings(limb, self)
+        grown = _with_filling(limb.mesh, found, bent=False)
+        domed = bool(found.brim) and bool(unsound_vertices(limb.mesh, grown).any())
         if domed:
-            grown = _filled(limb.mesh, found, bent=True)
+            grown = _with_filling(limb.mesh, found, bent=True)
         notes: list[Finding] = []
         if found.left:
             notes.append(doubt("edit.fill.left", count=found.left))
@@ -73,37 +73,37 @@ class Fill(Edit):
 
 
 @dataclass(frozen=True)
-class _ToFill:
-    """Openings that can be closed."""
+class _FillableOpenings:
+    """The openings of a limb that can be closed."""
 
     holes: list[Loop]
     brim: list[Loop]
     """The brim, if it is to be closed too."""
     left: int
-    """Holes that cannot."""
+    """Number of holes that cannot be closed."""
 
 
-def _to_fill(limb: Limb, edit: Fill) -> _ToFill:
+def _fillable_openings(limb: Limb, edit: Fill) -> _FillableOpenings:
     mesh = limb.mesh
     openings = find_openings(upright_mm(limb), mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
     brim = [openings.brim] if edit.brim and openings.brim is not None else []
     loops = [*openings.holes, *brim]
-    own = _of_scraps(mesh, loops)
+    own = _are_of_scraps(mesh, loops)
     loops = [loop for loop, of_scrap in zip(loops, own, strict=True) if not of_scrap]
     if not loops:
         raise EditError("edit.fill.no_hole", scraps=any(own), brim=openings.brim is not None)
     whole = [loop for loop in loops if not touches_itself(mesh, loop)]
     if not whole:
         raise EditError("edit.fill.touching")
-    return _ToFill(
+    return _FillableOpenings(
         holes=[loop for loop in whole if loop is not openings.brim],
         brim=[loop for loop in whole if loop is openings.brim],
         left=len(loops) - len(whole),
     )
 
 
-def _of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
-    """Which loops run round a flat piece beside the surface: closed, it would lie there twice."""
+def _are_of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
+    """Which loops bound a flat piece beside the surface: closed, it would be a doubled sheet."""
     parts = face_components(mesh.faces)
     areas = np.bincount(parts, np.linalg.norm(mesh.face_normals(), axis=1) / 2)
     part_of = np.zeros(len(mesh), np.int64)
@@ -112,11 +112,11 @@ def _of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
     return [
         int(part_of[loop[0]]) != main
         and float(areas[part_of[loop[0]]])
-        < _SHEET * float(np.linalg.norm(loop_area(mesh.vertices_mm[loop])))
+        < _FLAT_AREA_RATIO * float(np.linalg.norm(loop_area(mesh.vertices_mm[loop])))
         for loop in loops
     ]
 
 
-def _filled(mesh: Mesh, found: _ToFill, *, bent: bool) -> Mesh:
+def _with_filling(mesh: Mesh, found: _FillableOpenings, *, bent: bool) -> Mesh:
     """The mesh with its holes closed, then its brim: straight across, or bent as the surface is."""
-    return with_closed(with_closed(mesh, found.holes), found.brim, bent=bent)
+    return with_holes_closed(with_holes_closed(mesh, found.holes), found.brim, bent=bent)

@@ -5,14 +5,14 @@ from jaxtyping import Float64, Int64
 
 from limbgram.workbench.edits.brim import brim_loop
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.fineness import edge_along_mm, refine_where
 from limbgram.workbench.edits.guard import require_sound
+from limbgram.workbench.edits.refinement import edge_for_falloff_mm, refine_where
 from limbgram.workbench.edits.regions import (
     axes_in_mesh,
     displaced,
     distances_from,
-    middles_mm,
     points_in_limb_frame,
+    section_centres_mm,
 )
 from limbgram.workbench.limb import Limb
 
@@ -54,14 +54,14 @@ class Flare(Edit):
             EditError: no open brim, or a surface that would fold.
         """
         loop = brim_loop(limb)
-        reached = np.isfinite(_from_brim_mm(limb, loop, self.height_mm))
+        reached = np.isfinite(_distance_from_brim_mm(limb, loop, self.height_mm))
         close = np.asarray(reached[limb.mesh.faces].any(1))
-        edge_mm = edge_along_mm(self.height_mm)
+        edge_mm = edge_for_falloff_mm(self.height_mm)
         limb = limb.with_mesh(refine_where(limb.mesh, close, edge_mm))
-        distance = _from_brim_mm(limb, brim_loop(limb), self.height_mm)
+        distance = _distance_from_brim_mm(limb, brim_loop(limb), self.height_mm)
         weight = np.clip(1 - distance / self.height_mm, 0, 1) ** 2
         points = points_in_limb_frame(limb)
-        outward = points - middles_mm(limb, points)
+        outward = points - section_centres_mm(limb, points)
         outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
         x_axis, y_axis, _ = axes_in_mesh(limb)
         step = (
@@ -72,7 +72,7 @@ class Flare(Edit):
         return changed
 
 
-def _from_brim_mm(
+def _distance_from_brim_mm(
     limb: Limb, loop: Int64[np.ndarray, " b"], reach_mm: float
 ) -> Float64[np.ndarray, " n"]:
     """Distance of each vertex from the brim, over the surface; infinite beyond the reach."""

@@ -1,4 +1,4 @@
-"""Guard: what no edit may do to a surface: tear it, fold it, or push it through itself.
+"""Guard: refuses edits that tear a surface, fold it, or push it through itself.
 
 A scan may come with such places of its own. An edit is refused for those it adds elsewhere.
 """
@@ -15,11 +15,11 @@ from limbgram.core.mesh.folds import find_bent
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import is_edge_manifold, is_vertex_manifold, with_any
 
-_NEAR = 2.0
-"""Places of the scan's own reach this far, in sizes of the triangles there: of those before the
-edit, too, as some edits make them finer first."""
+_SAME_PLACE_SIZES = 2.0
+"""A pair this near to one of the scan's own, in triangle sizes, is no new one; sizes before the
+edit count too, as some edits refine first."""
 
-Finder = Callable[[Mesh, Bool[np.ndarray, " f"]], Int64[np.ndarray, "k 2"]]
+PairFinder = Callable[[Mesh, Bool[np.ndarray, " f"]], Int64[np.ndarray, "k 2"]]
 
 
 def require_sound(before: Mesh, after: Mesh) -> None:
@@ -35,7 +35,7 @@ def require_sound(before: Mesh, after: Mesh) -> None:
     if not same_faces and not (is_edge_manifold(after.faces) and is_vertex_manifold(after.faces)):
         raise EditError("edit.branches")
     for how, find in _FINDERS:
-        pairs = _added(before, after, find, moved)
+        pairs = _new_pairs(before, after, find, moved)
         if len(pairs):
             place = after.vertices_mm[after.faces[pairs[0]]].reshape(-1, 3).mean(0)
             raise EditError(
@@ -43,10 +43,10 @@ def require_sound(before: Mesh, after: Mesh) -> None:
             )
 
 
-def spoilt_vertices(
+def unsound_vertices(
     before: Mesh, after: Mesh, watched: Bool[np.ndarray, " n"] | None = None
 ) -> Bool[np.ndarray, " n"]:
-    """Vertices after an edit of triangles for which `require_sound` would refuse it.
+    """Vertices of the triangles for which `require_sound` would refuse an edit.
 
     watched: only triangles with one of these vertices after the edit are looked at; None: all.
     """
@@ -55,7 +55,7 @@ def spoilt_vertices(
     if watched is not None:
         moved &= watched[after.faces].any(1)
     for _, find in _FINDERS:
-        spoilt[after.faces[_added(before, after, find, moved)]] = True
+        spoilt[after.faces[_new_pairs(before, after, find, moved)]] = True
     return spoilt
 
 
@@ -64,7 +64,7 @@ def _crossings(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarra
 
 
 def _moved_faces(before: Mesh, after: Mesh) -> Bool[np.ndarray, " f"]:
-    """Faces that are new, or with a corner that does not stand where it stood."""
+    """Faces that are new or have a moved corner."""
     shared = min(len(before), len(after))
     moved = np.ones(len(after), np.bool_)
     x, y, z = (before.vertices_mm[:shared] != after.vertices_mm[:shared]).T
@@ -76,10 +76,10 @@ def _moved_faces(before: Mesh, after: Mesh) -> Bool[np.ndarray, " f"]:
     return other | with_any(moved, after.faces)
 
 
-def _added(
-    before: Mesh, after: Mesh, find: Finder, moved: Bool[np.ndarray, " f"]
+def _new_pairs(
+    before: Mesh, after: Mesh, find: PairFinder, moved: Bool[np.ndarray, " f"]
 ) -> Int64[np.ndarray, "k 2"]:
-    """The pairs found after, without those of which both stood near a pair found before."""
+    """The pairs found after an edit, without those near a pair found before."""
     pairs = find(after, moved)
     if not len(pairs):
         return pairs
@@ -90,16 +90,16 @@ def _added(
     stood = (before if numbered_alike else after).vertices_mm[after.faces[pairs]]
     had = before.vertices_mm[before.faces[own]]
     distance, at = KDTree(had.mean((1, 2))).query(stood.mean(2))
-    size = np.maximum(_sizes(stood), _sizes(had).max(1)[at])
-    return pairs[(distance > _NEAR * size).any(1)]
+    size = np.maximum(_triangle_sizes(stood), _triangle_sizes(had).max(1)[at])
+    return pairs[(distance > _SAME_PLACE_SIZES * size).any(1)]
 
 
-def _sizes(corners: Float64[np.ndarray, "k 2 3 3"]) -> Float64[np.ndarray, "k 2"]:
-    """Of both triangles of each pair."""
+def _triangle_sizes(corners: Float64[np.ndarray, "k 2 3 3"]) -> Float64[np.ndarray, "k 2"]:
+    """The size of both triangles of each pair."""
     return np.linalg.norm(np.ptp(corners, axis=2), axis=2)
 
 
-_FINDERS: tuple[tuple[str, Finder], ...] = (
+_FINDERS: tuple[tuple[str, PairFinder], ...] = (
     ("fold", find_bent),
     ("cross", _crossings),
 )

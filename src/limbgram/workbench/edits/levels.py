@@ -17,8 +17,8 @@ from limbgram.workbench.edits.regions import (
     axes_in_mesh,
     displaced,
     height_mm,
-    middles_mm,
     points_in_limb_frame,
+    section_centres_mm,
 )
 from limbgram.workbench.limb import Limb
 
@@ -89,8 +89,8 @@ def change_by_levels(limb: Limb, edit: Levels, sign: float) -> Limb:
     points = points_in_limb_frame(limb)
     change = sign * np.interp(points[:, 2], base + heights, per_cent) / 100
     factor = 1 + change if edit.of == "girth" else np.sqrt(1 + change)
-    step = (factor - 1)[:, None] * (points - middles_mm(limb, points))
-    return displaced(limb, limb.mesh.vertices_mm + _across(limb, step))
+    step = (factor - 1)[:, None] * (points - section_centres_mm(limb, points))
+    return displaced(limb, limb.mesh.vertices_mm + _without_axial_part(limb, step))
 
 
 def require_on_limb(limb: Limb, edit: Levels) -> None:
@@ -104,7 +104,7 @@ def require_on_limb(limb: Limb, edit: Levels) -> None:
         raise EditError("edit.levels.off_shape", low_mm=low, high_mm=high, nearest_mm=nearest)
 
 
-def _across(limb: Limb, step: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:
+def _without_axial_part(limb: Limb, step: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, "n 3"]:
     """Displacements in the limb frame, without their part along the axis, in the mesh's frame."""
     x_axis, y_axis, _ = axes_in_mesh(limb)
     return step[:, :1] * x_axis + step[:, 1:2] * y_axis

@@ -1,6 +1,6 @@
 """Load: an area carved in."""
 
-from limbgram.workbench.edits.areas import Area, pushed
+from limbgram.workbench.edits.areas import Area, push_area
 from limbgram.workbench.edits.edit import AboveZeroMm, Effect, Words, edit, spoken
 from limbgram.workbench.limb import Limb
 
@@ -40,4 +40,4 @@ class Load(Area):
         Raises:
             EditError: no such area, or the surface would fold or cut through itself.
         """
-        return pushed(limb, self, -1.0)
+        return push_area(limb, self, -1.0)

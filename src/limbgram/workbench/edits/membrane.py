@@ -1,10 +1,10 @@
-"""Membrane: openings closed by the surface of least area, as by the skin of a drum.
+"""Membrane: openings closed by surfaces of least area.
 
 In      an open Mesh; its open edges may be ragged, and have edges of micrometres where it was cut.
 Out     the same without openings.
-Method  A lip goes round each opening first, from its edge to an even, smooth line a little farther
-        in; the drum spans that line. On the edge itself a drum folds: corners of teeth are cut off
-        it as ears, over the teeth, and triangles on three points of a short edge look anywhere.
+Method  A lip goes round each opening first, from its edge to an even, smooth curve a little farther
+        in; the membrane spans that curve. On the edge itself it would fold: corners of teeth become
+        ears over the teeth, and triangles on three points of a short edge may face anywhere.
 """
 
 from dataclasses import replace
@@ -27,34 +27,34 @@ from limbgram.core.mesh.topology import (
     with_any,
 )
 from limbgram.reconstruction.surface.holes import loop_area, triangulate
-from limbgram.workbench.edits.regions import with_added, with_closed
+from limbgram.workbench.edits.regions import with_holes_closed, with_surface_added
 from limbgram.workbench.edits.triangle_strip import strip
 
 _ACUTE_DEG = 120.0
-"""Angle between the normals of neighbours from which a cap is laid anew."""
-_CALM, _AROUND, _FEWEST = 2.0, 9, 12
-"""Edges of the usual length over which a lip's line is smoothed, and over which it heeds a tooth
-that stands farther in than the rest; an opening with fewer round it needs no lip."""
-_MENDINGS = 6
-"""Times that folds of what was closed are mended."""
+"""Angle between neighbouring normals from which a cap is fitted again."""
+_LIP_SMOOTHING, _LIP_WINDOW, _FEWEST_LIP_POINTS = 2.0, 9, 12
+"""In median edges: length over which a lip's inner curve is smoothed, and over which it avoids a
+tooth; an opening with fewer edges needs no lip."""
+_REFITS = 6
+"""How often folded caps are fitted again."""
 
 
-def spanned(mesh: Mesh) -> Mesh:
-    """The mesh with its openings closed straight across; its own faces come first.
+def with_openings_spanned(mesh: Mesh) -> Mesh:
+    """The mesh with its openings closed by least area; its own faces come first.
 
     No vertex of it moves. Of the new ones, which come after them, some may have no face.
     """
     if not len(boundary_half_edges(mesh.faces)):
         return mesh
     lipped = _with_lips(mesh)
-    closed = with_closed(lipped, boundary_loops(lipped.faces), bent=False)
+    closed = with_holes_closed(lipped, boundary_loops(lipped.faces), bent=False)
     count, own = len(closed), mesh.faces
-    new = ~np.isin(_names(closed.faces, count), _names(own, count))
-    return mended(closed, own, closed.faces[new])
+    new = ~np.isin(_face_keys(closed.faces, count), _face_keys(own, count))
+    return with_caps_refitted(closed, own, closed.faces[new])
 
 
 def _with_lips(mesh: Mesh) -> Mesh:
-    """With a lip round each opening, in the direction of its mean plane."""
+    """The mesh with a lip round each opening, in the opening's mean plane."""
     from scipy.ndimage import (  # a tenth of a second, for openings that are closed
         gaussian_filter1d,
         maximum_filter1d,
@@ -63,25 +63,27 @@ def _with_lips(mesh: Mesh) -> Mesh:
     edge_mm = float(np.median(edge_lengths(mesh.vertices_mm, find_edges(mesh.faces).ends)))
     for loop in boundary_loops(mesh.faces):
         rim = mesh.vertices_mm[loop]
-        line = _even(gaussian_filter1d(_even(rim, edge_mm), _CALM, 0, mode="wrap"), edge_mm)
-        if len(line) < _FEWEST:
+        line = _resampled(
+            gaussian_filter1d(_resampled(rim, edge_mm), _LIP_SMOOTHING, 0, mode="wrap"), edge_mm
+        )
+        if len(line) < _FEWEST_LIP_POINTS:
             continue
         ahead = np.roll(line, -1, axis=0) - np.roll(line, 1, axis=0)
         inwards = unit(np.cross(loop_area(line), ahead))
         nearest = KDTree(line).query(rim)[1]
         reach_mm = np.zeros(len(line))
         np.maximum.at(reach_mm, nearest, dots(rim - line[nearest], inwards[nearest]))
-        reach_mm = maximum_filter1d(reach_mm, _AROUND, mode="wrap")
-        reach_mm = gaussian_filter1d(reach_mm, _CALM, mode="wrap")
+        reach_mm = maximum_filter1d(reach_mm, _LIP_WINDOW, mode="wrap")
+        reach_mm = gaussian_filter1d(reach_mm, _LIP_SMOOTHING, mode="wrap")
         inner = line + (edge_mm + reach_mm)[:, None] * inwards
         like = loop[KDTree(rim).query(inner)[1]].astype(np.int64)
         numbers = np.concatenate([loop, len(mesh) + np.arange(len(inner))])
-        mesh = with_added(mesh, inner, like, numbers[strip(rim, inner)].astype(np.int32))
+        mesh = with_surface_added(mesh, inner, like, numbers[strip(rim, inner)].astype(np.int32))
     return mesh
 
 
-def _even(loop: Points3, edge_mm: float) -> Float64[np.ndarray, "m 3"]:
-    """Places on a closed polyline, about as far from each other as asked."""
+def _resampled(loop: Points3, edge_mm: float) -> Float64[np.ndarray, "m 3"]:
+    """Points at about equal distances along a closed polyline."""
     whole = np.concatenate([loop, loop[:1]])
     walked = np.concatenate([[0.0], np.cumsum(lengths(np.diff(whole, axis=0)))])
     count = max(3, round(walked[-1] / edge_mm))
@@ -89,17 +91,17 @@ def _even(loop: Points3, edge_mm: float) -> Float64[np.ndarray, "m 3"]:
     return np.stack([np.interp(at, walked, axis) for axis in whole.T], axis=1)
 
 
-def _names(faces: Faces, count: int) -> Int64[np.ndarray, " f"]:
-    """A number for each face that tells its corners."""
+def _face_keys(faces: Faces, count: int) -> Int64[np.ndarray, " f"]:
+    """A key of each face that identifies its corners in any order."""
     low, middle, high = np.sort(faces.astype(np.int64), axis=1).T
     return (low * count + middle) * count + high
 
 
-def mended(closed: Mesh, own: Faces, caps: Int32[np.ndarray, "k 3"]) -> Mesh:
-    """The closed shape whose caps are laid anew, without places inside, where they fold onto it;
-    of all that was tried the one that folds least."""
+def with_caps_refitted(closed: Mesh, own: Faces, caps: Int32[np.ndarray, "k 3"]) -> Mesh:
+    """The closed shape with its caps fitted again, without inner vertices, where they fold onto it;
+    of all attempts the one with the fewest folds."""
     best, fewest = closed, (len(closed.faces),) * 2
-    for rings in range(_MENDINGS):
+    for rings in range(_REFITS):
         closed = replace(closed, faces=np.concatenate([own, caps]))
         new = np.arange(len(closed.faces)) >= len(own)
         bent = find_bent(closed, new, _ACUTE_DEG)
@@ -115,14 +117,14 @@ def mended(closed: Mesh, own: Faces, caps: Int32[np.ndarray, "k 3"]) -> Mesh:
         for _ in range(rings):
             near[caps[with_any(near, caps)]] = True
         left = caps[~with_any(near, caps)]
-        laid = _laid(closed.vertices_mm, np.concatenate([own, left]))
+        laid = _least_area_caps(closed.vertices_mm, np.concatenate([own, left]))
         if laid is not None:
             caps = np.concatenate([left, laid])
     return best
 
 
-def _laid(vertices: Points3, faces: Faces) -> Int32[np.ndarray, "k 3"] | None:
-    """Triangles of the least area over all openings; None where there is none, or no answer."""
+def _least_area_caps(vertices: Points3, faces: Faces) -> Int32[np.ndarray, "k 3"] | None:
+    """Triangulations of least area over all openings; None where there is no answer."""
     if not is_vertex_manifold(faces):
         return None
     ends = half_edges(faces)

@@ -22,22 +22,22 @@ from limbgram.core.mesh.mesh import Mesh, dots, lengths, summed
 from limbgram.core.mesh.topology import with_any
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.guard import require_sound
-from limbgram.workbench.edits.level_edges import Plane, kept_level
-from limbgram.workbench.edits.regions import averaging, displaced
+from limbgram.workbench.edits.level_edges import Plane, with_edges_in_planes
+from limbgram.workbench.edits.regions import displaced, neighbour_averaging
 from limbgram.workbench.limb import Limb
 
-_TIE = 1e-3
-"""Weight of staying on the normal, as a share of the faces' own: decides where they leave open."""
-_FARTHEST = 2.0
-"""A vertex moves at most this many distances, so that sharp scraps do not shoot out."""
-_TURNED = 0.5
-"""Faces keep their direction in an offset; this cosine (60 degrees) shows one that gives way."""
-_MOST_EASED = 0.05
-"""Share of the faces whose moves may be evened out besides those asked for; beyond it the offset is
+_NORMAL_WEIGHT = 1e-3
+"""Weight of moving along the normal, as a share of the faces'; it decides open directions."""
+_MITRE_LIMIT = 2.0
+"""A vertex moves at most this many distances, so that sharp corners do not shoot out."""
+_LEAST_COSINE = 0.5
+"""Faces keep their direction in an offset; one below this cosine (60 degrees) has turned away."""
+_MOST_SMOOTHED = 0.05
+"""Share of the faces whose moves may be smoothed besides those asked for; beyond it the offset is
 refused."""
-_EASING_ROUNDS = 60
+_SMOOTHING_ROUNDS = 60
 _SCRAP_MM = 0.05
-"""Triangles less high than this have no direction of their own: they go with their longest side."""
+"""Triangles less high than this have no direction of their own and follow their longest side."""
 _SCRAP_ROUNDS = 20
 
 
@@ -83,46 +83,45 @@ def offset(mesh: Mesh, distance_mm: float) -> Mesh:
     """
     if distance_mm == 0.0:
         return mesh
-    found = Offsetting(mesh).by_places(np.full(len(mesh), float(distance_mm)), None)
+    found = Offsetter(mesh).by_vertex(np.full(len(mesh), float(distance_mm)), None)
     require_not_turned(mesh, found, distance_mm)
     require_sound(mesh, found.mesh)
     return found.mesh
 
 
 @dataclass(frozen=True)
-class OffsetFound:
-    """A surface that was offset, and the faces of it that turned inside out."""
+class OffsetResult:
+    """An offset surface, and its faces that turned inside out."""
 
     mesh: Mesh
     turned: Bool[np.ndarray, " f"]
 
 
 @dataclass(frozen=True)
-class Offsetting:
-    """A surface to be offset, with what all its offsets share: an edit tries several."""
+class Offsetter:
+    """A surface to be offset, with the data that several trial offsets share."""
 
     mesh: Mesh
     planes: tuple[Plane, ...] = ()
-    """In which open edges stay."""
+    """Planes in which open edges stay."""
 
     @cached_property
-    def units(self) -> Points3:
+    def unit_moves(self) -> Points3:
         """Displacement of each vertex for an offset of 1 mm outwards."""
         return unit_offsets(self.mesh)
 
     @cached_property
-    def mean(self) -> csr_array:
-        """Takes values at vertices to the mean over each vertex's neighbours."""
-        return averaging(self.mesh)
+    def averaging(self) -> csr_array:
+        """Matrix that averages vertex values over each vertex's neighbours."""
+        return neighbour_averaging(self.mesh)
 
-    def by_places(
-        self, distances_mm: Float64[np.ndarray, " n"], ease: Bool[np.ndarray, " n"] | None
-    ) -> OffsetFound:
-        """The offset by a distance for each vertex, for an edit that looks itself for what is
-        spoilt.
+    def by_vertex(
+        self, distances_mm: Float64[np.ndarray, " n"], smooth_at: Bool[np.ndarray, " n"] | None
+    ) -> OffsetResult:
+        """The offset by a distance for each vertex, for edits that check the surface themselves.
 
         Args:
-            ease: Vertices whose moves are evened out with their neighbours' in any case.
+            smooth_at: Vertices whose moves are averaged with their neighbours' in any case.
 
         Raises:
             EditError: a distance is no number.
@@ -130,44 +129,44 @@ class Offsetting:
         if not np.isfinite(distances_mm).all():
             raise EditError("edit.offset.no_number")
         mesh = self.mesh
-        moves = self._eased(distances_mm[:, None] * self.units, ease)
-        moves = kept_level(mesh, self.planes, moves)
-        turned = _turning(mesh.face_normals(), mesh, moves) <= 0
+        moves = self._smoothed_moves(distances_mm[:, None] * self.unit_moves, smooth_at)
+        moves = with_edges_in_planes(mesh, self.planes, moves)
+        turned = _normal_cosines(mesh.face_normals(), mesh, moves) <= 0
         if turned.any():
-            moves = _scraps_along(mesh, moves)
-            turned = _turning(mesh.face_normals(), mesh, moves) <= 0
-        return OffsetFound(mesh.with_vertices(mesh.vertices_mm + moves), turned)
+            moves = _with_scraps_carried(mesh, moves)
+            turned = _normal_cosines(mesh.face_normals(), mesh, moves) <= 0
+        return OffsetResult(mesh.with_vertices(mesh.vertices_mm + moves), turned)
 
-    def _eased(self, moves: Points3, ease: Bool[np.ndarray, " n"] | None) -> Points3:
-        """Moves evened out, in place, round faces that turn away, in an area that grows until none
-        does."""
+    def _smoothed_moves(self, moves: Points3, smooth_at: Bool[np.ndarray, " n"] | None) -> Points3:
+        """The moves, smoothed in place round faces that turn away, in an area that grows until
+        none does."""
         mesh = self.mesh
         before = mesh.face_normals()
-        turned = _turning(before, mesh, moves) < _TURNED
-        touched = np.zeros(len(mesh), np.bool_) if ease is None else ease.copy()
+        turned = _normal_cosines(before, mesh, moves) < _LEAST_COSINE
+        touched = np.zeros(len(mesh), np.bool_) if smooth_at is None else smooth_at.copy()
         if not turned.any() and not touched.any():
             return moves
-        if ease is not None:
-            mean = self.mean[ease]
-            for _ in range(_EASING_ROUNDS // 4):
-                moves[ease] = mean @ moves
+        if smooth_at is not None:
+            mean = self.averaging[smooth_at]
+            for _ in range(_SMOOTHING_ROUNDS // 4):
+                moves[smooth_at] = mean @ moves
         given = (~with_any(~touched, mesh.faces)).mean()
-        for _ in range(_EASING_ROUNDS):
+        for _ in range(_SMOOTHING_ROUNDS):
             touched[mesh.faces[turned]] = True
-            if (~with_any(~touched, mesh.faces)).mean() - given > _MOST_EASED:
+            if (~with_any(~touched, mesh.faces)).mean() - given > _MOST_SMOOTHED:
                 break
             around = touched.copy()
             around[mesh.faces[with_any(touched, mesh.faces)]] = True
-            moves[around] = self.mean[around] @ moves
+            moves[around] = self.averaging[around] @ moves
             changed = with_any(around, mesh.faces)
             near = replace(mesh, faces=mesh.faces[changed])
-            turned[changed] = _turning(before[changed], near, moves) < _TURNED
+            turned[changed] = _normal_cosines(before[changed], near, moves) < _LEAST_COSINE
             if not turned.any():
                 break
         return moves
 
 
-def require_not_turned(mesh: Mesh, found: OffsetFound, distance_mm: float) -> None:
+def require_not_turned(mesh: Mesh, found: OffsetResult, distance_mm: float) -> None:
     """Refuse an offset that turns faces inside out.
 
     Raises:
@@ -187,22 +186,22 @@ def require_not_turned(mesh: Mesh, found: OffsetFound, distance_mm: float) -> No
 def unit_offsets(mesh: Mesh) -> Points3:
     """Displacement of each vertex for an offset of 1 mm outwards.
 
-    Least squares of n . x = 1 over the faces at the vertex, weighted by their area: of slivers no
-    normal is known well.
+    Least squares of n . x = 1 over the faces at the vertex, weighted by area, because slivers have
+    poor normals.
     """
     weighted = mesh.face_normals()
     units = weighted / np.maximum(lengths(weighted), 1e-30)[:, None]
     normals = summed(weighted, mesh.faces, len(mesh))
-    products = _products(weighted, units, mesh.faces, len(mesh))
+    products = _normal_products(weighted, units, mesh.faces, len(mesh))
     along = normals / np.maximum(lengths(normals), 1e-30)[:, None]
-    tie = np.maximum(_TIE * np.trace(products, axis1=1, axis2=2), 1e-30)
+    tie = np.maximum(_NORMAL_WEIGHT * np.trace(products, axis1=1, axis2=2), 1e-30)
     system = products + tie[:, None, None] * np.eye(3)
     moves = np.linalg.solve(system, (normals + tie[:, None] * along)[:, :, None])[:, :, 0]
     far = lengths(moves)
-    return moves * np.minimum(1.0, _FARTHEST / np.maximum(far, 1e-30))[:, None]
+    return moves * np.minimum(1.0, _MITRE_LIMIT / np.maximum(far, 1e-30))[:, None]
 
 
-def _turning(
+def _normal_cosines(
     before: Float64[np.ndarray, "f 3"], mesh: Mesh, moves: Points3
 ) -> Float64[np.ndarray, " f"]:
     """Cosine between each face's normal and its normal once it has moved."""
@@ -211,15 +210,15 @@ def _turning(
     return dots(before, after) / np.maximum(sizes, 1e-30)
 
 
-def _scraps_along(mesh: Mesh, moves: Points3) -> Points3:
-    """Moves with which a flat scrap that turns away keeps its apex where it is on its longest side.
+def _with_scraps_carried(mesh: Mesh, moves: Points3) -> Points3:
+    """The moves, with the apex of each flat scrap that turns away carried by its longest side.
 
     The few micrometres by which its corners move differently would turn it over, and mean nothing.
     """
     before = mesh.face_normals()
     moves = moves.copy()
     for _ in range(_SCRAP_ROUNDS):
-        faces = mesh.faces[_turning(before, mesh, moves) < _TURNED]
+        faces = mesh.faces[_normal_cosines(before, mesh, moves) < _LEAST_COSINE]
         points = mesh.vertices_mm[faces]
         longest = np.linalg.norm(np.roll(points, -1, axis=1) - points, axis=2).argmax(1)
         rows = np.arange(len(faces))
@@ -236,9 +235,9 @@ def _scraps_along(mesh: Mesh, moves: Points3) -> Points3:
 
 
 @njit(cache=True, nogil=True)
-def _products(weighted: np.ndarray, units: np.ndarray, faces: np.ndarray, count: int):
-    """Sum at each vertex of the products of its faces' normals; first, second and third corners by
-    themselves."""
+def _normal_products(weighted: np.ndarray, units: np.ndarray, faces: np.ndarray, count: int):
+    """Area-weighted sum of n n' over the faces at each vertex; first, second and third corners are
+    summed separately."""
     total = np.zeros((count, 3, 3))
     for corner in range(3):
         part = np.zeros((count, 3, 3))

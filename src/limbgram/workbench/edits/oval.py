@@ -1,4 +1,4 @@
-"""Oval: an area of a width and a height round a place, moved straight in or out, as a pad is set.
+"""Oval: an oval area round a place, moved in or out along one direction, as for a pad.
 
 A pad presses: the positive is carved in. A room gives way: it is built up. Both move along one
 direction, that of the surface at the place, so that a pad keeps its flat face. The oval is measured
@@ -16,29 +16,29 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.request_fields import Within
-from limbgram.workbench.edits.areas import fading
+from limbgram.workbench.edits.areas import falloff
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Words, spoken
-from limbgram.workbench.edits.fineness import refine_under
 from limbgram.workbench.edits.guard import require_sound
+from limbgram.workbench.edits.refinement import refine_selected
 from limbgram.workbench.edits.regions import (
     Place,
     axes_in_mesh,
-    calm_normals_on,
     displaced,
     distances_from_point,
     on_surface,
     position_mm,
+    smooth_normals_on,
 )
 from limbgram.workbench.limb import Limb
 
-_FINENESS = 8.0
+_EDGES_PER_FADE = 8.0
 _FINEST_MM = 1.0
 _NORMAL_SHARE = 0.5
-"""Of the oval's smaller half, round the place, tells the direction."""
+"""Share of the oval's smaller half axis within which normals are averaged for its direction."""
 _FACING = 0.5
 """Cosine of the surface's turn from the pad up to which it moves in full: up to 60 degrees. At
 right angles it stays."""
-_ALONG = 0.25
+_LEAST_SINE = 0.25
 """Sine of the least angle between the limb's way and the pad's, 14 degrees: nearer to the limb's
 end the height goes from back to front."""
 
@@ -80,7 +80,7 @@ class Oval(Edit):
     )
 
 
-def set_in(limb: Limb, oval: Oval, sign: float) -> Limb:
+def move_oval(limb: Limb, oval: Oval, sign: float) -> Limb:
     """The limb with the oval moved outwards by sign 1, inwards by -1.
 
     Raises:
@@ -90,32 +90,32 @@ def set_in(limb: Limb, oval: Oval, sign: float) -> Limb:
     half = np.array([oval.width_mm, oval.height_mm]) / 2
     reach = float(half.max()) * 1.5
 
-    def close(mesh: Mesh) -> Bool[np.ndarray, " f"]:
+    def near_oval(mesh: Mesh) -> Bool[np.ndarray, " f"]:
         corners = mesh.vertices_mm[mesh.faces]
         return np.linalg.norm(corners - middle, axis=2).min(1) < reach
 
-    edge_mm = max(oval.edge * float(half.min()) / _FINENESS, _FINEST_MM)
+    edge_mm = max(oval.edge * float(half.min()) / _EDGES_PER_FADE, _FINEST_MM)
     given = limb.mesh
-    limb = limb.with_mesh(refine_under(limb.mesh, close, edge_mm))
+    limb = limb.with_mesh(refine_selected(limb.mesh, near_oval, edge_mm))
     mesh = limb.mesh
     distance = distances_from_point(mesh, middle, reach)
     near = distance < max(_NORMAL_SHARE * float(half.min()), 2 * edge_mm)
     outward = (mesh.vertex_normals() * (mesh.vertex_areas_mm2() * near)[:, None]).sum(0)
     outward /= np.linalg.norm(outward)
-    up = _along_limb(limb, middle, outward)
+    up = _up_in_surface(limb, middle, outward)
     off = mesh.vertices_mm - middle
     way = unit(off - (off @ outward)[:, None] * outward)
     halves = np.hypot(way @ np.cross(up, outward) / half[0], way @ up / half[1])
     across = np.minimum(distance, reach) * halves
-    facing = 1 - fading(calm_normals_on(mesh, given) @ outward / _FACING)
-    share = fading((across - 1 + oval.edge) / oval.edge) * facing
+    facing = 1 - falloff(smooth_normals_on(mesh, given) @ outward / _FACING)
+    share = falloff((across - 1 + oval.edge) / oval.edge) * facing
     step = sign * oval.depth_mm * share[:, None] * outward
     changed = displaced(limb, mesh.vertices_mm + step)
     require_sound(mesh, changed.mesh)
     return changed
 
 
-def _along_limb(limb: Limb, point_mm: Vector3, outward: Vector3) -> Vector3:
+def _up_in_surface(limb: Limb, point_mm: Vector3, outward: Vector3) -> Vector3:
     """The limb's way in the surface at a point: along its centreline, proximal, or its long axis
     where the centreline's landmarks are missing; at the limb's end forward."""
     _, front, axis = axes_in_mesh(limb)
@@ -126,6 +126,6 @@ def _along_limb(limb: Limb, point_mm: Vector3, outward: Vector3) -> Vector3:
     else:
         along = -curve.at(float(curve.nearest_mm(point_mm[None])[0])).direction
     in_surface = along - outward * (along @ outward)
-    if np.linalg.norm(in_surface) < _ALONG:
+    if np.linalg.norm(in_surface) < _LEAST_SINE:
         in_surface = front - outward * (front @ outward)
     return in_surface / np.linalg.norm(in_surface)

@@ -6,9 +6,9 @@ import numpy as np
 
 from limbgram.core.errors import EditError
 from limbgram.core.request_fields import Within
-from limbgram.workbench.edits.cutting import ON_IT_MM, Part, cap, keep_positive
+from limbgram.workbench.edits.cutting import ON_CUT_MM, Part, cap, keep_positive
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.regions import height_mm, middles_mm, points_in_limb_frame
+from limbgram.workbench.edits.regions import height_mm, points_in_limb_frame, section_centres_mm
 from limbgram.workbench.limb import Limb
 
 _STEEPEST_DEG = 80
@@ -89,12 +89,12 @@ class PlaneCut(Edit):
         """
         level = height_mm(limb, self.height_mm, self.above)
         points = points_in_limb_frame(limb)
-        middle = middles_mm(limb, np.array([[0.0, 0.0, level]]))[0]
+        middle = section_centres_mm(limb, np.array([[0.0, 0.0, level]]))[0]
         tilt = np.tan(np.radians([self.right_deg, self.forward_deg]))
         normal = np.array([tilt[0], tilt[1], 1.0])
         normal /= np.linalg.norm(normal)
         values = ((points - middle) * normal).sum(1) * (1.0 if self.keep == "proximal" else -1.0)
-        if not (values > ON_IT_MM).any() or not (values < -ON_IT_MM).any():
+        if not (values > ON_CUT_MM).any() or not (values < -ON_CUT_MM).any():
             low, high = float(points[:, 2].min()), float(points[:, 2].max())
             raise EditError("edit.cut.misses", height_mm=level, low_mm=low, high_mm=high)
         cut = keep_positive(limb.mesh, values)

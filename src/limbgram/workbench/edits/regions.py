@@ -1,9 +1,9 @@
-"""Regions: where on a limb an edit works, and how far from there each vertex lies.
+"""Regions: the places and curves where edits work, and the distances of vertices from them.
 
 In      places: the name of a landmark, or three coordinates in millimetres in the frame that the
         edit names: "limb" (origin distal, +Z proximal, +Y anterior, +X right) or "mesh".
 Out     points on the surface, closed curves through them, distances over the surface, the middles
-        of sections, and meshes with the surface that an edit adds (it counts as filled).
+        of sections, and meshes with added surface (it counts as filled).
 Method  A curve is a periodic cubic spline through the points, brought to the surface. Distances:
         fronts pass from triangle to triangle, circular ones from a point (Novotni and Klein 2002:
         the source is unfolded into each triangle's plane), straight ones from a curve (Kimmel and
@@ -37,8 +37,8 @@ from limbgram.core.mesh.topology import (
 )
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.reconstruction.surface.holes import fill_holes
-from limbgram.workbench.anatomy.names import named
-from limbgram.workbench.edits.fineness import refine_under
+from limbgram.workbench.anatomy.names import landmark_named
+from limbgram.workbench.edits.refinement import refine_selected
 from limbgram.workbench.limb import AlignedLimb, Limb, likeliest
 
 Place = str | tuple[float, float, float]
@@ -47,20 +47,20 @@ FrameName = Literal["limb", "mesh"]
 _FARTHEST_MM = 10.0
 """A place further from the surface than this is a mistake."""
 _LEAST_POINTS = 3
-"""Of a closed curve."""
-_LEVELS = 48
-_LEAST_SHARE = 0.5
-"""A section needs this share of the largest one's area to have a say."""
+"""Fewest points of a closed curve."""
+_SECTION_COUNT = 48
+_LEAST_AREA_SHARE = 0.5
+"""Sections with less than this share of the largest area are left out."""
 _STEP_MM = 0.5
 _LEAST_STEPS = 120
-_JUMP = 4.0
-"""Steps of the line may grow by this where it is brought to the surface."""
-_FARTHEST = 0.25
-"""Share of the curve's extent by which the spline may leave the surface that it is brought to."""
+_MOST_STRETCH = 4.0
+"""Factor by which steps of a curve may grow when it is projected onto the surface."""
+_FARTHEST_SHARE = 0.25
+"""Share of a curve's extent by which its spline may leave the surface."""
 _MOST_ROUNDS = 5000
 _CONVERGED_MM = 1e-9
-_LEAST_EDGE = 0.1
-"""Edges shorter than this share of the median count as so long: they may not rule their ends."""
+_LEAST_EDGE_SHARE = 0.1
+"""Shorter edges count as this share of the median, so that they do not dominate weights."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Curve:
 
     points_mm: Points3
     normals: Points3
-    """Of the surface, smoothed over a few steps."""
+    """Normals of the surface, smoothed over a few steps."""
 
     @property
     def length_mm(self) -> float:
@@ -79,7 +79,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Sides:
-    """Where vertices lie with respect to a curve."""
+    """The side of a curve on which each vertex lies, and its distance near the curve."""
 
     left: Bool[np.ndarray, " n"]
     """To the left of somebody who walks along the curve on the outside of the surface."""
@@ -97,7 +97,7 @@ def require_aligned(limb: Limb) -> AlignedLimb:
 
 
 def moved_by(motion: Rigid, points: Points3) -> Points3:
-    """`motion.apply`, summed in one order whatever the number of threads."""
+    """Points after a motion, with the same rounding for any number of threads."""
     return np.einsum("nj,ij->ni", points, motion.rotation) + motion.translation
 
 
@@ -124,7 +124,7 @@ def position_mm(limb: Limb, place: Place, frame: FrameName) -> Vector3:
         EditError: there is no landmark of the name, or no frame for the coordinates.
     """
     if isinstance(place, str):
-        mark = named(place, limb.landmarks)
+        mark = landmark_named(place, limb.landmarks)
         if mark is not None:
             return mark.position_mm
         names = tuple(mark.name for mark in limb.landmarks)
@@ -186,7 +186,7 @@ def displaced(limb: Limb, vertices_mm: Points3) -> Limb:
         return replace(limb, mesh=new)
     points = np.stack([mark.position_mm for mark in limb.landmarks])
     closest = tree_on(old).closest(points)
-    shares = corner_shares(old.vertices_mm[old.faces[closest.faces]], closest.points_mm)
+    shares = barycentric_weights(old.vertices_mm[old.faces[closest.faces]], closest.points_mm)
     moves = (vertices_mm - old.vertices_mm)[old.faces[closest.faces]]
     near = closest.distances_mm <= _FARTHEST_MM
     shifts = (shares[:, :, None] * moves).sum(1) * near[:, None]
@@ -197,16 +197,16 @@ def displaced(limb: Limb, vertices_mm: Points3) -> Limb:
     return replace(limb, mesh=new, landmarks=marks)
 
 
-def middles_mm(limb: Limb, points: Points3) -> Points3:
-    """For points in the limb frame: the middle of the section at the height of each.
+def section_centres_mm(limb: Limb, points: Points3) -> Points3:
+    """The centre of the section at the height of each point; all in the limb frame.
 
-    The line follows the centroids of whole sections, and is made smooth; where sections are
-    open (at a slanting brim) or shrink (at the distal end) it goes on along the axis.
+    The centre line follows the centroids of closed sections, smoothed; where sections are
+    open (at a slanting brim) or shrink (at the distal end), it continues along the axis.
     """
     vertices = points_in_limb_frame(limb)
     mesh = limb.mesh.with_vertices(vertices)
     low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
-    heights = low + (high - low) * (np.arange(_LEVELS) + 0.5) / _LEVELS
+    heights = low + (high - low) * (np.arange(_SECTION_COUNT) + 0.5) / _SECTION_COUNT
     rows: list[tuple[float, float, float, float]] = []
     for section in cut(mesh, heights.tolist()):
         if section.closed:
@@ -214,11 +214,11 @@ def middles_mm(limb: Limb, points: Points3) -> Points3:
             rows.append((section.offset_mm, area, x, y))
     table = np.array(rows).reshape(-1, 4)
     largest = table[:, 1].max(initial=0.0)
-    table = table[table[:, 1] > _LEAST_SHARE * largest]
+    table = table[table[:, 1] > _LEAST_AREA_SHARE * largest]
     if not len(table):
         return np.array([0.0, 0.0, 1.0]) * points
-    table = _largest_of_each(table)
-    line = np.stack([_calm(table[:, 2]), _calm(table[:, 3])], axis=1)
+    table = _largest_section_rows(table)
+    line = np.stack([_moving_average(table[:, 2]), _moving_average(table[:, 3])], axis=1)
     x = np.interp(points[:, 2], table[:, 0], line[:, 0])
     y = np.interp(points[:, 2], table[:, 0], line[:, 1])
     return np.stack([x, y, points[:, 2]], axis=1)
@@ -249,23 +249,23 @@ def draw_curve(mesh: Mesh, picked_mm: Points3) -> Curve:
     tree = tree_on(mesh)
     drawn = np.asarray(spline(even))
     closest = tree.closest(drawn)
-    reach = _FARTHEST * float(np.linalg.norm(np.ptp(picked_mm, axis=0)))
+    reach = _FARTHEST_SHARE * float(np.linalg.norm(np.ptp(picked_mm, axis=0)))
     jumps = np.linalg.norm(np.roll(closest.points_mm, -1, axis=0) - closest.points_mm, axis=1)
     step = walked[-1] / steps
-    if closest.distances_mm.max() > reach or jumps.max() > _JUMP * step:
+    if closest.distances_mm.max() > reach or jumps.max() > _MOST_STRETCH * step:
         worst = (
             int(np.argmax(jumps))
-            if jumps.max() > _JUMP * step
+            if jumps.max() > _MOST_STRETCH * step
             else int(np.argmax(closest.distances_mm))
         )
         segment = int(np.searchsorted(knots, even[worst], side="right"))
         raise EditError("edit.curve.leaves", first=segment, second=segment % len(picked_mm) + 1)
     normals = mesh.vertex_normals()[mesh.faces[closest.faces]].mean(1)
-    return Curve(closest.points_mm, _smoothed(normals))
+    return Curve(closest.points_mm, _smoothed_normals(normals))
 
 
 def find_sides(mesh: Mesh, curves: Sequence[Curve]) -> Sides:
-    """Tell the two sides of a curve apart; of a wall, which is cut through, those of two curves.
+    """The two sides of a curve; for a wall, which is cut through, those of two curves.
 
     Raises:
         EditError: a curve crosses itself or comes too near to itself, or there is a way round it.
@@ -273,7 +273,7 @@ def find_sides(mesh: Mesh, curves: Sequence[Curve]) -> Sides:
     tree = tree_on(mesh)
     signed = np.full(len(mesh), np.inf)
     for curve in curves:
-        band = _faces_along(mesh, tree.closest(_densified(curve)).faces)
+        band = _faces_along(mesh, tree.closest(_densified_points(curve)).faces)
         vertices = np.unique(mesh.faces[band])
         found = signed_mm(mesh.vertices_mm[vertices], curve)
         nearer = np.abs(found) < np.abs(signed[vertices])
@@ -291,8 +291,8 @@ def find_sides(mesh: Mesh, curves: Sequence[Curve]) -> Sides:
     return Sides((lefts > 0)[part], signed)
 
 
-def inside(mesh: Mesh, sides: Sides) -> Bool[np.ndarray, " n"]:
-    """Vertices on the smaller of the two sides, by area."""
+def smaller_side(mesh: Mesh, sides: Sides) -> Bool[np.ndarray, " n"]:
+    """The vertices on the side of a curve with less area."""
     areas = np.linalg.norm(mesh.face_normals(), axis=1)
     left_share = sides.left[mesh.faces].mean(1)
     if (areas * left_share).sum() <= (areas * (1 - left_share)).sum():
@@ -300,17 +300,17 @@ def inside(mesh: Mesh, sides: Sides) -> Bool[np.ndarray, " n"]:
     return ~sides.left
 
 
-def fine_along(mesh: Mesh, curve: Curve, edge_mm: float) -> Mesh:
-    """The mesh with short edges under a curve."""
-    points = _densified(curve)
+def refined_along(mesh: Mesh, curve: Curve, edge_mm: float) -> Mesh:
+    """The mesh with edges along a curve refined."""
+    points = _densified_points(curve)
 
-    def under(work: Mesh) -> Bool[np.ndarray, " f"]:
+    def select(work: Mesh) -> Bool[np.ndarray, " f"]:
         chosen = np.zeros(len(work.faces), np.bool_)
         tree = tree_on(work)
         chosen[tree.closest(points).faces] = True
         return chosen
 
-    return refine_under(mesh, under, edge_mm)
+    return refine_selected(mesh, select, edge_mm)
 
 
 def distances_from_point(
@@ -323,7 +323,7 @@ def distances_from_point(
     touching = np.isin(mesh.faces, mesh.faces[face]).any(1)
     first = np.unique(mesh.faces[touching])
     start[first] = straight[first]
-    return _spread(mesh, start, straight <= limit_mm, limit_mm, circular=True)
+    return _propagated_distances(mesh, start, straight <= limit_mm, limit_mm, circular=True)
 
 
 def distances_from(
@@ -336,9 +336,9 @@ def distances_from(
 
     Args:
         start_mm: Known distances; infinite elsewhere.
-        allowed: Vertices over which the way may lead.
+        allowed: Vertices that paths may pass.
     """
-    return _spread(mesh, start_mm, allowed, limit_mm, circular=False)
+    return _propagated_distances(mesh, start_mm, allowed, limit_mm, circular=False)
 
 
 def distances_from_line(
@@ -373,11 +373,13 @@ def signed_mm(points: Points3, curve: Curve) -> Float64[np.ndarray, " n"]:
     return signed
 
 
-def with_added(mesh: Mesh, places_mm: Points3, like: Int64[np.ndarray, " k"], faces: Faces) -> Mesh:
-    """The mesh with more vertices and faces.
+def with_surface_added(
+    mesh: Mesh, places_mm: Points3, like: Int64[np.ndarray, " k"], faces: Faces
+) -> Mesh:
+    """The mesh with vertices and faces added that count as filled.
 
     Args:
-        like: For each new vertex, an old one whose colour it takes.
+        like: For each new vertex, an old one from which it takes its colour.
         faces: Of old and new vertices; new ones count on from the old.
     """
     if mesh.filled is None:
@@ -390,11 +392,13 @@ def with_added(mesh: Mesh, places_mm: Points3, like: Int64[np.ndarray, " k"], fa
     )
 
 
-def with_closed(mesh: Mesh, holes: Sequence[Int32[np.ndarray, " l"]], *, bent: bool = True) -> Mesh:
+def with_holes_closed(
+    mesh: Mesh, holes: Sequence[Int32[np.ndarray, " l"]], *, bent: bool = True
+) -> Mesh:
     """The mesh with holes closed, each a loop of its vertices; no vertex of it moves.
 
     Args:
-        bent: Whether the filling goes on as the surface does; else it spans the hole as a drum.
+        bent: Whether the filling continues the surface's curvature; else it is a minimal surface.
     """
     if not holes:
         return mesh
@@ -405,15 +409,17 @@ def with_closed(mesh: Mesh, holes: Sequence[Int32[np.ndarray, " l"]], *, bent: b
     places = closed.vertices_mm[first:]
     rim = np.concatenate(holes).astype(np.int64)
     nearest = np.asarray(KDTree(mesh.vertices_mm[rim]).query(places)[1])
-    return with_added(replace(mesh, faces=mesh.faces[:0]), places, rim[nearest], closed.faces)
+    return with_surface_added(
+        replace(mesh, faces=mesh.faces[:0]), places, rim[nearest], closed.faces
+    )
 
 
-def averaging(mesh: Mesh) -> csr_array:
-    """Takes values at vertices to the mean over each vertex's neighbours, the near ones more."""
+def neighbour_averaging(mesh: Mesh) -> csr_array:
+    """Matrix that averages vertex values over each vertex's neighbours, weighted by nearness."""
     edges = find_edges(mesh.faces)
     near = edges.neighbours
     sizes = edge_lengths(mesh.vertices_mm, edges.ends)
-    weights = 1 / np.maximum(sizes, _LEAST_EDGE * float(np.median(sizes)))
+    weights = 1 / np.maximum(sizes, _LEAST_EDGE_SHARE * float(np.median(sizes)))
     starts = np.pad(near.starts, (0, len(mesh) + 1 - len(near.starts)), "edge")
     mean = csr_array((weights[near.edges], near.vertices, starts), shape=(len(mesh), len(mesh)))
     total = np.asarray(mean.sum(1)).ravel()
@@ -421,8 +427,8 @@ def averaging(mesh: Mesh) -> csr_array:
     return mean
 
 
-def corner_shares(corners: Float64[np.ndarray, "k 3 3"], points: Points3) -> Points3:
-    """Weights of three corners that give points in their planes."""
+def barycentric_weights(corners: Float64[np.ndarray, "k 3 3"], points: Points3) -> Points3:
+    """Barycentric coordinates of points in the planes of triangles."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)
     size = np.maximum((normal * normal).sum(1), 1e-30)
@@ -431,32 +437,32 @@ def corner_shares(corners: Float64[np.ndarray, "k 3 3"], points: Points3) -> Poi
     return np.stack([of_a, of_b, 1 - of_a - of_b], axis=1)
 
 
-def calm_normals(mesh: Mesh, rounds: int = 8) -> Points3:
-    """Unit outward normals of the surface without its wrinkles."""
-    mean = averaging(mesh)
+def smooth_normals(mesh: Mesh, rounds: int = 8) -> Points3:
+    """Unit outward vertex normals, smoothed over neighbours."""
+    mean = neighbour_averaging(mesh)
     normals = mesh.vertex_normals()
     for _ in range(rounds):
         normals = 0.5 * (normals + mean @ normals)
     return unit(normals)
 
 
-def calm_normals_on(refined: Mesh, mesh: Mesh) -> Points3:
-    """Normals of a mesh at the vertices of what refinement made of it.
+def smooth_normals_on(refined: Mesh, mesh: Mesh) -> Points3:
+    """Smooth normals of a mesh, interpolated at the vertices of its refinement.
 
-    They turn evenly over each old triangle; the refined mesh's own would turn all at its creases.
+    They turn evenly over each old triangle; the refined mesh's own would turn only at creases.
     """
-    normals = calm_normals(mesh)
+    normals = smooth_normals(mesh)
     added = refined.vertices_mm[len(mesh) :]
     if not len(added):
         return normals
     closest = tree_on(mesh).closest(added)
     corners = mesh.faces[closest.faces]
-    shares = corner_shares(mesh.vertices_mm[corners], closest.points_mm)
+    shares = barycentric_weights(mesh.vertices_mm[corners], closest.points_mm)
     between = unit(np.einsum("nk,nkc->nc", shares, normals[corners]))
     return np.concatenate([normals, between])
 
 
-def at_brim(mesh: Mesh) -> Bool[np.ndarray, " n"]:
+def on_open_edge(mesh: Mesh) -> Bool[np.ndarray, " n"]:
     """Vertices on an open edge."""
     marked = np.zeros(len(mesh), np.bool_)
     marked[boundary_half_edges(mesh.faces)] = True
@@ -464,32 +470,32 @@ def at_brim(mesh: Mesh) -> Bool[np.ndarray, " n"]:
 
 
 def roughness_mm(mesh: Mesh) -> float:
-    """How far vertices stand out from their neighbours, beyond what the shape's bend explains.
+    """Deviation of vertices from their neighbours' mean beyond what curvature explains.
 
     Root mean square along the normal, of vertices away from the brim.
     """
-    mean = averaging(mesh)
+    mean = neighbour_averaging(mesh)
     towards = mean @ mesh.vertices_mm - mesh.vertices_mm
     out = dots(towards, mesh.vertex_normals())
     beyond = out - mean @ out
-    inner = ~at_brim(mesh)
+    inner = ~on_open_edge(mesh)
     return float(np.sqrt(np.mean(beyond[inner] ** 2))) if inner.any() else 0.0
 
 
-def _largest_of_each(table: Float64[np.ndarray, "k 4"]) -> Float64[np.ndarray, "m 4"]:
-    """One row for each height: that of the largest area."""
+def _largest_section_rows(table: Float64[np.ndarray, "k 4"]) -> Float64[np.ndarray, "m 4"]:
+    """One row for each height: that of the largest section."""
     order = np.lexsort((-table[:, 1], table[:, 0]))
     first = np.unique(table[order, 0], return_index=True)[1]
     return table[order][first]
 
 
-def _calm(values: Float64[np.ndarray, " m"]) -> Float64[np.ndarray, " m"]:
-    """Averaged over five neighbours, the ends held."""
+def _moving_average(values: Float64[np.ndarray, " m"]) -> Float64[np.ndarray, " m"]:
+    """Moving average over five values, with the end values repeated."""
     padded = np.concatenate([values[:1], values[:1], values, values[-1:], values[-1:]])
     return np.asarray(sum(padded[k : k + len(values)] for k in range(5))) / 5
 
 
-def _smoothed(normals: Points3) -> Points3:
+def _smoothed_normals(normals: Points3) -> Points3:
     around = sum(
         (np.roll(normals, shift, axis=0) for shift in range(-3, 4)), np.zeros_like(normals)
     )
@@ -497,14 +503,14 @@ def _smoothed(normals: Points3) -> Points3:
 
 
 def _faces_along(mesh: Mesh, faces: Int64[np.ndarray, " k"]) -> Bool[np.ndarray, " f"]:
-    """Faces under the curve, and those that touch them."""
+    """The given faces and those that share a vertex with them."""
     touched = np.zeros(len(mesh), np.bool_)
     touched[mesh.faces[faces]] = True
     return np.asarray(touched[mesh.faces].any(1))
 
 
-def _densified(curve: Curve) -> Points3:
-    """The curve's points with three more between each two."""
+def _densified_points(curve: Curve) -> Points3:
+    """The curve's points, with three more between each two."""
     here, ahead = curve.points_mm, np.roll(curve.points_mm, -1, axis=0)
     return np.concatenate([here + share * (ahead - here) for share in (0.0, 0.25, 0.5, 0.75)])
 
@@ -514,7 +520,7 @@ def _tangents(curve: Curve) -> Points3:
     return unit(chord)
 
 
-def _spread(
+def _propagated_distances(
     mesh: Mesh,
     start_mm: Float64[np.ndarray, " n"],
     allowed: Bool[np.ndarray, " n"],
@@ -528,16 +534,16 @@ def _spread(
     used = np.flatnonzero(kept)
     compact = (np.cumsum(kept) - 1).astype(np.int32)[faces]
     distance = start_mm[used].copy()
-    sides = _sides(mesh.vertices_mm[used], compact)
+    sides = _side_geometry(mesh.vertices_mm[used], compact)
     begins, corners = corners_by_vertex(compact, len(used))
-    _spread_over(compact, sides, begins, corners // 3, distance, limit_mm, circular)
+    _propagate_fronts(compact, sides, begins, corners // 3, distance, limit_mm, circular)
     whole = start_mm.copy()
     whole[used] = distance
     return whole
 
 
-def _sides(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3 5"]:
-    """Of each side of each face, from a to b: five lengths.
+def _side_geometry(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3 5"]:
+    """Five lengths for each side of each face, from a to b.
 
     Its own, how far along it the third corner c lies and how far from it, and how far c lies from a
     and from b.
@@ -550,7 +556,7 @@ def _sides(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3 5"]:
 
 
 @njit(cache=True, nogil=True)
-def _spread_over(
+def _propagate_fronts(
     faces: np.ndarray,
     sides: np.ndarray,
     begins: np.ndarray,
@@ -559,8 +565,8 @@ def _spread_over(
     limit: float,
     circular: bool,
 ):
-    """Let fronts spread over the faces beside what changed, until no distance does; those beyond
-    the limit stay infinite.
+    """Propagate fronts over the faces beside changed vertices until no distance changes; those
+    beyond the limit stay infinite.
     """
     changed, better = np.isfinite(distance), distance.copy()
     front, asked = np.flatnonzero(changed), np.full(len(faces), -1)
@@ -577,7 +583,7 @@ def _spread_over(
                     a, b, c = faces[f, k], faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
                     from_a, from_b = float(distance[a]), float(distance[b])
                     if (changed[a] or changed[b]) and min(from_a, from_b) < better[c]:
-                        offered = _arrival(from_a, from_b, sides[f, k], circular)
+                        offered = _front_arrival(from_a, from_b, sides[f, k], circular)
                         if offered < better[c]:
                             if better[c] == distance[c]:
                                 reached[count] = c
@@ -598,8 +604,8 @@ def _spread_over(
 
 
 @njit(cache=True, nogil=True)
-def _arrival(from_a: float, from_b: float, side: np.ndarray, circular: bool):
-    """When a front that reached a and b reaches c."""
+def _front_arrival(from_a: float, from_b: float, side: np.ndarray, circular: bool):
+    """Distance at which a front that reached a and b reaches c."""
     edge, x, y, to_a, to_b = side
     round_edges = min(from_a + to_a, from_b + to_b)
     if math.isinf(from_a) or math.isinf(from_b):

@@ -30,7 +30,7 @@ from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.kind import Angle, Joint, Tilted
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
-from limbgram.workbench.anatomy.surface_lines import Skin, smoothstep
+from limbgram.workbench.anatomy.surface_lines import LineSurface, smoothstep
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
 from limbgram.workbench.edits.regions import displaced
@@ -39,16 +39,16 @@ from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.sheet import SheetOptions, angle_deg, measuring_sheet
 
 MOST_STRAIN, MOST_STRAIN_ACCEPTED = 0.25, 0.6
-"""Of an edge's length: what is done unasked, and at all."""
+"""Strain of edges: the greatest without consent, and the greatest at all."""
 MOST_DEG, MOST_DEG_ACCEPTED = 20.0, 45.0
 _RIGID_MM, _SOFT_MM = 10.0, 15.0
-"""Round a landmark that stays, within which nothing turns, and over which the turn sets in."""
-_CEILING = (0.04, 0.15)
-"""Heights over the ceiling at which the turn is whole, and nothing; shares of the foot's length."""
-_ROUNDS = 60
+"""Radius round a rigid landmark within which nothing turns, and width of the transition."""
+_CEILING_FADE = (0.04, 0.15)
+"""Heights over the ceiling between which the turn fades out, as shares of the foot's length."""
+_SHARE_ROUNDS = 60
 _CONVERGED_RAD = 1e-13
-_READ_DEG = 1e-6
-"""The angle that is asked for is met within this."""
+_ANGLE_TOLERANCE_DEG = 1e-6
+"""The angle that is asked for is reached to within this."""
 _SECANTS = 20
 JOINTS: Final[dict[str, Joint]] = {
     joint.name: joint for kind in KIND_NAMED.values() for joint in kind.joints
@@ -150,19 +150,19 @@ class Repose(Edit):
             raise EditError("edit.repose.one_of_two", both=self.by_deg is not None)
 
     def apply(self, limb: Limb) -> Limb:
-        """Turn the distal part, and tell the angle before and after, and how far the surface was
+        """Turn the distal part; notes tell the angle before and after, and how far the surface was
         strained.
 
         Raises:
             EditError: a landmark is missing, or more than is stated and accepted.
         """
         try:
-            anatomy = self._tilted(limb.anatomy)
+            anatomy = self._with_asked_axis(limb.anatomy)
             _joint_of(anatomy, self.joint)
             by_deg = self.by_deg
             if by_deg is None:
                 assert self.to_deg is not None
-                by_deg = self._turn_to(limb, anatomy, self.to_deg)
+                by_deg = self._turn_to_angle(limb, anatomy, self.to_deg)
             turn = self._turn(anatomy, by_deg)
         except MeasureError as error:
             raise EditError("edit.repose.not_told", reason=error.finding) from error
@@ -182,19 +182,19 @@ class Repose(Edit):
             )
         after = displaced(limb, points)
         told = note("edit.repose.done", joint=self.joint, by_deg=by_deg, strain=strain)
-        return replace(after, notes=(*after.notes, told, read_of(limb, after, self.joint)))
+        return replace(after, notes=(*after.notes, told, angle_finding(limb, after, self.joint)))
 
-    def _turn(self, anatomy: Anatomy, by_deg: float) -> "Turn":
-        return Turn.of(anatomy, self.joint, by_deg * anatomy.sense(), self.band_mm)
+    def _turn(self, anatomy: Anatomy, by_deg: float) -> "JointTurn":
+        return JointTurn.of(anatomy, self.joint, by_deg * anatomy.mirror_sign(), self.band_mm)
 
-    def _turn_to(self, limb: Limb, anatomy: Anatomy, to_deg: float) -> float:
-        """The turn after which the sheet reads the angle that is asked for.
+    def _turn_to_angle(self, limb: Limb, anatomy: Anatomy, to_deg: float) -> float:
+        """The turn after which the measuring sheet reads the angle that is asked for.
 
         Raises:
             MeasureError: a landmark that tells joint or angle is missing.
             EditError: no turn of the joint leads there.
         """
-        item = angle_of(self.joint)
+        item = joint_angle(self.joint)
         outer = replace(limb, mesh=outer_bodies(limb.mesh).mesh)
 
         def off_deg(by_deg: float) -> float:
@@ -202,13 +202,13 @@ class Repose(Edit):
             if by_deg:
                 points = self._turn(anatomy, by_deg).applied(outer.mesh.vertices_mm)
                 moved = displaced(outer, points)
-            seen = replace(moved.anatomy, skin=Skin(mesh=moved.mesh))
+            seen = replace(moved.anatomy, skin=LineSurface(mesh=moved.mesh))
             return angle_deg(seen, item) - to_deg
 
         last, by_deg = 0.0, 1.0
         off = first = off_deg(last)
         for _ in range(_SECANTS):
-            if abs(off) < _READ_DEG:
+            if abs(off) < _ANGLE_TOLERANCE_DEG:
                 return last
             found = off_deg(by_deg)
             slope = (found - off) / (by_deg - last)
@@ -225,7 +225,7 @@ class Repose(Edit):
             most_deg=MOST_DEG_ACCEPTED,
         )
 
-    def _tilted(self, anatomy: Anatomy) -> Anatomy:
+    def _with_asked_axis(self, anatomy: Anatomy) -> Anatomy:
         """The anatomy with the axis as it was asked for.
 
         Raises:
@@ -241,29 +241,28 @@ class Repose(Edit):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Turn:
-    """A turn about an axis, the share of which depends on the side of a plane through it."""
+class JointTurn:
+    """A turn about a joint's axis, from nothing proximal of a plane to the full angle distal."""
 
     centre_mm: Vector3
     axis: Vector3
     normal: Vector3
-    """Of the plane that parts the limb, to the distal side; before the turn."""
-    parted_mm: Vector3
+    """Normal of the plane that parts the limb, to the distal side; before the turn."""
+    plane_point_mm: Vector3
     """A point on that plane."""
     ceiling_mm: Vector3
     upward: Vector3
-    """What lies proximal of the ceiling stays; upward is nought where there is none."""
+    """What lies above the ceiling stays; upward is zero where there is none."""
     size_mm: float
-    """From the heel to the toes: over shares of it the turn dies away under the ceiling."""
-    follows: float
-    """How much of the turn the plane goes along with: half of it for a hinge, nothing for a
-    twist."""
+    """Length from heel to toes, by which the fade under the ceiling is scaled."""
+    plane_share: float
+    """Share of the turn by which the plane itself turns: half for a hinge, zero for a twist."""
     angle_rad: float
     band_mm: float
     rigid_mm: tuple[Vector3, ...]
 
     @classmethod
-    def of(cls, anatomy: Anatomy, name: str, by_deg: float, band_mm: float) -> "Turn":
+    def of(cls, anatomy: Anatomy, name: str, by_deg: float, band_mm: float) -> "JointTurn":
         """The turn of a joint of the kind.
 
         Raises:
@@ -276,19 +275,19 @@ class Turn:
         if joint.twist:
             normal = axis if lower @ axis > upper @ axis else -axis
         elif joint.square is None:
-            normal = _unit(_unit(_square(lower, axis)) - _unit(_square(upper, axis)))
+            normal = _unit(_unit(_across_axis(lower, axis)) - _unit(_across_axis(upper, axis)))
         else:
             half = np.array([np.radians(by_deg) / 2])
-            normal = -_turned(anatomy.axis(joint.square).direction[None], axis, half)[0]
+            normal = -_rotated_offsets(anatomy.axis(joint.square).direction[None], axis, half)[0]
         return cls(
             centre_mm=centre,
             axis=axis,
             normal=normal,
-            parted_mm=centre if joint.parted is None else anatomy.at(joint.parted, joint.turn),
+            plane_point_mm=centre if joint.parted is None else anatomy.at(joint.parted, joint.turn),
             ceiling_mm=centre if joint.below is None else anatomy.at(joint.below, joint.turn),
             upward=_upward(anatomy, joint),
             size_mm=float(np.linalg.norm(anatomy.at(joint.lower) - anatomy.at(joint.upper))),
-            follows=0.5 if joint.square is None and not joint.twist else 0.0,
+            plane_share=0.5 if joint.square is None and not joint.twist else 0.0,
             angle_rad=float(np.radians(by_deg)),
             band_mm=band_mm,
             rigid_mm=tuple(anatomy.places[one] for one in joint.rigid if one in anatomy.places),
@@ -301,12 +300,12 @@ class Turn:
     def shares(self, points_mm: Points3) -> Float64[np.ndarray, " n"]:
         """The share of the angle by which each point turns: 0 proximal, 1 distal.
 
-        Found by going half way again and again; a band that is wide for its arc converges fast.
+        A fixed-point iteration, which converges fast if the band is wide for its arc.
         """
         share = self._shares_at(points_mm)
-        for _ in range(_ROUNDS):
+        for _ in range(_SHARE_ROUNDS):
             # Half way between before and after, seen from the plane, which goes along.
-            half = (share - self.follows) * self.angle_rad / 2
+            half = (share - self.plane_share) * self.angle_rad / 2
             found = self._shares_at(self._turned(points_mm, half))
             change = float(np.abs(found - share).max(initial=0.0))
             share = found
@@ -315,22 +314,24 @@ class Turn:
         return share
 
     def _shares_at(self, places_mm: Points3) -> Float64[np.ndarray, " n"]:
-        beyond = (places_mm - self.parted_mm) @ self.normal / self.band_mm
+        beyond = (places_mm - self.plane_point_mm) @ self.normal / self.band_mm
         found = smoothstep((beyond + 1) / 2)
         if self.upward.any():
             high = (places_mm - self.ceiling_mm) @ self.upward / self.size_mm
-            found = found * smoothstep((_CEILING[1] - high) / (_CEILING[1] - _CEILING[0]))
+            found = found * smoothstep(
+                (_CEILING_FADE[1] - high) / (_CEILING_FADE[1] - _CEILING_FADE[0])
+            )
         for rigid in self.rigid_mm:
             away_mm = np.linalg.norm(places_mm - rigid, axis=1)
             found = found * smoothstep((away_mm - _RIGID_MM) / _SOFT_MM)
         return found
 
     def _turned(self, points_mm: Points3, angles_rad: Float64[np.ndarray, " n"]) -> Points3:
-        return self.centre_mm + _turned(points_mm - self.centre_mm, self.axis, angles_rad)
+        return self.centre_mm + _rotated_offsets(points_mm - self.centre_mm, self.axis, angles_rad)
 
 
-def angle_of(joint: str) -> Angle:
-    """The angle of the sheet in which people tell how a joint stands."""
+def joint_angle(joint: str) -> Angle:
+    """The angle of the measuring sheet that describes a joint's position."""
     items = (item for kind in KIND_NAMED.values() for item in kind.sheet)
     wanted = JOINTS[joint].reads
     return next(one for one in items if isinstance(one, Angle) and one.name == wanted)
@@ -346,9 +347,9 @@ def _joint_of(anatomy: Anatomy, name: str) -> Joint:
     return joint
 
 
-def read_of(before: Limb, after: Limb, joint: str) -> Finding:
-    """What the sheet reads before and after; why it does not, where it cannot."""
-    item = angle_of(joint)
+def angle_finding(before: Limb, after: Limb, joint: str) -> Finding:
+    """A note of a joint's angle before and after an edit, or of why it cannot be read."""
+    item = joint_angle(joint)
     asked = SheetOptions(only=(item.name,))
     try:
         old, new = (measuring_sheet(one, asked)[item.name] for one in (before, after))
@@ -370,7 +371,7 @@ def _half_width(figure: Figure) -> float | None:
 
 
 def largest_strain(faces: np.ndarray, before_mm: Points3, after_mm: Points3) -> float:
-    """The largest change of an edge's length, as a share of it."""
+    """The largest relative change of an edge's length."""
     ends = find_edges(faces).ends
     lengths = [
         np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
@@ -380,8 +381,10 @@ def largest_strain(faces: np.ndarray, before_mm: Points3, after_mm: Points3) -> 
     return float(change.max(initial=0.0))
 
 
-def _turned(off_mm: Points3, axis: Vector3, angles_rad: Float64[np.ndarray, " n"]) -> Points3:
-    """Offsets from an axis turned about it, each by its own angle (Rodrigues)."""
+def _rotated_offsets(
+    off_mm: Points3, axis: Vector3, angles_rad: Float64[np.ndarray, " n"]
+) -> Points3:
+    """Vectors rotated about an axis, each by its own angle (Rodrigues)."""
     along = np.outer(off_mm @ axis, axis)
     across = off_mm - along
     cosine, sine = np.cos(angles_rad)[:, None], np.sin(angles_rad)[:, None]
@@ -389,13 +392,13 @@ def _turned(off_mm: Points3, axis: Vector3, angles_rad: Float64[np.ndarray, " n"
 
 
 def _upward(anatomy: Anatomy, joint: Joint) -> Vector3:
-    """Towards the part above the ceiling."""
+    """Unit vector towards the part above the ceiling; zero where there is none."""
     if joint.below is None or joint.knee is None:
         return np.zeros(3)
     return _unit(anatomy.at(joint.knee, joint.turn) - anatomy.at(joint.below, joint.turn))
 
 
-def _square(vector: Vector3, axis: Vector3) -> Vector3:
+def _across_axis(vector: Vector3, axis: Vector3) -> Vector3:
     return vector - axis * (vector @ axis)
 
 

@@ -10,8 +10,8 @@ from limbgram.workbench.edits.regions import (
     axes_in_mesh,
     displaced,
     height_mm,
-    middles_mm,
     points_in_limb_frame,
+    section_centres_mm,
 )
 from limbgram.workbench.edits.sole import bump
 from limbgram.workbench.limb import Limb
@@ -68,7 +68,7 @@ class Roll(Edit):
         """
         points = points_in_limb_frame(limb)
         middle = height_mm(limb, self.at_mm, self.above)
-        outward = points - middles_mm(limb, points)
+        outward = points - section_centres_mm(limb, points)
         outward[:, 2] = 0.0
         outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
         aside = self.front + (1 - self.front) * outward[:, 0] ** 2

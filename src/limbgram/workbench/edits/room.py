@@ -1,7 +1,7 @@
 """Room: an oval built up, where an orthosis gives way."""
 
 from limbgram.workbench.edits.edit import Effect, Words, edit, spoken
-from limbgram.workbench.edits.oval import Oval, set_in
+from limbgram.workbench.edits.oval import Oval, move_oval
 from limbgram.workbench.limb import Limb
 
 
@@ -30,4 +30,4 @@ class Room(Oval):
         Raises:
             EditError: no such place, or the surface would fold or cut through itself.
         """
-        return set_in(limb, self, 1.0)
+        return move_oval(limb, self, 1.0)

@@ -16,26 +16,26 @@ from limbgram.core.mesh.mesh import Mesh, dots
 from limbgram.core.mesh.topology import volume_mm3, with_any
 from limbgram.core.request_fields import Within
 from limbgram.core.run import track
-from limbgram.workbench.edits.areas import fading
+from limbgram.workbench.edits.areas import falloff
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, FromZeroMm, Words, edit, spoken
-from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
+from limbgram.workbench.edits.guard import require_sound, unsound_vertices
 from limbgram.workbench.edits.regions import (
     FrameName,
     Place,
-    at_brim,
-    averaging,
     displaced,
     distances_from,
     distances_from_point,
+    neighbour_averaging,
+    on_open_edge,
     on_surface,
     position_mm,
 )
 from limbgram.workbench.limb import Limb
 
-_SHRINK, _GROW = 0.60, -0.63
-"""Waves of more than about 11 edges pass unchanged (1 / 0.60 - 1 / 0.63 = 0.08)."""
-_CORRECTIONS = 4
-_RETREATS = 4
+_LAMBDA, _MU = 0.60, -0.63
+"""Taubin's two steps: waves of more than about 11 edges stay (1 / 0.60 - 1 / 0.63 = 0.08)."""
+_VOLUME_ROUNDS = 4
+_FOLD_ROUNDS = 4
 _VOLUME_KEPT, _TOUCH_MM3 = 5e-4, 1.0
 
 
@@ -94,18 +94,18 @@ class Smoothing(Edit):
     )
 
     def apply(self, limb: Limb) -> Limb:
-        """Calm the surface.
+        """Smooth the surface.
 
         Raises:
             EditError: numbers that make no sense, or a surface that would fold.
         """
-        free = freedom(limb, self)
+        free = movable_shares(limb, self)
         if not (free > 0).any():
             raise EditError("edit.smoothing.nothing")
-        smooth = calmed(limb.mesh, free, self.passes)
+        smooth = taubin_smoothed(limb.mesh, free, self.passes)
         spoilt = np.ones(len(smooth), np.bool_)
-        for _ in range(_RETREATS):
-            spoilt = spoilt_vertices(limb.mesh, smooth)
+        for _ in range(_FOLD_ROUNDS):
+            spoilt = unsound_vertices(limb.mesh, smooth)
             if not spoilt.any():
                 break
             # Where triangles would fold, their surroundings stay as they are.
@@ -114,7 +114,7 @@ class Smoothing(Edit):
             free[spoilt] = 0.0
             if not free.any():
                 raise EditError("edit.smoothing.folds")
-            smooth = calmed(limb.mesh, free, self.passes)
+            smooth = taubin_smoothed(limb.mesh, free, self.passes)
         before, after = volume_mm3(limb.mesh), volume_mm3(smooth)
         if not abs(after - before) <= _VOLUME_KEPT * abs(before) + _TOUCH_MM3:
             raise EditError("edit.smoothing.volume", change_ml=(after - before) / 1000)
@@ -124,30 +124,30 @@ class Smoothing(Edit):
         return changed
 
 
-def calmed(mesh: Mesh, free: Float64[np.ndarray, " n"], passes: int) -> Mesh:
-    """The mesh after so many passes, of the volume it had.
+def taubin_smoothed(mesh: Mesh, free: Float64[np.ndarray, " n"], passes: int) -> Mesh:
+    """The mesh after Taubin smoothing, with its volume restored.
 
     Args:
         free: Share of each step that each vertex takes, 0 to 1.
     """
-    mean = averaging(mesh)
+    mean = neighbour_averaging(mesh)
     work = mesh
     for _ in track(range(passes)):
-        for share in (_SHRINK, _GROW):
+        for share in (_LAMBDA, _MU):
             normals = work.vertex_normals()
             towards = mean @ work.vertices_mm - work.vertices_mm
             along = dots(towards, normals) * free * share
             work = work.with_vertices(work.vertices_mm + along[:, None] * normals)
-    return with_volume(work, volume_mm3(mesh), free)
+    return with_volume_restored(work, volume_mm3(mesh), free)
 
 
-def with_volume(mesh: Mesh, wanted_mm3: float, free: Float64[np.ndarray, " n"]) -> Mesh:
-    """The mesh moved along its normals, where it is free to, until it has a volume.
+def with_volume_restored(mesh: Mesh, wanted_mm3: float, free: Float64[np.ndarray, " n"]) -> Mesh:
+    """The mesh moved along its normals, where it may move, until it has a given volume.
 
     Raises:
         EditError: nothing that is free to move would change it.
     """
-    for _ in range(_CORRECTIONS):
+    for _ in range(_VOLUME_ROUNDS):
         normals = mesh.vertex_normals()
         gain = _volume_gain(mesh, free[:, None] * normals)
         if not gain > 0:
@@ -157,34 +157,34 @@ def with_volume(mesh: Mesh, wanted_mm3: float, free: Float64[np.ndarray, " n"]) 
     return mesh
 
 
-def freedom(limb: Limb, edit: Smoothing) -> Float64[np.ndarray, " n"]:
-    """1 where the surface may move, 0 at the brim and round the places to leave."""
+def movable_shares(limb: Limb, edit: Smoothing) -> Float64[np.ndarray, " n"]:
+    """Share by which each vertex may move: 1, but 0 at the brim and round places to leave."""
     mesh = limb.mesh
     free = np.ones(len(mesh))
-    brim = at_brim(mesh)
+    brim = on_open_edge(mesh)
     if brim.any():
         limit = max(2 * edit.brim_mm, 1e-6)
         start = np.where(brim, 0.0, np.inf)
         distance = distances_from(mesh, start, np.ones(len(mesh), np.bool_), limit)
-        free *= 1 - fading((distance - edit.brim_mm) / max(edit.brim_mm, 1e-6))
+        free *= 1 - falloff((distance - edit.brim_mm) / max(edit.brim_mm, 1e-6))
         free[brim] = 0.0
     for place in edit.leave:
         point = on_surface(limb, position_mm(limb, place, edit.positions_in)[None])[0]
         ramp = edit.leave_mm / 3
         distance = distances_from_point(mesh, point, edit.leave_mm + ramp)
-        free *= 1 - fading((distance - edit.leave_mm) / ramp)
+        free *= 1 - falloff((distance - edit.leave_mm) / ramp)
     return free
 
 
 def _volume_gain(mesh: Mesh, direction: Float64[np.ndarray, "n 3"]) -> float:
-    """Volume gained for one millimetre along a field of directions."""
+    """Derivative of the volume along a field of vertex displacements."""
     normals = mesh.face_normals() / 2
-    return float((_means(direction, mesh.faces) * normals).sum())
+    return float((_face_means(direction, mesh.faces) * normals).sum())
 
 
 @njit(cache=True, nogil=True)
-def _means(values: np.ndarray, faces: np.ndarray):
-    """Of the values at each face's corners: values[faces].mean(1) to the last bit."""
+def _face_means(values: np.ndarray, faces: np.ndarray):
+    """Mean over each face's corners: values[faces].mean(1), to the last bit."""
     found = np.empty((len(faces), 3))
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]

@@ -11,28 +11,28 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import EditError, MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
-from limbgram.workbench.anatomy.kind import Mid
-from limbgram.workbench.edits.fineness import refine_where
+from limbgram.workbench.anatomy.kind import Midpoint
+from limbgram.workbench.edits.refinement import refine_where
 from limbgram.workbench.edits.regions import displaced
 from limbgram.workbench.limb import Limb
 
-_FLAT = 0.25
-"""Normals that lean less than this from level belong to no sole."""
+_PLANTAR_COSINE = 0.25
+"""Normals that point down by less than this do not belong to the sole."""
 
 
-_LOW, _FINE, _FINEST_MM = 0.4, 0.015, 1.0
-"""Up to this height edges are made so short; shares of heel to ball."""
+_LOW_SHARE, _EDGE_SHARE, _FINEST_MM = 0.4, 0.015, 1.0
+"""Height up to which the foot is refined, and edge length there, as shares of heel to ball."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sole:
-    """A foot as its sole lies, fine enough to be shaped there."""
+    """A foot in the frame of its plantar plane, refined near the sole."""
 
     limb: Limb
     rotation: Matrix3
     origin_mm: Vector3
     points_mm: Points3
-    """Of the mesh: lateral, forward, up."""
+    """The mesh's vertices: lateral, forward, up."""
     normals: Points3
     length_mm: float
     """From the heel to the ball."""
@@ -41,7 +41,7 @@ class Sole:
     lateral_mm: float
     """x of the fifth."""
     arch: Vector3
-    """Of the navicular, in this frame."""
+    """Place of the navicular, in this frame."""
 
     @classmethod
     def of(cls, limb: Limb) -> "Sole":
@@ -54,18 +54,20 @@ class Sole:
             anatomy = limb.anatomy
             up, forward = anatomy.axis("plantar"), anatomy.axis("foot").direction
             rotation = np.stack([anatomy.axis("lateral").direction, forward, up.direction])
-            heel = anatomy.at(Mid(("heel",)))
+            heel = anatomy.at(Midpoint(("heel",)))
             origin = heel - up.direction * ((heel - up.point_mm) @ up.direction)
             marks = [
-                rotation @ (anatomy.at(Mid((name,))) - origin)
+                rotation @ (anatomy.at(Midpoint((name,))) - origin)
                 for name in ("first metatarsal head", "fifth metatarsal head", "navicular")
             ]
         except MeasureError as error:
             raise EditError("edit.repose.not_told", reason=error.finding) from error
         length_mm = float((marks[0][1] + marks[1][1]) / 2)
         high = (limb.mesh.vertices_mm - origin) @ rotation[2]
-        low = np.asarray((high < _LOW * length_mm)[limb.mesh.faces].any(1))
-        limb = limb.with_mesh(refine_where(limb.mesh, low, max(_FINE * length_mm, _FINEST_MM)))
+        low = np.asarray((high < _LOW_SHARE * length_mm)[limb.mesh.faces].any(1))
+        limb = limb.with_mesh(
+            refine_where(limb.mesh, low, max(_EDGE_SHARE * length_mm, _FINEST_MM))
+        )
         return cls(
             limb=limb,
             rotation=rotation,
@@ -82,7 +84,7 @@ class Sole:
     def plantar(self) -> Bool[np.ndarray, " n"]:
         """Vertices that look down, below the navicular."""
         low = self.points_mm[:, 2] < max(float(self.arch[2]), 0.0)
-        return low & (self.normals[:, 2] < -_FLAT)
+        return low & (self.normals[:, 2] < -_PLANTAR_COSINE)
 
     def moved(self, steps_mm: Points3) -> Limb:
         """The limb with its vertices moved by steps in this frame."""
@@ -90,11 +92,11 @@ class Sole:
 
 
 def bump(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """A smooth bump: 1 at 0; 0, and level, beyond -1 and 1."""
+    """A smooth bump: 1 at 0, falling to 0 with zero slope at -1 and 1."""
     x = np.clip(np.abs(share), 0, 1)
     return (1 - x * x) ** 2
 
 
-def whole(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """So scaled that it is 1 where it is most."""
+def normalised(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """Values scaled so that their maximum is 1."""
     return share / max(float(share.max(initial=0.0)), 1e-9)

@@ -35,8 +35,8 @@ from limbgram.workbench.edits.regions import (
 from limbgram.workbench.edits.repose import (
     MOST_STRAIN,
     MOST_STRAIN_ACCEPTED,
+    angle_finding,
     largest_strain,
-    read_of,
 )
 from limbgram.workbench.limb import Limb
 
@@ -137,39 +137,39 @@ class Spine(Edit):
         """
         aligned = require_aligned(limb)
         base = np.array([0.0, 0.0, height_mm(limb, 0.0, self.above)])
-        before, after = self._bent(-0.5), self._bent(0.5)
+        before, after = self._axis_at_share(-0.5), self._axis_at_share(0.5)
         z, flat = before.levels_of(points_in_limb_frame(limb) - base)
         half = np.radians(self._at(self.turn_deg, z)) / 2
         shift = np.column_stack([self._at(self.right_mm, z), self._at(self.forward_mm, z)])
-        points = after.placed(z, _turned(_turned(flat, half) + shift, half)) + base
+        points = after.points_on_levels(z, _rotated(_rotated(flat, half) + shift, half)) + base
         back = moved_by(aligned.limb_from_mesh.inverse, points)
         strain = largest_strain(limb.mesh.faces, limb.mesh.vertices_mm, back)
         if strain > (MOST_STRAIN_ACCEPTED if self.beyond else MOST_STRAIN):
             raise EditError("edit.spine.strain", strain=strain, most=MOST_STRAIN)
         moved = displaced(limb, back)
         bent = zip(("side bend", "extension"), self._bends, strict=True)
-        told = [read_of(limb, moved, joint) for joint, values in bent if values]
+        told = [angle_finding(limb, moved, joint) for joint, values in bent if values]
         return replace(moved, notes=(*moved.notes, note("edit.spine.done", strain=strain), *told))
 
     @property
     def _bends(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         return self.bend_right_deg, self.bend_back_deg
 
-    def _bent(self, share: float) -> "_Bent":
-        """The axis at a share of the bend; heights from the landmark."""
+    def _axis_at_share(self, share: float) -> "_BentAxis":
+        """The axis bent by a share of the whole; heights from the landmark."""
 
         def tilts(z_mm: Float64[np.ndarray, " n"]) -> Points3:
-            """As turns, rad: backwards about the line to the right, to the right about the one
-            forwards."""
+            """Rotation vectors in rad: backwards about the axis to the right, to the right about
+            the axis forwards."""
             right, back = (self._at(values, z_mm) for values in self._bends)
             return np.radians(np.column_stack([back, right, np.zeros(len(z_mm))])) * share
 
-        return _Bent.of(tilts, self.heights_mm[0], self.heights_mm[-1])
+        return _BentAxis.of(tilts, self.heights_mm[0], self.heights_mm[-1])
 
     def _at(
         self, values: tuple[float, ...], z_mm: Float64[np.ndarray, " n"]
     ) -> Float64[np.ndarray, " n"]:
-        """A fair curve through the levels; beyond the last it goes on level."""
+        """Values of the smooth curve through the levels; constant beyond the last."""
         if not values:
             return np.zeros(len(z_mm))
         from scipy.interpolate import (  # a tenth of a second, for spines alone
@@ -185,7 +185,7 @@ class Spine(Edit):
         return np.asarray(CubicHermiteSpline(self.heights_mm, values, slopes)(held))
 
 
-def _turned(
+def _rotated(
     points: Float64[np.ndarray, "n 2"], angles_rad: Float64[np.ndarray, " n"]
 ) -> Float64[np.ndarray, "n 2"]:
     x, y = points.T
@@ -194,13 +194,13 @@ def _turned(
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Bent:
-    """A long axis that is bent between two heights, and levels that are plane and square to it."""
+class _BentAxis:
+    """A long axis that is bent between two heights, with plane levels square to it."""
 
     tilts: Callable[[Float64[np.ndarray, " n"]], Points3]
-    """Of levels, as turns."""
+    """Tilts of levels, as rotation vectors."""
     axis: Callable[[Float64[np.ndarray, " n"]], Points3]
-    """Its places, by levels between these two."""
+    """Points of the axis, by heights between the two ends."""
     low_mm: float
     high_mm: float
 
@@ -210,24 +210,24 @@ class _Bent:
         tilts: Callable[[Float64[np.ndarray, " n"]], Points3],
         low_mm: float,
         high_mm: float,
-    ) -> "_Bent":
-        """The axis summed along its own length, by Simpson's rule."""
+    ) -> "_BentAxis":
+        """The axis, integrated along its length by Simpson's rule."""
         from scipy.interpolate import CubicHermiteSpline  # a tenth of a second, for spines alone
 
         z = np.linspace(low_mm, high_mm, max(2, round((high_mm - low_mm) / _STEP_MM)) + 1)
-        ways, middles = _upward(tilts(z)), _upward(tilts((z[1:] + z[:-1]) / 2))
+        ways, middles = _axis_directions(tilts(z)), _axis_directions(tilts((z[1:] + z[:-1]) / 2))
         steps = (ways[1:] + 4 * middles + ways[:-1]) / 6 * np.diff(z)[:, None]
         places = np.cumsum(np.vstack([(0.0, 0.0, low_mm), steps]), axis=0)
         axis = CubicHermiteSpline(z, places, ways)
         return cls(tilts=tilts, axis=axis, low_mm=low_mm, high_mm=high_mm)
 
-    def placed(self, z_mm: Float64[np.ndarray, " n"], flat_mm: Points2) -> Points3:
-        """Points of levels, by their places in these."""
+    def points_on_levels(self, z_mm: Float64[np.ndarray, " n"], flat_mm: Points2) -> Points3:
+        """Points by the height of their level and their place in its plane."""
         turns = Rotation.from_rotvec(self.tilts(z_mm))
         return self._at(z_mm) + turns.apply(np.column_stack([flat_mm, np.zeros(len(z_mm))]))
 
     def levels_of(self, points_mm: Points3) -> tuple[Float64[np.ndarray, " n"], Points2]:
-        """The level on which each point lies, and its place in that.
+        """The height of the level on which each point lies, and its place in that plane.
 
         Found by going along the axis by how far a point lies off the level: that ends where no
         level meets its neighbour in the body. Where one does, the strain is beyond all bounds.
@@ -235,7 +235,7 @@ class _Bent:
         z = points_mm[:, 2]
         low, high = float(z.min()), float(z.max())
         for _ in range(_ROUNDS):
-            off = np.einsum("nk,nk->n", points_mm - self._at(z), _upward(self.tilts(z)))
+            off = np.einsum("nk,nk->n", points_mm - self._at(z), _axis_directions(self.tilts(z)))
             z = np.clip(z + off, 2 * low - high, 2 * high - low)
             if np.abs(off).max(initial=0.0) < _CONVERGED_MM:
                 break
@@ -243,11 +243,11 @@ class _Bent:
         return z, turns.apply(points_mm - self._at(z), inverse=True)[:, :2]
 
     def _at(self, z_mm: Float64[np.ndarray, " n"]) -> Points3:
-        """Places on the axis; it is straight beyond its ends."""
+        """Points on the axis; it is straight beyond its ends."""
         held = np.clip(z_mm, self.low_mm, self.high_mm)
-        return self.axis(held) + (z_mm - held)[:, None] * _upward(self.tilts(held))
+        return self.axis(held) + (z_mm - held)[:, None] * _axis_directions(self.tilts(held))
 
 
-def _upward(turns: Points3) -> Points3:
-    """Which way the axis points up through levels that are tilted so."""
+def _axis_directions(turns: Points3) -> Points3:
+    """Directions of the axis through tilted levels."""
     return Rotation.from_rotvec(turns).apply((0.0, 0.0, 1.0))

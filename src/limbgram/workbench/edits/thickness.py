@@ -1,4 +1,4 @@
-"""Thickness: how far the other side of a wall lies, and where the wall is thinnest.
+"""Thickness: the local thickness of a wall, and its thinnest place.
 
 Between two known skins, as the edit `wall` makes them, it is the distance to the closest place on
 the other: exact, and blind to the rim that joins them. In a shape of unknown making a ray goes
@@ -27,20 +27,20 @@ from limbgram.core.mesh.rays import meets
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, note
 
-_OPPOSED = -0.95
-"""Cosine between two faces that lie opposite in a wall; those of an edge lean more."""
-_LEANING = -0.5
-"""The same for the faces of an edge that is acute: 60 degrees."""
+_OPPOSED_COSINE = -0.95
+"""Greatest cosine between the normals of two opposite faces of a wall."""
+_ACUTE_COSINE = -0.5
+"""The same for the two sides of an acute edge (60 degrees)."""
 INSET_MM = 1e-3
 """How far below its face a ray starts, so that it misses the face."""
-_FINE_MM = 3.0
-"""Faces with a longer side are looked at in several places."""
-_PLACES = np.array(
+_LONG_SIDE_MM = 3.0
+"""Faces with a longer side are sampled in several places."""
+_SAMPLE_WEIGHTS = np.array(
     [[1, 1, 1], [8, 1, 1], [1, 8, 1], [1, 1, 8], [4, 4, 1], [1, 4, 4], [4, 1, 4]], np.float64
 )
-"""Corner shares of the places: the middle, which comes first, and near corners and sides."""
-_TRIED = 3000
-"""Faces by which a wall is told from a limb."""
+"""Barycentric weights of the samples: the centre first, then near corners and sides."""
+_SAMPLED_FACES = 3000
+"""Number of faces sampled to tell a wall from a limb."""
 _PATCH_MM2, _PATCH_MM = 1.0, 2.0
 """Area that has to be as thin: triangles in an edge that are smaller are no wall; and how far apart
 faces of one patch of it lie at most."""
@@ -51,7 +51,7 @@ thicker, and every limb is, against this share of its second largest size."""
 
 @dataclass(frozen=True, kw_only=True)
 class Thickness:
-    """Of a wall, where its other side lies opposite."""
+    """The thickness of a wall, at each vertex and where it is thinnest."""
 
     at_vertices_mm: Float64[np.ndarray, " n"]
     """NaN where nothing lies opposite, as on a brim."""
@@ -63,11 +63,11 @@ class Thickness:
 
     @property
     def point_mm(self) -> tuple[float, ...]:
-        """The same place, as findings have it."""
+        """The thinnest place, as findings have it."""
         return tuple(self.place_mm.tolist())
 
-    def told(self, axes: Literal["file", "limb"]) -> Finding:
-        """What there is to say of it; `axes` are those in which the place lies."""
+    def finding(self, axes: Literal["file", "limb"]) -> Finding:
+        """A note of the thickness; `axes` are those in which the place is given."""
         return note(
             "edit.wall.thickness",
             thinnest_mm=self.thinnest_mm,
@@ -79,22 +79,22 @@ class Thickness:
 
 @dataclass(frozen=True, kw_only=True)
 class Lip:
-    """Where a wall runs out thin."""
+    """A place where a wall becomes too thin or too narrow."""
 
     thickness_mm: float
     place_mm: Vector3
     faces: Int64[np.ndarray, " k"]
-    """All that are thinner than the least."""
+    """All faces that are thinner than the least."""
 
 
-def between_skins(solid: Mesh, ones: int, twos: int) -> Thickness:
+def thickness_between_skins(solid: Mesh, first_faces: int, second_faces: int) -> Thickness:
     """The thickness of a solid whose first faces are one skin, the next ones another.
 
     Args:
         ones: Number of faces of the first skin.
         twos: Number of faces of the second skin.
     """
-    one, two = solid.faces[:ones], solid.faces[ones : ones + twos]
+    one, two = solid.faces[:first_faces], solid.faces[first_faces : first_faces + second_faces]
     away = np.full(len(solid), np.nan)
     for skin, other in ((one, two), (two, one)):
         used = np.unique(skin)
@@ -110,18 +110,18 @@ def between_skins(solid: Mesh, ones: int, twos: int) -> Thickness:
     )
 
 
-def wall_of(mesh: Mesh) -> Thickness | None:
+def wall_thickness(mesh: Mesh) -> Thickness | None:
     """The thickness of a shape that is a wall; None for one that is not, such as a limb."""
-    tried = np.arange(0, len(mesh.faces), max(1, len(mesh.faces) // _TRIED))
+    tried = np.arange(0, len(mesh.faces), max(1, len(mesh.faces) // _SAMPLED_FACES))
     size = float(np.sort(np.ptp(mesh.vertices_mm, axis=0))[1])
     thickest_mm = min(_THICKEST_MM, _THICKEST_SHARE * size)
-    if _is_clear(mesh, tried, thickest_mm / -_OPPOSED):
+    if _is_clear(mesh, tried, thickest_mm / -_OPPOSED_COSINE):
         return None
-    cast = _Cast.of(mesh)
-    first = cast.across(tried, cast.corners[tried].mean(1), _OPPOSED)
+    cast = _InwardRays.of(mesh)
+    first = cast.across(tried, cast.corners[tried].mean(1), _OPPOSED_COSINE)
     if not np.median(first) < thickest_mm:
         return None
-    least, places = cast.everywhere(_OPPOSED)
+    least, places = cast.least_across(_OPPOSED_COSINE)
     known = np.isfinite(least)
     at_vertices = np.full(len(mesh), np.inf)
     np.minimum.at(at_vertices, mesh.faces.ravel(), np.repeat(least, 3))
@@ -137,15 +137,15 @@ def wall_of(mesh: Mesh) -> Thickness | None:
 def thin_lip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
     """Where a wall ends in a lip or an acute edge thinner than the least; None where it does not.
 
-    One of two opposite faces lies on the rim, which joins the skins: what lies between these,
-    `between_skins` measures. Faces count that look within 60 degrees against each other, and are as
-    thin over more than a sliver: a brim that was cut has none, a scan's own ragged brim has.
+    One of two opposite faces lies on the rim, which joins the skins; `thickness_between_skins`
+    measures between these. Faces count whose normals are opposite to within 60 degrees, and that
+    are as thin over more than a sliver: a cut brim has none, a scan's own ragged brim has.
 
     Args:
         rim: Number of faces of both skins; those after them are the rim.
     """
-    cast = _Cast.of(solid)
-    least, places = cast.everywhere(_LEANING, _Rim(rim))
+    cast = _InwardRays.of(solid)
+    least, places = cast.least_across(_ACUTE_COSINE, _RimRule(rim))
     thin = np.flatnonzero(least < least_mm)
     thin = thin[_in_patches(places[thin], cast.areas_mm2[thin])]
     if not len(thin):
@@ -164,8 +164,8 @@ def narrow_strip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
     Args:
         rim: Number of faces of both skins; those after them are the rim.
     """
-    cast = _Cast.of(solid)
-    across, places = cast.everywhere(_OPPOSED, _Rim(rim, of_two=2))
+    cast = _InwardRays.of(solid)
+    across, places = cast.least_across(_OPPOSED_COSINE, _RimRule(rim, faces_on_rim=2))
     narrow = np.flatnonzero(across < least_mm)
     narrow = narrow[_in_patches(places[narrow], cast.areas_mm2[narrow])]
     if not len(narrow):
@@ -174,20 +174,20 @@ def narrow_strip(solid: Mesh, rim: int, least_mm: float) -> Lip | None:
     return Lip(thickness_mm=float(across[one]), place_mm=places[one], faces=narrow)
 
 
-class _Rim(NamedTuple):
-    """The faces that join the skins, and how many of two opposite faces must be of them."""
+class _RimRule(NamedTuple):
+    """Which faces are the rim between the skins, and how many of two opposite ones must be rim."""
 
     first: int = 0
     """The faces from here on are the rim's."""
-    of_two: int = 1
+    faces_on_rim: int = 1
 
 
-_ANYWHERE = _Rim()
+_ANY_FACES = _RimRule()
 
 
 @dataclass(frozen=True)
-class _Cast:
-    """Rays through a mesh, straight in from its faces."""
+class _InwardRays:
+    """Rays through a mesh, inwards along the normals of its faces."""
 
     scene: EmbreeScene
     corners: Float64[np.ndarray, "f 3 3"]
@@ -195,24 +195,24 @@ class _Cast:
     areas_mm2: Float64[np.ndarray, " f"]
 
     @classmethod
-    def of(cls, mesh: Mesh) -> "_Cast":
+    def of(cls, mesh: Mesh) -> "_InwardRays":
         corners = mesh.vertices_mm[mesh.faces]
         weighted = mesh.face_normals()
         scene = EmbreeScene()
         TriangleMesh(scene, corners.astype(np.float32))
         return cls(scene, corners, unit(weighted), np.linalg.norm(weighted, axis=1) / 2)
 
-    def everywhere(
-        self, opposed: float, rim: _Rim = _ANYWHERE
+    def least_across(
+        self, opposed: float, rim: _RimRule = _ANY_FACES
     ) -> tuple[Float64[np.ndarray, " f"], Points3]:
-        """The least distance across from each face, infinite for none, and where on it that is."""
-        first = rim.first if rim.of_two == 2 else 0
+        """The least distance across from each face (infinite if none), and its place there."""
+        first = rim.first if rim.faces_on_rim == 2 else 0
         corners = self.corners
         sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(1)
         least = np.full(len(corners), np.inf)
         places = corners.mean(1)
-        for k, share in enumerate(_PLACES / _PLACES.sum(1, keepdims=True)):
-            looked = np.flatnonzero(sides > _FINE_MM) if k else np.arange(len(corners))
+        for k, share in enumerate(_SAMPLE_WEIGHTS / _SAMPLE_WEIGHTS.sum(1, keepdims=True)):
+            looked = np.flatnonzero(sides > _LONG_SIDE_MM) if k else np.arange(len(corners))
             looked = looked[looked >= first]
             points = np.einsum("k,fkd->fd", share, corners[looked])
             reach = self.across(looked, points, opposed, rim)
@@ -226,21 +226,21 @@ class _Cast:
         looked: Int64[np.ndarray, " k"],
         points: Points3,
         opposed: float,
-        rim: _Rim = _ANYWHERE,
+        rim: _RimRule = _ANY_FACES,
     ) -> Float64[np.ndarray, " k"]:
-        """Distance of a place on each face from the plane of what lies opposite."""
+        """Distance of a place on each face from the plane of the opposite face."""
         inward = -self.normals[looked]
         start = (points + INSET_MM * inward).astype(np.float32)
         met = np.asarray(self.scene.run(start, inward.astype(np.float32)))
         facing = np.einsum("fd,fd->f", self.normals[looked], self.normals[met])
         drop = np.einsum("fd,fd->f", self.corners[met, 0] - points, self.normals[met])
         on_rim = (looked >= rim.first) * 1 + (met >= rim.first)
-        counts = (met >= 0) & (facing < opposed) & (on_rim >= rim.of_two)
+        counts = (met >= 0) & (facing < opposed) & (on_rim >= rim.faces_on_rim)
         return np.where(counts, np.maximum(drop, 0.0), np.inf)
 
 
 def _in_patches(places_mm: Points3, areas_mm2: Float64[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
-    """Which faces lie together with others over as much area as counts.
+    """Which faces lie with others in a patch of enough area to count.
 
     Corners of the triangles of an edge are thin everywhere; over a whole brim they add up.
     """
@@ -253,7 +253,7 @@ def _in_patches(places_mm: Points3, areas_mm2: Float64[np.ndarray, " n"]) -> Boo
 
 
 def _is_clear(mesh: Mesh, tried: Int64[np.ndarray, " k"], reach_mm: float) -> bool:
-    """Whether most rays in from these faces meet nothing within a reach, as in a limb.
+    """Whether most rays inwards from these faces hit nothing within a reach, as in a limb.
 
     The tree takes a tenth of the time of the rays' own scene.
     """
@@ -265,7 +265,7 @@ def _is_clear(mesh: Mesh, tried: Int64[np.ndarray, " k"], reach_mm: float) -> bo
 def _thinnest_patch(
     thickness_mm: Float64[np.ndarray, " f"], areas_mm2: Float64[np.ndarray, " f"]
 ) -> int:
-    """The face up to whose thickness so much of the wall is as thin as counts: no single sliver."""
+    """The face up to whose thickness enough area is that thin: no single sliver."""
     order = np.argsort(thickness_mm, kind="stable")
     order = order[np.isfinite(thickness_mm[order])]
     passed = np.cumsum(areas_mm2[order])

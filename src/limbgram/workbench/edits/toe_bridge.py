@@ -1,4 +1,4 @@
-"""Toe bridge: gaps between the toes closed, as the plaster of a cast or a sock's toe cap does.
+"""Toe bridge: gaps between the toes closed, as a plaster cast or a sock's toe cap does it.
 
 A toe plate lies under all toes and round them; between bare toes its edge would follow every gap.
 
@@ -33,29 +33,29 @@ from limbgram.core.mesh.topology import (
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.core.request_fields import Within
 from limbgram.reconstruction.surface.resampling import refine
-from limbgram.workbench.anatomy.kind import Mid
-from limbgram.workbench.edits.cutting import ON_IT_MM, keep_positive
+from limbgram.workbench.anatomy.kind import Midpoint
+from limbgram.workbench.edits.cutting import ON_CUT_MM, keep_positive
 from limbgram.workbench.edits.edit import Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.regions import with_added
+from limbgram.workbench.edits.regions import with_surface_added
 from limbgram.workbench.edits.triangle_strip import strip
 from limbgram.workbench.limb import Limb
 
-_CELLS = 4.0
+_CELLS_PER_RADIUS = 4.0
 """Cells of the grid across half of the gap."""
 _COARSEST_MM = 2.0
-_EDGE = 0.85
-"""Of a cell: edges of the triangles."""
-_DIGITS = 6
-"""Of millimetres, to which the grid and its values are rounded: how triangles are made even on a
-grid hangs on ties, which the rounding of a turned scan would decide otherwise."""
-_MOVES, _LEVEL_MM = 6, 2e-3
-"""Times that vertices are moved to the level, and how near counts as on it."""
-_STRIP = 1.5
-"""Cells between the foot as it was and what is made anew."""
-_STAYS_MM = 0.02
-"""The closed surface yields to the foot's own by so much, so that this stays where it was."""
+_EDGE_CELLS = 0.85
+"""Edge length of the triangles, in cells."""
+_GRID_DIGITS = 6
+"""Decimals of millimetres to which the grid and its values are rounded: remeshing on a grid depends
+on ties, which the rounding of a turned scan would decide differently."""
+_NEWTON_STEPS, _ON_LEVEL_MM = 6, 2e-3
+"""Newton steps of vertices towards the level, and how near counts as on it."""
+_STRIP_CELLS = 1.5
+"""Width in cells of the strip between the unchanged foot and the new surface."""
+_OWN_SURFACE_MM = 0.02
+"""The closed surface lies this much inside the foot's own, so that the latter stays."""
 _FILLED_MM = 0.1
-"""What lies farther from the foot as it was is filled."""
+"""Surface farther than this from the original foot counts as filled."""
 
 
 @edit(
@@ -93,19 +93,19 @@ class ToeBridge(Edit):
             up = limb.anatomy.axis("plantar").direction
             forward = limb.anatomy.axis("foot").direction
             first, fifth, toe = (
-                limb.anatomy.at(Mid((name,)))
+                limb.anatomy.at(Midpoint((name,)))
                 for name in ("first metatarsal head", "fifth metatarsal head", "second toe")
             )
         except MeasureError as error:
             reason = error.finding
             raise EditError("edit.repose.not_told", reason=reason) from error
-        across = _Across.of(first, fifth, toe, up, forward)
-        return limb.with_mesh(_bridged(limb.mesh, across, self))
+        across = _BallPlane.of(first, fifth, toe, up, forward)
+        return limb.with_mesh(_with_toes_bridged(limb.mesh, across, self))
 
 
 @dataclass(frozen=True)
-class _Across:
-    """The plane across both metatarsal heads."""
+class _BallPlane:
+    """The plane across both metatarsal heads, with the foot's axes."""
 
     through_mm: Vector3
     axes: Matrix3
@@ -115,7 +115,7 @@ class _Across:
     @classmethod
     def of(
         cls, first_mm: Vector3, fifth_mm: Vector3, toe_mm: Vector3, up: Vector3, forward: Vector3
-    ) -> "_Across":
+    ) -> "_BallPlane":
         ahead = np.cross(first_mm - fifth_mm, up)
         ahead = unit((ahead * np.sign(ahead @ forward))[None])[0]
         lateral = np.cross(ahead, up)
@@ -125,21 +125,21 @@ class _Across:
     def along_mm(self, points_mm: Points3) -> Float64[np.ndarray, " n"]:
         return (points_mm - self.through_mm) @ self.axes[1]
 
-    def seen(self, mesh: Mesh) -> Mesh:
-        """A surface in the foot's own axes."""
-        return self._turned(mesh, (mesh.vertices_mm - self.through_mm) @ self.axes.T)
+    def in_foot_axes(self, mesh: Mesh) -> Mesh:
+        """A surface brought to the foot's own axes."""
+        return self._with_vertices_at(mesh, (mesh.vertices_mm - self.through_mm) @ self.axes.T)
 
-    def back(self, mesh: Mesh) -> Mesh:
-        """A surface in the foot's own axes where the foot lies."""
-        return self._turned(mesh, mesh.vertices_mm @ self.axes + self.through_mm)
+    def in_mesh_axes(self, mesh: Mesh) -> Mesh:
+        """A surface in the foot's own axes, brought back to the mesh's."""
+        return self._with_vertices_at(mesh, mesh.vertices_mm @ self.axes + self.through_mm)
 
-    def _turned(self, mesh: Mesh, vertices_mm: Points3) -> Mesh:
+    def _with_vertices_at(self, mesh: Mesh, vertices_mm: Points3) -> Mesh:
         mirrored = np.linalg.det(self.axes) < 0
         faces = np.ascontiguousarray(mesh.faces[:, ::-1]) if mirrored else mesh.faces
         return Mesh(vertices_mm=vertices_mm, faces=faces)
 
-    def of_toes(self, mesh: Mesh, from_mm: float) -> Bool[np.ndarray, " n"]:
-        """Vertices beyond a plane so far along, without a knee that reaches beyond it too."""
+    def toe_vertices(self, mesh: Mesh, from_mm: float) -> Bool[np.ndarray, " n"]:
+        """Vertices of the toes beyond a distance along the foot; no knee that is there too."""
         beyond = self.along_mm(mesh.vertices_mm) > from_mm
         faces = np.flatnonzero(beyond[mesh.faces].any(1))
         seed = tree_on(mesh).closest(self.toe_mm[None]).faces[0]
@@ -152,32 +152,32 @@ class _Across:
 
 
 @dataclass(frozen=True)
-class _Closed:
-    """The function whose level is the foot with its gaps closed; negative inside."""
+class _ClosedFoot:
+    """The implicit function whose zero level is the foot with its gaps closed; negative inside."""
 
     foot: SignedSurface
     grown: SignedSurface
     radius_mm: float
 
     @classmethod
-    def of(cls, foot: SignedSurface, grid: "_Grid", radius_mm: float) -> "_Closed":
+    def of(cls, foot: SignedSurface, grid: "_Grid", radius_mm: float) -> "_ClosedFoot":
         away_mm = foot.signed(grid.points_mm).signed_mm
-        grown = grid.level(radius_mm - away_mm)
+        grown = grid.positive_surface(radius_mm - away_mm)
         return cls(foot, SignedSurface(grown.vertices_mm, grown.faces), radius_mm)
 
     def at(self, points_mm: Points3) -> tuple[Float64[np.ndarray, " n"], Points3]:
-        """Values, and the ways in which they grow fastest."""
+        """Values and gradients of the function."""
         own, grown = self.foot.signed(points_mm), self.grown.signed(points_mm)
-        values = np.stack([own.signed_mm, grown.signed_mm + self.radius_mm + _STAYS_MM])
+        values = np.stack([own.signed_mm, grown.signed_mm + self.radius_mm + _OWN_SURFACE_MM])
         nearest = np.stack([own.points_mm, grown.points_mm])
         away = np.stack([own.signed_mm, grown.signed_mm])
         normals = np.stack([own.normals, grown.normals])
         least, rows = values.argmin(0), np.arange(len(points_mm))
         off = away[least, rows]
         steady = np.abs(off) > 1e-6
-        ways = normals[least, rows]
-        ways[steady] = ((points_mm - nearest[least, rows])[steady]) / off[steady, None]
-        return values[least, rows], ways
+        gradients = normals[least, rows]
+        gradients[steady] = ((points_mm - nearest[least, rows])[steady]) / off[steady, None]
+        return values[least, rows], gradients
 
 
 @dataclass(frozen=True)
@@ -189,7 +189,7 @@ class _Grid:
     @classmethod
     def round(cls, points_mm: Points3, margin_mm: float, cell_mm: float) -> "_Grid":
         low, high = points_mm.min(0) - margin_mm, points_mm.max(0) + margin_mm
-        low, high = np.round(low, _DIGITS), np.round(high, _DIGITS)
+        low, high = np.round(low, _GRID_DIGITS), np.round(high, _GRID_DIGITS)
         x, y, z = (np.ceil((high - low) / cell_mm).astype(int) + 1).tolist()
         return cls(low, cell_mm, (x, y, z))
 
@@ -197,16 +197,16 @@ class _Grid:
     def points_mm(self) -> Points3:
         return self.lowest_mm + self.cell_mm * np.indices(self.counts).reshape(3, -1).T
 
-    def level(self, values: Float64[np.ndarray, " n"]) -> Mesh:
-        """Round the places above zero; cut straight at the grid's border."""
-        box = np.round(values, _DIGITS).reshape(self.counts)
+    def positive_surface(self, values: Float64[np.ndarray, " n"]) -> Mesh:
+        """The surface round positive values, cut straight at the grid's border."""
+        box = np.round(values, _GRID_DIGITS).reshape(self.counts)
         for axis in range(3):
             for end in (0, -1):
                 box[tuple(end if k == axis else slice(None) for k in range(3))] = -self.cell_mm
         return level_surface(box, self.lowest_mm, self.cell_mm)
 
 
-def _bridged(mesh: Mesh, across: _Across, asked: ToeBridge) -> Mesh:
+def _with_toes_bridged(mesh: Mesh, across: _BallPlane, asked: ToeBridge) -> Mesh:
     """The foot with its gaps closed beyond a plane.
 
     Raises:
@@ -214,58 +214,63 @@ def _bridged(mesh: Mesh, across: _Across, asked: ToeBridge) -> Mesh:
     """
     gap_mm = asked.gap_mm
     radius_mm = 0.5 * gap_mm
-    cell_mm = min(radius_mm / _CELLS, _COARSEST_MM)
-    toes = across.of_toes(mesh, 0.0)
+    cell_mm = min(radius_mm / _CELLS_PER_RADIUS, _COARSEST_MM)
+    toes = across.toe_vertices(mesh, 0.0)
     if not toes.any():
         raise EditError("edit.toe_bridge.no_toes")
-    seen = across.seen(mesh)
-    near = seen.vertices_mm[across.of_toes(mesh, -1.5 * gap_mm)]
+    seen = across.in_foot_axes(mesh)
+    near = seen.vertices_mm[across.toe_vertices(mesh, -1.5 * gap_mm)]
     grid = _Grid.round(near, radius_mm + 2 * cell_mm, cell_mm)
-    field = _Closed.of(SignedSurface(seen.vertices_mm, seen.faces), grid, radius_mm)
-    level = refine(grid.level(-field.at(grid.points_mm)[0]), _EDGE * cell_mm)
+    field = _ClosedFoot.of(SignedSurface(seen.vertices_mm, seen.faces), grid, radius_mm)
+    level = refine(grid.positive_surface(-field.at(grid.points_mm)[0]), _EDGE_CELLS * cell_mm)
     beyond = level.vertices_mm[:, 1]
     rough = keep_positive(level, beyond + 2 * cell_mm).mesh  # without the grid's own border
-    settled = rough.with_vertices(_settled(field, rough.vertices_mm, cell_mm))
+    settled = rough.with_vertices(_moved_to_level(field, rough.vertices_mm, cell_mm))
     beyond = settled.vertices_mm[:, 1]
-    anew = across.back(largest_piece(keep_positive(settled, beyond - _STRIP * cell_mm).mesh)[0])
+    anew = across.in_mesh_axes(
+        largest_piece(keep_positive(settled, beyond - _STRIP_CELLS * cell_mm).mesh)[0]
+    )
     along = across.along_mm(mesh.vertices_mm)
-    behind = keep_positive(mesh, np.where(toes, -along, np.maximum(np.abs(along), ON_IT_MM))).mesh
-    one, two = _edge(behind, across, 0.0), _edge(anew, across, _STRIP * cell_mm)[::-1]
+    behind = keep_positive(mesh, np.where(toes, -along, np.maximum(np.abs(along), ON_CUT_MM))).mesh
+    one, two = (
+        _open_edge_at(behind, across, 0.0),
+        _open_edge_at(anew, across, _STRIP_CELLS * cell_mm)[::-1],
+    )
     between = strip(behind.vertices_mm[one], anew.vertices_mm[two])
     like = np.asarray(KDTree(behind.vertices_mm).query(anew.vertices_mm)[1], np.int64)
     numbers = np.concatenate([one, len(behind) + two])
     faces = np.concatenate([anew.faces + len(behind), numbers[between]]).astype(np.int32)
-    whole = with_added(behind, anew.vertices_mm, like, faces)
-    return _known_again(whole, mesh, len(behind))
+    whole = with_surface_added(behind, anew.vertices_mm, like, faces)
+    return _with_measurements_kept(whole, mesh, len(behind))
 
 
-def _settled(field: _Closed, points_mm: Points3, cell_mm: float) -> Points3:
-    """Places moved to the level, by Newton's method, each by less than a cell at once."""
+def _moved_to_level(field: _ClosedFoot, points_mm: Points3, cell_mm: float) -> Points3:
+    """Points moved to the level by Newton's method, each step less than a cell."""
     places = points_mm.copy()
-    for _ in range(_MOVES):
-        values, ways = field.at(places)
-        if np.abs(values).max() < _LEVEL_MM:
+    for _ in range(_NEWTON_STEPS):
+        values, gradients = field.at(places)
+        if np.abs(values).max() < _ON_LEVEL_MM:
             break
-        places -= np.clip(values, -0.5 * cell_mm, 0.5 * cell_mm)[:, None] * ways
+        places -= np.clip(values, -0.5 * cell_mm, 0.5 * cell_mm)[:, None] * gradients
     return places
 
 
-def _edge(mesh: Mesh, across: _Across, along_mm: float) -> Int64[np.ndarray, " k"]:
-    """The one open edge that lies so far along.
+def _open_edge_at(mesh: Mesh, across: _BallPlane, along_mm: float) -> Int64[np.ndarray, " k"]:
+    """The only open edge at a distance along the foot.
 
     Raises:
         EditError: there are several: toes that part before the plane, or a hole.
     """
     off = np.abs(across.along_mm(mesh.vertices_mm) - along_mm)
-    found = [loop for loop in boundary_loops(mesh.faces) if (off[loop] < ON_IT_MM).any()]
-    if len(found) != 1 or not (off[found[0]] < ON_IT_MM).all():
+    found = [loop for loop in boundary_loops(mesh.faces) if (off[loop] < ON_CUT_MM).any()]
+    if len(found) != 1 or not (off[found[0]] < ON_CUT_MM).all():
         x, y, z = across.through_mm.tolist()
         raise EditError("edit.toe_bridge.parted", point_mm=(x, y, z))
     return found[0].astype(np.int64)
 
 
-def _known_again(whole: Mesh, before: Mesh, kept: int) -> Mesh:
-    """With what was known of the foot where what was made anew lies on it as it was."""
+def _with_measurements_kept(whole: Mesh, before: Mesh, kept: int) -> Mesh:
+    """The new foot with its measurements kept where its surface lies on the original one."""
     places = whole.vertices_mm[kept:]
     there = tree_on(before).closest(places).distances_mm < _FILLED_MM
     like = np.asarray(KDTree(before.vertices_mm).query(places)[1], np.int64)

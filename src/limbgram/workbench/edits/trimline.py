@@ -19,23 +19,23 @@ from limbgram.workbench.edits.regions import (
     Place,
     draw_curve,
     find_sides,
-    fine_along,
-    middles_mm,
     on_surface,
     points_in_limb_frame,
     position_mm,
+    refined_along,
     require_ring,
+    section_centres_mm,
 )
-from limbgram.workbench.edits.thickness import INSET_MM, wall_of
+from limbgram.workbench.edits.thickness import INSET_MM, wall_thickness
 from limbgram.workbench.limb import Limb
 
 _EDGE_MM = 1.5
 """Edges along a trimline before it is cut."""
-_CALM = 1.0
-"""Thicknesses of a wall over which the ways through it are evened out along a trimline: on a rough
-scan they would cross."""
-_MOST_ACROSS = 3.0
-"""Thicknesses of a wall that a way through it is long at most; beyond, it is no wall there."""
+_NORMAL_SMOOTHING = 1.0
+"""Thicknesses of a wall over which the directions through it are smoothed along a trimline: on a
+rough scan they would cross."""
+_MOST_THICKNESSES = 3.0
+"""Greatest distance through a wall, in thicknesses; beyond, there is no wall."""
 
 
 @edit(
@@ -91,13 +91,13 @@ class Trimline(Edit):
             EditError: the curve does not part the surface in two.
         """
         picked = np.stack([position_mm(limb, place, self.positions_in) for place in self.through])
-        curves = _curves(limb, picked)
+        curves = _cut_curves(limb, picked)
         fine = limb.mesh
         for curve in curves:
-            fine = fine_along(fine, curve, _EDGE_MM)
+            fine = refined_along(fine, curve, _EDGE_MM)
         sides = find_sides(fine, curves)
         heights = points_in_limb_frame(limb.with_mesh(fine))[:, 2]
-        left_is_kept = _is_kept(fine, sides.left, heights, self.keep)
+        left_is_kept = _left_is_kept(fine, sides.left, heights, self.keep)
         apart = np.where(
             np.isfinite(sides.signed_mm), sides.signed_mm, np.where(sides.left, 1e3, -1e3)
         )
@@ -105,37 +105,39 @@ class Trimline(Edit):
         return limb.with_mesh(cut.mesh)
 
 
-def _curves(limb: Limb, picked_mm: Points3) -> tuple[Curve, ...]:
+def _cut_curves(limb: Limb, picked_mm: Points3) -> tuple[Curve, ...]:
     """The curve through the points; of a wall also where a cut straight through it comes out.
 
     Of a wall the curve is drawn on the outside, on whichever side of it its points lie.
     """
     mesh = limb.mesh
-    wall = wall_of(mesh) if is_watertight(mesh.faces) else None
+    wall = wall_thickness(mesh) if is_watertight(mesh.faces) else None
     if wall is None:
         return (draw_curve(mesh, on_surface(limb, picked_mm)),)
     from scipy.ndimage import gaussian_filter1d  # a tenth of a second, for walls alone
 
-    outside = with_faces(mesh, mesh.faces[_looks_out(limb)])
+    outside = with_faces(mesh, mesh.faces[_faces_outward(limb)])
     on_it = on_surface(limb.with_mesh(outside), picked_mm)
     curve = draw_curve(outside, on_it)
     step_mm = curve.length_mm / len(curve.points_mm)
-    normals = gaussian_filter1d(curve.normals, _CALM * wall.median_mm / step_mm, 0, mode="wrap")
+    normals = gaussian_filter1d(
+        curve.normals, _NORMAL_SMOOTHING * wall.median_mm / step_mm, 0, mode="wrap"
+    )
     across = replace(curve, normals=unit(normals))
     return across, replace(across, points_mm=_other_side_mm(mesh, across, wall.median_mm))
 
 
-def _looks_out(limb: Limb) -> Bool[np.ndarray, " f"]:
+def _faces_outward(limb: Limb) -> Bool[np.ndarray, " f"]:
     """Faces of a wall that look away from the middle of the limb."""
     points = points_in_limb_frame(limb)
     corners = points[limb.mesh.faces]
     places = corners.mean(1)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(((places - middles_mm(limb, places)) * normals).sum(1) > 0)
+    return np.asarray(((places - section_centres_mm(limb, places)) * normals).sum(1) > 0)
 
 
 def _other_side_mm(mesh: Mesh, curve: Curve, usual_mm: float) -> Points3:
-    """Where straight ways in from a curve come out of a wall.
+    """Where straight lines inwards from a curve leave a wall on the other side.
 
     Raises:
         EditError: it is no wall there.
@@ -149,17 +151,17 @@ def _other_side_mm(mesh: Mesh, curve: Curve, usual_mm: float) -> Points3:
     normals = unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     leaving = (ways * normals).sum(1)
     reach_mm = ((corners[:, 0] - starts) * normals).sum(1) / np.where(leaving > 0, leaving, np.nan)
-    lost = ~((met >= 0) & (reach_mm < _MOST_ACROSS * usual_mm))
+    lost = ~((met >= 0) & (reach_mm < _MOST_THICKNESSES * usual_mm))
     if lost.any():
         point_mm = tuple(curve.points_mm[int(lost.argmax())].tolist())
         raise EditError("edit.trimline.no_wall", point_mm=point_mm)
     return starts + reach_mm[:, None] * ways
 
 
-def _is_kept(
+def _left_is_kept(
     mesh: Mesh, left: Bool[np.ndarray, " n"], heights: Float64[np.ndarray, " n"], keep: Part
 ) -> bool:
-    """Whether the part to the left of the curve is the one to keep, by the middles of both."""
+    """Whether the part left of the curve is the one to keep, by the mean heights of both."""
     areas = np.linalg.norm(mesh.face_normals(), axis=1)
     middle, share = heights[mesh.faces].mean(1), left[mesh.faces].mean(1)
     of_left = (areas * share * middle).sum() / (areas * share).sum()

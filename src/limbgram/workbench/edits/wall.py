@@ -23,31 +23,36 @@ from limbgram.core.mesh.topology import (
 )
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.edits.clearance import Clearance
-from limbgram.workbench.edits.cover import covered
+from limbgram.workbench.edits.cover import cover_skin
 from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.edit import AboveZeroMm, Edit, Effect, Words, edit, spoken
-from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
-from limbgram.workbench.edits.level_edges import Plane, planes_of
-from limbgram.workbench.edits.offset import Offsetting, require_not_turned
+from limbgram.workbench.edits.guard import require_sound, unsound_vertices
+from limbgram.workbench.edits.level_edges import Plane, open_edge_planes
+from limbgram.workbench.edits.offset import Offsetter, require_not_turned
 from limbgram.workbench.edits.regions import (
-    averaging,
-    with_added,
+    neighbour_averaging,
+    with_surface_added,
 )
-from limbgram.workbench.edits.thickness import Thickness, between_skins, narrow_strip, thin_lip
+from limbgram.workbench.edits.thickness import (
+    Thickness,
+    narrow_strip,
+    thickness_between_skins,
+    thin_lip,
+)
 from limbgram.workbench.limb import Limb
 
 _RETRIES = 5
-"""Times that a wall is evened out where it would cut through itself."""
-_TRIMMINGS, _MOST_TRIMMED = 12, 0.03
-"""Times that a ragged open edge is trimmed, and the most of the area that it may lose."""
-_ROW, _DEEPER, _EVENED = 1.0, 1 / 3, 3
-"""Edges of a usual triangle by which it is trimmed at first, by how many more each later time, and
-how often the distances from it are evened out, so that the new edge is smooth."""
-_TOOTH = np.radians(75)
+"""How often a wall is smoothed where it would cut through itself."""
+_TRIM_ROUNDS, _MOST_TRIMMED = 12, 0.03
+"""How often a ragged open edge is trimmed, and the greatest share of area that it may lose."""
+_FIRST_TRIM_EDGES, _MORE_TRIM_EDGES, _TRIM_SMOOTHINGS = 1.0, 1 / 3, 3
+"""Depth of the first trim in median edges, by how many more each later one is deeper, and how often
+the distances from the edge are averaged, so that the new edge is smooth."""
+_TOOTH_RAD = np.radians(75)
 """A corner of the open edge that is sharper than this is a tooth, and would end in a lip."""
-_THINNER_MM, _FILLED = 0.05, 1.05
-"""A wall that is thinner than asked by more than this somewhere is made anew, by a level; what is
-thicker by more than the second one, a factor, is told."""
+_THINNER_MM, _THICKER_FACTOR = 0.05, 1.05
+"""A wall that is thinner than asked by more than this somewhere is made anew, as a level surface;
+where it is thicker by more than this factor, a note says so."""
 LEAST_WALL_MM = 1.0
 """A free-standing wall that printers of every kind make: two beads of the usual nozzles (0.8 to
 1.2 mm), and what makers ask for powder (sintered or fused nylon) and resin. It says nothing of
@@ -55,10 +60,10 @@ strength: sockets are made, and were studied, from 2 mm on."""
 _STUDIED_MM = 2.0
 """The thinnest socket of P. Lenka, A. Choudhury, J Biomed Sci Eng 4, 2011, 762-768, who found 3 mm
 of laminate best."""
-_LEVEL_MM = 0.05
-"""A brim that leaves the plane in which it was cut by less is told as level."""
-_ROUNDING = 1 - 1e-6
-"""A wall that is as thick as its least is not refused for a rounding."""
+_LEVEL_TOLERANCE_MM = 0.05
+"""A brim that leaves the plane of its cut by less counts as level."""
+_ROUNDING_FACTOR = 1 - 1e-6
+"""Allows for rounding, so that a wall exactly as thick as its least is not refused."""
 
 
 @edit(
@@ -131,21 +136,21 @@ class Wall(Edit):
         mesh = limb.mesh
         border = boundary_half_edges(mesh.faces)
         parts = face_components(mesh.faces)
-        if len(np.unique(parts[_faces_at(mesh, border)])) <= int(parts.max()):
+        if len(np.unique(parts[_faces_at_open_edge(mesh, border)])) <= int(parts.max()):
             raise EditError("edit.wall.closed")
-        made = _made(mesh, self)
+        made = _best_wall(mesh, self)
         if made.refusal is not None:
             raise made.refusal
         return replace(limb, mesh=made.solid, notes=(*limb.notes, *made.notes))
 
 
 def require_thickness_kept(edit: Wall, found: Thickness | None) -> None:
-    """Refuse what later edits made of a wall, if it is thinner than the wall's least.
+    """Refuse a wall that later edits made thinner than its least.
 
     Raises:
         EditError: says where.
     """
-    if found is not None and found.thinnest_mm < _ROUNDING * edit.least_mm:
+    if found is not None and found.thinnest_mm < _ROUNDING_FACTOR * edit.least_mm:
         raise EditError(
             "edit.wall.thinned",
             thinnest_mm=found.thinnest_mm,
@@ -155,7 +160,7 @@ def require_thickness_kept(edit: Wall, found: Thickness | None) -> None:
         )
 
 
-def _faces_at(mesh: Mesh, border: np.ndarray) -> np.ndarray:
+def _faces_at_open_edge(mesh: Mesh, border: np.ndarray) -> np.ndarray:
     """Faces with a vertex on an open edge."""
     rim = np.zeros(len(mesh), np.bool_)
     rim[border] = True
@@ -163,55 +168,59 @@ def _faces_at(mesh: Mesh, border: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class _Tried:
-    """A wall, and why it cannot be left so."""
+class _Attempt:
+    """A wall that was tried, and the reason to refuse it, if there is one."""
 
     solid: Mesh
-    spoilt: Bool[np.ndarray, " n"]
-    """Vertices of the given skin where it cannot."""
+    unsound: Bool[np.ndarray, " n"]
+    """Vertices of the given skin at which it is refused."""
     thinnest_mm: float
     refusal: EditError | None
     notes: tuple[Finding, ...] = ()
 
 
-def _made(mesh: Mesh, edit: Wall) -> _Tried:
-    """The wall, by the way that keeps its thickness best.
+def _best_wall(mesh: Mesh, edit: Wall) -> _Attempt:
+    """The wall, by the method that keeps its thickness best.
 
-    The given skin moved is the quickest, and right where it bends less tightly than the wall is
-    thick. A level of the distance is right everywhere.
+    Offsetting the skin is quickest, and right where its radius of curvature is larger than the
+    thickness. A level surface of the distance is right everywhere.
     """
-    planes = planes_of(mesh)
-    moved = _moved(mesh, edit, planes)
+    planes = open_edge_planes(mesh)
+    moved = _wall_by_offset(mesh, edit, planes)
     if moved.refusal is None and moved.thinnest_mm >= edit.thickness_mm - _THINNER_MM:
         return moved
-    levelled = _levelled(mesh, edit, planes)
+    levelled = _wall_by_cover(mesh, edit, planes)
     return moved if levelled.refusal is not None and moved.refusal is None else levelled
 
 
-def _levelled(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
-    """The wall by a level, of as much of a surface as its open edges allow.
+def _wall_by_cover(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Attempt:
+    """The wall as a level surface, over as much of the skin as its open edges allow.
 
-    These are trimmed where they are spoilt, until a wall is made or no more may go.
+    They are trimmed where the wall is unsound, until it is sound or no more may be lost.
     """
     whole_mm2 = mesh.area_mm2()
-    tried = _covered(mesh, edit, planes)
-    for number in range(_TRIMMINGS):
-        if tried.refusal is None:
+    attempt = _cover_attempt(mesh, edit, planes)
+    for number in range(_TRIM_ROUNDS):
+        if attempt.refusal is None:
             break
-        trimmed = _trimmed(mesh, _ragged_first(mesh, tried.spoilt), rows=_ROW + number * _DEEPER)
+        trimmed = _with_edge_trimmed(
+            mesh,
+            _ragged_first(mesh, attempt.unsound),
+            rows=_FIRST_TRIM_EDGES + number * _MORE_TRIM_EDGES,
+        )
         if trimmed is None or trimmed.area_mm2() < (1 - _MOST_TRIMMED) * whole_mm2:
             break
         mesh = trimmed
-        tried = _covered(mesh, edit, planes)
+        attempt = _cover_attempt(mesh, edit, planes)
     left_mm2 = whole_mm2 - mesh.area_mm2()
-    if tried.refusal is not None or not left_mm2 > 0:
-        return tried
+    if attempt.refusal is not None or not left_mm2 > 0:
+        return attempt
     left_out = note("edit.wall.trimmed", area_mm2=left_mm2)
-    return replace(tried, notes=(left_out, *tried.notes))
+    return replace(attempt, notes=(left_out, *attempt.notes))
 
 
-def _ragged_first(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
-    """What is spoilt of ragged open edges; if nothing is, all that is spoilt.
+def _ragged_first(mesh: Mesh, unsound: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
+    """The unsound vertices on ragged open edges; if there are none, all unsound ones.
 
     So an edge that was cut level is trimmed last.
     """
@@ -219,64 +228,64 @@ def _ragged_first(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Bool[np.ndarray
     for loop in boundary_loops(mesh.faces):
         if Plane.of_loop(mesh, loop.astype(np.int64)) is None:
             ragged[loop] = True
-    first = spoilt & ragged
-    return first if first.any() else spoilt
+    first = unsound & ragged
+    return first if first.any() else unsound
 
 
-def _moved(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
-    """The wall whose second skin is the first one moved, evened out where it would cut through
+def _wall_by_offset(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Attempt:
+    """The wall whose second skin is the first one offset, smoothed where it would cut through
     itself. A brim that was cut level stays level."""
     border = boundary_half_edges(mesh.faces)
     sign = 1.0 if edit.side == "outward" else -1.0
     distance_mm = np.full(len(mesh), sign * edit.thickness_mm)
-    offsetting = Offsetting(mesh, planes)
-    found = offsetting.by_places(distance_mm, None)
-    wall = _between(mesh, found.mesh, border, sign)
-    spoilt = spoilt_vertices(mesh, wall.solid)
-    ease = np.zeros(len(mesh), np.bool_)
+    offsetting = Offsetter(mesh, planes)
+    found = offsetting.by_vertex(distance_mm, None)
+    wall = _joined_skins(mesh, found.mesh, border, sign)
+    unsound = unsound_vertices(mesh, wall.solid)
+    smooth_at = np.zeros(len(mesh), np.bool_)
     for _ in range(_RETRIES):
-        at = wall.on_skin(spoilt)
+        at = wall.on_skin(unsound)
         at[mesh.faces[found.turned]] = True
         if not at.any():
             break
-        ease |= at
+        smooth_at |= at
         for _ in range(2):
-            ease[mesh.faces[ease[mesh.faces].any(1)]] = True
+            smooth_at[mesh.faces[smooth_at[mesh.faces].any(1)]] = True
         last = wall.solid
-        found = offsetting.by_places(distance_mm, ease)
-        wall = _between(mesh, found.mesh, border, sign)
+        found = offsetting.by_vertex(distance_mm, smooth_at)
+        wall = _joined_skins(mesh, found.mesh, border, sign)
         changed = (wall.solid.vertices_mm != last.vertices_mm).any(1)
-        spoilt = spoilt_vertices(mesh, wall.solid, spoilt | changed)
-    tried = _thick_enough(mesh, edit, wall)
+        unsound = unsound_vertices(mesh, wall.solid, unsound | changed)
+    attempt = _refused_if_thin(mesh, edit, wall)
     try:
         require_not_turned(mesh, found, sign * edit.thickness_mm)
     except EditError as error:
-        tried = replace(tried, refusal=error)
-    tried = _require_sound(mesh, wall, tried)
-    return replace(tried, notes=(*tried.notes, *_aslant(mesh, planes, wall)))
+        attempt = replace(attempt, refusal=error)
+    attempt = _refused_if_unsound(mesh, wall, attempt)
+    return replace(attempt, notes=(*attempt.notes, *_slant_notes(mesh, planes, wall)))
 
 
-def _covered(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Tried:
-    """The wall whose second skin lies over the first one, or under it, as far from it as asked."""
+def _cover_attempt(mesh: Mesh, edit: Wall, planes: tuple[Plane, ...]) -> _Attempt:
+    """The wall whose second skin is a level surface of the distance from the first one."""
     upwards = mesh if edit.side == "outward" else replace(mesh, faces=mesh.faces[:, ::-1])
     try:
-        found = covered(Clearance(upwards, edit.thickness_mm), planes)
+        found = cover_skin(Clearance(upwards, edit.thickness_mm), planes)
     except EditError as error:
-        return _Tried(mesh, np.zeros(len(mesh), np.bool_), 0.0, error)
+        return _Attempt(mesh, np.zeros(len(mesh), np.bool_), 0.0, error)
     like = np.concatenate([np.arange(len(mesh)), found.like])
-    solid = _told(mesh, found.solid, found.like)
-    wall = _Solid(solid, like, len(mesh.faces), found.over)
-    tried = _finished(mesh, edit, wall)
-    return replace(tried, notes=(*tried.notes, *_aslant(mesh, planes, wall)))
+    solid = _with_vertex_fields(mesh, found.solid, found.like)
+    wall = _WallSolid(solid, like, len(mesh.faces), found.cover_faces)
+    attempt = _checked_cover(mesh, edit, wall)
+    return replace(attempt, notes=(*attempt.notes, *_slant_notes(mesh, planes, wall)))
 
 
-def _trimmed(mesh: Mesh, spoilt: Bool[np.ndarray, " n"], rows: float) -> Mesh | None:
-    """The surface cut along a smooth line so many triangles behind its open edge, where that is
-    spoilt; None where the spoilt places do not lie at an open edge.
+def _with_edge_trimmed(mesh: Mesh, unsound: Bool[np.ndarray, " n"], rows: float) -> Mesh | None:
+    """The surface cut along a smooth curve some rows of triangles behind its unsound open edge;
+    None where the unsound vertices do not lie at an open edge.
 
     No tooth is left near there, and nothing that hangs by a corner.
     """
-    near = spoilt.copy()
+    near = unsound.copy()
     for _ in range(2):
         near[mesh.faces[with_any(near, mesh.faces)]] = True
     at = np.zeros(len(mesh), np.bool_)
@@ -295,8 +304,8 @@ def _trimmed(mesh: Mesh, spoilt: Bool[np.ndarray, " n"], rows: float) -> Mesh | 
         ),
         farthest_mm,
     )
-    mean = averaging(mesh)
-    for _ in range(_EVENED):
+    mean = neighbour_averaging(mesh)
+    for _ in range(_TRIM_SMOOTHINGS):
         away_mm = mean @ away_mm
     cut = keep_positive(mesh, away_mm - depth_mm).mesh
     around = KDTree(mesh.vertices_mm[at]).query(cut.vertices_mm)[0] < farthest_mm
@@ -305,7 +314,7 @@ def _trimmed(mesh: Mesh, spoilt: Bool[np.ndarray, " n"], rows: float) -> Mesh | 
         starts = np.bincount(boundary_half_edges(faces)[:, 0], minlength=len(cut))
         angles = _corner_angles(cut.vertices_mm[faces])
         opening = np.bincount(faces.ravel(), angles.ravel(), len(cut))
-        tooth = (starts > 1) | ((starts == 1) & around & (opening < _TOOTH))
+        tooth = (starts > 1) | ((starts == 1) & around & (opening < _TOOTH_RAD))
         if not tooth.any():
             break
         faces = faces[~with_any(tooth, faces)]
@@ -315,34 +324,34 @@ def _trimmed(mesh: Mesh, spoilt: Bool[np.ndarray, " n"], rows: float) -> Mesh | 
 
 
 def _corner_angles(corners: Float64[np.ndarray, "f 3 3"]) -> Float64[np.ndarray, "f 3"]:
-    """In radians."""
+    """The angles of triangles at their corners, in radians."""
     ways = unit((np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)).reshape(corners.shape)
     return np.arccos(np.clip(-(ways * np.roll(ways, 1, axis=1)).sum(2), -1.0, 1.0))
 
 
 @dataclass(frozen=True)
-class _Solid:
-    """A wall: two skins and what joins them."""
+class _WallSolid:
+    """A wall: two skins and the rim that joins them."""
 
     solid: Mesh
     like: Int64[np.ndarray, " n"]
-    """For each of its vertices one of the given skin."""
-    ones: int
-    twos: int
-    """Faces of its first skin, and of the second one; the rest is the rim."""
+    """For each of its vertices, the nearest one of the given skin."""
+    first_faces: int
+    second_faces: int
+    """Number of faces of its first skin, and of the second one; the rest is the rim."""
 
     @cached_property
     def thickness(self) -> Thickness:
-        return between_skins(self.solid, self.ones, self.twos)
+        return thickness_between_skins(self.solid, self.first_faces, self.second_faces)
 
     def on_skin(self, vertices: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " k"]:
-        """Which vertices of the given skin these belong to."""
+        """The vertices of the given skin that correspond to vertices of the wall."""
         found = np.zeros(int(self.like.max()) + 1, np.bool_)
         found[self.like[vertices]] = True
         return found
 
 
-def _between(mesh: Mesh, other: Mesh, border: np.ndarray, sign: float) -> _Solid:
+def _joined_skins(mesh: Mesh, other: Mesh, border: np.ndarray, sign: float) -> _WallSolid:
     """The surface and its offset, joined along the open edges."""
     outer, inner = (other, mesh) if sign > 0 else (mesh, other)
     count = len(mesh)
@@ -352,38 +361,40 @@ def _between(mesh: Mesh, other: Mesh, border: np.ndarray, sign: float) -> _Solid
     )
     faces = np.concatenate([inner.faces[:, ::-1] + count, rim]).astype(np.int32)
     same = np.arange(count)
-    solid = _told(mesh, with_added(outer, inner.vertices_mm, same, faces), same)
-    return _Solid(solid, np.concatenate([same, same]), len(mesh.faces), len(mesh.faces))
+    solid = _with_vertex_fields(
+        mesh, with_surface_added(outer, inner.vertices_mm, same, faces), same
+    )
+    return _WallSolid(solid, np.concatenate([same, same]), len(mesh.faces), len(mesh.faces))
 
 
-def _told(mesh: Mesh, solid: Mesh, like: Int64[np.ndarray, " k"]) -> Mesh:
-    """A wall whose second skin and rim are told to be as sure as what they are like."""
+def _with_vertex_fields(mesh: Mesh, solid: Mesh, like: Int64[np.ndarray, " k"]) -> Mesh:
+    """The wall with per-vertex fields of its second skin and rim copied from the given skin."""
     known = mesh.of_vertices(lambda _, values: np.concatenate([values, values[like]]))
     return replace(solid, **known)
 
 
-def _require_sound(mesh: Mesh, wall: _Solid, tried: _Tried) -> _Tried:
-    """The same, refused where it folds or passes through itself."""
+def _refused_if_unsound(mesh: Mesh, wall: _WallSolid, attempt: _Attempt) -> _Attempt:
+    """The attempt, refused where the wall folds or passes through itself."""
     try:
         require_sound(mesh, wall.solid)
     except EditError as error:
-        spoilt = wall.on_skin(spoilt_vertices(mesh, wall.solid))
-        return replace(tried, spoilt=spoilt | tried.spoilt, refusal=error)
-    return tried
+        unsound = wall.on_skin(unsound_vertices(mesh, wall.solid))
+        return replace(attempt, unsound=unsound | attempt.unsound, refusal=error)
+    return attempt
 
 
-def _finished(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
-    """The wall by a level, with all that there is to say of it."""
-    tried = _require_sound(mesh, wall, _thick_enough(mesh, edit, wall))
-    tried = _require_joined(wall, tried)
-    return replace(tried, notes=(*tried.notes, *_thick_places(mesh, edit, wall)))
+def _checked_cover(mesh: Mesh, edit: Wall, wall: _WallSolid) -> _Attempt:
+    """The attempt of a wall as a level surface, after all checks, with its notes."""
+    attempt = _refused_if_unsound(mesh, wall, _refused_if_thin(mesh, edit, wall))
+    attempt = _refused_if_open(wall, attempt)
+    return replace(attempt, notes=(*attempt.notes, *_thick_place_notes(mesh, edit, wall)))
 
 
-def _require_joined(wall: _Solid, tried: _Tried) -> _Tried:
-    """The same, refused where its skins are not joined."""
+def _refused_if_open(wall: _WallSolid, attempt: _Attempt) -> _Attempt:
+    """The attempt, refused where the skins are not joined."""
     left = boundary_half_edges(wall.solid.faces)
-    if tried.refusal is not None or not len(left):
-        return tried
+    if attempt.refusal is not None or not len(left):
+        return attempt
     open_edge = np.zeros(len(wall.solid), np.bool_)
     open_edge[left] = True
     refusal = EditError(
@@ -391,14 +402,14 @@ def _require_joined(wall: _Solid, tried: _Tried) -> _Tried:
         open_edges=len(left),
         point_mm=tuple(wall.solid.vertices_mm[left[0, 0]].tolist()),
     )
-    return replace(tried, spoilt=wall.on_skin(open_edge) | tried.spoilt, refusal=refusal)
+    return replace(attempt, unsound=wall.on_skin(open_edge) | attempt.unsound, refusal=refusal)
 
 
-def _require_no_lips(edit: Wall, wall: _Solid, tried: _Tried) -> _Tried:
-    """The same, refused where its brim runs out thin."""
-    lip = thin_lip(wall.solid, wall.ones + wall.twos, edit.least_mm)
+def _refused_if_lipped(edit: Wall, wall: _WallSolid, attempt: _Attempt) -> _Attempt:
+    """The attempt, refused where the brim ends in a thin lip."""
+    lip = thin_lip(wall.solid, wall.first_faces + wall.second_faces, edit.least_mm)
     if lip is None:
-        return tried
+        return attempt
     at = np.zeros(len(wall.solid), np.bool_)
     at[wall.solid.faces[lip.faces]] = True
     refusal = EditError(
@@ -407,15 +418,15 @@ def _require_no_lips(edit: Wall, wall: _Solid, tried: _Tried) -> _Tried:
         point_mm=tuple(lip.place_mm.tolist()),
         least_mm=edit.least_mm,
     )
-    return replace(tried, spoilt=wall.on_skin(at) | tried.spoilt, refusal=refusal)
+    return replace(attempt, unsound=wall.on_skin(at) | attempt.unsound, refusal=refusal)
 
 
-def _thick_enough(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
-    """The wall, if it is thick enough everywhere, with a note of where it is thinnest."""
+def _refused_if_thin(mesh: Mesh, edit: Wall, wall: _WallSolid) -> _Attempt:
+    """The attempt with a note of its thinnest place, refused where it is too thin."""
     found = wall.thickness
-    below = found.at_vertices_mm < _ROUNDING * edit.least_mm
-    tried = _Tried(wall.solid, wall.on_skin(below), found.thinnest_mm, None)
-    tried = _require_no_lips(edit, wall, tried)
+    below = found.at_vertices_mm < _ROUNDING_FACTOR * edit.least_mm
+    attempt = _Attempt(wall.solid, wall.on_skin(below), found.thinnest_mm, None)
+    attempt = _refused_if_lipped(edit, wall, attempt)
     if below.any():
         edge = mesh.vertices_mm[np.unique(boundary_half_edges(mesh.faces))]
         thinnest = wall.like[np.nanargmin(found.at_vertices_mm)]
@@ -428,23 +439,25 @@ def _thick_enough(mesh: Mesh, edit: Wall, wall: _Solid) -> _Tried:
             least_mm=edit.least_mm,
             near_edge=bool(away_mm < edit.thickness_mm),
         )
-        tried = replace(tried, refusal=refusal)
-    if tried.refusal is not None:
-        return tried
-    notes = [found.told("file")]
+        attempt = replace(attempt, refusal=refusal)
+    if attempt.refusal is not None:
+        return attempt
+    notes = [found.finding("file")]
     if found.thinnest_mm < _STUDIED_MM:
         notes.append(doubt("edit.wall.unstudied", least_mm=_STUDIED_MM))
-    strip = narrow_strip(wall.solid, wall.ones + wall.twos, edit.thickness_mm - _THINNER_MM)
+    strip = narrow_strip(
+        wall.solid, wall.first_faces + wall.second_faces, edit.thickness_mm - _THINNER_MM
+    )
     if strip is not None:
         place = tuple(strip.place_mm.tolist())
         notes.append(doubt("edit.wall.narrow", width_mm=strip.thickness_mm, point_mm=place))
-    return replace(tried, notes=tuple(notes))
+    return replace(attempt, notes=tuple(notes))
 
 
-def _aslant(mesh: Mesh, planes: tuple[Plane, ...], wall: _Solid) -> list[Finding]:
-    """A note of how far the brim leaves the planes in which the open edges lie."""
+def _slant_notes(mesh: Mesh, planes: tuple[Plane, ...], wall: _WallSolid) -> list[Finding]:
+    """A note of how far the brim leaves the planes of the open edges."""
     border = np.unique(boundary_half_edges(mesh.faces)).astype(np.int64)
-    rim = np.unique(wall.solid.faces[wall.ones + wall.twos :])
+    rim = np.unique(wall.solid.faces[wall.first_faces + wall.second_faces :])
     rim_like = wall.like[rim]
     off_mm = 0.0
     for plane in planes:
@@ -452,13 +465,13 @@ def _aslant(mesh: Mesh, planes: tuple[Plane, ...], wall: _Solid) -> list[Finding
         at_edge[border] = plane.holds(mesh.vertices_mm[border])
         leaving_mm = np.abs(plane.above_mm(wall.solid.vertices_mm[rim[at_edge[rim_like]]]))
         off_mm = max(off_mm, float(leaving_mm.max(initial=0.0)))
-    return [] if off_mm < _LEVEL_MM else [note("edit.wall.aslant", off_mm=off_mm)]
+    return [] if off_mm < _LEVEL_TOLERANCE_MM else [note("edit.wall.aslant", off_mm=off_mm)]
 
 
-def _thick_places(mesh: Mesh, edit: Wall, wall: _Solid) -> list[Finding]:
-    """A note of where a wall is thicker than asked, as where the shape is too narrow for two."""
+def _thick_place_notes(mesh: Mesh, edit: Wall, wall: _WallSolid) -> list[Finding]:
+    """A note of where a wall is thicker than asked, because the shape is narrow there."""
     deep_mm = wall.thickness.at_vertices_mm[: len(mesh)]
-    thick = deep_mm > _FILLED * edit.thickness_mm
+    thick = deep_mm > _THICKER_FACTOR * edit.thickness_mm
     if not thick.any():
         return []
     point_mm = tuple(mesh.vertices_mm[int(deep_mm.argmax())].tolist())

@@ -7,7 +7,7 @@ Method  Axis, origin and front come from the shape's own file where it has them;
         landmarks by level, then the open brim; all that say it must agree, and only --axis, which
         is stated exactly, goes over the brim. The limb is turned by the sides on which landmarks
         lie; flexion by two landmarks that lie one above the other in the side view. A wrong side
-        is worn, so whatever is known of the limb is held against what is said of it.
+        is worn, so whatever is known of the limb is compared with what is said of it.
 Fails   MeasureError: something is not stated, landmarks or file contradict what is, or the fit is
         no limb's axis.
 """
@@ -40,12 +40,12 @@ _OUTWARD: dict[str, complex] = {"anterior": 1j, "posterior": -1j, "right": 1, "l
 _SAME_FRONT_DEG = 10.0
 _SAME_TILT_DEG, _SAME_PLACE_MM = 0.01, 0.01
 _MOST_LEAN_DEG = 45.0
-"""Of the line between the plumb landmarks before the limb is turned by it."""
-_SMALL_OPENING = 0.25
+"""Largest lean of the line between the plumb landmarks before the limb is turned by it."""
+_SMALL_OPENING_SHARE = 0.25
 """Of the largest opening: pieces of a ragged brim are larger, and holes left by a scanner smaller.
 """
-_BRIM_WIDTH = 0.5
-"""Of the limb's width: an opening that is narrower is a hole."""
+_BRIM_WIDTH_SHARE = 0.5
+"""Share of the limb's width; a narrower opening is a hole."""
 
 
 _MOST_CONTRADICTION_DEG = 60.0
@@ -94,7 +94,7 @@ class AlignOptions:
 
 
 def align(limb: Limb, options: AlignOptions) -> AlignedLimb:
-    """The limb with its frame: the same limb frame wherever the mesh was lying.
+    """Align a limb: the same limb frame wherever the mesh was lying.
 
     Raises:
         MeasureError: proximal or anterior is not told, or told in contradiction; the file holds
@@ -106,23 +106,23 @@ def align(limb: Limb, options: AlignOptions) -> AlignedLimb:
     found.require_one_limb()
     whole = replace(limb, kind=options.kind or limb.kind)
     limb = whole.with_mesh(found.mesh)
-    options = _by_landmarks(limb, options)
-    axis = _axis(limb, options)
-    up, notes = proximal_of(limb, axis, options)
-    frame = _frame(limb, axis, _turned_about(up, limb, axis, options), options)
-    notes += other_side_before(limb, options) + front_of_file(frame, options)
+    options = _with_landmark_axes(limb, options)
+    axis = _long_axis(limb, options)
+    up, notes = proximal_direction(limb, axis, options)
+    frame = _limb_frame(limb, axis, _rotation_to_limb(up, limb, axis, options), options)
+    notes += side_change_findings(limb, options) + front_change_findings(frame, options)
     angle = _flexion_rad(limb, frame, options)
     if angle:
         tilt = Rigid.from_rotation_vector(np.array([angle, 0.0, 0.0]), np.zeros(3))
-        frame = _frame(limb, axis, tilt.rotation @ frame.rotation, options)
-    notes += moved_from_file(frame, options)
+        frame = _limb_frame(limb, axis, tilt.rotation @ frame.rotation, options)
+    notes += axis_change_findings(frame, options)
     require_landmarks_agree(limb, frame, options)
-    noted = replace(whole, notes=(*limb.notes, *notes, *odd_names(limb)))
+    noted = replace(whole, notes=(*limb.notes, *notes, *odd_name_findings(limb)))
     return noted.with_frame(LimbFrame(limb_from_mesh=frame, side=options.side))
 
 
-def _by_landmarks(limb: Limb, options: AlignOptions) -> AlignOptions:
-    """What the landmarks state of a kind without a long axis, as a foot or a head, where they do.
+def _with_landmark_axes(limb: Limb, options: AlignOptions) -> AlignOptions:
+    """The options with axes by landmarks, for kinds without a long axis such as a foot or head.
 
     What the clinician or the shape's own file states goes before it.
     """
@@ -140,35 +140,35 @@ def _by_landmarks(limb: Limb, options: AlignOptions) -> AlignOptions:
     return replace(options, axis=up.direction, anterior=anterior)
 
 
-def proximal_of(
+def proximal_direction(
     limb: Limb, axis: Axis, options: AlignOptions
 ) -> tuple[Vector3, tuple[Finding, ...]]:
-    """The axis's direction, pointing to the body, and what is odd about it."""
+    """The axis's direction towards the body, and findings about it."""
     stated = axis.direction if options.axis is not None else options.proximal
     of_file = None if options.declared is None else options.declared.limb_from_mesh.rotation[2]
     if options.axis is None:
-        _require_long_way(limb, axis, stated if stated is not None else of_file)
+        _require_along_limb(limb, axis, stated if stated is not None else of_file)
     said, rise, brim = (
-        _along(stated, axis),
+        _cosine_to_axis(stated, axis),
         _rise_of_landmarks(limb, axis),
         _brim_side(limb, axis) if limb.kind is None or KIND_NAMED[limb.kind].long else 0.0,
     )
-    told = said or _along(of_file, axis)
-    if said * _along(of_file, axis) < 0:
+    told = said or _cosine_to_axis(of_file, axis)
+    if said * _cosine_to_axis(of_file, axis) < 0:
         raise MeasureError("align.proximal.against_file")
     if told * rise < 0:
         raise MeasureError("align.proximal.against_landmarks")
     sense = told or rise
     if sense * brim < 0:
-        return _over_the_brim(axis, options, "landmarks" if not told else "statement")
+        return _direction_against_brim(axis, options, "landmarks" if not told else "statement")
     sense = sense or brim
     if not sense:
         raise MeasureError("align.proximal.untold")
     return np.sign(sense) * axis.direction, ()
 
 
-def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[Finding, ...]:
-    """What to note if the front differs from that of the shape's own file.
+def front_change_findings(frame: Rigid, options: AlignOptions) -> tuple[Finding, ...]:
+    """A doubt if the front differs from that of the shape's own file.
 
     Raises:
         MeasureError: it differs too far.
@@ -176,7 +176,7 @@ def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[Finding, ...]:
     if options.declared is None or not options.declared.front_told:
         return ()
     x, y, _ = frame.rotation @ options.declared.limb_from_mesh.rotation[1]
-    off_deg = _between_deg(complex(x, y), 1j)
+    off_deg = _angle_between_deg(complex(x, y), 1j)
     if off_deg > _MOST_CONTRADICTION_DEG:
         raise MeasureError("align.front.against_file", off_deg=off_deg)
     if off_deg < _SAME_FRONT_DEG:
@@ -184,8 +184,8 @@ def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[Finding, ...]:
     return (doubt("align.front.off_file", off_deg=off_deg),)
 
 
-def moved_from_file(frame: Rigid, options: AlignOptions) -> tuple[Finding, ...]:
-    """What to note where the axis or the origin of the shape's own file was not kept."""
+def axis_change_findings(frame: Rigid, options: AlignOptions) -> tuple[Finding, ...]:
+    """A note if the axis or the origin of the shape's own file was not kept."""
     if options.declared is None:
         return ()
     own = options.declared.limb_from_mesh
@@ -225,11 +225,11 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
     long = limb.kind is None or KIND_NAMED[limb.kind].long
     most_deg = _MOST_CONTRADICTION_DEG if long else _MOST_CONTRADICTION_BENT_DEG
     for mark in limb.landmarks:
-        expected = outward(known_anywhere(mark.name, limb.kind), options.side)
+        expected = expected_direction(known_anywhere(mark.name, limb.kind), options.side)
         x, y, _ = frame.apply(mark.position_mm[None])[0]
         if not expected or abs(complex(x, y)) < _NEAR_AXIS_MM:
             continue
-        off_deg = _between_deg(complex(x, y), expected)
+        off_deg = _angle_between_deg(complex(x, y), expected)
         if off_deg > most_deg:
             raise MeasureError(
                 "align.landmark.elsewhere",
@@ -241,15 +241,15 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
             )
 
 
-def other_side_before(limb: Limb, options: AlignOptions) -> tuple[Finding, ...]:
-    """What to note if the limb was aligned for another side."""
+def side_change_findings(limb: Limb, options: AlignOptions) -> tuple[Finding, ...]:
+    """A doubt if the limb was aligned for another side before."""
     if limb.side in ("none", options.side):
         return ()
     return (doubt("align.side.changed", before=limb.side, side=options.side),)
 
 
-def odd_names(limb: Limb) -> tuple[Finding, ...]:
-    """What to note of landmarks whose names tell nothing, but nearly do."""
+def odd_name_findings(limb: Limb) -> tuple[Finding, ...]:
+    """Doubts about landmarks whose names nearly match a known place."""
     meant = ((mark.name, likely_meant(mark.name, limb.kind)) for mark in limb.landmarks)
     return tuple(
         doubt("landmark.odd_name", name=name, meant=other)
@@ -258,8 +258,8 @@ def odd_names(limb: Limb) -> tuple[Finding, ...]:
     )
 
 
-def outward(known: Place | None, side: Side) -> complex:
-    """Direction in the limb frame in which a landmark should lie from the axis; 0 if untold."""
+def expected_direction(known: Place | None, side: Side) -> complex:
+    """Direction from the axis in which a landmark should lie, x + i y; 0 if unknown."""
     if known is None:
         return 0
     if known.facing in ("medial", "lateral"):
@@ -269,8 +269,8 @@ def outward(known: Place | None, side: Side) -> complex:
     return direction / abs(direction) if direction else 0
 
 
-def _axis(limb: Limb, options: AlignOptions) -> Axis:
-    """The file's own, as stated, or by fit."""
+def _long_axis(limb: Limb, options: AlignOptions) -> Axis:
+    """The long axis: the file's own, as stated, or fitted."""
     if options.kept is not None:
         motion = options.kept.limb_from_mesh
         origin_mm = motion.inverse.translation
@@ -280,8 +280,8 @@ def _axis(limb: Limb, options: AlignOptions) -> Axis:
     return fit_axis(limb.mesh, options.fit)
 
 
-def _frame(limb: Limb, axis: Axis, rotation: Matrix3, options: AlignOptions) -> Rigid:
-    """Limb frame of a rotation, its origin on the axis: that of the file, or at the distal end."""
+def _limb_frame(limb: Limb, axis: Axis, rotation: Matrix3, options: AlignOptions) -> Rigid:
+    """The limb frame of a rotation, with its origin on the axis: the file's, or the distal end."""
     if options.kept is not None:
         motion = options.kept.limb_from_mesh
         if np.array_equal(rotation, motion.rotation):
@@ -292,13 +292,11 @@ def _frame(limb: Limb, axis: Axis, rotation: Matrix3, options: AlignOptions) -> 
     return Rigid(rotation, -np.array([x, y, distal]))
 
 
-def _turned_about(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) -> Matrix3:
-    """Rotation to the limb frame: as stated, as the file has it, or with the landmarks on the
-
-    sides where they belong."""
+def _rotation_to_limb(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) -> Matrix3:
+    """Rotation to the limb frame: as stated, as in the file, or with landmarks on their sides."""
     if options.kept is not None and options.kept.front_told and options.anterior is None:
         return options.kept.limb_from_mesh.rotation
-    start = _across(up)
+    start = _any_rotation_with_up(up)
     if options.anterior is not None:
         forward = start @ options.anterior
         if np.hypot(forward[0], forward[1]) < 0.1 * np.linalg.norm(options.anterior):
@@ -319,8 +317,8 @@ def _turned_about(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) ->
     return _about_z(float(np.angle(turn))) @ start
 
 
-def _across(up: Vector3) -> Matrix3:
-    """Some rotation whose third row is `up`."""
+def _any_rotation_with_up(up: Vector3) -> Matrix3:
+    """Any rotation whose third row is `up`."""
     unit = up / np.linalg.norm(up)
     other = np.eye(3)[int(np.abs(unit).argmin())]
     x = np.cross(other, unit)
@@ -333,19 +331,19 @@ def _about_z(angle_rad: float) -> Matrix3:
 
 
 def _turn_by_landmarks(start: Matrix3, limb: Limb, axis: Axis, options: AlignOptions) -> complex:
-    """The turn about z that brings the landmarks to where names of the limb's kind lie."""
+    """The turn about z that brings landmarks to the sides expected by their names."""
     turn = 0j
     if limb.kind is None:
         return turn
     for mark in limb.landmarks:
-        expected = outward(known_name(mark.name, limb.kind), options.side)
+        expected = expected_direction(known_name(mark.name, limb.kind), options.side)
         x, y, _ = start @ (mark.position_mm - axis.point_mm)
         turn += expected * np.conj(complex(x, y))
     return turn
 
 
 def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
-    """Turn about x that brings the plumb landmarks over each other, and what is asked on top."""
+    """Turn about x that brings the plumb landmarks over each other, plus the flexion asked for."""
     if not abs(options.flexion_deg) <= _MOST_FLEXION_DEG:
         raise OptionsError(
             "align.flexion", flexion_deg=options.flexion_deg, most_deg=_MOST_FLEXION_DEG
@@ -365,37 +363,37 @@ def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
     return float(angle)
 
 
-def _require_long_way(limb: Limb, axis: Axis, told: Vector3 | None) -> None:
-    """Refuse a fit that runs across what is proximal, as one from heel to toe does."""
+def _require_along_limb(limb: Limb, axis: Axis, told: Vector3 | None) -> None:
+    """Refuse a fitted axis across the proximal direction, as one from heel to toe."""
     if told is None:
         if limb.kind is not None and not KIND_NAMED[limb.kind].long:
             raise MeasureError("align.axis.foot")
         return
-    off_deg = np.degrees(np.arccos(min(abs(_along(told, axis)), 1.0)))
+    off_deg = np.degrees(np.arccos(min(abs(_cosine_to_axis(told, axis)), 1.0)))
     if off_deg > _MOST_OFF_AXIS_DEG:
         raise MeasureError(
             "align.axis.across",
             off_deg=float(off_deg),
-            along=_typed(axis.direction),
-            axis=_typed(told),
+            along=_as_typed_option(axis.direction),
+            axis=_as_typed_option(told),
         )
 
 
-def _along(direction: Vector3 | None, axis: Axis) -> float:
+def _cosine_to_axis(direction: Vector3 | None, axis: Axis) -> float:
     """Cosine between a direction and the axis; 0 if there is none."""
     if direction is None:
         return 0.0
     return float(direction @ axis.direction / np.linalg.norm(direction))
 
 
-def _typed(direction: Vector3) -> str:
-    """A direction as it may be typed."""
+def _as_typed_option(direction: Vector3) -> str:
+    """A direction as it is typed for an option."""
     unit = direction / np.linalg.norm(direction)
     return ",".join(f"{value + 0.0:.4g}" for value in np.round(unit, 4))
 
 
 def _rise_of_landmarks(limb: Limb, axis: Axis) -> float:
-    """Positive if landmarks of higher level lie further along the axis."""
+    """Positive if landmarks of a higher level lie further along the axis."""
     if limb.kind is None:
         return 0.0
     found = ((mark, known_name(mark.name, limb.kind)) for mark in limb.landmarks)
@@ -416,7 +414,9 @@ def _brim_side(limb: Limb, axis: Axis) -> float:
     edge = mesh.vertices_mm[_large_openings(mesh)]
     if not len(edge) and mesh.filled is not None:
         edge = mesh.vertices_mm[mesh.filled]
-    if not len(edge) or _width_mm(edge, axis) < _BRIM_WIDTH * _width_mm(mesh.vertices_mm, axis):
+    if not len(edge) or _width_mm(edge, axis) < _BRIM_WIDTH_SHARE * _width_mm(
+        mesh.vertices_mm, axis
+    ):
         return 0.0
     along = mesh.vertices_mm @ axis.direction
     share = float((edge @ axis.direction > (along.min() + along.max()) / 2).mean())
@@ -429,29 +429,32 @@ def _large_openings(mesh: Mesh) -> Int64[np.ndarray, " k"]:
     if not loops:
         return np.zeros(0, np.int64)
     across_mm = [float(np.linalg.norm(np.ptp(mesh.vertices_mm[loop], axis=0))) for loop in loops]
-    least_mm = _SMALL_OPENING * max(across_mm)
+    least_mm = _SMALL_OPENING_SHARE * max(across_mm)
     large = [loop for loop, size_mm in zip(loops, across_mm, strict=True) if size_mm >= least_mm]
     return np.concatenate(large).astype(np.int64)
 
 
 def _width_mm(points: Points3, axis: Axis) -> float:
-    """Root mean square distance from the points' middle, across the axis."""
+    """RMS distance of points from their centroid, across the axis."""
     off = points - points.mean(0)
     return float(np.linalg.norm(off - np.outer(off @ axis.direction, axis.direction))) / np.sqrt(
         len(points)
     )
 
 
-def _over_the_brim(
+def _direction_against_brim(
     axis: Axis, options: AlignOptions, by: Literal["landmarks", "statement"]
 ) -> tuple[Vector3, tuple[Finding, ...]]:
-    """The stated axis, although the shape is open at its distal end; nothing less exact will do."""
+    """The stated axis, although the shape is open at its distal end; else a refusal."""
     if options.axis is not None:
         return axis.direction, (doubt("align.axis.opening"),)
     raise MeasureError(
-        "align.open_distal", by=by, axis=_typed(axis.direction), other=_typed(-axis.direction)
+        "align.open_distal",
+        by=by,
+        axis=_as_typed_option(axis.direction),
+        other=_as_typed_option(-axis.direction),
     )
 
 
-def _between_deg(one: complex, other: complex) -> float:
+def _angle_between_deg(one: complex, other: complex) -> float:
     return float(abs(np.degrees(np.angle(one * np.conj(other)))))

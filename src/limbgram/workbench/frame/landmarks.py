@@ -16,7 +16,13 @@ from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import Finding, doubt
 from limbgram.workbench.anatomy.kind import Place
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
-from limbgram.workbench.anatomy.names import identity_of, known_identity, named, names_of, words_of
+from limbgram.workbench.anatomy.names import (
+    identity_of,
+    known_identity,
+    landmark_named,
+    names_of,
+    normalised_name,
+)
 from limbgram.workbench.limb import KINDS, AnyLimb, KindName, Landmark, Limb, likeliest
 
 ALIKE = 0.8
@@ -45,7 +51,7 @@ def landmark(limb: Limb, name: str) -> Landmark:
     Raises:
         MeasureError: the limb has none of that name.
     """
-    found = named(name, limb.landmarks)
+    found = landmark_named(name, limb.landmarks)
     if found is not None:
         return found
     names = tuple(mark.name for mark in limb.landmarks)
@@ -89,8 +95,8 @@ def with_landmarks(
     return replace(limb, landmarks=kept + snapped)
 
 
-def unconfirmed(limb: Limb, used: Iterable[str] | None = None) -> Finding | None:
-    """What is said of all that is made by landmarks that nobody has looked at.
+def unconfirmed_finding(limb: Limb, used: Iterable[str] | None = None) -> Finding | None:
+    """A doubt about used landmarks that nobody has confirmed; None if there are none.
 
     Args:
         used: Names of the landmarks that it goes by; None for all of the limb's.
@@ -104,7 +110,7 @@ def unconfirmed(limb: Limb, used: Iterable[str] | None = None) -> Finding | None
     return doubt("landmark.unconfirmed", names=names) if names else None
 
 
-def other_notes(limb: Limb) -> tuple[Finding, ...]:
+def notes_but_unconfirmed(limb: Limb) -> tuple[Finding, ...]:
     """What was said of the limb, but for unconfirmed landmarks: of these, what is made of it says
     which ones it goes by."""
     return tuple(one for one in limb.notes if one.code != "landmark.unconfirmed")
@@ -126,12 +132,12 @@ def with_confirmed(limb: AnyLimb, names: Sequence[str]) -> AnyLimb:
 
 
 def known_name(name: str, kind: KindName) -> Place | None:
-    """What the kind of limb knows of a name, in any language."""
+    """The kind's place that a name means, in any language."""
     return next((row for row in NAMES[kind] if row.identity == known_identity(name)), None)
 
 
 def known_anywhere(name: str, kind: KindName | None) -> Place | None:
-    """What the kind knows of a name, or else any kind.
+    """The kind's place that a name means, or else any kind's.
 
     A place of one name lies on the same side of every kind of limb, at another level.
     """
@@ -141,10 +147,10 @@ def known_anywhere(name: str, kind: KindName | None) -> Place | None:
 
 
 def likely_meant(name: str, kind: KindName | None) -> str | None:
-    """The known place for whose name, in any language, a name is a slip of the pen."""
+    """The known place whose name, in any language, was probably misspelt."""
     if known_anywhere(name, kind) is not None:
         return None
     kinds = KINDS if kind is None else (kind,)
     names = names_of(row.identity for one in kinds for row in NAMES[one])
-    near = get_close_matches(" ".join(words_of(name)), names, n=1, cutoff=ALIKE)
+    near = get_close_matches(" ".join(normalised_name(name)), names, n=1, cutoff=ALIKE)
     return names[near[0]] if near else None

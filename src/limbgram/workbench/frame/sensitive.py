@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 from limbgram.workbench.anatomy.kind import SensitivePlace
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED
-from limbgram.workbench.anatomy.names import names_of, told_by, words_of
+from limbgram.workbench.anatomy.names import names_of, normalised_name, parse_name
 from limbgram.workbench.frame.landmarks import ALIKE
 from limbgram.workbench.limb import KINDS, KindName
 
@@ -70,8 +70,8 @@ def sensitive_place(name: str, kind: KindName | None) -> SensitivePlace | None:
     The name may be in any language of the table. Capitals, hyphens, a side, a number and a slip of
     the pen do not matter. What is neither known to bear nor to be sensitive is an unknown place.
     """
-    by_identity = _by_identity(kind)
-    told, words = told_by(name), words_of(name)
+    by_identity = _sensitive_by_identity(kind)
+    told, words = parse_name(name), normalised_name(name)
     within = [by_identity[one] for one in told.identities if one in by_identity]
     if within:
         return max(within, key=lambda place: (place.reach_mm, place.name))
@@ -87,7 +87,7 @@ def sensitive_place(name: str, kind: KindName | None) -> SensitivePlace | None:
     return _UNKNOWN if found is None else by_identity[found]
 
 
-def _by_identity(kind: KindName | None) -> dict[str, SensitivePlace]:
+def _sensitive_by_identity(kind: KindName | None) -> dict[str, SensitivePlace]:
     """The places of the kind, or else of any kind, by the identity of each landmark on them."""
     first = () if kind is None else (kind,)
     places = [place for one in (*first, *KINDS) for place in SENSITIVE[one]]

@@ -15,7 +15,7 @@ import numpy as np
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.axis import fit_axis
-from limbgram.workbench.frame.alignment import AlignOptions, proximal_of
+from limbgram.workbench.frame.alignment import AlignOptions, proximal_direction
 from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb
 
 
@@ -29,22 +29,22 @@ class GuessedPlace:
 
 
 def guess_places(limb: Limb) -> tuple[GuessedPlace, ...]:
-    """What the shape tells of its landmarks, without those that it has."""
+    """Landmarks guessed from the shape, without those that it has."""
     known = {mark.name for mark in limb.landmarks}
     if limb.kind is None or not KIND_NAMED[limb.kind].round_ended or "distal end" in known:
         return ()
-    up = _proximal(limb)
+    up = _proximal_direction(limb)
     if up is None:
         return ()
     at = int(np.argmin(limb.mesh.vertices_mm @ up))
     return (GuessedPlace(name="distal end", position_mm=limb.mesh.vertices_mm[at]),)
 
 
-def _proximal(limb: Limb) -> Vector3 | None:
-    """Towards the body: as the limb is aligned, else as brim and landmarks tell."""
+def _proximal_direction(limb: Limb) -> Vector3 | None:
+    """The proximal direction, by the limb's frame or else by brim and landmarks."""
     if isinstance(limb, AlignedLimb):
         return limb.limb_from_mesh.rotation[2]
     try:
-        return proximal_of(limb, fit_axis(limb.mesh), AlignOptions(side="none"))[0]
+        return proximal_direction(limb, fit_axis(limb.mesh), AlignOptions(side="none"))[0]
     except MeasureError:
         return None

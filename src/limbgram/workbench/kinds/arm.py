@@ -8,7 +8,7 @@ from limbgram.workbench.anatomy.kind import (
     Distance,
     Kind,
     Line,
-    Mid,
+    Midpoint,
     Place,
     Section,
     SensitivePlace,
@@ -70,7 +70,7 @@ ULNAR_STYLOID = Place(
     level=1,
 )
 
-_EPICONDYLES = Mid(("medial humeral epicondyle", "lateral humeral epicondyle"))
+_EPICONDYLES = Midpoint(("medial humeral epicondyle", "lateral humeral epicondyle"))
 
 KIND = Kind(
     name="arm",
@@ -106,8 +106,8 @@ KIND = Kind(
     directions=(
         Line(
             name="elbow",
-            start=Mid(("medial humeral epicondyle",)),
-            end=Mid(("lateral humeral epicondyle",)),
+            start=Midpoint(("medial humeral epicondyle",)),
+            end=Midpoint(("lateral humeral epicondyle",)),
         ),
     ),
     sheet=(
@@ -115,23 +115,23 @@ KIND = Kind(
             name="elbow_width_mm",
             en="Width of the epicondyles",
             de="Breite der Epikondylen",
-            start=Mid(("medial humeral epicondyle",)),
-            end=Mid(("lateral humeral epicondyle",)),
+            start=Midpoint(("medial humeral epicondyle",)),
+            end=Midpoint(("lateral humeral epicondyle",)),
         ),
         Distance(
             name="olecranon_to_end_mm",
             en="Olecranon to the distal end, along the axis",
             de="Olekranon bis distales Ende, entlang der Achse",
-            start=Mid(("distal end",)),
-            end=Mid(("olecranon",)),
+            start=Midpoint(("distal end",)),
+            end=Midpoint(("olecranon",)),
             along="long axis",
         ),
         Distance(
             name="acromion_to_end_mm",
             en="Acromion to the distal end, along the axis",
             de="Akromion bis distales Ende, entlang der Achse",
-            start=Mid(("distal end",)),
-            end=Mid(("acromion",)),
+            start=Midpoint(("distal end",)),
+            end=Midpoint(("acromion",)),
             along="long axis",
         ),
         Section(
@@ -145,14 +145,14 @@ KIND = Kind(
             name="axilla_girth_mm",
             en="Girth at the axilla",
             de="Umfang an der Achsel",
-            at=Mid(("axilla",)),
+            at=Midpoint(("axilla",)),
             normal="long axis",
         ),
         Section(
             name="styloid_girth_mm",
             en="Girth at the styloids",
             de="Umfang an den Griffelfortsätzen",
-            at=Mid(("radial styloid", "ulnar styloid")),
+            at=Midpoint(("radial styloid", "ulnar styloid")),
             normal="long axis",
         ),
     ),

@@ -24,23 +24,23 @@ medially, and persons lie far apart. No landmark tells it: it is an editable def
 from limbgram.workbench.anatomy.kind import (
     Angle,
     Arch,
-    Bent,
+    BentCentreline,
     Cross,
     Distance,
     Extent,
     Extreme,
     Joint,
     Kind,
+    LandmarkFrame,
     Line,
-    Mid,
-    OfSurface,
+    Midpoint,
     Place,
     Plane,
     Section,
     SensitivePlace,
     Share,
+    SurfaceAxis,
     Tilted,
-    Upright,
 )
 from limbgram.workbench.kinds.transtibial import (
     FIBULA_HEAD,
@@ -190,24 +190,24 @@ INSTEP = Place(
     level=2,
 )
 
-_MALLEOLI = Mid(("medial malleolus", "lateral malleolus"))
-_BALL = Mid(("first metatarsal head", "fifth metatarsal head"))
-_HEEL, _TOE = Mid(("heel",)), Mid(("second toe",))
-_MT1, _MT5 = Mid(("first metatarsal head",)), Mid(("fifth metatarsal head",))
-_KNEE = Mid(("fibula head", "medial tibial condyle"), otherwise=("tibial tubercle",))
+_MALLEOLI = Midpoint(("medial malleolus", "lateral malleolus"))
+_BALL = Midpoint(("first metatarsal head", "fifth metatarsal head"))
+_HEEL, _TOE = Midpoint(("heel",)), Midpoint(("second toe",))
+_MT1, _MT5 = Midpoint(("first metatarsal head",)), Midpoint(("fifth metatarsal head",))
+_KNEE = Midpoint(("fibula head", "medial tibial condyle"), otherwise=("tibial tubercle",))
 _SOLE = (
-    Mid(("plantar heel",), otherwise=("heel",)),
-    Mid(("plantar first metatarsal head",), otherwise=("first metatarsal head",)),
-    Mid(("plantar fifth metatarsal head",), otherwise=("fifth metatarsal head",)),
+    Midpoint(("plantar heel",), otherwise=("heel",)),
+    Midpoint(("plantar first metatarsal head",), otherwise=("first metatarsal head",)),
+    Midpoint(("plantar fifth metatarsal head",), otherwise=("fifth metatarsal head",)),
 )
-_UNDER_HEEL = Mid(("plantar heel",))
-_UNDER_MT1 = Mid(("plantar first metatarsal head",))
-_UNDER_BALL = Mid(
+_UNDER_HEEL = Midpoint(("plantar heel",))
+_UNDER_MT1 = Midpoint(("plantar first metatarsal head",))
+_UNDER_BALL = Midpoint(
     ("plantar first metatarsal head", "plantar fifth metatarsal head"),
     otherwise=("first metatarsal head", "fifth metatarsal head"),
 )
-_CALCANEUS = Mid(("medial calcaneus", "lateral calcaneus"))
-_MIDFOOT = Mid(("navicular", "fifth metatarsal base"))
+_CALCANEUS = Midpoint(("medial calcaneus", "lateral calcaneus"))
+_MIDFOOT = Midpoint(("navicular", "fifth metatarsal base"))
 
 USUAL_TRIM_MM = 22.0
 """Below the head of the fibula: where the upper edge of an ankle-foot orthosis usually lies."""
@@ -218,7 +218,7 @@ KIND = Kind(
     words={"en": "Foot and ankle", "de": "Fuß und Sprunggelenk"},
     sided=True,
     long=False,
-    upright=Upright(up="shank", forward="foot"),
+    upright=LandmarkFrame(up="shank", forward="foot"),
     places=(
         TIBIAL_TUBERCLE.at(5),
         FIBULA_HEAD.at(5),
@@ -262,27 +262,31 @@ KIND = Kind(
         ),
     ),
     directions=(
-        Line(name="ankle", start=Mid(("medial malleolus",)), end=Mid(("lateral malleolus",))),
+        Line(
+            name="ankle",
+            start=Midpoint(("medial malleolus",)),
+            end=Midpoint(("lateral malleolus",)),
+        ),
         Line(name="shank", start=_MALLEOLI, end=_KNEE),
         Plane(name="plantar", through=_SOLE, towards=_MALLEOLI),
         Line(name="foot", start=_HEEL, end=_TOE, within="plantar"),
         Line(name="ball", start=_MT1, end=_MT5),
         Cross(name="lateral", first="foot", second="plantar"),
-        Line(name="heel to instep", start=_HEEL, end=Mid(("instep",))),
+        Line(name="heel to instep", start=_HEEL, end=Midpoint(("instep",))),
         Cross(name="across heel and instep", first="heel to instep", second="lateral"),
         Line(name="heel to toe", start=_HEEL, end=_TOE),
         Line(name="toes", start=_UNDER_BALL, end=_TOE),
-        OfSurface(
+        SurfaceAxis(
             name="heel bisection",
             how="halves across",
             along="plantar",
             towards="lateral",
             start=_CALCANEUS,
-            end=Mid(("achilles insertion",)),
+            end=Midpoint(("achilles insertion",)),
             whole=_HEEL,
             none=_CALCANEUS,
         ),
-        OfSurface(
+        SurfaceAxis(
             name="under the forefoot",
             how="under",
             along="lateral",
@@ -294,7 +298,7 @@ KIND = Kind(
             reach=0.25,
         ),
         Tilted(name="subtalar", along="foot", above="plantar", up_deg=42.0, medial_deg=23.0),
-        OfSurface(
+        SurfaceAxis(
             name="hindfoot",
             how="halves",
             along="foot",
@@ -304,7 +308,7 @@ KIND = Kind(
             whole=_SOLE[0],
             none=_MALLEOLI,
         ),
-        OfSurface(
+        SurfaceAxis(
             name="forefoot",
             how="halves",
             along="foot",
@@ -315,8 +319,8 @@ KIND = Kind(
             none=_MALLEOLI,
         ),
     ),
-    centreline=Bent(
-        nodes=(_KNEE, Mid(("medial malleolus", "lateral malleolus", "heel")), _BALL, _TOE),
+    centreline=BentCentreline(
+        nodes=(_KNEE, Midpoint(("medial malleolus", "lateral malleolus", "heel")), _BALL, _TOE),
         reference="lateral malleolus",
     ),
     sheet=(
@@ -437,22 +441,22 @@ KIND = Kind(
             name="instep_girth_mm",
             en="Instep girth, at the navicular across the centreline",
             de="Ristumfang, am Kahnbein quer zur Mittellinie",
-            at=Mid(("navicular",)),
+            at=Midpoint(("navicular",)),
             normal="centreline",
         ),
         Section(
             name="short_heel_girth_mm",
             en="Short heel girth, heel to instep",
             de="Fersenumfang, Ferse zum Rist",
-            at=Mid(("heel", "instep")),
+            at=Midpoint(("heel", "instep")),
             normal="across heel and instep",
         ),
         Distance(
             name="heel_width_mm",
             en="Heel width",
             de="Fersenbreite",
-            start=Mid(("medial calcaneus",)),
-            end=Mid(("lateral calcaneus",)),
+            start=Midpoint(("medial calcaneus",)),
+            end=Midpoint(("lateral calcaneus",)),
             along="lateral",
         ),
         Distance(
@@ -460,7 +464,7 @@ KIND = Kind(
             en="Height of the navicular",
             de="Höhe des Kahnbeins",
             start=_SOLE[0],
-            end=Mid(("navicular",)),
+            end=Midpoint(("navicular",)),
             along="plantar",
         ),
         Arch(
@@ -502,7 +506,7 @@ KIND = Kind(
             en="Height of the medial malleolus",
             de="Höhe des Innenknöchels",
             start=_SOLE[0],
-            end=Mid(("medial malleolus",)),
+            end=Midpoint(("medial malleolus",)),
             along="plantar",
         ),
         Distance(
@@ -510,15 +514,15 @@ KIND = Kind(
             en="Height of the lateral malleolus",
             de="Höhe des Außenknöchels",
             start=_SOLE[0],
-            end=Mid(("lateral malleolus",)),
+            end=Midpoint(("lateral malleolus",)),
             along="plantar",
         ),
         Distance(
             name="malleoli_width_mm",
             en="Width of the malleoli",
             de="Knöchelbreite",
-            start=Mid(("medial malleolus",)),
-            end=Mid(("lateral malleolus",)),
+            start=Midpoint(("medial malleolus",)),
+            end=Midpoint(("lateral malleolus",)),
         ),
         Extreme(
             name="smallest_ankle_girth_mm",
@@ -580,7 +584,7 @@ KIND = Kind(
             "the fibula",
             de=f"Wadenumfang am üblichen oberen Rand, {USUAL_TRIM_MM:g} mm unter dem "
             "Wadenbeinköpfchen",
-            at=Mid(("fibula head",)),
+            at=Midpoint(("fibula head",)),
             normal="shank",
             beyond_mm=-USUAL_TRIM_MM,
         ),
@@ -588,7 +592,7 @@ KIND = Kind(
             name="calf_trim_width_mm",
             en="ML width of the calf there",
             de="ML-Breite der Wade dort",
-            at=Mid(("fibula head",)),
+            at=Midpoint(("fibula head",)),
             normal="shank",
             beyond_mm=-USUAL_TRIM_MM,
             what="width",
@@ -600,7 +604,7 @@ KIND = Kind(
             en="Height of the head of the fibula",
             de="Höhe des Wadenbeinköpfchens",
             start=_SOLE[0],
-            end=Mid(("fibula head",)),
+            end=Midpoint(("fibula head",)),
             along="plantar",
         ),
     ),
@@ -625,8 +629,8 @@ KIND = Kind(
             },
             axis="subtalar",
             reads="hindfoot_deg",
-            centre=Mid(("heel",)),
-            parted=Mid(("medial malleolus", "lateral malleolus", "heel")),
+            centre=Midpoint(("heel",)),
+            parted=Midpoint(("medial malleolus", "lateral malleolus", "heel")),
             upper=_KNEE,
             lower=_BALL,
             square="plantar",

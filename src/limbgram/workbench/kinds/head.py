@@ -14,14 +14,14 @@ from limbgram.workbench.anatomy.kind import (
     Difference,
     Distance,
     Kind,
+    LandmarkFrame,
     Line,
-    Mid,
+    Midpoint,
     Place,
     Plane,
     Section,
     SensitivePlace,
     Share,
-    Upright,
 )
 
 VERTEX = Place("vertex", en=("top of the head",), de=("Scheitel", "Scheitelpunkt"), level=4)
@@ -71,9 +71,9 @@ LEFT_FRONTOZYGOMA = Place(
     de=("linkes Frontozygoma", "Frontozygoma links"),
 )
 
-_TRAGIA = Mid(("right tragion", "left tragion"))
-_SELLION = Mid(("sellion",))
-_GLABELLA, _OPISTHOCRANION = Mid(("glabella",)), Mid(("opisthocranion",))
+_TRAGIA = Midpoint(("right tragion", "left tragion"))
+_SELLION = Midpoint(("sellion",))
+_GLABELLA, _OPISTHOCRANION = Midpoint(("glabella",)), Midpoint(("opisthocranion",))
 
 KIND = Kind(
     name="head",
@@ -81,7 +81,7 @@ KIND = Kind(
     words={"en": "Head", "de": "Kopf"},
     sided=False,
     long=False,
-    upright=Upright(up="base", forward="midline"),
+    upright=LandmarkFrame(up="base", forward="midline"),
     places=(
         VERTEX,
         GLABELLA,
@@ -107,8 +107,8 @@ KIND = Kind(
     directions=(
         Plane(
             name="base",
-            through=(_SELLION, Mid(("right tragion",)), Mid(("left tragion",))),
-            towards=Mid(("glabella",), otherwise=("vertex",)),
+            through=(_SELLION, Midpoint(("right tragion",)), Midpoint(("left tragion",))),
+            towards=Midpoint(("glabella",), otherwise=("vertex",)),
         ),
         Line(name="midline", start=_TRAGIA, end=_SELLION, within="base"),
         Cross(name="to the right", first="midline", second="base"),
@@ -238,8 +238,8 @@ KIND = Kind(
             name="eurion_width_mm",
             en="Width, eurion to eurion",
             de="Breite, Euryon zu Euryon",
-            start=Mid(("left eurion",)),
-            end=Mid(("right eurion",)),
+            start=Midpoint(("left eurion",)),
+            end=Midpoint(("right eurion",)),
         ),
         Distance(
             name="glabella_length_mm",
@@ -260,7 +260,7 @@ KIND = Kind(
             name="head_circumference_mm",
             en="Head circumference over glabella and opisthocranion",
             de="Kopfumfang über Glabella und Opisthokranion",
-            at=Mid(("glabella", "opisthocranion")),
+            at=Midpoint(("glabella", "opisthocranion")),
             normal="base",
             holds="greatest length",
             note="taut tape in the plane through both, level from side to side",
@@ -269,15 +269,15 @@ KIND = Kind(
             name="oblique_left_front_mm",
             en="Left frontozygoma to right eurion",
             de="Linkes Frontozygoma bis rechtes Euryon",
-            start=Mid(("left frontozygoma",)),
-            end=Mid(("right eurion",)),
+            start=Midpoint(("left frontozygoma",)),
+            end=Midpoint(("right eurion",)),
         ),
         Distance(
             name="oblique_right_front_mm",
             en="Right frontozygoma to left eurion",
             de="Rechtes Frontozygoma bis linkes Euryon",
-            start=Mid(("right frontozygoma",)),
-            end=Mid(("left eurion",)),
+            start=Midpoint(("right frontozygoma",)),
+            end=Midpoint(("left eurion",)),
         ),
         Difference(
             name="oblique_cva_mm",

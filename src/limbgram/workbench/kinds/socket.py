@@ -3,7 +3,7 @@
 Sensitive places are those of the limb that wears it.
 """
 
-from limbgram.workbench.anatomy.kind import Distance, Kind, Mid, Section
+from limbgram.workbench.anatomy.kind import Distance, Kind, Midpoint, Section
 from limbgram.workbench.kinds.transtibial import DISTAL_END, PATELLAR_TENDON, POPLITEAL_CREASE
 from limbgram.workbench.kinds.transtibial import KIND as TRANSTIBIAL
 
@@ -20,15 +20,15 @@ KIND = Kind(
             name="patellar_tendon_to_end_mm",
             en="Patellar tendon to the distal end, along the axis",
             de="Patellasehne bis distales Ende, entlang der Achse",
-            start=Mid(("distal end",)),
-            end=Mid(("patellar tendon",)),
+            start=Midpoint(("distal end",)),
+            end=Midpoint(("patellar tendon",)),
             along="long axis",
         ),
         Section(
             name="patellar_tendon_girth_mm",
             en="Girth at the patellar tendon",
             de="Umfang an der Patellasehne",
-            at=Mid(("patellar tendon",)),
+            at=Midpoint(("patellar tendon",)),
             normal="long axis",
         ),
     ),

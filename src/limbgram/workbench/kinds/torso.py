@@ -23,7 +23,7 @@ from limbgram.workbench.anatomy.kind import (
     Joint,
     Kind,
     Line,
-    Mid,
+    Midpoint,
     Place,
     Section,
     SensitivePlace,
@@ -216,15 +216,15 @@ LEFT_TENTH_RIB = Place(
 )
 COCCYX = Place("coccyx", en=("tailbone",), de=("Steißbein",), facing="posterior", level=1)
 
-_AXILLAE = Mid(("right axilla", "left axilla"))
-_WAIST = Mid(("right waist", "left waist"), otherwise=("navel",))
-_ASIS = Mid(("right iliac spine", "left iliac spine"))
-_TROCHANTERS = Mid(("right trochanter", "left trochanter"))
-_L3 = Mid(("third lumbar vertebra",))
-_SACRUM, _C7 = Mid(("sacrum",)), Mid(("seventh cervical vertebra",))
+_AXILLAE = Midpoint(("right axilla", "left axilla"))
+_WAIST = Midpoint(("right waist", "left waist"), otherwise=("navel",))
+_ASIS = Midpoint(("right iliac spine", "left iliac spine"))
+_TROCHANTERS = Midpoint(("right trochanter", "left trochanter"))
+_L3 = Midpoint(("third lumbar vertebra",))
+_SACRUM, _C7 = Midpoint(("sacrum",)), Midpoint(("seventh cervical vertebra",))
 
 
-def _levels(name: str, en: str, de: str, at: Mid) -> tuple[Section, ...]:
+def _levels(name: str, en: str, de: str, at: Midpoint) -> tuple[Section, ...]:
     """What forms ask of a level: girth, widths, how far it is turned, and its two halves."""
     across = Section(name="", en="", de="", at=at, normal="trunk", along="to the right")
     halves = "the plane through sacrum and C7, square to the iliac spines, parts the halves"
@@ -346,18 +346,20 @@ KIND = Kind(
     directions=(
         Line(name="trunk", start=_SACRUM, end=_C7),
         Line(
-            name="iliac spines", start=Mid(("left iliac spine",)), end=Mid(("right iliac spine",))
+            name="iliac spines",
+            start=Midpoint(("left iliac spine",)),
+            end=Midpoint(("right iliac spine",)),
         ),
         Square(name="to the right", of="iliac spines", to="trunk"),
         Line(name="pelvis forward", start=_SACRUM, end=_ASIS),
-        Line(name="axillae", start=Mid(("left axilla",)), end=Mid(("right axilla",))),
+        Line(name="axillae", start=Midpoint(("left axilla",)), end=Midpoint(("right axilla",))),
         Cross(name="forward", first="trunk", second="to the right"),
-        Line(name="lower back", start=_SACRUM, end=Mid(("third lumbar vertebra",))),
+        Line(name="lower back", start=_SACRUM, end=Midpoint(("third lumbar vertebra",))),
         Line(name="chest", start=_L3, end=_C7),
         Line(
             name="upper back",
-            start=Mid(("third lumbar vertebra",)),
-            end=Mid(("twelfth thoracic vertebra",)),
+            start=Midpoint(("third lumbar vertebra",)),
+            end=Midpoint(("twelfth thoracic vertebra",)),
         ),
     ),
     sheet=(
@@ -410,17 +412,17 @@ KIND = Kind(
             name="breast_girth_mm",
             en="Girth: breast, at the nipples",
             de="Umfang: Brust, Höhe der Brustwarzen",
-            at=Mid(("right nipple", "left nipple")),
+            at=Midpoint(("right nipple", "left nipple")),
             normal="trunk",
         ),
         Section(
             name="under_breast_girth_mm",
             en="Girth: under the breast",
             de="Umfang: Unterbrust",
-            at=Mid(("right inframammary fold", "left inframammary fold")),
+            at=Midpoint(("right inframammary fold", "left inframammary fold")),
             normal="trunk",
         ),
-        *_levels("xiphoid", "xiphoid", "Schwertfortsatz", Mid(("xiphoid",))),
+        *_levels("xiphoid", "xiphoid", "Schwertfortsatz", Midpoint(("xiphoid",))),
         *_levels("waist", "waist", "Taille", _WAIST),
         *_levels("asis", "iliac spines", "Darmbeinstacheln", _ASIS),
         *_levels("trochanter", "trochanters", "Rollhügel", _TROCHANTERS),
@@ -429,7 +431,7 @@ KIND = Kind(
             en="Waist up to the sternal notch",
             de="Taille bis Drosselgrube",
             start=_WAIST,
-            end=Mid(("sternal notch",)),
+            end=Midpoint(("sternal notch",)),
             along="trunk",
         ),
         Distance(
@@ -437,7 +439,7 @@ KIND = Kind(
             en="Waist up to the nipple line",
             de="Taille bis Brustwarzenlinie",
             start=_WAIST,
-            end=Mid(("right nipple", "left nipple")),
+            end=Midpoint(("right nipple", "left nipple")),
             along="trunk",
         ),
         Distance(
@@ -445,7 +447,7 @@ KIND = Kind(
             en="Waist up to the xiphoid",
             de="Taille bis Schwertfortsatz",
             start=_WAIST,
-            end=Mid(("xiphoid",)),
+            end=Midpoint(("xiphoid",)),
             along="trunk",
         ),
         Distance(
@@ -453,7 +455,7 @@ KIND = Kind(
             en="Waist up to the scapular spine",
             de="Taille bis Schulterblattgräte",
             start=_WAIST,
-            end=Mid(("right scapular spine", "left scapular spine")),
+            end=Midpoint(("right scapular spine", "left scapular spine")),
             along="trunk",
         ),
         Distance(
@@ -461,7 +463,7 @@ KIND = Kind(
             en="Waist up to the inferior angle of the scapula",
             de="Taille bis zum unteren Schulterblattwinkel",
             start=_WAIST,
-            end=Mid(("right inferior angle", "left inferior angle")),
+            end=Midpoint(("right inferior angle", "left inferior angle")),
             along="trunk",
         ),
         Distance(
@@ -484,7 +486,7 @@ KIND = Kind(
             name="waist_to_pubis_mm",
             en="Waist down to the pubis",
             de="Taille bis Schambeinfuge",
-            start=Mid(("pubic symphysis",)),
+            start=Midpoint(("pubic symphysis",)),
             end=_WAIST,
             along="trunk",
         ),
@@ -500,7 +502,7 @@ KIND = Kind(
             name="waist_to_coccyx_mm",
             en="Waist down to the coccyx",
             de="Taille bis Steißbein",
-            start=Mid(("coccyx",)),
+            start=Midpoint(("coccyx",)),
             end=_WAIST,
             along="trunk",
         ),
@@ -508,7 +510,7 @@ KIND = Kind(
             name="waist_to_gluteal_fold_mm",
             en="Waist down to the gluteal fold",
             de="Taille bis Gesäßfalte",
-            start=Mid(("gluteal fold",)),
+            start=Midpoint(("gluteal fold",)),
             end=_WAIST,
             along="trunk",
         ),

@@ -27,7 +27,11 @@ from limbgram.core.mesh.closest_point import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import Finding, note
 from limbgram.reconstruction.photos.photo import Photo
-from limbgram.workbench.marks.pixels import Caster, coloured_pixels_by_photo, hue_and_saturation
+from limbgram.workbench.marks.pixels import (
+    SurfaceRays,
+    coloured_pixels_by_photo,
+    hue_and_saturation,
+)
 from limbgram.workbench.marks.spots import RoundRule, Spots, hues_of, spots_of
 
 _AGREEMENT_MM = 2.0
@@ -40,7 +44,7 @@ _PLAINEST_SHARE = 0.6
 
 @dataclass(frozen=True, kw_only=True)
 class PaintedOptions:
-    """What passes as a mark."""
+    """What counts as a painted mark."""
 
     colour: tuple[int, int, int] | None = None
     """sRGB of the marks; None: any colour that the rest of the paint does not have."""
@@ -69,7 +73,7 @@ _SHARED_PX = 0.25
 
 @dataclass(frozen=True, kw_only=True)
 class PaintedMark:
-    """A place that several photos agree on."""
+    """A painted mark at a place on which several photos agree."""
 
     position_mm: Vector3
     """On the surface, in the mesh's frame."""
@@ -88,7 +92,7 @@ class PaintedMark:
 
 @dataclass(frozen=True, kw_only=True)
 class LeftOut:
-    """A spot that was seen and is not offered."""
+    """A spot that was seen but is not offered as a mark, with the reason."""
 
     position_mm: Vector3
     colour: UInt8[np.ndarray, "3"]
@@ -97,7 +101,7 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class PaintedMarks:
-    """Marks, and spots of the marks' colours that are none."""
+    """Painted marks, and spots of their colours that are no marks."""
 
     marks: tuple[PaintedMark, ...]
     left_out: tuple[LeftOut, ...]
@@ -119,7 +123,7 @@ def find_painted_marks(
     """
     same_rad = float(np.radians(options.same_hue_deg))
     given = None if options.colour is None else _hue_of(options.colour, _LEAST_SATURATION)
-    caster = Caster(mesh)
+    caster = SurfaceRays(mesh)
     pixels = coloured_pixels_by_photo(
         photos, views, mesh, caster, options.pixel_mm, _LEAST_SATURATION
     )
@@ -141,7 +145,7 @@ def find_painted_marks(
         if given is None and plainness < _PLAINEST_SHARE:
             continue
         shared = 1 - plainness if given is not None and found.total_mm2 else 0.0
-        seen = _agreed(found.spots, views, caster, tree, options)
+        seen = _agreed_places(found.spots, views, caster, tree, options)
         if seen.marks or given is not None:
             offered.append((plainness, seen))
     offered.sort(key=lambda one: -one[0])
@@ -168,13 +172,17 @@ def _given_first(hues: np.ndarray, given: float, same_rad: float) -> np.ndarray:
     return np.array([given, *(hue for hue in hues if abs(turn_rad(hue, given)) >= same_rad)])
 
 
-def _agreed(
-    spots: Spots, views: Sequence[View], caster: Caster, tree: TriangleTree, options: PaintedOptions
+def _agreed_places(
+    spots: Spots,
+    views: Sequence[View],
+    caster: SurfaceRays,
+    tree: TriangleTree,
+    options: PaintedOptions,
 ) -> PaintedMarks:
     """Places where the spots of several photos agree, the highest first."""
     marks: list[PaintedMark] = []
     left_out: list[LeftOut] = []
-    for rows in _groups(spots, _AGREEMENT_MM):
+    for rows in _spot_groups(spots, _AGREEMENT_MM):
         place = np.median(spots.middles_mm[rows], axis=0)
         place = tree.closest(place[None]).points_mm[0]
         colour = np.median(spots.colours[rows], axis=0).astype(np.uint8)
@@ -182,7 +190,7 @@ def _agreed(
             k in spots.photo_idx[rows] or caster.sees(view, place, _SQUARE_COSINE, _SLACK_MM)
             for k, view in enumerate(views)
         )
-        reason = _refused(len(rows), looking, options)
+        reason = _refusal_reason(len(rows), looking, options)
         if reason is not None:
             left_out.append(LeftOut(position_mm=place, colour=colour, reason=reason))
             continue
@@ -214,7 +222,7 @@ def sigma_of_median_mm(
     return float(np.hypot(of_median, shared))
 
 
-def _groups(spots: Spots, agreement_mm: float) -> list[Int64[np.ndarray, " k"]]:
+def _spot_groups(spots: Spots, agreement_mm: float) -> list[Int64[np.ndarray, " k"]]:
     """Spots that lie together, each photo once: the spot nearest to the middle of all."""
     count = len(spots.middles_mm)
     if count == 0:
@@ -226,16 +234,16 @@ def _groups(spots: Spots, agreement_mm: float) -> list[Int64[np.ndarray, " k"]]:
     groups: list[Int64[np.ndarray, " k"]] = []
     for label in range(int(labels.max()) + 1):
         rows = np.flatnonzero(labels == label)
-        away = _away(spots.middles_mm[rows])
+        away = _distances_from_median(spots.middles_mm[rows])
         rows = rows[np.argsort(away, kind="stable")]
         rows = rows[np.sort(np.unique(spots.photo_idx[rows], return_index=True)[1])]
-        rows = rows[_away(spots.middles_mm[rows]) <= agreement_mm]
+        rows = rows[_distances_from_median(spots.middles_mm[rows]) <= agreement_mm]
         if len(rows):
             groups.append(np.sort(rows))
     return groups
 
 
-def _away(places_mm: Points3) -> np.ndarray:
+def _distances_from_median(places_mm: Points3) -> np.ndarray:
     """Distances from the middle, which a few wild places do not move."""
     return np.linalg.norm(places_mm - np.median(places_mm, axis=0), axis=1)
 
@@ -247,7 +255,7 @@ def _beside(one: LeftOut, marks: Sequence[PaintedMark]) -> bool:
     )
 
 
-def _refused(showing: int, looking: int, options: PaintedOptions) -> Finding | None:
+def _refusal_reason(showing: int, looking: int, options: PaintedOptions) -> Finding | None:
     """Why a group is no mark; None if it is one."""
     if showing < options.least_photos:
         return note(

@@ -39,7 +39,7 @@ class ColouredPixels:
     """Of the surface that each pixel covers."""
 
 
-class Caster:
+class SurfaceRays:
     """Rays against one mesh; the place is exact, whatever the ray caster's precision."""
 
     def __init__(self, mesh: Mesh) -> None:
@@ -77,7 +77,7 @@ class Caster:
 def coloured_pixels(
     photo: Photo,
     view: View,
-    caster: Caster,
+    caster: SurfaceRays,
     outline_mm: Points3,
     pixel_mm: float,
     least_saturation: float,
@@ -151,7 +151,7 @@ def coloured_pixels_by_photo(
     photos: Sequence[Photo],
     views: Sequence[View],
     mesh: Mesh,
-    caster: Caster,
+    caster: SurfaceRays,
     pixel_mm: float,
     least_saturation: float,
 ) -> list[ColouredPixels]:

@@ -44,7 +44,7 @@ class Spots:
 
 @dataclass(frozen=True, kw_only=True)
 class HueSpots:
-    """What all photos show of one hue."""
+    """The spots of one hue in all photos, and their areas."""
 
     spots: Spots
     inside_mm2: float
@@ -55,7 +55,7 @@ class HueSpots:
 
 @dataclass(frozen=True, kw_only=True)
 class RoundRule:
-    """What passes as round, and of which size."""
+    """Limits of roundness and size of a spot."""
 
     smallest_mm: float
     largest_mm: float
@@ -94,11 +94,11 @@ def spots_of(
     for photo_idx, one in enumerate(pixels):
         nearest = _nearest_hue(one.hue_rad, hues, same_rad)
         for hue_idx, of_hue in enumerate(parts):
-            seen = _in_photo(one, nearest == hue_idx, photo_idx, same_rad, rule)
+            seen = _spots_in_photo(one, nearest == hue_idx, photo_idx, same_rad, rule)
             of_hue += [] if seen is None else [seen]
     return [
         HueSpots(
-            spots=_joined([part.spots for part in of_hue]),
+            spots=_concatenated([part.spots for part in of_hue]),
             inside_mm2=sum(part.inside_mm2 for part in of_hue),
             total_mm2=sum(part.total_mm2 for part in of_hue),
         )
@@ -119,7 +119,7 @@ def _nearest_hue(
     return nearest
 
 
-def _in_photo(
+def _spots_in_photo(
     one: ColouredPixels,
     own: Bool[np.ndarray, " n"],
     photo_idx: int,
@@ -136,7 +136,7 @@ def _in_photo(
     plain = _near_own_hue(one.hue_rad[rows], labels, _OWN_HUE * same_rad)
     if not plain.any():
         return None
-    return _measured(one, rows[plain], labels[plain], photo_idx, rule)
+    return _measured_spots(one, rows[plain], labels[plain], photo_idx, rule)
 
 
 def _labels(one: ColouredPixels, rows: Int64[np.ndarray, " k"]) -> Int64[np.ndarray, " k"]:
@@ -157,7 +157,7 @@ def _near_own_hue(
     return np.abs(turn_rad(hue_rad, np.arctan2(sines, cosines)[labels])) < tolerance_rad
 
 
-def _measured(
+def _measured_spots(
     one: ColouredPixels,
     rows: Int64[np.ndarray, " k"],
     labels: Int64[np.ndarray, " k"],
@@ -195,7 +195,7 @@ def _measured(
     )
 
 
-def _joined(parts: Sequence[Spots]) -> Spots:
+def _concatenated(parts: Sequence[Spots]) -> Spots:
     return Spots(
         middles_mm=np.concatenate([np.zeros((0, 3)), *(part.middles_mm for part in parts)]),
         diameters_mm=np.concatenate([np.zeros(0), *(part.diameters_mm for part in parts)]),

@@ -60,7 +60,7 @@ class LostSticker:
 
 @dataclass(frozen=True)
 class PlacedStickers:
-    """All stickers."""
+    """All stickers: those placed, and those without a place."""
 
     placed: tuple[PlacedSticker, ...]
     lost: tuple[LostSticker, ...]
@@ -83,7 +83,7 @@ def find_stickers(
 
 
 def place_stickers(found: MarkDetections, views: Sequence[View]) -> PlacedStickers:
-    """The same of marks that were found; `views` are those of the photos by `photo_idx`."""
+    """Place stickers whose marks were found; `views` are indexed by `photo_idx`."""
     placed: list[PlacedSticker] = []
     lost: list[LostSticker] = []
     doubted = {
@@ -93,7 +93,7 @@ def place_stickers(found: MarkDetections, views: Sequence[View]) -> PlacedSticke
     }
     for mark_id in sorted({*found.ids, *doubted}):
         shown = [photo for photo in found.photos if (photo.ids == mark_id).any()]
-        one = _placed(mark_id, shown, views)
+        one = _placed_sticker(mark_id, shown, views)
         if isinstance(one, PlacedSticker):
             placed.append(one)
         else:
@@ -103,7 +103,7 @@ def place_stickers(found: MarkDetections, views: Sequence[View]) -> PlacedSticke
     return PlacedStickers(tuple(placed), tuple(lost))
 
 
-def _placed(
+def _placed_sticker(
     mark_id: int, shown: Sequence[PhotoMarks], views: Sequence[View]
 ) -> PlacedSticker | Finding:
     """One sticker from the photos that show it, or why it has no place."""
@@ -111,7 +111,7 @@ def _placed(
     while len(kept) >= _LEAST_PHOTOS:
         seen = [views[photo.photo_idx] for photo in kept]
         corners_px = np.array([photo.corners_px[photo.ids == mark_id][0] for photo in kept])
-        met = triangulate(seen, *_pairs(len(seen)), corners_px.reshape(-1, 2), _CORNERS)
+        met = triangulate(seen, *_views_and_corners(len(seen)), corners_px.reshape(-1, 2), _CORNERS)
         points = met.points_in_world
         if not np.isfinite(points).all():
             return note("landmark.sticker.no_place")
@@ -137,7 +137,7 @@ def _placed(
     return note("landmark.sticker.few", count=len(shown), least=_LEAST_PHOTOS)
 
 
-def _pairs(views: int) -> tuple[Int32[np.ndarray, " m"], Int32[np.ndarray, " m"]]:
+def _views_and_corners(views: int) -> tuple[Int32[np.ndarray, " m"], Int32[np.ndarray, " m"]]:
     """View and corner of each measurement, photo by photo."""
     return (
         np.repeat(np.arange(views, dtype=np.int32), _CORNERS),

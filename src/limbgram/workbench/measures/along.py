@@ -1,9 +1,9 @@
-"""Along the centreline: sections across the curve that a kind of limb goes by, with their sigmas.
+"""Along the centreline: measures of sections square to a limb's centreline, with their sigmas.
 
 In      an aligned limb; the spacing; how well its landmarks are placed.
 Out     AlongCentreline: a station at every multiple of the spacing, counted from the curve's distal
         end towards the body, and lengths between landmarks along the curve.
-Method  A kind whose centreline bends tells it by its landmarks, as a foot does (centreline.py); for
+Method  A bent centreline comes from the kind's landmarks, as of a foot (centreline.py); for
         all others it is the straight long axis of the limb frame, so that the stations are the
         levels. The plane of a station is square to the curve; of several outlines in it the one
         that the curve goes through counts. Planes move with the landmarks that tell the curve:
@@ -28,7 +28,7 @@ from limbgram.findings import Finding, as_json, told
 from limbgram.workbench.anatomy.centreline import Centreline
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
-from limbgram.workbench.anatomy.names import by_identity
+from limbgram.workbench.anatomy.names import landmarks_by_identity
 from limbgram.workbench.frame.landmarks import landmark
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import (
@@ -39,9 +39,15 @@ from limbgram.workbench.measures.levels import (
     ml_mm,
     tape_mm,
 )
-from limbgram.workbench.measures.propagation import Cut, Measure, Propagated, Subject, across
+from limbgram.workbench.measures.propagation import (
+    CutPlane,
+    Measure,
+    Propagated,
+    Subject,
+    measure_section,
+)
 
-ACROSS: Mapping[str, Measure] = {
+STATION_MEASURES: Mapping[str, Measure] = {
     "tape_mm": tape_mm,
     "contour_mm": contour_mm,
     "ml_mm": ml_mm,
@@ -54,18 +60,18 @@ _TOUCHING_MM = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class Station:
-    """One place of the curve."""
+    """The measures at one place of the curve."""
 
     along_mm: float
     """From the curve's distal end, towards the body."""
     figures: Mapping[str, Figure]
-    """By the names of ACROSS; empty where there is a reason."""
+    """By the names of STATION_MEASURES; empty where there is a reason."""
     reason: Finding | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class LengthAlong:
-    """How far apart two landmarks lie along the curve; positive if the end lies more proximal."""
+    """Distance of two landmarks along the curve; positive if the end lies more proximal."""
 
     start: str
     end: str
@@ -74,10 +80,10 @@ class LengthAlong:
 
 @dataclass(frozen=True, kw_only=True)
 class AlongCentreline:
-    """The table."""
+    """The measures along a centreline: stations and lengths."""
 
     bends: bool
-    """Whether the kind has a centreline of its own; otherwise it is the long axis."""
+    """Whether the kind has a centreline of its centreline; otherwise it is the long axis."""
     stations: tuple[Station, ...]
     lengths: tuple[LengthAlong, ...]
 
@@ -88,12 +94,12 @@ class AlongCentreline:
         rows: list[tuple[Cell, ...]] = []
         for one in self.stations:
             cells: list[Cell] = []
-            for name in ACROSS:
+            for name in STATION_MEASURES:
                 figure = one.figures.get(name)
                 cells += [None, None] if figure is None else [figure.value, figure.sigma]
             why = None if one.reason is None else told(one.reason, language)
             rows.append((one.along_mm, *cells, why))
-        heads = [head for name in ACROSS for head in (name, f"sigma_{name}")]
+        heads = [head for name in STATION_MEASURES for head in (name, f"sigma_{name}")]
         return Table(
             title="along the centreline", columns=("along_mm", *heads, "reason"), rows=tuple(rows)
         )
@@ -123,12 +129,17 @@ class AlongCentreline:
         rows = tuple(
             (
                 one.along_mm,
-                *(one.figures[name].with_reach if one.figures else "" for name in ACROSS),
+                *(
+                    one.figures[name].with_interval if one.figures else ""
+                    for name in STATION_MEASURES
+                ),
                 None if one.reason is None else told(one.reason),
             )
             for one in self.stations
         )
-        table = Table(title="stations", columns=("along_mm", *ACROSS, "reason"), rows=rows)
+        table = Table(
+            title="stations", columns=("along_mm", *STATION_MEASURES, "reason"), rows=rows
+        )
         return html_of(table, f"across the centreline, mm; {HOLDS}")
 
 
@@ -148,21 +159,21 @@ def measure_along(
         MeasureError: not aligned, several limbs, or a landmark of the curve is missing.
     """
     right = limb.aligned().limb_from_mesh.rotation[0]
-    subject, own = Subject.of(limb, placing), limb.centreline()
+    subject, centreline = Subject.of(limb, placing), limb.centreline()
     bends = subject.anatomy.kind.centreline is not None
 
-    def curve_of(anatomy: Anatomy) -> Centreline:
-        return anatomy.centreline() if bends else own
+    def centreline_of(anatomy: Anatomy) -> Centreline:
+        return anatomy.centreline() if bends else centreline
 
-    reach_mm = own.length_mm - own.nearest_mm(subject.sigmas.mesh.vertices_mm)
+    reach_mm = centreline.length_mm - centreline.nearest_mm(subject.sigmas.mesh.vertices_mm)
     first = math.floor((float(reach_mm.min()) + _TOUCHING_MM) / spacing_mm) + 1
     last = math.ceil((float(reach_mm.max()) - _TOUCHING_MM) / spacing_mm) - 1
     return AlongCentreline(
         bends=bends,
         stations=tuple(
-            _station(subject, curve_of, k * spacing_mm, right) for k in range(first, last + 1)
+            _station(subject, centreline_of, k * spacing_mm, right) for k in range(first, last + 1)
         ),
-        lengths=tuple(_length(subject, curve_of, limb, pair) for pair in lengths),
+        lengths=tuple(_length(subject, centreline_of, limb, pair) for pair in lengths),
     )
 
 
@@ -190,18 +201,21 @@ def along_tree(found: AlongCentreline) -> dict[str, Any]:
 
 
 def _station(
-    subject: Subject, curve_of: Callable[[Anatomy], Centreline], along_mm: float, right: Vector3
+    subject: Subject,
+    centreline_of: Callable[[Anatomy], Centreline],
+    along_mm: float,
+    right: Vector3,
 ) -> Station:
-    def cut_of(anatomy: Anatomy) -> Cut:
-        curve = curve_of(anatomy)
+    def plane_of(anatomy: Anatomy) -> CutPlane:
+        curve = centreline_of(anatomy)
         place = curve.at(curve.length_mm - along_mm)
         across_mm = right - place.direction * (right @ place.direction)
         x_axis = across_mm / np.linalg.norm(across_mm)
         rotation = np.stack([x_axis, np.cross(-place.direction, x_axis), -place.direction])
-        return Cut(rotation=rotation, through_mm=rotation @ place.point_mm)
+        return CutPlane(rotation=rotation, through_mm=rotation @ place.point_mm)
 
     try:
-        propagated = across(subject, cut_of, ACROSS)
+        propagated = measure_section(subject, plane_of, STATION_MEASURES)
     except MeasureError as error:
         return Station(along_mm=along_mm, figures={}, reason=error.finding)
     figures = {name: subject.figure(one)[0] for name, one in propagated.items()}
@@ -210,15 +224,15 @@ def _station(
 
 def _length(
     subject: Subject,
-    curve_of: Callable[[Anatomy], Centreline],
+    centreline_of: Callable[[Anatomy], Centreline],
     limb: Limb,
     pair: tuple[str, str],
 ) -> LengthAlong:
-    ends = [_identity(limb, name) for name in pair]
+    ends = [_landmark_identity(limb, name) for name in pair]
 
     def along_mm(anatomy: Anatomy) -> float:
         places = np.stack([anatomy.places[one] for one in ends])
-        start, end = curve_of(anatomy).nearest_mm(places).tolist()
+        start, end = centreline_of(anatomy).nearest_mm(places).tolist()
         return start - end
 
     slopes = subject.slopes(lambda one: np.array([along_mm(one)]))
@@ -227,6 +241,6 @@ def _length(
     return LengthAlong(start=pair[0], end=pair[1], length_mm=found)
 
 
-def _identity(limb: Limb, name: str) -> str:
+def _landmark_identity(limb: Limb, name: str) -> str:
     mark = landmark(limb, name)
-    return next(key for key, one in by_identity(limb.landmarks).items() if one is mark)
+    return next(key for key, one in landmarks_by_identity(limb.landmarks).items() if one is mark)

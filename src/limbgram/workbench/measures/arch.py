@@ -1,7 +1,7 @@
-"""Arch: how high the sole rises between two places under it, and where it is highest.
+"""Arch: height and place of the apex of a foot's arch, between two places under it.
 
 In      a subject; an item with the two places and the base over which heights count.
-Out     the height, or its way from the first place.
+Out     the apex's height, or its distance from the first place.
 Method  The profile is the lowest surface in the plane through both places that stands upright on
         the base, between them, sampled every millimetre. A parabola by least squares through the
         part of it that lies within a tenth of the highest tells the apex: of a flat top, the
@@ -24,12 +24,12 @@ from limbgram.workbench.measures.levels import Sigmas
 from limbgram.workbench.measures.propagation import Propagated, Subject
 
 _STEP_MM = 1.0
-_TOP_SHARE = 0.1
-_LEAST_ABOVE_MM = 0.5
+_APEX_SHARE = 0.1
+_LEAST_RISE_MM = 0.5
 _LEAST_SAMPLES = 5
 
 
-def arch_of(subject: Subject, item: Arch) -> Propagated:
+def arch_apex(subject: Subject, item: Arch) -> Propagated:
     """The apex of an arch, by surface and landmarks.
 
     Raises:
@@ -52,7 +52,7 @@ def arch_of(subject: Subject, item: Arch) -> Propagated:
 
 @dataclass(frozen=True, kw_only=True)
 class _Profile:
-    """The lowest surface between two places, in an upright plane."""
+    """The profile of the sole between two places: the lowest surface in an upright plane."""
 
     names: tuple[str, ...]
     along_mm: Float64[np.ndarray, " k"]
@@ -65,7 +65,7 @@ class _Profile:
     def by_vertex(
         self, sigmas: Sigmas, by_sample: Float64[np.ndarray, " k"]
     ) -> Float64[np.ndarray, " n"]:
-        """What hangs on the heights, for a millimetre of each vertex along its normal."""
+        """Change of a function of the heights for a millimetre of each vertex along its normal."""
         corners = sigmas.mesh.vertices_mm[self.corners]
         looks = unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
         rises = np.einsum("kcd,kd->kc", sigmas.normals[self.corners], looks)
@@ -75,7 +75,7 @@ class _Profile:
 
 
 def _profile(sigmas: Sigmas, anatomy: Anatomy, item: Arch) -> _Profile:
-    """The lowest surface, sample by sample."""
+    """Sample the profile of the sole between an item's two places."""
     start, end = (anatomy.at(one, item.en) for one in (item.start, item.end))
     up = anatomy.axis(item.base).direction
     way = end - start
@@ -90,7 +90,7 @@ def _profile(sigmas: Sigmas, anatomy: Anatomy, item: Arch) -> _Profile:
     one, two, three = (left[mesh.faces[:, k]] for k in range(3))
     ids = np.flatnonzero((one | two | three) & ~(one & two & three))
     near = places[mesh.faces[ids]]
-    shares, hit = _shares(near, at)
+    shares, hit = _barycentric_under(near, at)
     heights = np.where(hit, np.einsum("kfc,fc->kf", shares, near[:, :, 2]), np.inf)
     lowest = heights.argmin(1) if len(ids) else np.zeros(len(at), np.int64)
     rows = np.arange(len(at))
@@ -106,10 +106,10 @@ def _profile(sigmas: Sigmas, anatomy: Anatomy, item: Arch) -> _Profile:
     )
 
 
-def _shares(
+def _barycentric_under(
     triangles: Float64[np.ndarray, "f 3 3"], at: Float64[np.ndarray, " k"]
 ) -> tuple[Float64[np.ndarray, "k f 3"], Bool[np.ndarray, "k f"]]:
-    """Where uprights over the line meet triangles: shares of their corners, and whether they do."""
+    """Barycentric weights of vertical lines in triangles, and whether they hit them."""
     a, b, c = (triangles[:, k, :2] for k in range(3))
     first, second = b - a, c - a
     area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
@@ -124,7 +124,7 @@ def _shares(
 @dataclass(frozen=True)
 class _Apex:
     values: Float64[np.ndarray, " 2"]
-    """Height and place."""
+    """Height of the apex, and its place along the profile."""
     by_sample: Float64[np.ndarray, "2 k"]
 
 
@@ -134,9 +134,9 @@ def _apex(profile: _Profile) -> _Apex:
     at = int(heights.argmax()) if inside else 0
     base = max(0.0, float(max(heights[0], heights[-1]))) if inside else 0.0
     rise = float(heights[at]) - base if inside else 0.0
-    if rise < _LEAST_ABOVE_MM:
+    if rise < _LEAST_RISE_MM:
         raise MeasureError("measure.sheet.no_arch", names=profile.names)
-    low = np.flatnonzero(heights < heights[at] - _TOP_SHARE * rise)
+    low = np.flatnonzero(heights < heights[at] - _APEX_SHARE * rise)
     first = min(int(low[low < at].max(initial=-1)) + 1, max(at - 2, 0))
     last = max(int(low[low > at].min(initial=len(heights))), min(at + 3, len(heights)))
     off = along[first:last] - along[at]

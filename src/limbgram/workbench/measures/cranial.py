@@ -1,4 +1,4 @@
-"""Cranial: the figures of a head above its base plane, by landmarks and without a severity.
+"""Cranial: the figures of a head above its base plane, without grades of severity.
 
 In      a head with sellion and both tragia.
 Out     figures by name: width, length, girth and radii at the measuring level, diagonals,
@@ -26,18 +26,18 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.units import MM3_PER_ML
 from limbgram.workbench.anatomy.directions import Anatomy
-from limbgram.workbench.anatomy.kind import Mid
+from limbgram.workbench.anatomy.kind import Midpoint
 from limbgram.workbench.measures.levels import (
     Level,
+    Measured,
     Sigmas,
-    Sloped,
     ap_mm,
     ap_through_mm,
     level_at,
     ml_mm,
     tape_mm,
 )
-from limbgram.workbench.measures.propagation import STEP_MM, Propagated, Subject
+from limbgram.workbench.measures.propagation import PLACE_STEP_MM, Propagated, Subject
 
 LEVELS, MEASURING_LEVEL = 10, 3
 DIAGONAL_DEG = 30.0
@@ -48,89 +48,95 @@ _QUADRANTS = {
     "right back": (1, -1),
     "left back": (-1, -1),
 }
-_CLEAR_MM = 2 * STEP_MM
-"""So far below the base plane an opening has to lie: slopes are told with the plane moved."""
+_CLEARANCE_MM = 2 * PLACE_STEP_MM
+"""An opening has to lie this far below the base plane, because slopes move the plane."""
 Triangles = Float64[np.ndarray, "_ 3 3"]
 
 
 def cranial_figures(subject: Subject) -> Mapping[str, Propagated]:
     """The figures of a head, by the names that the kind's items give them.
 
-    Volumes are left out where the surface is open above the base plane; see `require_whole`.
+    Volumes are left out where the surface is open above the base plane; see `require_closed_above`.
 
     Raises:
         MeasureError: a landmark is missing, or the section at the measuring level is not whole.
     """
-    whole = _open_above_mm(subject) is None
-    here = _values(subject.sigmas, *_frame(subject.anatomy), whole=whole, sloping=True)
+    whole = _open_height_mm(subject) is None
+    here = _values(subject.sigmas, *_frame(subject.anatomy), whole=whole, with_gradients=True)
     names = tuple(here)
     found: dict[str, dict[str, Vector3]] = {name: {} for name in names}
     for place in ("sellion", "right tragion", "left tragion"):
         rows = [
-            (_numbers(subject, place, step, whole) - _numbers(subject, place, -step, whole))
-            / (2 * STEP_MM)
-            for step in np.eye(3) * STEP_MM
+            (
+                _values_with_moved_landmark(subject, place, step, whole)
+                - _values_with_moved_landmark(subject, place, -step, whole)
+            )
+            / (2 * PLACE_STEP_MM)
+            for step in np.eye(3) * PLACE_STEP_MM
         ]
         for name, slope in zip(names, np.stack(rows).T, strict=True):
             found[name][place] = slope
     turned, level = _measuring_level(subject.sigmas, *_frame(subject.anatomy))
     beyond = {
-        name: turned.beyond_foremost(level, one.reaches) for name, one in _of_level(level).items()
+        name: turned.extremity_variance(level, one.reaches)
+        for name, one in _level_measures(level).items()
     }
     return {
         name: Propagated(
             value=value,
             by_vertex=gradient,
             by_place=found[name],
-            beyond=beyond.get(name, 0.0),
+            extra_variance=beyond.get(name, 0.0),
         )
         for name, (value, gradient) in here.items()
     }
 
 
-def require_whole(subject: Subject) -> None:
+def require_closed_above(subject: Subject) -> None:
     """Refuse volumes of a surface that is open above the base plane.
 
     Raises:
         MeasureError: it is; says how high.
     """
-    height_mm = _open_above_mm(subject)
+    height_mm = _open_height_mm(subject)
     if height_mm is not None:
         raise MeasureError("measure.sheet.open_above", height_mm=height_mm)
 
 
-def _numbers(subject: Subject, place: str, step: Vector3, whole: bool) -> Float64[np.ndarray, " k"]:
-    """All values, with one landmark elsewhere."""
+def _values_with_moved_landmark(
+    subject: Subject, place: str, step: Vector3, whole: bool
+) -> Float64[np.ndarray, " k"]:
+    """All values with one landmark moved by a step."""
     frame = _frame(subject.moved(place, step))
-    values = _values(subject.sigmas, *frame, whole=whole, sloping=False)
+    values = _values(subject.sigmas, *frame, whole=whole, with_gradients=False)
     return np.array([value for value, _ in values.values()])
 
 
 def _frame(anatomy: Anatomy) -> tuple[Matrix3, Vector3]:
-    """Rows right, forward and up; and the middle of the tragia."""
+    """The head's axes (rows right, forward, up), and the midpoint of the tragia."""
     up = anatomy.axis("base").direction
     forward = anatomy.axis("midline").direction
-    origin = anatomy.at(Mid(("right tragion", "left tragion")), "base")
+    origin = anatomy.at(Midpoint(("right tragion", "left tragion")), "base")
     return np.stack([np.cross(forward, up), forward, up]), origin
 
 
-_Valued = tuple[float, Float64[np.ndarray, " n"]]
-"""A value, and its change for a millimetre of each vertex along its normal, where it is told."""
-_NOT_TOLD = np.zeros(0)
+_ValueAndGradient = tuple[float, Float64[np.ndarray, " n"]]
+"""A value, and its change for a millimetre of each vertex along its normal, if wanted."""
+_NO_GRADIENT = np.zeros(0)
 
 
 def _values(
-    sigmas: Sigmas, rotation: Matrix3, origin: Vector3, *, whole: bool, sloping: bool
-) -> dict[str, _Valued]:
-    """The figures; `sloping` tells their changes too."""
+    sigmas: Sigmas, rotation: Matrix3, origin: Vector3, *, whole: bool, with_gradients: bool
+) -> dict[str, _ValueAndGradient]:
+    """The figures, with their gradients if wanted."""
     turned, level = _measuring_level(sigmas, rotation, origin)
     values = {
-        name: (one.value, turned.gradient(level, one) if sloping else _NOT_TOLD)
-        for name, one in _of_level(level).items()
+        name: (one.value, turned.gradient(level, one) if with_gradients else _NO_GRADIENT)
+        for name, one in _level_measures(level).items()
     }
     if not whole:
         return values
-    volumes = _quadrants(turned, sloping)
+    volumes = _quadrants(turned, with_gradients)
     values |= {f"volume {name}": one for name, one in volumes.items()}
     for half in ("front", "back"):
         values[f"symmetry {half}"] = _smaller_per_larger(
@@ -150,13 +156,13 @@ def _measuring_level(sigmas: Sigmas, rotation: Matrix3, origin: Vector3) -> tupl
     return turned, level_at(turned.mesh, top_mm * MEASURING_LEVEL / LEVELS)
 
 
-def _of_level(level: Level) -> dict[str, Sloped]:
-    middle = _middle(level)
+def _level_measures(level: Level) -> dict[str, Measured]:
+    middle = _midline_centre(level)
     width, length = ml_mm(level), ap_mm(level)
     left = _diagonal(level, middle, 90 + DIAGONAL_DEG)
     right = _diagonal(level, middle, 90 - DIAGONAL_DEG)
     longer, shorter = (left, right) if left.value > right.value else (right, left)
-    asymmetry = _mixed((longer, 1.0), (shorter, -1.0))
+    asymmetry = _linear_combination((longer, 1.0), (shorter, -1.0))
     return {
         "width": width,
         "length": length,
@@ -165,37 +171,37 @@ def _of_level(level: Level) -> dict[str, Sloped]:
         "diagonal left": left,
         "diagonal right": right,
         "asymmetry": asymmetry,
-        "asymmetry signed": _mixed((left, 1.0), (right, -1.0)),
+        "asymmetry signed": _linear_combination((left, 1.0), (right, -1.0)),
         "index shorter": _per_cent(asymmetry, shorter),
         "index longer": _per_cent(asymmetry, longer),
-        "radial": _radial(level, middle),
+        "radial": _radial_asymmetry(level, middle),
     }
 
 
-def _middle(level: Level) -> Float64[np.ndarray, "2"]:
-    """Half way between front and back on the midline."""
+def _midline_centre(level: Level) -> Float64[np.ndarray, "2"]:
+    """The point half way between front and back on the midline."""
     if ap_through_mm(level) is None:
         raise MeasureError("measure.sheet.off_midline")
     ahead, behind = (_spoke(level, np.zeros(2), angle).value for angle in (90.0, 270.0))
     return np.array([0.0, (ahead - behind) / 2])
 
 
-def _diagonal(level: Level, middle: Float64[np.ndarray, "2"], angle_deg: float) -> Sloped:
-    return _mixed(
+def _diagonal(level: Level, middle: Float64[np.ndarray, "2"], angle_deg: float) -> Measured:
+    return _linear_combination(
         (_spoke(level, middle, angle_deg), 1.0), (_spoke(level, middle, angle_deg + 180), 1.0)
     )
 
 
-def _radial(level: Level, middle: Float64[np.ndarray, "2"]) -> Sloped:
-    parts: list[tuple[Sloped, float]] = []
+def _radial_asymmetry(level: Level, middle: Float64[np.ndarray, "2"]) -> Measured:
+    parts: list[tuple[Measured, float]] = []
     for turn_deg in _SPOKES_DEG:
         left, right = (_spoke(level, middle, 90 + sign * turn_deg) for sign in (1, -1))
         sign = 1.0 if left.value > right.value else -1.0
         parts += [(left, sign), (right, -sign)]
-    return _mixed(*parts)
+    return _linear_combination(*parts)
 
 
-def _spoke(level: Level, middle: Float64[np.ndarray, "2"], angle_deg: float) -> Sloped:
+def _spoke(level: Level, middle: Float64[np.ndarray, "2"], angle_deg: float) -> Measured:
     """Distance from the middle to the outline at an angle from the right, counter-clockwise."""
     angle = math.radians(angle_deg)
     way, side = (
@@ -216,57 +222,61 @@ def _spoke(level: Level, middle: Float64[np.ndarray, "2"], angle_deg: float) -> 
     slopes = np.zeros_like(points)
     slopes[first] = (1 - share[k]) * normal / (normal @ way)
     slopes[second] += share[k] * normal / (normal @ way)
-    return Sloped(float(reach[k]), slopes)
+    return Measured(float(reach[k]), slopes)
 
 
-def _mixed(*parts: tuple[Sloped, float]) -> Sloped:
+def _linear_combination(*parts: tuple[Measured, float]) -> Measured:
     value = sum(one.value * times for one, times in parts)
-    return Sloped(float(value), np.sum([one.slopes * times for one, times in parts], axis=0))
+    return Measured(float(value), np.sum([one.slopes * times for one, times in parts], axis=0))
 
 
-def _per_cent(part: Sloped, whole: Sloped) -> Sloped:
+def _per_cent(part: Measured, whole: Measured) -> Measured:
     value = 100 * part.value / whole.value
     slopes = (100 * part.slopes - value * whole.slopes) / whole.value
     shares = ((part, 100 / whole.value), (whole, value / whole.value))
     reaches = tuple(
         one._replace(times=one.times * share) for of, share in shares for one in of.reaches
     )
-    return Sloped(value, slopes, reaches=reaches)
+    return Measured(value, slopes, reaches=reaches)
 
 
-def _sum(one: _Valued, other: _Valued) -> _Valued:
+def _sum(one: _ValueAndGradient, other: _ValueAndGradient) -> _ValueAndGradient:
     return one[0] + other[0], one[1] + other[1]
 
 
-def _smaller_per_larger(one: _Valued, other: _Valued) -> _Valued:
+def _smaller_per_larger(one: _ValueAndGradient, other: _ValueAndGradient) -> _ValueAndGradient:
     small, large = (one, other) if one[0] < other[0] else (other, one)
     value = 100 * small[0] / large[0]
     return value, (100 * small[1] - value * large[1]) / large[0]
 
 
-def _quadrants(turned: Sigmas, sloping: bool) -> dict[str, _Valued]:
+def _quadrants(turned: Sigmas, with_gradients: bool) -> dict[str, _ValueAndGradient]:
     """Volumes of the quadrants above the base plane, mL."""
     mesh = turned.mesh
-    above = clipped(mesh.vertices_mm[mesh.faces], 2, 1)
-    halves = {right: clipped(above, 0, right) for right in (1, -1)}
-    areas = mesh.vertex_areas_mm2() if sloping else _NOT_TOLD
-    found: dict[str, _Valued] = {}
+    above = clipped_triangles(mesh.vertices_mm[mesh.faces], 2, 1)
+    halves = {right: clipped_triangles(above, 0, right) for right in (1, -1)}
+    areas = mesh.vertex_areas_mm2() if with_gradients else _NO_GRADIENT
+    found: dict[str, _ValueAndGradient] = {}
     for name, (right, front) in _QUADRANTS.items():
-        pieces = clipped(halves[right], 1, front)
+        pieces = clipped_triangles(halves[right], 1, front)
         volume = np.einsum("fi,fi->f", pieces[:, 0], np.cross(pieces[:, 1], pieces[:, 2])).sum() / 6
-        gradient = areas * _inside(mesh, right, front) / MM3_PER_ML if sloping else _NOT_TOLD
+        gradient = (
+            areas * _vertices_in_quadrant(mesh, right, front) / MM3_PER_ML
+            if with_gradients
+            else _NO_GRADIENT
+        )
         found[name] = float(volume) / MM3_PER_ML, gradient
     return found
 
 
-def _inside(mesh: Mesh, right: int, front: int) -> Bool[np.ndarray, " n"]:
+def _vertices_in_quadrant(mesh: Mesh, right: int, front: int) -> Bool[np.ndarray, " n"]:
     """The vertices of a quadrant."""
     x, y, z = mesh.vertices_mm.T
     return (z > 0) & (right * x > 0) & (front * y > 0)
 
 
-def clipped(pieces: Triangles, axis: int, sign: int) -> Triangles:
-    """What of triangles lies on one side of a plane through the origin across an axis."""
+def clipped_triangles(pieces: Triangles, axis: int, sign: int) -> Triangles:
+    """The parts of triangles on one side of a plane through the origin across an axis."""
     heights = sign * pieces[:, :, axis]
     above = heights > 0
     count = above.sum(1)
@@ -286,10 +296,10 @@ def clipped(pieces: Triangles, axis: int, sign: int) -> Triangles:
     return np.concatenate(kept)
 
 
-def _open_above_mm(subject: Subject) -> float | None:
-    """How high over the base plane, nearly, the surface is open; None where it is not."""
+def _open_height_mm(subject: Subject) -> float | None:
+    """Height over the base plane up to which the surface is open; None where it is closed."""
     rotation, origin = _frame(subject.anatomy)
     mesh = subject.sigmas.mesh
     edges = (mesh.vertices_mm[boundary_half_edges(mesh.faces)].reshape(-1, 3) - origin) @ rotation.T
     height_mm = float(edges[:, 2].max(initial=-np.inf))
-    return max(height_mm, 0.0) if height_mm > -_CLEAR_MM else None
+    return max(height_mm, 0.0) if height_mm > -_CLEARANCE_MM else None

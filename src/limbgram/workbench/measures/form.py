@@ -1,4 +1,4 @@
-"""Form: a measuring sheet as a tree for JSON; every sigma is one standard deviation."""
+"""Sheet for JSON: a measuring sheet as a tree; every sigma is one standard deviation."""
 
 from typing import Any
 
@@ -7,16 +7,16 @@ from limbgram.workbench.measures.sheet import MeasuringSheet, SheetRow
 
 
 def sheet_tree(sheet: MeasuringSheet) -> dict[str, Any]:
-    """The form for JSON."""
+    """A measuring sheet as a tree for JSON."""
     return {
         "kind": sheet.kind,
         "side": sheet.side,
         "doubt": None if sheet.doubt is None else as_json(sheet.doubt),
-        "rows": [_row(row) for row in sheet.rows],
+        "rows": [_row_tree(row) for row in sheet.rows],
     }
 
 
-def _row(row: SheetRow) -> dict[str, Any]:
+def _row_tree(row: SheetRow) -> dict[str, Any]:
     figure = row.figure
     return {
         "name": row.name,

@@ -22,7 +22,7 @@ from limbgram.workbench.measures.levels import Figure, Sigmas
 
 @dataclass(frozen=True, kw_only=True)
 class Length:
-    """How far it is from one landmark to another, mm."""
+    """The lengths from one landmark to another, in mm."""
 
     start: str
     end: str
@@ -30,9 +30,9 @@ class Length:
     """Positive if the end lies more proximal."""
     straight: Figure
     over_surface: Figure
-    """Of the way at the smoothing length."""
+    """Length of the shortest path at the smoothing length."""
     path_in_limb_mm: Points3
-    """The way over the surface."""
+    """The shortest path over the surface."""
 
 
 @dataclass(frozen=True)
@@ -55,33 +55,37 @@ def length_between(sigmas: Sigmas, start: Place, end: Place) -> Length:
     rise = float(ends[1, 2] - ends[0, 2])
     upwards = np.array([[0.0, 0, -1], [0, 0, 1]])
     path = shortest_path(sigmas.mesh, ends[0], ends[1])
-    straight = _slopes(ends)
-    placing = _Placed.of(sigmas, (start, end))
+    straight = _length_slopes(ends)
+    placing = _EndPlacing.of(sigmas, (start, end))
     return Length(
         start=start.name,
         end=end.name,
-        along_axis=placing.counted(_figure(sigmas, rise, ends, upwards), upwards),
-        straight=placing.counted(_figure(sigmas, length_mm(ends), ends, straight), straight),
-        over_surface=placing.counted(over_surface(sigmas, path), _slopes(path)[[0, -1]]),
+        along_axis=placing.with_placing(_propagated_figure(sigmas, rise, ends, upwards), upwards),
+        straight=placing.with_placing(
+            _propagated_figure(sigmas, length_mm(ends), ends, straight), straight
+        ),
+        over_surface=placing.with_placing(
+            surface_length(sigmas, path), _length_slopes(path)[[0, -1]]
+        ),
         path_in_limb_mm=path,
     )
 
 
 @dataclass(frozen=True)
-class _Placed:
-    """How both ends of a length err along the surface."""
+class _EndPlacing:
+    """The placing errors of both ends of a length, along the surface."""
 
     sigmas_mm: Float64[np.ndarray, "2"]
     normals: Float64[np.ndarray, "2 3"]
 
     @classmethod
-    def of(cls, sigmas: Sigmas, ends: tuple[Place, Place]) -> "_Placed":
-        ids, shares = on_triangles(sigmas.mesh, np.stack([end.in_limb_mm for end in ends]))
+    def of(cls, sigmas: Sigmas, ends: tuple[Place, Place]) -> "_EndPlacing":
+        ids, shares = barycentric_on_mesh(sigmas.mesh, np.stack([end.in_limb_mm for end in ends]))
         normals = unit(np.einsum("pk,pkd->pd", shares, sigmas.normals[ids]))
         return cls(np.array([end.sigma_mm for end in ends]), normals)
 
-    def counted(self, figure: Figure, slopes: Float64[np.ndarray, "2 3"]) -> Figure:
-        """A length with its placing counted, given its change for a millimetre of either end."""
+    def with_placing(self, figure: Figure, slopes: Float64[np.ndarray, "2 3"]) -> Figure:
+        """A length whose sigma includes placing errors, by its slopes at both ends."""
         if figure.sigma is None:
             return figure
         along = slopes - dots(slopes, self.normals)[:, None] * self.normals
@@ -89,19 +93,19 @@ class _Placed:
         return Figure(figure.value, math.hypot(figure.sigma, placing_mm))
 
 
-def over_surface(sigmas: Sigmas, path_mm: Points3) -> Figure:
-    """Length of a way over the limb, as it is measured."""
+def surface_length(sigmas: Sigmas, path_mm: Points3) -> Figure:
+    """Length of a path over the surface at the smoothing length, with lost length added."""
     smooth = smoothed_length(path_mm, closed=False)
-    figure = _figure(sigmas, smooth.value_mm, path_mm, smooth.slopes)
+    figure = _propagated_figure(sigmas, smooth.value_mm, path_mm, smooth.slopes)
     if figure.sigma is None:
         return figure
     middles, steps = (path_mm[1:] + path_mm[:-1]) / 2, np.diff(path_mm, axis=0)
-    ids, shares = on_triangles(sigmas.mesh, middles)
-    more, sigma = sigmas.lost_mm(ids, shares, unit(steps), np.linalg.norm(steps, axis=1))
+    ids, shares = barycentric_on_mesh(sigmas.mesh, middles)
+    more, sigma = sigmas.lost_length_mm(ids, shares, unit(steps), np.linalg.norm(steps, axis=1))
     return Figure(figure.value + more, math.hypot(figure.sigma, sigma))
 
 
-def _slopes(path_mm: Points3) -> Points3:
+def _length_slopes(path_mm: Points3) -> Points3:
     """Change of a polyline's length for a millimetre of each of its points."""
     steps = np.diff(path_mm, axis=0)
     along = steps / np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1e-300)
@@ -111,7 +115,7 @@ def _slopes(path_mm: Points3) -> Points3:
     return slopes
 
 
-def _figure(sigmas: Sigmas, value: float, places_mm: Points3, slopes: Points3) -> Figure:
+def _propagated_figure(sigmas: Sigmas, value: float, places_mm: Points3, slopes: Points3) -> Figure:
     if sigmas.mesh.sigma_mm is None:
         return Figure(value, None)
     return Figure(value, propagate(sigmas.mesh, vertex_gradient(sigmas, places_mm, slopes)))
@@ -120,13 +124,13 @@ def _figure(sigmas: Sigmas, value: float, places_mm: Points3, slopes: Points3) -
 def vertex_gradient(
     sigmas: Sigmas, places_mm: Points3, slopes: Points3
 ) -> Float64[np.ndarray, " vertices"]:
-    """Change for a millimetre of each vertex along its normal; places ride on their triangles."""
-    ids, shares = on_triangles(sigmas.mesh, places_mm)
+    """Change for a millimetre of each vertex along its normal, for places carried by triangles."""
+    ids, shares = barycentric_on_mesh(sigmas.mesh, places_mm)
     changes = shares * np.einsum("pkd,pd->pk", sigmas.normals[ids], slopes)
     return np.bincount(ids.ravel(), changes.ravel(), len(sigmas.mesh))
 
 
-def on_triangles(
+def barycentric_on_mesh(
     mesh: Mesh, places_mm: Points3
 ) -> tuple[Int32[np.ndarray, "p 3"], Float64[np.ndarray, "p 3"]]:
     """Corners of the triangle on which each place lies, and its barycentric coordinates there."""

@@ -1,4 +1,4 @@
-"""Levels: whole cross-sections of a limb, their figures, and the volumes between two heights.
+"""Levels: closed cross-sections of a limb, their measures, and volumes between two heights.
 
 In      a mesh with its vertices in the limb frame; heights are z there.
 Out     Levels, their loops told apart by how they lie in each other; Figures with their sigmas.
@@ -35,26 +35,26 @@ from limbgram.core.mesh.uncertainty import beyond_foremost_mm2, propagate
 from limbgram.findings import Finding, fault
 
 _LEAST_AREA_MM2 = 1e-6
-"""Smaller loops are where a plane touches a peak or a pit."""
+"""Smaller loops arise where a plane just touches a peak or a pit."""
 _CRUMB_SHARE = 0.002
 """An outline with less of the largest one's area is no limb: on a leg it is 5 mm across, and no
 tape, of which the narrowest have 6 mm, can rest on it. The hull of a section would reach out to it:
 five points of under 0.01 mm2 beside a real stump, where a plane just meets a bulge, added 1.4 mm to
 a girth of 350 mm."""
-_SAME_MM = 1e-9
-"""Points of a section as near are one: the way from one to the other is of rounding alone."""
+_SAME_POINT_MM = 1e-9
+"""Points of a section nearer than this are one point, apart by rounding alone."""
 
 AXIS_MM = (0.0, 0.0)
 """Where the long axis passes every level of the limb frame."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Other:
-    """An outline at a level that is not the measured limb's."""
+class OtherOutline:
+    """An outline at a level that belongs to another limb than the measured one."""
 
     contour_mm: float
     area_mm2: float
-    """Of its material."""
+    """Area of its material."""
     middle_mm: Float64[np.ndarray, "2"]
     """Mean of x and y round it."""
 
@@ -73,78 +73,78 @@ class Level:
     depth: Int64[np.ndarray, " l"]
     """Number of loops round each loop: outlines have 0, the rims of hollows 1."""
     left_out: int
-    """Crumbs: outlines too small to be a limb, which are not named either."""
-    others: tuple[Other, ...] = ()
-    """Other outlines at this height, which no figure counts, the largest first."""
+    """Number of crumbs, outlines too small to be a limb; they are not listed as others."""
+    others: tuple[OtherOutline, ...] = ()
+    """Outlines of other limbs at this height, the largest first; no figure counts them."""
     crossed: Int32[np.ndarray, "k 2"]
     shares: Float64[np.ndarray, " k"]
     """The mesh's edge on which each point lies, and how far along it."""
 
     @property
     def outer(self) -> Bool[np.ndarray, " k"]:
-        """Points of the outlines."""
+        """Which points lie on outlines, not on the rims of hollows."""
         return self.depth[self.loop] == 0
 
 
-class Reach(NamedTuple):
-    """How far an outline reaches in one direction."""
+class Extremity(NamedTuple):
+    """A direction in which a measure depends on an outline's extreme point."""
 
     x: float
     y: float
     times: float
-    """How often it counts in a measure."""
+    """Factor with which the extreme point counts in the measure."""
 
 
 @dataclass(frozen=True)
-class Sloped:
-    """A measure of a level and its change for a millimetre of each point in x and y."""
+class Measured:
+    """A measure of a level, and its change for a millimetre of each point in x and y."""
 
     value: float
     slopes: Float64[np.ndarray, "k 2"]
     along_mm: Float64[np.ndarray, " k"] | None = None
     """Length along the surface that belongs to each point, for a measure that is such a length."""
-    reaches: tuple[Reach, ...] = ()
-    """What of it is told by foremost points."""
+    reaches: tuple[Extremity, ...] = ()
+    """The directions in which extreme points determine it."""
 
 
-Measure = Callable[[Level], Sloped | None]
+Measure = Callable[[Level], Measured | None]
 
 
-def contour_mm(level: Level) -> Sloped:
-    """Length of the outline at the smoothing length, into every hollow that is wider."""
-    return _round(level, partial(smoothed_length, closed=True))
+def contour_mm(level: Level) -> Measured:
+    """Girth along the outline at the smoothing length, into every hollow that is wider."""
+    return _outline_length(level, partial(smoothed_length, closed=True))
 
 
-def tape_mm(level: Level) -> Sloped:
-    """What a tape reads that is drawn taut round the outline at the smoothing length.
+def tape_mm(level: Level) -> Measured:
+    """Girth as a taut tape reads it, round the outline at the smoothing length.
 
     Relief that the surface has lost lengthens it where it lies on the outline; bridges stay.
     """
-    return _round(level, taut_length)
+    return _outline_length(level, taut_length)
 
 
-def ml_mm(level: Level) -> Sloped:
+def ml_mm(level: Level) -> Measured:
     """Caliper width from side to side, along x."""
-    return _caliper(level, 0)
+    return _caliper_width(level, 0)
 
 
-def ap_mm(level: Level) -> Sloped:
+def ap_mm(level: Level) -> Measured:
     """Caliper width from front to back, along y."""
-    return _caliper(level, 1)
+    return _caliper_width(level, 1)
 
 
-def ml_through_mm(level: Level) -> Sloped | None:
+def ml_through_mm(level: Level) -> Measured | None:
     """Width from side to side on the line through the long axis; None where it meets nothing."""
-    return _through(level, 0)
+    return _width_through_axis(level, 0)
 
 
-def ap_through_mm(level: Level) -> Sloped | None:
+def ap_through_mm(level: Level) -> Measured | None:
     """Width from front to back on the line through the long axis."""
-    return _through(level, 1)
+    return _width_through_axis(level, 1)
 
 
-def area_mm2(level: Level) -> Sloped:
-    """Area of the material: hollows do not count."""
+def area_mm2(level: Level) -> Measured:
+    """Area of the material, without hollows."""
     points, after = level.points_mm, level.after
     before = np.empty_like(after)
     before[after] = np.arange(len(after))
@@ -152,14 +152,14 @@ def area_mm2(level: Level) -> Sloped:
     x, y = (points - middle).T
     value = 0.5 * float(np.sum(x * y[after] - x[after] * y))
     slopes = 0.5 * np.column_stack([y[after] - y[before], x[before] - x[after]])
-    return Sloped(value, slopes)
+    return Measured(value, slopes)
 
 
-def radius_mm(level: Level) -> Sloped:
+def radius_mm(level: Level) -> Measured:
     """Radius of the circle of the same area."""
     area = area_mm2(level)
     radius = float(np.sqrt(max(area.value, 0.0) / np.pi))
-    return Sloped(radius, area.slopes / (2 * np.pi * max(radius, 1e-300)))
+    return Measured(radius, area.slopes / (2 * np.pi * max(radius, 1e-300)))
 
 
 MEASURES: dict[str, Measure] = {
@@ -179,7 +179,7 @@ DISTAL_END, PROXIMAL_END = -np.inf, np.inf
 
 @dataclass(frozen=True)
 class Refused:
-    """A height at which there is no answer, and why."""
+    """A height at which nothing can be measured, and the reason."""
 
     height_mm: float
     reason: Finding
@@ -194,18 +194,18 @@ class Figure:
 
     @property
     def interval(self) -> Interval | None:
-        """Where the true value lies in 95 of 100 cases: what ± tells."""
+        """The interval that holds the true value in 95 of 100 cases, told as ±."""
         return None if self.sigma is None else Interval.of_sigma(self.sigma)
 
     @property
-    def with_reach(self) -> str:
-        """To a tenth, with its ±, for tables that people read."""
+    def with_interval(self) -> str:
+        """The value to a tenth, with its ±, for tables that people read."""
         return f"{self.value:.1f} {plus_minus(self.interval, 1)}".rstrip()
 
 
 @dataclass(frozen=True)
 class Sigmas:
-    """Turns slopes of points into sigmas of figures, for one mesh in the limb frame."""
+    """Propagates the sigmas of a mesh to figures, through the slopes of points."""
 
     mesh: Mesh
     normals: Points3
@@ -217,21 +217,23 @@ class Sigmas:
     def moved(self, motion: Rigid) -> "Sigmas":
         return Sigmas(self.mesh.moved(motion), self.normals @ motion.rotation.T)
 
-    def figure(self, level: Level, sloped: Sloped) -> Figure:
-        """The measure of the limb: the surface's own, and what a line along it has lost."""
+    def figure(self, level: Level, sloped: Measured) -> Figure:
+        """The limb's figure: the surface's own measure, with lost length added, and its sigma."""
         if self.mesh.sigma_mm is None:
             return Figure(sloped.value, None)
         sigma = propagate(self.mesh, self.gradient(level, sloped)) or 0.0
-        sigma = math.sqrt(max(sigma**2 + self.beyond_foremost(level, sloped.reaches), 0.0))
+        sigma = math.sqrt(max(sigma**2 + self.extremity_variance(level, sloped.reaches), 0.0))
         if sloped.along_mm is None or self.mesh.lost_length is None:
             return Figure(sloped.value, sigma)
         parts = np.column_stack([1 - level.shares, level.shares])
         x, y, _ = np.einsum("ke,kei->ik", parts, self.normals[level.crossed])
         ways = unit(np.column_stack([-y, x, np.zeros(len(x))]))
-        lost_mm, lost_sigma_mm = self.lost_mm(level.crossed, parts, ways, sloped.along_mm)
-        return Figure(sloped.value + lost_mm, math.hypot(sigma, lost_sigma_mm))
+        lost_length_mm, lost_sigma_mm = self.lost_length_mm(
+            level.crossed, parts, ways, sloped.along_mm
+        )
+        return Figure(sloped.value + lost_length_mm, math.hypot(sigma, lost_sigma_mm))
 
-    def lost_mm(
+    def lost_length_mm(
         self,
         vertices: Int32[np.ndarray, "k c"],
         shares: Float64[np.ndarray, "k c"],
@@ -241,9 +243,9 @@ class Sigmas:
         """How much longer a line over the limb is than over this surface, and its sigma.
 
         Args:
-            vertices: Between which each piece of the line lies, and their shares in it.
-            ways: Of the pieces, unit vectors along the surface.
-            along_mm: Their lengths.
+            vertices: The vertices between which each segment of the line lies, with their shares.
+            ways: Directions of the segments, unit vectors along the surface.
+            along_mm: Lengths of the segments.
         """
         lost, across = self.mesh.lost_length, self.mesh.lost_across
         if lost is None:
@@ -256,19 +258,19 @@ class Sigmas:
         more, sigma = along_mm @ np.einsum("kc,kcf->kf", shares, ends)
         return float(more), float(sigma)
 
-    def gradient(self, level: Level, sloped: Sloped) -> Float64[np.ndarray, " n"]:
+    def gradient(self, level: Level, sloped: Measured) -> Float64[np.ndarray, " n"]:
         """Change of the figure for a millimetre of each vertex along its normal.
 
-        The surface goes along its own normal, so its cut goes along the normal in the plane,
-        further the more the surface leans. How the edges lie has no part in it: along one that
+        The surface moves along its own normal, so its cut moves along the normal in the plane,
+        further the more the surface leans. The direction of edges has no part in it: along one that
         nearly lies in the plane a point would slide without end.
         """
-        total = self._by_ends(level, sloped.slopes).ravel()
+        total = self._edge_end_changes(level, sloped.slopes).ravel()
         return np.bincount(level.crossed.ravel(), total, len(self.mesh))
 
-    def beyond_foremost(self, level: Level, reaches: tuple[Reach, ...]) -> float:
-        """Variance of what foremost points tell, beyond what these have by themselves: another may
-        be foremost where they err, or where a fill beside them bulges."""
+    def extremity_variance(self, level: Level, reaches: tuple[Extremity, ...]) -> float:
+        """Variance of extreme points beyond their own: another point may be extreme where they err,
+        or where a fill beside them bulges."""
         outer = level.outer
         each = [
             one.times**2
@@ -276,16 +278,16 @@ class Sigmas:
                 self.mesh,
                 (level.points_mm @ (one.x, one.y))[outer],
                 level.crossed[outer],
-                self._by_ends(level, np.tile((one.x, one.y), (len(outer), 1)))[outer],
+                self._edge_end_changes(level, np.tile((one.x, one.y), (len(outer), 1)))[outer],
             )
             for one in reaches
         ]
         return sum(each)
 
-    def _by_ends(
+    def _edge_end_changes(
         self, level: Level, slopes: Float64[np.ndarray, "k 2"]
     ) -> Float64[np.ndarray, "k 2"]:
-        """For a millimetre of the vertices at both ends of each point's edge."""
+        """Change for a millimetre of the vertices at both ends of each point's edge."""
         ends = self.normals[level.crossed]
         parts = np.column_stack([1 - level.shares, level.shares])
         normal = unit(np.einsum("ke,ked->kd", parts, ends))
@@ -297,21 +299,21 @@ class Sigmas:
 
 @dataclass(frozen=True, kw_only=True)
 class Volumes:
-    """Volumes of one mesh in the limb frame; prepared once for many heights."""
+    """Volumes of one mesh in the limb frame, prepared once for many heights."""
 
     sigmas: Sigmas
     heights: Float64[np.ndarray, "f 3"]
     lowest: Float64[np.ndarray, " f"]
     highest: Float64[np.ndarray, " f"]
-    lifts: Float64[np.ndarray, "f 3"]
+    corner_gains: Float64[np.ndarray, "f 3"]
     """Volume that a face gains while a corner's vertex goes a millimetre along its normal."""
     flux: Float64[np.ndarray, "f 3"]
-    """Through a face where a corner's barycentric coordinate would be 1 all over it."""
-    tops: Float64[np.ndarray, " f"]
-    """Highest corners of the faces, rising."""
-    sums: Float64[np.ndarray, " f+1"]
-    """Flux through all faces up to each of those."""
-    border: Float64[np.ndarray, "b 2"]
+    """Flux through a face, if a corner's barycentric coordinate were 1 all over it."""
+    sorted_tops: Float64[np.ndarray, " f"]
+    """Highest corners of the faces, sorted upwards."""
+    flux_sums: Float64[np.ndarray, " f+1"]
+    """Cumulative flux through the faces in that order."""
+    open_edges: Float64[np.ndarray, "b 2"]
     """Lowest and highest end of each open edge."""
 
     @classmethod
@@ -324,17 +326,17 @@ class Volumes:
         half_normals = mesh.face_normals() / 2
         flux = 0.5 * np.einsum("fkd,fd->fk", flat, half_normals[:, :2])
         order = np.argsort(highest, kind="stable")
-        border = mesh.vertices_mm[:, 2][boundary_half_edges(mesh.faces)]
+        open_edges = mesh.vertices_mm[:, 2][boundary_half_edges(mesh.faces)]
         return cls(
             sigmas=sigmas,
             heights=heights,
             lowest=lowest,
             highest=highest,
-            lifts=np.einsum("fkd,fd->fk", sigmas.normals[mesh.faces], half_normals),
+            corner_gains=np.einsum("fkd,fd->fk", sigmas.normals[mesh.faces], half_normals),
             flux=flux,
-            tops=highest[order],
-            sums=np.concatenate([[0.0], np.cumsum(flux.sum(1)[order] / 3)]),
-            border=np.sort(border, axis=1),
+            sorted_tops=highest[order],
+            flux_sums=np.concatenate([[0.0], np.cumsum(flux.sum(1)[order] / 3)]),
+            open_edges=np.sort(open_edges, axis=1),
         )
 
     def between(self, low_mm: float, high_mm: float) -> Figure:
@@ -343,7 +345,7 @@ class Volumes:
         Raises:
             MeasureError: the surface is open between the heights, or one misses the limb.
         """
-        self._require_whole(min(low_mm, high_mm), max(low_mm, high_mm))
+        self._require_closed(min(low_mm, high_mm), max(low_mm, high_mm))
         value = self._below(high_mm) - self._below(low_mm)
         if self.sigmas.mesh.sigma_mm is None:
             return Figure(value, None)
@@ -355,38 +357,38 @@ class Volumes:
         low, high = min(low_mm, high_mm), max(low_mm, high_mm)
         within = np.flatnonzero((self.highest > low) & (self.lowest < high))
         heights = self.heights[within]
-        parts = parts_below(heights, high_mm) - parts_below(heights, low_mm)
-        changes = (parts * self.lifts[within]).ravel()
+        parts = barycentric_means_below(heights, high_mm) - barycentric_means_below(heights, low_mm)
+        changes = (parts * self.corner_gains[within]).ravel()
         return np.bincount(faces[within].ravel(), changes, len(self.sigmas.mesh.vertices_mm))
 
     def _below(self, height_mm: float) -> float:
         crossed = np.flatnonzero((self.lowest < height_mm) & (self.highest > height_mm))
-        parts = parts_below(self.heights[crossed], height_mm)
-        whole = self.sums[np.searchsorted(self.tops, height_mm, side="right")]
+        parts = barycentric_means_below(self.heights[crossed], height_mm)
+        whole = self.flux_sums[np.searchsorted(self.sorted_tops, height_mm, side="right")]
         return float(whole) + float((parts * self.flux[crossed]).sum())
 
-    def _require_whole(self, low_mm: float, high_mm: float) -> None:
-        ends = float(self.lowest.min()), float(self.tops[-1])
+    def _require_closed(self, low_mm: float, high_mm: float) -> None:
+        ends = float(self.lowest.min()), float(self.sorted_tops[-1])
         for height in (low_mm, high_mm):
             if np.isnan(height) or (np.isfinite(height) and not ends[0] <= height <= ends[1]):
                 raise MeasureError(
                     "measure.volume.beyond", height_mm=height, low_mm=ends[0], high_mm=ends[1]
                 )
-        open_here = (self.border[:, 0] < high_mm) & (self.border[:, 1] > low_mm)
+        open_here = (self.open_edges[:, 0] < high_mm) & (self.open_edges[:, 1] > low_mm)
         if open_here.any():
             raise MeasureError(
                 "measure.volume.open",
-                low_mm=_or_end(low_mm),
-                high_mm=_or_end(high_mm),
-                open_from_mm=float(self.border[open_here].min()),
-                open_to_mm=float(self.border[open_here].max()),
+                low_mm=_finite_or_none(low_mm),
+                high_mm=_finite_or_none(high_mm),
+                open_from_mm=float(self.open_edges[open_here].min()),
+                open_to_mm=float(self.open_edges[open_here].max()),
             )
 
 
 def level_at(
     mesh_in_limb: Mesh, height_mm: float, through_mm: tuple[float, float] = AXIS_MM
 ) -> Level:
-    """The cut at one height.
+    """The level at one height.
 
     Raises:
         MeasureError: the plane misses the limb, runs into its open brim, or the loops contradict
@@ -403,43 +405,43 @@ def levels_at(
     heights_mm: Sequence[float],
     through_mm: tuple[float, float] = AXIS_MM,
 ) -> tuple[Level | Refused, ...]:
-    """The cut at each height, in the order asked: as many answers as heights.
+    """The level at each height, in the order asked, or the reason why there is none.
 
     Args:
         through_mm: Where a line along z goes through the limb that is measured.
     """
-    levels = whole_levels_at(mesh_in_limb, heights_mm)
+    levels = all_levels_at(mesh_in_limb, heights_mm)
     z = mesh_in_limb.vertices_mm[:, 2]
     chosen = of_one_limb(
-        lambda heights: [_outlines(one) for one in whole_levels_at(mesh_in_limb, heights)],
+        lambda heights: [_outlines_of(one) for one in all_levels_at(mesh_in_limb, heights)],
         (float(z.min()), float(z.max())),
         heights_mm,
-        [_outlines(one) for one in levels],
+        [_outlines_of(one) for one in levels],
         np.array(through_mm),
     )
     return tuple(
-        level if isinstance(level, Refused) else _of_one_limb(level, limb)
+        level if isinstance(level, Refused) else _of_chosen_limb(level, limb)
         for level, limb in zip(levels, chosen, strict=True)
     )
 
 
-def whole_levels_at(mesh_in_limb: Mesh, heights_mm: Sequence[float]) -> tuple[Level | Refused, ...]:
-    """The same with the loops of all limbs at a height, to be told apart and not to be measured."""
+def all_levels_at(mesh_in_limb: Mesh, heights_mm: Sequence[float]) -> tuple[Level | Refused, ...]:
+    """Levels with the loops of all limbs at each height, before one limb is chosen."""
     by_height: dict[float, list[Section]] = {float(height): [] for height in heights_mm}
     for section in cut(mesh_in_limb, [h for h in by_height if np.isfinite(h)]):
         by_height[section.offset_mm].append(section)
-    levels = {h: _level(mesh_in_limb, h, sections) for h, sections in by_height.items()}
+    levels = {h: _level_of_sections(mesh_in_limb, h, sections) for h, sections in by_height.items()}
     return tuple(levels[float(height)] for height in heights_mm)
 
 
-def _outlines(level: Level | Refused) -> list[Points2]:
+def _outlines_of(level: Level | Refused) -> list[Points2]:
     if isinstance(level, Refused):
         return []
     return [level.points_mm[level.loop == k] for k in np.flatnonzero(level.depth == 0)]
 
 
-def _of_one_limb(level: Level, chosen: int | None) -> Level | Refused:
-    """The loops of one outline, the chosen of all; the others named."""
+def _of_chosen_limb(level: Level, chosen: int | None) -> Level | Refused:
+    """The level reduced to the loops of the chosen outline; other outlines are listed."""
     outlines = np.flatnonzero(level.depth == 0)
     if chosen is None:
         return Refused(
@@ -453,13 +455,15 @@ def _of_one_limb(level: Level, chosen: int | None) -> Level | Refused:
         np.array([k == outline or holds(rings[outline], ring[0]) for k, ring in enumerate(rings)])
         for outline in outlines.tolist()
     ]
-    others = [_other(_with_loops(level, kept)) for k, kept in enumerate(limbs) if k != chosen]
+    others = [
+        _other_outline(_with_loops(level, kept)) for k, kept in enumerate(limbs) if k != chosen
+    ]
     others.sort(key=lambda other: -other.area_mm2)
     return replace(_with_loops(level, limbs[chosen]), others=tuple(others))
 
 
-def _other(level: Level) -> Other:
-    return Other(
+def _other_outline(level: Level) -> OtherOutline:
+    return OtherOutline(
         contour_mm=contour_mm(level).value,
         area_mm2=area_mm2(level).value,
         middle_mm=level.points_mm[level.outer].mean(0),
@@ -480,12 +484,12 @@ def _with_loops(level: Level, kept: Bool[np.ndarray, " l"]) -> Level:
     )
 
 
-def parts_below(
+def barycentric_means_below(
     heights: Float64[np.ndarray, "f 3"], height_mm: float
 ) -> Float64[np.ndarray, "f 3"]:
-    """Means of the barycentric coordinates over each face, taken below a height only.
+    """Mean of each barycentric coordinate over each face, over the part below a height only.
 
-    A third each for a face that lies below it, nothing for one above.
+    A third each for a face that lies below it, zero for one above.
     """
     if not np.isfinite(height_mm):
         return np.full(heights.shape, 1 / 3 if height_mm > 0 else 0.0)
@@ -505,12 +509,12 @@ def parts_below(
     return parts
 
 
-def _or_end(height_mm: float) -> float | None:
-    """A height; None for an end of the limb."""
+def _finite_or_none(height_mm: float) -> float | None:
+    """A finite height; None for an end of the limb."""
     return height_mm if np.isfinite(height_mm) else None
 
 
-def _level(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Refused:
+def _level_of_sections(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Refused:
     if not sections:
         low, high = (
             float(end) for end in (mesh.vertices_mm[:, 2].min(), mesh.vertices_mm[:, 2].max())
@@ -533,7 +537,7 @@ def _level(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Ref
         return Refused(
             height_mm, fault("measure.level.crossed", height_mm=height_mm, loops=len(rings))
         )
-    crumbs = _crumbs(sections, rings, depth)
+    crumbs = _is_crumb(sections, rings, depth)
     keep = np.flatnonzero(~crumbs).tolist()
     sections, rings, depth = [sections[k] for k in keep], [rings[k] for k in keep], depth[keep]
     sizes = [len(ring) for ring in rings]
@@ -554,7 +558,7 @@ def _level(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Ref
 def _without_repeats(section: Section) -> Section:
     """The section with one point where a plane through a vertex crosses all its edges."""
     steps = section.points_mm - np.roll(section.points_mm, 1, axis=0)
-    fresh = np.linalg.norm(steps, axis=1) > _SAME_MM
+    fresh = np.linalg.norm(steps, axis=1) > _SAME_POINT_MM
     return replace(
         section,
         points_mm=section.points_mm[fresh],
@@ -563,10 +567,10 @@ def _without_repeats(section: Section) -> Section:
     )
 
 
-def _crumbs(
+def _is_crumb(
     sections: list[Section], rings: list[Points2], depth: Int64[np.ndarray, " l"]
 ) -> Bool[np.ndarray, " l"]:
-    """Outlines too small to be the limb, and what lies in them."""
+    """Which loops are outlines too small to be the limb, or lie in such an outline."""
     up = np.array([0.0, 0.0, 1.0])
     areas = np.array([abs(section.area_mm2(up)) for section in sections])
     crumbs = (depth == 0) & (areas < _CRUMB_SHARE * areas.max())
@@ -575,8 +579,8 @@ def _crumbs(
     return crumbs
 
 
-def _round(level: Level, length: Callable[[Points2], SmoothedLength]) -> Sloped:
-    """A length round each outline, in all."""
+def _outline_length(level: Level, length: Callable[[Points2], SmoothedLength]) -> Measured:
+    """Total length round all outlines."""
     value = 0.0
     slopes, along_mm = np.zeros_like(level.points_mm), np.zeros(len(level.points_mm))
     for outline in np.flatnonzero(level.depth == 0):
@@ -584,21 +588,21 @@ def _round(level: Level, length: Callable[[Points2], SmoothedLength]) -> Sloped:
         found = length(level.points_mm[points])
         value += found.value_mm
         slopes[points], along_mm[points] = found.slopes, found.along_mm
-    return Sloped(value, slopes, along_mm)
+    return Measured(value, slopes, along_mm)
 
 
-def _caliper(level: Level, axis: int) -> Sloped:
+def _caliper_width(level: Level, axis: int) -> Measured:
     along = np.where(level.outer, level.points_mm[:, axis], np.nan)
     low, high = int(np.nanargmin(along)), int(np.nanargmax(along))
     slopes = np.zeros_like(level.points_mm)
     slopes[low, axis], slopes[high, axis] = -1.0, 1.0
     x, y = np.eye(2)[axis].tolist()
-    reaches = (Reach(x, y, 1.0), Reach(-x, -y, 1.0))
-    return Sloped(float(along[high] - along[low]), slopes, reaches=reaches)
+    reaches = (Extremity(x, y, 1.0), Extremity(-x, -y, 1.0))
+    return Measured(float(along[high] - along[low]), slopes, reaches=reaches)
 
 
-def _through(level: Level, axis: int) -> Sloped | None:
-    """Between the outermost crossings of the outlines with the line through x = y = 0."""
+def _width_through_axis(level: Level, axis: int) -> Measured | None:
+    """Width between the outermost crossings of the outlines with the line through x = y = 0."""
     along, across = level.points_mm[:, axis], level.points_mm[:, 1 - axis]
     astride = np.flatnonzero(level.outer & ((across > 0) != (across[level.after] > 0)))
     if not len(astride):
@@ -615,4 +619,4 @@ def _through(level: Level, axis: int) -> Sloped | None:
         for point, part in ((astride[k], 1 - share[k]), (after[k], share[k])):
             slopes[point, axis] += sign * part
             slopes[point, 1 - axis] -= sign * part * lean
-    return Sloped(float(places.max() - places.min()), slopes)
+    return Measured(float(places.max() - places.min()), slopes)

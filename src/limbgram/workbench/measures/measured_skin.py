@@ -1,4 +1,4 @@
-"""Measured skin: the surface that is measured: the inside of a wall, or what lies under a sock.
+"""Measured skin: the surface to be measured: a wall's inside, or the skin under a sock.
 
 Cut across, a wall that goes all round has an outline and, in it, the rim of a hollow. The triangles
 whose cuts are such rims are the inside; turned over, they are the shape that the wall would hold,
@@ -21,17 +21,17 @@ from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.edits.offset import offset
 from limbgram.workbench.edits.sock import THICKEST_SOCK_MM, Sock
 from limbgram.workbench.limb import AlignedLimb, AnyLimb, Limb
-from limbgram.workbench.measures.levels import Level, whole_levels_at
+from limbgram.workbench.measures.levels import Level, all_levels_at
 
 _SPACING_MM = 1.0
-_FEWEST, _MOST = 60, 400
-"""Planes that tell the skins apart: smaller triangles between two of them go with neighbours."""
-_OFF = 0.381966
-"""Part of a spacing by which the planes are shifted, so that they meet no row of vertices."""
+_FEWEST_PLANES, _MOST_PLANES = 60, 400
+"""Number of planes that separate the skins; triangles between two planes follow neighbours."""
+_SHIFT_SHARE = 0.381966
+"""Share of a spacing by which the planes are shifted, so that they meet no row of vertices."""
 HOLLOW_SHARE = 0.25
-"""Of the area in an outline: a hollow below it is a hole for a screw, not for a limb."""
+"""Share of an outline's area below which a hollow is a screw hole, not for a limb."""
 _WALL_SHARE = 0.3
-"""Of the levels that have an answer: from so many with a hollow on, a shape has two skins."""
+"""Share of levels with a hollow from which on a shape has two skins."""
 
 
 def inside_of(limb: Limb) -> AlignedLimb:
@@ -98,13 +98,13 @@ def without_sock(limb: AnyLimb, sock_mm: float) -> AnyLimb:
 
 
 def _inner_vertices(mesh: Mesh) -> Bool[np.ndarray, " n"]:
-    """Vertices of the insides of hollows."""
+    """Which vertices lie on the insides of hollows."""
     z = mesh.vertices_mm[:, 2]
     low, high = float(z.min()), float(z.max())
-    count = int(np.clip((high - low) / _SPACING_MM, _FEWEST, _MOST))
-    heights = low + (high - low) * (np.arange(count) + _OFF) / count
+    count = int(np.clip((high - low) / _SPACING_MM, _FEWEST_PLANES, _MOST_PLANES))
+    heights = low + (high - low) * (np.arange(count) + _SHIFT_SHARE) / count
     inner, known = np.zeros(len(mesh), np.bool_), np.zeros(len(mesh), np.bool_)
-    levels = [one for one in whole_levels_at(mesh, heights.tolist()) if isinstance(one, Level)]
+    levels = [one for one in all_levels_at(mesh, heights.tolist()) if isinstance(one, Level)]
     if not is_two_skinned(levels):
         return inner
     for level in levels:
@@ -113,13 +113,13 @@ def _inner_vertices(mesh: Mesh) -> Bool[np.ndarray, " n"]:
         if is_hollow(level):
             known[level.crossed.ravel()] = True
             inner[level.crossed[level.depth[level.loop] % 2 == 1].ravel()] = True
-    return _spread(mesh, inner, known)
+    return _spread_to_neighbours(mesh, inner, known)
 
 
-def _spread(
+def _spread_to_neighbours(
     mesh: Mesh, inner: Bool[np.ndarray, " n"], known: Bool[np.ndarray, " n"]
 ) -> Bool[np.ndarray, " n"]:
-    """What no plane met goes with its neighbours."""
+    """The inner vertices, with those that no plane met decided by their neighbours."""
     ends = find_edges(mesh.faces).ends
     inner, known = inner.copy(), known.copy()
     while not known.all():
@@ -139,7 +139,7 @@ def _spread(
 
 
 def _areas_mm2(level: Level) -> Float64[np.ndarray, " l"]:
-    """Area in each loop, whichever way it runs."""
+    """Unsigned area of each loop."""
     x, y = (level.points_mm - level.points_mm.mean(0)).T
     after = level.after
     parts = np.bincount(level.loop, x * y[after] - x[after] * y, len(level.depth))

@@ -1,4 +1,4 @@
-"""Measuring: everything that a clinician's table holds, from one aligned limb.
+"""Measuring: the table of girths, widths, volumes and lengths of one aligned limb.
 
 In      an aligned Limb, and which heights, lengths, volumes and tape readings are wanted.
 Out     Measures: a row for every height, with figures or the reason why there are none.
@@ -22,7 +22,7 @@ from limbgram.core.tape import PLACING_SIGMA_MM
 from limbgram.findings import Finding, note
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
 from limbgram.workbench.bodies import SeparateBody, outer_bodies
-from limbgram.workbench.edits.thickness import Thickness, wall_of
+from limbgram.workbench.edits.thickness import Thickness, wall_thickness
 from limbgram.workbench.frame.landmarks import landmark
 from limbgram.workbench.limb import AlignedLimb, Limb
 from limbgram.workbench.measures.lengths import Length, Place, length_between
@@ -33,7 +33,7 @@ from limbgram.workbench.measures.levels import (
     PROXIMAL_END,
     Figure,
     Level,
-    Other,
+    OtherOutline,
     Refused,
     Sigmas,
     Volumes,
@@ -46,11 +46,11 @@ from limbgram.workbench.measures.tape import TapeCheck, TapeReading, check_readi
 Skin = Literal["only", "outside", "inside"]
 _MOST_LEVELS = 5000
 _AT_ORIGIN_MM = 0.5
-"""A tip as near to the frame's origin is the distal end from which heights count."""
+"""A tip this near to the frame's origin is the distal end from which heights count."""
 _BEYOND_MM = 1.0
-"""A volume may begin or end as far beyond the limb, and as the sock is thick; it is clamped."""
+"""A volume may begin or end this far, and a sock's thickness, beyond the limb; it is clamped."""
 _TOUCHING_MM = 1e-6
-"""Levels of even spacing that lie as near to an end of the limb only touch it."""
+"""Levels of even spacing this near to an end of the limb only touch it."""
 
 
 _VOLUME = "volume_below_mm3"
@@ -94,15 +94,15 @@ class Row:
     """By the names of MEASURES, and the volume from the distal end up to here; None where a figure
     has no answer."""
     loops: int
-    """Of the measured limb: its outline and the rims of hollows in it."""
+    """Number of loops of the measured limb: its outline and the rims of hollows in it."""
     reasons: tuple[Finding, ...]
-    """Why a figure, or the whole row, has no answer; empty where all have."""
+    """Why a figure, or the whole row, is missing; empty if none is."""
     level: Level | None
 
     __repr__ = brief
 
     @property
-    def others(self) -> tuple[Other, ...]:
+    def others(self) -> tuple[OtherOutline, ...]:
         """Outlines of other limbs at this height; the volume counts them, no other figure does."""
         return () if self.level is None else self.level.others
 
@@ -115,15 +115,15 @@ class VolumeRow:
     high_mm: float
     volume_mm3: Figure
     notes: tuple[Finding, ...] = ()
-    """Where a height lay just beyond the limb and its end was taken."""
+    """Notes of heights just beyond the limb, for which its end was taken."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Measures:
-    """The whole table."""
+    """All measures of a limb."""
 
     limb: AlignedLimb
-    """What was measured: the sock is off."""
+    """The limb as it was measured, without the sock."""
     reference: str | None
     reference_mm: float
     """Its height in the limb frame."""
@@ -141,7 +141,7 @@ class Measures:
     """Which of a wall's two skins the figures are of; the areas and volumes of an outside are those
     of the material."""
     wall: Thickness | None = None
-    """How thick it is, in the limb frame; None for what is no wall."""
+    """Thickness of the wall, in the limb frame; None if the shape is no wall."""
     through_mm: tuple[float, float] = AXIS_MM
     """Where a line along z goes through the limb that was measured, in the limb frame."""
 
@@ -153,7 +153,7 @@ class Measures:
         Raises:
             MissingError: pandas is not installed.
         """
-        names = [name for name in (*MEASURES, _VOLUME) if self._has(name)]
+        names = [name for name in (*MEASURES, _VOLUME) if self._has_figure(name)]
         columns = [column for name in names for column in (name, f"sigma_{name}")]
         rows = tuple(
             (
@@ -183,25 +183,26 @@ class Measures:
         reach = COVER * np.array([figure.sigma or 0.0 for _, figure in known])
         axes.plot(values, heights, marker=".")
         axes.fill_betweenx(heights, values - reach, values + reach, alpha=0.3)
-        axes.set(xlabel=heading(name), ylabel=f"height from {self.counted_from} [mm]")
+        axes.set(xlabel=heading(name), ylabel=f"height from {self.reference_name} [mm]")
         return axes
 
     def _repr_html_(self) -> str:
         """The table with ±, for notebooks."""
-        names = [name for name in (*MEASURES, _VOLUME) if self._has(name)]
+        names = [name for name in (*MEASURES, _VOLUME) if self._has_figure(name)]
         columns = ("from_reference_mm", *names)
         rows = tuple(
-            (row.from_reference_mm, *map(_told, map(row.figures.get, names))) for row in self.rows
+            (row.from_reference_mm, *map(_with_interval, map(row.figures.get, names)))
+            for row in self.rows
         )
-        said = f"{self.limb.name}: heights in mm from {self.counted_from}; {HOLDS}"
+        said = f"{self.limb.name}: heights in mm from {self.reference_name}; {HOLDS}"
         return html_of(Table(title="levels", columns=columns, rows=rows), said.removeprefix(": "))
 
-    def _has(self, name: str) -> bool:
+    def _has_figure(self, name: str) -> bool:
         return any(row.figures.get(name) is not None for row in self.rows)
 
     @property
-    def beside(self) -> Finding | None:
-        """The other outlines at the heights of the table; None without any."""
+    def others_note(self) -> Finding | None:
+        """A note of other limbs' outlines at the heights of the table; None without any."""
         rows = [row for row in self.rows if row.others]
         if not rows:
             return None
@@ -221,19 +222,19 @@ class Measures:
         )
 
     @property
-    def counted_from(self) -> str:
-        """What the heights truly count from: edits and socks move the tip away from the origin."""
+    def reference_name(self) -> str:
+        """The name of what heights count from; edits and socks move the tip off the origin."""
         if self.reference is not None:
             return self.reference
         return "distal end" if abs(self.tip_mm) <= _AT_ORIGIN_MM else "origin of the limb frame"
 
     @property
-    def counting(self) -> str:
-        """The same in a sentence: `Heights from ...`."""
+    def reference_phrase(self) -> str:
+        """What heights count from, as a phrase after `Heights from`."""
         if self.reference is not None:
             return self.reference
         away = abs(self.tip_mm) > _AT_ORIGIN_MM
-        return f"the {self.counted_from}" + (
+        return f"the {self.reference_name}" + (
             f"; the tip lies at {self.tip_mm:.1f} mm" if away else ""
         )
 
@@ -242,8 +243,8 @@ def _value_and_sigma(figure: Figure | None) -> tuple[float | None, float | None]
     return (None, None) if figure is None else (figure.value, figure.sigma)
 
 
-def _told(figure: Figure | None) -> str:
-    return "" if figure is None else figure.with_reach
+def _with_interval(figure: Figure | None) -> str:
+    return "" if figure is None else figure.with_interval
 
 
 def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures:
@@ -258,7 +259,7 @@ def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures
     volumes = Volumes.of(sigmas)
     through_mm = _through_mm(bare, options.through)
     cuts = levels_at(sigmas.mesh, heights, through_mm)
-    rows = tuple(_row(sigmas, volumes, level, zero) for level in cuts)
+    rows = tuple(_row_of_level(sigmas, volumes, level, zero) for level in cuts)
     levels = [row.level for row in rows if row.level is not None]
     if not levels:
         raise MeasureError("measure.no_level", first=rows[0].reasons[0])
@@ -269,56 +270,57 @@ def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures
         tip_mm=float(sigmas.mesh.vertices_mm[:, 2].min()),
         rows=rows,
         volumes=tuple(
-            _volume(volumes, zero, span, _BEYOND_MM + bare.sock_mm) for span in options.volumes_mm
+            _volume_row(volumes, zero, span, _BEYOND_MM + bare.sock_mm)
+            for span in options.volumes_mm
         ),
         lengths=tuple(
             length_between(
                 sigmas,
-                _place(bare, start, options.placing),
-                _place(bare, end, options.placing),
+                _place_of(bare, start, options.placing),
+                _place_of(bare, end, options.placing),
             )
             for start, end in options.lengths
         ),
-        tape=_tape(sigmas, zero, options.tape, through_mm),
+        tape=_tape_checks(sigmas, zero, options.tape, through_mm),
         bodies_left_out=outside.bodies_left_out,
         loose=outside.loose,
         skin="outside" if is_two_skinned(levels) else "only",
-        wall=wall_of(sigmas.mesh),
+        wall=wall_thickness(sigmas.mesh),
         through_mm=through_mm,
     )
 
 
 def measure_inside(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures:
-    """Measure what an aligned wall, such as a socket, holds.
+    """Measure the inside of an aligned wall, such as a socket.
 
     Raises:
-        MeasureError: it goes round no hollow, or as `measure_limb`.
+        MeasureError: it encloses no hollow, or as `measure_limb`.
     """
     found = measure_limb(inside_of(limb), options)
-    return replace(found, skin="inside", wall=wall_of(limb.aligned().mesh_in_limb))
+    return replace(found, skin="inside", wall=wall_thickness(limb.aligned().mesh_in_limb))
 
 
-def check_alone(found: Measures, reading: TapeReading) -> TapeCheck | Finding:
-    """A tape reading beside a measured limb, or why it has nothing to be compared with.
+def check_one_reading(found: Measures, reading: TapeReading) -> TapeCheck | Finding:
+    """Compare one tape reading with a measured limb; a finding says why it cannot be compared.
 
     In a list of readings one that lies beyond the limb must not hide the others.
     """
     sigmas = Sigmas.of(outer_bodies(found.limb.mesh_in_limb).mesh)
-    return _held(sigmas, found.reference_mm, reading, found.through_mm)
+    return _check_of_reading(sigmas, found.reference_mm, reading, found.through_mm)
 
 
 def _reference_mm(limb: AlignedLimb, name: str | None) -> float:
-    return 0.0 if name is None else float(_place(limb, name).in_limb_mm[2])
+    return 0.0 if name is None else float(_place_of(limb, name).in_limb_mm[2])
 
 
 def _through_mm(limb: AlignedLimb, name: str | None) -> tuple[float, float]:
     if name is None:
         return AXIS_MM
-    x, y, _ = _place(limb, name).in_limb_mm.tolist()
+    x, y, _ = _place_of(limb, name).in_limb_mm.tolist()
     return x, y
 
 
-def _place(limb: AlignedLimb, name: str, placing: Placing = USUAL) -> Place:
+def _place_of(limb: AlignedLimb, name: str, placing: Placing = USUAL) -> Place:
     mark = landmark(limb, name)
     return Place(name, limb.landmark_in_limb_mm(mark), placing.of(mark))
 
@@ -345,7 +347,7 @@ def _heights(sigmas: Sigmas, zero: float, options: LimbMeasureOptions) -> list[f
     return [k * options.spacing_mm + zero for k in range(first, last + 1)]
 
 
-def _row(sigmas: Sigmas, volumes: Volumes, level: Level | Refused, zero: float) -> Row:
+def _row_of_level(sigmas: Sigmas, volumes: Volumes, level: Level | Refused, zero: float) -> Row:
     height = level.height_mm
     if isinstance(level, Refused):
         nothing: dict[str, Figure | None] = dict.fromkeys([*MEASURES, "volume_below_mm3"])
@@ -379,10 +381,10 @@ def _row(sigmas: Sigmas, volumes: Volumes, level: Level | Refused, zero: float) 
     )
 
 
-def _volume(
+def _volume_row(
     volumes: Volumes, zero: float, span_mm: tuple[float, float], most_beyond_mm: float
 ) -> VolumeRow:
-    """A volume; a height that lies just beyond the limb stands for its end."""
+    """The row of a volume; a height just beyond the limb stands for its end."""
     z = volumes.sigmas.mesh.vertices_mm[:, 2]
     ends = float(z.min()), float(z.max())
     heights: list[float] = []
@@ -402,7 +404,7 @@ def _volume(
     )
 
 
-def _tape(
+def _tape_checks(
     sigmas: Sigmas,
     zero: float,
     readings: tuple[TapeReading, ...],
@@ -410,23 +412,23 @@ def _tape(
 ) -> tuple[TapeCheck, ...]:
     checks: list[TapeCheck] = []
     for reading in readings:
-        held = _held(sigmas, zero, reading, through_mm)
-        if isinstance(held, Finding):
-            raise MeasureError("tape.no_girth", reason=held)
-        checks.append(held)
+        check = _check_of_reading(sigmas, zero, reading, through_mm)
+        if isinstance(check, Finding):
+            raise MeasureError("tape.no_girth", reason=check)
+        checks.append(check)
     return tuple(checks)
 
 
-def _held(
+def _check_of_reading(
     sigmas: Sigmas, zero: float, reading: TapeReading, through_mm: tuple[float, float]
 ) -> TapeCheck | Finding:
-    """A reading beside the shape's girth, or why there is none."""
+    """The check of a reading against the shape's girth, or the reason why there is none."""
     height = reading.height_mm + zero
     heights = [height, height - PLACING_SIGMA_MM, height + PLACING_SIGMA_MM]
-    level, *beside = levels_at(sigmas.mesh, heights, through_mm)
+    level, *near_levels = levels_at(sigmas.mesh, heights, through_mm)
     if isinstance(level, Refused):
         return level.reason
     girth = sigmas.figure(level, tape_mm(level))
-    near = [tape_mm(one).value for one in beside if not isinstance(one, Refused)]
+    near = [tape_mm(one).value for one in near_levels if not isinstance(one, Refused)]
     taper_mm = max((abs(one - tape_mm(level).value) for one in near), default=0.0)
     return check_reading(reading, level.height_mm, girth, taper_mm)

@@ -19,39 +19,39 @@ from limbgram.core.mesh.mesh import unit
 from limbgram.core.mesh.uncertainty import propagate
 from limbgram.workbench.anatomy.directions import Anatomy
 from limbgram.workbench.anatomy.landmark import Placing
-from limbgram.workbench.anatomy.names import by_identity
-from limbgram.workbench.anatomy.surface_lines import Skin
+from limbgram.workbench.anatomy.names import landmarks_by_identity
+from limbgram.workbench.anatomy.surface_lines import LineSurface
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.limb import Limb
-from limbgram.workbench.measures.lengths import on_triangles, vertex_gradient
-from limbgram.workbench.measures.levels import Figure, Level, Sigmas, Sloped, level_at
+from limbgram.workbench.measures.lengths import barycentric_on_mesh, vertex_gradient
+from limbgram.workbench.measures.levels import Figure, Level, Measured, Sigmas, level_at
 
-STEP_LEAN = 1e-4
-"""By which slopes of lines that the surface tells are changed."""
-STEP_MM = 0.5
-"""By which places are moved to tell slopes: beyond a facet's roughness, within a limb's bends."""
-TILT_RAD = 0.01
+LEAN_STEP = 1e-4
+"""Step by which slopes of axes fitted to the surface are changed."""
+PLACE_STEP_MM = 0.5
+"""Step of landmarks for finite differences: above facet roughness, below a limb's curvature."""
+TILT_STEP_RAD = 0.01
 Slopes = Mapping[str, Float64[np.ndarray, "3 k"]]
-Measure = Callable[[Level], Sloped]
+Measure = Callable[[Level], Measured]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Propagated:
-    """A figure's value, and how it changes with the surface and with the landmarks."""
+    """A figure's value, and its derivatives by the surface and by the landmarks."""
 
     value: float
     by_vertex: Float64[np.ndarray, " n"] | None = None
-    """For a millimetre of each vertex along its normal, the landmarks staying."""
+    """Change for a millimetre of each vertex along its normal, with fixed landmarks."""
     by_place: Mapping[str, Vector3] = field(default_factory=dict[str, Vector3])
-    """For a millimetre of each landmark in each direction."""
+    """Change for a millimetre of each landmark in each direction."""
     lost: tuple[float, float] = (0.0, 0.0)
-    """What fine relief the surface lost adds to it, and its sigma."""
-    beyond: float = 0.0
-    """What of its variance goes beyond first order; below nothing where that overstates it."""
+    """Length to be added for fine relief that the surface lost, and its sigma."""
+    extra_variance: float = 0.0
+    """Variance beyond first order; negative where first order overstates it."""
 
 
-class _Used(dict[str, Vector3]):
-    """Places that remember which of them were asked for: no others have a slope."""
+class _TrackedPlaces(dict[str, Vector3]):
+    """Places that record which of them were read: only these have a slope."""
 
     def __init__(self, places: Mapping[str, Vector3]) -> None:
         super().__init__(places)
@@ -64,42 +64,46 @@ class _Used(dict[str, Vector3]):
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """A limb that is being measured."""
+    """A limb that is being measured, with the data for propagating errors."""
 
     anatomy: Anatomy
     sigmas: Sigmas
-    """Of its outer surface, in the mesh's frame."""
+    """Sigmas of its outer surface, in the mesh's frame."""
     normals: Mapping[str, Vector3]
-    """Of the surface at each landmark."""
+    """Normal of the surface at each landmark."""
     placing_mm: Mapping[str, float]
     _moved: dict[tuple[str, bytes], Anatomy] = field(
         default_factory=dict[tuple[str, bytes], Anatomy], init=False, repr=False, compare=False
     )
-    """By the landmark and its step: figures that hang on the same axes find them there."""
+    """Anatomies with one landmark moved, by landmark and step, shared between figures."""
 
     @classmethod
     def of(cls, limb: Limb, placing: Placing) -> "Subject":
         found = outer_bodies(limb.mesh)
         found.require_one_limb()
-        anatomy = replace(limb.anatomy, skin=Skin(mesh=found.mesh))
+        anatomy = replace(limb.anatomy, skin=LineSurface(mesh=found.mesh))
         names = tuple(anatomy.places)
         normals: dict[str, Vector3] = {}
         sigmas = Sigmas.of(found.mesh)
         if names:
             places = np.stack([anatomy.places[name] for name in names])
-            ids, shares = on_triangles(found.mesh, places)
-            across = unit(np.einsum("pk,pkd->pd", shares, sigmas.normals[ids]))
-            normals = dict(zip(names, across, strict=True))
+            ids, shares = barycentric_on_mesh(found.mesh, places)
+            measure_section = unit(np.einsum("pk,pkd->pd", shares, sigmas.normals[ids]))
+            normals = dict(zip(names, measure_section, strict=True))
         return cls(
             anatomy=anatomy,
             sigmas=sigmas,
             normals=normals,
-            placing_mm={name: placing.of(one) for name, one in by_identity(limb.landmarks).items()},
+            placing_mm={
+                name: placing.of(one) for name, one in landmarks_by_identity(limb.landmarks).items()
+            },
         )
 
     def figure(self, propagated: Propagated) -> tuple[Figure, float | None]:
         """The figure with its sigma, and the placing's part of that."""
-        placing = math.sqrt(sum(self._placing(name, g) for name, g in propagated.by_place.items()))
+        placing = math.sqrt(
+            sum(self._placing_variance(name, g) for name, g in propagated.by_place.items())
+        )
         value = propagated.value + propagated.lost[0]
         if self.sigmas.mesh.sigma_mm is None:
             return Figure(value, None), placing
@@ -112,17 +116,17 @@ class Subject:
                 self.sigmas, places, np.stack([*propagated.by_place.values()])
             )
         surface = propagate(self.sigmas.mesh, gradient) or 0.0
-        surface = math.sqrt(max(surface**2 + propagated.beyond, 0.0))
+        surface = math.sqrt(max(surface**2 + propagated.extra_variance, 0.0))
         return Figure(value, math.hypot(surface, placing, propagated.lost[1])), placing
 
-    def _placing(self, name: str, gradient: Vector3) -> float:
+    def _placing_variance(self, name: str, gradient: Vector3) -> float:
         """Variance that one landmark's placing adds: it slides along the surface."""
         normal = self.normals[name]
         along = gradient - normal * (gradient @ normal)
         return float(along @ along) * self.placing_mm[name] ** 2
 
     def moved(self, name: str, step: Vector3) -> Anatomy:
-        """What its landmarks span, with one of them elsewhere."""
+        """The anatomy with one landmark moved by a step."""
         key = name, step.tobytes()
         if key not in self._moved:
             places = dict(self.anatomy.places)
@@ -130,31 +134,32 @@ class Subject:
             self._moved[key] = replace(self.anatomy, places=places)
         return self._moved[key]
 
-    def by_surface(
+    def vertex_slopes_by_axes(
         self, what: Callable[[Anatomy], float], names: Iterable[str]
     ) -> Float64[np.ndarray, " n"]:
-        """Change of a figure for a millimetre of each vertex along its normal, while landmarks
-        stay: through those axes of these names that the surface tells."""
+        """Change of a figure for a millimetre of each vertex along its normal, with fixed
+        landmarks: through those of the named axes that are fitted to the surface."""
         gradient = np.zeros(len(self.sigmas.mesh))
         for name in dict.fromkeys(names):
-            found = self.anatomy.leaning(name)
+            found = self.anatomy.surface_line(name)
             if found is not None:
                 ahead, behind = (
-                    what(self.anatomy.with_lean(name, step)) for step in (STEP_LEAN, -STEP_LEAN)
+                    what(self.anatomy.with_added_slope(name, step))
+                    for step in (LEAN_STEP, -LEAN_STEP)
                 )
-                by_lean = (ahead - behind) / (2 * STEP_LEAN)
+                by_lean = (ahead - behind) / (2 * LEAN_STEP)
                 gradient += by_lean * found.by_vertex(self.sigmas.normals)
         return gradient
 
     def slopes(self, what: Callable[[Anatomy], Float64[np.ndarray, " k"]]) -> Slopes:
-        """Change of what hangs on landmarks alone, by each landmark: rows by direction."""
-        used = _Used(self.anatomy.places)
+        """Change of values that depend on landmarks alone, by landmark: rows by direction."""
+        used = _TrackedPlaces(self.anatomy.places)
         first = what(replace(self.anatomy, places=used))
         found: dict[str, Float64[np.ndarray, "3 k"]] = {}
         for name in used.names:
             rows = [
-                (what(self.moved(name, step)) - what(self.moved(name, -step))) / (2 * STEP_MM)
-                for step in np.eye(3) * STEP_MM
+                (what(self.moved(name, step)) - what(self.moved(name, -step))) / (2 * PLACE_STEP_MM)
+                for step in np.eye(3) * PLACE_STEP_MM
             ]
             if np.any(rows):
                 found[name] = np.stack(rows).reshape(3, len(first))
@@ -162,8 +167,8 @@ class Subject:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cut:
-    """A plane and the way in it in which widths count, as a frame: rows x, y and normal."""
+class CutPlane:
+    """A cutting plane as a frame: rows x (the direction of widths), y and normal."""
 
     rotation: Matrix3
     through_mm: Vector3
@@ -172,31 +177,32 @@ class Cut:
 
     def level(self, sigmas: Sigmas) -> Level:
         x, y, height = self.through_mm.tolist()
-        return level_at(self.turned(sigmas).mesh, height, (x, y))
+        return level_at(self.surface_in_frame(sigmas).mesh, height, (x, y))
 
-    def turned(self, sigmas: Sigmas) -> Sigmas:
-        """The surface in that frame."""
+    def surface_in_frame(self, sigmas: Sigmas) -> Sigmas:
+        """The surface in the plane's frame."""
         return sigmas.moved(Rigid(self.rotation, np.zeros(3)))
 
-    def nudged(self, offset_mm: float, tilt_rad: float, roll_rad: float, turn_rad: float) -> "Cut":
-        """Another plane near this one: moved along its normal, tilted about its x and its y, and
-
-        turned about the normal; all about the place inside the outline."""
+    def moved_slightly(
+        self, offset_mm: float, tilt_rad: float, roll_rad: float, turn_rad: float
+    ) -> "CutPlane":
+        """A plane near this one: moved along its normal, tilted about its x and y, and turned
+        about the normal, all about the place inside the outline."""
         turn = Rigid.from_rotation_vector(np.array([tilt_rad, roll_rad, turn_rad]), np.zeros(3))
         rotation = turn.rotation @ self.rotation
         place = self.rotation.T @ self.through_mm
         moved = rotation @ place
-        return Cut(rotation=rotation, through_mm=moved + np.array([0.0, 0.0, offset_mm]))
+        return CutPlane(rotation=rotation, through_mm=moved + np.array([0.0, 0.0, offset_mm]))
 
-    def seen_from(self, level: Level, aside_mm: float = 0.0) -> Level:
-        """A level with its place as origin; or a place so far from it along x."""
+    def level_in_frame(self, level: Level, aside_mm: float = 0.0) -> Level:
+        """A level with the plane's place as origin, or a place a distance from it along x."""
         x, y, _ = self.through_mm.tolist()
         return replace(level, points_mm=level.points_mm - np.array([x + aside_mm, y]))
 
-    def ways_to(self, other: "Cut") -> Float64[np.ndarray, "5"]:
-        """How another plane is nudged against this one: the steps that lead there.
+    def offsets_to(self, other: "CutPlane") -> Float64[np.ndarray, "5"]:
+        """The steps of `moved_slightly` that lead from this plane to another one.
 
-        The last is how far its place lies from this one's along x.
+        The last value is the distance of its place from this one's along x.
         """
         place = self.rotation.T @ self.through_mm
         away = other.rotation.T @ other.through_mm - place
@@ -213,72 +219,77 @@ class Cut:
         )
 
 
-def across(
-    subject: Subject, cut_of: Callable[[Anatomy], Cut], measures: Mapping[str, Measure]
+def measure_section(
+    subject: Subject, cut_of: Callable[[Anatomy], CutPlane], measures: Mapping[str, Measure]
 ) -> dict[str, Propagated]:
-    """Measures of one section, each with what surface and landmarks have in it.
+    """Measures of one section, each with its derivatives by surface and landmarks.
 
     Args:
-        cut_of: The plane, by landmarks.
-        measures: Of a level whose origin is the plane's place.
+        cut_of: Gives the plane by the landmarks.
+        measures: Measures of a level whose origin is the plane's place.
 
     Raises:
         MeasureError: the plane misses the limb, or its outline is open.
     """
     first = cut_of(subject.anatomy)
-    slopes = subject.slopes(lambda one: first.ways_to(cut_of(one)))
-    turned = first.turned(subject.sigmas)
+    slopes = subject.slopes(lambda one: first.offsets_to(cut_of(one)))
+    turned = first.surface_in_frame(subject.sigmas)
     x, y, height = first.through_mm.tolist()
-    steps = np.diag(WAYS) if slopes else np.empty((0, len(WAYS)))
+    steps = np.diag(PLANE_STEPS) if slopes else np.empty((0, len(PLANE_STEPS)))
     try:
         level = level_at(turned.mesh, height, (x, y))
-        nudged = [tuple(first.nudged(*way) for way in (step, -step)) for step in steps]
-        beside = [
-            tuple(one.seen_from(one.level(subject.sigmas)) for one in pair) for pair in nudged
+        moved_slightly = [
+            tuple(first.moved_slightly(*way) for way in (step, -step)) for step in steps
+        ]
+        neighbours = [
+            tuple(one.level_in_frame(one.level(subject.sigmas)) for one in pair)
+            for pair in moved_slightly
         ]
     except MeasureError as error:
-        raise _told_in_limb(error, subject.anatomy, first) from error
+        raise _with_limb_heights(error, subject.anatomy, first) from error
     if slopes:
-        beside.append(tuple(first.seen_from(level, aside) for aside in (STEP_MM, -STEP_MM)))
-    sizes = [*WAYS, STEP_MM]
+        neighbours.append(
+            tuple(first.level_in_frame(level, aside) for aside in (PLACE_STEP_MM, -PLACE_STEP_MM))
+        )
+    sizes = [*PLANE_STEPS, PLACE_STEP_MM]
     found: dict[str, Propagated] = {}
     for name, measure in measures.items():
-        sloped = measure(first.seen_from(level))
-        by_way = np.array(
+        sloped = measure(first.level_in_frame(level))
+        by_step = np.array(
             [
                 (measure(ahead).value - measure(behind).value) / (2 * size)
-                for size, (ahead, behind) in zip(sizes, beside, strict=bool(slopes))
+                for size, (ahead, behind) in zip(sizes, neighbours, strict=bool(slopes))
             ]
         )
         figure, gradient = turned.figure(level, sloped), turned.gradient(level, sloped)
         surface = propagate(turned.mesh, gradient) or 0.0
-        beyond = turned.beyond_foremost(level, sloped.reaches)
-        relief = math.sqrt(max((figure.sigma or 0.0) ** 2 - surface**2 - beyond, 0.0))
+        extra_variance = turned.extremity_variance(level, sloped.reaches)
+        relief = math.sqrt(max((figure.sigma or 0.0) ** 2 - surface**2 - extra_variance, 0.0))
         found[name] = Propagated(
             value=sloped.value,
             by_vertex=gradient,
-            by_place={place: rows @ by_way for place, rows in slopes.items()},
+            by_place={place: rows @ by_step for place, rows in slopes.items()},
             lost=(figure.value - sloped.value, relief),
-            beyond=beyond,
+            extra_variance=extra_variance,
         )
     return found
 
 
-def _told_in_limb(error: MeasureError, anatomy: Anatomy, section: Cut) -> MeasureError:
-    """The same refusal with heights over the limb frame's origin, where people look for them."""
+def _with_limb_heights(error: MeasureError, anatomy: Anatomy, section: CutPlane) -> MeasureError:
+    """The refusal with its heights converted to heights over the limb frame's origin."""
     if anatomy.frame is None:
         return error
     place_mm = section.rotation.T @ section.through_mm
-    height_mm = float((place_mm - anatomy.origin_mm) @ anatomy.frame[_OF_HEIGHT])
-    lift_mm = height_mm - float(section.through_mm[_OF_HEIGHT])
+    height_mm = float((place_mm - anatomy.origin_mm) @ anatomy.frame[_HEIGHT_AXIS])
+    lift_mm = height_mm - float(section.through_mm[_HEIGHT_AXIS])
     values = {
-        name: value + lift_mm if name in _HEIGHTS and isinstance(value, float) else value
+        name: value + lift_mm if name in _HEIGHT_VALUES and isinstance(value, float) else value
         for name, value in error.finding.values.items()
     }
     return MeasureError.of(replace(error.finding, values=values))
 
 
-_OF_HEIGHT = 2
-_HEIGHTS = ("height_mm", "low_mm", "high_mm")
-WAYS = (STEP_MM, TILT_RAD, TILT_RAD, TILT_RAD)
-"""Steps of `Cut.nudged`."""
+_HEIGHT_AXIS = 2
+_HEIGHT_VALUES = ("height_mm", "low_mm", "high_mm")
+PLANE_STEPS = (PLACE_STEP_MM, TILT_STEP_RAD, TILT_STEP_RAD, TILT_STEP_RAD)
+"""Finite-difference steps of `CutPlane.moved_slightly`."""

@@ -1,8 +1,8 @@
-"""Sheet: the figures that a trade's form asks of a kind of limb, each with its sigma.
+"""Sheet: the measuring sheet of a kind of limb, each figure with its sigma.
 
 In      a Limb whose kind and side are known, with landmarks.
 Out     MeasuringSheet: a row for every item of the kind, with its figure or why it has none.
-Method  An item hangs on the surface and on where landmarks were placed. A landmark errs along the
+Method  An item depends on the surface and on where landmarks were placed. A landmark errs along the
         surface by its placing error in each direction, and with the surface along its normal. All
         is propagated to first order: the surface's part through the gradient over its vertices,
         with the covariances that the mesh carries; the placing's part by differences. A section is
@@ -38,27 +38,33 @@ from limbgram.workbench.anatomy.kind import (
     Distance,
     Extent,
     Extreme,
-    Mid,
+    Midpoint,
     Section,
     Share,
 )
 from limbgram.workbench.anatomy.landmark import USUAL, Placing
-from limbgram.workbench.frame.landmarks import unconfirmed
+from limbgram.workbench.frame.landmarks import unconfirmed_finding
 from limbgram.workbench.limb import Limb, Side
-from limbgram.workbench.measures.arch import arch_of
-from limbgram.workbench.measures.cranial import cranial_figures, require_whole
+from limbgram.workbench.measures.arch import arch_apex
+from limbgram.workbench.measures.cranial import cranial_figures, require_closed_above
 from limbgram.workbench.measures.levels import (
     Figure,
     Level,
+    Measured,
     Refused,
     Sigmas,
-    Sloped,
     area_mm2,
     levels_at,
     ml_mm,
     tape_mm,
 )
-from limbgram.workbench.measures.propagation import STEP_MM, Cut, Propagated, Subject, across
+from limbgram.workbench.measures.propagation import (
+    PLACE_STEP_MM,
+    CutPlane,
+    Propagated,
+    Subject,
+    measure_section,
+)
 
 _EXTREME_STEP_MM = 2.0
 _FLAT_SHARE = 0.005
@@ -72,7 +78,7 @@ CENTRELINE = "centreline"
 
 @dataclass(frozen=True, kw_only=True)
 class SheetOptions:
-    """What a sheet hangs on besides the limb."""
+    """What a sheet depends on besides the limb."""
 
     shoe_heel_mm: float = 0.0
     """Height of the shoe's heel."""
@@ -98,13 +104,13 @@ class SheetRow:
     formula: str
     figure: Figure | None
     placing_sigma: float | None
-    """What of its sigma comes of how landmarks were placed."""
+    """The part of its sigma that comes from placing landmarks."""
     reason: Finding | None
-    """Why it has no answer."""
+    """Why it has no figure."""
     places: tuple[str, ...] = ()
-    """Identities of the landmarks that it goes by."""
+    """Identities of the landmarks that it depends on."""
     doubt: Finding | None = None
-    """Those of them that were proposed and that nobody has confirmed."""
+    """Doubt about those of them that nobody has confirmed."""
 
     @property
     def unit(self) -> str:
@@ -120,7 +126,7 @@ class MeasuringSheet:
     shape: str
     rows: tuple[SheetRow, ...]
     doubt: Finding | None = None
-    """Landmarks that a figure goes by, that were proposed and that nobody has confirmed."""
+    """Doubt about proposed landmarks of any figure that nobody has confirmed."""
 
     __repr__ = brief
 
@@ -142,12 +148,12 @@ class MeasuringSheet:
                     None if said is None else told(said, language),
                 )
                 for row in self.rows
-                for said in [self.said_of(row)]
+                for said in [self.doubt_or_reason(row)]
             ),
         )
 
-    def said_of(self, row: SheetRow) -> Finding | None:
-        """Why a figure has no answer, or why one that hangs on landmarks is not to be relied on."""
+    def doubt_or_reason(self, row: SheetRow) -> Finding | None:
+        """Why a figure is missing, or why it cannot be relied on; None if neither."""
         return row.reason or row.doubt
 
     def to_frame(self) -> Any:
@@ -163,12 +169,12 @@ class MeasuringSheet:
         rows = tuple(
             (
                 row.words["en"],
-                "" if row.figure is None else row.figure.with_reach,
+                "" if row.figure is None else row.figure.with_interval,
                 row.unit,
                 None if said is None else told(said),
             )
             for row in self.rows
-            for said in [self.said_of(row)]
+            for said in [self.doubt_or_reason(row)]
         )
         columns = ("measure", "value", "unit", "reason")
         said = f"{self.shape}: {self.kind}, {self.side}; {HOLDS}".removeprefix(": ")
@@ -191,7 +197,7 @@ _UNITS = {"_mm": "mm", "_cm2": "cm²", "_deg": "deg", "_ml": "mL", "_per_cent": 
 
 
 def unit_of(name: str) -> str:
-    """By the ending of its name."""
+    """The unit of a figure, from the ending of its name."""
     return next((unit for ending, unit in _UNITS.items() if name.endswith(ending)), "")
 
 
@@ -202,7 +208,7 @@ def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSh
         MeasureError: nobody said the kind, or the side of a limb that has one.
     """
     anatomy = limb.anatomy
-    anatomy.sense()
+    anatomy.mirror_sign()
     subject = Subject.of(limb, options.placing)
     found: dict[str, SheetRow] = {}
     heads: dict[str, Propagated] = {}
@@ -210,33 +216,33 @@ def measuring_sheet(limb: Limb, options: SheetOptions = DEFAULTS) -> MeasuringSh
     for item in anatomy.kind.sheet:
         if wanted and item.name not in wanted:
             continue
-        row = _row(_Filling(subject, options, found, heads), item)
-        found[item.name] = replace(row, doubt=unconfirmed(limb, row.places))
+        row = _row_of_item(_SheetInProgress(subject, options, found, heads), item)
+        found[item.name] = replace(row, doubt=unconfirmed_finding(limb, row.places))
     return MeasuringSheet(
         kind=anatomy.kind.name,
         side=limb.side,
         shape=limb.name,
         rows=tuple(found.values()),
-        doubt=unconfirmed(limb, {name for row in found.values() for name in row.places}),
+        doubt=unconfirmed_finding(limb, {name for row in found.values() for name in row.places}),
     )
 
 
 @dataclass(frozen=True)
-class _Filling:
-    """A form that is being filled in."""
+class _SheetInProgress:
+    """A sheet that is being filled in."""
 
     subject: Subject
     options: SheetOptions
     rows: Mapping[str, SheetRow]
-    """Those before."""
+    """The rows filled in before."""
     heads: dict[str, Propagated]
-    """Of a head, all at once when the first is asked for."""
+    """Figures of a head, all computed when the first is asked for."""
 
 
-def _row(filling: _Filling, item: AnyItem) -> SheetRow:
+def _row_of_item(filling: _SheetInProgress, item: AnyItem) -> SheetRow:
     found, reason = None, None
     try:
-        found = _measured(filling, item)
+        found = _figure_of_item(filling, item)
     except MeasureError as error:
         reason = error.finding
     return SheetRow(
@@ -251,67 +257,67 @@ def _row(filling: _Filling, item: AnyItem) -> SheetRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Measured:
-    """A figure, and what landmarks have to do with it."""
+class _FigureOfItem:
+    """A figure of an item, with the part of landmarks in it."""
 
     figure: Figure
     placing_sigma: float | None = None
     places: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, subject: Subject, propagated: Propagated) -> "_Measured":
+    def of(cls, subject: Subject, propagated: Propagated) -> "_FigureOfItem":
         figure, placing = subject.figure(propagated)
         return cls(figure=figure, placing_sigma=placing, places=tuple(propagated.by_place))
 
 
-def _measured(filling: _Filling, item: AnyItem) -> _Measured:
+def _figure_of_item(filling: _SheetInProgress, item: AnyItem) -> _FigureOfItem:
     subject = filling.subject
     match item:
         case Angle():
             pitch_mm = filling.options.shoe_heel_mm - filling.options.shoe_sole_mm
-            return _Measured.of(subject, _angle(subject, item, pitch_mm))
+            return _FigureOfItem.of(subject, _angle(subject, item, pitch_mm))
         case Distance():
-            found = _by_landmarks(subject, lambda one: _distance_mm(one, item))
-            return _Measured.of(subject, found)
+            found = _propagated_by_landmarks(subject, lambda one: _distance_mm(one, item))
+            return _FigureOfItem.of(subject, found)
         case Share():
-            return _share(filling.rows[item.part], filling.rows[item.whole])
+            return _per_cent_of(filling.rows[item.part], filling.rows[item.whole])
         case Difference():
             return _difference(filling.rows[item.part], filling.rows[item.less])
         case Extent():
-            return _Measured.of(subject, _extent(subject, item))
+            return _FigureOfItem.of(subject, _extent(subject, item))
         case Section():
-            return _Measured.of(subject, _section(subject, item))
+            return _FigureOfItem.of(subject, _section(subject, item))
         case Extreme():
             return _extreme(subject, item)
         case Arch():
-            return _Measured.of(subject, arch_of(subject, item))
+            return _FigureOfItem.of(subject, arch_apex(subject, item))
         case Cranial():
             if not filling.heads:
                 filling.heads.update(cranial_figures(subject))
             if item.what not in filling.heads:
-                require_whole(subject)
-            return _Measured.of(subject, filling.heads[item.what])
+                require_closed_above(subject)
+            return _FigureOfItem.of(subject, filling.heads[item.what])
 
 
-def _by_landmarks(subject: Subject, what: Callable[[Anatomy], float]) -> Propagated:
-    """What hangs on the landmarks alone."""
+def _propagated_by_landmarks(subject: Subject, what: Callable[[Anatomy], float]) -> Propagated:
+    """A value that depends on landmarks alone, with its derivatives."""
     value = what(subject.anatomy)
     slopes = subject.slopes(lambda one: np.array([what(one)]))
     return Propagated(value=value, by_place={name: rows[:, 0] for name, rows in slopes.items()})
 
 
 def _angle(subject: Subject, item: Angle, pitch_mm: float) -> Propagated:
-    """By landmarks, and by the surface where it tells one of the directions."""
+    """An angle, with its derivatives by landmarks and by axes fitted to the surface."""
 
     def what(anatomy: Anatomy) -> float:
         return angle_deg(anatomy, item, pitch_mm)
 
-    by_vertex = subject.by_surface(what, (item.of, item.to, item.about))
-    return replace(_by_landmarks(subject, what), by_vertex=by_vertex)
+    by_vertex = subject.vertex_slopes_by_axes(what, (item.of, item.to, item.about))
+    return replace(_propagated_by_landmarks(subject, what), by_vertex=by_vertex)
 
 
 def angle_deg(anatomy: Anatomy, item: Angle, pitch_mm: float = 0.0) -> float:
-    """An angle of the form, -180 to 180; a shoe adds what its heel is higher than its sole.
+    """An angle of the sheet, -180 to 180; a shoe's pitch is added where it counts.
 
     Raises:
         MeasureError: a landmark that tells it was not placed, or the surface is open there.
@@ -331,29 +337,29 @@ def _distance_mm(anatomy: Anatomy, item: Distance) -> float:
     return float(way @ anatomy.axis(item.along).direction)
 
 
-def _share(part: SheetRow, whole: SheetRow) -> _Measured:
-    """One over the other; their errors count as independent, which widens the interval."""
+def _per_cent_of(part: SheetRow, whole: SheetRow) -> _FigureOfItem:
+    """One figure as per cent of another; errors count as independent, which widens the interval."""
     above, below = _figure_of(part), _figure_of(whole)
     value = 100 * above.value / below.value
-    places = _places_of(part, whole)
+    places = _places_of_rows(part, whole)
     if above.sigma is None or below.sigma is None:
-        return _Measured(figure=Figure(value, None), places=places)
+        return _FigureOfItem(figure=Figure(value, None), places=places)
     spread = math.hypot(100 * above.sigma, value * below.sigma) / abs(below.value)
-    return _Measured(figure=Figure(value, spread), places=places)
+    return _FigureOfItem(figure=Figure(value, spread), places=places)
 
 
-def _difference(part: SheetRow, less: SheetRow) -> _Measured:
-    """One less the other, between landmarks of their own: their errors are independent."""
+def _difference(part: SheetRow, less: SheetRow) -> _FigureOfItem:
+    """One figure less another; they use different landmarks, so their errors are independent."""
     figures = _figure_of(part), _figure_of(less)
-    value, places = figures[0].value - figures[1].value, _places_of(part, less)
+    value, places = figures[0].value - figures[1].value, _places_of_rows(part, less)
     spreads = [one.sigma for one in figures if one.sigma is not None]
     whole = math.hypot(*spreads) if len(spreads) == len(figures) else None
     placings = [one.placing_sigma for one in (part, less) if one.placing_sigma is not None]
     placing = math.hypot(*placings) if placings else None
-    return _Measured(figure=Figure(value, whole), placing_sigma=placing, places=places)
+    return _FigureOfItem(figure=Figure(value, whole), placing_sigma=placing, places=places)
 
 
-def _places_of(*rows: SheetRow) -> tuple[str, ...]:
+def _places_of_rows(*rows: SheetRow) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for row in rows for name in row.places))
 
 
@@ -364,7 +370,7 @@ def _figure_of(row: SheetRow) -> Figure:
 
 
 def _extent(subject: Subject, item: Extent) -> Propagated:
-    """How far the surface reaches along a direction, of what lies below a place."""
+    """Extent along a direction of the surface below a place."""
     points = subject.sigmas.mesh.vertices_mm
 
     along, up = (subject.anatomy.axis(name).direction for name in (item.along, item.up))
@@ -393,12 +399,12 @@ def _extent(subject: Subject, item: Extent) -> Propagated:
         value=float(way @ along),
         by_vertex=gradient,
         by_place={name: rows @ way for name, rows in slopes.items()},
-        beyond=sum(beyond),
+        extra_variance=sum(beyond),
     )
 
 
-def cut_of(anatomy: Anatomy, item: Section) -> Cut:
-    """The plane of an item.
+def plane_of_item(anatomy: Anatomy, item: Section) -> CutPlane:
+    """The cutting plane of an item.
 
     Raises:
         MeasureError: a landmark that tells it was not placed.
@@ -413,7 +419,7 @@ def cut_of(anatomy: Anatomy, item: Section) -> Cut:
         held = anatomy.axis(item.holds).direction
         normal = normal - held * (normal @ held)
         normal /= np.linalg.norm(normal)
-    x_axis = anatomy.axis(item.along).direction if item.along else _any_across(normal)
+    x_axis = anatomy.axis(item.along).direction if item.along else _any_axis_across(normal)
     x_axis = x_axis - normal * (x_axis @ normal)
     x_axis /= np.linalg.norm(x_axis)
     rotation = np.stack([x_axis, np.cross(normal, x_axis), normal])
@@ -421,16 +427,18 @@ def cut_of(anatomy: Anatomy, item: Section) -> Cut:
     through_mm[2] += item.beyond_mm
     if item.parted is not None:
         through_mm[0] = rotation[0] @ anatomy.at(item.parted, item.en)
-    return Cut(rotation=rotation, through_mm=through_mm)
+    return CutPlane(rotation=rotation, through_mm=through_mm)
 
 
 def _section(subject: Subject, item: Section) -> Propagated:
-    measure = _OF_SECTION[item.what]
-    return across(subject, lambda one: cut_of(one, item), {item.what: measure})[item.what]
+    measure = _SECTION_MEASURES[item.what]
+    return measure_section(subject, lambda one: plane_of_item(one, item), {item.what: measure})[
+        item.what
+    ]
 
 
-def half_cm2(level: Level, side: int) -> Sloped:
-    """Area of the material beyond the line through the origin along y, to x (1) or against it (-1).
+def half_cm2(level: Level, side: int) -> Measured:
+    """Area of the material on one side of the y axis: towards x (1) or against it (-1).
 
     By the theorem of Green: the height of each piece of the outlines times the mean reach over the
     line along it, which is nothing where it lies on the other side.
@@ -451,41 +459,43 @@ def half_cm2(level: Level, side: int) -> Sloped:
     slopes[after, 0] += side * rise * by_end
     slopes[:, 1] -= side * reach
     slopes[after, 1] += side * reach
-    return Sloped(float(rise @ reach) / _MM2_PER_CM2, slopes / _MM2_PER_CM2)
+    return Measured(float(rise @ reach) / _MM2_PER_CM2, slopes / _MM2_PER_CM2)
 
 
-def turn_deg(level: Level) -> Sloped:
-    """How far a section's longest principal axis is turned from x, -90 to 90."""
+def turn_deg(level: Level) -> Measured:
+    """Angle of a section's longest principal axis from x, -90 to 90."""
     weights = area_mm2(level).slopes
     points, after = level.points_mm, level.after
-    middle, (xx, xy, yy) = _moments(points, points[after])
+    middle, (xx, xy, yy) = _centroid_and_moments(points, points[after])
     x, y = (points - middle).T
-    across, along = xx - yy, 2 * xy
-    size = max(across**2 + along**2, 1e-300)
-    turned = 0.5 * np.arctan2(along, across)
-    slope = 0.5 * (across * 2 * x * y - along * (x**2 - y**2)) / size
-    return Sloped(float(np.degrees(turned)), np.degrees(slope[:, None] * weights))
+    measure_section, along = xx - yy, 2 * xy
+    size = max(measure_section**2 + along**2, 1e-300)
+    turned = 0.5 * np.arctan2(along, measure_section)
+    slope = 0.5 * (measure_section * 2 * x * y - along * (x**2 - y**2)) / size
+    return Measured(float(np.degrees(turned)), np.degrees(slope[:, None] * weights))
 
 
-def _moments(
+def _centroid_and_moments(
     points: Float64[np.ndarray, "k 2"], after: Float64[np.ndarray, "k 2"]
 ) -> tuple[Float64[np.ndarray, "2"], tuple[float, float, float]]:
-    """Middle of a section's area, and its second moments round that: xx, xy, yy.
+    """Centroid of a section's area, and its central second moments: xx, xy, yy.
 
     By the theorem of Green over the outline's pieces; the rims of hollows take away.
     """
     shift = points.mean(0)
     (x, y), (u, v) = (points - shift).T, (after - shift).T
-    across = x * v - u * y
-    area = across.sum() / 2
-    middle = np.array([(across * (x + u)).sum(), (across * (y + v)).sum()]) / (6 * area)
-    xx = (across * (x * x + x * u + u * u)).sum() / 12 - area * middle[0] ** 2
-    yy = (across * (y * y + y * v + v * v)).sum() / 12 - area * middle[1] ** 2
-    xy = (across * (x * v + 2 * x * y + 2 * u * v + u * y)).sum() / 24
+    measure_section = x * v - u * y
+    area = measure_section.sum() / 2
+    middle = np.array([(measure_section * (x + u)).sum(), (measure_section * (y + v)).sum()]) / (
+        6 * area
+    )
+    xx = (measure_section * (x * x + x * u + u * u)).sum() / 12 - area * middle[0] ** 2
+    yy = (measure_section * (y * y + y * v + v * v)).sum() / 12 - area * middle[1] ** 2
+    xy = (measure_section * (x * v + 2 * x * y + 2 * u * v + u * y)).sum() / 24
     return middle + shift, (float(xx), float(xy - area * middle[0] * middle[1]), float(yy))
 
 
-_OF_SECTION: Mapping[str, Callable[[Level], Sloped]] = {
+_SECTION_MEASURES: Mapping[str, Callable[[Level], Measured]] = {
     "girth": tape_mm,
     "width": ml_mm,
     "turn": turn_deg,
@@ -494,35 +504,35 @@ _OF_SECTION: Mapping[str, Callable[[Level], Sloped]] = {
 }
 
 
-def _extreme(subject: Subject, item: Extreme) -> _Measured:
+def _extreme(subject: Subject, item: Extreme) -> _FigureOfItem:
     """The largest or smallest girth between two places, its height, or the width there.
 
     There a girth does not change with its height, so that only the surface's errors and those of
     the direction count; but landmarks say between which heights it is looked for.
     """
-    found = _Extremum.of(subject, item)
+    found = _GirthExtreme.of(subject, item)
     if item.height_from is not None:
-        return _Measured.of(subject, found.height(subject, item, item.height_from))
+        return _FigureOfItem.of(subject, found.height(subject, item, item.height_from))
     if item.width_along:
-        return _Measured.of(subject, found.width(subject, item))
-    slopes = subject.slopes(lambda one: _ends_mm(one, item))
-    return _Measured(
+        return _FigureOfItem.of(subject, found.width(subject, item))
+    slopes = subject.slopes(lambda one: _search_heights_mm(one, item))
+    return _FigureOfItem(
         figure=found.turned.figure(found.level, tape_mm(found.level)), places=tuple(slopes)
     )
 
 
-def _ends_mm(anatomy: Anatomy, item: Extreme) -> Float64[np.ndarray, " 2"]:
-    """Between which heights it is looked for."""
+def _search_heights_mm(anatomy: Anatomy, item: Extreme) -> Float64[np.ndarray, " 2"]:
+    """The heights between which the extreme is searched."""
     up = anatomy.axis(item.normal).direction
     return np.array([up @ anatomy.at(end, item.en) for end in item.between])
 
 
 @dataclass(frozen=True)
-class _Extremum:
-    """Levels across a direction, and which of them has the largest or smallest girth."""
+class _GirthExtreme:
+    """Levels across a direction, and the one with the largest or smallest girth."""
 
     section: Section
-    first: Cut
+    plane: CutPlane
     turned: Sigmas
     heights: Float64[np.ndarray, " k"]
     """Along the direction, as in the turned surface."""
@@ -532,8 +542,9 @@ class _Extremum:
     largest: bool
 
     @classmethod
-    def of(cls, subject: Subject, item: Extreme) -> "_Extremum":
-        """
+    def of(cls, subject: Subject, item: Extreme) -> "_GirthExtreme":
+        """Find the extreme girth of an item.
+
         Raises:
             MeasureError: there is no girth between the places, or the extreme lies at an end.
         """
@@ -541,11 +552,11 @@ class _Extremum:
         section = Section(
             name=item.name, en=item.en, de=item.de, at=item.between[0], normal=item.normal
         )
-        first = cut_of(subject.anatomy, section)
-        turned = first.turned(subject.sigmas)
+        first = plane_of_item(subject.anatomy, section)
+        turned = first.surface_in_frame(subject.sigmas)
         low, high = sorted(float(first.rotation[2] @ end) for end in ends)
         heights = np.linspace(low, high, max(int((high - low) / _EXTREME_STEP_MM), 8) + 1)
-        levels = levels_at(turned.mesh, heights.tolist(), _through(first, ends))
+        levels = levels_at(turned.mesh, heights.tolist(), _mean_place_in_plane(first, ends))
         girths = np.array([_girth_mm(one) for one in levels])
         if np.isnan(girths).all():
             raise MeasureError("measure.sheet.no_girth", names=item.between[0].of)
@@ -561,50 +572,49 @@ class _Extremum:
         assert isinstance(level, Level)
         return level
 
-    def height(self, subject: Subject, item: Extreme, start: Mid) -> Propagated:
-        """How high over a place the parabola through the girths beside the extreme has its top.
+    def height(self, subject: Subject, item: Extreme, start: Midpoint) -> Propagated:
+        """Height over a place of the apex of a parabola through the girths near the extreme.
 
-        Where girths hardly change, the largest of them tells little of the height; all that differ
-        from it by less than half a per cent tell it together, the nearer ones more.
+        Where girths hardly change, the largest alone determines the height poorly; all that differ
+        from it by less than half a per cent determine it together, the nearer ones more.
 
         Raises:
             MeasureError: they have no top.
         """
-        top, gradient = self._top(subject)
+        top, gradient = self._parabola_apex(subject)
 
         def over_start(anatomy: Anatomy) -> float:
-            up = cut_of(anatomy, self.section).rotation[2]
+            up = plane_of_item(anatomy, self.section).rotation[2]
             return float(up @ (top - anatomy.at(start, item.en)))
 
-        return replace(_by_landmarks(subject, over_start), by_vertex=gradient)
+        return replace(_propagated_by_landmarks(subject, over_start), by_vertex=gradient)
 
     def width(self, subject: Subject, item: Extreme) -> Propagated:
-        """The calliper at the top: its plane moves with the surface that tells the height, and
-        turns with the landmarks.
+        """Caliper width at the apex; its plane moves with the surface and turns with the landmarks.
 
         Raises:
             MeasureError: the girths have no top.
         """
-        top, gradient = self._top(subject)
+        top, gradient = self._parabola_apex(subject)
         section = replace(self.section, along=item.width_along)
 
-        def cut_at(anatomy: Anatomy) -> Cut:
-            rotation = cut_of(anatomy, section).rotation
-            return Cut(rotation=rotation, through_mm=rotation @ top)
+        def cut_at(anatomy: Anatomy) -> CutPlane:
+            rotation = plane_of_item(anatomy, section).rotation
+            return CutPlane(rotation=rotation, through_mm=rotation @ top)
 
-        found = across(subject, cut_at, {"width": ml_mm})["width"]
+        found = measure_section(subject, cut_at, {"width": ml_mm})["width"]
         first = cut_at(subject.anatomy)
         beside = [
-            ml_mm(first.nudged(step, 0.0, 0.0, 0.0).level(subject.sigmas)).value
-            for step in (STEP_MM, -STEP_MM)
+            ml_mm(first.moved_slightly(step, 0.0, 0.0, 0.0).level(subject.sigmas)).value
+            for step in (PLACE_STEP_MM, -PLACE_STEP_MM)
         ]
-        by_height = (beside[0] - beside[1]) / (2 * STEP_MM)
+        by_height = (beside[0] - beside[1]) / (2 * PLACE_STEP_MM)
         assert found.by_vertex is not None
         return replace(found, by_vertex=found.by_vertex + by_height * gradient)
 
-    def _top(self, subject: Subject) -> tuple[Vector3, Float64[np.ndarray, " n"]]:
-        """The place of the parabola's top, and how its height moves with the surface."""
-        near, weights = self._beside()
+    def _parabola_apex(self, subject: Subject) -> tuple[Vector3, Float64[np.ndarray, " n"]]:
+        """The place of the parabola's apex, and the change of its height by the surface."""
+        near, weights = self._levels_near_extreme()
         along = self.heights[near] - self.heights[self.at]
         columns = np.vander(along, 3, increasing=True)
         rows = np.linalg.solve(columns.T @ (columns * weights[:, None]), columns.T * weights)
@@ -619,12 +629,12 @@ class _Extremum:
             gradient += share * self.turned.gradient(level, tape_mm(level))
         middle = self.level.points_mm[self.level.outer].mean(0)
         top_mm = self.heights[self.at] - rise / (2 * bend)
-        return self.first.rotation.T @ np.append(middle, top_mm), gradient
+        return self.plane.rotation.T @ np.append(middle, top_mm), gradient
 
-    def _beside(self) -> tuple[Int64[np.ndarray, " n"], Float64[np.ndarray, " n"]]:
-        """The levels round the extreme, without a gap, and how much each counts.
+    def _levels_near_extreme(self) -> tuple[Int64[np.ndarray, " n"], Float64[np.ndarray, " n"]]:
+        """The contiguous levels near the extreme, and their weights.
 
-        What lies beside is told by means of five levels, so that no rough one begins or ends it.
+        Their range is found by means over five levels, so that no rough one begins or ends it.
         """
         means = np.full(len(self.girths), np.nan)
         means[2:-2] = np.convolve(self.girths, np.full(5, 0.2), "valid")
@@ -647,10 +657,10 @@ def _girth_mm(level: Level | Refused) -> float:
     return np.nan if isinstance(level, Refused) else tape_mm(level).value
 
 
-def _through(first: Cut, ends: list[Vector3]) -> tuple[float, float]:
-    x, y, _ = np.mean([first.rotation @ end for end in ends], axis=0).tolist()
+def _mean_place_in_plane(plane: CutPlane, ends: list[Vector3]) -> tuple[float, float]:
+    x, y, _ = np.mean([plane.rotation @ end for end in ends], axis=0).tolist()
     return x, y
 
 
-def _any_across(normal: Vector3) -> Vector3:
+def _any_axis_across(normal: Vector3) -> Vector3:
     return np.eye(3)[int(np.abs(normal).argmin())]

@@ -27,18 +27,23 @@ def csv_text(measures: Measures, decimal: Decimal = "point") -> str:
 
     `others_mm` has the contours of outlines that are other limbs', separated by spaces.
     """
-    return csv_of(_levels(measures, decimal), decimal)
+    return csv_of(_level_table(measures, decimal), decimal)
 
 
 def tables(measures: Measures, form: MeasuringSheet | None = None) -> tuple[Table, ...]:
-    """Everything that was measured: a table for levels, and for each other kind that was asked."""
-    given = [_levels(measures), _volumes(measures), _lengths(measures), _tapes(measures)]
+    """All measures as tables: one for levels, and one for each other kind that was asked for."""
+    given = [
+        _level_table(measures),
+        _volume_table(measures),
+        _length_table(measures),
+        _tape_table(measures),
+    ]
     if form is not None:
         given.append(form.table())
-    return (*(one for one in given if one.rows), _about(measures))
+    return (*(one for one in given if one.rows), _about_table(measures))
 
 
-def _levels(measures: Measures, decimal: Decimal = "point") -> Table:
+def _level_table(measures: Measures, decimal: Decimal = "point") -> Table:
     with_sigma = any(
         figure is not None and figure.sigma is not None
         for row in measures.rows
@@ -59,7 +64,7 @@ def _levels(measures: Measures, decimal: Decimal = "point") -> Table:
     )
     rows: list[tuple[Cell, ...]] = []
     for row in measures.rows:
-        figures = _in_columns(row)
+        figures = _figures_by_column(row)
         values = [None if f is None else round(f.value, _DECIMALS) for f in figures]
         spreads = [None if f is None or f.sigma is None else _rounded(f.sigma) for f in figures]
         place = [round(row.height_mm, _DECIMALS), round(row.from_reference_mm, _DECIMALS)]
@@ -67,17 +72,17 @@ def _levels(measures: Measures, decimal: Decimal = "point") -> Table:
         reason = " ".join(told(one) for one in row.reasons)
         tail = [row.loops, others, reason, measures.skin, SMOOTHING_MM]
         middle = [*values, *(spreads if with_sigma else [])]
-        rows.append((*place, measures.counted_from, *middle, *tail))
+        rows.append((*place, measures.reference_name, *middle, *tail))
     return Table(title="levels", columns=columns, rows=tuple(rows))
 
 
-def _volumes(measures: Measures) -> Table:
-    """An end of the surface has no height."""
+def _volume_table(measures: Measures) -> Table:
+    """The table of volumes; an end of the surface has no height."""
     rows = tuple(
         (
             row.low_mm if np.isfinite(row.low_mm) else None,
             row.high_mm if np.isfinite(row.high_mm) else None,
-            *_with_sigma(in_ml(row.volume_mm3)),
+            *_value_and_sigma(in_ml(row.volume_mm3)),
             " ".join(told(one) for one in row.notes),
         )
         for row in measures.volumes
@@ -86,15 +91,15 @@ def _volumes(measures: Measures) -> Table:
     return Table(title="volumes", columns=columns, rows=rows)
 
 
-def _lengths(measures: Measures) -> Table:
+def _length_table(measures: Measures) -> Table:
     names = ("along_axis_mm", "straight_mm", "over_surface_mm")
     rows = tuple(
         (
             length.start,
             length.end,
-            *_with_sigma(length.along_axis),
-            *_with_sigma(length.straight),
-            *_with_sigma(length.over_surface),
+            *_value_and_sigma(length.along_axis),
+            *_value_and_sigma(length.straight),
+            *_value_and_sigma(length.over_surface),
         )
         for length in measures.lengths
     )
@@ -102,13 +107,13 @@ def _lengths(measures: Measures) -> Table:
     return Table(title="lengths", columns=("from", "to", *figures), rows=rows)
 
 
-def _tapes(measures: Measures) -> Table:
+def _tape_table(measures: Measures) -> Table:
     rows = tuple(
         (
             check.height_mm,
             check.height_mm - measures.reference_mm,
             check.read_mm,
-            *_with_sigma(check.measured),
+            *_value_and_sigma(check.measured),
             round(check.difference_mm, _DECIMALS),
             _rounded(check.sigma_mm),
             check.conflict,
@@ -120,13 +125,13 @@ def _tapes(measures: Measures) -> Table:
     return Table(title="tape", columns=(*columns, *difference), rows=rows)
 
 
-def _about(measures: Measures) -> Table:
-    """What the other tables are of."""
+def _about_table(measures: Measures) -> Table:
+    """The table that says what the other tables are about."""
     rows: tuple[tuple[Cell, ...], ...] = (
         ("shape", measures.limb.name),
         ("side", measures.limb.side),
         ("sock taken off [mm]", measures.limb.sock_mm),
-        ("heights counted from", measures.counted_from),
+        ("heights counted from", measures.reference_name),
         ("reference at [mm]", round(measures.reference_mm, _DECIMALS)),
         ("skin", measures.skin),
         ("girths smoothed over [mm]", SMOOTHING_MM),
@@ -135,13 +140,13 @@ def _about(measures: Measures) -> Table:
     return Table(title="about", columns=("what", "value"), rows=rows)
 
 
-def _with_sigma(figure: Figure) -> tuple[Cell, Cell]:
+def _value_and_sigma(figure: Figure) -> tuple[Cell, Cell]:
     sigma = None if figure.sigma is None else _rounded(figure.sigma)
     return round(figure.value, _DECIMALS), sigma
 
 
 def tree(measures: Measures) -> dict[str, Any]:
-    """Everything that was measured, for JSON."""
+    """All measures as a tree for JSON."""
     return {
         "format": "limbgram measures",
         "version": 1,
@@ -154,28 +159,28 @@ def tree(measures: Measures) -> dict[str, Any]:
             for body in measures.loose
         ],
         "skin": measures.skin,
-        "wall": _wall(measures.wall),
-        "reference": measures.counted_from,
+        "wall": _wall_tree(measures.wall),
+        "reference": measures.reference_name,
         "reference_height_mm": measures.reference_mm,
         "tip_height_mm": measures.tip_mm,
-        "beside": None if measures.beside is None else as_json(measures.beside),
+        "beside": None if measures.others_note is None else as_json(measures.others_note),
         "smoothed_over_mm": SMOOTHING_MM,
-        "levels": [_level(row) for row in measures.rows],
+        "levels": [_level_tree(row) for row in measures.rows],
         "volumes": [
             {
                 "from_mm": row.low_mm if np.isfinite(row.low_mm) else None,
                 "to_mm": row.high_mm if np.isfinite(row.high_mm) else None,
-                "volume_ml": _figure(in_ml(row.volume_mm3)),
+                "volume_ml": _figure_tree(in_ml(row.volume_mm3)),
                 "notes": [as_json(note) for note in row.notes],
             }
             for row in measures.volumes
         ],
-        "lengths": [_length(length) for length in measures.lengths],
-        "tape": [_tape(check, measures.reference_mm) for check in measures.tape],
+        "lengths": [_length_tree(length) for length in measures.lengths],
+        "tape": [_tape_tree(check, measures.reference_mm) for check in measures.tape],
     }
 
 
-def _wall(wall: Thickness | None) -> dict[str, Any] | None:
+def _wall_tree(wall: Thickness | None) -> dict[str, Any] | None:
     if wall is None:
         return None
     return {
@@ -190,7 +195,7 @@ def in_ml(volume_mm3: Figure) -> Figure:
     return Figure(volume_mm3.value / MM3_PER_ML, sigma)
 
 
-def _in_columns(row: Row) -> list[Figure | None]:
+def _figures_by_column(row: Row) -> list[Figure | None]:
     volume = row.figures["volume_below_mm3"]
     return [
         *(row.figures[name] for name in MEASURES),
@@ -198,8 +203,8 @@ def _in_columns(row: Row) -> list[Figure | None]:
     ]
 
 
-def _level(row: Row) -> dict[str, Any]:
-    figures = {name: _figure(figure) for name, figure in zip(COLUMNS, _in_columns(row))}
+def _level_tree(row: Row) -> dict[str, Any]:
+    figures = {name: _figure_tree(figure) for name, figure in zip(COLUMNS, _figures_by_column(row))}
     return {
         "height_mm": row.height_mm,
         "from_reference_mm": row.from_reference_mm,
@@ -217,22 +222,22 @@ def _level(row: Row) -> dict[str, Any]:
     }
 
 
-def _length(length: Length) -> dict[str, Any]:
+def _length_tree(length: Length) -> dict[str, Any]:
     return {
         "from": length.start,
         "to": length.end,
-        "along_axis_mm": _figure(length.along_axis),
-        "straight_mm": _figure(length.straight),
-        "over_surface_mm": _figure(length.over_surface),
+        "along_axis_mm": _figure_tree(length.along_axis),
+        "straight_mm": _figure_tree(length.straight),
+        "over_surface_mm": _figure_tree(length.over_surface),
     }
 
 
-def _tape(check: TapeCheck, reference_mm: float) -> dict[str, Any]:
+def _tape_tree(check: TapeCheck, reference_mm: float) -> dict[str, Any]:
     return {
         "height_mm": check.height_mm,
         "from_reference_mm": check.height_mm - reference_mm,
         "read_mm": check.read_mm,
-        "measured_mm": _figure(check.measured),
+        "measured_mm": _figure_tree(check.measured),
         "difference_mm": check.difference_mm,
         "difference_share": check.difference_mm / check.read_mm,
         "difference_sigma_mm": check.sigma_mm,
@@ -240,10 +245,10 @@ def _tape(check: TapeCheck, reference_mm: float) -> dict[str, Any]:
     }
 
 
-def _figure(figure: Figure | None) -> dict[str, float | None] | None:
+def _figure_tree(figure: Figure | None) -> dict[str, float | None] | None:
     return None if figure is None else {"value": figure.value, "sigma": figure.sigma}
 
 
 def _rounded(sigma: float) -> float:
-    """To three significant digits."""
+    """A sigma to three significant digits."""
     return float(f"{sigma:.3g}")

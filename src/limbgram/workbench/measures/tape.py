@@ -1,4 +1,4 @@
-"""The tape: girths that a clinician read, held against the shape, and the shape made to agree.
+"""Tape: girths read by a clinician, compared with the shape, and the shape fitted to them.
 
 A reading and the shape are in conflict by the rule of `core.tape`. Fitting scales the shape
 about the middles of its sections, by factors that run straight from one reading to the next and
@@ -31,7 +31,7 @@ from limbgram.workbench.limb import AlignedLimb, Limb
 from limbgram.workbench.measures.levels import AXIS_MM, Figure, Level, area_mm2, level_at, tape_mm
 
 _ROUNDS = 30
-_AGREES = 1e-9
+_CONVERGED = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +47,7 @@ class TapeReading:
 
 @dataclass(frozen=True, kw_only=True)
 class TapeCheck:
-    """A reading beside what the shape has there."""
+    """A tape reading compared with the shape's girth."""
 
     height_mm: float
     """In the limb frame."""
@@ -73,23 +73,23 @@ class TapeCheck:
 
 @dataclass(frozen=True, kw_only=True)
 class TapeChange:
-    """What fitting did at one reading."""
+    """The change that fitting made at one reading."""
 
     height_mm: float
     before_mm: float
     after_mm: float
     factor: float
-    """By which the section there was scaled."""
+    """Factor by which the section there was scaled."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TapeFit:
-    """A limb whose girths agree with the tape, and what that took."""
+    """A limb fitted to tape readings, and the changes made."""
 
     limb: AlignedLimb
     changes: tuple[TapeChange, ...]
     largest_mm: float
-    """How far a vertex moved at most."""
+    """The largest displacement of a vertex."""
 
     __repr__ = brief
 
@@ -97,7 +97,7 @@ class TapeFit:
 def check_reading(
     reading: TapeReading, height_mm: float, measured: Figure, taper_mm: float
 ) -> TapeCheck:
-    """Hold a reading against the girth that the shape has at that height in the limb frame.
+    """Compare a reading with the shape's girth at that height in the limb frame.
 
     Args:
         taper_mm: Change of the girth over the standard deviation of the tape's height.
@@ -122,7 +122,7 @@ def fit_to_tape(
     reference_mm: float = 0.0,
     through_mm: tuple[float, float] = AXIS_MM,
 ) -> TapeFit:
-    """Scale an aligned limb across its axis until its taut girths are those that were read.
+    """Scale an aligned limb across its axis until its tape girths are those that were read.
 
     Args:
         reference_mm: Height in the limb frame from which the readings' heights count.
@@ -145,7 +145,7 @@ def fit_to_tape(
     outside.require_one_limb()
     skin = outside.mesh
     levels = [level_at(skin, float(height), through_mm) for height in heights]
-    middles = np.stack([_middle(level) for level in levels])
+    middles = np.stack([_centroid(level) for level in levels])
     before = np.array([tape_mm(level).value for level in levels])
     factors = wanted / before
     for _ in range(_ROUNDS):
@@ -153,7 +153,7 @@ def fit_to_tape(
         scaled = skin.with_vertices(scaling.apply(skin.vertices_mm))
         taped = [level_at(scaled, float(height), through_mm) for height in heights]
         found = np.array([tape_mm(level).value for level in taped])
-        if np.abs(found / wanted - 1).max() < _AGREES:
+        if np.abs(found / wanted - 1).max() < _CONVERGED:
             break
         factors = factors * wanted / found
     else:
@@ -170,7 +170,7 @@ def fit_to_tape(
 
 @dataclass(frozen=True)
 class _Scaling:
-    """Factors and fixed places at heights; between them both run straight."""
+    """Scale factors and their centres at heights, linear in between."""
 
     heights_mm: Float64[np.ndarray, " k"]
     middles_mm: Points2
@@ -197,7 +197,7 @@ def _unmeasured(limb: AlignedLimb) -> AlignedLimb:
     return limb.with_mesh(replace(limb.mesh, correlation_mm=None, **known))
 
 
-def _middle(level: Level) -> np.ndarray:
+def _centroid(level: Level) -> np.ndarray:
     """Centroid of a section's area."""
     area = area_mm2(level)
     points, after = level.points_mm, level.points_mm[level.after]

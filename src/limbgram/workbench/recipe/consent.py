@@ -1,8 +1,8 @@
-"""Consent: what of an edit is done only if somebody says that it is meant.
+"""Consent: the words with which somebody accepts what an edit does beyond the usual.
 
-What carves at a chosen place that is sensitive, as a load or a pad does, and a depth beyond
-DEEPEST_MM at any chosen place need a word that stands with the edit in the recipe: `accept = ["load
-on fibula head"]`, `accept = ["depth to 12 mm"]`. The place may be named, or be found near a
+An edit that carves at a sensitive place, as a load or a pad does, or beyond USUAL_DEPTH_MM at any
+chosen place, needs a word that stands with it in the recipe: `accept = ["load on fibula head"]`,
+`accept = ["depth to 12 mm"]`. The place may be named, or be found near a
 landmark when the edit is done. What presses as a whole (per cent, liners, plies, offsets,
 templates) is stated in the ledger, and needs no word.
 """
@@ -16,29 +16,29 @@ from typing import NamedTuple
 from limbgram.core.errors import OptionsError
 from limbgram.findings import Finding, doubt, note
 from limbgram.workbench.edits.edit import Edit
-from limbgram.workbench.edits.pressing import DEEPEST_MM, AtPlaces
+from limbgram.workbench.edits.pressing import USUAL_DEPTH_MM, PlaceEffects
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.limb import KindName
 
-_FINDING_MM = 0.1
-"""What a depth is found again to, on a surface of triangles."""
+_DEPTH_TOLERANCE_MM = 0.1
+"""Tolerance to which a depth is found again on a triangle mesh."""
 _LOAD = re.compile(r"load on (.+)")
 _DEPTH = re.compile(r"depth to (\d{1,3}(?:\.\d{1,3})?) ?mm")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Concern:
-    """What somebody has to mean, or to know."""
+    """A finding about an edit that somebody has to accept, or to know."""
 
     finding: Finding
     word: str
-    """What accepts it; empty where nothing needs to be said."""
+    """The word that accepts it; empty where none is needed."""
     accepted: bool
     """Whether the recipe says the word; True where none is needed."""
 
 
-class _Placed(NamedTuple):
-    """What an edit does at a place that somebody chose."""
+class _PlacedDepth(NamedTuple):
+    """The depth of an edit at a place that somebody chose."""
 
     carves: bool
     depth_mm: float
@@ -58,31 +58,31 @@ def plain_words(words: Iterable[str], what: str) -> tuple[str, ...]:
 def concerns_of(
     edit: Edit, words: Sequence[str], kind: KindName | None = None
 ) -> Iterator[Concern]:
-    """What the edit's own parameters say needs a word, before there is a limb."""
-    placed = _placed(edit)
+    """Concerns from the edit's parameters alone, before there is a limb."""
+    placed = _placed_depth(edit)
     if placed is None:
         return
     if placed.carves and placed.landmark is not None:
         place = sensitive_place(placed.landmark, kind)
         if place is not None:
             found = doubt("recipe.load_on", place=place.name, why=place.why)
-            yield _concern(found, f"load on {place.name}", words)
-    yield from _depths(placed, (0.0, 0.0), words)
+            yield _concern_of_finding(found, f"load on {place.name}", words)
+    yield from _depth_concerns(placed, (0.0, 0.0), words)
 
 
 def concerns_on_limb(
-    edit: Edit, words: Sequence[str], found: AtPlaces, reach_mm: tuple[float, float]
+    edit: Edit, words: Sequence[str], found: PlaceEffects, reach_mm: tuple[float, float]
 ) -> Iterator[Concern]:
-    """What shows when the edit is done: places that it presses on, and how deep all goes there.
+    """Concerns from the edited limb: places that the edit presses on, and depths there.
 
     reach_mm: how far inward and outward of the scan the edit leaves what it moved.
     """
-    placed = _placed(edit)
+    placed = _placed_depth(edit)
     if placed is not None:
         for one in found.pressures:
             pressing = doubt("recipe.presses", depth_mm=one.depth_mm, place=one.place, why=one.why)
-            yield _concern(pressing, f"load on {one.place}", words)
-        yield from _depths(placed, reach_mm, words)
+            yield _concern_of_finding(pressing, f"load on {one.place}", words)
+        yield from _depth_concerns(placed, reach_mm, words)
     elif found.pressures:
         each = tuple(
             note("recipe.pressure", place=one.place, depth_mm=one.depth_mm)
@@ -91,46 +91,46 @@ def concerns_on_limb(
         yield Concern(finding=note("recipe.presses_on", each=each), word="", accepted=True)
 
 
-def lacking(concerns: Iterable[Concern]) -> tuple[Concern, ...]:
-    """Those that need a word which nobody has said."""
+def not_accepted(concerns: Iterable[Concern]) -> tuple[Concern, ...]:
+    """The concerns that need a word which nobody has said."""
     return tuple(one for one in concerns if not one.accepted)
 
 
 def findings_of(concerns: Iterable[Concern]) -> tuple[Finding, ...]:
-    """What they are about, each once."""
+    """The findings of concerns, each once."""
     return tuple(dict.fromkeys(one.finding for one in concerns))
 
 
 def words_for(concerns: Iterable[Concern]) -> tuple[str, ...]:
-    """What accepts them, each word once."""
+    """The words that accept concerns, each once."""
     return tuple(dict.fromkeys(one.word for one in concerns))
 
 
-def typed(words: Iterable[str]) -> str:
-    """Words as they are typed behind a command."""
+def as_typed_words(words: Iterable[str]) -> str:
+    """Words quoted as they are typed in a command."""
     return " ".join(f'"{word}"' for word in words)
 
 
-def _placed(edit: Edit) -> _Placed | None:
+def _placed_depth(edit: Edit) -> _PlacedDepth | None:
     way = edit.about.effect.at_place
     if way is None:
         return None
     given = vars(edit)
     at = given["at"]
-    return _Placed(way == "carves", given["depth_mm"], at if isinstance(at, str) else None)
+    return _PlacedDepth(way == "carves", given["depth_mm"], at if isinstance(at, str) else None)
 
 
-def _depths(
-    placed: _Placed, reach_mm: tuple[float, float], words: Sequence[str]
+def _depth_concerns(
+    placed: _PlacedDepth, reach_mm: tuple[float, float], words: Sequence[str]
 ) -> Iterator[Concern]:
-    """The depth that was asked for, or what all edits together come to there, if unusual."""
+    """A concern about the depth asked for, or reached by all edits together, if unusual."""
     together, where = (reach_mm[0], "inside") if placed.carves else (reach_mm[1], "outside")
     depth = round(max(together, placed.depth_mm), 1)
-    if depth <= DEEPEST_MM:
+    if depth <= USUAL_DEPTH_MM:
         return
-    deep = doubt("recipe.deep", depth_mm=placed.depth_mm, usual_mm=DEEPEST_MM)
-    if together > placed.depth_mm + _FINDING_MM:
-        deep = doubt("recipe.deep_together", depth_mm=depth, where=where, usual_mm=DEEPEST_MM)
+    deep = doubt("recipe.deep", depth_mm=placed.depth_mm, usual_mm=USUAL_DEPTH_MM)
+    if together > placed.depth_mm + _DEPTH_TOLERANCE_MM:
+        deep = doubt("recipe.deep_together", depth_mm=depth, where=where, usual_mm=USUAL_DEPTH_MM)
     limits = [float(found[1]) for word in words if (found := _DEPTH.fullmatch(word))]
     yield Concern(
         finding=deep,
@@ -139,7 +139,7 @@ def _depths(
     )
 
 
-def _concern(found: Finding, word: str, words: Sequence[str]) -> Concern:
+def _concern_of_finding(found: Finding, word: str, words: Sequence[str]) -> Concern:
     return Concern(finding=found, word=word, accepted=word in words)
 
 

@@ -97,10 +97,11 @@ def parse_recipe(text: str | bytes, name: str) -> Recipe:
         raise OptionsError("recipe.file.edits", name=name, most=_MOST_EDITS)
     parts, notes = cast(list[Any], listed), ()
     if version == 1:
-        notes = _renamed(parts)
-        parts = [_of_today(part) for part in parts]
+        notes = _rename_notes(parts)
+        parts = [_renamed_from_version_1(part) for part in parts]
     entries = tuple(
-        _entry(part, f"Edit {number} of {name}") for number, part in enumerate(parts, start=1)
+        _entry_of_tree(part, f"Edit {number} of {name}")
+        for number, part in enumerate(parts, start=1)
     )
     return Recipe(
         name=tree.get("name", ""),
@@ -139,15 +140,15 @@ def encode_recipe(recipe: Recipe) -> bytes:
     for entry in recipe.entries:
         lines += ["", "[[edit]]", f"do = {toml_text(name_of(type(entry.edit)))}"]
         lines += [] if entry.on else ["on = false"]
-        lines += [f"accept = {_written(entry.accept)}"] if entry.accept else []
+        lines += [f"accept = {_toml_value(entry.accept)}"] if entry.accept else []
         for field in fields(entry.edit):
             value = getattr(entry.edit, field.name)
             if value is not None:
-                lines.append(f"{field.name} = {_written(value)}")
+                lines.append(f"{field.name} = {_toml_value(value)}")
     return ("\n".join(lines) + "\n").encode()
 
 
-def _of_today(part: Any) -> Any:
+def _renamed_from_version_1(part: Any) -> Any:
     """An edit of version 1 under the word that means today what its own meant then."""
     if not isinstance(part, dict):
         return part
@@ -156,8 +157,8 @@ def _of_today(part: Any) -> Any:
     return {**tree, "do": _BEFORE.get(kind, kind)} if isinstance(kind, str) else tree
 
 
-def _renamed(parts: list[Any]) -> tuple[Finding, ...]:
-    """What a reader of a file of version 1 has to know."""
+def _rename_notes(parts: list[Any]) -> tuple[Finding, ...]:
+    """Notes for a reader of a file of version 1 about renamed edits."""
     kinds = [cast(dict[str, Any], part).get("do") for part in parts if isinstance(part, dict)]
     numbers = tuple(number for number, kind in enumerate(kinds, start=1) if kind == _MISREAD)
     if not numbers:
@@ -165,7 +166,7 @@ def _renamed(parts: list[Any]) -> tuple[Finding, ...]:
     return (doubt("recipe.relief_was_load", count=len(numbers), numbers=numbers),)
 
 
-def _entry(part: Any, what: str) -> Entry:
+def _entry_of_tree(part: Any, what: str) -> Entry:
     if not isinstance(part, dict):
         raise OptionsError("recipe.file.entry", what=what)
     tree = dict(cast(dict[str, Any], part))
@@ -180,23 +181,25 @@ def _entry(part: Any, what: str) -> Entry:
     return Entry(edit=make_edit(str(kind), tree, what), on=on, accept=words)
 
 
-def _place(tree: object, hint: Any, at: str) -> object:
+def _place_error_hint(tree: object, hint: Any, at: str) -> object:
     """Where an edit takes a place: what belongs there, in words that say what places are."""
     if str in get_args(hint) and not isinstance(tree, str | list | tuple):
         raise Mismatch(f"{at} must be a landmark's name in quotes, or [x, y, z], not {tree!r:.60}")
     return NotImplemented
 
 
-_STRICTNESS = Strictness(below=1e6, special=_place, limits=False)  # see editing.require_sense
+_STRICTNESS = Strictness(
+    below=1e6, special=_place_error_hint, limits=False
+)  # see editing.require_valid
 
 
-def _written(value: Any) -> str:
+def _toml_value(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
         return toml_text(value)
     if isinstance(value, tuple):
-        return f"[{', '.join(_written(part) for part in cast(tuple[Any, ...], value))}]"
+        return f"[{', '.join(_toml_value(part) for part in cast(tuple[Any, ...], value))}]"
     return repr(value)
 
 

@@ -21,8 +21,8 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3, with_faces
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.findings import LANGUAGES, Finding, told
-from limbgram.workbench.edits.cutting import ON_IT_MM
-from limbgram.workbench.edits.pressing import away_from, changed_vertices
+from limbgram.workbench.edits.cutting import ON_CUT_MM
+from limbgram.workbench.edits.pressing import changed_vertices, signed_offsets
 from limbgram.workbench.edits.regions import roughness_mm, upright_mm
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
@@ -94,7 +94,7 @@ class VolumeChange:
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One edit's entry."""
+    """The ledger's entry of one edit."""
 
     number: int
     edit: str
@@ -119,7 +119,7 @@ class Line:
 
 @dataclass(frozen=True, kw_only=True)
 class Ledger:
-    """What a recipe did."""
+    """What the edits of a recipe did, in figures."""
 
     levels_mm: tuple[float, ...]
     """Heights of the girths: along the limb's axis, or the mesh's z where it is not aligned."""
@@ -144,11 +144,11 @@ def choose_levels(limb: Limb) -> tuple[float, ...]:
 
 
 def girth_mm(limb: Limb, height_mm: float, wall: Wall | None = None) -> float | None:
-    """Along the contour; None where no section is whole."""
-    return _touching_mm(limb, (height_mm,), wall)[0]
+    """The contour girth at a height; None where no section is closed."""
+    return _skin_girths_mm(limb, (height_mm,), wall)[0]
 
 
-def _touching_mm(
+def _skin_girths_mm(
     limb: Limb, levels_mm: Sequence[float], wall: Wall | None
 ) -> tuple[float | None, ...]:
     """Girths of the skin that touches the limb: of a wall that was made outwards, its inside.
@@ -161,11 +161,11 @@ def _touching_mm(
         if not inner.any():
             return (None,) * len(levels_mm)
         mesh = with_faces(mesh, mesh.faces[inner][:, ::-1].copy())
-    return _contours_mm(mesh, levels_mm)
+    return _contour_girths_mm(mesh, levels_mm)
 
 
-def _contours_mm(mesh: Mesh, levels_mm: Sequence[float]) -> tuple[float | None, ...]:
-    """As a measuring table has them."""
+def _contour_girths_mm(mesh: Mesh, levels_mm: Sequence[float]) -> tuple[float | None, ...]:
+    """Contour girths as in a measuring table."""
     sigmas = Sigmas.of(mesh)
     return tuple(
         None if isinstance(level, Refused) else sigmas.figure(level, contour_mm(level)).value
@@ -173,7 +173,7 @@ def _contours_mm(mesh: Mesh, levels_mm: Sequence[float]) -> tuple[float | None, 
     )
 
 
-def extreme_of(
+def extreme_girth(
     before: Limb, after: Limb, moved: Displacement | None, wall: Wall | None = None
 ) -> Extreme | None:
     """The girth where an edit moved most."""
@@ -187,24 +187,24 @@ def extreme_of(
     )
 
 
-def cover_of(before: Limb, after: Limb) -> Points3 | None:
-    """Vertices of the cover by which a cut was closed; None where it was left open."""
+def cut_cover(before: Limb, after: Limb) -> Points3 | None:
+    """Vertices of the cap that closed a cut; None where it was left open."""
     corners = after.mesh.vertices_mm[after.mesh.faces]
     off_mm = tree_on(before.mesh).closest(corners.mean(1)).distances_mm
-    ids = np.unique(after.mesh.faces[off_mm > ON_IT_MM])
+    ids = np.unique(after.mesh.faces[off_mm > ON_CUT_MM])
     return after.mesh.vertices_mm[ids] if len(ids) else None
 
 
-def gone_along(covers: Sequence[Points3], before: Limb, after: Limb) -> tuple[Points3, ...]:
-    """Covers after an edit that moved the shape and kept its triangles, as a joint is turned."""
+def covers_after(covers: Sequence[Points3], before: Limb, after: Limb) -> tuple[Points3, ...]:
+    """Caps after an edit that moved the shape but kept its triangles, as turning a joint does."""
     if not covers or not np.array_equal(after.mesh.faces, before.mesh.faces):
         return tuple(covers)
     tree = KDTree(before.mesh.vertices_mm)
     return tuple(after.mesh.vertices_mm[tree.query(one)[1]] for one in covers)
 
 
-def spans_mm(limb: Limb, covers: Sequence[Points3]) -> tuple[tuple[float, float], ...]:
-    """Between which heights each cover lies."""
+def cover_spans_mm(limb: Limb, covers: Sequence[Points3]) -> tuple[tuple[float, float], ...]:
+    """The range of heights of each cap."""
     motion = limb.known_limb_from_mesh
     placed = covers if motion is None else [motion.apply(one) for one in covers]
     return tuple((float(one[:, 2].min()), float(one[:, 2].max())) for one in placed)
@@ -220,8 +220,8 @@ def volume_change(
     """
     old, new = Volumes.of(Sigmas.of(upright(before))), Volumes.of(Sigmas.of(upright(after)))
     tips_mm = [float(one.lowest.min()) for one in (old, new)]
-    tops_mm = [float(one.tops[-1]) for one in (old, new)]
-    open_mm = np.concatenate([old.border, new.border, np.reshape(covers_mm, (-1, 2))])
+    tops_mm = [float(one.sorted_tops[-1]) for one in (old, new)]
+    open_mm = np.concatenate([old.open_edges, new.open_edges, np.reshape(covers_mm, (-1, 2))])
     open_mm = open_mm[np.argsort(open_mm[:, 0])]
     starts = np.concatenate([[min(tips_mm)], np.maximum.accumulate(open_mm[:, 1])])
     stops = np.concatenate([open_mm[:, 0], [max(tops_mm)]])
@@ -243,7 +243,7 @@ def volume_change(
 def _volume_ml(volumes: Volumes, low_mm: float, high_mm: float) -> float:
     """Volume between two heights; beyond a closed end there is none."""
     low_mm = DISTAL_END if low_mm < volumes.lowest.min() else low_mm
-    high_mm = PROXIMAL_END if high_mm > volumes.tops[-1] else high_mm
+    high_mm = PROXIMAL_END if high_mm > volumes.sorted_tops[-1] else high_mm
     return volumes.between(low_mm, high_mm).value / 1000
 
 
@@ -260,7 +260,7 @@ def figures_of(
     """
     girths_mm = tuple(
         None if any(low < level < high for low, high in covers_mm) else girth
-        for level, girth in zip(levels_mm, _touching_mm(limb, levels_mm, wall), strict=True)
+        for level, girth in zip(levels_mm, _skin_girths_mm(limb, levels_mm, wall), strict=True)
     )
     return Figures(
         volume_ml=volume_mm3(limb.mesh) / 1000,
@@ -274,7 +274,7 @@ def displacement_between(old: Mesh, new: Mesh) -> Displacement:
     distance = np.zeros(len(new))
     moved = changed_vertices(old, new)
     if moved.any():
-        distance[moved] = away_from(old, new.vertices_mm[moved]).signed_mm
+        distance[moved] = signed_offsets(old, new.vertices_mm[moved]).signed_mm
     distance[np.abs(distance) < 1e-9] = 0.0
     area = new.vertex_areas_mm2()
     whole = float(area.sum())
@@ -294,7 +294,7 @@ def lines_of(ledger: Ledger, language: str = LANGUAGES[0]) -> tuple[str, ...]:
     for line in ledger.lines:
         old, new = line.before, line.after
         texts.append(f"{line.number}. {line.edit}")
-        parts = [] if line.becomes else [_volume(line.volume)]
+        parts = [] if line.becomes else [_volume_line(line.volume)]
         if line.displacement is not None:
             d = line.displacement
             parts.append(f"largest {d.largest_mm:+z.2f} mm, mean {d.mean_mm:+z.4f} mm")
@@ -305,14 +305,14 @@ def lines_of(ledger: Ledger, language: str = LANGUAGES[0]) -> tuple[str, ...]:
         texts += [f"   {concern_line(concern, language)}" for concern in line.concerns]
         texts.append(
             f"   girths along the contour, {SMOOTHED_OVER}, by height "
-            + _girths(ledger.levels_mm, old.girths_mm, new.girths_mm)
+            + _girth_line(ledger.levels_mm, old.girths_mm, new.girths_mm)
         )
         if line.extreme is not None:
             texts.append(f"   where it moved most: {extreme_line(line.extreme)}")
     if len(ledger.lines) > 1 and not ledger.lines[0].becomes:
         wall = next((line.number for line in ledger.lines if line.becomes), None)
         which = "All edits" if wall is None else f"All edits before no. {wall}"
-        texts.append(f"{which} together: {_volume(ledger.volume)}")
+        texts.append(f"{which} together: {_volume_line(ledger.volume)}")
     if ledger.places_mm:
         moves = ", ".join(f"{name} {moved:+z.1f}" for name, moved in ledger.places_mm.items())
         texts.append(f"All edits together, at places that bear no pressure: {moves} mm")
@@ -327,7 +327,7 @@ def concern_line(concern: Concern, language: str = LANGUAGES[0]) -> str:
     return f"! {told(concern.finding, language)} ({meant}: {concern.word})"
 
 
-def _volume(change: VolumeChange | None) -> str:
+def _volume_line(change: VolumeChange | None) -> str:
     if change is None:
         return "volume not comparable: no span of heights is closed before and after"
     off = change.after_ml - change.before_ml
@@ -339,12 +339,12 @@ def _volume(change: VolumeChange | None) -> str:
 
 
 def extreme_line(extreme: Extreme) -> str:
-    """The girth there, and its change."""
+    """The girth at the extreme, and its change."""
     before, after = (extreme.before_mm,), (extreme.after_mm,)
-    return _girths((extreme.height_mm,), before, after)
+    return _girth_line((extreme.height_mm,), before, after)
 
 
-def _girths(
+def _girth_line(
     levels_mm: tuple[float, ...], old: tuple[float | None, ...], new: tuple[float | None, ...]
 ) -> str:
     parts: list[str] = []

@@ -23,21 +23,27 @@ from limbgram.core.notebook import brief
 from limbgram.core.run import track
 from limbgram.findings import Finding, note
 from limbgram.workbench.bodies import outside_of
-from limbgram.workbench.edits.closing import enclosure
+from limbgram.workbench.edits.closing import enclosure_finding
 from limbgram.workbench.edits.edit import Edit, name_of
-from limbgram.workbench.edits.editing import do_edit, require_sense
-from limbgram.workbench.edits.pressing import PRESSES_MM, AtPlaces, Gone, at_places, reach_of
-from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.editing import do_edit, require_valid
+from limbgram.workbench.edits.pressing import (
+    LEAST_PRESSURE_MM,
+    PlaceEffects,
+    SkinHistory,
+    depths_from_start,
+    effects_at_places,
+)
+from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.edits.wall import Wall, require_thickness_kept
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.consent import (
     Concern,
+    as_typed_words,
     concerns_of,
     concerns_on_limb,
     findings_of,
-    lacking,
+    not_accepted,
     plain_words,
-    typed,
     words_for,
 )
 from limbgram.workbench.recipe.ledger import (
@@ -45,16 +51,16 @@ from limbgram.workbench.recipe.ledger import (
     Ledger,
     Line,
     choose_levels,
-    cover_of,
+    cover_spans_mm,
+    covers_after,
+    cut_cover,
     displacement_between,
-    extreme_of,
+    extreme_girth,
     figures_of,
-    gone_along,
-    spans_mm,
     volume_change,
 )
 
-_MOST_KEPT = 12
+_MOST_STATES = 12
 """Surfaces that are kept of replays; one of 250,000 triangles with its colours takes 12 MB."""
 _LONGEST_TEXT = 60
 """Letters of a text that a line about an edit shows: a template is one, and fills pages."""
@@ -62,7 +68,7 @@ _LONGEST_TEXT = 60
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One edit of a recipe."""
+    """An edit in a recipe, with its switch and what is accepted."""
 
     edit: Edit
     on: bool = True
@@ -73,7 +79,7 @@ class Entry:
 
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
-    """What is done to a scan, in order."""
+    """The edits of a scan, in order."""
 
     name: str
     scan_sha256: str = ""
@@ -87,7 +93,7 @@ class Recipe:
 
 @dataclass(frozen=True, kw_only=True)
 class Replayed:
-    """What a recipe made of a limb."""
+    """A limb after the edits of a recipe, with their ledger."""
 
     limb: Limb
     ledger: Ledger
@@ -96,33 +102,33 @@ class Replayed:
 
 
 @dataclass
-class Kept:
-    """What replays of one limb have reached, so that a changed recipe is replayed from its change.
+class ReplayCache:
+    """States of earlier replays of one limb, so that a changed recipe is replayed from its change.
 
     The figures and the shape are those of a replay from the start, to the last bit.
     """
 
     limb: Limb
-    """A replay of any other limb keeps nothing."""
-    _reached: "dict[tuple[Entry, ...], _Reached]" = field(
-        default_factory=lambda: dict[tuple[Entry, ...], _Reached]()
+    """The cache serves replays of this limb alone."""
+    _states: "dict[tuple[Entry, ...], _ReplayState]" = field(
+        default_factory=lambda: dict[tuple[Entry, ...], _ReplayState]()
     )
 
-    def after(self, entries: tuple[Entry, ...]) -> "_Reached | None":
-        return self._reached.get(entries)
+    def after(self, entries: tuple[Entry, ...]) -> "_ReplayState | None":
+        return self._states.get(entries)
 
-    def keep(self, entries: tuple[Entry, ...], reached: "_Reached") -> None:
-        """Keep what was reached, and drop the oldest of too many: each holds a surface."""
-        self._reached[entries] = reached
-        while len(self._reached) > _MOST_KEPT:
-            del self._reached[next(iter(self._reached))]
+    def keep(self, entries: tuple[Entry, ...], reached: "_ReplayState") -> None:
+        """Keep a state, and drop the oldest of too many: each holds a surface."""
+        self._states[entries] = reached
+        while len(self._states) > _MOST_STATES:
+            del self._states[next(iter(self._states))]
 
 
-def replay(recipe: Recipe, limb: Limb, kept: Kept | None = None) -> Replayed:
+def replay(recipe: Recipe, limb: Limb, kept: ReplayCache | None = None) -> Replayed:
     """Do the edits that are switched on, in order.
 
     Args:
-        kept: What earlier replays of this limb reached; taken up, and added to.
+        kept: States of earlier replays of this limb; used and extended.
 
     Raises:
         EditError: an edit was refused, or needs a word that the recipe does not say; the message
@@ -130,26 +136,26 @@ def replay(recipe: Recipe, limb: Limb, kept: Kept | None = None) -> Replayed:
     """
     for number, entry in enumerate(recipe.entries, start=1):
         if entry.on:
-            _require(number, entry, tuple(concerns_of(entry.edit, entry.accept, limb.kind)))
+            _require_consent(number, entry, tuple(concerns_of(entry.edit, entry.accept, limb.kind)))
     done = replay_as_it_is(recipe, limb, kept)
     for line in done.ledger.lines:
-        _require(line.number, recipe.entries[line.number - 1], line.concerns)
+        _require_consent(line.number, recipe.entries[line.number - 1], line.concerns)
     return done
 
 
-def replay_as_it_is(recipe: Recipe, limb: Limb, kept: Kept | None = None) -> Replayed:
-    """The same, whatever the recipe accepts: for the record of what was done.
+def replay_as_it_is(recipe: Recipe, limb: Limb, kept: ReplayCache | None = None) -> Replayed:
+    """Replay a recipe whatever it accepts, for the record of what was done.
 
     Raises:
         EditError: an edit was refused; the message says which.
     """
-    memory = kept if kept is not None and kept.limb is limb else Kept(limb)
-    reached = memory.after(()) or _beginning(limb)
+    memory = kept if kept is not None and kept.limb is limb else ReplayCache(limb)
+    reached = memory.after(()) or _first_state(limb)
     memory.keep((), reached)
     began, levels = reached.limb, reached.levels_mm
     for number, entry in enumerate(track(recipe.entries), start=1):
         before = recipe.entries[:number]
-        reached = memory.after(before) or _after(reached, number, entry)
+        reached = memory.after(before) or _state_after(reached, number, entry)
         memory.keep(before, reached)
     ledger = Ledger(
         levels_mm=levels,
@@ -157,27 +163,27 @@ def replay_as_it_is(recipe: Recipe, limb: Limb, kept: Kept | None = None) -> Rep
         volume=volume_change(
             began,
             reached.positive.limb,
-            spans_mm(reached.positive.limb, reached.positive.covers_mm),
+            cover_spans_mm(reached.positive.limb, reached.positive.covers_mm),
         )
         if reached.lines
         else None,
-        places_mm=_together_mm(reached, began),
+        places_mm=_shifts_with_pressure_mm(reached, began),
     )
     return Replayed(limb=reached.limb, ledger=ledger)
 
 
 @dataclass(frozen=True)
 class _Positive:
-    """A shape that encloses the limb, as a wall does not."""
+    """The last shape that encloses the limb, as a wall does not."""
 
     limb: Limb
     covers_mm: tuple[Points3, ...] = ()
-    """Vertices of what covers its cuts, of each cut."""
+    """Vertices of the cover of each of its cuts."""
 
 
 @dataclass(frozen=True)
-class _Reached:
-    """Where a replay stands after some edits."""
+class _ReplayState:
+    """The state of a replay after some edits."""
 
     limb: Limb
     figures: Figures
@@ -188,56 +194,60 @@ class _Reached:
     """The last one, before a wall was made over it."""
     places_mm: Mapping[str, float]
     """How far each sensitive place's own landmark moved."""
-    gone: Gone
+    skin_history: SkinHistory
     covers_mm: tuple[Points3, ...] = ()
     """Vertices of what covers the cuts so far, those of a wall too."""
     lines: tuple[Line, ...] = ()
-    walled: Wall | None = None
+    wall_edit: Wall | None = None
 
 
-def _beginning(limb: Limb) -> _Reached:
+def _first_state(limb: Limb) -> _ReplayState:
     limb = outside_of(limb, as_bones=True)
     levels = choose_levels(limb)
-    gone = Gone.nothing_on(limb)
-    return _Reached(limb, figures_of(limb, levels), levels, limb, _Positive(limb), {}, gone)
+    skin_history = SkinHistory.unmoved(limb)
+    return _ReplayState(
+        limb, figures_of(limb, levels), levels, limb, _Positive(limb), {}, skin_history
+    )
 
 
-def _together_mm(reached: _Reached, began: Limb) -> dict[str, float]:
-    """How far all edits moved the surface at each place: where they press on it, the deepest."""
-    pressed_mm = reached.gone.pressed_mm(began)
+def _shifts_with_pressure_mm(reached: _ReplayState, began: Limb) -> dict[str, float]:
+    """The shift of the surface at each place by all edits; where they press, the deepest."""
+    pressed_mm = reached.skin_history.pressed_mm(began)
     return {
-        name: -pressed_mm[name] if pressed_mm[name] > max(PRESSES_MM, -moved_mm) else moved_mm
+        name: -pressed_mm[name]
+        if pressed_mm[name] > max(LEAST_PRESSURE_MM, -moved_mm)
+        else moved_mm
         for name, moved_mm in reached.places_mm.items()
     }
 
 
-def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
-    """Where it stands after one more entry."""
+def _state_after(reached: _ReplayState, number: int, entry: Entry) -> _ReplayState:
+    """The state of a replay after one more entry."""
     if not entry.on:
         return reached
     limb, places = reached.limb, dict(reached.places_mm)
     try:
         after = do_edit(limb, entry.edit)
-        if reached.walled is not None:
-            require_thickness_kept(reached.walled, wall_of(after.mesh))
+        if reached.wall_edit is not None:
+            require_thickness_kept(reached.wall_edit, wall_thickness(after.mesh))
     except EditError as error:
         raise EditError(
-            "recipe.edit.refused", number=number, edit=described(entry), reason=error.finding
+            "recipe.edit.refused", number=number, edit=described_entry(entry), reason=error.finding
         ) from error
     effect = entry.edit.about.effect
-    covered = cover_of(limb, after) if effect.volume == "cuts" else None
+    covered = cut_cover(limb, after) if effect.volume == "cuts" else None
     covers = () if covered is None else (covered,)
-    all_covers = (*gone_along(reached.covers_mm, limb, after), *covers)
-    wall = entry.edit if isinstance(entry.edit, Wall) else reached.walled
-    gained = figures_of(after, reached.levels_mm, spans_mm(after, all_covers), wall)
-    found = AtPlaces(pressures=(), shifts_mm={})
+    all_covers = (*covers_after(reached.covers_mm, limb, after), *covers)
+    wall = entry.edit if isinstance(entry.edit, Wall) else reached.wall_edit
+    gained = figures_of(after, reached.levels_mm, cover_spans_mm(after, all_covers), wall)
+    found = PlaceEffects(pressures=(), shifts_mm={})
     reach_mm = (0.0, 0.0)
     if effect.moves_skin:
-        found = at_places(limb, after)
+        found = effects_at_places(limb, after)
         for name, moved_mm in found.shifts_mm.items():
             places[name] = places.get(name, 0.0) + moved_mm
     if effect.at_place is not None:
-        reach_mm = reach_of(reached.start.mesh, limb.mesh, after.mesh)
+        reach_mm = depths_from_start(reached.start.mesh, limb.mesh, after.mesh)
     moved = None
     if effect.reports_displacement:
         moved = displacement_between(limb.mesh, after.mesh)
@@ -246,27 +256,27 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
     said = (note("recipe.becomes_wall"),) if becomes else ()
     line = Line(
         number=number,
-        edit=described(entry),
+        edit=described_entry(entry),
         before=reached.figures,
         after=gained,
-        volume=None if becomes else volume_change(limb, after, spans_mm(after, covers)),
-        extreme=extreme_of(limb, after, moved, wall),
+        volume=None if becomes else volume_change(limb, after, cover_spans_mm(after, covers)),
+        extreme=extreme_girth(limb, after, moved, wall),
         displacement=moved,
-        told=(*after.notes[len(limb.notes) :], *said, enclosure(after.mesh)),
+        told=(*after.notes[len(limb.notes) :], *said, enclosure_finding(after.mesh)),
         concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
         becomes=becomes,
     )
-    return _Reached(
+    return _ReplayState(
         limb=after,
         figures=gained,
         levels_mm=reached.levels_mm,
-        start=_start_after(entry.edit, reached.start, limb, after),
+        start=_reference_skin_after(entry.edit, reached.start, limb, after),
         positive=reached.positive if is_wall else _Positive(after, all_covers),
         covers_mm=all_covers,
         places_mm=places,
-        gone=reached.gone.after(limb, after, moves_skin=effect.moves_skin),
+        skin_history=reached.skin_history.after(limb, after, moves_skin=effect.moves_skin),
         lines=(*reached.lines, line),
-        walled=wall,
+        wall_edit=wall,
     )
 
 
@@ -292,14 +302,14 @@ def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[st
     if not 1 <= place <= len(recipe.entries) + 1:
         raise OptionsError("recipe.number.added", most=len(recipe.entries) + 1, number=place)
     try:
-        require_sense(edit)
-        missing = lacking(concerns_of(edit, words))
+        require_valid(edit)
+        missing = not_accepted(concerns_of(edit, words))
         if missing:
             raise EditError(
                 "recipe.asks",
                 concerns=findings_of(missing),
                 words=words_for(missing),
-                typed=typed(words_for(missing)),
+                typed=as_typed_words(words_for(missing)),
             )
     except EditError as error:
         raise OptionsError("recipe.not_added", reason=error.finding) from error
@@ -350,7 +360,7 @@ def switched(recipe: Recipe, number: int, *, on: bool) -> Recipe:
 
 
 def accepted(recipe: Recipe, number: int, words: Sequence[str]) -> Recipe:
-    """The recipe with one edit that somebody means as it is, by the words said for it.
+    """The recipe with words of acceptance added to one edit.
 
     Raises:
         OptionsError: a word that accepts nothing.
@@ -373,39 +383,42 @@ def differences(old: Recipe, new: Recipe) -> tuple[str, ...]:
     for how, i, j, k, m in SequenceMatcher(None, before, after, autojunk=False).get_opcodes():
         if how == "equal":
             continue
-        lines += _change(old.entries[i:j], new.entries[k:m], i + 1, k + 1)
+        lines += _change_lines(old.entries[i:j], new.entries[k:m], i + 1, k + 1)
     return tuple(lines)
 
 
-def described(entry: Entry) -> str:
+def described_entry(entry: Entry) -> str:
     """An edit in one line: its name and the parameters that differ from their defaults, or all."""
-    given = [f"{name} = {_text_of(getattr(entry.edit, name))}" for name in telling(entry.edit)]
+    given = [
+        f"{name} = {_text_of(getattr(entry.edit, name))}"
+        for name in distinctive_parameters(entry.edit)
+    ]
     off = "" if entry.on else " (off)"
     meant = f" (accepted: {', '.join(entry.accept)})" if entry.accept else ""
     return f"{name_of(type(entry.edit))}{off}: {', '.join(given)}{meant}"
 
 
-def telling(edit: Edit) -> tuple[str, ...]:
-    """The parameters that tell an edit: those that differ from their defaults, or all."""
+def distinctive_parameters(edit: Edit) -> tuple[str, ...]:
+    """The parameters of an edit that differ from their defaults, or all if none does."""
     every = fields(edit)
     own = tuple(one.name for one in every if getattr(edit, one.name) != one.default)
     return own or tuple(one.name for one in every)
 
 
-def _require(number: int, entry: Entry, concerns: tuple[Concern, ...]) -> None:
-    missing = lacking(concerns)
+def _require_consent(number: int, entry: Entry, concerns: tuple[Concern, ...]) -> None:
+    missing = not_accepted(concerns)
     if missing:
         raise EditError(
             "recipe.edit.asks",
             number=number,
-            edit=described(entry),
+            edit=described_entry(entry),
             concerns=findings_of(missing),
             words=words_for(missing),
-            typed=typed(words_for(missing)),
+            typed=as_typed_words(words_for(missing)),
         )
 
 
-def _start_after(edit: Edit, start: Limb, before: Limb, after: Limb) -> Limb:
+def _reference_skin_after(edit: Edit, start: Limb, before: Limb, after: Limb) -> Limb:
     """The skin from which depths count: without its sock, on the side that it has now."""
     match edit.about.effect.start:
         case "stays":
@@ -422,23 +435,23 @@ def _entry(recipe: Recipe, number: int) -> Entry:
     return recipe.entries[number - 1]
 
 
-def _change(old: Sequence[Entry], new: Sequence[Entry], first: int, second: int) -> list[str]:
+def _change_lines(old: Sequence[Entry], new: Sequence[Entry], first: int, second: int) -> list[str]:
     """Lines for a run of entries that became another: pairs of one kind first, then the rest."""
     lines: list[str] = []
     shared = min(len(old), len(new))
     for step in range(shared):
         one, two = old[step], new[step]
         if type(one.edit) is type(two.edit):
-            lines.append(_difference(one, two, first + step, second + step))
+            lines.append(_difference_line(one, two, first + step, second + step))
         else:
-            lines.append(f"- {first + step}. {described(one)}")
-            lines.append(f"+ {second + step}. {described(two)}")
-    lines += [f"- {first + k}. {described(old[k])}" for k in range(shared, len(old))]
-    lines += [f"+ {second + k}. {described(new[k])}" for k in range(shared, len(new))]
+            lines.append(f"- {first + step}. {described_entry(one)}")
+            lines.append(f"+ {second + step}. {described_entry(two)}")
+    lines += [f"- {first + k}. {described_entry(old[k])}" for k in range(shared, len(old))]
+    lines += [f"+ {second + k}. {described_entry(new[k])}" for k in range(shared, len(new))]
     return lines
 
 
-def _difference(one: Entry, two: Entry, old_number: int, number: int) -> str:
+def _difference_line(one: Entry, two: Entry, old_number: int, number: int) -> str:
     """What changed within an edit of one kind."""
     changes = [
         f"{given.name} {_text_of(getattr(one.edit, given.name))} -> "

@@ -50,7 +50,7 @@ def fit_field(
         shape=(count, (rows + 2) * ANGLES),
     )
     smooth = _SMOOTH * max(count / (rows * ANGLES), 1.0)
-    normal = design.T @ design + smooth * _roughness(rows + 2)
+    normal = design.T @ design + smooth * _roughness_matrix(rows + 2)
     found = np.asarray(
         spsolve(normal.tocsc(), design.T @ values[inside], permc_spec="MMD_AT_PLUS_A")
     )
@@ -67,10 +67,10 @@ def fit_field(
     return field
 
 
-def read_field(
+def evaluate_field(
     field: Field, heights: Float64[np.ndarray, " h"], places: Chart
 ) -> Float64[np.ndarray, " n"]:
-    """The field anywhere; what is unknown counts as nothing, above the last node as at it."""
+    """Evaluate the field at places; unknown counts as 0, and above the last node as at it."""
     from scipy.interpolate import RectBivariateSpline  # a tenth of a second, for templates alone
 
     known = np.nan_to_num(field)
@@ -91,7 +91,7 @@ def _basis(t: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "n 4"]:
     )
 
 
-def _roughness(rows: int) -> csr_array:
+def _roughness_matrix(rows: int) -> csr_array:
     """Sum of squared second differences, up and round."""
     ring = np.arange(ANGLES)
     values = np.concatenate([np.ones(ANGLES), -2 * np.ones(ANGLES), np.ones(ANGLES)])

@@ -1,4 +1,4 @@
-"""Charts: where a place lies on a limb, in numbers that mean the same on every limb.
+"""Charts: coordinates of places on a limb that mean the same on every limb.
 
 Up the wall a height counts from the middle of the distal dome (0) to a reference landmark (1);
 round the dome it counts the angle down to the tip (-DOME). Angles run from the front (0) to the
@@ -18,8 +18,8 @@ from jaxtyping import Float64
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.workbench.anatomy.centreline import Centreline
-from limbgram.workbench.anatomy.kind import Bent
-from limbgram.workbench.anatomy.names import by_identity, named
+from limbgram.workbench.anatomy.kind import BentCentreline
+from limbgram.workbench.anatomy.names import landmark_named, landmarks_by_identity
 from limbgram.workbench.compare.radial import spoke_radii
 from limbgram.workbench.limb import KIND_NAMED, AlignedLimb, Limb, Side, likeliest
 
@@ -67,8 +67,8 @@ class LimbChart:
     curve: Centreline | None = None
     """In the limb frame; None where the limb is straight, along z."""
 
-    def own(self, points_in_limb: Points3) -> Chart:
-        """Height and angle without any pull."""
+    def unpulled(self, points_in_limb: Points3) -> Chart:
+        """Height and angle of places, without any pull."""
         x, y, z = _straightened(points_in_limb, self.curve).T
         angle = np.arctan2(self.lateral * x, y)
         wall = (z - self.dome_mm) / (self.reference_mm - self.dome_mm)
@@ -77,19 +77,19 @@ class LimbChart:
         return np.column_stack([height, angle])
 
     def places(self, points_in_limb: Points3) -> Chart:
-        """Height and angle on the template."""
-        return self.pulled(self.own(points_in_limb))
+        """Height and angle of places on the template's chart."""
+        return self.with_pull(self.unpulled(points_in_limb))
 
-    def pulled(self, own: Chart) -> Chart:
+    def with_pull(self, own: Chart) -> Chart:
         if not len(self.centres):
             return own
         return own + _nearness(own, self.centres) @ self.weights
 
-    def spacing(self, own: Chart) -> Float64[np.ndarray, " n"]:
+    def least_stretch(self, own: Chart) -> Float64[np.ndarray, " n"]:
         """How near to each other a pull leaves neighbours of a place, in the direction in which it
         brings them nearest; below 0 where it folds the chart.
         """
-        rise, turn = _apart(own, self.centres)
+        rise, turn = _offsets_from_marks(own, self.centres)
         falling = -_nearness(own, self.centres) / _PULL_REACH**2
         pulls = self.weights * [_TALL, 1.0]  # all in radii, up and round
         slopes = np.stack([(falling * rise) @ pulls, (falling * np.sin(turn)) @ pulls], axis=2)
@@ -98,8 +98,8 @@ class LimbChart:
         return np.where(np.linalg.det(slopes) < 0, -least, least)
 
 
-def bend_of(limb: Limb) -> Bent | None:
-    """How the centreline of a limb of this kind bends; None where charts go by the long axis."""
+def centreline_of_kind(limb: Limb) -> BentCentreline | None:
+    """The centreline by which charts of this kind go; None where they go by the long axis."""
     return None if limb.kind is None else KIND_NAMED[limb.kind].centreline
 
 
@@ -111,7 +111,7 @@ def plain_chart(limb: Limb, reference: str, along: Along) -> LimbChart:
             the centreline is missing.
     """
     limb = limb.aligned()
-    mark = named(reference, limb.landmarks)
+    mark = landmark_named(reference, limb.landmarks)
     if mark is None:
         names = (one.name for one in limb.landmarks)
         raise MeasureError(
@@ -122,7 +122,7 @@ def plain_chart(limb: Limb, reference: str, along: Along) -> LimbChart:
         )
     curve = limb.centreline().moved(limb.limb_from_mesh) if along == "centreline" else None
     top = float(_straightened(limb.landmark_in_limb_mm(mark)[None], curve)[0, 2])
-    tip, dome = _end_of(limb, curve, top)
+    tip, dome = _distal_dome(limb, curve, top)
     if dome is None or top - dome < _SHORTEST_MM:
         raise MeasureError(
             "template.limb.low_reference",
@@ -142,11 +142,13 @@ def plain_chart(limb: Limb, reference: str, along: Along) -> LimbChart:
 
 
 def _straightened(points_in_limb: Points3, curve: Centreline | None) -> Points3:
-    """Places of the limb as it would be if it were straight."""
+    """Places of the limb after its centreline was straightened."""
     return points_in_limb if curve is None else curve.straightened(points_in_limb, _RIGHT)
 
 
-def _end_of(limb: AlignedLimb, curve: Centreline | None, top: float) -> tuple[float, float | None]:
+def _distal_dome(
+    limb: AlignedLimb, curve: Centreline | None, top: float
+) -> tuple[float, float | None]:
     """Heights of the distal end and of its dome's middle; None where it is no dome."""
     in_limb = limb.mesh_in_limb
     straight = in_limb.with_vertices(_straightened(in_limb.vertices_mm, curve))
@@ -160,7 +162,7 @@ def _end_of(limb: AlignedLimb, curve: Centreline | None, top: float) -> tuple[fl
 
 
 def lateral_of(side: Side) -> float:
-    """Sign of X on the lateral side; of a limb without side, +X is called lateral."""
+    """Sign of X on the lateral side; +X counts as lateral on a limb without a side."""
     return -1.0 if side == "left" else 1.0
 
 
@@ -168,8 +170,8 @@ def marks_on(limb: Limb, chart: LimbChart) -> dict[str, ChartPlace]:
     """Own chart place of every landmark that has an angle, by what it is."""
     if not isinstance(limb, AlignedLimb) or not limb.landmarks:
         return {}
-    marks = by_identity(limb.landmarks)
-    places = chart.own(
+    marks = landmarks_by_identity(limb.landmarks)
+    places = chart.unpulled(
         limb.limb_from_mesh.apply(np.stack([mark.position_mm for mark in marks.values()]))
     )
     return {one: place for one, place in zip(marks, places) if place[0] > _NEAR_TIP}
@@ -202,30 +204,30 @@ def pulled_chart(
     nearness = _nearness(centres, centres) + 1e-6 * np.eye(len(names))
     weights = np.linalg.solve(nearness, wanted)
     pulled = replace(chart, centres=centres, weights=weights)
-    _require_order(pulled, limb.name)
+    _require_unfolded(pulled, limb.name)
     return pulled
 
 
-def _apart(
+def _offsets_from_marks(
     places: Chart, centres: Float64[np.ndarray, "k 2"]
 ) -> tuple[Float64[np.ndarray, "n k"], Float64[np.ndarray, "n k"]]:
-    """From the landmarks to places, in radii up and in radians round."""
+    """Offsets of places from landmarks, in radii upwards and radians round."""
     apart = places[:, None] - centres
     return _TALL * apart[..., 0], apart[..., 1]
 
 
 def _nearness(places: Chart, centres: Float64[np.ndarray, "k 2"]) -> Float64[np.ndarray, "n k"]:
-    """1 at a landmark, falling off smoothly, also round the limb."""
-    rise, turn = _apart(places, centres)
+    """Kernel weights: 1 at a landmark, falling off smoothly, periodic round the limb."""
+    rise, turn = _offsets_from_marks(places, centres)
     square = rise**2 + 2 * (1 - np.cos(turn))
     return np.exp(-square / (2 * _PULL_REACH**2))
 
 
-def _require_order(chart: LimbChart, name: str) -> None:
-    """Refuse a pull that folds the chart, as high up as it pulls."""
+def _require_unfolded(chart: LimbChart, name: str) -> None:
+    """Refuse a pull that folds the chart anywhere it acts."""
     top = float(chart.centres[:, 0].max()) + 3 * _PULL_REACH / _TALL
     heights = np.arange(-DOME, top, _GRID / _TALL)
     angles = np.linspace(-np.pi, np.pi, round(2 * np.pi / _GRID), endpoint=False)
     grid = np.stack(np.meshgrid(heights, angles, indexing="ij"), axis=-1).reshape(-1, 2)
-    if chart.spacing(grid).min() < _STEEP:
+    if chart.least_stretch(grid).min() < _STEEP:
         raise MeasureError("template.limb.order", name=name or None)

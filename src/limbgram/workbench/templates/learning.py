@@ -25,9 +25,9 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
-from limbgram.workbench.anatomy.names import by_identity
-from limbgram.workbench.compare.comparison import lay
-from limbgram.workbench.compare.counterparts import Ground, measured_faces
+from limbgram.workbench.anatomy.names import landmarks_by_identity
+from limbgram.workbench.compare.comparison import align_shapes
+from limbgram.workbench.compare.counterparts import CounterpartSurface, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
 from limbgram.workbench.compare.frames import (
     axes_of,
@@ -41,7 +41,7 @@ from limbgram.workbench.templates.chart_field import Field, fit_field, node_heig
 from limbgram.workbench.templates.charts import (
     Along,
     LimbChart,
-    bend_of,
+    centreline_of_kind,
     marks_on,
     plain_chart,
     pulled_chart,
@@ -50,9 +50,9 @@ from limbgram.workbench.templates.template import Template, TemplateMark
 
 _SAMPLES = 25_000
 _STEPS = 8
-_MET_MM = 0.02
+_HIT_MM = 0.02
 _CONVERGED_MM = 2e-3
-_STEEPEST = 0.3
+_LEAST_COSINE = 0.3
 """Least cosine between the normals of both shapes along which a displacement is taken."""
 _MOST_MM, _MOST_RMS_MM = 15.0, 5.0
 """A rectification moves no finger tip of a limb by more, nor the whole of it (root mean square)."""
@@ -62,10 +62,10 @@ _HUBER = 1.5
 _ROUNDS = 20
 _SMALLEST_SPREAD_MM = 0.02
 _POOLED_NODES = 1.5
-_DRAWN = 150
+_NULL_SAMPLES = 150
 """Limbs to which nothing was done; their nodes together tell small chances."""
 _SEED = 1995
-_SOFT_NODES = 0.7
+_MASK_BLUR_NODES = 0.7
 _PAD = 8
 _TOPS: Final[Mapping[Along, float]] = {"axis": 1.6, "centreline": 3.0}
 """Chart heights up to which templates are learned: a limb's brim, a shank over its malleoli."""
@@ -79,7 +79,7 @@ _FALSE_SHARE = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class LearnOptions:
-    """How pairs are laid on each other, and what is kept."""
+    """How pairs are aligned, and which displacements are kept."""
 
     registration: RegistrationOptions = field(
         default_factory=lambda: RegistrationOptions(mostly_unchanged=True)
@@ -107,7 +107,7 @@ class Pair:
 
 @dataclass(frozen=True, kw_only=True)
 class Displacements:
-    """Of n places."""
+    """Displacements at n places, with the pair's alignment."""
 
     points_mm: Points3
     """On the before, in its limb frame."""
@@ -118,7 +118,7 @@ class Displacements:
 
 @dataclass(frozen=True, kw_only=True)
 class Learned:
-    """A template, and how far to trust it."""
+    """A learned template, with notes on how far to trust it."""
 
     template: Template
     notes: tuple[Finding, ...]
@@ -138,13 +138,13 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         Pair(before=outside_by_name(one.before), after=outside_by_name(one.after)) for one in pairs
     ]
     kinds = {pair.before.kind for pair in pairs}
-    bent = bend_of(pairs[0].before) if len(kinds) == 1 else None
+    bent = centreline_of_kind(pairs[0].before) if len(kinds) == 1 else None
     along: Along = "axis" if bent is None else "centreline"
     reference = _reference(pairs, options.reference or (bent and bent.reference))
     charts = [plain_chart(pair.before, reference, along) for pair in pairs]
-    marks = _marks([pair.before for pair in pairs], charts)
+    marks = _mean_landmarks([pair.before for pair in pairs], charts)
     places = {mark.name: mark.place for mark in marks}
-    tops = [_top(pair.before, chart) for pair, chart in zip(pairs, charts, strict=True)]
+    tops = [_brim_height(pair.before, chart) for pair, chart in zip(pairs, charts, strict=True)]
     heights = node_heights(min(_TOPS[along], float(np.median(tops))))
     moves = [displacements(pair, options) for pair in pairs]
     fields = np.stack(
@@ -158,11 +158,11 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         ]
     )
     known = np.isfinite(fields).sum(0)
-    mean, spread = robust(fields)
-    kept = found_alike(fields, _FALSE_SHARE)
+    mean, spread = robust_mean(fields)
+    kept = significant_nodes(fields, _FALSE_SHARE)
     kept &= np.nan_to_num(np.abs(mean)) >= options.least_mm
     if not kept.any():
-        raise _nothing_kept(mean, spread, len(pairs), options)
+        raise _nothing_learned(mean, spread, len(pairs), options)
     template = Template(
         name=name,
         pairs=len(pairs),
@@ -170,23 +170,23 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         reference=reference,
         marks=marks,
         heights=heights,
-        displacement_mm=np.round(np.nan_to_num(mean) * softened(kept), _DECIMALS) + 0.0,
+        displacement_mm=np.round(np.nan_to_num(mean) * soft_mask(kept), _DECIMALS) + 0.0,
         spread_mm=np.round(spread, _DECIMALS),
         known_pairs=known,
         along=along,
     )
-    said = [one for pair, move in zip(pairs, moves) for one in about_pair(pair, move)]
+    said = [one for pair, move in zip(pairs, moves) for one in pair_findings(pair, move)]
     return Learned(template=template, notes=tuple(dict.fromkeys(said)))
 
 
 def displacements(pair: Pair, options: LearnOptions) -> Displacements:
-    """Where the after lies off the before."""
+    """The displacements from the shape before to the shape after."""
     before = pair.before
     axes = axes_of(before)
-    alignment = lay(before, pair.after, axes, options.registration)
+    alignment = align_shapes(before, pair.after, axes, options.registration)
     brim_mm = options.registration.brim_mm
     placed = mesh_in_frame(pair.after.mesh, alignment.first_from_second)
-    ground = Ground.of(placed, brim_mm)
+    ground = CounterpartSurface.of(placed, brim_mm)
     samples = sample_evenly(before.mesh, _SAMPLES)
     moved = np.zeros(len(samples.points_mm))
     active = np.arange(len(moved))
@@ -196,11 +196,11 @@ def displacements(pair: Pair, options: LearnOptions) -> Displacements:
         found = ground.counterparts(there)
         lean = np.einsum("nc,nc->n", normals, found.flat_normals)
         gap = np.einsum("nc,nc->n", found.points_mm - there, found.flat_normals)
-        step = gap / np.where(np.abs(lean) < _STEEPEST, np.inf, lean)
+        step = gap / np.where(np.abs(lean) < _LEAST_COSINE, np.inf, lean)
         moved[active] += step
         active = active[np.abs(step) > _CONVERGED_MM]
     found = ground.counterparts(samples.points_mm + moved[:, None] * samples.normals)
-    met = np.abs(found.signed_mm) < _MET_MM
+    met = np.abs(found.signed_mm) < _HIT_MM
     own = measured_faces(before.mesh, brim_mm)[samples.faces]
     good = met & own & ~found.at_brim & found.measured & (np.abs(moved) < options.farthest_mm)
     return Displacements(
@@ -210,7 +210,7 @@ def displacements(pair: Pair, options: LearnOptions) -> Displacements:
     )
 
 
-def about_pair(pair: Pair, move: Displacements) -> tuple[Finding, ...]:
+def pair_findings(pair: Pair, move: Displacements) -> tuple[Finding, ...]:
     """What was odd about its files, how the pair was laid, and whether what differs can be a
     rectification at all.
     """
@@ -236,7 +236,7 @@ def about_pair(pair: Pair, move: Displacements) -> tuple[Finding, ...]:
     return tuple(notes)
 
 
-def robust(fields: Fields) -> tuple[Field, Field]:
+def robust_mean(fields: Fields) -> tuple[Field, Field]:
     """Huber's mean over the pairs, and their standard deviation, pooled with near nodes."""
     known = np.isfinite(fields)
     count = known.sum(0)
@@ -259,28 +259,28 @@ def robust(fields: Fields) -> tuple[Field, Field]:
     return np.where(count > 0, centre, np.nan), spread
 
 
-def found_alike(fields: Fields, false_share: float) -> Bool[np.ndarray, "h a"]:
-    """Nodes whose mean is more than chance; of one pair alone, every node that it knows."""
+def significant_nodes(fields: Fields, false_share: float) -> Bool[np.ndarray, "h a"]:
+    """Nodes with a significant mean; for one pair alone, every known node."""
     tested = np.isfinite(fields).sum(0) >= 2
     if not tested.any():
         return np.asarray(np.isfinite(fields).any(0))
     from scipy.ndimage import median_filter  # a tenth of a second, for learning alone
 
-    drawn = np.stack([np.sort(_ratios(some)[tested]) for some in _drawn(fields)])
+    drawn = np.stack([np.sort(_t_ratios(some)[tested]) for some in _null_samples(fields)])
     by_chance = np.sort(drawn, axis=None)
-    chance = _chances(_ratios(fields)[tested], by_chance)
-    least = np.array([_simes(np.sort(_chances(one, by_chance))) for one in drawn])
+    chance = _p_values(_t_ratios(fields)[tested], by_chance)
+    least = np.array([_simes_level(np.sort(_p_values(one, by_chance))) for one in drawn])
     level = min(false_share, float(np.quantile(least, false_share)))
     order = np.sort(chance)
     passed = order[order <= level * np.arange(1, len(order) + 1) / len(order)]
     kept = np.zeros(tested.shape)
     kept[tested] = chance <= (passed.max() if len(passed) else -1.0)
-    return _wrapped(median_filter(_padded(kept), 3)) > 0
+    return _unpadded(median_filter(_padded(kept), 3)) > 0
 
 
-def softened(kept: Bool[np.ndarray, "h a"]) -> Field:
-    """1 well within what is kept, 0 well outside, and no step between."""
-    return _blurred(kept.astype(float), _SOFT_NODES)
+def soft_mask(kept: Bool[np.ndarray, "h a"]) -> Field:
+    """A smooth mask: 1 well within the kept nodes, 0 well outside."""
+    return _blurred(kept.astype(float), _MASK_BLUR_NODES)
 
 
 def _require_one_side(pair: Pair) -> None:
@@ -301,7 +301,7 @@ def _reference(pairs: Sequence[Pair], asked: str | None) -> str:
     heights: dict[str, list[float]] = {}
     for pair in pairs:
         limb = pair.before.aligned()
-        for one, mark in by_identity(limb.landmarks).items():
+        for one, mark in landmarks_by_identity(limb.landmarks).items():
             height = float(limb.landmark_in_limb_mm(mark)[2])
             heights.setdefault(one, []).append(height)
     shared = {name: np.mean(found) for name, found in heights.items() if len(found) == len(pairs)}
@@ -310,7 +310,7 @@ def _reference(pairs: Sequence[Pair], asked: str | None) -> str:
     return max(shared, key=lambda name: (shared[name], name))
 
 
-def _marks(limbs: Sequence[Limb], charts: Sequence[LimbChart]) -> tuple[TemplateMark, ...]:
+def _mean_landmarks(limbs: Sequence[Limb], charts: Sequence[LimbChart]) -> tuple[TemplateMark, ...]:
     """Mean chart places of the landmarks that all limbs have."""
     each = [marks_on(limb, chart) for limb, chart in zip(limbs, charts, strict=True)]
     shared = sorted(set.intersection(*(set(marks) for marks in each)))
@@ -328,14 +328,14 @@ def _marks(limbs: Sequence[Limb], charts: Sequence[LimbChart]) -> tuple[Template
     return tuple(marks)
 
 
-def _top(limb: Limb, chart: LimbChart) -> float:
+def _brim_height(limb: Limb, chart: LimbChart) -> float:
     """Chart height of the brim."""
     brim_mm = brim_height_mm(mesh_in_frame(limb.mesh, axes_of(limb).limb_from_mesh))
     middle_mm = np.zeros(2) if chart.curve is None else chart.curve.points_mm[0, :2]
-    return float(chart.own(np.array([[*middle_mm, brim_mm]]))[0, 0])
+    return float(chart.unpulled(np.array([[*middle_mm, brim_mm]]))[0, 0])
 
 
-def _nothing_kept(mean: Field, spread: Field, pairs: int, options: LearnOptions) -> MeasureError:
+def _nothing_learned(mean: Field, spread: Field, pairs: int, options: LearnOptions) -> MeasureError:
     most = np.unravel_index(np.nanargmax(np.abs(np.nan_to_num(mean))), mean.shape)
     if not abs(mean[most]) >= options.least_mm:
         return MeasureError("template.learn.nothing", least_mm=options.least_mm)
@@ -348,7 +348,7 @@ def _nothing_kept(mean: Field, spread: Field, pairs: int, options: LearnOptions)
 
 
 def _median(fields: Fields, count: Int64[np.ndarray, "h a"]) -> Field:
-    """Of what is known; 0 where nothing is."""
+    """The median of known values at each node; 0 where none is known."""
     order = np.sort(fields, axis=0)  # NaN comes last
     low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, len(fields) - 1)
     middle = [np.take_along_axis(order, place[None], axis=0)[0] for place in (low, high)]
@@ -358,26 +358,26 @@ def _median(fields: Fields, count: Int64[np.ndarray, "h a"]) -> Field:
 def _blurred(values: Field, nodes: float) -> Field:
     from scipy.ndimage import gaussian_filter  # a tenth of a second, for learning alone
 
-    return _wrapped(gaussian_filter(_padded(values), nodes))
+    return _unpadded(gaussian_filter(_padded(values), nodes))
 
 
-def _wrapped(padded: Field) -> Float64[np.ndarray, "inner_h inner_a"]:
+def _unpadded(padded: Field) -> Float64[np.ndarray, "inner_h inner_a"]:
     return np.asarray(padded)[_PAD:-_PAD, _PAD:-_PAD]
 
 
 def _padded(values: Field) -> Float64[np.ndarray, "padded_h padded_a"]:
-    """The first row goes on below and the last above; columns go on round the limb."""
+    """Values padded by the end rows below and above, and periodically round the limb."""
     return np.pad(np.pad(values, ((_PAD, _PAD), (0, 0)), "edge"), ((0, 0), (_PAD, _PAD)), "wrap")
 
 
-def _ratios(fields: Fields) -> Field:
-    """The mean in standard errors, without sign."""
-    mean, spread = robust(fields)
+def _t_ratios(fields: Fields) -> Field:
+    """The absolute mean in standard errors."""
+    mean, spread = robust_mean(fields)
     return np.abs(mean) / spread * np.sqrt(np.isfinite(fields).sum(0))
 
 
-def _drawn(fields: Fields) -> Iterator[Fields]:
-    """Limbs to which nothing was done alike, each of as many pairs, that know what these know.
+def _null_samples(fields: Fields) -> Iterator[Fields]:
+    """Random samples without common displacement, with the same known nodes as the pairs.
 
     Each is what the pairs differ by, mixed at random and turned at random round the limb wave by
     wave: every height stays as rough as it is, and goes on into the next as it does.
@@ -387,20 +387,20 @@ def _drawn(fields: Fields) -> Iterator[Fields]:
     waves = np.fft.rfft(np.where(known, fields - mean, 0.0), axis=2)
     pairs, _, columns = fields.shape
     dice = np.random.default_rng(_SEED)
-    for _ in range(_DRAWN):
+    for _ in range(_NULL_SAMPLES):
         noise = np.fft.rfft(dice.normal(size=(pairs, pairs, columns)), axis=2)
         mixed = np.einsum("pqm,qhm->phm", noise, waves) / np.sqrt(columns * max(pairs - 1, 1))
         yield np.where(known, np.fft.irfft(mixed, n=columns, axis=2), np.nan)
 
 
-def _chances(
+def _p_values(
     ratios: Float64[np.ndarray, " n"], by_chance: Float64[np.ndarray, " m"]
 ) -> Float64[np.ndarray, " n"]:
-    """Share of the drawn ratios that are as large."""
+    """Share of the null ratios that are at least as large."""
     larger = len(by_chance) - np.searchsorted(by_chance, ratios, side="left")
     return (larger + 1.0) / (len(by_chance) + 1)
 
 
-def _simes(order: Float64[np.ndarray, " n"]) -> float:
-    """Level at which the first false discovery would be made."""
+def _simes_level(order: Float64[np.ndarray, " n"]) -> float:
+    """The level at which Simes' procedure would make the first discovery."""
     return float((order * len(order) / np.arange(1, len(order) + 1)).min())

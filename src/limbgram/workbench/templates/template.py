@@ -10,11 +10,11 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import MeasureError, OptionsError, refusals_about
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding, doubt, note
-from limbgram.workbench.anatomy.names import by_identity, identity_of
+from limbgram.workbench.anatomy.names import identity_of, landmarks_by_identity
 from limbgram.workbench.edits.guard import require_sound
-from limbgram.workbench.edits.pressing import DEEPEST_MM, Pressure, at_places
+from limbgram.workbench.edits.pressing import USUAL_DEPTH_MM, Pressure, effects_at_places
 from limbgram.workbench.limb import Landmark, Limb, Side
-from limbgram.workbench.templates.chart_field import Field, read_field
+from limbgram.workbench.templates.chart_field import Field, evaluate_field
 from limbgram.workbench.templates.charts import Along, ChartPlace, plain_chart, pulled_chart
 
 _STRONGEST = 3.0
@@ -60,8 +60,8 @@ class Template:
 
     __repr__ = brief
 
-    def suits(self, side: Side) -> bool:
-        """Whether a limb of this side has the template's lateral side."""
+    def has_side_of(self, side: Side) -> bool:
+        """Whether the template can be applied to a limb of this side."""
         return self.sided == (side != "none")
 
 
@@ -80,7 +80,7 @@ class Applied:
 
 
 def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> Applied:
-    """Do to a limb what the template tells, at its own landmarks.
+    """Apply a template to a limb, at the limb's own landmarks.
 
     Args:
         strength: Factor of all displacements; 1 as learned.
@@ -92,7 +92,7 @@ def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> App
     if not (np.isfinite(strength) and 0 < strength <= _STRONGEST):
         raise OptionsError("template.strength", strength=strength, most=_STRONGEST)
     limb = limb.aligned()
-    if not template.suits(limb.side):
+    if not template.has_side_of(limb.side):
         raise MeasureError(
             "template.other_side",
             template=template.name,
@@ -104,19 +104,19 @@ def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> App
     chart = pulled_chart(limb, plain_chart(limb, template.reference, template.along), marks)
     mesh = limb.mesh
     places = chart.places(limb.mesh_in_limb.vertices_mm)
-    moved = strength * read_field(template.displacement_mm, template.heights, places)
+    moved = strength * evaluate_field(template.displacement_mm, template.heights, places)
     vertices = mesh.vertices_mm + moved[:, None] * mesh.vertex_normals()
     after = mesh.with_vertices(vertices)
     with refusals_about(f"The template {template.name!r}"):
         require_sound(mesh, after)
-    landmarks = _carried(limb, vertices - mesh.vertices_mm)
+    landmarks = _with_landmarks_carried(limb, vertices - mesh.vertices_mm)
     made = replace(limb.with_mesh(after), landmarks=landmarks)
-    pressures = at_places(limb, made).pressures
+    pressures = effects_at_places(limb, made).pressures
     return Applied(
         limb=made,
         moved_mm=moved,
         pressures=pressures,
-        notes=(*_pressing(pressures, moved), *_notes(limb, template, places[:, 0])),
+        notes=(*_pressure_doubts(pressures, moved), *_notes(limb, template, places[:, 0])),
     )
 
 
@@ -125,12 +125,12 @@ def moves_at_marks(template: Template) -> dict[str, float]:
     if not template.marks:
         return {}
     places = np.stack([mark.place for mark in template.marks])
-    moved = read_field(template.displacement_mm, template.heights, places)
+    moved = evaluate_field(template.displacement_mm, template.heights, places)
     return {mark.name: float(value) for mark, value in zip(template.marks, moved, strict=True)}
 
 
-def _carried(limb: Limb, moved_mm: np.ndarray) -> tuple[Landmark, ...]:
-    """Landmarks moved with the surface under them."""
+def _with_landmarks_carried(limb: Limb, moved_mm: np.ndarray) -> tuple[Landmark, ...]:
+    """The limb with its landmarks moved by the surface under them."""
     if not limb.landmarks:
         return ()
     nearest = np.asarray(
@@ -142,18 +142,18 @@ def _carried(limb: Limb, moved_mm: np.ndarray) -> tuple[Landmark, ...]:
     )
 
 
-def _pressing(pressures: Sequence[Pressure], moved_mm: np.ndarray) -> Iterator[Finding]:
+def _pressure_doubts(pressures: Sequence[Pressure], moved_mm: np.ndarray) -> Iterator[Finding]:
     for one in pressures:
         yield doubt("template.presses", depth_mm=one.depth_mm, place=one.place, why=one.why)
     deepest = float(np.abs(moved_mm).max(initial=0.0))
-    if deepest > DEEPEST_MM:
-        yield doubt("template.deep", depth_mm=deepest, usual_mm=DEEPEST_MM)
+    if deepest > USUAL_DEPTH_MM:
+        yield doubt("template.deep", depth_mm=deepest, usual_mm=USUAL_DEPTH_MM)
 
 
 def _notes(
     limb: Limb, template: Template, heights: Float64[np.ndarray, " n"]
 ) -> tuple[Finding, ...]:
-    have = by_identity(limb.landmarks)
+    have = landmarks_by_identity(limb.landmarks)
     missing = tuple(one.name for one in template.marks if identity_of(one.name) not in have)
     notes: list[Finding] = []
     if missing:

@@ -15,8 +15,8 @@ from limbgram.core.mesh.signed_distance import SignedSurface
 from limbgram.core.mesh.topology import find_edges
 from limbgram.report.alignment import Truth
 from limbgram.report.alignment import signed_mm as from_truth
-from limbgram.workbench.compare.counterparts import Ground
-from limbgram.workbench.edits.pressing import away_from
+from limbgram.workbench.compare.counterparts import CounterpartSurface
+from limbgram.workbench.edits.pressing import signed_offsets
 
 Asked = Callable[[Mesh, Points3], Float64[np.ndarray, " n"]]
 
@@ -33,8 +33,10 @@ DOORS: dict[str, Asked] = {
     "core": lambda mesh, points: (
         SignedSurface(mesh.vertices_mm, mesh.faces).signed(points).signed_mm
     ),
-    "pressing": lambda mesh, points: away_from(mesh, points).signed_mm,
-    "counterparts": lambda mesh, points: Ground.of(mesh, 0.0).counterparts(points).signed_mm,
+    "pressing": lambda mesh, points: signed_offsets(mesh, points).signed_mm,
+    "counterparts": lambda mesh, points: (
+        CounterpartSurface.of(mesh, 0.0).counterparts(points).signed_mm
+    ),
     "truth": by_truth,
 }
 
@@ -145,6 +147,6 @@ def test_the_way_to_an_edge_is_along_its_normal() -> None:
     body = wedge(30.0)
     edge = (body.vertices_mm[0] + body.vertices_mm[3]) / 2
     off = edge - body.vertices_mm.mean(0)
-    found = away_from(body, (edge + 3 * off / np.linalg.norm(off))[None])
+    found = signed_offsets(body, (edge + 3 * off / np.linalg.norm(off))[None])
     np.testing.assert_allclose(found.signed_mm, 3.0, atol=1e-9)
     np.testing.assert_allclose(found.along, 1.0, atol=1e-9)

@@ -17,7 +17,7 @@ from limbgram.reconstruction.scale.stated_lengths import LengthEnds, TapedGirth
 from limbgram.reconstruction.scale.taped_girths import TapeWitness, TapeWitnesses
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.evidence import Evidence
-from limbgram.report.accuracy.judgement import GAP, SCALE, SURFACE_P95, told_in
+from limbgram.report.accuracy.judgement import GAP, SCALE, SURFACE_P95, findings_in
 
 RADIUS_MM = 50.0
 GIRTH_MM = 2 * math.pi * RADIUS_MM
@@ -516,7 +516,7 @@ def test_half_a_limb_is_red_though_every_photo_was_placed(with_sigmas: Evidence)
     assert tree.light == "red"
     assert "directions round the limb have no measured surface" in told(tree.headline)
     assert told(tree.headline).startswith("RED. ")
-    assert tree.reasons[0] in told_in(tree.headline)
+    assert tree.reasons[0] in findings_in(tree.headline)
 
 
 def test_every_reason_is_kept_the_gravest_first(with_sigmas: Evidence) -> None:

@@ -10,7 +10,7 @@ from limbgram.findings import Gravity, note, told
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import BoardSeen, Figures, MovementFigures, TapedLength
-from limbgram.report.accuracy.judgement import criteria, tape_tells
+from limbgram.report.accuracy.judgement import criteria, tape_is_precise
 from limbgram.report.accuracy.limits import findings
 
 SIGMA0_PX = 0.08
@@ -138,4 +138,4 @@ def test_a_calibration_that_is_there_is_not_asked_for(
 def test_a_tape_tells_the_size_to_one_per_cent(sigma_mm: float, tells: bool) -> None:
     tape = TapedLength(place="", height_mm=150.0, read_mm=350.0, measured_mm=350.0, error_mm=0.0,
                        error=0.0, sigma_mm=sigma_mm, reason=None)  # fmt: skip
-    assert tape_tells(tape) == tells
+    assert tape_is_precise(tape) == tells

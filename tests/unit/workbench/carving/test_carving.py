@@ -9,7 +9,7 @@ import trimesh
 
 from limbgram.core.errors import CarveError, OptionsError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.carving.contact import ContactField, sampled
+from limbgram.workbench.carving.contact import ContactField, sample_surface
 from limbgram.workbench.carving.radius_map import RadiusMap
 from limbgram.workbench.carving.setup import Blank, CarveOptions
 from limbgram.workbench.carving.simulation import Moves, check_carving, simulate
@@ -55,7 +55,7 @@ def moves_of(toolpath: Toolpath, deeper_mm: float = 0.0) -> Moves:
 
 @pytest.mark.parametrize(("kind", "slope"), [("cylinder", 0.0), ("cone", 1 / 2)])
 def test_a_ball_stops_at_the_true_offset(kind: str, slope: float) -> None:
-    field = ContactField.of(sampled(body(kind), 0.3))
+    field = ContactField.of(sample_surface(body(kind), 0.3))
     z, angles = np.linspace(15, 32, 7), np.linspace(0, 6, 7)
     found = field.stops_mm(z, angles, 6.0, 0.0)
     # A cone's wall keeps the ball off by R / cos(slope), not by R.
@@ -68,7 +68,7 @@ def test_a_ball_stops_at_the_offset_of_a_sphere_off_the_axis() -> None:
     ball = trimesh.creation.icosphere(subdivisions=6, radius=40)
     ball.apply_translation((10, 5, 0))
     mesh = Mesh(vertices_mm=np.asarray(ball.vertices), faces=ball.faces.astype(np.int32))
-    field = ContactField.of(sampled(mesh, 0.4))
+    field = ContactField.of(sample_surface(mesh, 0.4))
     angles = np.linspace(0, 2 * np.pi, 25)
     z = np.linspace(-45, 45, 25)
     found = field.stops_mm(z, angles, 8.0, 0.0)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.carving.radial_rays import axis_heights_mm, cast_radii
-from limbgram.workbench.carving.slab import clipped, volume_between_mm3
+from limbgram.workbench.carving.slab import clip_between_heights, volume_between_mm3
 
 
 def mesh_of(shape: trimesh.Trimesh) -> Mesh:
@@ -71,7 +71,7 @@ def test_the_axis_pierces_through_vertices_and_faces() -> None:
 
 def test_the_volume_between_two_levels() -> None:
     cone = trimesh.creation.cone(radius=60, height=180, sections=500)
-    part = clipped(mesh_of(cone), 45.0, 90.0)
+    part = clip_between_heights(mesh_of(cone), 45.0, 90.0)
     circle = np.sin(2 * np.pi / 500) / (2 * np.pi / 500)
     expected = circle * np.pi * 45 / 3 * (45**2 + 45 * 30 + 30**2)
     np.testing.assert_allclose(volume_between_mm3(part), expected, rtol=1e-9)

@@ -14,8 +14,8 @@ from limbgram.workbench.compare.messages import comparison_lines
 from limbgram.workbench.compare.registration import (
     Alignment,
     RegistrationOptions,
+    alignment_as_made,
     as_is,
-    as_they_lie,
     by_shape,
 )
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame, Origin
@@ -91,12 +91,12 @@ def test_what_the_limb_files_name_lies_as_it_was_made_in_any_axes(limb) -> None:
     girths = {level.height_mm: level.measures["tape_mm"].share for level in found.levels.levels}
     assert girths[20.0] == pytest.approx(-0.03, abs=1e-3)
     assert girths[180.0] == pytest.approx(0.0, abs=1e-6)
-    back = as_they_lie(moved, replace(edited.unaligned(), origins=(own,)))
+    back = alignment_as_made(moved, replace(edited.unaligned(), origins=(own,)))
     assert back is not None
     np.testing.assert_allclose(back.first_from_second.matrix_3x4, turn.matrix_3x4, atol=1e-12)
     # Read in another unit it is another shape.
     inches = replace(scan, origins=(replace(own, mm_per_unit=25.4),))
-    assert as_they_lie(inches, moved) is None
+    assert alignment_as_made(inches, moved) is None
 
 
 def test_frames_told_apart_from_how_a_shape_was_made_are_not_exact(limb) -> None:
@@ -111,18 +111,24 @@ def test_frames_told_apart_from_how_a_shape_was_made_are_not_exact(limb) -> None
 
 def test_one_frame_to_the_last_digit_tells_descent_though_every_vertex_moved(make_limb) -> None:
     scan, other = framed(make_limb(), 3), framed(make_limb(spokes=77, rows=61, turn=0.03), 3)
-    assert stays(as_they_lie(scan, other))
-    assert as_they_lie(scan, framed(other, 4)) is None
+    assert stays(alignment_as_made(scan, other))
+    assert alignment_as_made(scan, framed(other, 4)) is None
 
 
 def test_a_frame_along_the_files_own_axes_tells_nothing_by_itself(make_limb) -> None:
     """Files of some formats all carry the same one."""
     one, two = make_limb(), make_limb(spokes=77, rows=61, turn=0.03)
-    assert as_they_lie(one, two) is None
+    assert alignment_as_made(one, two) is None
     mark = Landmark(name="fibula head", position_mm=np.array([50.0, 0, 170]))
     slipped = replace(mark, position_mm=mark.position_mm + 0.5)
-    assert as_they_lie(replace(one, landmarks=(mark,)), replace(two, landmarks=(slipped,))) is None
-    assert as_they_lie(replace(one, landmarks=(mark,)), replace(two, landmarks=(mark,))) is not None
+    assert (
+        alignment_as_made(replace(one, landmarks=(mark,)), replace(two, landmarks=(slipped,)))
+        is None
+    )
+    assert (
+        alignment_as_made(replace(one, landmarks=(mark,)), replace(two, landmarks=(mark,)))
+        is not None
+    )
 
 
 def test_shared_vertices_tell_descent_whatever_frames_say(limb) -> None:
@@ -170,9 +176,9 @@ def test_the_slide_is_off_by_what_is_told(limb) -> None:
     off: list[float] = []
     for seed in range(8):
         laid = by_shape(limb, ripple(limb, seed, 0.5))
-        middle = laid.looseness.middle_mm[None]
+        middle = laid.pose_covariance.middle_mm[None]
         slid = (laid.first_from_second.apply(middle) - middle)[0, 2]
-        off.append(slid / np.sqrt(laid.looseness.covariance_mm2[2, 2]))
+        off.append(slid / np.sqrt(laid.pose_covariance.covariance_mm2[2, 2]))
     assert 0.3 < np.sqrt(np.mean(np.square(off))) < 1.6
 
 

@@ -6,7 +6,7 @@ import trimesh
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.compare.counterparts import Ground
+from limbgram.workbench.compare.counterparts import CounterpartSurface
 from limbgram.workbench.compare.deviation import area_quantile, deviation
 
 
@@ -82,7 +82,7 @@ def test_an_offset_sphere_differs_as_its_formula_says() -> None:
 
 
 def test_corners_and_edges_of_a_box_tell_inside_from_outside() -> None:
-    ground = Ground.of(box(10), 0.0)
+    ground = CounterpartSurface.of(box(10), 0.0)
     outside = np.array([[11.0, 11, 11], [11, 11, 0], [11, 0, 0], [10.5, -13, 2]])
     np.testing.assert_allclose(
         ground.counterparts(outside).signed_mm, [3**0.5, 2**0.5, 1, np.hypot(0.5, 3)]

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.compare.counterparts import Ground
+from limbgram.workbench.compare.counterparts import CounterpartSurface
 from limbgram.workbench.compare.frames import mesh_in_frame
-from limbgram.workbench.compare.icp import IcpOptions, places_of, run_icp
+from limbgram.workbench.compare.icp import IcpOptions, measured_samples, run_icp
 from limbgram.workbench.compare.registration import (
     RegistrationOptions,
     as_is,
@@ -277,10 +277,10 @@ def test_landmarks_lay_a_shape_within_what_they_say_95_times_of_100(limb, count:
     first, held = marked(places), []
     for _ in range(600):
         found = by_landmarks(first, marked(places + rng.normal(0, 1.5, places.shape)), {})
-        assert found.looseness is not None
-        middle = found.looseness.middle_mm
+        assert found.pose_covariance is not None
+        middle = found.pose_covariance.middle_mm
         off = found.first_from_second.apply(middle[None])[0] - middle
-        held.append(np.abs(off) < 1.96 * np.sqrt(np.diag(found.looseness.covariance_mm2)))
+        held.append(np.abs(off) < 1.96 * np.sqrt(np.diag(found.pose_covariance.covariance_mm2)))
     assert 0.93 < np.mean(held) < 0.97
 
 
@@ -291,11 +291,11 @@ def patches_of(places: np.ndarray) -> np.ndarray:
     return np.unique(cells, axis=0, return_inverse=True)[1].ravel()
 
 
-def spread_of(places: np.ndarray, ground: Ground) -> np.ndarray:
+def spread_of(places: np.ndarray, ground: CounterpartSurface) -> np.ndarray:
     """Standard deviations of a turn, rad, and of a shift, mm, of places laid on a ground."""
     fit = run_icp(places, ground, Rigid.identity(), IcpOptions())
-    assert fit.looseness is not None
-    return np.sqrt(np.diag(fit.looseness.covariance))
+    assert fit.pose_covariance is not None
+    return np.sqrt(np.diag(fit.pose_covariance.covariance))
 
 
 @pytest.mark.slow
@@ -305,24 +305,24 @@ def test_a_shape_that_errs_by_patches_lies_within_what_it_says_95_times_of_100(m
     Along the axis growth all round is taken for a shift, whose interval has room for that.
     """
     limb = make_limb(lambda height, angle: 0.5 * uneven(height, angle))
-    ground, places = Ground.of(limb.mesh, 3.0), places_of(limb, 300, 3.0)
+    ground, places = CounterpartSurface.of(limb.mesh, 3.0), measured_samples(limb, 300, 3.0)
     normals, patch = ground.counterparts(places).smooth_normals, patches_of(places)
     rng, held = np.random.default_rng(2), []
     for _ in range(600):
         off_mm = rng.normal(0, 0.1, patch.max() + 1)[patch]
         fit = run_icp(places + normals * off_mm[:, None], ground, Rigid.identity(), IcpOptions())
-        assert fit.looseness is not None
-        middle, pose = fit.looseness.middle_mm, fit.first_from_second
+        assert fit.pose_covariance is not None
+        middle, pose = fit.pose_covariance.middle_mm, fit.first_from_second
         turn = Rotation.from_matrix(pose.rotation).as_rotvec()
         moved = np.concatenate([turn, middle - pose.inverse.apply(middle[None])[0]])
-        held.append(np.abs(moved) < 1.96 * np.sqrt(np.diag(fit.looseness.covariance)))
+        held.append(np.abs(moved) < 1.96 * np.sqrt(np.diag(fit.pose_covariance.covariance)))
     assert 0.93 < np.mean(np.array(held)[:, :5]) < 0.97
 
 
 def test_places_that_err_alike_tell_no_more_where_ten_times_as_many_are_taken(make_limb) -> None:
     """The same 0.1 mm by patches at 300 and at 3000 places: as single errors, a third."""
     limb = make_limb(lambda height, angle: 0.5 * uneven(height, angle))
-    ground, places = Ground.of(limb.mesh, 3.0), places_of(limb, 3000, 3.0)
+    ground, places = CounterpartSurface.of(limb.mesh, 3.0), measured_samples(limb, 3000, 3.0)
     normals, patch = ground.counterparts(places).smooth_normals, patches_of(places)
     rng, few, many = np.random.default_rng(4), [], []
     for _ in range(10):
@@ -336,7 +336,7 @@ def test_places_that_err_alike_tell_no_more_where_ten_times_as_many_are_taken(ma
 def test_growth_all_round_is_no_error_of_patches(make_limb) -> None:
     """1 mm lost all round neither turns a shape nor shifts it aside; 0.1 mm by patches do."""
     limb = make_limb(uneven)
-    ground, places = Ground.of(limb.mesh, 3.0), places_of(limb, 300, 3.0)
+    ground, places = CounterpartSurface.of(limb.mesh, 3.0), measured_samples(limb, 300, 3.0)
     normals, patch = ground.counterparts(places).smooth_normals, patches_of(places)
     rng, same, lost = np.random.default_rng(6), [], []
     for _ in range(5):

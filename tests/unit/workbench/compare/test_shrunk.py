@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import COVER
 from limbgram.findings import told
-from limbgram.report.drawings.differences import open_places
+from limbgram.report.drawings.differences import ambiguous_vertices
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
 from limbgram.workbench.compare.messages import comparison_lines, comparison_tree, verdict
 from limbgram.workbench.compare.over_time import repeats
@@ -84,7 +84,7 @@ def test_shared_landmarks_tell_the_shrinkage_and_leave_the_tip_alone(make_limb) 
         change, sigma = found.levels.volume, found.levels.laid_sigma_mm3
         off.append((change.difference - true_change_mm3(found)) / (COVER * sigma))
         tip_mm = found.deviation.on_first.difference_mm[at_tip(found)]
-        red = (np.abs(tip_mm) > 0.25) & ~open_places(found)[at_tip(found)]
+        red = (np.abs(tip_mm) > 0.25) & ~ambiguous_vertices(found)[at_tip(found)]
         assert not red.any()
         assert COVER * sigma < 0.02 * change.first.value, "nor is everything allowed"
     assert max(np.abs(off)) < 1
@@ -105,11 +105,11 @@ def test_by_shape_alone_the_interval_holds_the_truth_and_the_tip_is_left_open(ma
     assert "± holds in 95 of 100" in judged
     tip = at_tip(found) & (np.abs(found.deviation.on_first.difference_mm) > 0.25)
     assert tip.any()
-    assert open_places(found)[tip].all()
+    assert ambiguous_vertices(found)[tip].all()
     wall = (found.first_in_limb.vertices_mm[:, 2] > 100) & (
         np.abs(found.deviation.on_first.difference_mm) > 1.0
     )
-    assert not open_places(found)[wall].any(), "what was taken off the wall stays blue"
+    assert not ambiguous_vertices(found)[wall].any(), "what was taken off the wall stays blue"
 
 
 def test_both_ways_are_told_and_disagreement_in_the_headline(make_limb) -> None:
@@ -128,7 +128,7 @@ def test_both_ways_are_told_and_disagreement_in_the_headline(make_limb) -> None:
     )
     wrong = compare(first, replace(second, landmarks=moved))
     assert wrong.alignment.way == "landmarks"
-    assert wrong.by_shape.at_odds
+    assert wrong.by_shape.mismatch_findings
     assert "the two ways disagree" in told(verdict(wrong).finding)
 
 

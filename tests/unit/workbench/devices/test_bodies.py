@@ -25,7 +25,9 @@ def marked(mesh: Mesh, kind: Kind, places: dict[str, Hit]) -> Limb:
     body = Body(AlignedLimb(mesh=mesh, kind=kind, frame=frame))
     marks: list[Landmark] = []
     for name, (x, y, z, seen) in places.items():
-        met = body.met_mm(np.array([x, y, z], float), np.array(_LOOKS.get(seen, (0, 0, 1)), float))
+        met = body.first_hit_mm(
+            np.array([x, y, z], float), np.array(_LOOKS.get(seen, (0, 0, 1)), float)
+        )
         assert met is not None, name
         marks.append(Landmark(name=name, position_mm=met))
     return AlignedLimb(mesh=mesh, kind=kind, frame=frame, landmarks=tuple(marks))
@@ -125,8 +127,8 @@ def test_a_line_through_a_vertex_does_not_slip_through_the_surface() -> None:
         places = np.asarray(ball.vertices) + middle
         body = Body(Limb(mesh=Mesh(vertices_mm=places, faces=ball.faces.astype(np.int32))))
         for place in places[(places - middle) @ look < -15]:
-            met = body.met_mm(place, look)
+            met = body.first_hit_mm(place, look)
             assert met is not None
             np.testing.assert_allclose(met, place, atol=0.01)
         beside = np.linalg.svd(look[None])[2][1]
-        assert body.met_mm(middle + 50.1 * beside, look) is None
+        assert body.first_hit_mm(middle + 50.1 * beside, look) is None

@@ -9,11 +9,11 @@ from limbgram.core.errors import EditError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
-from limbgram.workbench.devices.adapter import plate_of
+from limbgram.workbench.devices.adapter import adapter_under
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import ADAPTER, FlexedJoint, devices
-from limbgram.workbench.devices.fittings import fitted, imported, plate, pyramid
-from limbgram.workbench.devices.layout import Covered
+from limbgram.workbench.devices.fittings import imported_part, plate, pyramid, with_parts
+from limbgram.workbench.devices.layout import CoveredArea
 from limbgram.workbench.devices.proof import require_solid
 from limbgram.workbench.devices.shell import Layout
 from limbgram.workbench.devices.trims import values_of
@@ -33,7 +33,7 @@ def body(size: float = 60.0, up: float = 30.0) -> Mesh:
 
 
 def test_the_plate_has_four_holes_36_mm_apart() -> None:
-    solid = fitted(body(), plate(UNMOVED, width_mm=65.0, height_mm=14.0, hole_mm=6.5))
+    solid = with_parts(body(), plate(UNMOVED, width_mm=65.0, height_mm=14.0, hole_mm=6.5))
     require_solid(solid)
     lower = solid.vertices_mm[np.abs(solid.vertices_mm[:, 2]) < 1e-6]
     for x in (-18.0, 18.0):
@@ -42,7 +42,7 @@ def test_the_plate_has_four_holes_36_mm_apart() -> None:
             rim = off[off < 5]
             assert len(rim) >= 90
             np.testing.assert_allclose(rim, 3.25, atol=1e-6)
-    cut = volume_mm3(fitted(body(), plate(UNMOVED, width_mm=65, height_mm=14, hole_mm=5.0)))
+    cut = volume_mm3(with_parts(body(), plate(UNMOVED, width_mm=65, height_mm=14, hole_mm=5.0)))
     more = volume_mm3(solid)
     assert cut - more == pytest.approx(
         4 * np.pi * (3.25**2 - 2.5**2) * 14.5, rel=2e-3
@@ -51,7 +51,7 @@ def test_the_plate_has_four_holes_36_mm_apart() -> None:
 
 def test_a_pyramid_hangs_under_the_plate_wider_at_its_end() -> None:
     parts = [*plate(UNMOVED, width_mm=65.0, height_mm=14.0, hole_mm=6.5), pyramid(UNMOVED, 16.0)]
-    solid = fitted(body(), parts)
+    solid = with_parts(body(), parts)
     require_solid(solid)
     below = solid.vertices_mm[solid.vertices_mm[:, 2] < -15.9]
     assert below[:, 2].min() == pytest.approx(-16.0)
@@ -63,8 +63,8 @@ def test_a_pyramid_hangs_under_the_plate_wider_at_its_end() -> None:
 
 def test_a_body_of_another_maker_is_joined_or_cut_out() -> None:
     lock = mesh_of(trimesh.creation.cylinder(12.0, 30.0).apply_translation([0, 0, 80.0]))
-    joined = fitted(body(), [imported("lock", lock, UNMOVED, "join")])
-    cut = fitted(body(), [imported("lock", lock, UNMOVED, "cut")])
+    joined = with_parts(body(), [imported_part("lock", lock, UNMOVED, "join")])
+    cut = with_parts(body(), [imported_part("lock", lock, UNMOVED, "cut")])
     for solid in (joined, cut):
         require_solid(solid)
     own, inside = volume_mm3(body()), volume_mm3(lock) * 7 / 30
@@ -78,17 +78,17 @@ def test_a_body_that_is_open_or_apart_is_refused_by_name() -> None:
     inside_out = Mesh(vertices_mm=lock.vertices_mm, faces=lock.faces[:, ::-1].copy())
     for bad in (opened, inside_out):
         with pytest.raises(EditError) as refused:
-            imported("lock.stl", bad, UNMOVED, "join")
+            imported_part("lock.stl", bad, UNMOVED, "join")
         assert refused.value.finding.code == "device.part.open"
         assert refused.value.finding.values["name"] == "lock.stl"
     with pytest.raises(EditError) as refused:
-        fitted(body(), [imported("lock.stl", lock, UNMOVED, "join")])
+        with_parts(body(), [imported_part("lock.stl", lock, UNMOVED, "join")])
     assert refused.value.finding.code == "device.part.apart"
 
 
 def socket_of(limb: Limb) -> tuple[Body, Layout]:
     body = Body.of(limb)
-    covered = Covered(positive=body.mesh, beyond_mm=body.mesh.vertices_mm[:, 2] - 170.0)
+    covered = CoveredArea(positive=body.mesh, beyond_mm=body.mesh.vertices_mm[:, 2] - 170.0)
     thick = np.full(len(body.mesh), 5.0)
     return body, Layout(positive=covered.positive, beyond_mm=covered.beyond_mm, thickness_mm=thick)
 
@@ -106,7 +106,7 @@ def test_the_socket_leans_over_its_plate_as_asked(
 
     def turned(**asked: float) -> Rigid:
         values = values_of(ADAPTER, {**flat, **asked})
-        return plate_of(body, layout, values, joint).alignment.limb_from_plate.inverse
+        return adapter_under(body, layout, values, joint).alignment.limb_from_plate.inverse
 
     up = np.array([0.0, 0, 1])
     flexed = turned(flexion_deg=10.0).rotation @ up
@@ -129,6 +129,6 @@ def test_a_socket_goes_by_the_joint_above_its_limb() -> None:
 def test_the_plate_lies_below_the_end_by_what_is_built() -> None:
     body, layout = socket_of(make_stump())
     values = values_of(ADAPTER, {"flexion_deg": 0.0, "adduction_deg": 0.0, "build_mm": 22.0})
-    origin = plate_of(body, layout, values, "knee").alignment.limb_from_plate.translation
+    origin = adapter_under(body, layout, values, "knee").alignment.limb_from_plate.translation
     lowest = body.mesh.vertices_mm[:, 2].min()
     assert origin[2] == pytest.approx(lowest - 5.0 - 22.0 - 14.0, abs=1e-9)

@@ -10,7 +10,7 @@ from tests.unit.workbench.devices.shapes import make_trunk
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
-from limbgram.workbench.devices.fittings import fitted
+from limbgram.workbench.devices.fittings import with_parts
 from limbgram.workbench.devices.lettering import CAPITAL_MM, RAISED_MM, lettering
 from limbgram.workbench.devices.making import Order, Preview, preview_device
 from limbgram.workbench.devices.order import OrderFile, encode_order, parse_order
@@ -36,7 +36,7 @@ def test_letters_stand_out_by_what_they_say_and_are_as_high() -> None:
     assert low[1] == pytest.approx(-RAISED_MM, abs=1e-9)
     assert high[2] - low[2] == pytest.approx(CAPITAL_MM, abs=1e-6)
     assert high + low == pytest.approx([0.0, high[1] + low[1], 0.0], abs=1e-9)
-    joined = fitted(board(), [text])
+    joined = with_parts(board(), [text])
     require_solid(joined)
     flat_mm2 = volume_mm3(text.solid) / (high[1] - low[1])
     raised_mm3 = volume_mm3(joined) - volume_mm3(board())
@@ -62,7 +62,7 @@ def test_on_a_round_wall_letters_follow_it() -> None:
     # The tube's faces lie within 0.008 mm of the circle, and letters lean by 5 degrees at most.
     assert away_mm.max() == pytest.approx(50.0 + RAISED_MM, abs=0.01)
     assert away_mm.min() > 49.5
-    require_solid(fitted(tube, [text]))
+    require_solid(with_parts(tube, [text]))
 
 
 @pytest.mark.parametrize(

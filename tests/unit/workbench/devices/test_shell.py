@@ -10,8 +10,8 @@ from limbgram.core.mesh.folds import ANY_SHAPE, find_folds
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, face_components, volume_mm3
 from limbgram.workbench.devices.blocks import Boss, RoundCone
-from limbgram.workbench.devices.proof import folds_told, measure_wall, require_solid
-from limbgram.workbench.devices.shell import Layout, _uncrossed, make_shell, without_folds
+from limbgram.workbench.devices.proof import fold_findings, measure_wall, require_solid
+from limbgram.workbench.devices.shell import Layout, _without_crossings, make_shell, without_folds
 
 RADIUS, TOP, THICK = 40.0, 90.0, 4.0
 
@@ -162,7 +162,7 @@ def test_skins_that_nearly_touch_go_back_all_the_way_where_they_would_cross() ->
     faces = np.concatenate([one.faces, two.faces + len(one.vertices)]).astype(np.int32)
     apart = Mesh(vertices_mm=vertices, faces=faces)
     pushed = vertices + [6.0, 0, 0] * np.sign(10 - vertices[:, :1])
-    freed = _uncrossed(apart, pushed)
+    freed = _without_crossings(apart, pushed)
     assert len(find_crossings(pushed, faces))
     assert not len(find_crossings(freed.vertices_mm, faces))
 
@@ -189,7 +189,7 @@ def test_a_fold_is_laid_back_and_nothing_else_moves(
     def with_a_fold(*_: object) -> Mesh:
         return planted
 
-    monkeypatch.setattr("limbgram.workbench.devices.shell._uncrossed", with_a_fold)
+    monkeypatch.setattr("limbgram.workbench.devices.shell._without_crossings", with_a_fold)
     flat = make_shell(layout).solid
     assert not len(find_folds(flat, ANY_SHAPE))
     require_solid(flat)
@@ -202,9 +202,9 @@ def test_a_fold_is_laid_back_and_nothing_else_moves(
 
 
 def test_a_fold_at_a_fitting_is_told_with_its_place(shell: Mesh) -> None:
-    assert folds_told(shell) == ()
+    assert fold_findings(shell) == ()
     folded, at = folded_over(shell)
-    (told,) = folds_told(folded)
+    (told,) = fold_findings(folded)
     assert told.code == "device.folded"
     place = np.array(told.values["point_mm"], np.float64)
     assert np.linalg.norm(place - shell.vertices_mm[at]) < 4.0
@@ -280,7 +280,7 @@ def test_what_settling_pushed_through_the_surface_goes_back_and_the_rest_stays()
     top = int(np.argmax(settled[:, 2]))
     settled[top] = [0.0, 0.0, -30.0]
     assert len(find_crossings(settled, even.faces))
-    mended = _uncrossed(even, settled).vertices_mm
+    mended = _without_crossings(even, settled).vertices_mm
     assert not len(find_crossings(mended, even.faces))
     others = np.arange(len(mended)) != top
     size = np.linalg.norm(mended[others], axis=1)

@@ -16,16 +16,16 @@ from limbgram.core.mesh.topology import with_faces
 from limbgram.core.mesh.tree_cache import tree_on
 from limbgram.workbench.devices.body import Body
 from limbgram.workbench.devices.device import Device, devices
-from limbgram.workbench.devices.layout import Opening, _require_bridge, _within_opening, cover
+from limbgram.workbench.devices.layout import Opening, _depth_in_opening, _require_bridge, cover
 from limbgram.workbench.devices.presets.ankle import SOLID
 from limbgram.workbench.devices.trims import (
-    _beside_sole,
+    _side_above_sole,
     amount_of,
     draw_trim,
-    mirrored,
-    on_slender_limb,
+    mirrored_points,
     place_point,
     values_of,
+    values_on_slender_limb,
 )
 from limbgram.workbench.limb import Limb
 
@@ -228,7 +228,7 @@ def test_a_point_beside_a_slender_limb_is_refused_with_its_measures(
 def test_an_ear_yields_to_a_slender_ankle_unless_somebody_gave_its_width() -> None:
     body, calf = Body.of(make_foot("right", 0.5)), DEVICES["hinged-afo-calf"].trim
     usual = values_of(calf.measures, {})
-    found = on_slender_limb(body, calf, usual, given=())
+    found = values_on_slender_limb(body, calf, usual, given=())
     assert {name for name in usual if usual[name] != found[name]} == {"ear_mm"}
     room_mm: list[float] = []
     for name in ("lateral malleolus", "medial malleolus"):
@@ -238,7 +238,7 @@ def test_an_ear_yields_to_a_slender_ankle_unless_somebody_gave_its_width() -> No
     assert min(room_mm) < usual["ear_mm"]
     assert min(room_mm) - 1.6 < found["ear_mm"] < min(room_mm) - 0.9
     draw_trim(body, calf, found)
-    assert on_slender_limb(body, calf, usual, given=("ear_mm",)) == usual
+    assert values_on_slender_limb(body, calf, usual, given=("ear_mm",)) == usual
 
 
 def test_a_hole_of_the_scan_inside_the_device_is_refused(bodies: dict[str, Limb]) -> None:
@@ -270,7 +270,7 @@ def test_an_opening_that_leaves_too_narrow_a_bridge_is_refused(x_mm: float) -> N
         width_mm=6.0,
         measures=("slot_mm",),
     )
-    depth, bridge_mm = _within_opening(plane, slot), -x_mm - 3
+    depth, bridge_mm = _depth_in_opening(plane, slot), -x_mm - 3
     others = [("edge", x), ("vent", x - 10.0)]
     if bridge_mm > 7:
         _require_bridge(plane, x, depth, slot, bridge_mm - 0.5, others)
@@ -294,9 +294,9 @@ def test_a_point_under_the_foot_lies_on_the_lowest_place_of_its_side(
     body = Body(replace(Body.of(bodies["foot"]).limb, mesh=mesh))
     up = np.array([0.0, 0, 1])
     for height_mm, truth_mm in ((-47.0, -np.sqrt(0.5) * 50.0), (-20.0, -20.0)):
-        place = body.met_mm(np.array([0.0, 0, height_mm]), np.array([-1.0, 0, 0]))
+        place = body.first_hit_mm(np.array([0.0, 0, height_mm]), np.array([-1.0, 0, 0]))
         assert place is not None
-        found = _beside_sole(body, place, np.array([-1.0, 0, 0]), up)
+        found = _side_above_sole(body, place, np.array([-1.0, 0, 0]), up)
         assert found[2] == pytest.approx(truth_mm, abs=0.7)
         assert np.linalg.norm(found) == pytest.approx(50.0, abs=0.05)
         assert found[0] > 0
@@ -326,7 +326,7 @@ def test_a_strap_lies_as_far_behind_the_front_edge_on_any_limb(bodies: dict[str,
     for slot, sign in zip(device.slots, (1.0, -1.0), strict=True):
         edge = place_point(body, "", replace(slot.at, round_mm=0.0), values)
         place = place_point(body, "", slot.at, values)
-        middle = body.middle_mm(float(place[2]))
+        middle = body.section_centre_mm(float(place[2]))
         angles = [np.arctan2(*(one - middle)[:2]) for one in (edge, place)]
         assert sign * np.degrees(angles[0]) == pytest.approx(72.0, abs=0.1)
         far_mm = sign * (angles[1] - angles[0]) * np.linalg.norm(edge - middle)
@@ -336,7 +336,7 @@ def test_a_strap_lies_as_far_behind_the_front_edge_on_any_limb(bodies: dict[str,
 def test_a_slot_is_as_long_and_wide_as_asked(bodies: dict[str, Limb]) -> None:
     body = Body.of(bodies["foot"])
     drawn = draw_trim(body, SOLID, values_of(SOLID.measures, {}))
-    place = body.met_mm(np.array([0.0, -8, 230]), np.array([0.0, 1, 0]))
+    place = body.first_hit_mm(np.array([0.0, -8, 230]), np.array([0.0, 1, 0]))
     assert place is not None
     slot = Opening(
         name="slot", middle_mm=place, along=np.array([0.0, 0, 1]), length_mm=48.0, width_mm=6.0
@@ -357,5 +357,5 @@ def test_amounts_are_sums_of_measures() -> None:
     values = {"a_mm": 10.0, "b_mm": 4.0}
     assert amount_of(("a_mm", "-b_mm", "0.5*b_mm", -1.0), values) == pytest.approx(7.0)
     point = replace(SOLID.loops[0].points[5], out_mm=("-0.5*a_mm", 2.0))
-    (other,) = mirrored((point,), {"a_mm": "b_mm"})
+    (other,) = mirrored_points((point,), {"a_mm": "b_mm"})
     assert amount_of(other.out_mm, values) == pytest.approx(0.0)  # 0.5 b - 2

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import EditError
-from limbgram.workbench.edits.areas import fading
+from limbgram.workbench.edits.areas import falloff
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.pad import Pad
@@ -35,7 +35,7 @@ def test_a_load_round_a_landmark_has_its_depth_and_fades_over_the_surface(limb: 
     moved = radial_mm(edited)
     assert moved.min() == pytest.approx(-4, abs=0.05)  # coarse triangles lie inside the tube
     distance = unrolled_mm(edited, 1)
-    expected = -4 * fading((distance - 5) / 20)
+    expected = -4 * falloff((distance - 5) / 20)
     assert np.abs(moved - expected)[distance < 30].max() < 0.12
     old = len(limb.mesh)
     far = distance[:old] > 26
@@ -67,7 +67,7 @@ def test_a_drawn_region_is_full_inside_and_untouched_outside(limb: Limb, backwar
     assert moved.max() == pytest.approx(5, abs=0.05)
     assert np.abs(moved[distance < 11] - 5).max() < 0.1
     assert np.abs(moved[distance > 20.3]).max() < 0.05  # the triangles' own sag
-    expected = 5 * (1 - fading((20 - distance) / 8))
+    expected = 5 * (1 - falloff((20 - distance) / 8))
     assert np.abs(moved - expected)[distance < 25].max() < 0.25
 
 

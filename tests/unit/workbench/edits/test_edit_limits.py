@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import EditError
-from limbgram.workbench.edits.editing import do_edit, require_sense
-from limbgram.workbench.edits.fineness import edge_along_mm
+from limbgram.workbench.edits.editing import do_edit, require_valid
 from limbgram.workbench.edits.plane_cut import PlaneCut
 from limbgram.workbench.edits.reduction import Reduction
+from limbgram.workbench.edits.refinement import edge_for_falloff_mm
 from limbgram.workbench.edits.regions import on_surface, require_ring
 from limbgram.workbench.limb import Limb
 
@@ -24,15 +24,15 @@ def refused(act: Callable[[], object]) -> str:
 
 
 def test_no_length_is_beyond_two_metres() -> None:
-    assert not refused(lambda: require_sense(PlaneCut(height_mm=2000.0)))
-    assert refused(lambda: require_sense(PlaneCut(height_mm=2000.1))) == "edit.longer_than_limb"
+    assert not refused(lambda: require_valid(PlaneCut(height_mm=2000.0)))
+    assert refused(lambda: require_valid(PlaneCut(height_mm=2000.1))) == "edit.longer_than_limb"
 
 
 @pytest.mark.parametrize("way", ["forward_deg", "right_deg"])
 def test_a_cut_across_the_limb_leans_by_80_degrees_at_most(way: str) -> None:
     for sign in (1.0, -1.0):
-        assert not refused(lambda s=sign: require_sense(PlaneCut(height_mm=80.0, **{way: 80 * s})))
-        assert refused(lambda s=sign: require_sense(PlaneCut(height_mm=80.0, **{way: 80.1 * s})))
+        assert not refused(lambda s=sign: require_valid(PlaneCut(height_mm=80.0, **{way: 80 * s})))
+        assert refused(lambda s=sign: require_valid(PlaneCut(height_mm=80.0, **{way: 80.1 * s})))
 
 
 @pytest.mark.parametrize(("off_mm", "code"), [(9.9, ""), (10.1, "edit.point.off_surface")])
@@ -50,7 +50,7 @@ def test_a_ring_has_three_places_at_least() -> None:
 
 @pytest.mark.parametrize(("length_mm", "edge_mm"), [(2.0, 0.4), (8.0, 1.0), (40.0, 5.0)])
 def test_what_fades_has_eight_edges_but_none_below_0_4_mm(length_mm: float, edge_mm: float) -> None:
-    assert edge_along_mm(length_mm) == edge_mm
+    assert edge_for_falloff_mm(length_mm) == edge_mm
 
 
 @pytest.mark.parametrize(("height_mm", "code"), [(160.9, ""), (161.1, "edit.levels.off_shape")])

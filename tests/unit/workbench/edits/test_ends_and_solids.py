@@ -26,7 +26,7 @@ from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.mirror import Mirror
 from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.edits.plane_cut import PlaneCut
-from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
@@ -213,7 +213,7 @@ def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) ->
 def test_a_wall_says_where_it_is_thinnest(limb: Limb) -> None:
     made = do_edit(limb, Wall(thickness_mm=4))
     assert made.notes[-1].code == "edit.wall.thickness"
-    found = wall_of(made.mesh)
+    found = wall_thickness(made.mesh)
     assert found is not None
     assert found.thinnest_mm == pytest.approx(4, abs=0.1)
     thin = do_edit(limb, Wall(thickness_mm=1.5))
@@ -224,7 +224,7 @@ def test_a_wall_thinner_than_can_be_made_is_refused(limb: Limb) -> None:
     with pytest.raises(EditError, match=r"1 mm or more, not 0\.2"):
         do_edit(limb, Wall(thickness_mm=0.2))
     made = do_edit(limb, Wall(thickness_mm=0.2, least_mm=0.1))
-    assert wall_of(made.mesh) is not None
+    assert wall_thickness(made.mesh) is not None
     with pytest.raises(EditError, match="above 0 and up to 2000 mm"):
         do_edit(limb, Wall(thickness_mm=0.2, least_mm=0))
 
@@ -286,7 +286,7 @@ def test_a_brim_of_teeth_becomes_a_wall_without_them() -> None:
     made = do_edit(Limb(mesh=torn), Wall(thickness_mm=3))
     assert is_edge_manifold(made.mesh.faces)
     assert not len(boundary_half_edges(made.mesh.faces))
-    found = wall_of(made.mesh)
+    found = wall_thickness(made.mesh)
     assert found is not None
     assert found.thinnest_mm == pytest.approx(3, abs=0.05)
     left_mm2 = made.notes[0].values["area_mm2"]
@@ -334,7 +334,7 @@ def test_an_open_edge_that_is_crumpled_deeply_loses_no_more_than_its_crumples() 
     assert 0 < left_out.values["area_mm2"] < crumples.area_mm2()
     sound_mm = torn.vertices_mm[(z == TOP_MM) & (np.abs(np.arctan2(y, x)) > np.radians(45))]
     assert KDTree(made.mesh.vertices_mm).query(sound_mm)[0].max() == 0
-    found = wall_of(made.mesh)
+    found = wall_thickness(made.mesh)
     assert found is not None
     assert 2 < found.thinnest_mm <= 3.01
     assert found.median_mm == pytest.approx(3, abs=0.02)

@@ -7,7 +7,7 @@ from tests.unit.workbench.edits.conftest import stump
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.edits.offset import Offsetting, offset, unit_offsets
+from limbgram.workbench.edits.offset import Offsetter, offset, unit_offsets
 
 
 def mesh_of(shape: trimesh.Trimesh) -> Mesh:
@@ -119,12 +119,12 @@ def test_moves_evened_out_at_one_place_change_nothing_at_another() -> None:
     x, y, z = mesh.vertices_mm.T
     deep = 12 * np.exp(-((np.arctan2(y, x) / 0.1) ** 2)) * np.exp(-(((z - 110) / 25) ** 4))
     inward = np.column_stack([1 - deep / 40, 1 - deep / 40, np.ones(len(z))])
-    offsetting = Offsetting(mesh.with_vertices(mesh.vertices_mm * inward))
+    offsetting = Offsetter(mesh.with_vertices(mesh.vertices_mm * inward))
     distances_mm = np.full(len(mesh), 8.0)
-    plain = offsetting.by_places(distances_mm, None)
-    beside = offsetting.by_places(distances_mm, z < 30)
+    plain = offsetting.by_vertex(distances_mm, None)
+    beside = offsetting.by_vertex(distances_mm, z < 30)
     far = z > 60
     assert (plain.mesh.vertices_mm[far] == beside.mesh.vertices_mm[far]).all()
-    alone_mm = distances_mm[:, None] * offsetting.units
+    alone_mm = distances_mm[:, None] * offsetting.unit_moves
     moved_mm = plain.mesh.vertices_mm - offsetting.mesh.vertices_mm
     assert np.abs(moved_mm - alone_mm)[far].max() > 1.0  # the groove was evened out

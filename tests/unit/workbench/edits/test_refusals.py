@@ -8,7 +8,7 @@ from limbgram.core.errors import EditError, MeasureError, refusals_about
 from limbgram.findings import sentence
 from limbgram.workbench.edits.distal_end import DistalEnd
 from limbgram.workbench.edits.edit import Edit, name_of
-from limbgram.workbench.edits.editing import EDITS, do_edit, require_sense
+from limbgram.workbench.edits.editing import EDITS, do_edit, require_valid
 from limbgram.workbench.edits.extension import Extension
 from limbgram.workbench.edits.flare import Flare
 from limbgram.workbench.edits.liner import Liner
@@ -54,7 +54,7 @@ def test_every_refusal_says_which_edit_it_is_of(kind: type[Edit], limb: Limb) ->
 
 def test_numbers_beyond_their_range_are_refused_of_their_edit() -> None:
     with pytest.raises(EditError) as refused:
-        require_sense(Extension(length_mm=-3.0))
+        require_valid(Extension(length_mm=-3.0))
     assert refused.value.finding.values["what"] == "The extension"
 
 

@@ -12,8 +12,8 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges, volume_mm3
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.edits.regions import at_brim, averaging, roughness_mm
-from limbgram.workbench.edits.smoothing import Smoothing, calmed
+from limbgram.workbench.edits.regions import neighbour_averaging, on_open_edge, roughness_mm
+from limbgram.workbench.edits.smoothing import Smoothing, taubin_smoothed
 from limbgram.workbench.limb import Limb
 
 NOISE_MM = 0.2
@@ -24,7 +24,7 @@ def test_noise_on_a_sphere_falls_to_a_third_and_the_sphere_stays() -> None:
     normals = np.array(ball.vertices) / 50
     noise = np.random.default_rng(1).normal(0, NOISE_MM, (len(normals), 1))
     noisy = Mesh(vertices_mm=normals * (50 + noise), faces=np.array(ball.faces, np.int32))
-    calm = calmed(noisy, np.ones(len(noisy)), 20)
+    calm = taubin_smoothed(noisy, np.ones(len(noisy)), 20)
     radius = np.linalg.norm(calm.vertices_mm, axis=1)
     assert 0.1 * NOISE_MM < radius.std() < 0.4 * NOISE_MM
     assert radius.mean() == pytest.approx(50, abs=0.01)
@@ -42,7 +42,7 @@ def test_the_brim_and_marked_places_stay_to_the_bit(limb: Limb) -> None:
     place = rough.landmarks[1].position_mm
     marked = np.linalg.norm(rough.mesh.vertices_mm - place, axis=1) < 17
     assert still[marked].all()
-    assert still[at_brim(rough.mesh)].all()
+    assert still[on_open_edge(rough.mesh)].all()
     assert marked.sum() > 20
     assert still.mean() < 0.4
     assert roughness_mm(calm.mesh) < 0.7 * roughness_mm(rough.mesh)
@@ -68,7 +68,7 @@ def test_nothing_to_move_keeps_no_volume() -> None:
     ball = trimesh.creation.icosphere(2, 50.0)
     mesh = Mesh(vertices_mm=np.asarray(ball.vertices), faces=ball.faces.astype(np.int32))
     with pytest.raises(EditError, match="to keep the volume"):
-        calmed(mesh, np.zeros(len(mesh)), 3)
+        taubin_smoothed(mesh, np.zeros(len(mesh)), 3)
 
 
 def test_twenty_passes_on_a_scan_keep_its_volume_and_calm_it(data_folder: Path) -> None:
@@ -89,7 +89,7 @@ def test_mean_over_neighbours_is_that_of_the_sparse_sum_of_both_directions() -> 
     half = csr_array((1 / sizes, (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
     both = csr_array(half + half.T)
     mean = both.multiply(1 / np.maximum(both.sum(1), 1e-30)[:, None]).tocsr()
-    found = averaging(mesh)
+    found = neighbour_averaging(mesh)
     np.testing.assert_array_equal(found.indptr, mean.indptr)
     np.testing.assert_array_equal(found.indices, mean.indices)
     np.testing.assert_allclose(found.data, mean.data, rtol=1e-15)

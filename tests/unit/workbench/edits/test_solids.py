@@ -22,13 +22,13 @@ from limbgram.core.mesh.topology import (
     with_faces,
 )
 from limbgram.reconstruction.surface.cleaning import largest_manifold
-from limbgram.workbench.edits.closing import kept_closed
+from limbgram.workbench.edits.closing import closed_again
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import EDITS, do_edit
 from limbgram.workbench.edits.fill import Fill
-from limbgram.workbench.edits.membrane import spanned
+from limbgram.workbench.edits.membrane import with_openings_spanned
 from limbgram.workbench.edits.plane_cut import PlaneCut
-from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.edits.trimline import Trimline
 from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import Limb
@@ -91,7 +91,7 @@ def test_a_trimline_goes_straight_through_a_wall(solid: Limb) -> None:
         cut = do_edit(solid, Trimline(through=wave(), keep=keep))
         require_one_sound_solid(cut.mesh)
         parts_mm3.append(volume_mm3(cut.mesh))
-        thickness = wall_of(cut.mesh)
+        thickness = wall_thickness(cut.mesh)
         assert thickness is not None
         assert thickness.thinnest_mm == pytest.approx(WALL_MM, abs=0.05)
     assert sum(parts_mm3) == pytest.approx(whole_mm3, rel=1e-3)
@@ -137,7 +137,7 @@ def test_every_edit_of_a_solid_leaves_a_solid_or_is_refused(solid: Limb, kind: t
 def test_an_edit_that_leaves_no_surface_of_a_solid_is_refused(solid: Limb) -> None:
     none = replace(solid.mesh, faces=solid.mesh.faces[:0])
     with pytest.raises(EditError) as refused:
-        kept_closed(solid.mesh, none)
+        closed_again(solid.mesh, none)
     assert refused.value.finding.code == "edit.branches"
 
 
@@ -234,7 +234,7 @@ def ragged(mesh: Mesh, seed: int) -> Mesh:
 
 def test_a_ragged_opening_is_spanned_without_folds() -> None:
     mesh = ragged(stump(288, 1.0), 5)
-    closed = spanned(mesh)
+    closed = with_openings_spanned(mesh)
     closed = with_faces(closed, closed.faces)
     assert is_watertight(closed.faces)
     np.testing.assert_array_equal(closed.faces[: len(mesh.faces)], mesh.faces)

@@ -104,7 +104,7 @@ def test_a_ball_of_half_the_gap_rolls_over_what_is_filled(bridged: Limb) -> None
     rise = np.sqrt((TOE_MM + radius) ** 2 - (APART_MM / 2) ** 2)
     body = Body.of(after)
     for sign, look in ((1, -1.0), (-1, 1.0)):
-        met = body.met_mm(np.array([0.0, 150.0, 0.0]), np.array([0.0, 0.0, look]))
+        met = body.first_hit_mm(np.array([0.0, 150.0, 0.0]), np.array([0.0, 0.0, look]))
         assert met is not None
         shallower = sign * (met[2] - HIGH_MM) - (rise - radius)
         assert -0.05 < shallower < 0.25 * radius / 3  # a quarter of a cell of the grid

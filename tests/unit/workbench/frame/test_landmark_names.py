@@ -12,7 +12,7 @@ from limbgram.workbench.anatomy.names import (
     NAMES_IN,
     identity_of,
     known_identity,
-    named,
+    landmark_named,
     without_accents,
 )
 from limbgram.workbench.compare.registration import by_landmarks
@@ -199,9 +199,9 @@ def test_two_landmarks_of_one_place_go_by_their_own_names() -> None:
     one, two = (
         Landmark(name=name, position_mm=np.zeros(3)) for name in ("Fibulakopf", "fibula head")
     )
-    assert named("fibula head", (one, two)) is two
-    assert named("Fibulakopf", (one, two)) is one
-    assert named("Fibulaköpfchen", (one, two)) is two
-    assert named("Fibulaköpfchen", (one,)) is one
-    assert named("patella", (one, two)) is None
+    assert landmark_named("fibula head", (one, two)) is two
+    assert landmark_named("Fibulakopf", (one, two)) is one
+    assert landmark_named("Fibulaköpfchen", (one, two)) is two
+    assert landmark_named("Fibulaköpfchen", (one,)) is one
+    assert landmark_named("patella", (one, two)) is None
     assert identity_of(" my mark ") == "my mark"

@@ -10,9 +10,9 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
 from limbgram.findings.tell import terms
-from limbgram.workbench.anatomy.centreline import rounded, straight
+from limbgram.workbench.anatomy.centreline import rounded_polyline, straight_centreline
 from limbgram.workbench.anatomy.directions import Anatomy
-from limbgram.workbench.anatomy.kind import Angle, Kind, Mid, OfSurface
+from limbgram.workbench.anatomy.kind import Angle, Kind, Midpoint, SurfaceAxis
 from limbgram.workbench.anatomy.known_kinds import KIND_NAMED, KINDS
 from limbgram.workbench.anatomy.landmark import Landmark, Placing
 from limbgram.workbench.frame.alignment import AlignOptions, align
@@ -22,9 +22,9 @@ from limbgram.workbench.measures.sheet import unit_of
 EACH = list(KIND_NAMED.values())
 
 
-def mids(value: object) -> Iterator[Mid]:
+def mids(value: object) -> Iterator[Midpoint]:
     """All middles of landmarks anywhere in a kind's data."""
-    if isinstance(value, Mid):
+    if isinstance(value, Midpoint):
         yield value
     elif isinstance(value, tuple):
         for one in value:
@@ -85,7 +85,7 @@ def test_every_direction_that_is_named_is_there_and_mirrored_with_the_limb(kind:
                 asked.add(name)
     asked |= {joint.axis for joint in kind.joints}
     # Those that a surface tells are mirrored with it: tests/truth/anatomy.
-    asked -= {one.name for one in kind.directions if isinstance(one, OfSurface)}
+    asked -= {one.name for one in kind.directions if isinstance(one, SurfaceAxis)}
     for name in asked - {"right", "anterior", "long axis"}:
         direction = right.axis(name).direction
         assert np.linalg.norm(direction) == pytest.approx(1.0)
@@ -107,13 +107,13 @@ def test_what_is_missing_is_named() -> None:
     assert refused.value.finding.code == "align.not_aligned"
     # The tubercle stands in for the head of the fibula.
     del places["fibula head"]
-    at = lacking.at(Mid(("fibula head",), otherwise=("tibial tubercle",)))
+    at = lacking.at(Midpoint(("fibula head",), otherwise=("tibial tubercle",)))
     np.testing.assert_array_equal(at, places["tibial tubercle"])
 
 
 def test_a_rounded_corner_is_an_arc_that_touches_both_legs() -> None:
     nodes = np.array([[0.0, 0, 300], [0, 0, 0], [0, 120, 0]])
-    curve = rounded(nodes, 0.5)
+    curve = rounded_polyline(nodes, 0.5)
     radius = 60.0
     assert curve.length_mm == pytest.approx(300 + 120 - 2 * radius + np.pi / 2 * radius, abs=0.1)
     middle = curve.at(240.0 + np.pi / 4 * radius)
@@ -123,7 +123,9 @@ def test_a_rounded_corner_is_an_arc_that_touches_both_legs() -> None:
     on_shank, on_foot = np.array([[15.0, -20, 200]]), np.array([[-10.0, 100, 25]])
     assert curve.nearest_mm(on_shank)[0] == pytest.approx(100.0, abs=0.1)
     assert curve.nearest_mm(on_foot)[0] == pytest.approx(curve.length_mm - 20.0, abs=0.1)
-    beyond = straight(np.zeros(3), np.array([0, 0, -50.0])).nearest_mm(np.array([[3.0, 0, 10]]))
+    beyond = straight_centreline(np.zeros(3), np.array([0, 0, -50.0])).nearest_mm(
+        np.array([[3.0, 0, 10]])
+    )
     assert beyond[0] == pytest.approx(-10.0)
 
 
@@ -174,7 +176,7 @@ def test_a_head_gets_its_axes_by_its_landmarks_however_it_lies() -> None:
 
 def test_a_bent_tube_is_straight_along_its_centreline() -> None:
     """A shank of 200 mm, an arc of 90 degrees, a foot of 100 mm: places in closed form."""
-    curve = rounded(np.array([[0, 0, 260.0], [0, 0, 0], [0, 160.0, 0]]), 0.375)
+    curve = rounded_polyline(np.array([[0, 0, 260.0], [0, 0, 0], [0, 160.0, 0]]), 0.375)
     radius_mm = 60.0  # 0.375 of 160 mm, at a right angle
     lengths_mm = np.array([200.0, radius_mm * np.pi / 2, 100.0])
     assert curve.length_mm == pytest.approx(lengths_mm.sum(), rel=1e-4)
@@ -216,7 +218,7 @@ def test_what_a_landmark_is_wanted_for_is_said_in_words() -> None:
     trunk = KIND_NAMED["torso"]
     with pytest.raises(MeasureError) as refused:
         Anatomy(kind=trunk, places={}, left=False, frame=np.eye(3), origin_mm=np.zeros(3)).at(
-            Mid(("right nipple", "left nipple")), "Waist up to the nipple line"
+            Midpoint(("right nipple", "left nipple")), "Waist up to the nipple line"
         )
     assert str(refused.value).startswith(
         "Not marked: right nipple and left nipple (needed for: Waist up to the nipple line)."

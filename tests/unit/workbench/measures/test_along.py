@@ -201,5 +201,5 @@ def test_the_tables_in_a_notebook_have_their_reach_and_in_pandas_their_sigma() -
     assert sheet.value[list(sheet.name).index(row.name)] == pytest.approx(
         row.figure.value, rel=1e-5
     )
-    assert row.figure.with_reach in form._repr_html_()
+    assert row.figure.with_interval in form._repr_html_()
     assert len(repr(form)) < 600

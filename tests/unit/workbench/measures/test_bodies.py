@@ -12,7 +12,13 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.findings import told
 from limbgram.formats.aop.writing import write_aop
-from limbgram.workbench.bodies import kept, left_out, outer_bodies, outside_of, without_loose
+from limbgram.workbench.bodies import (
+    kept_findings,
+    left_out_findings,
+    outer_bodies,
+    outside_of,
+    without_loose,
+)
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
@@ -63,7 +69,7 @@ def test_a_crumb_far_from_the_limb_changes_no_figure(
     (body,) = table.loose
     np.testing.assert_allclose(body.place_mm, [200, 10, 100], atol=1e-9)
     assert body.size_mm == pytest.approx(6)
-    (noted,) = left_out(table.bodies_left_out, table.loose)
+    (noted,) = left_out_findings(table.bodies_left_out, table.loose)
     assert "6.0 mm across at x 200, y 10, z 100 mm" in told(noted)
     fit = fit_to_tape(
         AlignedLimb(mesh=both, frame=FRAME), [TapeReading(height_mm=100.0, girth_mm=1.1 * GIRTH_MM)]
@@ -168,7 +174,7 @@ def test_loose_bodies_alone_go_and_bones_stay(
     np.testing.assert_array_equal(found.mesh.vertices_mm, limb.vertices_mm)
     np.testing.assert_array_equal(found.mesh.faces, limb.faces)
     assert (found.inside, len(found.loose)) == (1, 1)
-    (inner,) = kept(found)
+    (inner,) = kept_findings(found)
     assert told(inner) == "1 body inside the limb, such as a bone, was written too."
     # A kernel within a loose body is no bone of the limb.
     nested = without_loose(joined(limb, shell, crumb(make_turned, 150, 0, 10)))
@@ -177,4 +183,4 @@ def test_loose_bodies_alone_go_and_bones_stay(
     other = drum_of(make_turned, 40.0, 150.0)
     two = without_loose(joined(cylinder, other.with_vertices(other.vertices_mm + 200.0)))
     assert len(two.mesh) == len(cylinder) + len(other)
-    assert kept(two)[0].code == "limb.rivals.written"
+    assert kept_findings(two)[0].code == "limb.rivals.written"

@@ -11,7 +11,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.compare.levels import changes_by_level
-from limbgram.workbench.edits.fineness import refine_where
+from limbgram.workbench.edits.refinement import refine_where
 from limbgram.workbench.measures.levels import (
     MEASURES,
     Level,

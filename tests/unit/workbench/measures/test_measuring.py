@@ -88,13 +88,13 @@ def test_other_limbs_at_a_height_are_named_and_not_taped(
     readings = (TapeReading(height_mm=100.0, girth_mm=50 * SMOOTH),)
     table = measure_limb(limb, replace(options, tape=readings))
     assert [len(row.others) for row in table.rows] == [0, 1, 1]
-    assert table.beside is not None
+    assert table.others_note is not None
     other = f"{45 * SMOOTH:.1f}"
-    assert told(table.beside).startswith("At 2 of 3 heights lie several outlines.")
-    assert told(table.beside).endswith(f"mm round: at 100 {other}; at 150 {other}.")
+    assert told(table.others_note).startswith("At 2 of 3 heights lie several outlines.")
+    assert told(table.others_note).endswith(f"mm round: at 100 {other}; at 150 {other}.")
     assert not table.tape[0].conflict
     kept = tree(table)
-    assert Finding.from_tree(kept["beside"]) == table.beside
+    assert Finding.from_tree(kept["beside"]) == table.others_note
     assert kept["levels"][0]["others"] == []
     assert kept["levels"][1]["others"][0]["contour_mm"] == pytest.approx(45 * SMOOTH, rel=3e-5)
     assert kept["smoothed_over_mm"] == 5
@@ -103,11 +103,11 @@ def test_other_limbs_at_a_height_are_named_and_not_taped(
     assert {row["girths_smoothed_over_mm"] for row in rows} == {"5.0"}
     asked = measure_limb(limb, replace(options, through="right"))
     assert value(asked.rows[1].figures, "tape_mm") == pytest.approx(45 * SMOOTH, rel=3e-5)
-    assert asked.beside is not None
-    assert asked.beside.values["on_axis"] is False
+    assert asked.others_note is not None
+    assert asked.others_note.values["on_axis"] is False
     fitted = fit_to_tape(limb, (TapeReading(height_mm=100.0, girth_mm=320.0),))
     assert fitted.changes[0].before_mm == pytest.approx(50 * SMOOTH, rel=3e-5)
-    assert measure_limb(aligned(cylinder)).beside is None
+    assert measure_limb(aligned(cylinder)).others_note is None
 
 
 def test_other_limbs_are_named_on_the_terminal_and_in_a_comparison(
@@ -180,12 +180,12 @@ def _usual_sigmas(limb: Limb) -> np.ndarray:
 def test_a_length_over_a_wall_grows_as_the_wall_does(cylinder: Mesh) -> None:
     """A quarter of the way round lengthens by a quarter of what the girth does."""
     from limbgram.workbench.measures.geodesic import shortest_path
-    from limbgram.workbench.measures.lengths import _slopes
+    from limbgram.workbench.measures.lengths import _length_slopes
 
     path = shortest_path(cylinder, np.array([50.0, 0, 100]), np.array([0.0, 50, 100]))
     sigmas = Sigmas.of(cylinder)
     wall = (np.abs(cylinder.vertices_mm[:, 2] - 100) < 99).astype(float)
-    told = float(vertex_gradient(sigmas, path, _slopes(path)) @ wall)
+    told = float(vertex_gradient(sigmas, path, _length_slopes(path)) @ wall)
     assert told == pytest.approx(CORNERS / 4, rel=0.03)
 
 
@@ -335,16 +335,16 @@ def test_it_is_told_from_what_heights_count(cylinder: Mesh) -> None:
     for up_mm, counted in ((0.3, "distal end"), (-0.3, "distal end"), (5.0, ORIGIN), (-2, ORIGIN)):
         raised = cylinder.with_vertices(cylinder.vertices_mm + np.array([0, 0, up_mm]))
         table = measure_limb(aligned(raised), at_40)
-        assert table.counted_from == counted
+        assert table.reference_name == counted
         assert table.tip_mm == pytest.approx(up_mm)
         assert tree(table)["reference"] == counted
         assert tree(table)["tip_height_mm"] == pytest.approx(up_mm)
         assert next(csv.DictReader(io.StringIO(csv_text(table))))["reference"] == counted
-        assert ("the tip lies at" in table.counting) == (counted == ORIGIN)
-    assert table.counting == f"the {ORIGIN}; the tip lies at -2.0 mm"
+        assert ("the tip lies at" in table.reference_phrase) == (counted == ORIGIN)
+    assert table.reference_phrase == f"the {ORIGIN}; the tip lies at -2.0 mm"
     limb = aligned(raised, ("knee", 50, 0, 160.0))
     assert (
-        measure_limb(limb, LimbMeasureOptions(heights_mm=(-100,), reference="knee")).counting
+        measure_limb(limb, LimbMeasureOptions(heights_mm=(-100,), reference="knee")).reference_phrase
         == "knee"
     )
 
@@ -437,7 +437,7 @@ def test_a_tip_within_half_a_millimetre_of_the_origin_is_where_heights_begin(
 ) -> None:
     lifted = cylinder.with_vertices(cylinder.vertices_mm + np.array([0.0, 0.0, off_mm]))
     table = measure_limb(aligned(lifted), LimbMeasureOptions(spacing_mm=100))
-    assert replace(table, tip_mm=off_mm).counted_from == counted
+    assert replace(table, tip_mm=off_mm).reference_name == counted
 
 
 def test_more_than_five_thousand_levels_are_refused(cylinder: Mesh) -> None:

@@ -14,7 +14,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.limb_file import write_limb
-from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.thickness import wall_thickness
 from limbgram.workbench.limb import AlignedLimb, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_inside, measure_limb
 
@@ -130,11 +130,11 @@ def test_without_a_word_the_outside_is_measured_and_said_to_be() -> None:
 
 
 def test_a_wall_tells_where_it_is_thinnest() -> None:
-    even = wall_of(cup().mesh)
+    even = wall_thickness(cup().mesh)
     assert even is not None
     assert even.thinnest_mm == pytest.approx((OUTER_MM - INNER_MM) * FLAT, rel=1e-3)
     assert even.median_mm == pytest.approx((OUTER_MM - INNER_MM) * FLAT, rel=1e-3)
-    thin = wall_of(cup(3.5).mesh)
+    thin = wall_thickness(cup(3.5).mesh)
     assert thin is not None
     assert thin.thinnest_mm == pytest.approx((OUTER_MM - INNER_MM - 3.5) * FLAT, abs=0.01)
     assert thin.place_mm[0] > 43

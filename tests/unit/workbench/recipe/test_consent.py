@@ -19,9 +19,9 @@ from limbgram.workbench.edits.edit import Edit, Effect, edit
 from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.mirror import Mirror
 from limbgram.workbench.edits.offset import Offset
-from limbgram.workbench.edits.oval import Oval, set_in
+from limbgram.workbench.edits.oval import Oval, move_oval
 from limbgram.workbench.edits.pad import Pad
-from limbgram.workbench.edits.pressing import DEEPEST_MM
+from limbgram.workbench.edits.pressing import USUAL_DEPTH_MM
 from limbgram.workbench.edits.reduction import Reduction
 from limbgram.workbench.edits.relieve import Relieve
 from limbgram.workbench.edits.room import Room
@@ -29,7 +29,7 @@ from limbgram.workbench.edits.sock import Sock
 from limbgram.workbench.frame.landmarks import known_anywhere
 from limbgram.workbench.frame.sensitive import SENSITIVE, sensitive_place
 from limbgram.workbench.limb import KINDS, AlignedLimb, Landmark, Limb, LimbFrame
-from limbgram.workbench.recipe.consent import concerns_of, lacking, words_for
+from limbgram.workbench.recipe.consent import concerns_of, not_accepted, words_for
 from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
 from limbgram.workbench.recipe.ledger import lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, accepted, added, replay, replay_as_it_is
@@ -213,7 +213,7 @@ def test_what_sets_a_depth_at_a_place_says_whether_it_carves() -> None:
             """Carve a groove."""
 
             def apply(self, limb: Limb) -> Limb:
-                return set_in(limb, self, -1.0)
+                return move_oval(limb, self, -1.0)
 
         return edit(group="areas", order=99, effect=effect, example=of)(Groove)
 
@@ -243,7 +243,7 @@ def test_a_limb_without_landmarks_is_not_guessed_at() -> None:
 
 @pytest.mark.parametrize("kind", [Load, Relieve])
 def test_a_depth_beyond_the_limit_needs_its_own_word(kind: type[Load] | type[Relieve]) -> None:
-    assert DEEPEST_MM == 10.0
+    assert USUAL_DEPTH_MM == 10.0
     at = "patellar tendon"
     added(recipe(), kind(at=at, depth_mm=10.0, falloff_mm=40.0))
     deep = kind(at=at, depth_mm=12.5, falloff_mm=40.0)
@@ -352,4 +352,4 @@ def test_the_command_refuses_takes_the_word_and_marks_it(tmp_path: Path) -> None
 def test_ten_millimetres_are_the_usual_depth(depth_mm: float, needs: tuple[str, ...]) -> None:
     load = Load(at="patellar tendon", depth_mm=depth_mm, falloff_mm=20.0)
     found = concerns_of(load, ())
-    assert words_for(lacking(found)) == needs
+    assert words_for(not_accepted(found)) == needs

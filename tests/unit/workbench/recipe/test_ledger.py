@@ -23,7 +23,7 @@ from limbgram.workbench.edits.wall import Wall
 from limbgram.workbench.limb import AlignedLimb, Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.recipe.file import make_edit
-from limbgram.workbench.recipe.ledger import SPACING_MM, choose_levels, gone_along, lines_of
+from limbgram.workbench.recipe.ledger import SPACING_MM, choose_levels, covers_after, lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
 SIDES = 256
@@ -279,7 +279,7 @@ def test_a_cover_stays_where_vertices_were_numbered_anew() -> None:
     faces = len(limb.mesh) - 1 - limb.mesh.faces
     anew = replace(limb, mesh=Mesh(vertices_mm=limb.mesh.vertices_mm[::-1].copy(), faces=faces))
     cover = limb.mesh.vertices_mm[:5]
-    np.testing.assert_array_equal(gone_along((cover,), limb, anew)[0], cover)
+    np.testing.assert_array_equal(covers_after((cover,), limb, anew)[0], cover)
 
 
 def test_a_wall_has_no_volume_to_compare_with_the_limb() -> None:

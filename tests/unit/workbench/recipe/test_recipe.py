@@ -15,7 +15,7 @@ from limbgram.core.request_fields import Declared, declared
 from limbgram.findings import LANGUAGES, Finding, doubt, told
 from limbgram.findings.tell import terms
 from limbgram.workbench.edits.edit import Edit, name_of, words_in
-from limbgram.workbench.edits.editing import EDIT_NAMED, EDITS, require_sense
+from limbgram.workbench.edits.editing import EDIT_NAMED, EDITS, require_valid
 from limbgram.workbench.edits.load import Load
 from limbgram.workbench.edits.offset import Offset
 from limbgram.workbench.edits.relieve import Relieve
@@ -25,7 +25,7 @@ from limbgram.workbench.recipe.recipe import (
     Entry,
     Recipe,
     added,
-    described,
+    described_entry,
     differences,
     moved,
     removed,
@@ -132,7 +132,7 @@ def test_both_ends_of_every_range_are_taken_as_it_says_and_nothing_beyond(
         given: Any = [number] * 2 if one.several else number
         values = {**kind.about.example, one.name: int(given) if one.hint is int else given}
         try:
-            require_sense(make_edit(name_of(kind), values, "the test"))
+            require_valid(make_edit(name_of(kind), values, "the test"))
         except EditError as error:
             return error.finding
         return None
@@ -315,7 +315,7 @@ def test_every_kind_of_edit_has_a_name_for_people() -> None:
 
 def test_an_edit_that_is_all_default_says_what_it_does() -> None:
     made = make_edit("sock", {}, "The new edit")
-    assert described(Entry(edit=made)) == "sock: thickness_mm = 0.3"
+    assert described_entry(Entry(edit=made)) == "sock: thickness_mm = 0.3"
 
 
 def test_a_recipe_holds_a_thousand_edits_and_no_more() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from limbgram.workbench.templates.learning import found_alike, robust
+from limbgram.workbench.templates.learning import robust_mean, significant_nodes
 
 HEIGHTS, ANGLES = 24, 40
 SPACING_MM = 5.0
@@ -33,8 +33,8 @@ def ripples(seed: int, pairs: int) -> np.ndarray:
 
 
 def kept_of(fields: np.ndarray) -> np.ndarray:
-    mean, _ = robust(fields)
-    return found_alike(fields, 0.05) & (np.abs(mean) >= LEAST_MM)
+    mean, _ = robust_mean(fields)
+    return significant_nodes(fields, 0.05) & (np.abs(mean) >= LEAST_MM)
 
 
 @pytest.mark.parametrize("pairs", [3, pytest.param(5, marks=pytest.mark.slow)])
@@ -57,10 +57,10 @@ def test_a_relief_of_six_millimetres_is_found_and_nothing_beside_it(pairs: int) 
 def test_what_one_pair_knows_is_kept_and_what_none_knows_is_not() -> None:
     alone = ripples(0, 1)
     alone[0, 0] = np.nan
-    np.testing.assert_array_equal(found_alike(alone, 0.05), np.isfinite(alone[0]))
+    np.testing.assert_array_equal(significant_nodes(alone, 0.05), np.isfinite(alone[0]))
     pairs = 5 + ripples(1, 3)
     pairs[:, -2:] = np.nan
     pairs[0, :4] = np.nan
-    kept = found_alike(pairs, 0.05)
+    kept = significant_nodes(pairs, 0.05)
     assert kept[:-3].mean() > 0.9
     assert not kept[-1].any()

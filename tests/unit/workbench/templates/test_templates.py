@@ -21,7 +21,7 @@ from limbgram.workbench.edits.repose import Repose
 from limbgram.workbench.limb import Landmark
 from limbgram.workbench.recipe.ledger import lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
-from limbgram.workbench.templates.chart_field import fit_field, node_heights, read_field
+from limbgram.workbench.templates.chart_field import evaluate_field, fit_field, node_heights
 from limbgram.workbench.templates.charts import LimbChart, plain_chart, pulled_chart
 from limbgram.workbench.templates.files import decode_template, encode_template, read_template
 from limbgram.workbench.templates.learning import LearnOptions, Pair, learn
@@ -264,7 +264,7 @@ def test_the_chart_puts_landmarks_where_the_template_has_them(bench) -> None:
         if mark.name in wanted:
             place = chart.places(mark.position_mm[None])[0]
             np.testing.assert_allclose(place, wanted[mark.name], atol=1e-5)
-    tip = plain.own(np.zeros((1, 3)))[0, 0]
+    tip = plain.unpulled(np.zeros((1, 3)))[0, 0]
     assert tip == pytest.approx(-0.4)
 
 
@@ -291,7 +291,7 @@ def test_no_chart_that_is_accepted_folds(bench) -> None:
             refused += 1
             continue
         accepted += 1
-        pulled = chart.pulled(grid.reshape(-1, 2)).reshape(grid.shape)
+        pulled = chart.with_pull(grid.reshape(-1, 2)).reshape(grid.shape)
         up, round_ = np.diff(pulled, axis=0)[:, :-1], np.diff(pulled, axis=1)[:-1]
         turned = up[..., 0] * round_[..., 1] - up[..., 1] * round_[..., 0]
         assert turned.min() > 0
@@ -317,7 +317,7 @@ def test_a_pull_that_turns_the_chart_over_askew_is_refused(bench) -> None:
         )
 
     middle = np.array([[0.5, 0.0]])
-    assert 0.2 < pulled(0.5).spacing(middle)[0] < 0.5
+    assert 0.2 < pulled(0.5).least_stretch(middle)[0] < 0.5
     with pytest.raises(MeasureError, match="another order"):
         pulled(1.0)
 
@@ -339,10 +339,10 @@ def test_a_field_gives_back_a_smooth_function() -> None:
         return np.sin(3 * at[:, 0]) * np.clip(at[:, 0] + 0.4, 0, 1) * np.cos(2 * at[:, 1] + 0.3)
 
     field = fit_field(places, truth(places), heights)
-    error = read_field(field, heights, places) - truth(places)
+    error = evaluate_field(field, heights, places) - truth(places)
     assert rms(error) < 0.005
     seam = np.column_stack([np.full(50, 0.5), np.linspace(np.pi - 0.1, np.pi + 0.1, 50)])
-    assert np.abs(np.diff(read_field(field, heights, seam))).max() < 0.01
+    assert np.abs(np.diff(evaluate_field(field, heights, seam))).max() < 0.01
 
 
 def test_a_file_reads_back_and_stays_short(learned, own, tmp_path) -> None:

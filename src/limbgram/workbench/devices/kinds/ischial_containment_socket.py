@@ -1,6 +1,6 @@
 """Transfemoral socket, ischial containment."""
 
-from limbgram.workbench.devices.device import SOCKET, Device, Width
+from limbgram.workbench.devices.device import SOCKET, Device, WidthCheck
 from limbgram.workbench.devices.presets.brims import ISCHIAL_CONTAINMENT, SKELETAL_ML
 from limbgram.workbench.devices.presets.ends import DISTAL_PAD, PAD, STRIP, strip_behind
 from limbgram.workbench.devices.presets.labels import beside_socket
@@ -17,6 +17,6 @@ DEVICE = Device(
     pads=(DISTAL_PAD,),
     ridges=(strip_behind("ischial tuberosity", -30.0),),
     adapter="hip",
-    widths=(Width(measure="skeletal_ml_mm", at="ischial tuberosity"),),
+    widths=(WidthCheck(measure="skeletal_ml_mm", at="ischial tuberosity"),),
     more=(SKELETAL_ML, PAD, STRIP),
 )

@@ -6,7 +6,7 @@ and measures of its own.
 """
 
 from limbgram.core.request_fields import Within
-from limbgram.workbench.devices.trims import Amount, Loop, Measure, Trim, TrimPoint, mirrored
+from limbgram.workbench.devices.trims import Amount, Loop, Measure, Trim, TrimPoint, mirrored_points
 from limbgram.workbench.kinds.foot import USUAL_TRIM_MM
 
 _OTHER = {
@@ -94,7 +94,7 @@ TOE_EDGE = Measure(
     en="Toe plate, height of its edge over the sole",
     de="Zehenplatte, Randhöhe über der Sohle",
 )
-_HEEL_PLACE = TrimPoint(name="heel", at="heel", seen="posterior", axes="foot")
+_HEEL_PLACE = TrimPoint(name="heel", at="heel", seen_from="posterior", axes="foot")
 
 
 def _calf(front_deg: float, top: Amount) -> tuple[TrimPoint, ...]:
@@ -124,7 +124,7 @@ _SHIN = TrimPoint(
     around_deg=78.0,
 )
 _ANKLE = TrimPoint(
-    name="ankle, lateral", at="lateral malleolus", ahead_mm="ankle_lateral_mm", seen="lateral"
+    name="ankle, lateral", at="lateral malleolus", ahead_mm="ankle_lateral_mm", seen_from="lateral"
 )
 _WALL = TrimPoint(
     name="wall, lateral",
@@ -152,7 +152,7 @@ _TO_TOES = (
     ),
 )
 _TOES = TrimPoint(
-    name="toes", at="second toe", above_sole_mm="toe_edge_mm", axes="foot", seen="anterior"
+    name="toes", at="second toe", above_sole_mm="toe_edge_mm", axes="foot", seen_from="anterior"
 )
 _TO_PLATE_END = (
     TrimPoint(
@@ -162,7 +162,7 @@ _TO_PLATE_END = (
         share=0.22,
         ahead_mm=("-wall_end_mm", -8.0),
         axes="foot",
-        seen="plantar",
+        seen_from="plantar",
     ),
 )
 _PLATE_END = TrimPoint(
@@ -172,7 +172,7 @@ _PLATE_END = TrimPoint(
     share=0.5,
     ahead_mm=("-wall_end_mm", -8.0),
     axes="foot",
-    seen="plantar",
+    seen_from="plantar",
 )
 
 
@@ -183,7 +183,7 @@ def _round(
 
     The top follows the fibula's head on both sides: the upper edge is level.
     """
-    return (behind, *lateral, front, *mirrored(lateral, _OTHER))
+    return (behind, *lateral, front, *mirrored_points(lateral, _OTHER))
 
 
 SOLID = Trim(
@@ -230,14 +230,14 @@ LEAF_SPRING = Trim(
                         share=0.5,
                         up_mm="spring_height_mm",
                         out_mm="0.5*spring_width_mm",
-                        seen="posterior",
+                        seen_from="posterior",
                     ),
                     TrimPoint(
                         name="ankle, lateral",
                         at="lateral malleolus",
                         ahead_mm="-ankle_lateral_mm",
                         up_mm=-6.0,
-                        seen="lateral",
+                        seen_from="lateral",
                     ),
                     _WALL,
                     _WALL_END,
@@ -279,7 +279,9 @@ CALF_BELOW = Measure(
 
 
 def _ear(name: str, ahead: Amount, up: Amount) -> TrimPoint:
-    return TrimPoint(name=name, at="lateral malleolus", ahead_mm=ahead, up_mm=up, seen="lateral")
+    return TrimPoint(
+        name=name, at="lateral malleolus", ahead_mm=ahead, up_mm=up, seen_from="lateral"
+    )
 
 
 HINGED_CALF = Trim(
@@ -466,7 +468,7 @@ SUPRAMALLEOLAR = Trim(
                         at="lateral malleolus",
                         ahead_mm="ankle_lateral_mm",
                         up_mm=4.0,
-                        seen="lateral",
+                        seen_from="lateral",
                     ),
                     _WALL,
                     _WALL_END,
@@ -515,7 +517,7 @@ def _insole(measures: tuple[Measure, ...]) -> Trim:
                         at="heel",
                         above_sole_mm="cup_mm",
                         axes="foot",
-                        seen="posterior",
+                        seen_from="posterior",
                     ),
                     (
                         TrimPoint(
@@ -545,7 +547,9 @@ def _insole(measures: tuple[Measure, ...]) -> Trim:
                     ),
                     _PLATE_END,
                 ),
-                keeps=TrimPoint(name="sole", at="heel", ahead_mm=30.0, axes="foot", seen="plantar"),
+                keeps=TrimPoint(
+                    name="sole", at="heel", ahead_mm=30.0, axes="foot", seen_from="plantar"
+                ),
             ),
         ),
         measures=measures,

@@ -4,9 +4,9 @@ Each brim is one edge round the limb, its points at heights over landmarks, seen
 """
 
 from limbgram.core.request_fields import Within
-from limbgram.workbench.devices.trims import Loop, Measure, Trim, TrimPoint, round_axis
+from limbgram.workbench.devices.trims import Loop, Measure, Trim, TrimPoint, point_round_axis
 
-_END = TrimPoint(name="distal end", at="distal end", seen="anterior", up_mm=12.0)
+_END = TrimPoint(name="distal end", at="distal end", seen_from="anterior", up_mm=12.0)
 
 
 FRONT = Measure(
@@ -52,16 +52,16 @@ def _below_knee(sides: TrimPoint, measures: tuple[Measure, ...]) -> Trim:
             Loop(
                 name="brim",
                 points=(
-                    round_axis("back", "patellar tendon", "back_mm", 180.0),
-                    round_axis(
+                    point_round_axis("back", "patellar tendon", "back_mm", 180.0),
+                    point_round_axis(
                         "scoop, lateral", "patellar tendon", ("back_mm", "-scoop_mm"), 142.0
                     ),
                     sides,
-                    round_axis("corner, lateral", "mid patella", ("front_mm", -2.0), 42.0),
-                    round_axis("front", "mid patella", "front_mm", 0.0),
-                    round_axis("corner, medial", "mid patella", ("front_mm", -2.0), -42.0),
+                    point_round_axis("corner, lateral", "mid patella", ("front_mm", -2.0), 42.0),
+                    point_round_axis("front", "mid patella", "front_mm", 0.0),
+                    point_round_axis("corner, medial", "mid patella", ("front_mm", -2.0), -42.0),
                     medial,
-                    round_axis(
+                    point_round_axis(
                         "scoop, medial", "patellar tendon", ("back_mm", "-scoop_mm"), -142.0
                     ),
                 ),
@@ -72,10 +72,10 @@ def _below_knee(sides: TrimPoint, measures: tuple[Measure, ...]) -> Trim:
     )
 
 
-_PTB_SIDE = round_axis("side, lateral", "mid patella", "sides_mm", 90.0)
+_PTB_SIDE = point_round_axis("side, lateral", "mid patella", "sides_mm", 90.0)
 PTB = _below_knee(_PTB_SIDE, (FRONT, SIDES, BACK, SCOOP))
 SUPRACONDYLAR = _below_knee(
-    round_axis("side, lateral", "lateral femoral epicondyle", "sides_mm", 90.0),
+    point_round_axis("side, lateral", "lateral femoral epicondyle", "sides_mm", 90.0),
     (
         FRONT,
         Measure(
@@ -149,14 +149,14 @@ QUADRILATERAL = Trim(
         Loop(
             name="brim",
             points=(
-                round_axis("back, seat", "ischial tuberosity", "seat_mm", 180.0),
-                round_axis("back, lateral", "ischial tuberosity", ("seat_mm", 8.0), 135.0),
-                round_axis("lateral", "greater trochanter", "lateral_wall_mm", 90.0),
-                round_axis("front, lateral", "ischial tuberosity", "front_wall_mm", 45.0),
-                round_axis("front", "ischial tuberosity", "front_wall_mm", 0.0),
-                round_axis("front, medial", "ischial tuberosity", "0.5*front_wall_mm", -48.0),
-                round_axis("medial", "ischial tuberosity", "seat_mm", -90.0),
-                round_axis("seat, medial", "ischial tuberosity", "seat_mm", -140.0),
+                point_round_axis("back, seat", "ischial tuberosity", "seat_mm", 180.0),
+                point_round_axis("back, lateral", "ischial tuberosity", ("seat_mm", 8.0), 135.0),
+                point_round_axis("lateral", "greater trochanter", "lateral_wall_mm", 90.0),
+                point_round_axis("front, lateral", "ischial tuberosity", "front_wall_mm", 45.0),
+                point_round_axis("front", "ischial tuberosity", "front_wall_mm", 0.0),
+                point_round_axis("front, medial", "ischial tuberosity", "0.5*front_wall_mm", -48.0),
+                point_round_axis("medial", "ischial tuberosity", "seat_mm", -90.0),
+                point_round_axis("seat, medial", "ischial tuberosity", "seat_mm", -140.0),
             ),
             keeps=_END,
         ),
@@ -178,14 +178,20 @@ ISCHIAL_CONTAINMENT = Trim(
         Loop(
             name="brim",
             points=(
-                round_axis("back", "ischial tuberosity", ("seat_mm", 6.0), 180.0),
-                round_axis("back, lateral", "ischial tuberosity", ("seat_mm", 12.0), 135.0),
-                round_axis("lateral", "greater trochanter", "lateral_wall_mm", 90.0),
-                round_axis("front, lateral", "ischial tuberosity", "front_wall_mm", 45.0),
-                round_axis("front", "ischial tuberosity", "front_wall_mm", 0.0),
-                round_axis("front, medial", "ischial tuberosity", ("0.6*contain_mm", 2.0), -45.0),
-                round_axis("ramus", "ischial tuberosity", "contain_mm", (-90.0, "-ramus_deg")),
-                round_axis("ischium", "ischial tuberosity", "contain_mm", (-115.0, "-ramus_deg")),
+                point_round_axis("back", "ischial tuberosity", ("seat_mm", 6.0), 180.0),
+                point_round_axis("back, lateral", "ischial tuberosity", ("seat_mm", 12.0), 135.0),
+                point_round_axis("lateral", "greater trochanter", "lateral_wall_mm", 90.0),
+                point_round_axis("front, lateral", "ischial tuberosity", "front_wall_mm", 45.0),
+                point_round_axis("front", "ischial tuberosity", "front_wall_mm", 0.0),
+                point_round_axis(
+                    "front, medial", "ischial tuberosity", ("0.6*contain_mm", 2.0), -45.0
+                ),
+                point_round_axis(
+                    "ramus", "ischial tuberosity", "contain_mm", (-90.0, "-ramus_deg")
+                ),
+                point_round_axis(
+                    "ischium", "ischial tuberosity", "contain_mm", (-115.0, "-ramus_deg")
+                ),
             ),
             keeps=_END,
         ),

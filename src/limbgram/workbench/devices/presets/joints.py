@@ -38,7 +38,9 @@ def joint_seats(up_mm: Amount) -> tuple[Seat, ...]:
     return tuple(
         Seat(
             name=f"joint, {side}",
-            at=TrimPoint(name=f"joint, {side}", at=f"{side} malleolus", up_mm=up_mm, seen=side),
+            at=TrimPoint(
+                name=f"joint, {side}", at=f"{side} malleolus", up_mm=up_mm, seen_from=side
+            ),
             axis=("medial malleolus", "lateral malleolus"),
             radius_mm=8.0,
             rise_mm=1.5,

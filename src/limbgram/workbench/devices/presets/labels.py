@@ -23,7 +23,7 @@ UNDER_SOLE = Label(
         towards="second toe",
         share=0.35,
         axes="foot",
-        seen="plantar",
+        seen_from="plantar",
     ),
     runs="ahead",
 )

@@ -22,7 +22,7 @@ def _rib(side: str) -> Ridge:
                 at=f"{side} malleolus",
                 towards="heel",
                 share=0.4,
-                seen="lateral" if side == "lateral" else "medial",
+                seen_from="lateral" if side == "lateral" else "medial",
             ),
             TrimPoint(
                 name="rib, high",

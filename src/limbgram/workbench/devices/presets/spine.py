@@ -10,8 +10,8 @@ from limbgram.workbench.devices.trims import (
     Measure,
     Trim,
     TrimPoint,
-    mirrored,
-    round_axis,
+    mirrored_points,
+    point_round_axis,
 )
 
 _PAIRED = ("axilla", "trochanter", "iliac spine")
@@ -126,20 +126,22 @@ VENTS = _vents(
 
 
 _TOP_RIGHT = (
-    round_axis("back, right", "right axilla", ("-below_axilla_mm", "back_top_mm", -4.0), 135.0),
-    round_axis("arm, right", "right axilla", "-below_axilla_mm", 90.0),
-    round_axis("chest, right", "xiphoid", ("0.9*front_top_mm", 12.0), 42.0),
+    point_round_axis(
+        "back, right", "right axilla", ("-below_axilla_mm", "back_top_mm", -4.0), 135.0
+    ),
+    point_round_axis("arm, right", "right axilla", "-below_axilla_mm", 90.0),
+    point_round_axis("chest, right", "xiphoid", ("0.9*front_top_mm", 12.0), 42.0),
 )
 _BOTTOM_RIGHT = (
-    round_axis("seat, right", "coccyx", ("over_coccyx_mm", 2.0), 142.0),
-    round_axis("side, right", "right trochanter", "over_trochanter_mm", 90.0),
-    round_axis("groin, right", "right iliac spine", "-groin_mm", 45.0),
+    point_round_axis("seat, right", "coccyx", ("over_coccyx_mm", 2.0), 142.0),
+    point_round_axis("side, right", "right trochanter", "over_trochanter_mm", 90.0),
+    point_round_axis("groin, right", "right iliac spine", "-groin_mm", 45.0),
 )
-FRONT_TOP = round_axis("front", "xiphoid", "front_top_mm", 0.0)
-FRONT_BOTTOM = round_axis("front", "pubic symphysis", "over_pubis_mm", 0.0)
-BACK_TOP = round_axis("back", "right axilla", ("-below_axilla_mm", "back_top_mm"), 180.0)
-BACK_BOTTOM = round_axis("back", "coccyx", "over_coccyx_mm", 180.0)
-_WAIST = TrimPoint(name="navel", at="navel", seen="anterior")
+FRONT_TOP = point_round_axis("front", "xiphoid", "front_top_mm", 0.0)
+FRONT_BOTTOM = point_round_axis("front", "pubic symphysis", "over_pubis_mm", 0.0)
+BACK_TOP = point_round_axis("back", "right axilla", ("-below_axilla_mm", "back_top_mm"), 180.0)
+BACK_BOTTOM = point_round_axis("back", "coccyx", "over_coccyx_mm", 180.0)
+_WAIST = TrimPoint(name="navel", at="navel", seen_from="anterior")
 THORACOLUMBOSACRAL = Trim(
     loops=(
         Loop(
@@ -148,7 +150,7 @@ THORACOLUMBOSACRAL = Trim(
                 BACK_TOP,
                 *_TOP_RIGHT,
                 FRONT_TOP,
-                *mirrored(_TOP_RIGHT, _OTHER),
+                *mirrored_points(_TOP_RIGHT, _OTHER),
             ),
             keeps=_WAIST,
         ),
@@ -158,7 +160,7 @@ THORACOLUMBOSACRAL = Trim(
                 BACK_BOTTOM,
                 *_BOTTOM_RIGHT,
                 FRONT_BOTTOM,
-                *mirrored(_BOTTOM_RIGHT, _OTHER),
+                *mirrored_points(_BOTTOM_RIGHT, _OTHER),
             ),
             keeps=_WAIST,
         ),

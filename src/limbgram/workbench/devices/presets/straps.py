@@ -6,8 +6,8 @@ Margins go from the edge as it was drawn to the slot's nearest side, over the su
 from dataclasses import replace
 
 from limbgram.core.request_fields import Within
-from limbgram.workbench.devices.device import Inside, Slit, Slot
-from limbgram.workbench.devices.trims import Measure, TrimPoint, terms_of
+from limbgram.workbench.devices.device import EdgeMargin, Slit, Slot
+from limbgram.workbench.devices.trims import Measure, TrimPoint, terms_in
 
 STRAP_BELOW = Measure(
     name="strap_below_mm",
@@ -53,13 +53,13 @@ def calf_slots(front_deg: float) -> tuple[Slot, ...]:
             width_mm=5.0,
             strap="strap_mm",
             inside=(
-                Inside(
+                EdgeMargin(
                     edge="edge",
                     margin_mm="strap_below_mm",
                     away="down",
                     stretch=("top, medial", "top, lateral"),
                 ),
-                Inside(
+                EdgeMargin(
                     edge="edge",
                     margin_mm="strap_back_mm",
                     away="round" if sign > 0 else "back",
@@ -129,13 +129,13 @@ def opening_slots(
         lower: The edge under it, likewise.
     """
 
-    chest = (*terms_of(upper.up_mm), "-chest_strap_below_mm", "-0.5*chest_strap_mm")
-    pelvis = (*terms_of(lower.up_mm), "pelvis_strap_above_mm", "0.5*pelvis_strap_mm")
+    chest = (*terms_in(upper.up_mm), "-chest_strap_below_mm", "-0.5*chest_strap_mm")
+    pelvis = (*terms_in(lower.up_mm), "pelvis_strap_above_mm", "0.5*pelvis_strap_mm")
     waist = TrimPoint(
         name="", at="right waist", towards="left waist", share=0.5, up_mm="waist_strap_up_mm"
     )
-    below = Inside(edge="upper edge", margin_mm="chest_strap_below_mm", away="down")
-    above = Inside(edge="lower edge", margin_mm="pelvis_strap_above_mm", away="up")
+    below = EdgeMargin(edge="upper edge", margin_mm="chest_strap_below_mm", away="down")
+    above = EdgeMargin(edge="lower edge", margin_mm="pelvis_strap_above_mm", away="up")
     places = (
         ("chest", replace(upper, up_mm=chest), (below,), ""),
         ("waist", waist, (), "waist_strap_up_mm"),
@@ -151,7 +151,7 @@ def opening_slots(
                 round_mm=tuple(
                     f"{sign}{term}"
                     for term in (
-                        *(f"0.5*{one}" for one in terms_of(slit.width_mm)),
+                        *(f"0.5*{one}" for one in terms_in(slit.width_mm)),
                         "slots_back_mm",
                     )
                 ),
@@ -162,7 +162,9 @@ def opening_slots(
             asked=f"{name}_strap_mm",
             inside=(
                 *inside,
-                Inside(edge=slit.name, margin_mm="slots_back_mm", away="back" if sign else "round"),
+                EdgeMargin(
+                    edge=slit.name, margin_mm="slots_back_mm", away="back" if sign else "round"
+                ),
             ),
             yields=yields,
         )

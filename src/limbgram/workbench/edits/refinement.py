@@ -1,4 +1,4 @@
-"""Fineness: edges split where an edit needs finer triangles; the surface itself stays as it is."""
+"""Refinement: edges split where an edit needs finer triangles, on the unchanged surface."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -10,21 +10,21 @@ from limbgram.core.mesh.mesh import Mesh, lengths, longest_sides_mm
 from limbgram.core.mesh.topology import Edges, find_edges
 
 _MOST_ROUNDS = 16
-_ALONG = 8.0
-"""Edges along what fades, at least."""
+_EDGES_PER_FALLOFF = 8.0
+"""Least number of edges along a falloff."""
 _FINEST_MM = 0.4
-Under = Callable[[Mesh], Bool[np.ndarray, " f"]]
-"""Tells which faces of a mesh must be fine."""
+FaceSelector = Callable[[Mesh], Bool[np.ndarray, " f"]]
+"""Selects the faces of a mesh that must be fine."""
 
 
-def edge_along_mm(length_mm: float) -> float:
-    """Edges by which what fades over a length looks smooth."""
-    return max(length_mm / _ALONG, _FINEST_MM)
+def edge_for_falloff_mm(length_mm: float) -> float:
+    """Edge length with which a falloff over a length looks smooth."""
+    return max(length_mm / _EDGES_PER_FALLOFF, _FINEST_MM)
 
 
 @dataclass(frozen=True)
-class Division:
-    """A mesh with split edges; the old vertices come first, as they were."""
+class SplitMesh:
+    """A mesh with split edges; the old vertices come first, unchanged."""
 
     mesh: Mesh
     parents: Int64[np.ndarray, " f"]
@@ -32,26 +32,26 @@ class Division:
 
 
 def refine_where(mesh: Mesh, chosen: Bool[np.ndarray, " f"], edge_mm: float) -> Mesh:
-    """Halve edges of the chosen faces, and of what they become, until none is longer."""
+    """Halve edges of the chosen faces, and of their parts, until none is longer."""
     for _ in range(_MOST_ROUNDS):
-        division = _halved(mesh, chosen, edge_mm)
+        division = _one_halving(mesh, chosen, edge_mm)
         if division is None:
             break
         mesh, chosen = division.mesh, chosen[division.parents]
     return mesh
 
 
-def refine_under(mesh: Mesh, under: Under, edge_mm: float) -> Mesh:
-    """Halve edges of the faces that `under` finds, asked anew each time, until none is longer."""
+def refine_selected(mesh: Mesh, select: FaceSelector, edge_mm: float) -> Mesh:
+    """Halve edges of the faces that `select` finds in each round, until none is longer."""
     for _ in range(_MOST_ROUNDS):
-        division = _halved(mesh, under(mesh), edge_mm)
+        division = _one_halving(mesh, select(mesh), edge_mm)
         if division is None:
             break
         mesh = division.mesh
     return mesh
 
 
-def _halved(mesh: Mesh, chosen: Bool[np.ndarray, " f"], edge_mm: float) -> Division | None:
+def _one_halving(mesh: Mesh, chosen: Bool[np.ndarray, " f"], edge_mm: float) -> SplitMesh | None:
     """One round of halving; None where no edge is too long.
 
     With a face's edge its longest edge is split too, so that no triangle becomes thin.
@@ -71,20 +71,20 @@ def _halved(mesh: Mesh, chosen: Bool[np.ndarray, " f"], edge_mm: float) -> Divis
         if split[more].all():
             break
         split[more] = True
-    return divide(mesh, edges, split, np.full(len(long_mm), 0.5))
+    return split_edges(mesh, edges, split, np.full(len(long_mm), 0.5))
 
 
-def divide(
+def split_edges(
     mesh: Mesh,
     edges: Edges,
     split: Bool[np.ndarray, " e"],
     shares: Float64[np.ndarray, " e"],
-) -> Division:
-    """Split edges at a share of the way between their ends; each face becomes one to four."""
+) -> SplitMesh:
+    """Split edges at a share of their length; each face becomes one to four."""
     made = np.flatnonzero(split)
     middle = np.full(len(split), -1, np.int64)
     middle[made] = len(mesh) + np.arange(len(made))
-    grown = _with_points_on_edges(mesh, edges.ends[made].astype(np.int64), shares[made])
+    grown = _with_edge_points(mesh, edges.ends[made].astype(np.int64), shares[made])
     on_face = middle[edges.of_half_edge].reshape(-1, 3)
     count = (on_face >= 0).sum(1)
     parts: list[np.ndarray] = [mesh.faces[count == 0].astype(np.int64)]
@@ -96,17 +96,17 @@ def divide(
         order = (turn[:, None] + np.arange(3)) % 3
         corners = np.take_along_axis(mesh.faces[rows].astype(np.int64), order, 1)
         middles = np.take_along_axis(on_face[rows], order, 1)
-        pieces = _pieces(grown, corners, middles, marks)
+        pieces = _parts_of_faces(grown, corners, middles, marks)
         parts.append(pieces.reshape(-1, 3))
         parents.append(np.repeat(rows, marks + 1))
     faces = np.concatenate(parts).astype(np.int32)
-    return Division(replace(grown, faces=faces), np.concatenate(parents))
+    return SplitMesh(replace(grown, faces=faces), np.concatenate(parents))
 
 
-def _pieces(
+def _parts_of_faces(
     mesh: Mesh, corners: Int64[np.ndarray, "k 3"], middles: Int64[np.ndarray, "k 3"], marks: int
 ) -> Int64[np.ndarray, "k p 3"]:
-    """The parts of faces with so many split edges."""
+    """The parts of faces that have one, two or three split edges."""
     a, b, c = corners.T
     ab, bc, ca = middles.T
     if marks == 1:
@@ -123,10 +123,10 @@ def _pieces(
     return np.stack(faces, axis=1).reshape(len(a), marks + 1, 3)
 
 
-def _with_points_on_edges(
+def _with_edge_points(
     mesh: Mesh, ends: Int64[np.ndarray, "k 2"], shares: Float64[np.ndarray, " k"]
 ) -> Mesh:
-    """The mesh with more vertices, each between two; all that is known is blended."""
+    """The mesh with a vertex added on each edge; per-vertex values are interpolated."""
     first, second = mesh.vertices_mm[ends[:, 0]], mesh.vertices_mm[ends[:, 1]]
     known = mesh.of_vertices(
         lambda one, values: np.concatenate([values, one.between(values, ends, shares)])
