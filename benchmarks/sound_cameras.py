@@ -117,10 +117,10 @@ def _one(kind: str, seed: int) -> dict[str, Any]:
         "sigma_px": alike.sigma_px,
         "asked": {
             one.deviation: {
-                "fall_a_number": one.fall / one.freedom,
-                "chance": one.chance,
-                "fall": one.fall,
-                "explains": one.fall - A_NUMBER * one.freedom,
+                "fall_a_number": one.statistic / one.dof,
+                "chance": one.p_value,
+                "fall": one.statistic,
+                "explains": one.statistic - A_NUMBER * one.dof,
             }
             for one in scores
         },

@@ -40,9 +40,9 @@ from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_wi
 from limbgram.reconstruction.hypotheses.curving import Curving, curving
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
 from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
-from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
+from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
 from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, SHARED_ERROR, adjust
 from limbgram.reconstruction.mapping.tracks import beyond_chance, with_tracks
 from limbgram.reconstruction.mapping.verdicts import agreed_by
@@ -345,7 +345,7 @@ def third_moved(limb: Scene, pairs: Sequence[PairMatches], found: BodyMotion) ->
     without_one = total - shows @ for_motion
     sign = math.copysign(1.0, total)
     # that one photo is wrong is rare by itself: the others need to tell half as much
-    least = -2.0 * math.log(FALSE_ALARM)
+    least = -2.0 * math.log(SIGNIFICANCE_LEVEL)
     if abs(total) < least or (sign * without_one < least / 2.0).any():
         return None
     return total > 0.0

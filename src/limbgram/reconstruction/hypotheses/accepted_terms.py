@@ -10,7 +10,7 @@ from limbgram.core.interval import length_within
 from limbgram.reconstruction.hypotheses.evidence import MOVE
 from limbgram.reconstruction.hypotheses.spread import Left
 from limbgram.reconstruction.hypotheses.terms import Term
-from limbgram.reconstruction.mapping.quadratic import Fall, pseudo_inverse
+from limbgram.reconstruction.mapping.score_tests import ScoreTest, pseudo_inverse
 
 
 @dataclass(frozen=True)
@@ -30,15 +30,15 @@ class Found:
         return columns_of([one for one in self.terms if one is not term], self.left.photos)
 
     @property
-    def rest(self) -> Fall:
-        return Fall.of(self.left.only(self.left.motion).without(self.columns))
+    def rest(self) -> ScoreTest:
+        return ScoreTest.of(self.left.only(self.left.motion).eliminating(self.columns))
 
     def motions(self, told: Sequence[bool]) -> Float64[np.ndarray, "n 6"]:
         """By photo, of the terms that are facts."""
         columns = self.columns
         if not columns.shape[1]:
             return np.zeros((self.left.photos, MOVE))
-        seen = self.left.only(self.left.motion).along(columns)
+        seen = self.left.only(self.left.motion).restricted_to(columns)
         values = pseudo_inverse(seen.normal) @ seen.right
         kept = np.repeat(told, [one.columns.shape[1] for one in self.terms])
         return (columns[:, kept] @ values[kept]).reshape(-1, MOVE)

@@ -25,8 +25,8 @@ from limbgram.reconstruction.hypotheses.explanation import Explained
 from limbgram.reconstruction.hypotheses.search import explained
 from limbgram.reconstruction.hypotheses.spread import left_of, spread_of
 from limbgram.reconstruction.mapping.movement import BodyMotion, tied_points
-from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.scene import Bodies, Explanation, Movement, Scene
+from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
 
 FLOOR = 0.00025
 """Motion of a point from which it matters, of the cameras' distance, where no board tells
@@ -123,7 +123,7 @@ def stood_with_first(
     seen = left.only(left.motion)
     motions = second.motions[list(photos)].ravel()
     unlikely = float(motions @ seen.normal @ motions - 2.0 * seen.right @ motions)
-    return unlikely > -2.0 * float(np.log(FALSE_ALARM))
+    return unlikely > -2.0 * float(np.log(SIGNIFICANCE_LEVEL))
 
 
 def _told(found: Explained, middle: Float64[np.ndarray, "3"], photos: int) -> BodyMotion:

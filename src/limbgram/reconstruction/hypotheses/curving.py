@@ -44,13 +44,13 @@ from limbgram.reconstruction.mapping.lens_evidence import (
     lens_basis,
     packed,
 )
-from limbgram.reconstruction.mapping.quadratic import (
-    FALSE_ALARM,
-    Fall,
-    likeliest,
+from limbgram.reconstruction.mapping.scene import Explanation, Movement, Scene
+from limbgram.reconstruction.mapping.score_tests import (
+    SIGNIFICANCE_LEVEL,
+    ScoreTest,
+    estimate_spread,
     pseudo_inverse,
 )
-from limbgram.reconstruction.mapping.scene import Explanation, Movement, Scene
 from limbgram.reconstruction.mapping.solution import LensPrior, reduced_equations
 
 FIELD = 4
@@ -114,15 +114,15 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
     if field.half_length <= 0.0:
         return None
     evidence = _evidence(scene, priors, field)
-    spread = likeliest(evidence.lenses_beside_fields(), USUAL, MOST).spread
+    spread = estimate_spread(evidence.lenses_beside_fields(), USUAL, MOST).spread
     seen = evidence.fields(spread)
     terms = [*steps(photos), next(drifts(np.array(scene.placed, np.int64)))]
-    every = Fall.of(seen)
+    every = ScoreTest.of(seen)
     tried = [Along.of(evidence, spread, one.course, seen, every) for one in terms]
-    best = int(np.argmax([one.one.fall for one in tried]))
+    best = int(np.argmax([one.one.statistic for one in tried]))
     term, along = terms[best], tried[best]
     chance = along.chance(len(terms))
-    if chance > FALSE_ALARM:
+    if chance > SIGNIFICANCE_LEVEL:
         return None
     effect = field.effect(along)
     floor = FLOOR * _distance(scene) if mm is None else FLOOR_MM * mm
@@ -142,12 +142,12 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
             kind="step" if term.kind == "step" else "drift",
             photos=tuple(np.array(scene.placed)[fewer].tolist()),
             numbers=FIELD,
-            score=float(along.one.fall / along.noise - cost),
+            score=float(along.one.statistic / along.noise - cost),
             chance=chance,
             effect=effect.size,
             low=effect.low,
             high=effect.high,
-            variance_before=every.variance,
+            variance_before=every.variance_factor,
             variance_after=along.rest,
             failed=tuple(failed),
             floor=floor,

@@ -13,17 +13,17 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from limbgram.reconstruction.mapping.lens_evidence import MOST, OWN, eliminated
-from limbgram.reconstruction.mapping.quadratic import (
-    CLEARLY,
-    FALSE_ALARM,
-    MANY_TIMES,
-    Fall,
-    Quadratic,
-    chance_of,
-    pseudo_inverse,
-    solved_for,
-)
 from limbgram.reconstruction.mapping.scene import Rule
+from limbgram.reconstruction.mapping.score_tests import (
+    SIGNIFICANCE_LEVEL,
+    SPREAD_MARGIN,
+    VERY_STRONG_EVIDENCE,
+    NormalEquations,
+    ScoreTest,
+    f_test_p_value,
+    pseudo_inverse,
+    solve_semidefinite,
+)
 
 Course = Float64[np.ndarray, " p"]
 """How much of a field each photo shows."""
@@ -52,26 +52,26 @@ class FieldEvidence:
         """Of fields along a course."""
         return np.kron(course[:, None], np.eye(self.numbers))
 
-    def lenses_beside_fields(self) -> Quadratic:
+    def lenses_beside_fields(self) -> NormalEquations:
         """What is seen of lens deviations where every photo may have a field of its own."""
-        return Quadratic(*eliminated(self.normal, self.right, self._fields, self._lenses))
+        return NormalEquations(*eliminated(self.normal, self.right, self._fields, self._lenses))
 
     def fields(
         self,
         spread: Float64[np.ndarray, "9"],
         free: Float64[np.ndarray, "l k"] | None = None,
-    ) -> Quadratic:
+    ) -> NormalEquations:
         """What is left of fields among deviations of this spread, and of some that are free."""
         normal, right = self.normal, self.right
         if free is not None:
             whole = np.zeros((len(right), free.shape[1]))
             whole[: len(free)] = free
-            beside = Quadratic(normal, right).without(whole)
+            beside = NormalEquations(normal, right).eliminating(whole)
             normal, right = beside.normal, beside.right
         normal = normal.copy()
         diagonal = self._lenses
         normal[diagonal, diagonal] += 1.0 / np.tile(spread, self.photos) ** 2
-        return Quadratic(*eliminated(normal, right, self._lenses, self._fields))
+        return NormalEquations(*eliminated(normal, right, self._lenses, self._fields))
 
     def fall_of_lens(
         self, spread: Float64[np.ndarray, "9"], columns: Float64[np.ndarray, "l k"]
@@ -82,9 +82,9 @@ class FieldEvidence:
         drawn = normal.copy()
         drawn[lenses, lenses] += 1.0 / np.tile(spread, self.photos) ** 2
         both = np.column_stack([self.right[lenses], normal])
-        solved = normal @ solved_for(drawn, both)
-        left = Quadratic(normal - solved[:, 1:], self.right[lenses] - solved[:, 0])
-        return Fall.of(left.along(columns)).fall
+        solved = normal @ solve_semidefinite(drawn, both)
+        left = NormalEquations(normal - solved[:, 1:], self.right[lenses] - solved[:, 0])
+        return ScoreTest.of(left.restricted_to(columns)).statistic
 
 
 @dataclass(frozen=True)
@@ -94,10 +94,10 @@ class Along:
     evidence: FieldEvidence
     spread: Float64[np.ndarray, "9"]
     course: Course
-    seen: Quadratic
-    every: Fall
+    seen: NormalEquations
+    every: ScoreTest
     """Of fields that differ in each photo."""
-    one: Fall
+    one: ScoreTest
     """Of those along the course."""
 
     @classmethod
@@ -106,20 +106,20 @@ class Along:
         evidence: FieldEvidence,
         spread: Float64[np.ndarray, "9"],
         course: Course,
-        seen: Quadratic,
-        every: Fall,
+        seen: NormalEquations,
+        every: ScoreTest,
     ) -> "Along":
-        one = Fall.of(seen.along(evidence.columns(course)))
+        one = ScoreTest.of(seen.restricted_to(evidence.columns(course)))
         return cls(evidence, spread, course, seen, every, one)
 
     def chance(self, tried: int) -> float:
-        return chance_of(self.every, self.one, tried)
+        return f_test_p_value(self.every, self.one, tried)
 
     @property
     def rest(self) -> float:
         """Variance of what is left, over that of the adjustments."""
-        freedom = self.every.freedom - self.one.freedom
-        return (self.every.fall - self.one.fall) / max(freedom, 1)
+        freedom = self.every.dof - self.one.dof
+        return (self.every.statistic - self.one.statistic) / max(freedom, 1)
 
     @property
     def noise(self) -> float:
@@ -128,7 +128,7 @@ class Along:
     @property
     def solved(self) -> tuple[Float64[np.ndarray, " k"], Float64[np.ndarray, "k k"]]:
         """The field's numbers, and their covariance."""
-        along, range_ = self.seen.along(self.evidence.columns(self.course)), self._range
+        along, range_ = self.seen.restricted_to(self.evidence.columns(self.course)), self._range
         covariance = pseudo_inverse(along.normal)
         return range_ * covariance @ along.right, self.noise * range_**2 * covariance
 
@@ -139,7 +139,7 @@ class Along:
 
     def failed(self) -> list[Rule]:
         """The rules of lenses and of single photos that it does not stand."""
-        wider = self.evidence.fields(np.minimum(MANY_TIMES * self.spread, MOST))
+        wider = self.evidence.fields(np.minimum(SPREAD_MARGIN * self.spread, MOST))
         held: dict[Rule, bool] = {
             "lens": self._beats_lens(),
             "one photo": self._stands_without_any(),
@@ -147,23 +147,23 @@ class Along:
         }
         return [rule for rule, holds in held.items() if not holds]
 
-    def _stands_among(self, seen: Quadratic) -> bool:
+    def _stands_among(self, seen: NormalEquations) -> bool:
         """Whether chance alone does not explain it."""
-        one = Fall.of(seen.along(self.evidence.columns(self.course)))
-        return chance_of(Fall.of(seen), one, 1) <= FALSE_ALARM
+        one = ScoreTest.of(seen.restricted_to(self.evidence.columns(self.course)))
+        return f_test_p_value(ScoreTest.of(seen), one, 1) <= SIGNIFICANCE_LEVEL
 
     def _beats_lens(self) -> bool:
         """Whether it explains clearly more than lenses that change along its course, and stands
         beside them."""
         changing = np.kron(self.course[:, None], np.eye(OWN))
         by_lens = self.evidence.fall_of_lens(self.spread, changing)
-        if (self.one.fall - by_lens) / self.noise < CLEARLY:
+        if (self.one.statistic - by_lens) / self.noise < VERY_STRONG_EVIDENCE:
             return False
         return self._stands_among(self.evidence.fields(self.spread, changing))
 
     def _stands_without_any(self) -> bool:
         """Whether chance does not explain it either where any one photo may differ by itself."""
         return all(
-            self._stands_among(self.seen.without(self.evidence.columns(own)))
+            self._stands_among(self.seen.eliminating(self.evidence.columns(own)))
             for own in np.eye(self.evidence.photos)
         )

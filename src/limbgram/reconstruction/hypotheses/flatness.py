@@ -35,8 +35,12 @@ from limbgram.reconstruction.mapping.lens_evidence import (
     lens_basis,
     packed,
 )
-from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM, Fall, likeliest
 from limbgram.reconstruction.mapping.scene import Explanation, Scene
+from limbgram.reconstruction.mapping.score_tests import (
+    SIGNIFICANCE_LEVEL,
+    ScoreTest,
+    estimate_spread,
+)
 from limbgram.reconstruction.mapping.solution import LensPrior
 
 SAG_FLOOR_MM = 0.5
@@ -62,11 +66,11 @@ def board_bend(
     if _sag(board, heights) < _ASKED * SAG_FLOOR_MM * board.world_from_body.scale:
         return None
     evidence = _evidence(scene, priors, board, heights)
-    spread = likeliest(evidence.lenses_beside_fields(), USUAL, MOST).spread
+    spread = estimate_spread(evidence.lenses_beside_fields(), USUAL, MOST).spread
     seen = evidence.fields(spread)
-    along = Along.of(evidence, spread, np.ones(evidence.photos), seen, Fall.of(seen))
+    along = Along.of(evidence, spread, np.ones(evidence.photos), seen, ScoreTest.of(seen))
     chance = along.chance(1)
-    if chance > FALSE_ALARM:
+    if chance > SIGNIFICANCE_LEVEL:
         return None
     effect, low, high = length_within(*along.solved)
     floor = SAG_FLOOR_MM * board.world_from_body.scale
@@ -80,12 +84,12 @@ def board_bend(
         kind="bend",
         photos=tuple(np.array(scene.placed)[np.unique(board.photo_idx)].tolist()),
         numbers=_BENDS,
-        score=float(along.one.fall / along.noise - _BENDS * np.log(evidence.facts)),
+        score=float(along.one.statistic / along.noise - _BENDS * np.log(evidence.facts)),
         chance=chance,
         effect=effect,
         low=low,
         high=high,
-        variance_before=along.every.variance,
+        variance_before=along.every.variance_factor,
         variance_after=along.rest,
         failed=tuple(failed),
         floor=floor,

@@ -42,16 +42,16 @@ from limbgram.reconstruction.mapping.lens_evidence import (
     other_focal,
     place_of,
 )
-from limbgram.reconstruction.mapping.quadratic import (
-    FALSE_ALARM,
-    LEAST,
-    MANY_TIMES,
-    Fall,
-    Likeliest,
-    Quadratic,
-    likeliest,
-)
 from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Rule, Scene
+from limbgram.reconstruction.mapping.score_tests import (
+    MIN_SPREAD,
+    SIGNIFICANCE_LEVEL,
+    SPREAD_MARGIN,
+    NormalEquations,
+    ScoreTest,
+    SpreadEstimate,
+    estimate_spread,
+)
 
 _ROLLING: Deviation = "rolling shutter"
 _MOST_POINTS = 300
@@ -79,8 +79,8 @@ def lens_explanations(
             np.linalg.norm(view.centre_in_world - limb.mean(axis=0)) for view in scene.views
         ]
         floor = FLOOR * float(np.median(distances)) if mm is None else FLOOR_MM * mm
-        free = evidence.seen.without(evidence.common())
-        every = likeliest(free, USUAL, MOST, least=LEAST * USUAL)
+        free = evidence.seen.eliminating(evidence.common())
+        every = estimate_spread(free, USUAL, MOST, least=MIN_SPREAD * USUAL)
         rolling = _ROLLING in scene.own.deviations
         strong = rolling and _beyond_usual(free, every, place_of(_ROLLING))
         calibrated = all(one.source == "board" for one in priors)
@@ -93,7 +93,7 @@ def lens_explanations(
             if one is not None and kind != _ROLLING and strong:
                 one = replace(one, failed=("lens", *one.failed))
             found.append(one)
-    shown = (one for one in found if one is not None and one.chance <= FALSE_ALARM)
+    shown = (one for one in found if one is not None and one.chance <= SIGNIFICANCE_LEVEL)
     return tuple(sorted(shown, key=lambda one: -one.score))
 
 
@@ -106,7 +106,7 @@ def _file(evidence: LensEvidence, camera: int) -> Explanation:
         photos=tuple(np.array(evidence.photos)[evidence.camera == camera].tolist()),
         numbers=1,
         score=term.score,
-        chance=term.chance,
+        chance=term.p_value,
         effect=term.value,
         low=term.low,
         high=term.high,
@@ -119,8 +119,8 @@ def _file(evidence: LensEvidence, camera: int) -> Explanation:
 
 def _drawn(
     evidence: LensEvidence,
-    free: Quadratic,
-    every: Likeliest,
+    free: NormalEquations,
+    every: SpreadEstimate,
     kind: Deviation,
     to_effect: Sequence[Float64[np.ndarray, "e q"]],
     floor: float,
@@ -135,9 +135,9 @@ def _drawn(
     numbers = place_of(kind)
     photos = len(evidence.photos)
     size = numbers.stop - numbers.start
-    gain = every.gain - _of_spread(free, numbers, most=LEAST).gain
+    gain = every.likelihood_ratio - _of_spread(free, numbers, most=MIN_SPREAD).likelihood_ratio
     chance = chi_square_tail(gain, size)
-    if chance > FALSE_ALARM:
+    if chance > SIGNIFICANCE_LEVEL:
         return None
     normal = free.normal.copy()
     normal[np.diag_indices_from(normal)] += 1.0 / np.tile(every.spread, photos) ** 2
@@ -149,19 +149,20 @@ def _drawn(
         effects.append(_effect(matrix, values[own], covariance[own, own]))
     effect, low, high = max(effects, key=lambda one: one[1])
     own_falls = [
-        Fall.of(free.along(evidence.of_photo(rank, numbers))).fall for rank in range(photos)
+        ScoreTest.of(free.restricted_to(evidence.of_photo(rank, numbers))).statistic
+        for rank in range(photos)
     ]
-    less = free.without(evidence.of_photo(int(np.argmax(own_falls))))
-    wider = np.minimum(MANY_TIMES * every.spread, MOST)
+    less = free.eliminating(evidence.of_photo(int(np.argmax(own_falls))))
+    wider = np.minimum(SPREAD_MARGIN * every.spread, MOST)
     held: dict[Rule, bool] = {
         "model": calibrated,
         "size": low >= floor or _beyond_usual(free, every, numbers),
-        "one photo": _still_shown(less, numbers, size, USUAL * LEAST),
+        "one photo": _still_shown(less, numbers, size, USUAL * MIN_SPREAD),
         "lenses of photos": _still_shown(free, numbers, size, wider),
     }
     shown = tuple(photo for photo, one in zip(evidence.photos, effects) if one[1] >= floor)
-    left = evidence.left(np.where(_is_of(numbers), LEAST * USUAL, every.spread))
-    alone = Fall.of(left.along(np.kron(np.eye(photos), np.eye(OWN)[:, numbers])))
+    left = evidence.left(np.where(_is_of(numbers), MIN_SPREAD * USUAL, every.spread))
+    alone = ScoreTest.of(left.restricted_to(np.kron(np.eye(photos), np.eye(OWN)[:, numbers])))
     return Explanation(
         bodies="lenses",
         kind=kind,
@@ -172,17 +173,17 @@ def _drawn(
         effect=effect,
         low=low,
         high=high,
-        variance_before=alone.variance,
+        variance_before=alone.variance_factor,
         variance_after=1.0,
         failed=tuple(rule for rule, holds in held.items() if not holds),
         floor=floor,
     )
 
 
-def _beyond_usual(seen: Quadratic, every: Likeliest, numbers: slice) -> bool:
+def _beyond_usual(seen: NormalEquations, every: SpreadEstimate, numbers: slice) -> bool:
     """Whether chance alone does not make this spread of what is usual."""
-    gain = every.gain - _of_spread(seen, numbers, most=1.0).gain
-    return chi_square_tail(gain, numbers.stop - numbers.start) <= FALSE_ALARM
+    gain = every.likelihood_ratio - _of_spread(seen, numbers, most=1.0).likelihood_ratio
+    return chi_square_tail(gain, numbers.stop - numbers.start) <= SIGNIFICANCE_LEVEL
 
 
 def _is_of(numbers: slice) -> np.ndarray:
@@ -190,28 +191,33 @@ def _is_of(numbers: slice) -> np.ndarray:
 
 
 def _of_spread(
-    seen: Quadratic,
+    seen: NormalEquations,
     numbers: slice,
     others: Float64[np.ndarray, "9"] | None = None,
     most: float = np.inf,
-) -> Likeliest:
+) -> SpreadEstimate:
     """The likeliest spread.
 
     Args:
         others: Least spread of the other kinds.
         most: Spread that this kind has at most, in parts of the usual one.
     """
-    own, nothing = _is_of(numbers), LEAST * USUAL
+    own, nothing = _is_of(numbers), MIN_SPREAD * USUAL
     least = nothing if others is None else np.where(own, nothing, np.maximum(others, nothing))
-    return likeliest(seen, USUAL, np.where(own, np.minimum(most * USUAL, MOST), MOST), least=least)
+    return estimate_spread(
+        seen, USUAL, np.where(own, np.minimum(most * USUAL, MOST), MOST), least=least
+    )
 
 
 def _still_shown(
-    seen: Quadratic, numbers: slice, size: int, others: Float64[np.ndarray, "9"]
+    seen: NormalEquations, numbers: slice, size: int, others: Float64[np.ndarray, "9"]
 ) -> bool:
     with_it = _of_spread(seen, numbers, others)
-    without = _of_spread(seen, numbers, others, most=LEAST)
-    return chi_square_tail(with_it.gain - without.gain, size) <= FALSE_ALARM
+    without = _of_spread(seen, numbers, others, most=MIN_SPREAD)
+    return (
+        chi_square_tail(with_it.likelihood_ratio - without.likelihood_ratio, size)
+        <= SIGNIFICANCE_LEVEL
+    )
 
 
 def _effect(

@@ -21,17 +21,17 @@ from limbgram.reconstruction.hypotheses.accepted_terms import Found, motion_size
 from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
 from limbgram.reconstruction.hypotheses.spread import Left, left_of, seen_of_lenses
 from limbgram.reconstruction.mapping.lens_evidence import MOST, USUAL, place_of
-from limbgram.reconstruction.mapping.quadratic import (
-    CLEARLY,
-    FALSE_ALARM,
-    MANY_TIMES,
-    Fall,
-    Likeliest,
-    Quadratic,
-    likeliest,
-    unlikeliness,
-)
 from limbgram.reconstruction.mapping.scene import Bodies, Deviation, Explanation, Rule
+from limbgram.reconstruction.mapping.score_tests import (
+    SIGNIFICANCE_LEVEL,
+    SPREAD_MARGIN,
+    VERY_STRONG_EVIDENCE,
+    NormalEquations,
+    ScoreTest,
+    SpreadEstimate,
+    deviance,
+    estimate_spread,
+)
 
 _MOST_MOVED = (0.2, 0.1)
 """Of a sway: rad, and of the distance. What moves farther is no patient who shifts."""
@@ -40,7 +40,7 @@ _MOST_MOVED = (0.2, 0.1)
 class Instead(NamedTuple):
     """A sway where lenses of single photos are usual ones."""
 
-    gain: float
+    likelihood_ratio: float
     """By it, over usual lenses alone."""
     over_lenses: float
     """By both, over the lenses that the capture shows, without it."""
@@ -65,11 +65,11 @@ def swaying(
         instead: What a sway explains instead of some kinds of deviation (`sway_instead`).
     """
     by_motion = sway_of(evidence, found, found.left, floor)
-    chance = chi_square_tail(by_motion.gain, 2)
+    chance = chi_square_tail(by_motion.likelihood_ratio, 2)
     rest = found.rest
-    if max(chance, rest.chance) > FALSE_ALARM:
+    if max(chance, rest.p_value) > SIGNIFICANCE_LEVEL:
         return None
-    seen = found.left.only(found.left.motion).without(found.columns)
+    seen = found.left.only(found.left.motion).eliminating(found.columns)
     motions, covariance = _likeliest_motions(seen, by_motion)
     sizes = [
         motion_size(motions[k], covariance[rows, rows], evidence.radius)
@@ -84,12 +84,12 @@ def swaying(
         kind="sway",
         photos=evidence.photos,
         numbers=2,
-        score=float(by_motion.gain - 2 * np.log(evidence.facts)),
+        score=float(by_motion.likelihood_ratio - 2 * np.log(evidence.facts)),
         chance=chance,
         effect=largest.size,
         low=largest.low,
         high=largest.high,
-        variance_before=rest.variance,
+        variance_before=rest.variance_factor,
         variance_after=1.0,
         failed=failed,
         floor=floor,
@@ -98,7 +98,7 @@ def swaying(
 
 
 def _likeliest_motions(
-    seen: Quadratic, sway: Likeliest
+    seen: NormalEquations, sway: SpreadEstimate
 ) -> tuple[Float64[np.ndarray, "n 6"], Float64[np.ndarray, "k k"]]:
     """Of each photo where they are of this spread, and the covariance of all."""
     drawn = np.tile(np.repeat(sway.spread, MOVE // 2), len(seen.right) // MOVE)
@@ -109,8 +109,8 @@ def _likeliest_motions(
 def _failed(
     evidence: Evidence,
     found: Found,
-    sway: Likeliest,
-    seen: Quadratic,
+    sway: SpreadEstimate,
+    seen: NormalEquations,
     floor: float,
     small: bool,
     instead: Callable[..., Instead],
@@ -124,34 +124,39 @@ def _failed(
     lens = found.left.lens
     moved = np.zeros((len(found.left.right), found.columns.shape[1]))
     moved[found.left.motion] = found.columns
-    free = Quadratic(found.left.normal, found.left.right).without(moved)
-    by_lens = likeliest(Quadratic(free.normal[lens, lens], free.right[lens]), USUAL, MOST)
-    if sway.gain - by_lens.gain < CLEARLY:
+    free = NormalEquations(found.left.normal, found.left.right).eliminating(moved)
+    by_lens = estimate_spread(
+        NormalEquations(free.normal[lens, lens], free.right[lens]), USUAL, MOST
+    )
+    if sway.likelihood_ratio - by_lens.likelihood_ratio < VERY_STRONG_EVIDENCE:
         yield "lens"
     own = evidence.deviations
-    if not evidence.by_boards or (own and instead(*own).over_lenses < CLEARLY):
+    if not evidence.by_boards or (own and instead(*own).over_lenses < VERY_STRONG_EVIDENCE):
         yield "model"
     if small:
         yield "size"
-    firm = seen.without(_motions_of(~evidence.firm))
-    if chi_square_tail(_sway_in(evidence, firm, floor).gain, 2) > FALSE_ALARM:
+    firm = seen.eliminating(_motions_of(~evidence.firm))
+    if chi_square_tail(_sway_in(evidence, firm, floor).likelihood_ratio, 2) > SIGNIFICANCE_LEVEL:
         yield "few points"
     if not _sways_without_any(evidence, firm, floor):
         yield "one photo"
-    wide = left_of(evidence, np.minimum(MANY_TIMES * found.left.spread, MOST))
-    if chi_square_tail(sway_of(evidence, found, wide, floor).gain, 2) > FALSE_ALARM:
+    wide = left_of(evidence, np.minimum(SPREAD_MARGIN * found.left.spread, MOST))
+    if (
+        chi_square_tail(sway_of(evidence, found, wide, floor).likelihood_ratio, 2)
+        > SIGNIFICANCE_LEVEL
+    ):
         yield "lenses of photos"
 
 
-def sway_of(evidence: Evidence, found: Found, left: Left, floor: float) -> Likeliest:
-    return _sway_in(evidence, left.only(left.motion).without(found.columns), floor)
+def sway_of(evidence: Evidence, found: Found, left: Left, floor: float) -> SpreadEstimate:
+    return _sway_in(evidence, left.only(left.motion).eliminating(found.columns), floor)
 
 
-def _sway_in(evidence: Evidence, seen: Quadratic, floor: float) -> Likeliest:
+def _sway_in(evidence: Evidence, seen: NormalEquations, floor: float) -> SpreadEstimate:
     """Of turns and of shifts, each alike in all directions."""
     usual = np.array([floor / evidence.radius] * 3 + [floor] * 3)
     most = np.array([_MOST_MOVED[0]] * 3 + [_MOST_MOVED[1] * evidence.distance] * 3)
-    return likeliest(seen, usual, most, alike=3)
+    return estimate_spread(seen, usual, most, group_size=3)
 
 
 def sway_instead(
@@ -166,15 +171,20 @@ def sway_instead(
     most = MOST.copy()
     for kind in kinds:
         most[place_of(kind)] = USUAL[place_of(kind)]
-    usual = likeliest(seen, USUAL, most).spread
+    usual = estimate_spread(seen, USUAL, most).spread
     sway = sway_of(evidence, found, left_of(evidence, usual), floor)
-    by_lenses = unlikeliness(seen, found.left.spread, USUAL)
-    return Instead(sway.gain, by_lenses - unlikeliness(seen, usual, USUAL) + sway.gain)
+    by_lenses = deviance(seen, found.left.spread, USUAL)
+    return Instead(
+        sway.likelihood_ratio, by_lenses - deviance(seen, usual, USUAL) + sway.likelihood_ratio
+    )
 
 
 def explains_as_well(sway: Instead) -> bool:
     """Whether the lenses do not explain clearly more than a sway does."""
-    return chi_square_tail(sway.gain, 2) <= FALSE_ALARM and sway.over_lenses > -CLEARLY
+    return (
+        chi_square_tail(sway.likelihood_ratio, 2) <= SIGNIFICANCE_LEVEL
+        and sway.over_lenses > -VERY_STRONG_EVIDENCE
+    )
 
 
 def _motions_of(photos: Bool[np.ndarray, " n"]) -> Float64[np.ndarray, "m k"]:
@@ -182,7 +192,7 @@ def _motions_of(photos: Bool[np.ndarray, " n"]) -> Float64[np.ndarray, "m k"]:
     return np.kron(np.eye(len(photos))[:, photos], np.eye(MOVE))
 
 
-def _sways_without_any(evidence: Evidence, firm: Quadratic, floor: float) -> bool:
+def _sways_without_any(evidence: Evidence, firm: NormalEquations, floor: float) -> bool:
     """Whether they sway without the photo that moves farthest, too.
 
     Args:
@@ -190,6 +200,9 @@ def _sways_without_any(evidence: Evidence, firm: Quadratic, floor: float) -> boo
             nothing outvotes them.
     """
     every = np.eye(len(evidence.photos), dtype=bool)
-    falls = [Fall.of(firm.along(_motions_of(one))).fall for one in every]
-    without = firm.without(_motions_of(every[int(np.argmax(falls))]))
-    return chi_square_tail(_sway_in(evidence, without, floor).gain, 2) <= FALSE_ALARM
+    falls = [ScoreTest.of(firm.restricted_to(_motions_of(one))).statistic for one in every]
+    without = firm.eliminating(_motions_of(every[int(np.argmax(falls))]))
+    return (
+        chi_square_tail(_sway_in(evidence, without, floor).likelihood_ratio, 2)
+        <= SIGNIFICANCE_LEVEL
+    )

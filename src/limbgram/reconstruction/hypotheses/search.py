@@ -44,17 +44,18 @@ from limbgram.reconstruction.hypotheses.random_motion import (
 from limbgram.reconstruction.hypotheses.spread import Left, left_of, seen_of_lenses, spread_of
 from limbgram.reconstruction.hypotheses.terms import Term, drifts, single_photos, steps
 from limbgram.reconstruction.mapping.lens_evidence import MOST, MOST_ALONE, OWN, TIGHT, USUAL
-from limbgram.reconstruction.mapping.quadratic import (
-    CLEARLY,
-    FALSE_ALARM,
-    MANY_TIMES,
-    Fall,
-    Quadratic,
-    chance_of,
-    pseudo_inverse,
-    unlikeliness,
-)
 from limbgram.reconstruction.mapping.scene import Bodies, Deviation, Explanation, Rule
+from limbgram.reconstruction.mapping.score_tests import (
+    SIGNIFICANCE_LEVEL,
+    SPREAD_MARGIN,
+    VERY_STRONG_EVIDENCE,
+    NormalEquations,
+    ScoreTest,
+    deviance,
+    f_test_p_value,
+    is_significant,
+    pseudo_inverse,
+)
 
 _MOST_TERMS = 8
 
@@ -100,7 +101,7 @@ def _best(evidence: Evidence) -> Found:
     found = Found((), left_of(evidence, spread_of(evidence)), (), ())
     while len(found.terms) < _MOST_TERMS:
         trials = [_with(evidence, found, *one) for one in _likely(evidence, found)]
-        trials = [one for one in trials if one.chances[-1] <= FALSE_ALARM]
+        trials = [one for one in trials if one.chances[-1] <= SIGNIFICANCE_LEVEL]
         if not trials:
             break
         found = min(trials, key=lambda one: _criterion(evidence, one))
@@ -120,13 +121,13 @@ def _likely(evidence: Evidence, found: Found) -> list[_Candidate]:
     lefts = [found.left, *(left_of(evidence, one) for one in spreads)]
     likely: list[_Candidate] = []
     for left in lefts:
-        seen = left.only(left.motion).without(found.columns)
-        every = Fall.of(seen)
+        seen = left.only(left.motion).eliminating(found.columns)
+        every = ScoreTest.of(seen)
         for group in _candidates(evidence, found.terms):
-            sums = [Fall.of(seen.along(one.columns)) for one in group]
-            best = int(np.argmax([one.fall for one in sums]))
+            sums = [ScoreTest.of(seen.restricted_to(one.columns)) for one in group]
+            best = int(np.argmax([one.statistic for one in sums]))
             known = any(one.term.same_as(group[best]) for one in likely)
-            if not known and chance_of(every, sums[best], len(group)) <= FALSE_ALARM:
+            if not known and f_test_p_value(every, sums[best], len(group)) <= SIGNIFICANCE_LEVEL:
                 likely.append(_Candidate(group[best], len(group)))
     return likely
 
@@ -151,9 +152,9 @@ def _with(evidence: Evidence, found: Found, term: Term, among: int) -> Found:
     terms = (*found.terms, term)
     columns = columns_of(terms, len(evidence.photos))
     left = left_of(evidence, spread_of(evidence, columns))
-    seen = left.only(left.motion).without(found.columns)
-    one = Fall.of(seen.along(term.columns))
-    chance = chance_of(Fall.of(seen), one, among)
+    seen = left.only(left.motion).eliminating(found.columns)
+    one = ScoreTest.of(seen.restricted_to(term.columns))
+    chance = f_test_p_value(ScoreTest.of(seen), one, among)
     return Found(terms, left, (*found.chances, chance), (*found.candidates, among))
 
 
@@ -161,9 +162,9 @@ def _criterion(evidence: Evidence, found: Found) -> float:
     """Minus twice the logarithm of likelihood, with what the numbers and candidates cost."""
     seen = seen_of_lenses(evidence)
     columns = found.columns
-    moved = Fall.of(found.left.only(found.left.motion).along(columns))
+    moved = ScoreTest.of(found.left.only(found.left.motion).restricted_to(columns))
     cost = columns.shape[1] * np.log(evidence.facts) + 2.0 * np.log(found.candidates).sum()
-    return float(unlikeliness(seen, found.left.spread, USUAL) - moved.fall + cost)
+    return float(deviance(seen, found.left.spread, USUAL) - moved.statistic + cost)
 
 
 def _described(
@@ -172,9 +173,9 @@ def _described(
     """One term of those that were found, held against the rules."""
     number = next(k for k, one in enumerate(found.terms) if one is term)
     others = found.others(term)
-    seen = found.left.only(found.left.motion).without(others)
-    every, one = Fall.of(seen), Fall.of(seen.along(term.columns))
-    noise = max(1.0, found.rest.variance)
+    seen = found.left.only(found.left.motion).eliminating(others)
+    every, one = ScoreTest.of(seen), ScoreTest.of(seen.restricted_to(term.columns))
+    noise = max(1.0, found.rest.variance_factor)
     effect = _effect(evidence, seen, term, noise)
     failed: list[Rule] = []
     if not _beats_lens(evidence, found, term):
@@ -185,23 +186,23 @@ def _described(
         failed.append("size")
     if not _stands_without_any(found, term):
         failed.append("one photo")
-    wide = left_of(evidence, np.minimum(MANY_TIMES * found.left.spread, MOST))
-    again = wide.only(wide.motion).without(others)
-    if chance_of(Fall.of(again), Fall.of(again.along(term.columns)), 1) > FALSE_ALARM:
+    wide = left_of(evidence, np.minimum(SPREAD_MARGIN * found.left.spread, MOST))
+    again = wide.only(wide.motion).eliminating(others)
+    if not is_significant(again, term.columns):
         failed.append("lenses of photos")
-    cost = one.freedom * np.log(evidence.facts) + 2.0 * np.log(found.candidates[number])
+    cost = one.dof * np.log(evidence.facts) + 2.0 * np.log(found.candidates[number])
     return Explanation(
         bodies=bodies,
         kind=term.kind,
         photos=_elsewhere(evidence, term),
-        numbers=one.freedom,
-        score=float(one.fall / noise - cost),
+        numbers=one.dof,
+        score=float(one.statistic / noise - cost),
         chance=found.chances[number],
         effect=effect.size,
         low=effect.low,
         high=effect.high,
-        variance_before=every.variance,
-        variance_after=found.rest.variance,
+        variance_before=every.variance_factor,
+        variance_after=found.rest.variance_factor,
         failed=tuple(failed),
         floor=floor,
     )
@@ -220,9 +221,9 @@ def _elsewhere(evidence: Evidence, term: Term) -> tuple[int, ...]:
             return evidence.photos
 
 
-def _effect(evidence: Evidence, seen: Quadratic, term: Term, noise: float) -> Effect:
+def _effect(evidence: Evidence, seen: NormalEquations, term: Term, noise: float) -> Effect:
     """Largest motion of a point at the first body's radius, with its interval of 95 %."""
-    along = seen.along(term.columns)
+    along = seen.restricted_to(term.columns)
     covariance = noise * pseudo_inverse(along.normal)
     values = pseudo_inverse(along.normal) @ along.right * float(np.ptp(term.course) or 1.0)
     covariance = covariance * float(np.ptp(term.course) or 1.0) ** 2
@@ -242,31 +243,33 @@ def _beats_lens(evidence: Evidence, found: Found, term: Term) -> bool:
     left = found.left
     others = np.zeros((len(left.right), found.others(term).shape[1]))
     others[left.motion] = found.others(term)
-    seen = Quadratic(left.normal, left.right).without(others)
+    seen = NormalEquations(left.normal, left.right).eliminating(others)
     motion = np.zeros((len(left.right), term.columns.shape[1]))
     motion[left.motion] = term.columns
-    noise = max(1.0, found.rest.variance)
-    by_motion = Fall.of(seen.along(motion)).fall
+    noise = max(1.0, found.rest.variance_factor)
+    by_motion = ScoreTest.of(seen.restricted_to(motion)).statistic
     for course in term.rivals:
         lens, in_photos = np.zeros((len(left.right), OWN)), np.zeros((len(left.right), MOVE))
         lens[left.lens] = np.kron(course[:, None], np.eye(OWN))
         in_photos[left.motion] = _in_photos(evidence, course)
         for rival in (lens, in_photos):
-            if (by_motion - Fall.of(seen.along(rival)).fall) / noise < CLEARLY:
+            if (
+                by_motion - ScoreTest.of(seen.restricted_to(rival)).statistic
+            ) / noise < VERY_STRONG_EVIDENCE:
                 return False
     whole = np.zeros((len(evidence.right), OWN))
     whole[evidence.own] = np.kron(term.course[:, None], np.eye(OWN))
     free = _with_free(evidence, whole, left.spread)
-    again = free.only(free.motion).without(found.others(term))
-    return chance_of(Fall.of(again), Fall.of(again.along(term.columns)), 1) <= FALSE_ALARM
+    again = free.only(free.motion).eliminating(found.others(term))
+    return is_significant(again, term.columns)
 
 
 def _stands_beside_lenses(evidence: Evidence, found: Found, term: Term) -> bool:
     """Whether chance does not explain it where lenses change along the courses of all terms."""
     changing = [_lens_along(evidence, course) for one in found.terms for course in one.rivals]
     free = _with_free(evidence, np.hstack(changing), found.left.spread)
-    seen = free.only(free.motion).without(found.others(term))
-    return chance_of(Fall.of(seen), Fall.of(seen.along(term.columns)), 1) <= FALSE_ALARM
+    seen = free.only(free.motion).eliminating(found.others(term))
+    return is_significant(seen, term.columns)
 
 
 def _lens_along(
@@ -292,23 +295,23 @@ def _with_free(
     evidence: Evidence, columns: Float64[np.ndarray, "u k"], spread: Float64[np.ndarray, "9"]
 ) -> Left:
     """What is left where these directions of the evidence are free."""
-    free = Quadratic(evidence.normal, evidence.right).without(columns)
+    free = NormalEquations(evidence.normal, evidence.right).eliminating(columns)
     lessened = replace(evidence, normal=free.normal, right=free.right)
     return left_of(lessened, spread)
 
 
 def _stands_without_any(found: Found, term: Term) -> bool:
     """Whether chance does not explain it either where any one photo is left out."""
-    seen = found.left.only(found.left.motion).without(found.others(term))
-    every = Fall.of(seen)
+    seen = found.left.only(found.left.motion).eliminating(found.others(term))
+    every = ScoreTest.of(seen)
     for photo in range(found.left.photos):
         own = np.zeros((MOVE * found.left.photos, MOVE))
         own[MOVE * photo : MOVE * (photo + 1)] = np.eye(MOVE)
-        without = seen.without(own)
-        one = Fall.of(without.along(term.columns))
-        own_fall = Fall.of(seen.along(own)).fall
-        rest = Fall(every.fall - own_fall, every.freedom - MOVE)
-        if chance_of(rest, one, 1) > FALSE_ALARM:
+        without = seen.eliminating(own)
+        one = ScoreTest.of(without.restricted_to(term.columns))
+        own_fall = ScoreTest.of(seen.restricted_to(own)).statistic
+        rest = ScoreTest(every.statistic - own_fall, every.dof - MOVE)
+        if f_test_p_value(rest, one, 1) > SIGNIFICANCE_LEVEL:
             return False
     return True
 
@@ -318,7 +321,7 @@ def _rest(
 ) -> Explanation | None:
     """What no term explains, where chance does not either."""
     rest = found.rest
-    if rest.chance > FALSE_ALARM or sway is not None:
+    if rest.p_value > SIGNIFICANCE_LEVEL or sway is not None:
         return None
     by_motion = sway_of(evidence, found, found.left, floor)
     turn, shift = by_motion.spread
@@ -327,13 +330,13 @@ def _rest(
         bodies=bodies,
         kind="rest",
         photos=evidence.photos,
-        numbers=rest.freedom,
-        score=float(rest.fall - rest.freedom * np.log(evidence.facts)),
-        chance=rest.chance,
+        numbers=rest.dof,
+        score=float(rest.statistic - rest.dof * np.log(evidence.facts)),
+        chance=rest.p_value,
         effect=size,
         low=0.0,
         high=COVER * size,
-        variance_before=rest.variance,
+        variance_before=rest.variance_factor,
         variance_after=1.0,
         failed=("chance",),
         floor=floor,

@@ -16,7 +16,11 @@ from jaxtyping import Float64
 
 from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
 from limbgram.reconstruction.mapping.lens_evidence import MOST, OWN, USUAL
-from limbgram.reconstruction.mapping.quadratic import Quadratic, likeliest, solved_for
+from limbgram.reconstruction.mapping.score_tests import (
+    NormalEquations,
+    estimate_spread,
+    solve_semidefinite,
+)
 
 
 @dataclass(frozen=True)
@@ -36,8 +40,8 @@ class Left:
     def motion(self) -> slice:
         return slice(OWN * self.photos, (OWN + MOVE) * self.photos)
 
-    def only(self, part: slice) -> Quadratic:
-        return Quadratic(self.normal[part, part], self.right[part])
+    def only(self, part: slice) -> NormalEquations:
+        return NormalEquations(self.normal[part, part], self.right[part])
 
 
 def left_of(evidence: Evidence, spread: Float64[np.ndarray, "9"]) -> Left:
@@ -46,7 +50,7 @@ def left_of(evidence: Evidence, spread: Float64[np.ndarray, "9"]) -> Left:
     normal = evidence.normal[own, own].copy()
     normal[np.diag_indices_from(normal)] += 1.0 / np.tile(spread, len(evidence.photos)) ** 2
     cross = evidence.normal[rest, own]
-    solved = solved_for(normal, np.column_stack([evidence.right[own], cross.T]))
+    solved = solve_semidefinite(normal, np.column_stack([evidence.right[own], cross.T]))
     return Left(
         photos=len(evidence.photos),
         spread=spread,
@@ -63,17 +67,17 @@ def spread_of(
     Args:
         granted: Columns of motions, 6 a photo, that are free.
     """
-    return likeliest(seen_of_lenses(evidence, granted), USUAL, MOST).spread
+    return estimate_spread(seen_of_lenses(evidence, granted), USUAL, MOST).spread
 
 
 def seen_of_lenses(
     evidence: Evidence, granted: Float64[np.ndarray, "m k"] | None = None
-) -> Quadratic:
+) -> NormalEquations:
     """What is seen of all photos' lens deviations; `granted` as `spread_of` has it."""
     own = evidence.own
-    every = Quadratic(evidence.normal, evidence.right)
+    every = NormalEquations(evidence.normal, evidence.right)
     if granted is not None and granted.shape[1]:
         columns = np.zeros((len(evidence.right), granted.shape[1]))
         columns[evidence.motion] = granted
-        every = every.without(columns)
-    return Quadratic(every.normal[own, own], every.right[own])
+        every = every.eliminating(columns)
+    return NormalEquations(every.normal[own, own], every.right[own])

@@ -28,19 +28,20 @@ from limbgram.reconstruction.mapping.lens_deviations import (
     basis_of,
     numbers_of,
 )
-from limbgram.reconstruction.mapping.quadratic import (
-    ALMOST_NONE,
-    CLEARLY,
-    FALSE_ALARM,
-    FLAT,
-    MANY_TIMES,
-    Fall,
-    Quadratic,
-    chance_of,
-    likeliest,
-    solved_for,
-)
 from limbgram.reconstruction.mapping.scene import Rule, Scene
+from limbgram.reconstruction.mapping.score_tests import (
+    MIN_WEIGHT,
+    RELATIVE_DAMPING,
+    SIGNIFICANCE_LEVEL,
+    SPREAD_MARGIN,
+    VERY_STRONG_EVIDENCE,
+    NormalEquations,
+    ScoreTest,
+    estimate_spread,
+    f_test_p_value,
+    is_significant,
+    solve_semidefinite,
+)
 from limbgram.reconstruction.mapping.solution import LensPrior, reduced_equations
 
 OWN = sum(numbers_of(kind) for kind in DEVIATIONS) + 2
@@ -71,7 +72,7 @@ class LensEvidence:
     """Placed ones, in their order."""
     camera: Int64[np.ndarray, " n"]
     """Of each photo."""
-    seen: Quadratic
+    seen: NormalEquations
     """Over 9 numbers a photo, counted from its camera's lens as that is calibrated."""
     facts: int
     """Clusters of points in photos."""
@@ -92,7 +93,7 @@ class LensEvidence:
         pull = pull + deviations_found(scene, photos, left)
         camera = np.array(scene.camera_idx, np.int64)[list(photos)]
         facts = len(photos) * body.clusters
-        return cls(photos, camera, Quadratic(left, pull), facts)
+        return cls(photos, camera, NormalEquations(left, pull), facts)
 
     def common(self, numbers: slice = slice(0, OWN)) -> Float64[np.ndarray, "u k"]:
         """Columns of deviations that all photos of a camera have alike."""
@@ -103,13 +104,13 @@ class LensEvidence:
         """Columns of the deviations of one placed photo."""
         return np.kron(np.eye(len(self.photos))[:, [rank]], np.eye(OWN)[:, numbers])
 
-    def left(self, spread: Float64[np.ndarray, "9"]) -> Quadratic:
+    def left(self, spread: Float64[np.ndarray, "9"]) -> NormalEquations:
         """What is left of a deviation where others of this spread are expected beside it."""
         normal = self.seen.normal.copy()
         normal[np.diag_indices_from(normal)] += 1.0 / np.tile(spread, len(self.photos)) ** 2
         both = np.column_stack([self.seen.right, self.seen.normal])
-        solved = self.seen.normal @ solved_for(normal, both)
-        return Quadratic(self.seen.normal - solved[:, 1:], self.seen.right - solved[:, 0])
+        solved = self.seen.normal @ solve_semidefinite(normal, both)
+        return NormalEquations(self.seen.normal - solved[:, 1:], self.seen.right - solved[:, 0])
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ class LensTerm:
 
     value: float
     sigma: float
-    chance: float
+    p_value: float
     score: float
     variance_before: float
     variance_after: float
@@ -149,15 +150,17 @@ def zoomed_photos(evidence: LensEvidence) -> dict[int, LensTerm]:
     """
     photos = len(evidence.photos)
     columns = [evidence.of_photo(rank, _FOCAL) for rank in range(photos)]
-    tight = evidence.left(TIGHT * USUAL).without(evidence.common())
+    tight = evidence.left(TIGHT * USUAL).eliminating(evidence.common())
     ranks: list[int] = []
     while len(ranks) < MOST_ALONE * photos:
-        left = tight.without(
+        left = tight.eliminating(
             np.hstack([np.zeros((len(tight.right), 0)), *(columns[k] for k in ranks)])
         )
-        falls = {k: Fall.of(left.along(columns[k])) for k in range(photos) if k not in ranks}
-        best = max(falls, key=lambda k: falls[k].fall)
-        if chance_of(Fall.of(left), falls[best], photos) > FALSE_ALARM:
+        tests = {
+            k: ScoreTest.of(left.restricted_to(columns[k])) for k in range(photos) if k not in ranks
+        }
+        best = max(tests, key=lambda k: tests[k].statistic)
+        if f_test_p_value(ScoreTest.of(left), tests[best], photos) > SIGNIFICANCE_LEVEL:
             break
         ranks.append(best)
     return {
@@ -201,38 +204,42 @@ def _held(
         single: Ranks of photos each of which may be left out.
         tried: Candidates of its kind.
     """
-    free = evidence.seen.without(np.hstack([beside, column]))
-    spread = likeliest(free, USUAL, MOST).spread
-    left = evidence.left(spread).without(beside)
-    every, one = Fall.of(left), Fall.of(left.along(column))
-    after = max(every.freedom - one.freedom, 1)
-    noise = max(1.0, (every.fall - one.fall) / after)
-    along = left.along(column)
-    weight = float(max(along.normal[0, 0], FLAT))
+    free = evidence.seen.eliminating(np.hstack([beside, column]))
+    spread = estimate_spread(free, USUAL, MOST).spread
+    left = evidence.left(spread).eliminating(beside)
+    every, one = ScoreTest.of(left), ScoreTest.of(left.restricted_to(column))
+    after = max(every.dof - one.dof, 1)
+    noise = max(1.0, (every.statistic - one.statistic) / after)
+    along = left.restricted_to(column)
+    weight = float(max(along.normal[0, 0], MIN_WEIGHT))
     value, sigma = float(along.right[0]) / weight, float(np.sqrt(noise / weight))
     failed: list[Rule] = []
-    if chance_of(every, one, tried) > FALSE_ALARM:
+    if f_test_p_value(every, one, tried) > SIGNIFICANCE_LEVEL:
         failed.append("chance")
-    if any((one.fall - Fall.of(left.along(k)).fall) / noise < CLEARLY for k in rivals):
+    if any(
+        (one.statistic - ScoreTest.of(left.restricted_to(k)).statistic) / noise
+        < VERY_STRONG_EVIDENCE
+        for k in rivals
+    ):
         failed.append("lens")
     if abs(value) - COVER * sigma < FOCAL_FLOOR:
         failed.append("size")
     for rank in single:
-        less = left.without(evidence.of_photo(rank))
-        if chance_of(Fall.of(less), Fall.of(less.along(column)), 1) > FALSE_ALARM:
+        less = left.eliminating(evidence.of_photo(rank))
+        if not is_significant(less, column):
             failed.append("one photo")
             break
-    wide = evidence.left(np.minimum(MANY_TIMES * spread, MOST)).without(beside)
-    if chance_of(Fall.of(wide), Fall.of(wide.along(column)), 1) > FALSE_ALARM:
+    wide = evidence.left(np.minimum(SPREAD_MARGIN * spread, MOST)).eliminating(beside)
+    if not is_significant(wide, column):
         failed.append("lenses of photos")
     cost = np.log(evidence.facts) + 2.0 * np.log(tried)
     return LensTerm(
         value=value,
         sigma=sigma,
-        chance=chance_of(every, one, tried),
-        score=float(one.fall / noise - cost),
-        variance_before=every.variance,
-        variance_after=(every.fall - one.fall) / after,
+        p_value=f_test_p_value(every, one, tried),
+        score=float(one.statistic / noise - cost),
+        variance_before=every.variance_factor,
+        variance_after=(every.statistic - one.statistic) / after,
         failed=tuple(failed),
     )
 
@@ -288,7 +295,7 @@ def eliminated(
     kept: Int64[np.ndarray, " k"],
 ) -> tuple[Float64[np.ndarray, "k k"], Float64[np.ndarray, " k"]]:
     """The equations that remain once some unknowns are solved for."""
-    solved = solved_for(
+    solved = solve_semidefinite(
         normal[np.ix_(out, out)], np.column_stack([right[out], normal[np.ix_(out, kept)]])
     )
     cross = normal[np.ix_(kept, out)]
@@ -345,7 +352,7 @@ def _equations(
     sigma_px: float,
 ) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]:
     """Of poses, lenses and deviations, points eliminated, in units of sigma."""
-    normal, right, _ = reduced_equations(bundle, lens_idx, basis, sigma_px, ALMOST_NONE)
+    normal, right, _ = reduced_equations(bundle, lens_idx, basis, sigma_px, RELATIVE_DAMPING)
     return normal / sigma_px**2, right / sigma_px**2
 
 
@@ -377,7 +384,7 @@ def inflation_of(
     for, a pot in the hand of a real phone seemed to bend.
     """
     normal = np.sum(normals, axis=0)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), FLAT))
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), MIN_WEIGHT))
     values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
     known = values > _GAUGE * values[-1]
     white = scale[:, None] * vectors[:, known] / np.sqrt(values[known])

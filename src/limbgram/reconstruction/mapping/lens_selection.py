@@ -34,8 +34,8 @@ from limbgram.reconstruction.mapping.lens_deviations import (
     with_room_for,
     with_spread_of,
 )
-from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.scene import Deviation, Scene
+from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
 from limbgram.reconstruction.mapping.solution import Adjusted, adjust, predicted_falls
 from limbgram.reconstruction.mapping.two_bodies import A_NUMBER, explained_by_two_bodies
 from limbgram.reconstruction.mapping.zoom import zoomed_by_own
@@ -53,7 +53,7 @@ def with_supported_lenses(fixed: Adjusted, scene: Scene, priors: Sequence[Calibr
     """
     best, start = fixed, scene
     while (kind := supported_kind(best, priors)) is not None:
-        room = with_room_for(start, kind.deviation, kind.chance)
+        room = with_room_for(start, kind.deviation, kind.p_value)
         trial = adjust(room, priors, solve_own=True)
         if trial.sigma_px >= best.sigma_px:
             break
@@ -69,18 +69,18 @@ def with_supported_lenses(fixed: Adjusted, scene: Scene, priors: Sequence[Calibr
 
 @dataclass(frozen=True)
 class LensScore:
-    """A kind of deviation, and how much of the residuals it explains."""
+    """Score test of one kind of lens deviation."""
 
     deviation: Deviation
-    fall: float
-    """Of the sum of squares, in units of sigma."""
-    freedom: int
-    """Numbers that are solved for."""
+    statistic: float
+    """Score statistic: predicted decrease of the sum of squares, in units of sigma."""
+    dof: int
+    """Number of parameters that would be solved for."""
 
     @property
-    def chance(self) -> float:
-        """That as much is explained in photos of one lens."""
-        return min(1.0, len(DEVIATIONS) * chi_square_tail(self.fall, self.freedom))
+    def p_value(self) -> float:
+        """Chance that photos of one lens show as much, all kinds counted."""
+        return min(1.0, len(DEVIATIONS) * chi_square_tail(self.statistic, self.dof))
 
 
 def supported_kind(adjusted: Adjusted, priors: Sequence[Calibration]) -> LensScore | None:
@@ -88,13 +88,13 @@ def supported_kind(adjusted: Adjusted, priors: Sequence[Calibration]) -> LensSco
 
     None where chance, or bodies that move against each other, would explain as much.
     """
-    scores = [one for one in scores_of(adjusted, priors) if one.chance < FALSE_ALARM]
+    scores = [one for one in scores_of(adjusted, priors) if one.p_value < SIGNIFICANCE_LEVEL]
     if not scores:
         return None
     bodies = explained_by_two_bodies(adjusted, priors, _OBSERVATIONS)
-    true = [one for one in scores if one.fall - A_NUMBER * one.freedom > bodies]
+    true = [one for one in scores if one.statistic - A_NUMBER * one.dof > bodies]
     observations = 2 * min(len(adjusted.scene.observations.xy_px), _OBSERVATIONS)
-    return min(true, key=lambda one: one.freedom * np.log(observations) - one.fall, default=None)
+    return min(true, key=lambda one: one.dof * np.log(observations) - one.statistic, default=None)
 
 
 def scores_of(adjusted: Adjusted, priors: Sequence[Calibration]) -> tuple[LensScore, ...]:

@@ -20,8 +20,8 @@ from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.interval import chi_square_tail
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.cameras import Cameras
-from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.board import (
     SceneBoard,
@@ -140,7 +140,7 @@ def _by_chance(length: LengthCheck, compared: int, max_disagreement: float) -> b
     off_mm = abs(length.measured_mm - length.known_mm)
     return off_mm == 0 or (
         length.sigma_mm > 0
-        and compared * chi_square_tail((off_mm / length.sigma_mm) ** 2, 1) > FALSE_ALARM
+        and compared * chi_square_tail((off_mm / length.sigma_mm) ** 2, 1) > SIGNIFICANCE_LEVEL
     )
 
 

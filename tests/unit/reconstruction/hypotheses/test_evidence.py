@@ -10,7 +10,7 @@ from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.reconstruction.hypotheses.evidence import evidence_of
 from limbgram.reconstruction.hypotheses.spread import left_of
 from limbgram.reconstruction.mapping.lens_evidence import USUAL
-from limbgram.reconstruction.mapping.quadratic import pseudo_inverse
+from limbgram.reconstruction.mapping.score_tests import pseudo_inverse
 
 Take = Callable[..., Any]
 N = 14
@@ -28,7 +28,7 @@ def test_a_motion_comes_out_as_it_was(take: Take) -> None:
     true = motions(np.repeat([0.0, 1.5], [6, 8]), turn=0.002)
     left = left_of(take(motions=true, noise_px=0.03).evidence, 0.01 * USUAL)
     course = np.kron((np.arange(N) >= 6)[:, None], np.eye(6))
-    seen = left.only(left.motion).along(course)
+    seen = left.only(left.motion).restricted_to(course)
     found = pseudo_inverse(seen.normal) @ seen.right
     np.testing.assert_allclose(found[:3], true[-1, :3], atol=2e-4)
     np.testing.assert_allclose(found[3:], true[-1, 3:], atol=0.02)
@@ -47,7 +47,7 @@ def test_the_frame_and_size_of_the_second_scene_do_not_matter(take: Take) -> Non
     values: list[np.ndarray] = []
     for one in (here, there):
         left = left_of(one, USUAL)
-        seen = left.only(left.motion).along(course)
+        seen = left.only(left.motion).restricted_to(course)
         values.append(pseudo_inverse(seen.normal) @ seen.right)
     np.testing.assert_allclose(values[0], values[1], rtol=2e-3, atol=1e-6)
 
@@ -56,7 +56,7 @@ def test_a_motion_that_all_photos_share_is_none(take: Take) -> None:
     left = left_of(take().evidence, USUAL)
     everywhere = np.kron(np.ones((N, 1)), np.eye(6))
     own = np.kron(np.eye(N)[:, :1], np.eye(6))
-    shared, alone = (left.only(left.motion).along(one).normal for one in (everywhere, own))
+    shared, alone = (left.only(left.motion).restricted_to(one).normal for one in (everywhere, own))
     assert (np.diag(shared) < 1e-4 * np.diag(alone)).all()
 
 

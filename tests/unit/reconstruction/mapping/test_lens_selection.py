@@ -86,7 +86,7 @@ def test_photos_of_one_lens_ask_for_nothing(make_scene: MakeScene, seed: int) ->
     assert [one.deviation for one in scores] == [
         "principal point", "focal length", "rolling shutter",
     ]  # fmt: skip
-    assert all(0.0 < one.fall < one.freedom for one in scores), "counted in inflated sigmas"
+    assert all(0.0 < one.statistic < one.dof for one in scores), "counted in inflated sigmas"
     assert with_supported_lenses(first, plain, [CALIBRATED]) is first
 
 
@@ -97,7 +97,7 @@ def test_a_stabiliser_is_found_and_solved_for(make_scene: MakeScene) -> None:
     asked = supported_kind(before, [CALIBRATED])
     assert asked is not None
     assert asked.deviation == "principal point"
-    assert asked.chance < 1e-12
+    assert asked.p_value < 1e-12
     after = with_supported_lenses(before, faulty, [CALIBRATED])
     assert before.sigma_px > 1.1 * after.sigma_px
     assert 0.9 * NOISE_PX < after.sigma_px < 1.1 * NOISE_PX
@@ -129,7 +129,7 @@ def test_what_moved_half_of_the_points_is_no_lens(
 
     faulty = taken(scene, seed, swaying)
     before = fixed(faulty)
-    assert (min(one.chance for one in scores_of(before, [CALIBRATED])) < 1e-6) is asks
+    assert (min(one.p_value for one in scores_of(before, [CALIBRATED])) < 1e-6) is asks
     assert with_supported_lenses(before, faulty, [CALIBRATED]) is before
 
 
@@ -156,7 +156,7 @@ def test_a_body_that_steps_once_counts_with_one_motion(make_scene: MakeScene, se
     assert each < A_NUMBER * POSE_SIZE * PHOTOS
     explained = explained_by_two_bodies(before, [CALIBRATED], 10**9)
     assert explained > 15
-    assert all(one.fall - A_NUMBER * one.freedom < 0 for one in scores_of(before, [CALIBRATED]))
+    assert all(one.statistic - A_NUMBER * one.dof < 0 for one in scores_of(before, [CALIBRATED]))
     still = taken(scene, seed, lambda k, points: scene.view(k).project(points))
     assert explained_by_two_bodies(fixed(still), [CALIBRATED], 10**9) < 0
 
@@ -194,7 +194,7 @@ def test_two_bodies_explain_what_moved_one_of_them(make_scene: MakeScene) -> Non
         low = base.points_in_world[:, 0] < np.median(base.points_in_world[:, 0])
         mixed = np.random.default_rng(0).random(len(low)) < 0.5
         true, other = falls_apart(base, [CALIBRATED], before.sigma_px, 10**9, [low, mixed])[:, 0]
-        lens = max(one.fall for one in scores_of(before, [CALIBRATED]))
+        lens = max(one.statistic for one in scores_of(before, [CALIBRATED]))
         assert other < 0.5 * max(true, lens)
         assert bool(true > lens) is moved
         each = A_NUMBER * POSE_SIZE * PHOTOS
