@@ -36,8 +36,8 @@ from limbgram.findings import Finding, Value, doubt, note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
-from limbgram.reconstruction.hypotheses.curving import Curving, curving
+from limbgram.reconstruction.hypotheses.curvature import CurvatureChange, find_curvature_change
+from limbgram.reconstruction.hypotheses.relative_motion import is_rigid_with_first, movement_between
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
 from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
@@ -214,18 +214,18 @@ def find_bending(
     seen = _Seen(photos, features, scene, cameras, millimetre(detections, scene))
     found = _between("halves", one, other, seen, fewer)
     limb = _thinned(sides.among(matches.pairs, _ON_LIMB), options.pair_matches)
-    bent = _curving(limb, seen)
-    return found if bent is None else replace(found, movement=bent.beside(found.movement))
+    bent = _curvature_change(limb, seen)
+    return found if bent is None else replace(found, movement=bent.merged_with(found.movement))
 
 
-def _curving(limb: list[PairMatches], seen: "_Seen") -> Curving | None:
+def _curvature_change(limb: list[PairMatches], seen: "_Seen") -> CurvatureChange | None:
     """The likeliest change of the limb's curvature, of the photos placed by the limb alone."""
     scene, cameras = seen.scene, seen.cameras
     try:
         placed = _placed_by(seen.features, limb, scene, cameras, seen.photos, _BENT_SIGMAS)
         if placed is None:
             return None
-        return curving(_in_frame_of(scene, placed), cameras.calibrations, seen.mm)
+        return find_curvature_change(_in_frame_of(scene, placed), cameras.calibrations, seen.mm)
     except np.linalg.LinAlgError:  # a photo loses all its points
         return None
 
@@ -276,7 +276,7 @@ def held_against_board(
     if by_limb is None or by_board is None:
         return found.movement
     limb_scene, board_scene = _in_frame_of(scene, by_limb), _in_frame_of(scene, by_board)
-    if not stood_with_first(limb_scene, board_scene, found, cameras.calibrations):
+    if not is_rigid_with_first(limb_scene, board_scene, found, cameras.calibrations):
         return found.movement
     return replace(_kept_still(found.movement), beside=True)
 
@@ -369,7 +369,7 @@ def _missed_px(views: Sequence[View], seen_px: Sequence[Points2]) -> Float64[np.
 def limb_or_board(movement: Movement) -> Movement:
     """The same where nothing tells whether the limb moved or the board: nothing is a fact."""
     doubted = tuple(
-        replace(one, failed=("board",)) if one.told else one for one in movement.explanations
+        replace(one, failed=("board",)) if one.is_fact else one for one in movement.explanations
     )
     unknown = Movement.unknown(len(movement.shift), chance=movement.chance)
     return replace(unknown, explanations=doubted)

@@ -34,7 +34,7 @@ from limbgram.reconstruction.calibration.cameras import (
 )
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.chains import along_chains, starts, without_planes
-from limbgram.reconstruction.mapping.lens_evidence import LensEvidence, zoomed_photos
+from limbgram.reconstruction.mapping.lens_equations import LensEquations, zoomed_photos
 from limbgram.reconstruction.mapping.lens_selection import with_supported_lenses
 from limbgram.reconstruction.mapping.scene import Ring, Scene
 from limbgram.reconstruction.mapping.solution import Adjusted, Unheld, adjust
@@ -344,7 +344,7 @@ def _facts(odd: dict[int, Finding], scene: Scene, cameras: Cameras) -> dict[int,
     """Those of which a zoom explains more than anything else that a lens may have for itself."""
     if not odd:
         return odd
-    zoomed = zoomed_photos(LensEvidence.of(scene, cameras.calibrations))
+    zoomed = zoomed_photos(LensEquations.of(scene, cameras.calibrations))
     return {k: said for k, said in odd.items() if k in zoomed and not zoomed[k].failed}
 
 

@@ -124,12 +124,12 @@ class Explanation:
         return self.kind in ("focal length", "camera file")
 
     @property
-    def open_(self) -> bool:
+    def is_undecided(self) -> bool:
         """Whether it is not told as a fact, and would matter."""
         return bool(self.failed) and self.high >= self.floor
 
     @property
-    def told(self) -> bool:
+    def is_fact(self) -> bool:
         """As a fact."""
         return not self.failed
 
@@ -206,7 +206,7 @@ class Movement:
     @property
     def undecided(self) -> tuple[Explanation, ...]:
         """What may have happened, would matter, and is not told as a fact."""
-        return tuple(one for one in self.explanations if one.open_)
+        return tuple(one for one in self.explanations if one.is_undecided)
 
     @property
     def misfit(self) -> bool:

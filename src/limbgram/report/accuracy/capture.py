@@ -95,7 +95,7 @@ def _explanation(one: Explanation, names: tuple[str, ...]) -> ExplanationFigures
         bodies=one.bodies,
         kind=one.kind,
         photos=tuple(names[k] for k in one.photos),
-        told=one.told,
+        told=one.is_fact,
         matters=one.high >= one.floor,
         failed=one.failed,
         score=one.score,

@@ -369,7 +369,7 @@ def test_a_stabiliser_is_a_fact_where_it_matters_on_the_limb(
     after = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED])
     (one,) = told(after.scene)
     assert one.kind == "principal point"
-    assert one.told is fact
+    assert one.is_fact is fact
     assert fact or one.failed == ("size",)
     moved = np.linalg.norm(shifts - shifts.mean(0), axis=1)
     assert int(moved.argmax()) in one.photos
@@ -386,7 +386,7 @@ def test_a_stabiliser_is_a_fact_where_no_usual_one_moves_as_far(
     mm = float(np.ptp(scene.points_in_world)) / 10.0
     (one,) = lens_explanations(scene, [CALIBRATED], scene.points_in_world, mm)
     assert one.high < one.floor
-    assert one.told is fact
+    assert one.is_fact is fact
 
 
 def test_a_spread_that_few_photos_show_by_chance_is_no_fault_beyond_cameras(
@@ -418,7 +418,7 @@ def test_what_all_photos_have_alike_is_the_camera_file(make_scene: MakeScene) ->
 
     faulty = taken(scene, 5, seen)
     found = told(with_supported_lenses(fixed(faulty), faulty, [CALIBRATED]).scene)
-    facts = {one.kind: one for one in found if one.told}
+    facts = {one.kind: one for one in found if one.is_fact}
     assert {*facts} == {"camera file"}
     assert facts["camera file"].low < 0.01 < facts["camera file"].high
     plain = taken(scene, 5, lambda k, points: scene.view(k).project(points))

@@ -28,7 +28,7 @@ MakePair = Callable[..., VerifiedPair]
 NOISE_PX = 0.1
 SHARED = np.arange(100)
 """Points that photos 0 to 5 show."""
-OWN = np.arange(100, 180)
+DEVIATION_SIZE = np.arange(100, 180)
 """Points that photos 5 and 6 show; photo 4 shows the first of them."""
 BEYOND = np.arange(180, 240)
 """Points that photos 6 and 0 show, and no other."""
@@ -54,10 +54,10 @@ def photographed(make_pair: MakePair) -> Callable[..., Scene]:
         places = [one.project(ring.points_in_world) for one in ring.views]
         places = [one + rng.normal(0.0, NOISE_PX, one.shape) for one in places]
         if not right:
-            places[6][OWN] = _astray(ring, rng)
+            places[6][DEVIATION_SIZE] = _astray(ring, rng)
         rows = [(k, m, SHARED) for k in range(5) for m in (k + 1, k + 2) if m < 6]
-        rows[rows.index((4, 5, SHARED))] = (4, 5, np.r_[SHARED, OWN[:third]])
-        pairs = [_pair(ring, places, make_pair, *one) for one in (*rows, (5, 6, OWN))]
+        rows[rows.index((4, 5, SHARED))] = (4, 5, np.r_[SHARED, DEVIATION_SIZE[:third]])
+        pairs = [_pair(ring, places, make_pair, *one) for one in (*rows, (5, 6, DEVIATION_SIZE))]
         features = Features(tuple(map(described, places)))
         return place(_photos(ring), features, Pairs(tuple(pairs), 0), _cameras(ring))
 
@@ -66,9 +66,9 @@ def photographed(make_pair: MakePair) -> Callable[..., Scene]:
 
 def _astray(ring: Scene, rng: np.random.Generator) -> np.ndarray:
     """Places in photo 6 on the epipolar lines of other points: right for the pair, and nothing."""
-    elsewhere = ring.points_in_world[OWN]
+    elsewhere = ring.points_in_world[DEVIATION_SIZE]
     toward = elsewhere - ring.view(5).centre_in_world
-    far = 1.0 + rng.uniform(-0.15, 0.15, (len(OWN), 1))
+    far = 1.0 + rng.uniform(-0.15, 0.15, (len(DEVIATION_SIZE), 1))
     return ring.view(6).project(ring.view(5).centre_in_world + far * toward)
 
 
@@ -145,12 +145,12 @@ def met(make_pair: MakePair) -> Callable[..., Scene]:
         rng = np.random.default_rng(3)
         places = [one.project(ring.points_in_world) for one in ring.views]
         turned = [_turned_about_the_limb(ring, 6, deg) for deg in turned_deg]
-        for shown, points in zip(turned, (OWN, BEYOND), strict=True):
+        for shown, points in zip(turned, (DEVIATION_SIZE, BEYOND), strict=True):
             places[6][points] = shown.view(6).project(ring.points_in_world[points])
         places = [one + rng.normal(0.0, NOISE_PX, one.shape) for one in places]
         rows = [(k, m, SHARED) for k in range(5) for m in (k + 1, k + 2) if m < 6]
         pairs = [_pair(ring, places, make_pair, *one) for one in rows]
-        pairs.append(_pair(turned[0], places, make_pair, 5, 6, OWN))
+        pairs.append(_pair(turned[0], places, make_pair, 5, 6, DEVIATION_SIZE))
         pairs.append(_pair(turned[1], places, make_pair, 0, 6, BEYOND))
         features = Features(tuple(map(described, places)))
         return place(_photos(ring), features, Pairs(tuple(pairs), 0), _cameras(ring))

@@ -1,15 +1,16 @@
-"""Curving: whether the limb's length is bent otherwise in some photos than in the others.
+"""Curvature: whether the limb's length is bent otherwise in some photos than in the others.
 
-In      the scene of the limb's points alone, what contradicts a rigid limb still in it, and
-        calibrations.
-Out     the likeliest change of its curvature, held against the rules of every other term.
+In      the scene of the limb's points alone, with observations that contradict a rigid limb still
+        in it, and calibrations.
+Out     the most significant change of its curvature, with the rules that it fails.
 Method  Two rigid halves have six numbers in each photo and see too little of a lean that grows
-        along the limb: one of 8 mm was a chance of 0.03. Here the limb has one pose in each photo,
+        along the limb: one of 8 mm had a p-value of 0.03. Here the limb has one pose in each photo,
         and a term moves its points across its length by the square and the cube of their place
-        along it: four numbers for all photos behind a step, or in proportion to a drift. Score
-        test (Rao 1948) with poses, points, the lens (as calibrated) and each photo's lens deviation
-        (of the spread that the capture shows beside any curving) projected out; the noise is that
-        of clusters of points, or what curvatures of single photos leave, whichever is larger.
+        along it: four numbers for all photos after a step, or in proportion to a drift. Score test
+        (Rao 1948) with poses, points, the lens (calibration as prior) and each photo's lens
+        deviation (of the spread that the capture shows beside any change of curvature) eliminated;
+        the noise is that between clusters of points, or what curvatures of single photos leave,
+        whichever is larger.
 Limits  Photos of a lens that no board calibrated are not asked: what it does beyond its model bends
         limbs. Fewer than ten photos tell nothing.
 """
@@ -24,25 +25,25 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.core.interval import length_within
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.hypotheses.bodies import (
-    BEYOND_CHANCE,
+from limbgram.reconstruction.hypotheses.deformation_fields import FieldEquations, FieldTest
+from limbgram.reconstruction.hypotheses.relative_motion import (
     FEWEST_PHOTOS,
-    FLOOR,
     FLOOR_MM,
+    MAX_MISFIT_P_VALUE,
     MOST_PHOTOS,
+    RELATIVE_FLOOR,
 )
-from limbgram.reconstruction.hypotheses.deformation_fields import Along, FieldEvidence
 from limbgram.reconstruction.hypotheses.terms import drifts, steps
 from limbgram.reconstruction.mapping.bundle import Bundle
-from limbgram.reconstruction.mapping.lens_evidence import (
-    MOST,
-    OWN,
-    USUAL,
-    clusters_of,
-    eliminated,
-    inflation_of,
+from limbgram.reconstruction.mapping.lens_equations import (
+    DEVIATION_SIZE,
+    MAX_SPREAD,
+    USUAL_SPREAD,
+    eliminate,
     lens_basis,
-    packed,
+    packed_lenses,
+    point_clusters,
+    variance_inflation,
 )
 from limbgram.reconstruction.mapping.scene import Explanation, Movement, Scene
 from limbgram.reconstruction.mapping.score_tests import (
@@ -53,32 +54,32 @@ from limbgram.reconstruction.mapping.score_tests import (
 )
 from limbgram.reconstruction.mapping.solution import LensPrior, reduced_equations
 
-FIELD = 4
-"""Numbers of a curving: across the length in two directions, by square and cube of the place."""
-_ENDS = 0.98
-"""Share of the points that the two ends of the length hold between them."""
-_LEAST_WEIGHT = 1e-12
-"""By which points are damped, of their own weight."""
+_NUMBERS = 4
+"""Parameters of a field: two directions across the length, by square and by cube of the place."""
+_LENGTH_SHARE = 0.98
+"""Share of the points between the two ends of the length."""
+_POINT_DAMPING = 1e-12
+"""Damping of the points, relative to each diagonal entry."""
 
 
 @dataclass(frozen=True)
-class Curving:
+class CurvatureChange:
     """A change of curvature, and how much of it each photo of the scene shows."""
 
     explanation: Explanation
     course: Float64[np.ndarray, " p"]
-    """By photo; NaN of those without a place."""
+    """By photo; NaN for photos that are not placed."""
     turn_deg: float
-    """By which the end of the limb that moves most tilts."""
+    """Tilt of the end of the limb that moves most."""
 
-    def beside(self, halves: Movement) -> Movement:
-        """What both halves show against each other, and this beside it."""
+    def merged_with(self, halves: Movement) -> Movement:
+        """The movement of the halves, with this explanation ranked among theirs."""
         one = self.explanation
         ranked = tuple(sorted((one, *halves.explanations), key=lambda each: -each.score))
-        if halves.moved or not (one.told or one.open_):
+        if halves.moved or not (one.is_fact or one.is_undecided):
             return replace(halves, explanations=ranked)
-        if not one.told:
-            unknown = Movement.unknown(len(self.course), chance=min(one.chance, BEYOND_CHANCE))
+        if not one.is_fact:
+            unknown = Movement.unknown(len(self.course), chance=min(one.chance, MAX_MISFIT_P_VALUE))
             return replace(unknown, explanations=ranked)
         known = np.isfinite(self.course)
         group = np.full(len(known), -1, np.int64)
@@ -99,8 +100,10 @@ class Curving:
         )
 
 
-def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None) -> Curving | None:
-    """The likeliest change of curvature unless chance explains it.
+def find_curvature_change(
+    scene: Scene, priors: Sequence[Calibration], mm: float | None = None
+) -> CurvatureChange | None:
+    """The most significant change of curvature; None where none is significant.
 
     Args:
         scene: Of the limb's points alone, adjusted.
@@ -110,45 +113,45 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
     calibrated = all(one.source == "board" for one in priors)
     if not calibrated or not FEWEST_PHOTOS <= photos <= MOST_PHOTOS:
         return None
-    field = _Field.of(scene.points_in_world)
+    field = _BendingField.of(scene.points_in_world)
     if field.half_length <= 0.0:
         return None
-    evidence = _evidence(scene, priors, field)
-    spread = estimate_spread(evidence.lenses_beside_fields(), USUAL, MOST).spread
-    seen = evidence.fields(spread)
+    equations = _field_equations(scene, priors, field)
+    spread = estimate_spread(equations.of_lenses(), USUAL_SPREAD, MAX_SPREAD).spread
+    of_fields = equations.of_fields(spread)
     terms = [*steps(photos), next(drifts(np.array(scene.placed, np.int64)))]
-    every = ScoreTest.of(seen)
-    tried = [Along.of(evidence, spread, one.course, seen, every) for one in terms]
-    best = int(np.argmax([one.one.statistic for one in tried]))
-    term, along = terms[best], tried[best]
-    chance = along.chance(len(terms))
-    if chance > SIGNIFICANCE_LEVEL:
+    each_photo = ScoreTest.of(of_fields)
+    tests = [FieldTest.of(equations, spread, one.course, of_fields, each_photo) for one in terms]
+    best = int(np.argmax([one.along_course.statistic for one in tests]))
+    term, test = terms[best], tests[best]
+    p_value = test.p_value(len(terms))
+    if p_value > SIGNIFICANCE_LEVEL:
         return None
-    effect = field.effect(along)
-    floor = FLOOR * _distance(scene) if mm is None else FLOOR_MM * mm
-    failed = along.failed()
+    effect = field.effect(test)
+    floor = RELATIVE_FLOOR * _distance(scene) if mm is None else FLOOR_MM * mm
+    failed = test.failed_rules()
     if scene.own is not None:
         failed.append("model")
     if effect.low < floor:
         failed.append("size")
     after = term.course > 0.0 if term.kind == "step" else np.ones(photos, bool)
     fewer = after if after.sum() * 2 <= photos or term.kind == "drift" else ~after
-    cost = FIELD * np.log(evidence.facts) + 2.0 * np.log(len(terms))
+    cost = _NUMBERS * np.log(equations.sample_size) + 2.0 * np.log(len(terms))
     course = np.full(len(scene.names), np.nan)
     course[list(scene.placed)] = term.course
-    return Curving(
+    return CurvatureChange(
         explanation=Explanation(
             bodies="halves",
             kind="step" if term.kind == "step" else "drift",
             photos=tuple(np.array(scene.placed)[fewer].tolist()),
-            numbers=FIELD,
-            score=float(along.one.statistic / along.noise - cost),
-            chance=chance,
+            numbers=_NUMBERS,
+            score=float(test.along_course.statistic / test.noise - cost),
+            chance=p_value,
             effect=effect.size,
             low=effect.low,
             high=effect.high,
-            variance_before=every.variance_factor,
-            variance_after=along.rest,
+            variance_before=each_photo.variance_factor,
+            variance_after=test.residual_variance,
             failed=tuple(failed),
             floor=floor,
         ),
@@ -158,33 +161,33 @@ def curving(scene: Scene, priors: Sequence[Calibration], mm: float | None = None
 
 
 def _distance(scene: Scene) -> float:
-    """Of the cameras, to the middle of the points."""
-    middle = np.median(scene.points_in_world, axis=0)
-    return float(np.median([np.linalg.norm(one.centre_in_world - middle) for one in scene.views]))
+    """Median distance of the cameras from the centre of the points."""
+    centre = np.median(scene.points_in_world, axis=0)
+    return float(np.median([np.linalg.norm(one.centre_in_world - centre) for one in scene.views]))
 
 
 @dataclass(frozen=True)
-class _Field:
-    """Motions across the limb's length by the square and the cube of the place along it."""
+class _BendingField:
+    """Displacements across the limb's length, by square and cube of the place along it."""
 
     columns: Float64[np.ndarray, "n 3 4"]
-    """By point, for numbers that are motions of an end."""
+    """By point: displacement by each number, which is a displacement of an end."""
     half_length: float
 
     @classmethod
-    def of(cls, points: Points3) -> "_Field":
+    def of(cls, points: Points3) -> "_BendingField":
         arms = points - np.median(points, axis=0)
         axes = np.linalg.svd(arms, full_matrices=False)[2]
         along, across = arms @ axes[0], axes[1:]
-        half = float(np.quantile(np.abs(along), _ENDS))
+        half = float(np.quantile(np.abs(along), _LENGTH_SHARE))
         place = np.clip(along / half, -1.0, 1.0) if half > 0.0 else along
         powers = np.column_stack([place**2, place**3])
         columns = powers[:, None, :, None] * across.T[None, :, None, :]
-        return cls(columns.reshape(len(points), 3, FIELD), half)
+        return cls(columns.reshape(len(points), 3, _NUMBERS), half)
 
-    def effect(self, along: Along) -> "_Effect":
-        """Of the end that surely moves farthest across the length, once a turn is taken off."""
-        numbers, covariance = along.solved
+    def effect(self, test: FieldTest) -> "_Effect":
+        """Displacement and tilt of the end that surely moves farthest across the length."""
+        numbers, covariance = test.estimate
         found: list[_Effect] = []
         for side in (-1.0, 1.0):
             end = np.hstack([np.eye(2), side * np.eye(2)])
@@ -196,64 +199,70 @@ class _Field:
 
 @dataclass(frozen=True)
 class _Effect:
+    """Displacement of an end with its interval of 95 %, and its tilt."""
+
     size: float
     low: float
     high: float
     turn_deg: float
 
 
-def _evidence(scene: Scene, priors: Sequence[Calibration], field: _Field) -> FieldEvidence:
-    """Poses, points and lenses eliminated."""
+def _field_equations(
+    scene: Scene, priors: Sequence[Calibration], field: _BendingField
+) -> FieldEquations:
+    """Equations over deviations and fields, with poses, points and lenses eliminated."""
     bundle = Bundle.of(scene)
     photos, lenses = len(bundle.views), LENS_SIZE * len(priors)
     first = POSE_SIZE * photos
-    clusters = clusters_of(bundle.points)
+    clusters = point_clusters(bundle.points)
     parts = [_reduced(bundle, scene, priors, field, part) for part in clusters]
-    curves = np.arange(first + lenses + OWN * photos, len(parts[0][1]))
-    inflation = _inflation(parts, np.concatenate([np.arange(first), curves]))
+    fields = np.arange(first + lenses + DEVIATION_SIZE * photos, len(parts[0][1]))
+    inflation = _variance_inflation(parts, np.concatenate([np.arange(first), fields]))
     normal = np.sum([one for one, _ in parts], axis=0) / inflation
     right = np.sum([one for _, one in parts], axis=0) / inflation
     prior = LensPrior.of(priors, hold_board_lenses=False)
     lens = slice(first, first + lenses)
-    prior.join(normal, right, packed(scene), first)
-    known = np.ones(first + lenses, bool)
-    known[lens] = prior.free
+    prior.join(normal, right, packed_lenses(scene), first)
+    free = np.ones(first + lenses, bool)
+    free[lens] = prior.free
     kept = np.arange(first + lenses, len(right))
-    left, pull = eliminated(normal, right, np.flatnonzero(known), kept)
-    return FieldEvidence(photos, FIELD, left, pull, photos * len(clusters))
+    reduced, reduced_right = eliminate(normal, right, np.flatnonzero(free), kept)
+    return FieldEquations(photos, _NUMBERS, reduced, reduced_right, photos * len(clusters))
 
 
-def _inflation(
+def _variance_inflation(
     parts: Sequence[tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]],
-    firm: Int64[np.ndarray, " f"],
+    rows: Int64[np.ndarray, " f"],
 ) -> float:
-    """Variance of the clusters' pulls, each photo's pose and curvature solved for.
+    """Variance of the clusters' scores, with each photo's pose and curvature solved for.
 
-    At the rigid solution a limb that bends pulls its clusters apart, and would be noise to itself.
+    At the rigid solution a limb that bends would make its clusters disagree, and be its own noise.
     """
-    normals = [normal[np.ix_(firm, firm)] for normal, _ in parts]
-    rights = [right[firm] for _, right in parts]
+    normals = [normal[np.ix_(rows, rows)] for normal, _ in parts]
+    rights = [right[rows] for _, right in parts]
     solved = pseudo_inverse(np.sum(normals, axis=0)) @ np.sum(rights, axis=0)
-    left = [pull - one @ solved for one, pull in zip(normals, rights, strict=True)]
-    return inflation_of(normals, left)
+    residual_scores = [score - one @ solved for one, score in zip(normals, rights, strict=True)]
+    return variance_inflation(normals, residual_scores)
 
 
 def _reduced(
     bundle: Bundle,
     scene: Scene,
     priors: Sequence[Calibration],
-    field: _Field,
+    field: _BendingField,
     chosen: Bool[np.ndarray, " n"],
 ) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]:
-    """Over poses, lenses, deviations and curvings in units of sigma, by some of the points, which
-    are eliminated."""
+    """Equations in units of sigma over poses, lenses, deviations and fields, by some of the points,
+    which are eliminated."""
     photos, sigma_px = len(bundle.views), bundle.sigma_px(scene)
     camera = np.array(scene.camera_idx, np.int64)[list(scene.placed)]
     basis = np.array([lens_basis(one.camera) for one in priors])
     normal, right, _ = reduced_equations(
-        bundle.with_points(chosen), camera, basis, sigma_px, _LEAST_WEIGHT, field.columns[chosen]
+        bundle.with_points(chosen), camera, basis, sigma_px, _POINT_DAMPING, field.columns[chosen]
     )
     first = POSE_SIZE * photos + LENS_SIZE * len(priors)
-    own = first + np.arange((OWN + FIELD) * photos).reshape(photos, -1)
-    rows = np.concatenate([np.arange(first), own[:, :OWN].ravel(), own[:, OWN:].ravel()])
+    own = first + np.arange((DEVIATION_SIZE + _NUMBERS) * photos).reshape(photos, -1)
+    rows = np.concatenate(
+        [np.arange(first), own[:, :DEVIATION_SIZE].ravel(), own[:, DEVIATION_SIZE:].ravel()]
+    )
     return normal[np.ix_(rows, rows)] / sigma_px**2, right[rows] / sigma_px**2
