@@ -20,7 +20,7 @@ from limbgram.core.run import Run
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.mapping.ring import MappingOptions, place
+from limbgram.reconstruction.mapping.placement import MappingOptions, place
 from limbgram.reconstruction.mapping.scene import JoinedByMarks, Scene
 from limbgram.reconstruction.matching.coded_marks import Coded, CodedMatches, with_marks
 from limbgram.reconstruction.matching.matching import Matches

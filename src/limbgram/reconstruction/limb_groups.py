@@ -31,7 +31,7 @@ from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.verdicts import found_lenses
+from limbgram.reconstruction.mapping.verdicts import solved_lenses
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
@@ -185,7 +185,7 @@ def _only_shifted(
 ) -> bool:
     """Whether neighbours of two groups show one limb that moved a little between them."""
     scene = metric.scene
-    lenses = found_lenses(scene, cameras).calibrations
+    lenses = solved_lenses(scene, cameras).calibrations
     by_photos = {(pair.first, pair.second): pair for pair in matches.pairs}
     shifted = 0
     for ranks in across:

@@ -39,13 +39,13 @@ from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.hypotheses.curvature import CurvatureChange, find_curvature_change
 from limbgram.reconstruction.hypotheses.relative_motion import is_rigid_with_first, movement_between
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
-from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
-from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
+from limbgram.reconstruction.mapping.movement import BodyMotion, connected_photos
+from limbgram.reconstruction.mapping.placement import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
 from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
-from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, SHARED_ERROR, adjust
-from limbgram.reconstruction.mapping.tracks import beyond_chance, with_tracks
-from limbgram.reconstruction.mapping.verdicts import agreed_by
+from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, SIGMA_INFLATION, adjust
+from limbgram.reconstruction.mapping.tracks import significant_pairs, with_tracks
+from limbgram.reconstruction.mapping.verdicts import refined_keypoints_by
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet, first_of
 from limbgram.reconstruction.scale.metric import MetricScene
@@ -328,7 +328,7 @@ def third_moved(limb: Scene, pairs: Sequence[PairMatches], found: BodyMotion) ->
         seen_px = (pair.xy_first_px, pair.xy_second_px)
         still = [limb.view(k) for k in photos]
         moved = [
-            replace(view, camera_from_world=view.camera_from_world @ found.moved(k))
+            replace(view, camera_from_world=view.camera_from_world @ found.in_photo(k))
             for k, view in zip(photos, still, strict=True)
         ]
         misses_px.append(np.array([_missed_px(views, seen_px) for views in (still, moved)]))
@@ -337,7 +337,7 @@ def third_moved(limb: Scene, pairs: Sequence[PairMatches], found: BodyMotion) ->
         return None
     # of the limb's own points: many matches beside it are wrong, and fit neither
     scale_px = CAUCHY_SIGMAS * MAD_TO_SIGMA * float(np.nanmedian(np.abs(limb.residuals_px())))
-    weight = (CAUCHY_SIGMAS / SHARED_ERROR) ** 2
+    weight = (CAUCHY_SIGMAS / SIGMA_INFLATION) ** 2
     costs = np.array([weight * np.log1p((px / scale_px) ** 2).sum(axis=1) for px in misses_px])
     for_motion = costs[:, 0] - costs[:, 1]
     shows = np.array([np.isin(ends, photo).any(axis=1) for photo in np.unique(ends)])
@@ -480,7 +480,7 @@ def _carried(
     if not seen:
         return detections
     still = [scene.view(index[photo.name]) for photo in seen]
-    motions = [found.moved(index[photo.name]) for photo in seen]
+    motions = [found.in_photo(index[photo.name]) for photo in seen]
     moved = [
         replace(view, camera_from_world=view.camera_from_world @ motion)
         for view, motion in zip(still, motions, strict=True)
@@ -617,16 +617,16 @@ def _placed_by(
     """
     if not any(len(pair) for pair in pairs):
         return None
-    places_px = agreed_by(features, pairs)
+    keypoints_px = refined_keypoints_by(features, pairs)
     width = max(photo.width_px for photo in photos.photos)
     for again, reach_px in enumerate((_REACH * width, _TRACK_PX)):
         if of_limb and again:
-            pairs = beyond_chance(scene, places_px, pairs, reach_px) or pairs
-        scene = _retracked(scene, places_px, pairs, reach_px)
+            pairs = significant_pairs(scene, keypoints_px, pairs, reach_px) or pairs
+        scene = _retracked(scene, keypoints_px, pairs, reach_px)
         if len(scene.placed) < 2:
             return None
         scene = _adjusted(scene, cameras, outlier_sigmas)
-    while loose := {*scene.placed} - {*joined_photos(scene)}:
+    while loose := {*scene.placed} - {*connected_photos(scene)}:
         scene = without_photos(scene, loose)
         if len(scene.placed) < 2:
             return None
@@ -676,11 +676,11 @@ def _in_frame_of(scene: Scene, alone: Scene) -> Scene:
 
 
 def _retracked(
-    scene: Scene, places_px: tuple[Points2, ...], pairs: list[PairMatches], reach_px: float
+    scene: Scene, keypoints_px: tuple[Points2, ...], pairs: list[PairMatches], reach_px: float
 ) -> Scene:
     """New points from the matches, and only the photos that hang together by them."""
-    new = with_tracks(scene, places_px, pairs, reach_px)
-    return without_photos(new, {*new.placed} - {*joined_photos(new)})
+    new = with_tracks(scene, keypoints_px, pairs, reach_px)
+    return without_photos(new, {*new.placed} - {*connected_photos(new)})
 
 
 def _held(scene: Scene, cameras: Cameras) -> tuple[Calibration, ...]:

@@ -41,10 +41,10 @@ from limbgram.reconstruction.lens_groups import ByLens
 from limbgram.reconstruction.limb_groups import limb_groups
 from limbgram.reconstruction.mapping.full_resolution_tracks import FollowingOptions, follow_points
 from limbgram.reconstruction.mapping.movement import BodyMotion
-from limbgram.reconstruction.mapping.ring import DEFAULTS as MAPPING
-from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
+from limbgram.reconstruction.mapping.placement import DEFAULTS as MAPPING
+from limbgram.reconstruction.mapping.placement import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Movement, Scene
-from limbgram.reconstruction.mapping.verdicts import refuse_torn
+from limbgram.reconstruction.mapping.verdicts import refuse_contradicted
 from limbgram.reconstruction.matching.coded_marks import Coded
 from limbgram.reconstruction.matching.matching import (
     Matches,
@@ -651,7 +651,7 @@ def place_pairs(unplaced: Unplaced, run: Run, mapping: MappingOptions = MAPPING)
     placed = place_object(unplaced, run, mapping)
     if not placed.poses.sides:
         cameras = unplaced.cameras if placed.lenses is None else placed.lenses.cameras
-        refuse_torn(placed.scene, placed.pairs, cameras)
+        refuse_contradicted(placed.scene, placed.pairs, cameras)
     return Placing(
         features=unplaced.features,
         matches=placed.matches,

@@ -45,10 +45,10 @@ from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.lens_groups import ByLens, by_cut, by_lens, lens_is_told
 from limbgram.reconstruction.limb_groups import LimbGroups, limb_groups
-from limbgram.reconstruction.mapping.ring import DEFAULTS as MAPPING
-from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
+from limbgram.reconstruction.mapping.placement import DEFAULTS as MAPPING
+from limbgram.reconstruction.mapping.placement import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.verdicts import by_found_lenses, found_lenses
+from limbgram.reconstruction.mapping.verdicts import reverified, solved_lenses
 from limbgram.reconstruction.matching.matching import Matches
 from limbgram.reconstruction.matching.static_background import Still
 from limbgram.reconstruction.photos.lenses import copies_of
@@ -349,7 +349,7 @@ def find_poses(
     count = len(photos.photos)
     turning, by = pairs, cameras
     if scene is not None:
-        turning, by = by_found_lenses(scene, pairs, cameras), found_lenses(scene, cameras)
+        turning, by = reverified(scene, pairs, cameras), solved_lenses(scene, cameras)
     lenses = [by.calibrations[one.camera_idx].camera for one in photos.photos]
     by_pairs = _where_pairs_leave_board(turning, detections, lenses)
     others = _weak_links(pairs, count) if scene is None else _suspected(scene, detections, pairs)

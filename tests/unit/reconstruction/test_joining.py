@@ -20,7 +20,7 @@ from limbgram.reconstruction.joining import (
     leaves_open,
     shared_marks,
 )
-from limbgram.reconstruction.mapping.ring import MappingOptions, place
+from limbgram.reconstruction.mapping.placement import MappingOptions, place
 from limbgram.reconstruction.matching.coded_marks import with_marks
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.matching.static_background import Still

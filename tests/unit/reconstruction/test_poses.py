@@ -346,8 +346,8 @@ def test_faces_of_a_side_that_share_nothing_are_its_parts(
     calibration = SimpleNamespace(camera=turned_over.views[0].camera)
     cameras = cast(Cameras, SimpleNamespace(calibrations=[calibration]))
     given = cast(Pairs, SimpleNamespace(verified=pairs))
-    monkeypatch.setattr(f"{of}.by_found_lenses", lambda *_: given)  # pyright: ignore[reportUnknownLambdaType]
-    monkeypatch.setattr(f"{of}.found_lenses", lambda *_: cameras)  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(f"{of}.reverified", lambda *_: given)  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(f"{of}.solved_lenses", lambda *_: cameras)  # pyright: ignore[reportUnknownLambdaType]
     scene = scene_of(turned_over)
     found = find_poses(photos, Features(()), given, cameras, board_in(turned_over), scene)
     parts = [part.metric.scene.placed for side in found.sides[1:] for part in side.parts]

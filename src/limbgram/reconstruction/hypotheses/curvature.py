@@ -222,7 +222,7 @@ def _field_equations(
     right = np.sum([one for _, one in parts], axis=0) / inflation
     prior = LensPrior.of(priors, hold_board_lenses=False)
     lens = slice(first, first + lenses)
-    prior.join(normal, right, packed_lenses(scene), first)
+    prior.add_to(normal, right, packed_lenses(scene), first)
     free = np.ones(first + lenses, bool)
     free[lens] = prior.free
     kept = np.arange(first + lenses, len(right))

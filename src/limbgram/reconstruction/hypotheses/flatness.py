@@ -133,7 +133,7 @@ def _field_equations(
     normal[: board_rows.start, : board_rows.start] = of_points.normal
     right[: board_rows.start] = of_points.right
     prior = LensPrior.of(priors, hold_board_lenses=False)
-    prior.join(normal, right, packed_lenses(scene), first)
+    prior.add_to(normal, right, packed_lenses(scene), first)
     # of the corners as located, so that a similarity of the world bends no board
     arms = board.corners - board.world_from_body.translation
     bends = field[:, None] * board.world_from_body.rotation[:, 2:]

@@ -28,7 +28,7 @@ from limbgram.reconstruction.hypotheses.two_body_equations import (
     MOTION_SIZE,
     two_body_equations,
 )
-from limbgram.reconstruction.mapping.movement import BodyMotion, tied_points
+from limbgram.reconstruction.mapping.movement import BodyMotion, points_in_three_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Explanation, Movement, Scene
 from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
 
@@ -58,7 +58,7 @@ def movement_between(
     """
     both = tuple(sorted({*first.placed} & {*second.placed}))
     photos = _evenly_sampled(both)
-    tied = np.minimum(tied_points(first), tied_points(second))
+    tied = np.minimum(points_in_three_photos(first), points_in_three_photos(second))
     while True:
         if len(photos) < FEWEST_PHOTOS:
             few = note("movement.unknown.few_shown", photos=len(photos))

@@ -32,7 +32,7 @@ from limbgram.reconstruction.mapping.lens_equations import (
     known_deviations_rhs,
     packed_lenses,
 )
-from limbgram.reconstruction.mapping.movement import tied_points
+from limbgram.reconstruction.mapping.movement import points_in_three_photos
 from limbgram.reconstruction.mapping.scene import Deviation, Scene
 from limbgram.reconstruction.mapping.solution import LensPrior
 
@@ -116,8 +116,8 @@ def two_body_equations(
         at = body.right - body.normal @ maps.offset
         normal += maps.matrix.T @ (body.normal @ maps.matrix)
         right += maps.matrix.T @ at
-    prior.join(normal, right, packed_lenses(first), layout.lenses.start)
-    prior.join(normal, right, prior.packed, layout.second_lenses.start)  # zero-mean prior
+    prior.add_to(normal, right, packed_lenses(first), layout.lenses.start)
+    prior.add_to(normal, right, prior.packed, layout.second_lenses.start)  # zero-mean prior
     poses = slice(0, POSE_SIZE * len(photos))
     normal[poses, poses] += _gauge_prior(first, photos, motion_jacobians, np.diag(normal)[poses])
     free = np.ones(len(right), bool)
@@ -135,7 +135,9 @@ def two_body_equations(
         centre=centre,
         radius=float(np.quantile(off, 2 / 3)),
         distance=float(np.median(np.linalg.norm(centres, axis=1))),
-        well_observed=np.minimum(tied_points(first), tied_points(second))[list(photos)]
+        well_observed=np.minimum(points_in_three_photos(first), points_in_three_photos(second))[
+            list(photos)
+        ]
         >= MIN_FIRM_POINTS,
         sample_size=len(photos) * min(body.clusters for body in bodies),
         board_calibrated=all(one.source == "board" for one in priors),

@@ -23,10 +23,10 @@ from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.lens_deviations import (
     DEVIATIONS,
-    WIDE,
-    Ties,
+    PRIOR_SPREAD,
+    PhotoLenses,
     basis_of,
-    numbers_of,
+    parameter_count,
 )
 from limbgram.reconstruction.mapping.scene import Rule, Scene
 from limbgram.reconstruction.mapping.score_tests import (
@@ -44,18 +44,22 @@ from limbgram.reconstruction.mapping.score_tests import (
 )
 from limbgram.reconstruction.mapping.solution import LensPrior, reduced_equations
 
-DEVIATION_SIZE = sum(numbers_of(kind) for kind in DEVIATIONS) + 2
+DEVIATION_SIZE = sum(parameter_count(kind) for kind in DEVIATIONS) + 2
 """Parameters of a photo's lens deviation: those of `lens_deviations`, and k1 and k2, which change
 with the distance that a lens is focused at."""
 MAX_SPREAD = np.array(
-    [*(WIDE[kind] for kind in DEVIATIONS for _ in range(numbers_of(kind))), 0.02, 0.04]
+    [*(PRIOR_SPREAD[kind] for kind in DEVIATIONS for _ in range(parameter_count(kind))), 0.02, 0.04]
 )
 """Largest standard deviation of each parameter from photo to photo that is believed."""
 _USUAL_SPREAD = {"principal point": 0.0025, "focal length": 0.0005, "rolling shutter": 0.001}
 """Of a phone in the hand (`synthetic.usual`): a stabiliser, focus at half a metre, 20 ms for all
 rows."""
 USUAL_SPREAD = np.array(
-    [*(_USUAL_SPREAD[kind] for kind in DEVIATIONS for _ in range(numbers_of(kind))), 1e-3, 2e-3]
+    [
+        *(_USUAL_SPREAD[kind] for kind in DEVIATIONS for _ in range(parameter_count(kind))),
+        1e-3,
+        2e-3,
+    ]
 )
 """Of each parameter; k1 and k2 change by some hundredths of themselves with the focus."""
 CLUSTERS = 8
@@ -89,7 +93,7 @@ class LensEquations:
         normal, right = body.normal.copy(), body.right.copy()
         first = POSE_SIZE * len(photos)
         lens = slice(first, first + len(prior.packed))
-        prior.join(normal, right, packed_lenses(scene), first)
+        prior.add_to(normal, right, packed_lenses(scene), first)
         free = np.ones(len(right), bool)
         free[lens] = prior.free
         own = np.arange(lens.stop, len(right))
@@ -272,8 +276,8 @@ def deviation_slice(kind: str) -> slice:
     first = 0
     for one in DEVIATIONS:
         if one == kind:
-            return slice(first, first + numbers_of(one))
-        first += numbers_of(one)
+            return slice(first, first + parameter_count(one))
+        first += parameter_count(one)
     raise KeyError(kind)
 
 
@@ -301,7 +305,7 @@ def known_deviations_rhs(
     if scene.own is not None:
         first = 0
         for kind in scene.own.deviations:
-            own = slice(first, first + numbers_of(kind))
+            own = slice(first, first + parameter_count(kind))
             first = own.stop
             found[:, deviation_slice(kind)] = scene.own.values[list(photos), own]
     return normal[:, : found.size] @ found.ravel()
@@ -347,7 +351,7 @@ class SceneEquations:
         bundle = Bundle.of(scene)
         if scene.own is not None:
             cameras = [one.camera for one in priors]
-            bundle = replace(bundle, ties=Ties.of(scene, cameras, solve=False))
+            bundle = replace(bundle, photo_lenses=PhotoLenses.of(scene, cameras, solve=False))
         sigma_px = bundle.sigma_px(scene)
         lens_idx = np.array(scene.camera_idx, np.int64)[list(scene.placed)]
         basis = np.array([lens_basis(one.camera) for one in priors])

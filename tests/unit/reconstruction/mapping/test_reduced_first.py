@@ -16,7 +16,7 @@ from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, fr
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.lens_groups import ByLens
 from limbgram.reconstruction.limb_groups import LimbGroups
-from limbgram.reconstruction.mapping.ring import ring_of, without_photos
+from limbgram.reconstruction.mapping.placement import ring_of, without_photos
 from limbgram.reconstruction.mapping.scene import Explanation, PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import Matches
 from limbgram.reconstruction.matching.static_background import Still
