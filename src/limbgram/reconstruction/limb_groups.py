@@ -37,7 +37,7 @@ from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.visibility import aim_of
-from limbgram.reconstruction.twoview.essential import fundamental_from_pose, straightened
+from limbgram.reconstruction.twoview.essential import fundamental_from_pose, undistorted
 from limbgram.reconstruction.twoview.verification import verify_pair
 
 _FEWEST_PHOTOS = 4
@@ -215,7 +215,7 @@ def _unexplained(
     ]
     poses = [view.camera_from_world for view in views]
     straight = [
-        straightened(view.camera, xy_px)
+        undistorted(view.camera, xy_px)
         for view, xy_px in zip(views, (pair.xy_first_px, pair.xy_second_px))
     ]
     fundamental = fundamental_from_pose(

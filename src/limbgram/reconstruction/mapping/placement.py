@@ -58,7 +58,7 @@ from limbgram.reconstruction.mapping.zoom import (
     odd_focals,
     zoomed_by_solved_focals,
 )
-from limbgram.reconstruction.matching.coded_marks import Coded
+from limbgram.reconstruction.matching.coded_marks import CodedKeypoints
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.quality import common_fault
 from limbgram.reconstruction.twoview.pairs import Pairs
@@ -110,7 +110,7 @@ def place(
     pairs: Pairs,
     cameras: Cameras,
     options: MappingOptions = DEFAULTS,
-    coded: Coded | None = None,
+    coded: CodedKeypoints | None = None,
 ) -> Scene:
     """Place the photos and their common points in one world frame of arbitrary scale.
 
@@ -146,7 +146,7 @@ def _mapped(
     pairs: Pairs,
     cameras: Cameras,
     options: MappingOptions,
-    coded: Coded | None = None,
+    coded: CodedKeypoints | None = None,
 ) -> Scene:
     """The scene of the best route, with tracks from all matches, not yet adjusted with them."""
     if not pairs.verified:
@@ -198,7 +198,7 @@ def _with_stragglers(
     groups: Sequence[Scene],
     cameras: Cameras,
     options: MappingOptions,
-    coded: Coded | None,
+    coded: CodedKeypoints | None,
 ) -> Scene:
     """The scene with the left-out photos that their pairs and few points place."""
 

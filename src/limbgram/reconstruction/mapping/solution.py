@@ -20,7 +20,7 @@ from limbgram.core.geometry.frames import SIMILARITY_SIZE
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.core.optimisation import Descent, Trial, minimise
 from limbgram.core.run import track
-from limbgram.reconstruction.calibration.cameras import Calibration, squared
+from limbgram.reconstruction.calibration.cameras import Calibration, with_square_pixels
 from limbgram.reconstruction.mapping.body import Body, BodyEquations
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
 from limbgram.reconstruction.mapping.lens_deviations import PhotoLenses
@@ -249,7 +249,9 @@ class LensPrior:
         size = LENS_SIZE * len(priors)
         information, free = np.zeros((size, size)), np.zeros(size, bool)
         if not hold_board_lenses:
-            priors = [squared(given) if given.source == "board" else given for given in priors]
+            priors = [
+                with_square_pixels(given) if given.source == "board" else given for given in priors
+            ]
         for idx, given in enumerate(priors):
             if given.source == "board" and hold_board_lenses:
                 continue

@@ -18,9 +18,9 @@ from scipy.special import bdtrc
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.triangulation import sampson_px, triangulate
 from limbgram.reconstruction.mapping.scene import Observations, Scene
-from limbgram.reconstruction.matching.coded_marks import Coded
+from limbgram.reconstruction.matching.coded_marks import CodedKeypoints
 from limbgram.reconstruction.matching.matching import PairMatches
-from limbgram.reconstruction.twoview.essential import fundamental_from_pose, straightened
+from limbgram.reconstruction.twoview.essential import fundamental_from_pose, undistorted
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
 
@@ -80,7 +80,7 @@ def with_all_tracks(
     keypoints_px: Sequence[Points2],
     pairs: Pairs,
     largest_px: float,
-    coded: Coded | None = None,
+    coded: CodedKeypoints | None = None,
 ) -> Scene:
     """The scene with its points triangulated anew from all matches that fit its cameras.
 
@@ -200,8 +200,8 @@ def epipolar_px(
     xy_second = keypoints_px[second][pair.keypoint_idx[:, 1]]
     return sampson_px(
         fundamental,
-        straightened(views[0].camera, xy_first),
-        straightened(views[1].camera, xy_second),
+        undistorted(views[0].camera, xy_first),
+        undistorted(views[1].camera, xy_second),
     )
 
 

@@ -48,7 +48,7 @@ from limbgram.reconstruction.scale.ruler import (
     RulerLength,
     corners_shown,
     jackknife_sigma,
-    moves_by_cameras,
+    points_by_cameras,
     size_by_cameras,
     stretch_by_cameras,
 )
@@ -61,7 +61,7 @@ _RAYLEIGH_MEDIAN = 1.1774
 _MOST_RESIDUAL = 0.001
 """Typical residual above which the board cannot have lain still, as a share of the width."""
 _LEAST_TRUST = 0.5
-"""A photo of whose corners fewer agree with the other photos is left out."""
+"""Smallest share of a photo's corners that must agree with the other photos."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +73,7 @@ class SceneCorners:
     without_photo: Float64[np.ndarray, "p n 3"]
     """The same points, each time without one of the p photos."""
     observations: "CornerObservations"
-    """Those that were believed, of corners located or not."""
+    """Inlier observations, of located corners and of others."""
     sigma_px: float
     """Standard deviation of one measured coordinate, from the residuals."""
     set_aside: tuple[SetAside, ...]
@@ -81,7 +81,7 @@ class SceneCorners:
 
 @dataclass(frozen=True)
 class CornerObservations:
-    """Corner point_idx[k] of the board appears in views[view_idx[k]] at xy_px[k]."""
+    """Observations: corner point_idx[k] of the board appears in views[view_idx[k]] at xy_px[k]."""
 
     views: tuple[View, ...]
     view_idx: Int32[np.ndarray, " m"]
@@ -89,7 +89,8 @@ class CornerObservations:
     xy_px: Points2
     count: int
 
-    def only(self, kept: np.ndarray) -> "CornerObservations":
+    def subset(self, kept: np.ndarray) -> "CornerObservations":
+        """Some of the observations."""
         return CornerObservations(
             self.views, self.view_idx[kept], self.point_idx[kept], self.xy_px[kept], self.count
         )
@@ -120,7 +121,7 @@ def locate_corners(scene: Scene, detections: BoardDetections) -> SceneCorners:
     observations = _corner_observations(scene, detections)
     believed = _consistent(observations)
     _check_still(believed, observations)
-    trusted, doubted = _without_strangers(believed, observations)
+    trusted, doubted = _without_contradicting_photos(believed, observations)
     points = trusted.points()
     seen = np.bincount(trusted.point_idx, minlength=trusted.count)
     known = np.isfinite(points).all(1) & (seen >= LEAST_OBSERVATIONS)
@@ -136,6 +137,7 @@ def locate_corners(scene: Scene, detections: BoardDetections) -> SceneCorners:
 
 
 def _corner_observations(scene: Scene, detections: BoardDetections) -> CornerObservations:
+    """Observations of the board's corners in placed photos."""
     index = {scene.names[k]: k for k in scene.placed}
     seen = [photo for photo in detections.photos if photo.name in index]
     views = tuple(scene.view(index[photo.name]) for photo in seen)
@@ -159,12 +161,12 @@ def _consistent(observations: CornerObservations) -> CornerObservations:
         dropped = (residuals > limit) & (residuals == worst[observations.point_idx])
         if not dropped.any():
             break
-        observations = observations.only(~dropped)
+        observations = observations.subset(~dropped)
     return observations
 
 
 def _limit_px(sigma_px: float) -> float:
-    """Beyond which a corner's miss is no noise."""
+    """Residual beyond which a corner is an outlier."""
     return max(_LEAST_LIMIT_PX, _LIMIT_SIGMAS * sigma_px)
 
 
@@ -176,7 +178,7 @@ def _check_still(believed: CornerObservations, observations: CornerObservations)
         raise ScaleError("board.moved", sigma_px=float(sigma_px), photos=len(observations.views))
 
 
-def _without_strangers(
+def _without_contradicting_photos(
     believed: CornerObservations, observations: CornerObservations
 ) -> tuple[CornerObservations, tuple[SetAside, ...]]:
     """Leave out photos in which most corners contradict the other photos."""
@@ -194,7 +196,7 @@ def _without_strangers(
         )
         for k in np.flatnonzero(strange)
     )
-    return believed.only(~strange[believed.view_idx]), doubted
+    return believed.subset(~strange[believed.view_idx]), doubted
 
 
 def _leave_one_out(
@@ -202,7 +204,7 @@ def _leave_one_out(
 ) -> Float64[np.ndarray, "p n 3"]:
     """The points without each photo in turn; a point that needs the photo stays where it is."""
     replicates = [
-        observations.only(observations.view_idx != photo).points()
+        observations.subset(observations.view_idx != photo).points()
         for photo in np.unique(observations.view_idx)
     ]
     stack = np.array(replicates).reshape(-1, *points.shape)
@@ -316,7 +318,7 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
     located = locate_corners(scene, detections)
     control = _control_half(located.ids, detections)
     _check_enough(control, detections)
-    flat = _flat(detections.corners_mm[located.ids], located.points_in_world)
+    flat = _flat_inliers(detections.corners_mm[located.ids], located.points_in_world)
     control = control[flat]
     _check_enough(control, detections)
     board_mm = detections.corners_mm[located.ids[flat]]
@@ -357,17 +359,17 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
 def _moves(
     scene: Scene, detections: BoardDetections, pose: Similarity, ids: Int32[np.ndarray, " n"]
 ) -> Float64[np.ndarray, "n 3 u"] | None:
-    """How corners move by the cameras' numbers; None where it is not known how sure these are."""
+    """Jacobian of the corners by poses and lenses; None where the scene has no covariance."""
     if scene.camera_covariance is None:
         return None
     shown = corners_shown(detections)
-    return moves_by_cameras(scene, shown, pose.apply(detections.corners_mm))[0][ids]
+    return points_by_cameras(scene, shown, pose.apply(detections.corners_mm))[0][ids]
 
 
 def _stretch_sigma_by_cameras(
     scene: Scene, detections: BoardDetections, pose: Similarity, ids: Int32[np.ndarray, " n"]
 ) -> float:
-    """What lens and poses, which all photos share, leave open of the ratio of the board's sides."""
+    """Standard deviation of the ratio of the board's sides due to lenses and poses."""
     if scene.camera_covariance is None:
         return 0.0
     corners = pose.apply(detections.corners_mm)
@@ -395,8 +397,8 @@ def _check_enough(control: Bool[np.ndarray, " n"], detections: BoardDetections) 
         )
 
 
-def _flat(board_mm: Points3, points: Points3) -> Bool[np.ndarray, " n"]:
-    """Corners that lie where a flat board of the right proportions has them."""
+def _flat_inliers(board_mm: Points3, points: Points3) -> Bool[np.ndarray, " n"]:
+    """Mask of the corners that agree with a flat board of the right proportions."""
     kept = np.ones(len(points), bool)
     for _ in range(len(points)):
         pose = fit_similarity(board_mm[kept], points[kept])
@@ -416,7 +418,7 @@ def _off_plane(
     pose: Similarity,
     detections: BoardDetections,
 ) -> tuple[SetAside, ...]:
-    """Corners whose photos contradict the flat board, rather than tell little of their distance."""
+    """Mask of the corners whose residuals contradict the flat board, beyond depth noise."""
     seen = located.observations
     misses_px = seen.residuals_px(pose.apply(detections.corners_mm))
     wrong = np.isin(seen.point_idx, located.ids[off]) & (misses_px > _limit_px(located.sigma_px))
@@ -440,7 +442,7 @@ def _stretch(board_mm: Points3, points: Points3) -> float:
 
 
 _LEAST_SHAPE_SIGMA = 1e-6
-"""In sizes of the board."""
+"""Smallest sigma of the shape, over the size of the board."""
 _LEAST_SIGMA_PX = 1e-3
 
 

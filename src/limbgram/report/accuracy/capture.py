@@ -15,7 +15,7 @@ from limbgram.findings import Finding
 from limbgram.reconstruction.mapping.scene import Explanation, Scene
 from limbgram.reconstruction.movement import (
     bending_found,
-    in_told_unit,
+    in_report_unit,
     lens_doubt,
     moved_mm,
     moved_photos,
@@ -55,7 +55,7 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
     if movement is None:
         return None
     known = movement.kind != "unknown"
-    as_told, unit = in_told_unit(evidence.metric, evidence.mesh.vertices_mm)
+    as_told, unit = in_report_unit(evidence.metric, evidence.mesh.vertices_mm)
     return MovementFigures(
         kind=movement.kind,
         found=movement_found(as_told.movement or movement, scene.names, unit),
@@ -112,7 +112,7 @@ def _explanation(one: Explanation, names: tuple[str, ...]) -> ExplanationFigures
 def image_figures(evidence: Evidence) -> ImageFigures:
     """What the photos are worth; NaN for the noise where their files are gone."""
     scene, photos = evidence.metric.scene, evidence.photos
-    as_told, unit = in_told_unit(evidence.metric, evidence.mesh.vertices_mm)
+    as_told, unit = in_report_unit(evidence.metric, evidence.mesh.vertices_mm)
     scales = {one.name: one for one in image_scales(photos, evidence.metric)}
     said: dict[str, list[Finding]] = {}
     for remark in remarks(photos):
