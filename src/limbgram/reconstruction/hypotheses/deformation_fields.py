@@ -130,7 +130,7 @@ class FieldTest:
 
     @property
     def noise(self) -> float:
-        """The same, but never below what the equations assume."""
+        """The residual variance, but never below what the equations assume."""
         return max(1.0, self.residual_variance)
 
     @property

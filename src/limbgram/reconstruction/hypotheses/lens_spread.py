@@ -43,10 +43,12 @@ class SecondBodyEquations:
 
     @property
     def lens(self) -> slice:
+        """Rows of the lens deviations that the second body alone sees."""
         return slice(0, DEVIATION_SIZE * self.photos)
 
     @property
     def motion(self) -> slice:
+        """Rows of the second body's motions."""
         return slice(DEVIATION_SIZE * self.photos, (DEVIATION_SIZE + MOTION_SIZE) * self.photos)
 
     @property

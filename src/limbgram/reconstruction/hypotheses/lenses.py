@@ -31,6 +31,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import POSE_SIZE, View
 from limbgram.core.interval import chi_square_tail, length_within
 from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.hypotheses.accepted_terms import Effect
 from limbgram.reconstruction.hypotheses.relative_motion import FLOOR_MM, RELATIVE_FLOOR
 from limbgram.reconstruction.mapping.lens_deviations import FEWEST_PHOTOS
 from limbgram.reconstruction.mapping.lens_equations import (
@@ -88,13 +89,10 @@ def lens_explanations(
         strong = rolling and _beyond_usual(free, every, deviation_slice(_ROLLING))
         calibrated = all(one.source == "board" for one in priors)
         for kind in scene.own.deviations:
-            if kind == "focal length":
-                to_effect, least = [np.eye(1)] * len(scene.placed), FOCAL_FLOOR
-            else:
-                to_effect, least = (
-                    [_displacement_on_limb(scene, k, kind, limb) for k in scene.placed],
-                    floor,
-                )
+            to_effect, least = [np.eye(1)] * len(scene.placed), FOCAL_FLOOR
+            if kind != "focal length":
+                to_effect = [_displacement_on_limb(scene, k, kind, limb) for k in scene.placed]
+                least = floor
             one = _deviation_term(equations, free, every, kind, to_effect, least, calibrated)
             if one is not None and kind != _ROLLING and strong:
                 one = replace(one, failed=("lens", *one.failed))
@@ -141,21 +139,13 @@ def _deviation_term(
     numbers = deviation_slice(kind)
     photos = len(equations.photos)
     size = numbers.stop - numbers.start
-    ratio = (
-        every.likelihood_ratio - _bounded_spread(free, numbers, most=MIN_SPREAD).likelihood_ratio
-    )
+    without_kind = _bounded_spread(free, numbers, most=MIN_SPREAD)
+    ratio = every.likelihood_ratio - without_kind.likelihood_ratio
     p_value = chi_square_tail(ratio, size)
     if p_value > SIGNIFICANCE_LEVEL:
         return None
-    normal = free.normal.copy()
-    normal[np.diag_indices_from(normal)] += 1.0 / np.tile(every.spread, photos) ** 2
-    covariance = np.linalg.inv(normal)
-    values = covariance @ free.right
-    effects: list[tuple[float, float, float]] = []
-    for rank, matrix in enumerate(to_effect):
-        own = slice(DEVIATION_SIZE * rank + numbers.start, DEVIATION_SIZE * rank + numbers.stop)
-        effects.append(_effect(matrix, values[own], covariance[own, own]))
-    effect, low, high = max(effects, key=lambda one: one[1])
+    effects = _effects(free, every, numbers, to_effect)
+    largest = max(effects, key=lambda one: one.low)
     own_statistics = [
         ScoreTest.of(free.restricted_to(equations.columns_of_photo(rank, numbers))).statistic
         for rank in range(photos)
@@ -164,17 +154,18 @@ def _deviation_term(
     wider = np.minimum(SPREAD_MARGIN * every.spread, MAX_SPREAD)
     passed: dict[Rule, bool] = {
         "model": calibrated,
-        "size": low >= floor or _beyond_usual(free, every, numbers),
-        "one photo": _is_shown(without_largest, numbers, size, USUAL_SPREAD * MIN_SPREAD),
-        "lenses of photos": _is_shown(free, numbers, size, wider),
+        "size": largest.low >= floor or _beyond_usual(free, every, numbers),
+        "one photo": _is_significant_beside(
+            without_largest, numbers, size, USUAL_SPREAD * MIN_SPREAD
+        ),
+        "lenses of photos": _is_significant_beside(free, numbers, size, wider),
     }
-    shown = tuple(photo for photo, one in zip(equations.photos, effects) if one[1] >= floor)
+    shown = tuple(photo for photo, one in zip(equations.photos, effects) if one.low >= floor)
     remaining = equations.beside_random(
         np.where(_mask(numbers), MIN_SPREAD * USUAL_SPREAD, every.spread)
     )
-    alone = ScoreTest.of(
-        remaining.restricted_to(np.kron(np.eye(photos), np.eye(DEVIATION_SIZE)[:, numbers]))
-    )
+    columns = np.kron(np.eye(photos), np.eye(DEVIATION_SIZE)[:, numbers])
+    alone = ScoreTest.of(remaining.restricted_to(columns))
     return Explanation(
         bodies="lenses",
         kind=kind,
@@ -182,9 +173,9 @@ def _deviation_term(
         numbers=size,
         score=float(ratio - size * np.log(equations.sample_size)),
         chance=p_value,
-        effect=effect,
-        low=low,
-        high=high,
+        effect=largest.size,
+        low=largest.low,
+        high=largest.high,
         variance_before=alone.variance_factor,
         variance_after=1.0,
         failed=tuple(rule for rule, passes in passed.items() if not passes),
@@ -217,35 +208,37 @@ def _bounded_spread(
     """
     own, nothing = _mask(numbers), MIN_SPREAD * USUAL_SPREAD
     least = nothing if others is None else np.where(own, nothing, np.maximum(others, nothing))
-    return estimate_spread(
-        free,
-        USUAL_SPREAD,
-        np.where(own, np.minimum(most * USUAL_SPREAD, MAX_SPREAD), MAX_SPREAD),
-        least=least,
-    )
+    bound = np.where(own, np.minimum(most * USUAL_SPREAD, MAX_SPREAD), MAX_SPREAD)
+    return estimate_spread(free, USUAL_SPREAD, bound, least=least)
 
 
-def _is_shown(
+def _is_significant_beside(
     free: NormalEquations, numbers: slice, size: int, others: Float64[np.ndarray, "9"]
 ) -> bool:
     """Whether a kind is significant where the others have at least this spread."""
-    with_it = _bounded_spread(free, numbers, others)
-    without = _bounded_spread(free, numbers, others, most=MIN_SPREAD)
-    return (
-        chi_square_tail(with_it.likelihood_ratio - without.likelihood_ratio, size)
-        <= SIGNIFICANCE_LEVEL
-    )
+    with_kind = _bounded_spread(free, numbers, others)
+    without_kind = _bounded_spread(free, numbers, others, most=MIN_SPREAD)
+    ratio = with_kind.likelihood_ratio - without_kind.likelihood_ratio
+    return chi_square_tail(ratio, size) <= SIGNIFICANCE_LEVEL
 
 
-def _effect(
-    to_effect: Float64[np.ndarray, "e q"],
-    values: Float64[np.ndarray, " q"],
-    covariance: Float64[np.ndarray, "q q"],
-) -> tuple[float, float, float]:
-    """Size of an effect, and its interval of 95 %."""
-    moved = to_effect @ values
-    spread = to_effect @ covariance @ to_effect.T
-    return length_within(moved, spread)
+def _effects(
+    free: NormalEquations,
+    every: SpreadEstimate,
+    numbers: slice,
+    to_effect: Sequence[Float64[np.ndarray, "e q"]],
+) -> list[Effect]:
+    """By photo, the posterior effect of a kind of deviation."""
+    normal = free.normal.copy()
+    normal[np.diag_indices_from(normal)] += 1.0 / np.tile(every.spread, len(to_effect)) ** 2
+    covariance = np.linalg.inv(normal)
+    values = covariance @ free.right
+    effects: list[Effect] = []
+    for rank, matrix in enumerate(to_effect):
+        own = slice(DEVIATION_SIZE * rank + numbers.start, DEVIATION_SIZE * rank + numbers.stop)
+        spread = matrix @ covariance[own, own] @ matrix.T
+        effects.append(Effect(*length_within(matrix @ values[own], spread)))
+    return effects
 
 
 def _displacement_on_limb(

@@ -247,7 +247,7 @@ class PhotoLenses:
         )
 
     def with_estimated_spread(self, variance: Float64[np.ndarray, "p q"]) -> "PhotoLenses":
-        """With the spread re-estimated from the deviations and their variances.
+        """The lenses with the spread re-estimated from the deviations and their variances.
 
         One step of expectation and maximisation (Dempster, Laird, Rubin 1977).
         """

@@ -77,9 +77,9 @@ class LensEquations:
     """Normal equations in units of sigma over the lens deviations of all placed photos."""
 
     photos: tuple[int, ...]
-    """Placed ones, in their order."""
+    """The placed photos, in their order."""
     camera: Int64[np.ndarray, " n"]
-    """Of each photo."""
+    """Index of each photo's camera."""
     of_deviations: NormalEquations
     """Over 9 parameters a photo, relative to its camera's lens as that is calibrated."""
     sample_size: int
@@ -87,6 +87,7 @@ class LensEquations:
 
     @classmethod
     def of(cls, scene: Scene, priors: Sequence[Calibration]) -> "LensEquations":
+        """The equations of a scene about its adjusted state."""
         photos = scene.placed
         body = SceneEquations.of(scene, photos, priors)
         prior = LensPrior.of(priors, hold_board_lenses=False)

@@ -131,7 +131,7 @@ def reduce_equations(
             continue
         for row in range(first, last):
             n, lens = row - first, lens_idx[photo_idx[row]]
-            _own_slopes(by_all[n], basis[lens], by_point[n], fields[k], by_own[n])
+            _deviation_derivatives(by_all[n], basis[lens], by_point[n], fields[k], by_own[n])
         _add_observations(
             photo_idx[first:last], lens_idx, len(views), lenses, by_all, by_own, residual,
             normal, right, diagonal,
@@ -156,7 +156,7 @@ def longest_track(bounds: np.ndarray) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _own_slopes(
+def _deviation_derivatives(
     by_all: np.ndarray,
     basis: np.ndarray,
     by_point: np.ndarray,

@@ -153,7 +153,7 @@ class SpreadEstimate:
     """Twice the log-likelihood ratio over a spread of zero."""
 
     def p_value(self, dof: int) -> float:
-        """Of the ratio, for so many spreads that were estimated (Wilks)."""
+        """p-value of the likelihood ratio, if so many spreads were estimated (Wilks)."""
         return chi_square_tail(self.likelihood_ratio, dof)
 
 

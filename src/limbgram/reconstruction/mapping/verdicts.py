@@ -58,7 +58,7 @@ def refined_keypoints(features: Features, pairs: Pairs) -> tuple[Points2, ...]:
 
 
 def refined_keypoints_by(features: Features, matches: Sequence[PairMatches]) -> tuple[Points2, ...]:
-    """The same by matches that are not verified: outliers have little weight."""
+    """Keypoints refined by matches that need not be verified: outliers have little weight."""
     sizes = [len(keypoints) for keypoints in features.keypoints]
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     places = [keypoints.xy_px.astype(float) for keypoints in features.keypoints]

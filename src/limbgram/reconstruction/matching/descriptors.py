@@ -57,7 +57,7 @@ class ScaleBand:
         )
 
     def among(self, rows: Int64[np.ndarray, " r"], columns: Int64[np.ndarray, " c"]) -> "ScaleBand":
-        """The same for some of the keypoints, in their order."""
+        """The band of some of the keypoints, in their order."""
         return replace(
             self,
             first_scale_px=self.first_scale_px[rows],

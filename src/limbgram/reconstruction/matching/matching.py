@@ -4,10 +4,10 @@ In      photos and their Features.
 Out     Matches, the points of the second photo moved to sub-pixel agreement with the first.
 Method  Which pairs are worth it: the largest keypoints of every photo, their descriptors compressed
         to a few principal directions, are matched for all pairs. A pair's score is the number of
-        matches that turn the picture by about the same angle. Each photo keeps its best partners,
+        matches of consistent rotation. Each photo keeps its best partners,
         and its neighbours in the order of names, which is the walk round the limb.
-        In these: least Euclidean distance of descriptors with ratio and mutual tests; correlation
-        of the windows round each pair of keypoints.
+        These are matched by nearest descriptors with ratio and mutual tests, and by correlation of
+        the windows round each pair of keypoints.
 Fails   MatchingError: the photos show too little, or hardly any pair matches.
 """
 

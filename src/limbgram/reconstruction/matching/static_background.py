@@ -40,14 +40,14 @@ from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.matching.descriptors import comparable, match_descriptors
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 
-_DETECTED = 0.3
-"""How far the same feature is found from its place in another photo, in its own scales, at most;"""
+_DETECTION_TOLERANCE = 0.3
+"""Largest distance between two detections of a feature that stands still, in its own scales."""
 _LEAST_PX = 1.0
-"""and this far in any case."""
+"""Such a distance that is accepted at any scale."""
 _SAME_ANGLE_DEG = 20.0
 _SAME_SCALE = 1.3
 _SAME_DESCRIPTOR = 0.9
-"""Least product of descriptors of unit length: of one feature in two photos it is 0.93 to 0.99."""
+"""Smallest product of unit descriptors of the same feature: in two photos it is 0.93 to 0.99."""
 _MATCH_RATIO = 0.8
 
 
@@ -58,25 +58,26 @@ a per cent."""
 _MOTION_SIZE = 3
 """Parameters of such a motion."""
 _MOST_ROUNDS = 10
-"""Of fitting a move to what agrees with it; fewer where the same agree again."""
+"""Of fitting a motion to its inliers; fewer once the inliers no longer change."""
 _TOUCHED_SHARE = 0.002
-"""Move from which what coincides must lie all over the picture; dirt and watermarks need not."""
+"""Motion from which coinciding keypoints must lie all over the picture; dirt and watermarks need
+not."""
 _ALL_OVER = 0.1
-"""Standard deviation, the narrow way, of what coincides, as a share of the longer side."""
+"""Smallest standard deviation of coinciding keypoints across the picture, over its longer side."""
 _MOST = 0.5
-"""Share of a group with which a photo must coincide to be of its place, wherever in the picture."""
+"""Share of a group with which a photo must coincide to belong to it, wherever in the picture."""
 _LEAST_COINCIDING = 12
-"""Keypoints of that survey that coincide in two photos of a still camera."""
+"""Fewest keypoints of the survey that coincide in two photos of a still camera."""
 _LEAST_MOVING = 16
-"""Matches of other keypoints that must have moved."""
+"""Fewest matches of other keypoints that moved."""
 _LEAST_MOVE_SHARE = 0.005
-"""By how much at least, as a share of the longer side."""
+"""Smallest such motion, as a share of the longer side."""
 _PARTNERS = 6
-"""Photos of its group with which each is compared,"""
+"""Photos of its group with which each is compared."""
 _LEAST_PARTNERS = 2
-"""and in how many of them what stands still is found again."""
+"""Fewest of them in which a keypoint that stands still is found again."""
 _SURVEY_KEYPOINTS = 500
-"""Largest keypoints of each photo that are asked first."""
+"""Number of the largest keypoints of each photo in the survey."""
 _LEAST_PHOTOS = 4
 """Fewest photos in which a turning object is told from one photo taken twice."""
 
@@ -354,7 +355,7 @@ def _breadth(xy_px: Points2) -> float:
 
 
 def _reach(scale_px: Float32[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    return np.maximum(_LEAST_PX, _DETECTED * scale_px.astype(np.float64))
+    return np.maximum(_LEAST_PX, _DETECTION_TOLERANCE * scale_px.astype(np.float64))
 
 
 def _standing(

@@ -5,20 +5,21 @@ Out     the board's corners as points of the scene, the lengths that set the sca
         check it, the scene adjusted once more together with the board.
 Method  Corners are triangulated from all photos that see them. Those that contradict the others
         are dropped: where the limb's silhouette cuts the board, a detector puts some of them a
-        pixel and more beside the truth. How far the errors of single photos move the corners is
-        found by leaving out one photo after the other.
+        pixel and more beside the truth. The uncertainty due to errors of single photos is found by
+        leaving out one photo at a time (jackknife).
         Corners are split like the colours of a checkerboard: one half sets the scale; the other
-        half, which shares no corner with it, checks it. The board is taken to be printed as
-        described: that x and y agree is tested; an error that both share only another length shows.
-        Corners that set the scale join one last adjustment as a body of known shape and free size:
-        they are seen in more photos, and more sharply, than any spot of the skin. Those that check
-        it stay out. How far a print is from its shape is read off the corners as they were located
-        before, so a bent board still ties photos together but does not bend them.
-        Where x and y disagree beyond doubt, one of them is not as printed, and nothing in the
-        photos tells which: the scale, which is between both, is then sure to half of that only.
+        half, which shares no corner with it, checks it. The board is assumed to be printed as
+        described: that x and y agree is tested; an error common to both shows only in another
+        length. Corners that set the scale join one last adjustment as a body of known shape and
+        free scale: they are seen in more photos, and more sharply, than any keypoint of the skin.
+        Those that check it stay out. The sigma of the print's shape is estimated from the corners
+        as triangulated before, so that a bent board still constrains the photos but does not bend
+        the scene.
+        Where x and y disagree significantly, one of them is not as printed, and the photos do not
+        show which: the scale, which lies between both, is then uncertain by half of that.
 Fails   ScaleError: too few corners, corners that contradict each other, a mirrored board. Corners
-        miss each other also where the camera file belongs to another lens; the board seen from
-        three sides shows the focal length by itself, and so whose fault it is.
+        have large residuals also where the camera file belongs to another lens; a board seen from
+        three sides determines the focal length by itself, and so shows which is the cause.
 """
 
 from collections.abc import Iterator
@@ -59,8 +60,8 @@ _LEAST_LIMIT_PX = 0.3
 _LIMIT_SIGMAS = 4.0
 _RAYLEIGH_MEDIAN = 1.1774
 _MOST_RESIDUAL = 0.001
-"""Typical residual above which the board cannot have lain still, as a share of the width."""
-_LEAST_TRUST = 0.5
+"""Residual, as a share of the picture's width, above which the board cannot have lain still."""
+_LEAST_AGREEING_SHARE = 0.5
 """Smallest share of a photo's corners that must agree with the other photos."""
 
 
@@ -119,9 +120,9 @@ def locate_corners(scene: Scene, detections: BoardDetections) -> SceneCorners:
         ScaleError: the board's corners contradict each other in all photos.
     """
     observations = _corner_observations(scene, detections)
-    believed = _consistent(observations)
-    _check_still(believed, observations)
-    trusted, doubted = _without_contradicting_photos(believed, observations)
+    inliers = _consistent(observations)
+    _check_still(inliers, observations)
+    trusted, doubted = _without_contradicting_photos(inliers, observations)
     points = trusted.points()
     seen = np.bincount(trusted.point_idx, minlength=trusted.count)
     known = np.isfinite(points).all(1) & (seen >= LEAST_OBSERVATIONS)
@@ -170,21 +171,21 @@ def _limit_px(sigma_px: float) -> float:
     return max(_LEAST_LIMIT_PX, _LIMIT_SIGMAS * sigma_px)
 
 
-def _check_still(believed: CornerObservations, observations: CornerObservations) -> None:
-    if not len(believed.xy_px):
+def _check_still(inliers: CornerObservations, observations: CornerObservations) -> None:
+    if not len(inliers.xy_px):
         return
-    sigma_px = _sigma_px(observations.residuals_px(believed.points()))
+    sigma_px = _sigma_px(observations.residuals_px(inliers.points()))
     if sigma_px > _MOST_RESIDUAL * max(view.camera.width_px for view in observations.views):
         raise ScaleError("board.moved", sigma_px=float(sigma_px), photos=len(observations.views))
 
 
 def _without_contradicting_photos(
-    believed: CornerObservations, observations: CornerObservations
+    inliers: CornerObservations, observations: CornerObservations
 ) -> tuple[CornerObservations, tuple[SetAside, ...]]:
     """Leave out photos in which most corners contradict the other photos."""
     before = np.bincount(observations.view_idx, minlength=len(observations.views))
-    after = np.bincount(believed.view_idx, minlength=len(observations.views))
-    strange = after < _LEAST_TRUST * before
+    after = np.bincount(inliers.view_idx, minlength=len(observations.views))
+    contradicting = after < _LEAST_AGREEING_SHARE * before
     doubted = tuple(
         SetAside(
             observations.views[k].name,
@@ -194,9 +195,9 @@ def _without_contradicting_photos(
                 seen=int(before[k]),
             ),
         )
-        for k in np.flatnonzero(strange)
+        for k in np.flatnonzero(contradicting)
     )
-    return believed.subset(~strange[believed.view_idx]), doubted
+    return inliers.subset(~contradicting[inliers.view_idx]), doubted
 
 
 def _leave_one_out(
@@ -212,7 +213,7 @@ def _leave_one_out(
 
 
 def _sigma_px(residuals: Float64[np.ndarray, " m"]) -> float:
-    """Robust sigma of one coordinate from distances in two."""
+    """Robust sigma of one coordinate from distances of two (median of a Rayleigh distribution)."""
     known = residuals[np.isfinite(residuals)]
     return float(np.median(known)) / _RAYLEIGH_MEDIAN if len(known) else 0.0
 
@@ -228,10 +229,10 @@ def long_lengths(
     chosen: Bool[np.ndarray, " n"],
     role: Literal["control", "check"],
 ) -> tuple[RulerLength, ...]:
-    """The longest length in each direction between chosen corners; none where none lies so.
+    """The longest length in each direction between chosen corners.
 
     Args:
-        moves: Of the points, by the cameras' numbers.
+        moves: Jacobian of the points by poses and lenses.
     """
     rows = np.flatnonzero(chosen)
     return tuple(
@@ -274,7 +275,7 @@ _LEAST_OUTLIER = 0.001
 
 @dataclass(frozen=True, kw_only=True)
 class SceneBoard:
-    """A board found in the scene: where it is, and what it says about the scale."""
+    """A board located in the scene, and the scale by its corners."""
 
     scene_from_board: Similarity
     """Board frame in millimetres (z into the board) to the scene's world and unit."""

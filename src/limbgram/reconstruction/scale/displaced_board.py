@@ -1,22 +1,22 @@
 """Displaced board: finds between which photos the board was pushed, and keeps the largest run.
 
 In      a Scene whose photos are placed by what kept still, and BoardDetections.
-Out     the detections of the largest run of photos that agree on where the board lies; the others
-        are set aside with the photos between which it was pushed.
-Method  Limb, room and board are three bodies. The first two place the photos (`movement` tells
-        them apart); what the corners then say is the board's own. Where they miss each other by
-        more than those of a board that keeps still, the longest run of photos, in their order, is
-        looked for that locates the corners for itself with half of the misses or less in every one
-        of its photos. Photos of a board that keeps still hold no such run. Photos beside the run
-        that agree with it are kept as well.
+Out     the detections of the largest run of photos that agree on the board's place; the others are
+        set aside with the photos between which it was pushed.
+Method  Limb, room and board are three bodies. The first two place the photos (`movement` separates
+        them); the residuals of the corners are then due to the board. Where they are larger than
+        those of a board that keeps still, the longest run of consecutive photos is searched from
+        which the corners, triangulated without the others, have half of these residuals or less in
+        every photo. Photos of a board that keeps still hold no such run. Photos beside the run that
+        agree with it are kept as well.
         Corners that only one of two runs shows contradict nothing, wherever the board lay. Where
-        two runs have less than half of their corners in common, the board's known shape, laid on
-        the corners that the larger run locates, foretells the others: the smaller run is kept only
-        where it agrees with these.
+        two runs have less than half of their corners in common, the board's known shape, fitted to
+        the corners of the larger run, predicts the others: the smaller run is kept only where it
+        agrees with these.
         A board that is pushed stays in its plane. Where the others agree that it lies in another
         one, the limb was turned over beside it, or photos are placed wrongly.
-Limits  A push by less than the misses of a still board, and a board that moves in every photo, are
-        not told here; the corners' own tests refuse the latter.
+Limits  A push by less than the residuals of a still board, and a board that moves in every photo,
+        are not found here; the corners' own tests refuse the latter.
 """
 
 import math
@@ -36,16 +36,16 @@ from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 
 _FEWEST = 4
-"""Photos of a run, which is a third of them at least: fewer may agree by chance."""
+"""Fewest photos of a run, which is a third of all at least: fewer may agree by chance."""
 _LEAST_SHARE = 1 / 3
-_KEPT_STILL_PX = 0.35
-"""In boards that kept still the median corner of a photo misses the others by 0.06 to 0.2 px."""
-_HALVED = 0.5
+_STILL_RESIDUAL_PX = 0.35
+"""Largest median residual of a photo of a board that kept still: these have 0.06 to 0.2 px."""
+_RESIDUAL_RATIO = 0.5
+"""Largest ratio of the residuals of a run by itself over those of all photos."""
 _FEWEST_ASIDE = 3
-"""One or two photos that contradict the others are left out by the corners' own tests."""
+"""Fewest photos beside the run: one or two are left out by the corners' own tests."""
 _IN_COMMON = 0.5
-"""Share of the corners of the run with fewer that two runs have in common, from which the corners'
-misses compare both."""
+"""Share of the smaller run's corners in common from which the residuals compare two runs."""
 _TIPPED_DEG = 20.0
 """Angle between two planes of the board beyond which it was not pushed along a table."""
 _LEAST_BREADTH = 0.1
@@ -116,19 +116,25 @@ class _Agreement:
 def _agreeing(seen: Sequence[_BoardView], corners_mm: Points3) -> _Agreement:
     """The photos that agree with the largest self-consistent run; all if the board kept still."""
     count = len(seen)
-    together_px = _worst(_misses_px(seen, _places(seen, corners_mm))) if count > _FEWEST else 0.0
-    if not together_px > _KEPT_STILL_PX:
+    together_px = (
+        _worst(_median_residuals_px(seen, _places(seen, corners_mm))) if count > _FEWEST else 0.0
+    )
+    if not together_px > _STILL_RESIDUAL_PX:
         return _Agreement.all_of(seen)
     for length in range(count - 1, max(_FEWEST, math.ceil(_LEAST_SHARE * count)) - 1, -1):
         runs = [seen[first : first + length] for first in range(count - length + 1)]
-        worst_px = [_worst(_misses_px(run, _places(run, corners_mm))) for run in runs]
+        worst_px = [_worst(_median_residuals_px(run, _places(run, corners_mm))) for run in runs]
         best = int(np.argmin(worst_px))
-        if worst_px[best] < _HALVED * together_px:
+        if worst_px[best] < _RESIDUAL_RATIO * together_px:
             places = _places(runs[best], corners_mm)
-            misses_px = _misses_px(seen, places)
-            unknown = np.isnan(misses_px)
-            misses_px[unknown] = _misses_px(seen, _completed(places, corners_mm))[unknown]
-            return _Agreement(misses_px < max(_HALVED * together_px, 2.0 * worst_px[best]))
+            residuals_px = _median_residuals_px(seen, places)
+            unknown = np.isnan(residuals_px)
+            residuals_px[unknown] = _median_residuals_px(seen, _completed(places, corners_mm))[
+                unknown
+            ]
+            return _Agreement(
+                residuals_px < max(_RESIDUAL_RATIO * together_px, 2.0 * worst_px[best])
+            )
     return _Agreement.all_of(seen)
 
 
@@ -141,17 +147,19 @@ def _tipped(
         group = [one for one, is_in in zip(seen, chosen, strict=True) if is_in]
         places = _places(group, corners_mm)
         pose = _pose_of(places, corners_mm)
-        if pose is None or not _worst(_misses_px(group, places)) < _KEPT_STILL_PX:
+        if pose is None or not _worst(_median_residuals_px(group, places)) < _STILL_RESIDUAL_PX:
             return False
         normals.append(pose.rotation[:, 2])
     return float(normals[0] @ normals[1]) < math.cos(math.radians(_TIPPED_DEG))
 
 
 def _by_board_shape(seen: Sequence[_BoardView], corners_mm: Points3) -> _Agreement:
-    """Of two runs that hardly show the same corners the larger one, where the other one lies
-    elsewhere by the board's shape, or nothing foretells where; all where no runs are so."""
+    """The larger of two runs with few corners in common, if the board's shape tells them apart.
+
+    All photos if there are no such runs; not sure where the shape predicts nothing.
+    """
     count = len(seen)
-    worst, kept = (_KEPT_STILL_PX, 0), _Agreement.all_of(seen)
+    worst, kept = (_STILL_RESIDUAL_PX, 0), _Agreement.all_of(seen)
     for border in range(_FEWEST_ASIDE, count - _FEWEST_ASIDE + 1):
         runs = [_Run.of(range(border), seen, corners_mm)]
         runs.append(_Run.of(range(border, count), seen, corners_mm))
@@ -159,9 +167,9 @@ def _by_board_shape(seen: Sequence[_BoardView], corners_mm: Points3) -> _Agreeme
         common = int((smaller.located & larger.located).sum())
         if smaller.size[0] == 0 or common >= _IN_COMMON * smaller.size[0]:
             continue
-        foretold = _completed(larger.places, corners_mm)
-        misses_px = _misses_px([seen[k] for k in smaller.photos], foretold)
-        off_px = math.inf if np.isnan(misses_px).all() else float(np.nanmean(misses_px))
+        predicted = _completed(larger.places, corners_mm)
+        residuals_px = _median_residuals_px([seen[k] for k in smaller.photos], predicted)
+        off_px = math.inf if np.isnan(residuals_px).all() else float(np.nanmean(residuals_px))
         explained = smaller.corners_seen + larger.corners_seen
         if (off_px, explained) > worst:
             agree = np.isin(np.arange(count), np.array(larger.photos))
@@ -223,17 +231,19 @@ def _pose_of(places: Points3, corners_mm: Points3) -> Similarity | None:
     return fit_similarity(corners_mm[known], places[known])
 
 
-def _misses_px(seen: Sequence[_BoardView], places: Points3) -> Float64[np.ndarray, " photos"]:
+def _median_residuals_px(
+    seen: Sequence[_BoardView], places: Points3
+) -> Float64[np.ndarray, " photos"]:
     """By photo, the median reprojection error of these corners; NaN where it shows none."""
-    misses_px = np.full(len(seen), np.nan)
+    residuals_px = np.full(len(seen), np.nan)
     for k, one in enumerate(seen):
         off = np.linalg.norm(one.view.project(places[one.photo.ids]) - one.photo.xy_px, axis=1)
         known = off[np.isfinite(off)]
         if len(known):
-            misses_px[k] = np.median(known)
-    return misses_px
+            residuals_px[k] = np.median(known)
+    return residuals_px
 
 
-def _worst(misses_px: Float64[np.ndarray, " photos"]) -> float:
+def _worst(residuals_px: Float64[np.ndarray, " photos"]) -> float:
     """The largest of the known ones."""
-    return float(np.nan_to_num(misses_px).max())
+    return float(np.nan_to_num(residuals_px).max())

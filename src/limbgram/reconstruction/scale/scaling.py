@@ -45,7 +45,7 @@ from limbgram.reconstruction.scale.visibility import Aim, aim_of
 from limbgram.reconstruction.targets.board import BoardDetections
 
 _MOVED_PX = 0.3
-"""Corners of boards that kept still miss each other by 0.05 to 0.15 px (one standard deviation)."""
+"""Largest sigma of the corners of a board that kept still: these have 0.05 to 0.15 px."""
 
 
 def check_scene_board(
@@ -107,9 +107,9 @@ def check_lengths(scale: Scale, max_disagreement: float, of_board: int = 0) -> N
     """Refuse where a length, whether it set the scale or checks it, contradicts the scale.
 
     Args:
-        of_board: How many of the lengths, the first ones, lie on the board that sets the scale.
-            They are the longest of few corners, so noise takes one of them past what is allowed;
-            it is a fact only where chance does not explain it.
+        of_board: Number of lengths, the first ones, on the board that sets the scale. They are the
+            longest between few corners, so noise may take one of them past what is allowed; it
+            contradicts only if that is significant.
     """
     wrong = [
         one
@@ -145,7 +145,7 @@ def _is_noise(length: LengthCheck, compared: int, max_disagreement: float) -> bo
 
 
 def _cause(scale: Scale, worst: LengthCheck, on_board: bool) -> Finding:
-    """What may be wrong; what may have stretched the scene is named wherever it may have."""
+    """The finding of what may be wrong, with what may have stretched the scene."""
     by = scale.stretch_doubt
     poor = worst.sigma_mm > abs(worst.measured_mm - worst.known_mm) / 2
     if poor and (by == "none" or not on_board):
