@@ -38,8 +38,8 @@ from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.hypotheses.curvature import CurvatureChange, find_curvature_change
 from limbgram.reconstruction.hypotheses.relative_motion import is_rigid_with_first, movement_between
+from limbgram.reconstruction.mapping.body_motion import BodyMotion, connected_photos
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
-from limbgram.reconstruction.mapping.movement import BodyMotion, connected_photos
 from limbgram.reconstruction.mapping.placement import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
 from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL

@@ -1,8 +1,8 @@
 """Photo lenses: what lenses of single photos, camera files and a bent board explain, or may.
 
 In      the scene as it is delivered, cameras, and the board's corners, which tell a millimetre.
-Out     Explanations, the most likely first (`hypotheses.lenses`, `hypotheses.flatness`), in words
-        by `lenses_told`.
+Out     Explanations, the most likely first (`hypotheses.lens_explanations`,
+        `hypotheses.flatness`), in words by `lenses_told`.
 """
 
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ import numpy as np
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
 from limbgram.reconstruction.hypotheses.flatness import SAG_FLOOR_MM, board_bend
-from limbgram.reconstruction.hypotheses.lenses import lens_explanations
+from limbgram.reconstruction.hypotheses.lens_explanations import lens_explanations
 from limbgram.reconstruction.mapping.lens_deviations import largest_px
 from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Scene
 from limbgram.reconstruction.movement import millimetre

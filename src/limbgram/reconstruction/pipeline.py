@@ -39,8 +39,8 @@ from limbgram.reconstruction.joining import (
 )
 from limbgram.reconstruction.lens_groups import ByLens
 from limbgram.reconstruction.limb_groups import limb_groups
+from limbgram.reconstruction.mapping.body_motion import BodyMotion
 from limbgram.reconstruction.mapping.full_resolution_tracks import FollowingOptions, follow_points
-from limbgram.reconstruction.mapping.movement import BodyMotion
 from limbgram.reconstruction.mapping.placement import DEFAULTS as MAPPING
 from limbgram.reconstruction.mapping.placement import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Movement, Scene

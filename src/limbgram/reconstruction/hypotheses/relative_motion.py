@@ -28,7 +28,7 @@ from limbgram.reconstruction.hypotheses.two_body_equations import (
     MOTION_SIZE,
     two_body_equations,
 )
-from limbgram.reconstruction.mapping.movement import BodyMotion, points_in_three_photos
+from limbgram.reconstruction.mapping.body_motion import BodyMotion, points_in_three_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Explanation, Movement, Scene
 from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
 
@@ -58,7 +58,7 @@ def movement_between(
     """
     both = tuple(sorted({*first.placed} & {*second.placed}))
     photos = _evenly_sampled(both)
-    tied = np.minimum(points_in_three_photos(first), points_in_three_photos(second))
+    shared_points = np.minimum(points_in_three_photos(first), points_in_three_photos(second))
     while True:
         if len(photos) < FEWEST_PHOTOS:
             few = note("movement.unknown.few_shown", photos=len(photos))
@@ -69,7 +69,7 @@ def movement_between(
         displaced = [
             one.photos[0]
             for one in found.explanations
-            if one.kind == "photo" and tied[one.photos[0]] < MIN_FIRM_POINTS
+            if one.kind == "photo" and shared_points[one.photos[0]] < MIN_FIRM_POINTS
         ]
         if not displaced:
             return _with_interpolated(

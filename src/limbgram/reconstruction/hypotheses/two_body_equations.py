@@ -25,6 +25,7 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.mapping.body_motion import points_in_three_photos
 from limbgram.reconstruction.mapping.lens_equations import (
     DEVIATION_SIZE,
     SceneEquations,
@@ -32,7 +33,6 @@ from limbgram.reconstruction.mapping.lens_equations import (
     known_deviations_rhs,
     packed_lenses,
 )
-from limbgram.reconstruction.mapping.movement import points_in_three_photos
 from limbgram.reconstruction.mapping.scene import Deviation, Scene
 from limbgram.reconstruction.mapping.solution import LensPrior
 

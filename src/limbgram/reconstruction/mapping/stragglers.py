@@ -106,7 +106,7 @@ def _resected_poses(
     keypoints_px: Sequence[Points2],
     pairs: Pairs,
 ) -> "list[ResectedPose]":
-    """Poses with significantly many inliers, the surest first."""
+    """Resected poses with significantly many inliers, the surest first."""
     within_px = OUTLIER_SIGMAS * scene.sigma_px
     tried = [_best_resection(photo, scene, keypoints_px, pairs) for photo in left]
     significant = [
@@ -161,8 +161,8 @@ class ResectedPose:
         """Whether significantly many points that a third photo shows support it in a scene."""
         seen = joined.observations
         rays = np.bincount(seen.point_idx, minlength=len(joined.points_in_world))
-        telling = (seen.photo_idx == self.photo) & (rays[seen.point_idx] >= _MIN_RAYS)
-        shown = KDTree(keypoints_px[self.photo]).query(seen.xy_px[telling])[1]
+        firm = (seen.photo_idx == self.photo) & (rays[seen.point_idx] >= _MIN_RAYS)
+        shown = KDTree(keypoints_px[self.photo]).query(seen.xy_px[firm])[1]
         inliers = int(np.isin(self.keypoints, shown).sum())
         return self.p_value(inliers, OUTLIER_SIGMAS * joined.sigma_px) <= _SIGNIFICANCE_LEVEL
 

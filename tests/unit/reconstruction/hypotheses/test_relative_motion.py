@@ -10,7 +10,7 @@ import pytest
 
 from limbgram.findings import note
 from limbgram.reconstruction.hypotheses.relative_motion import is_rigid_with_first, movement_between
-from limbgram.reconstruction.mapping.movement import BodyMotion, connected_photos
+from limbgram.reconstruction.mapping.body_motion import BodyMotion, connected_photos
 from limbgram.reconstruction.mapping.placement import without_photos
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.matching import PairMatches

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.hypotheses.lenses import lens_explanations
+from limbgram.reconstruction.hypotheses.lens_explanations import lens_explanations
 from limbgram.reconstruction.mapping.lens_deviations import (
     PRIOR_SPREAD,
     PhotoLenses,

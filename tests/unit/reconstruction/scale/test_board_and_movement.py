@@ -7,7 +7,7 @@ import pytest
 
 import limbgram.reconstruction.movement as looking
 from limbgram.reconstruction.calibration.cameras import Cameras
-from limbgram.reconstruction.mapping.movement import BodyMotion
+from limbgram.reconstruction.mapping.body_motion import BodyMotion
 from limbgram.reconstruction.mapping.placement import MappingOptions
 from limbgram.reconstruction.mapping.scene import Movement, Observations
 from limbgram.reconstruction.movement import corners_agree_better, still_board

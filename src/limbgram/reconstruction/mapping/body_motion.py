@@ -1,4 +1,4 @@
-"""Moving bodies: which photos a body's points connect, and a body's motion by photo."""
+"""Body motion: which photos a body's points connect, and a body's motion by photo."""
 
 from dataclasses import dataclass
 

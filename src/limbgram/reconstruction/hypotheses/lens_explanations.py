@@ -1,4 +1,4 @@
-"""Lenses: which lens deviations of single photos, and which camera file, are told as facts.
+"""Lens explanations: which lens deviations of single photos, and which camera files, are facts.
 
 In      a scene with the lenses that the adjustment gave to single photos, the calibrations, and
         what a millimetre is.
