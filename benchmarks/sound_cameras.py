@@ -25,9 +25,9 @@ from harness import asking, found_before, machine, made_on, table, write
 from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
-from limbgram.reconstruction.mapping.lens_selection import scores_of
+from limbgram.reconstruction.mapping.lens_selection import lens_scores
 from limbgram.reconstruction.mapping.solution import adjust
-from limbgram.reconstruction.mapping.two_bodies import A_NUMBER, explained_by_two_bodies
+from limbgram.reconstruction.mapping.two_bodies import AIC_PER_PARAMETER, explained_by_two_bodies
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import DEFAULTS, place_photos
 from limbgram.synthetic import (
@@ -110,17 +110,17 @@ def _one(kind: str, seed: int) -> dict[str, Any]:
         placing = place_photos(photos, cameras, DEFAULTS, run)
     scene = placing.scene
     alike = adjust(replace(scene, own=None), cameras.calibrations)
-    scores = scores_of(alike, cameras.calibrations)
+    scores = lens_scores(alike, cameras.calibrations)
     return {
         "faulty": kind in _FAULTY,
         "placed": len(scene.placed),
         "sigma_px": alike.sigma_px,
         "asked": {
             one.deviation: {
-                "fall_a_number": one.fall / one.freedom,
-                "chance": one.chance,
-                "fall": one.fall,
-                "explains": one.fall - A_NUMBER * one.freedom,
+                "fall_a_number": one.statistic / one.dof,
+                "chance": one.p_value,
+                "fall": one.statistic,
+                "explains": one.statistic - AIC_PER_PARAMETER * one.dof,
             }
             for one in scores
         },

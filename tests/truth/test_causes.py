@@ -15,7 +15,7 @@ from limbgram.core.errors import CalibrationError, LimbgramError, PlacementError
 from limbgram.reconstruction.calibration.board import calibrate
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cameras_for
 from limbgram.reconstruction.features.detection import Features, detect
-from limbgram.reconstruction.mapping.ring import place
+from limbgram.reconstruction.mapping.placement import place
 from limbgram.reconstruction.matching.matching import Matches, match
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos

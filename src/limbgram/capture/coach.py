@@ -73,7 +73,7 @@ from limbgram.reconstruction.matching.matching import (
     match_pairs,
     pairs_worth_matching,
 )
-from limbgram.reconstruction.matching.static_background import Still, find_still
+from limbgram.reconstruction.matching.static_background import StaticBackground, find_still
 from limbgram.reconstruction.photo_lenses import lenses_told
 from limbgram.reconstruction.photos.lenses import lens_notes
 from limbgram.reconstruction.photos.masks import mask_notes
@@ -225,7 +225,7 @@ class Coach:
             self._keypoints |= {one.sha256: own for one, own in zip(new, found.keypoints)}
         return Features(tuple(self._keypoints[one.sha256] for one in small.photos))
 
-    def _forget_changed(self, small: PhotoSet, still: Still) -> None:
+    def _forget_changed(self, small: PhotoSet, still: StaticBackground) -> None:
         """Drop what is known of pairs of photos in which other keypoints stand still than before.
 
         What stands still is told the better the more photos a still camera took; matches count
@@ -246,7 +246,12 @@ class Coach:
             self._verified = {k: v for k, v in self._verified.items() if not changed & {*k}}
 
     def _pairs(
-        self, small: PhotoSet, features: Features, still: Still, cameras: Cameras, run: Run
+        self,
+        small: PhotoSet,
+        features: Features,
+        still: StaticBackground,
+        cameras: Cameras,
+        run: Run,
     ) -> tuple[Matches, Pairs]:
         """Matches and verified pairs; only what was not compared before is matched.
 
@@ -301,7 +306,7 @@ def tipped_board_finding(scale: Scale) -> list[Finding]:
     return [fault("coach.board_tipped", photos=len(tipped), others=tipped[0].values["others"])]
 
 
-def _turning_notes(still: Still) -> tuple[Finding, ...]:
+def _turning_notes(still: StaticBackground) -> tuple[Finding, ...]:
     """Notes on a still camera, and on the meaning of the hours then."""
     if not still.groups:
         return ()

@@ -9,7 +9,7 @@ from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.movement import (
     bending_found,
-    in_told_unit,
+    in_report_unit,
     lens_doubt,
     movement_found,
 )
@@ -51,7 +51,7 @@ def limb_motion(metric: MetricScene, limb: Points3) -> LimbMotion:
     Args:
         limb: Points of what the cameras aim at.
     """
-    scene, unit = in_told_unit(metric, limb)
+    scene, unit = in_report_unit(metric, limb)
     return LimbMotion(scene, unit)
 
 

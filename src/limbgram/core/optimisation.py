@@ -72,8 +72,11 @@ def minimise(
 
 
 @dataclass(frozen=True)
-class NormalEquations:
-    """Normal equations of shared unknowns and of blocks that meet only through them."""
+class ArrowheadEquations:
+    """Normal equations of shared unknowns and of blocks that meet only through them.
+
+    Their matrix is an arrowhead: dense in the shared part, else block diagonal.
+    """
 
     shared: Float64[np.ndarray, "s s"]
     shared_right: Float64[np.ndarray, " s"]
@@ -87,7 +90,7 @@ class NormalEquations:
         *,
         least_shared: float = 0.0,
         least_block: float | Float64[np.ndarray, " b"] = 0.0,
-    ) -> "NormalEquations":
+    ) -> "ArrowheadEquations":
         """With each diagonal grown by so much of itself, and of `least` where it is nothing."""
         shared, blocks = self.shared.copy(), self.blocks.copy()
         grown = np.einsum("ii->i", shared)

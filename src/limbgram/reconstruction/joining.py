@@ -20,11 +20,11 @@ from limbgram.core.run import Run
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.mapping.ring import MappingOptions, place
+from limbgram.reconstruction.mapping.placement import MappingOptions, place
 from limbgram.reconstruction.mapping.scene import JoinedByMarks, Scene
-from limbgram.reconstruction.matching.coded_marks import Coded, CodedMatches, with_marks
+from limbgram.reconstruction.matching.coded_marks import CodedKeypoints, CodedMatches, with_marks
 from limbgram.reconstruction.matching.matching import Matches
-from limbgram.reconstruction.matching.static_background import Still
+from limbgram.reconstruction.matching.static_background import StaticBackground
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks
 from limbgram.reconstruction.twoview.pairs import Pairs
@@ -48,7 +48,7 @@ class MarkedPhotos:
     features: Features
     matches: Matches
     marks: MarkDetections
-    still: Still
+    still: StaticBackground
     cameras: Cameras
     placed_by_paint: int
     """Photos that paint alone places."""
@@ -65,7 +65,7 @@ class Joined:
     matches: Matches
     pairs: Pairs
     scene: Scene
-    coded: Coded
+    coded: CodedKeypoints
 
 
 def leaves_open(scene: Scene) -> bool:
@@ -126,7 +126,9 @@ def _joined(
     return Joined(given.features, given.matches, pairs, scene, given.coded)
 
 
-def _odd_marks(scene: Scene, detections: MarkDetections, coded: Coded) -> dict[int, Finding]:
+def _odd_marks(
+    scene: Scene, detections: MarkDetections, coded: CodedKeypoints
+) -> dict[int, Finding]:
     """Marks that do not fit in half of the placed photos that show them, and why."""
     shown: dict[int, list[bool]] = {}
     for one in detections.photos:

@@ -27,7 +27,7 @@ import numpy as np
 from limbgram.core.errors import PlacementError
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cut_lens
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.mapping.ring import MappingOptions, place_roughly
+from limbgram.reconstruction.mapping.placement import MappingOptions, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.lenses import copies_of
 from limbgram.reconstruction.photos.photo import PhotoSet

@@ -31,13 +31,13 @@ from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.verdicts import found_lenses
+from limbgram.reconstruction.mapping.verdicts import solved_lenses
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.visibility import aim_of
-from limbgram.reconstruction.twoview.essential import fundamental_from_pose, straightened
+from limbgram.reconstruction.twoview.essential import fundamental_from_pose, undistorted
 from limbgram.reconstruction.twoview.verification import verify_pair
 
 _FEWEST_PHOTOS = 4
@@ -185,7 +185,7 @@ def _only_shifted(
 ) -> bool:
     """Whether neighbours of two groups show one limb that moved a little between them."""
     scene = metric.scene
-    lenses = found_lenses(scene, cameras).calibrations
+    lenses = solved_lenses(scene, cameras).calibrations
     by_photos = {(pair.first, pair.second): pair for pair in matches.pairs}
     shifted = 0
     for ranks in across:
@@ -215,7 +215,7 @@ def _unexplained(
     ]
     poses = [view.camera_from_world for view in views]
     straight = [
-        straightened(view.camera, xy_px)
+        undistorted(view.camera, xy_px)
         for view, xy_px in zip(views, (pair.xy_first_px, pair.xy_second_px))
     ]
     fundamental = fundamental_from_pose(

@@ -1,21 +1,21 @@
 """Movement: did the limb move against its surroundings, or bend, during the capture?
 
 In      photos, their keypoints and all matches, the scene that they were placed in, cameras.
-Out     a BodyMotion: whether and how the surroundings moved, seen from the limb. Where they did,
+Out     a BodyMotion: whether and how the surroundings moved, relative to the limb. Where they did,
         the matches on the limb alone, and the board's corners as if nothing had moved.
-Method  The region of the limb, as the scene shows it, parts the keypoints of every photo into those
-        on the limb and those beside it. From the matches of each kind, also those that the scene
-        had no use for, the photos are placed anew, lenses held: once by the limb, once by the
-        surroundings. The search over hypotheses (`hypotheses`) compares the two. So it does the two
-        halves of the limb's length, and asks whether its curvature changes: a limb that bends is no
-        rigid body.
+Method  The region of the limb in the scene separates the keypoints of every photo into those on the
+        limb and those beside it. From the matches of each kind, also those that the scene rejected,
+        the photos are placed anew with the lenses fixed: once by the limb, once by the
+        surroundings. The search over hypotheses (`hypotheses`) compares the two. The two halves of
+        the limb's length are compared in the same way, and its curvature is tested: a limb that
+        bends is no rigid body.
         Where limb and surroundings moved against each other, photos placed by the board's corners
-        alone tell whether the board kept still with the limb. Then only other things were moved:
-        the photos stay where all that kept still has them, if the corners agree better there.
-Limits  What moves by more than some hundredths of the picture's width, a turntable, is no patient
-        who shifts: its matches are not looked at. A board that fewer than ten photos show does
-        not tell who moved. Surroundings that show few points, and an object
-        that cannot be told from them, are said to be unknown.
+        alone show whether the board kept still with the limb. Then only other things were moved:
+        the photos keep the poses by all that kept still, if the corners agree better there.
+Limits  What moves by more than some hundredths of the picture's width, such as a turntable, is no
+        patient who shifts: its matches are not used. A board that fewer than ten photos show does
+        not decide who moved. Surroundings that show few points, and an object that cannot be
+        separated from them, are said to be unknown.
 """
 
 import math
@@ -36,16 +36,16 @@ from limbgram.findings import Finding, Value, doubt, note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
-from limbgram.reconstruction.hypotheses.curving import Curving, curving
+from limbgram.reconstruction.hypotheses.curvature import CurvatureChange, find_curvature_change
+from limbgram.reconstruction.hypotheses.relative_motion import is_rigid_with_first, movement_between
+from limbgram.reconstruction.mapping.body_motion import BodyMotion, connected_photos
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
-from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
-from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
-from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
+from limbgram.reconstruction.mapping.placement import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
-from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, SHARED_ERROR, adjust
-from limbgram.reconstruction.mapping.tracks import beyond_chance, with_tracks
-from limbgram.reconstruction.mapping.verdicts import agreed_by
+from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
+from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, SIGMA_INFLATION, adjust
+from limbgram.reconstruction.mapping.tracks import significant_pairs, with_tracks
+from limbgram.reconstruction.mapping.verdicts import refined_keypoints_by
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet, first_of
 from limbgram.reconstruction.scale.metric import MetricScene
@@ -54,40 +54,40 @@ from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 
 _BOARD_CORNERS = 4
 _BOARD_PHOTOS = 4
-"""Photos of one group whose board sets the scale alone."""
+"""Photos of one group from which their board alone sets the scale."""
 
 
 _REACH = 0.03
-"""How far from its place in the scene a match is still looked at, of the photo's width."""
+"""Largest distance of a match from its expected place, as a share of the photo's width."""
 _TRACK_PX = 2.0
-"""How far from its place a match is looked at once the photos were placed by one body."""
+"""The same once the photos were placed by one body."""
 _HALF_MATCHES = 150
-"""Most matches of a pair on half a limb."""
+"""Largest number of matches of a pair on half a limb."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class LookOptions:
-    """How movement is looked for."""
+class MovementOptions:
+    """How many matches the search for movement uses."""
 
     pair_matches: int = 400
-    """Most matches of a pair, of limb or surroundings."""
+    """Largest number of matches of a pair, of limb or surroundings."""
 
 
-DEFAULTS = LookOptions()
+DEFAULTS = MovementOptions()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sides:
-    """Which keypoints lie on the limb, and on which half of it, and which beside it."""
+    """Label of each keypoint: on which half of the limb, beside it, or on the board."""
 
     keypoints: tuple[Int8[np.ndarray, " k"] | None, ...] = ()
     """By photo and keypoint: 0 beside the limb, 1 and 2 on the halves of its length, 3 where the
     picture may show either, 4 on the board; None where the photo was not placed."""
     unknown: Finding | None = None
-    """Why nothing is known of them."""
+    """Why the labels are unknown."""
 
-    def among(self, pairs: Sequence[PairMatches], kinds: tuple[int, ...]) -> list[PairMatches]:
-        """Matches of placed photos with both ends on one of these."""
+    def matches_on(self, pairs: Sequence[PairMatches], kinds: tuple[int, ...]) -> list[PairMatches]:
+        """Matches of placed photos with both keypoints of these kinds."""
         found: list[PairMatches] = []
         for pair in pairs:
             first, second = self.keypoints[pair.first], self.keypoints[pair.second]
@@ -99,17 +99,17 @@ class Sides:
         return found
 
 
-_TWO = 2
+_MIN_VIEWS = 2
 _BESIDE, _HALVES, _ON_LIMB, _ON_BOARD = 0, (1, 2), (1, 2, 3), 4
 _ROOM = (_BESIDE, _ON_BOARD)
-"""Numbers of Sides.keypoints."""
+"""Labels of Sides.keypoints."""
 _BENT_SIGMAS = 16.0
-"""Of what contradicts a rigid limb and still tells how it bends: weighted down, not left out. A
-lean of 8 mm is 1.6 px where paint is sure to 0.03 px."""
+"""Outlier threshold where the limb may bend: such residuals are weighted down, not left out. A lean
+of 8 mm is 1.6 px where keypoints have a sigma of 0.03 px."""
 _FAR_PX = 1e3
-"""Of matches that make no point."""
+"""Residual of a match that cannot be triangulated."""
 _BOARD_MARGIN = 2.0
-"""Round the outermost corners, in squares: one is printed, and the board may have been pushed."""
+"""Margin round the outermost corners, in squares: one is printed, and the board may have moved."""
 
 
 def tell_sides(
@@ -118,13 +118,13 @@ def tell_sides(
     scene: Scene,
     detections: BoardDetections | None = None,
 ) -> Sides:
-    """Part the keypoints by where the photos show the limb's region, and the board."""
+    """Label the keypoints by the projections of the limb's region and of the board."""
     metric = to_millimetres(scene)
     try:
         region = find_region(photos, metric)
     except RegionError:
         return Sides(unknown=note("movement.unknown.region"))
-    halves, board = _halved(region), _Sheet.of(detections, metric.scene)
+    halves, board = _halved(region), _BoardOutline.of(detections, metric.scene)
     found: list[Int8[np.ndarray, " k"] | None] = [None] * len(scene.names)
     for k in scene.placed:
         view, xy_px = metric.scene.view(k), features.keypoints[k].xy_px
@@ -137,15 +137,15 @@ def tell_sides(
 
 
 @dataclass(frozen=True)
-class _Sheet:
-    """The board's outline in a scene; none where it is not located."""
+class _BoardOutline:
+    """The board's outline in a scene; None where it is not located."""
 
     scene: Scene
     outline: Float64[np.ndarray, "4 3"] | None
 
     @classmethod
-    def of(cls, detections: BoardDetections | None, scene: Scene) -> "_Sheet":
-        pose = None if detections is None else _board_pose(detections, scene)
+    def of(cls, detections: BoardDetections | None, scene: Scene) -> "_BoardOutline":
+        pose = None if detections is None else _scene_from_board(detections, scene)
         if detections is None or pose is None:
             return cls(scene, None)
         margin = _BOARD_MARGIN * detections.board.square_mm
@@ -157,7 +157,7 @@ class _Sheet:
         return cls(scene, pose.apply(corners.astype(float)))
 
     def shown_at(self, photo: int, xy_px: Points2) -> Bool[np.ndarray, " n"]:
-        """Whether a photo shows it at these pixels."""
+        """Whether the board covers these pixels of a photo."""
         if self.outline is None:
             return np.zeros(len(xy_px), np.bool_)
         view = self.scene.view(photo)
@@ -179,19 +179,19 @@ def find_movement(
     sides: Sides,
     cameras: Cameras,
     detections: BoardDetections | None = None,
-    options: LookOptions = DEFAULTS,
+    options: MovementOptions = DEFAULTS,
 ) -> BodyMotion:
-    """Whether limb and surroundings kept still against each other, and in which photos not.
+    """The motion of the surroundings relative to the limb, by photo.
 
     Args:
         detections: Of a board, which tells what a millimetre is.
     """
     if sides.unknown:
         return BodyMotion.unknown(len(scene.names), sides.unknown)
-    limb = _Body("limb", sides.among(matches.pairs, _ON_LIMB))
-    room = _Body("room", sides.among(matches.pairs, _ROOM))
-    seen = _Seen(photos, features, scene, cameras, millimetre(detections, scene))
-    return _between("limb and room", limb, room, seen, options)
+    limb = _BodyMatches("limb", sides.matches_on(matches.pairs, _ON_LIMB))
+    room = _BodyMatches("room", sides.matches_on(matches.pairs, _ROOM))
+    seen = _Inputs(photos, features, scene, cameras, millimetre(detections, scene))
+    return _compared_bodies("limb and room", limb, room, seen, options)
 
 
 def find_bending(
@@ -202,48 +202,47 @@ def find_bending(
     sides: Sides,
     cameras: Cameras,
     detections: BoardDetections | None = None,
-    options: LookOptions = DEFAULTS,
+    options: MovementOptions = DEFAULTS,
 ) -> BodyMotion:
-    """Whether the two halves of the limb's length kept still against each other, and its curvature
-    is alike in all photos."""
+    """The relative motion of the two halves of the limb, and any change of its curvature."""
     if sides.unknown:
         return BodyMotion.unknown(len(scene.names), sides.unknown)
-    one = _Body("half", sides.among(matches.pairs, _HALVES[:1]))
-    other = _Body("other half", sides.among(matches.pairs, _HALVES[1:]))
+    one = _BodyMatches("half", sides.matches_on(matches.pairs, _HALVES[:1]))
+    other = _BodyMatches("other half", sides.matches_on(matches.pairs, _HALVES[1:]))
     fewer = replace(options, pair_matches=_HALF_MATCHES)
-    seen = _Seen(photos, features, scene, cameras, millimetre(detections, scene))
-    found = _between("halves", one, other, seen, fewer)
-    limb = _thinned(sides.among(matches.pairs, _ON_LIMB), options.pair_matches)
-    bent = _curving(limb, seen)
-    return found if bent is None else replace(found, movement=bent.beside(found.movement))
+    seen = _Inputs(photos, features, scene, cameras, millimetre(detections, scene))
+    found = _compared_bodies("halves", one, other, seen, fewer)
+    limb = _thinned(sides.matches_on(matches.pairs, _ON_LIMB), options.pair_matches)
+    bent = _curvature_change(limb, seen)
+    return found if bent is None else replace(found, movement=bent.merged_with(found.movement))
 
 
-def _curving(limb: list[PairMatches], seen: "_Seen") -> Curving | None:
-    """The likeliest change of the limb's curvature, of the photos placed by the limb alone."""
+def _curvature_change(limb: list[PairMatches], seen: "_Inputs") -> CurvatureChange | None:
+    """The change of the limb's curvature, from photos placed by the limb alone."""
     scene, cameras = seen.scene, seen.cameras
     try:
-        placed = _placed_by(seen.features, limb, scene, cameras, seen.photos, _BENT_SIGMAS)
+        placed = _placed_by_matches(seen.features, limb, scene, cameras, seen.photos, _BENT_SIGMAS)
         if placed is None:
             return None
-        return curving(_in_frame_of(scene, placed), cameras.calibrations, seen.mm)
+        return find_curvature_change(_in_frame_of(scene, placed), cameras.calibrations, seen.mm)
     except np.linalg.LinAlgError:  # a photo loses all its points
         return None
 
 
 def millimetre(detections: BoardDetections | None, scene: Scene) -> float | None:
-    """About how long a millimetre of the board is in the scene; None where it is not seen."""
-    pose = None if detections is None else _board_pose(detections, scene)
+    """Approximate length of a millimetre in the scene, by the board; None where it is not seen."""
+    pose = None if detections is None else _scene_from_board(detections, scene)
     return None if pose is None else float(pose.scale)
 
 
-def _board_pose(detections: BoardDetections, scene: Scene) -> Similarity | None:
-    """About where the board lies in the scene; None where it is not located."""
+def _scene_from_board(detections: BoardDetections, scene: Scene) -> Similarity | None:
+    """Approximate similarity from the board's frame to the scene; None where it is not located."""
     index = {scene.names[k]: k for k in scene.placed}
     seen = [photo for photo in detections.photos if photo.name in index]
-    if len(seen) < _TWO:
+    if len(seen) < _MIN_VIEWS:
         return None
     views = [scene.view(index[photo.name]) for photo in seen]
-    places = _located(seen, views, len(detections.corners_mm))
+    places = _triangulated_corners(seen, views, len(detections.corners_mm))
     known = np.asarray(np.isfinite(places).all(axis=1))
     if known.sum() < _BOARD_CORNERS:
         return None
@@ -259,26 +258,26 @@ def held_against_board(
     cameras: Cameras,
     detections: BoardDetections,
     found: BodyMotion,
-    options: LookOptions = DEFAULTS,
+    options: MovementOptions = DEFAULTS,
 ) -> Movement:
-    """What moved against the limb, where the board tells: the board, or only things beside both.
+    """The movement, but `beside` if limb and board kept still and only other things moved.
 
     Leaflets and boxes that somebody moves seem to be a limb that moves against its surroundings.
     The size is taken from the board, so what counts is whether the limb kept still against that.
     """
-    limb = _Body("limb", sides.among(matches.pairs, _ON_LIMB))
+    limb = _BodyMatches("limb", sides.matches_on(matches.pairs, _ON_LIMB))
     try:
         some = _thinned(limb.pairs, options.pair_matches)
-        by_limb = _placed_by(features, some, scene, cameras, photos)
+        by_limb = _placed_by_matches(features, some, scene, cameras, photos)
         by_board = _placed_by_board(detections, scene, cameras)
     except np.linalg.LinAlgError:  # equations without a solution: a photo loses all its points
         return found.movement
     if by_limb is None or by_board is None:
         return found.movement
     limb_scene, board_scene = _in_frame_of(scene, by_limb), _in_frame_of(scene, by_board)
-    if not stood_with_first(limb_scene, board_scene, found, cameras.calibrations):
+    if not is_rigid_with_first(limb_scene, board_scene, found, cameras.calibrations):
         return found.movement
-    return replace(_kept_still(found.movement), beside=True)
+    return replace(_as_still(found.movement), beside=True)
 
 
 def told_from_board(
@@ -289,70 +288,70 @@ def told_from_board(
     sides: Sides,
     cameras: Cameras,
     found: BodyMotion,
-    options: LookOptions = DEFAULTS,
+    options: MovementOptions = DEFAULTS,
 ) -> Movement:
-    """Whether it was the limb that moved, or the board: what moved against two others did.
+    """The movement, decided between limb and board by what lies beside both.
 
-    The board's print shows many of the points beside the limb. What lies beside both tells: where
-    it kept still with the limb, the board was pushed; where nothing does, both are named.
+    The board's print shows many of the points beside the limb. Where what lies beside both
+    kept still with the limb, the board was pushed; where nothing decides, both are named.
     """
-    limb = _thinned(sides.among(matches.pairs, _ON_LIMB), options.pair_matches)
+    limb = _thinned(sides.matches_on(matches.pairs, _ON_LIMB), options.pair_matches)
     try:
-        placed = _placed_by(features, limb, scene, cameras, photos)
+        placed = _placed_by_matches(features, limb, scene, cameras, photos)
     except np.linalg.LinAlgError:  # a photo loses all its points
         placed = None
     if placed is None:
         return limb_or_board(found.movement)
-    beside = sides.among(matches.pairs, (_BESIDE,))
+    beside = sides.matches_on(matches.pairs, (_BESIDE,))
     moved = third_moved(_in_frame_of(scene, placed), beside, found)
     if moved is None:
         return limb_or_board(found.movement)
-    return found.movement if moved else replace(_kept_still(found.movement), pushed=True)
+    return found.movement if moved else replace(_as_still(found.movement), pushed=True)
 
 
 def third_moved(limb: Scene, pairs: Sequence[PairMatches], found: BodyMotion) -> bool | None:
-    """Whether what these pairs match moved against the limb as the second body did, or kept still.
+    """Whether the points of these pairs moved as the second body did; False if they kept still.
 
     They need not join the photos: each pair of photos that shows the second body in two places
-    tells by itself. None where neither is likelier by the chance of a false alarm, or where that
-    rests on one photo: points that one photo shows falsely agree with each other.
+    tells by itself. None where neither is significant, or where that rests on one
+    photo: wrong points of one photo agree with each other.
     """
-    told = found.movement.group >= 0
+    known_group = found.movement.group >= 0
     ends: list[tuple[int, int]] = []
-    misses_px: list[Float64[np.ndarray, "2 m"]] = []
+    residuals_px: list[Float64[np.ndarray, "2 m"]] = []
     for pair in pairs:
         photos = pair.first, pair.second
-        known = all(told[k] and limb.camera_from_world[k] is not None for k in photos)
+        known = all(known_group[k] and limb.camera_from_world[k] is not None for k in photos)
         if not known or not len(pair) or not np.ptp(found.motions[list(photos)], axis=0).any():
             continue
         seen_px = (pair.xy_first_px, pair.xy_second_px)
         still = [limb.view(k) for k in photos]
         moved = [
-            replace(view, camera_from_world=view.camera_from_world @ found.moved(k))
+            replace(view, camera_from_world=view.camera_from_world @ found.in_photo(k))
             for k, view in zip(photos, still, strict=True)
         ]
-        misses_px.append(np.array([_missed_px(views, seen_px) for views in (still, moved)]))
+        residuals_px.append(np.array([_residuals_px(views, seen_px) for views in (still, moved)]))
         ends.append(photos)
     if not ends:
         return None
     # of the limb's own points: many matches beside it are wrong, and fit neither
     scale_px = CAUCHY_SIGMAS * MAD_TO_SIGMA * float(np.nanmedian(np.abs(limb.residuals_px())))
-    weight = (CAUCHY_SIGMAS / SHARED_ERROR) ** 2
-    costs = np.array([weight * np.log1p((px / scale_px) ** 2).sum(axis=1) for px in misses_px])
+    weight = (CAUCHY_SIGMAS / SIGMA_INFLATION) ** 2
+    costs = np.array([weight * np.log1p((px / scale_px) ** 2).sum(axis=1) for px in residuals_px])
     for_motion = costs[:, 0] - costs[:, 1]
     shows = np.array([np.isin(ends, photo).any(axis=1) for photo in np.unique(ends)])
     total = float(for_motion.sum())
     without_one = total - shows @ for_motion
     sign = math.copysign(1.0, total)
     # that one photo is wrong is rare by itself: the others need to tell half as much
-    least = -2.0 * math.log(FALSE_ALARM)
+    least = -2.0 * math.log(SIGNIFICANCE_LEVEL)
     if abs(total) < least or (sign * without_one < least / 2.0).any():
         return None
     return total > 0.0
 
 
-def _missed_px(views: Sequence[View], seen_px: Sequence[Points2]) -> Float64[np.ndarray, " m"]:
-    """How far two photos' matches miss the points that they make."""
+def _residuals_px(views: Sequence[View], seen_px: Sequence[Points2]) -> Float64[np.ndarray, " m"]:
+    """Reprojection errors of two photos' matches at the points triangulated from them."""
     count = len(seen_px[0])
     point = np.arange(count, dtype=np.int32)
     places = triangulate(
@@ -367,16 +366,16 @@ def _missed_px(views: Sequence[View], seen_px: Sequence[Points2]) -> Float64[np.
 
 
 def limb_or_board(movement: Movement) -> Movement:
-    """The same where nothing tells whether the limb moved or the board: nothing is a fact."""
+    """The movement where nothing decides between limb and board: unknown, without facts."""
     doubted = tuple(
-        replace(one, failed=("board",)) if one.told else one for one in movement.explanations
+        replace(one, failed=("board",)) if one.is_fact else one for one in movement.explanations
     )
     unknown = Movement.unknown(len(movement.shift), chance=movement.chance)
     return replace(unknown, explanations=doubted)
 
 
-def _kept_still(movement: Movement) -> Movement:
-    """The same photos without a motion."""
+def _as_still(movement: Movement) -> Movement:
+    """The movement of the same photos if nothing had moved."""
     known = movement.group >= 0
     nothing = np.where(known, 0.0, np.nan)
     return replace(
@@ -410,7 +409,7 @@ def without_what_moved_beside(
         shown = footprint(region, metric.scene.view(photo)).shows(seen.xy_px[rows])
         on_limb[seen.point_idx[rows][shown]] = True
     times = np.bincount(seen.point_idx, minlength=len(on_limb))
-    firm = np.flatnonzero(on_limb | (times > _TWO))
+    firm = np.flatnonzero(on_limb | (times > _MIN_VIEWS))
     new_idx = np.full(len(on_limb), -1)
     new_idx[firm] = np.arange(len(firm))
     kept = seen.some(new_idx[seen.point_idx] >= 0)
@@ -426,7 +425,7 @@ def without_what_moved_beside(
 
 
 def corners_agree_better(detections: BoardDetections, first: Scene, second: Scene) -> bool:
-    """Whether the board's corners agree from photo to photo better in the first scene.
+    """Whether the board's corners have smaller residuals in the first scene.
 
     They take no part in the placing of either, and so tell which one is nearer to the truth.
     """
@@ -437,15 +436,19 @@ def corners_agree_better(detections: BoardDetections, first: Scene, second: Scen
         if not seen:
             return False
         views = [scene.view(index[photo.name]) for photo in seen]
-        misses.append(_miss_px(seen, views, _located(seen, views, len(detections.corners_mm))))
+        misses.append(
+            _median_residual_px(
+                seen, views, _triangulated_corners(seen, views, len(detections.corners_mm))
+            )
+        )
     return misses[0] < misses[1]
 
 
 def limb_matches(matches: Matches, sides: Sides) -> Matches:
-    """The matches of which no end lies beside the limb."""
+    """The matches with both keypoints on the limb."""
     if sides.unknown:
         return matches
-    return replace(matches, pairs=tuple(sides.among(matches.pairs, _ON_LIMB)))
+    return replace(matches, pairs=tuple(sides.matches_on(matches.pairs, _ON_LIMB)))
 
 
 def still_board(detections: BoardDetections, scene: Scene, found: BodyMotion) -> BoardDetections:
@@ -466,28 +469,28 @@ def still_board(detections: BoardDetections, scene: Scene, found: BodyMotion) ->
         agreeing = [one for one, group in zip(seen, groups, strict=True) if group == largest]
         if len(agreeing) >= _BOARD_PHOTOS:
             return replace(detections, photos=tuple(agreeing))
-    return _carried(detections, seen, index, scene, found)
+    return _motion_corrected(detections, seen, index, scene, found)
 
 
-def _carried(
+def _motion_corrected(
     detections: BoardDetections,
     seen: list[PhotoCorners],
     index: dict[str, int],
     scene: Scene,
     found: BodyMotion,
 ) -> BoardDetections:
-    """The corners moved in every photo by what moved the surroundings in it."""
+    """The detections with corners shifted to where they would be had nothing moved."""
     if not seen:
         return detections
     still = [scene.view(index[photo.name]) for photo in seen]
-    motions = [found.moved(index[photo.name]) for photo in seen]
+    motions = [found.in_photo(index[photo.name]) for photo in seen]
     moved = [
         replace(view, camera_from_world=view.camera_from_world @ motion)
         for view, motion in zip(still, motions, strict=True)
     ]
-    places = _located(seen, moved, len(detections.corners_mm))
-    kept_still = _located(seen, still, len(detections.corners_mm))
-    if _miss_px(seen, still, kept_still) < _miss_px(seen, moved, places):
+    places = _triangulated_corners(seen, moved, len(detections.corners_mm))
+    kept_still = _triangulated_corners(seen, still, len(detections.corners_mm))
+    if _median_residual_px(seen, still, kept_still) < _median_residual_px(seen, moved, places):
         return detections
     new: dict[str, PhotoCorners] = {}
     for photo, here, there in zip(seen, still, moved, strict=True):
@@ -501,8 +504,8 @@ def _carried(
     )
 
 
-def _located(seen: list[PhotoCorners], views: list[View], corners: int) -> AnyPoints3:
-    """Places of the board's corners by photos taken from these views."""
+def _triangulated_corners(seen: list[PhotoCorners], views: list[View], corners: int) -> AnyPoints3:
+    """The board's corners triangulated from these views."""
     return triangulate(
         views,
         np.repeat(np.arange(len(seen), dtype=np.int32), [len(photo.ids) for photo in seen]),
@@ -512,8 +515,8 @@ def _located(seen: list[PhotoCorners], views: list[View], corners: int) -> AnyPo
     ).points_in_world
 
 
-def _miss_px(seen: list[PhotoCorners], views: list[View], places: AnyPoints3) -> float:
-    """Typical distance between corners as photos show them and as they would be seen."""
+def _median_residual_px(seen: list[PhotoCorners], views: list[View], places: AnyPoints3) -> float:
+    """Median reprojection error of the board's corners."""
     misses = np.concatenate(
         [
             np.linalg.norm(view.project(places[photo.ids]) - photo.xy_px, axis=1)
@@ -525,7 +528,7 @@ def _miss_px(seen: list[PhotoCorners], views: list[View], places: AnyPoints3) ->
 
 
 @dataclass(frozen=True)
-class _Body:
+class _BodyMatches:
     """Matches of one body."""
 
     where: Literal["limb", "room", "half", "other half"]
@@ -533,28 +536,34 @@ class _Body:
 
 
 @dataclass(frozen=True)
-class _Seen:
-    """What two bodies are compared by."""
+class _Inputs:
+    """What the comparison of two bodies takes."""
 
     photos: PhotoSet
     features: Features
     scene: Scene
     cameras: Cameras
     mm: float | None
-    """How long a millimetre is in the scene; None where nothing tells."""
+    """Length of a millimetre in the scene; None where it is unknown."""
 
 
-def _between(
-    bodies: Bodies, first: _Body, second: _Body, seen: _Seen, options: LookOptions
+def _compared_bodies(
+    bodies: Bodies,
+    first: _BodyMatches,
+    second: _BodyMatches,
+    seen: _Inputs,
+    options: MovementOptions,
 ) -> BodyMotion:
-    """Place the photos by each of both bodies alone, and compare."""
+    """The motion between two bodies, from photos placed by each of them alone."""
     scene, cameras = seen.scene, seen.cameras
     alone: list[Scene] = []
     try:
         for body in (first, second):
             some = _thinned(body.pairs, options.pair_matches)
             limb = body.where != "room"
-            placed = _placed_by(seen.features, some, scene, cameras, seen.photos, of_limb=limb)
+            placed = _placed_by_matches(
+                seen.features, some, scene, cameras, seen.photos, of_limb=limb
+            )
             if placed is None:
                 few = note("movement.unknown.few_points", where=body.where)
                 return BodyMotion.unknown(len(scene.names), few)
@@ -566,7 +575,7 @@ def _between(
 
 
 def _halved(region: Region) -> tuple[Region, Region]:
-    """The region cut in the middle of its length."""
+    """The region cut in two across its longest axis."""
     cells = np.argwhere(region.occupied).astype(float)
     centred = cells - cells.mean(0)
     along = np.linalg.eigh(centred.T @ centred).eigenvectors[:, -1]
@@ -580,7 +589,7 @@ def _halved(region: Region) -> tuple[Region, Region]:
 
 
 def _thinned(pairs: list[PairMatches], most: int) -> list[PairMatches]:
-    """At most so many of each pair, those of the keypoints that most pairs have."""
+    """At most `most` matches of each pair: those whose keypoints have most other matches."""
     uses: dict[int, np.ndarray] = {}
     for pair in pairs:
         for side, photo in enumerate((pair.first, pair.second)):
@@ -600,7 +609,7 @@ def _thinned(pairs: list[PairMatches], most: int) -> list[PairMatches]:
     return thin
 
 
-def _placed_by(
+def _placed_by_matches(
     features: Features,
     pairs: list[PairMatches],
     scene: Scene,
@@ -609,25 +618,25 @@ def _placed_by(
     outlier_sigmas: float = OUTLIER_SIGMAS,
     of_limb: bool = True,
 ) -> Scene | None:
-    """The photos placed by these matches alone, from where the scene has them; lenses held.
+    """The scene placed by these matches alone, starting from its poses, with fixed lenses.
 
     Args:
-        of_limb: Photos from opposite sides share none of a limb: pairs of which no more matches
-            obey than by chance are left out. No poses fit all of a room in which a board is pushed.
+        of_limb: Whether pairs without significantly many inliers are left out: photos from opposite
+            sides share nothing of a limb. No poses fit all of a room in which a board is pushed.
     """
     if not any(len(pair) for pair in pairs):
         return None
-    places_px = agreed_by(features, pairs)
+    keypoints_px = refined_keypoints_by(features, pairs)
     width = max(photo.width_px for photo in photos.photos)
     for again, reach_px in enumerate((_REACH * width, _TRACK_PX)):
         if of_limb and again:
-            pairs = beyond_chance(scene, places_px, pairs, reach_px) or pairs
-        scene = _retracked(scene, places_px, pairs, reach_px)
+            pairs = significant_pairs(scene, keypoints_px, pairs, reach_px) or pairs
+        scene = _retracked(scene, keypoints_px, pairs, reach_px)
         if len(scene.placed) < 2:
             return None
         scene = _adjusted(scene, cameras, outlier_sigmas)
-    while loose := {*scene.placed} - {*joined_photos(scene)}:
-        scene = without_photos(scene, loose)
+    while unconnected := {*scene.placed} - {*connected_photos(scene)}:
+        scene = without_photos(scene, unconnected)
         if len(scene.placed) < 2:
             return None
         scene = _adjusted(scene, cameras, outlier_sigmas)
@@ -635,19 +644,19 @@ def _placed_by(
 
 
 def _adjusted(scene: Scene, cameras: Cameras, outlier_sigmas: float) -> Scene:
-    """With the covariance of its photos; lenses held."""
-    held = _held(scene, cameras)
-    adjusted = adjust(scene, held, rounds=2, outlier_sigmas=outlier_sigmas)
+    """The scene adjusted with fixed lenses, and its covariance."""
+    fixed = _fixed_calibrations(scene, cameras)
+    adjusted = adjust(scene, fixed, rounds=2, outlier_sigmas=outlier_sigmas)
     return replace(adjusted.scene, camera_covariance=adjusted.covariance)
 
 
 def _placed_by_board(detections: BoardDetections, scene: Scene, cameras: Cameras) -> Scene | None:
-    """The photos placed by the board's corners alone, wherever its print has them; lenses held."""
+    """The scene placed by the board's corners alone, its shape free, with fixed lenses."""
     index = {scene.names[k]: k for k in scene.placed}
     seen = [photo for photo in detections.photos if photo.name in index]
     if len(seen) < 2:
         return None
-    places = _located(
+    places = _triangulated_corners(
         seen, [scene.view(index[photo.name]) for photo in seen], len(detections.corners_mm)
     )
     known = np.asarray(np.isfinite(places).all(axis=1))
@@ -663,12 +672,12 @@ def _placed_by_board(detections: BoardDetections, scene: Scene, cameras: Cameras
             xy_px=np.concatenate([photo.xy_px for photo in seen])[kept],
         ),
     )
-    adjusted = adjust(corners, _held(scene, cameras), rounds=2)
+    adjusted = adjust(corners, _fixed_calibrations(scene, cameras), rounds=2)
     return replace(adjusted.scene, camera_covariance=adjusted.covariance)
 
 
 def _in_frame_of(scene: Scene, alone: Scene) -> Scene:
-    """A scene placed anew in the frame and size of the one it came from."""
+    """A scene that was placed anew, in the frame and at the scale of the original."""
     photos = sorted({*scene.placed} & {*alone.placed})
     there = np.array([scene.view(k).centre_in_world for k in photos])
     here = np.array([alone.view(k).centre_in_world for k in photos])
@@ -676,15 +685,15 @@ def _in_frame_of(scene: Scene, alone: Scene) -> Scene:
 
 
 def _retracked(
-    scene: Scene, places_px: tuple[Points2, ...], pairs: list[PairMatches], reach_px: float
+    scene: Scene, keypoints_px: tuple[Points2, ...], pairs: list[PairMatches], reach_px: float
 ) -> Scene:
-    """New points from the matches, and only the photos that hang together by them."""
-    new = with_tracks(scene, places_px, pairs, reach_px)
-    return without_photos(new, {*new.placed} - {*joined_photos(new)})
+    """The scene with new points from the matches, and only the photos that these connect."""
+    new = with_tracks(scene, keypoints_px, pairs, reach_px)
+    return without_photos(new, {*new.placed} - {*connected_photos(new)})
 
 
-def _held(scene: Scene, cameras: Cameras) -> tuple[Calibration, ...]:
-    """The scene's lenses, not to be moved."""
+def _fixed_calibrations(scene: Scene, cameras: Cameras) -> tuple[Calibration, ...]:
+    """The scene's lenses as calibrations without uncertainty."""
     return tuple(
         replace(one, camera=camera, covariance=np.zeros_like(one.covariance))
         for one, camera in zip(cameras.calibrations, scene.cameras, strict=True)
@@ -704,8 +713,8 @@ def moved_mm(movement: Movement | None) -> float:
     return float(ends.sum() if movement.kind == "drift" else np.nanmax(movement.shift))
 
 
-def in_told_unit(metric: MetricScene, limb: Points3) -> tuple[Scene, str]:
-    """The scene with its movements as they are told, and their unit.
+def in_report_unit(metric: MetricScene, limb: Points3) -> tuple[Scene, str]:
+    """The scene with its movements in the unit that reports use, and that unit.
 
     That is mm; where nothing gives a size, shares of the limb's length.
 
@@ -727,7 +736,7 @@ def in_told_unit(metric: MetricScene, limb: Points3) -> tuple[Scene, str]:
 
 
 def why_unknown(movement: Movement, unit: str) -> Finding | None:
-    """Why it is not known; of what was seen and not decided, what it may be, and what decides."""
+    """Why the movement is unknown; if undecided, the best explanation with its failed rule."""
     if not movement.undecided:
         return movement.reason
     most = movement.undecided[0]
@@ -742,7 +751,7 @@ def why_unknown(movement: Movement, unit: str) -> Finding | None:
 
 
 def movement_found(movement: Movement, names: Sequence[str], unit: str) -> Finding:
-    """Whether the limb kept still."""
+    """The finding whether the limb kept still."""
     if movement.kind == "unknown":
         return note("movement.unknown", reason=why_unknown(movement, unit))
     if movement.kind == "still":
@@ -764,7 +773,7 @@ LensDoubt = Literal["uncalibrated", "varying"]
 
 
 def lens_doubt(scene: Scene, cameras: Cameras) -> LensDoubt | None:
-    """Why the lenses of photos may be others than were found; None where they are known."""
+    """Why the photos' lenses may differ from the solved ones; None where they are known."""
     if any(one.source != "board" for one in cameras.calibrations):
         return "uncalibrated"
     return None if scene.own is None else "varying"
@@ -773,7 +782,7 @@ def lens_doubt(scene: Scene, cameras: Cameras) -> LensDoubt | None:
 def bending_found(
     bending: Movement, names: Sequence[str], unit: str, lens: LensDoubt | None = None
 ) -> Finding:
-    """Whether the limb kept its shape; what was seen, and what may have caused it.
+    """The finding whether the limb kept its shape, or what may have caused the contrary.
 
     Args:
         lens: Why the lens may be another than was found, which looks the same (`lens_doubt`).
@@ -800,7 +809,7 @@ def moved_photos(movement: Movement, names: Sequence[str]) -> tuple[str, ...]:
 
 
 def movement_remark(scene: Scene, photo_idx: int, unit: str) -> tuple[Finding, ...]:
-    """What is odd about one photo; nothing where the limb kept still in it."""
+    """The finding that a photo shows the limb elsewhere; none where it does not."""
     movement = scene.movement
     if movement is None or not movement.shift[photo_idx] > 0.0:
         return ()

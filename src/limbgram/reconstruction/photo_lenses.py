@@ -1,8 +1,8 @@
 """Photo lenses: what lenses of single photos, camera files and a bent board explain, or may.
 
 In      the scene as it is delivered, cameras, and the board's corners, which tell a millimetre.
-Out     Explanations, the most likely first (`hypotheses.lenses`, `hypotheses.flatness`), in words
-        by `lenses_told`.
+Out     Explanations, the most likely first (`hypotheses.lens_explanations`,
+        `hypotheses.flatness`), in words by `lenses_told`.
 """
 
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ import numpy as np
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
 from limbgram.reconstruction.hypotheses.flatness import SAG_FLOOR_MM, board_bend
-from limbgram.reconstruction.hypotheses.lenses import lens_explanations
+from limbgram.reconstruction.hypotheses.lens_explanations import lens_explanations
 from limbgram.reconstruction.mapping.lens_deviations import largest_px
 from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Scene
 from limbgram.reconstruction.movement import millimetre
@@ -54,7 +54,7 @@ def files_contradicted(scene: Scene) -> tuple[Explanation, ...]:
     Photos that differ as much in focal length from each other were zoomed: that says nothing of the
     file.
     """
-    told = [one for one in scene.lens_explanations if one.told]
+    told = [one for one in scene.lens_explanations if one.is_fact]
     apart = max((one.high for one in told if one.kind == "focal length"), default=0.0)
     return tuple(one for one in told if one.kind == "camera file" and one.low > apart)
 
@@ -67,7 +67,7 @@ def lenses_told(scene: Scene, cameras: Cameras, photos: PhotoSet) -> Iterator[Fi
     """
     yield from board_told(scene)
     for one in scene.lens_explanations:
-        if not one.told or one.kind == "bend":
+        if not one.is_fact or one.kind == "bend":
             continue
         camera = scene.camera_idx[one.photos[0]]
         larger = photos.photos[one.photos[0]].width_px / scene.cameras[camera].width_px
@@ -84,9 +84,9 @@ def lenses_told(scene: Scene, cameras: Cameras, photos: PhotoSet) -> Iterator[Fi
 def board_told(scene: Scene) -> Iterator[Finding]:
     """That the board is bent, or may be, by more than is usual; in whatever unit the scene is."""
     for one in scene.lens_explanations:
-        if one.kind == "bend" and (one.told or one.low >= one.floor):
+        if one.kind == "bend" and (one.is_fact or one.low >= one.floor):
             yield note(
-                "board.bent" if one.told else "board.bent_or_lens",
+                "board.bent" if one.is_fact else "board.bent_or_lens",
                 sag_mm=SAG_FLOOR_MM * one.effect / one.floor,
                 sure_mm=SAG_FLOOR_MM * (one.high - one.effect) / one.floor,
             )

@@ -39,23 +39,23 @@ from limbgram.reconstruction.joining import (
 )
 from limbgram.reconstruction.lens_groups import ByLens
 from limbgram.reconstruction.limb_groups import limb_groups
+from limbgram.reconstruction.mapping.body_motion import BodyMotion
 from limbgram.reconstruction.mapping.full_resolution_tracks import FollowingOptions, follow_points
-from limbgram.reconstruction.mapping.movement import BodyMotion
-from limbgram.reconstruction.mapping.ring import DEFAULTS as MAPPING
-from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
+from limbgram.reconstruction.mapping.placement import DEFAULTS as MAPPING
+from limbgram.reconstruction.mapping.placement import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Movement, Scene
-from limbgram.reconstruction.mapping.verdicts import refuse_torn
-from limbgram.reconstruction.matching.coded_marks import Coded
+from limbgram.reconstruction.mapping.verdicts import refuse_contradicted
+from limbgram.reconstruction.matching.coded_marks import CodedKeypoints
 from limbgram.reconstruction.matching.matching import (
     Matches,
     MatchingOptions,
     match,
     match_what_there_is,
 )
-from limbgram.reconstruction.matching.static_background import Still, find_still
+from limbgram.reconstruction.matching.static_background import StaticBackground, find_still
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.movement import (
-    LookOptions,
+    MovementOptions,
     Sides,
     corners_agree_better,
     find_bending,
@@ -133,7 +133,7 @@ class PipelineOptions:
     matching: MatchingOptions = field(default_factory=MatchingOptions)
     mapping: MappingOptions = field(default_factory=MappingOptions)
     marks: MarkOptions = field(default_factory=MarkOptions)
-    movement: LookOptions = field(default_factory=LookOptions)
+    movement: MovementOptions = field(default_factory=MovementOptions)
     """How it is found that the limb moved."""
     scale: ScaleOptions = field(default_factory=ScaleOptions)
     region: RegionOptions = field(default_factory=RegionOptions)
@@ -200,7 +200,7 @@ class Reconstruction:
     """The part that was meant, measured."""
     tapes: TapeWitnesses
     others: tuple[OtherPart, ...] = ()
-    still: Still = field(default_factory=Still)
+    still: StaticBackground = field(default_factory=StaticBackground)
     """What stands still before the camera while the object turns."""
     poses: Poses = field(default_factory=Poses)
     """Between which photos the object was turned over."""
@@ -336,11 +336,11 @@ class Placing:
     matches: Matches
     pairs: Pairs
     scene: Scene
-    still: Still
+    still: StaticBackground
     poses: Poses = field(default_factory=Poses)
     followed: bool = False
     """Whether points of reduced photos were followed at full size."""
-    coded: Coded | None = None
+    coded: CodedKeypoints | None = None
     """Which keypoints are points of coded marks, where these joined the photos."""
     lenses: ByLens | None = None
     """Photos and cameras where the photos themselves told of other lenses than their files."""
@@ -448,7 +448,7 @@ def _by_paint(
 
 def _moving_keypoints(
     photos: PhotoSet, detecting: FeatureOptions, run: Run
-) -> tuple[Features, Still]:
+) -> tuple[Features, StaticBackground]:
     """Keypoints without those that stand still before a still camera, and what stands still."""
     features = run(detect, photos, detecting)
     still = run(find_still, features)
@@ -651,7 +651,7 @@ def place_pairs(unplaced: Unplaced, run: Run, mapping: MappingOptions = MAPPING)
     placed = place_object(unplaced, run, mapping)
     if not placed.poses.sides:
         cameras = unplaced.cameras if placed.lenses is None else placed.lenses.cameras
-        refuse_torn(placed.scene, placed.pairs, cameras)
+        refuse_contradicted(placed.scene, placed.pairs, cameras)
     return Placing(
         features=unplaced.features,
         matches=placed.matches,

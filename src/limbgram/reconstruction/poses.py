@@ -1,22 +1,23 @@
-"""Poses: an object in two poses, a cast standing and then lying: splits and joins the capture.
+"""Poses: an object that was turned over during the capture: finds the two sides and joins them.
 
 In      photos in the order in which they were taken, their features, matches and verified pairs,
         the cameras, where photos show the board; the scene they were placed in, where there is one.
-Out     Poses: the two sides of the capture, each with its own scene, or none; what of the features
-        lies on the object.
-Method  Board, floor and room belong to one pose each, and the object to both. Within one side all
-        of it keeps still, so each side is placed by all of its matches. The region of the object in
-        each side's scene, above that side's own floor, parts the object's keypoints from the
-        room's. What is left of the matches joins the two sides by the object alone.
-        Where the sides part: pairs of photos that the object joined across turn otherwise than the
-        board that both show, and the board lies in several places of the scene. If the room joined
-        them, no point near the aim is seen by photos of both sides; then the object's regions must
-        also be different bodies there, for two rounds at heights that share no points show it so.
-        If the photos could not be placed in one scene, the weakest links between a photo and the
-        next are tried. Photos in any order that stand beside each other and share nothing of the
-        object (`limb_groups`) are two sides, or two objects if nothing on it joins them.
-Fails   never: a capture that does not fall into two sides has none.
-Limits  Without a board, only a capture whose photos could not be placed in one scene is looked at.
+Out     Poses: the two sides of the capture, each with its own scene, or none; which keypoints lie
+        on the object.
+Method  Board, floor and room belong to one pose each, and the object to both. Within one side
+        everything keeps still, so each side is placed by all of its matches. The region of the
+        object in each side's scene, above that side's own floor, separates the object's keypoints
+        from the room's. The remaining matches join the two sides by the object alone.
+        The seam between the sides shows in two ways: the rotations of pairs that the object joined
+        across it contradict the board that both photos show, and the board lies in several places
+        of the scene. If the room joined the sides, no point near the aim is seen by photos of both;
+        then the object's regions must also be different bodies there, for two rounds at heights
+        that share no points look the same. If the photos could not be placed in one scene, the
+        weakest links between consecutive photos are tried. Photos in any order that stand beside
+        each other and share nothing of the object (`limb_groups`) are two sides, or two objects if
+        nothing on it joins them.
+Fails   never: a capture without two sides has none.
+Limits  Without a board, only a capture whose photos could not be placed in one scene is examined.
         A board that stands in the room before a still camera counts as none.
 """
 
@@ -45,12 +46,12 @@ from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.lens_groups import ByLens, by_cut, by_lens, lens_is_told
 from limbgram.reconstruction.limb_groups import LimbGroups, limb_groups
-from limbgram.reconstruction.mapping.ring import DEFAULTS as MAPPING
-from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
+from limbgram.reconstruction.mapping.placement import DEFAULTS as MAPPING
+from limbgram.reconstruction.mapping.placement import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.verdicts import by_found_lenses, found_lenses
+from limbgram.reconstruction.mapping.verdicts import reverified, solved_lenses
 from limbgram.reconstruction.matching.matching import Matches
-from limbgram.reconstruction.matching.static_background import Still
+from limbgram.reconstruction.matching.static_background import StaticBackground
 from limbgram.reconstruction.photos.lenses import copies_of
 from limbgram.reconstruction.photos.photo import PhotoSet, first_of
 from limbgram.reconstruction.scale.background_board import without_background_board
@@ -67,7 +68,7 @@ _FEWEST_PHOTOS = 4
 _SIDES = 2
 _FEWEST_CORNERS = 6
 _LEAST_ACROSS = 0.3
-"""Spread of the corners across, of that along: a row behind which the board is hidden has none."""
+"""Smallest ratio of the corners' extents: a row of corners determines no plane."""
 _MISSED, _LEAST_MISS = 5.0, 0.0005
 """Corners that miss their board by so many times what the middle photo's do, and by this part of
 the picture's width, are no board: good ones miss it by 0.00004 to 0.00025."""
@@ -75,19 +76,19 @@ _MOVED_SHARE = 0.04
 """How far photos put the board from one place, of the cameras' distance, where an object was turned
 over: 0.12 to 0.13. Good captures have 0.0005, a patient who shifts or a board that is pushed
 0.01."""
-_MOST = 0.6
-"""Part of the photos by which the board's place is found where some put it elsewhere."""
+_IN_PLACE_SHARE = 0.6
+"""Share of the photos that the trimmed least squares keep."""
 _TRIMMING_ROUNDS = 20
-_ASTRAY_DEG = 20.0
-"""Turn of a pair against its board from which it contradicts it: a board seen flat from afar leaves
-its own tilt open by ten degrees and more."""
-_FEWEST_ASTRAY = 4
-_BESIDE = 3
-"""Photos between the best place to part the photos by the board and the weak link that is meant."""
-_MOST_TRIED = 6
-"""Places at which a capture is parted, at most: each costs two scenes."""
+_CONTRADICTION_DEG = 20.0
+"""Angle between the rotations of a pair and of its board from which they contradict: the tilt of a
+board seen from afar is uncertain by ten degrees and more."""
+_FEWEST_CONTRADICTING = 4
+_SEAM_TOLERANCE = 3
+"""Largest distance, in photos, between the seam by the board and the weak link that it means."""
+_MAX_SEAMS = 6
+"""Largest number of seams that are tried: each costs two scenes."""
 _WEAKEST = 2
-"""Links between a photo and the next at which sides are tried."""
+"""Number of weak links that are tried as seams."""
 _WEAK_LINK = 0.5
 """A weak link has less than this part of the matches of the middle one."""
 _NEAR_AIM = 0.4
@@ -119,12 +120,12 @@ _CLEARANCE = 0.004
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """Photos of one side that hang together without those of the other."""
+    """Photos of one side that make a scene of their own."""
 
     metric: MetricScene
-    """Of these photos alone; it knows the board and the floor of this pose."""
+    """Scene of these photos alone, with the board and the floor of this pose."""
     region: Region
-    """Where the object is in it."""
+    """Region of the object in that scene."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,7 +138,7 @@ class Side:
 
     @property
     def placed(self) -> int:
-        """Photos that have a place in one of its parts."""
+        """Number of photos that one of its parts places."""
         return sum(len(part.metric.scene.placed) for part in self.parts)
 
 
@@ -150,10 +151,10 @@ class Poses:
     def names(self, photos: PhotoSet) -> tuple[Finding, ...]:
         """First and last photo of each side, or the photos where they do not follow each other."""
         of = photos.names
-        return tuple(_named([of[photo] for photo in one.photos], one) for one in self.sides)
+        return tuple(_photo_range([of[photo] for photo in one.photos], one) for one in self.sides)
 
     def on_object(self, features: Features) -> tuple[Bool[np.ndarray, " n"], ...]:
-        """Which keypoints of each photo lie on the object; of photos without a place, none."""
+        """Mask of each photo's keypoints on the object; all False where it is not placed."""
         found = [np.zeros(len(one), bool) for one in features.keypoints]
         for part in (part for side in self.sides for part in side.parts):
             for photo in part.metric.scene.placed:
@@ -162,7 +163,7 @@ class Poses:
         return tuple(found)
 
     def matches_on_object(self, features: Features, matches: Matches) -> Matches:
-        """The matches with both ends on the object."""
+        """The matches with both keypoints on the object."""
         if not self.sides:
             return matches
         inside = self.on_object(features)
@@ -178,7 +179,7 @@ class Poses:
         )
 
     def one_board(self, detections: BoardDetections) -> BoardDetections:
-        """The board as the side shows it that has it in more photos: one place, one scale."""
+        """The detections of the side that shows the board in more photos."""
         if not self.sides:
             return detections
         counts = [sum(one.photo_idx in side.photos for one in detections.photos)
@@ -188,8 +189,8 @@ class Poses:
         return replace(detections, photos=photos)
 
 
-def _named(names: Sequence[str], side: Side) -> Finding:
-    """The photos of a side, in words."""
+def _photo_range(names: Sequence[str], side: Side) -> Finding:
+    """The finding that names the photos of a side."""
     if side.photos[-1] - side.photos[0] == len(side.photos) - 1:
         return note("placing.side", first=names[0], last=names[-1])
     return note("placing.side.photos", **first_of(names))
@@ -197,24 +198,24 @@ def _named(names: Sequence[str], side: Side) -> Finding:
 
 @dataclass(frozen=True)
 class Placed:
-    """Photos that have places, by the object alone where it was turned over between them."""
+    """The placed photos of a capture; by the object alone if it was turned over between them."""
 
     matches: Matches
     pairs: Pairs
     scene: Scene
     poses: Poses
     lenses: ByLens | None = None
-    """Where the photos themselves told of other lenses than their files."""
+    """Lenses by the photos themselves, where these contradict their files."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Unplaced:
-    """Photos and what was found in them, before any has a place."""
+    """Photos with their features, matches and detections, before they are placed."""
 
     photos: PhotoSet
     features: Features
-    still: Still
-    """What stands still; matches and pairs are of what does not."""
+    still: StaticBackground
+    """Static background; matches and pairs are without it."""
     matches: Matches
     pairs: Pairs
     cameras: Cameras
@@ -226,7 +227,7 @@ class Unplaced:
 
 
 def place_object(found: Unplaced, run: Run, mapping: MappingOptions = MAPPING) -> Placed:
-    """Place photos, with other lenses than files tell where the photos themselves tell so.
+    """Place photos, with lenses by the photos themselves where these contradict the files.
 
     Raises:
         PlacementError: see `_placed`.
@@ -264,10 +265,10 @@ def place_object(found: Unplaced, run: Run, mapping: MappingOptions = MAPPING) -
 
 
 def _placed(found: Unplaced, run: Run, mapping: MappingOptions) -> Placed:
-    """Place photos, and where the object was turned over between them join the sides by it alone.
+    """Place photos; if the object was turned over between them, join the sides by it alone.
 
     Raises:
-        PlacementError: too few photos hang together, the object does not join its two sides, or the
+        PlacementError: too few photos are connected, the object does not join its two sides, or the
             photos show two limbs.
     """
     photos, features, pairs, cameras = found.photos, found.features, found.pairs, found.cameras
@@ -295,7 +296,7 @@ def _placed(found: Unplaced, run: Run, mapping: MappingOptions) -> Placed:
 
 
 def _joined_by_object(found: Unplaced, poses: Poses, run: Run, mapping: MappingOptions) -> Placed:
-    """The photos of both sides placed by what lies on the object.
+    """The photos of both sides, placed by what lies on the object.
 
     Raises:
         PlacementError: it does not join them firmly.
@@ -309,7 +310,7 @@ def _joined_by_object(found: Unplaced, poses: Poses, run: Run, mapping: MappingO
 
 
 def _two_limbs(groups: LimbGroups, photos: PhotoSet) -> PlacementError:
-    """That photos which board or room join show two limbs, or one in two poses."""
+    """The error that photos joined by board or room show two limbs, or one in two poses."""
     one, other = (tuple(photos.names[k] for k in group) for group in groups.photos[:2])
     return PlacementError("placing.two_limbs", groups=len(groups.photos), one=one, other=other)
 
@@ -322,7 +323,7 @@ def poses_of_groups(
     detections: BoardDetections | None,
     groups: LimbGroups,
 ) -> Poses:
-    """Groups of photos that share nothing of the limb, as the sides of one that was turned.
+    """The sides of a limb that was turned over, from groups of photos that share nothing of it.
 
     Raises:
         PlacementError: they are not two, or one of them makes no scene of its own.
@@ -349,14 +350,18 @@ def find_poses(
     count = len(photos.photos)
     turning, by = pairs, cameras
     if scene is not None:
-        turning, by = by_found_lenses(scene, pairs, cameras), found_lenses(scene, cameras)
+        turning, by = reverified(scene, pairs, cameras), solved_lenses(scene, cameras)
     lenses = [by.calibrations[one.camera_idx].camera for one in photos.photos]
-    by_pairs = _where_pairs_leave_board(turning, detections, lenses)
-    others = _weak_links(pairs, count) if scene is None else _suspected(scene, detections, pairs)
+    by_pairs = _seam_by_pairs(turning, detections, lenses)
+    others = (
+        _seams_by_weak_links(pairs, count)
+        if scene is None
+        else _suspected_seams(scene, detections, pairs)
+    )
     candidates, tried = [*by_pairs, *others], set[int]()
     best: tuple[Side, ...] = ()
     moves = scene is not None and _board_moves(scene, detections)
-    while candidates and len(tried) < _MOST_TRIED:
+    while candidates and len(tried) < _MAX_SEAMS:
         start = candidates.pop(0)
         if start in tried:
             continue
@@ -369,10 +374,10 @@ def find_poses(
         known = tuple(side for side in sides if side is not None)
         if len(known) < len(halves):
             continue
-        if scene is None or moves or not _one_body(known, scene):
-            # a side that itself falls apart begins or ends elsewhere
+        if scene is None or moves or not _is_one_body(known, scene):
+            # a side with a seam of its own begins or ends elsewhere
             scenes = (part.metric.scene for side in known for part in side.parts)
-            again = [k for one in scenes for k in _suspected(one, detections)]
+            again = [k for one in scenes for k in _suspected_seams(one, detections)]
             if not again:
                 return Poses(sides=known)
             candidates = [*again, *candidates]
@@ -381,45 +386,50 @@ def find_poses(
 
 
 def _photos_placed(sides: Sequence[Side]) -> int:
+    """Number of photos that the sides place."""
     return sum(side.placed for side in sides)
 
 
 def may_be_turned_over(scene: Scene, detections: BoardDetections | None) -> bool:
-    """Whether a scene looks as if the object or the room were in it twice."""
-    return any(True for _ in _suspected(scene, detections))
+    """Whether a scene shows signs of a seam: the object or the board in two places."""
+    return any(True for _ in _suspected_seams(scene, detections))
 
 
-def board_beside(detections: BoardDetections | None, still: Still) -> BoardDetections | None:
-    """The board where it may lie beside the object: one of the room tells nothing of its poses."""
+def board_beside(
+    detections: BoardDetections | None, still: StaticBackground
+) -> BoardDetections | None:
+    """The board unless it belongs to the static background, which says nothing of poses."""
     return None if detections is None else without_background_board(detections, still)
 
 
-def board_of_object(detections: BoardDetections, still: Still, poses: Poses) -> BoardDetections:
-    """The board where it keeps one place beside the object: only there it tells the scale."""
+def board_of_object(
+    detections: BoardDetections, still: StaticBackground, poses: Poses
+) -> BoardDetections:
+    """The board where it keeps one place beside the object: only there it sets the scale."""
     return poses.one_board(without_background_board(detections, still))
 
 
 def refuse_apart(poses: Poses, scene: Scene) -> None:
-    """Refuse a scene that the object's two sides do not share, or share wrongly.
+    """Refuse a scene that contradicts the scenes of the object's two sides.
 
     Raises:
         PlacementError: what lies on the object does not join the sides firmly.
     """
     for side in poses.sides:
-        agreeing = [_agreeing(part.metric.scene, scene) for part in side.parts]
+        agreeing = [_agreeing_photos(part.metric.scene, scene) for part in side.parts]
         if None in agreeing or sum(filter(None, agreeing)) < _PLACED_SHARE * len(side.photos):
             names = [scene.names[photo] for photo in side.photos]
             raise PlacementError("placing.poses_apart", first=names[0], last=names[-1])
 
 
-def _agreeing(own: Scene, scene: Scene) -> int | None:
-    """Photos that both scenes have; None where they are few, or stand otherwise."""
+def _agreeing_photos(own: Scene, scene: Scene) -> int | None:
+    """Number of photos that both scenes place alike; None where they are few, or contradict."""
     shared = sorted({*own.placed} & {*scene.placed})
     if len(shared) < _FEWEST_PHOTOS:
         return None
     ours = np.array([scene.view(photo).centre_in_world for photo in shared])
     theirs = np.array([own.view(photo).centre_in_world for photo in shared])
-    off = np.linalg.norm(_moved(own, scene, shared).apply(theirs) - ours, axis=1)
+    off = np.linalg.norm(_other_from_one(own, scene, shared).apply(theirs) - ours, axis=1)
     size = np.linalg.norm(ours - ours.mean(0), axis=1)
     return len(shared) if off.max() < _AGREEING * size.mean() else None
 
@@ -434,7 +444,7 @@ def _side(
     *,
     whole: bool,
 ) -> Side | None:
-    """Photos of one pose, placed by all that keeps still in them.
+    """A candidate side, placed by all that keeps still in it; None where most cannot be placed.
 
     What the largest part leaves out is placed apart: a face of the object may share too little with
     the next one of the same pose, and be joined to it by the other pose alone.
@@ -464,7 +474,7 @@ def _side(
 
 
 def _metric(scene: Scene, detections: BoardDetections | None, own: set[int]) -> MetricScene:
-    """On its board where it shows one, else on the floor that its points show."""
+    """The scene scaled by its board where it shows one, else on the floor by its points."""
     if detections is not None:
         shown = tuple(one for one in detections.photos if one.photo_idx in own)
         try:
@@ -474,27 +484,27 @@ def _metric(scene: Scene, detections: BoardDetections | None, own: set[int]) -> 
     return to_millimetres(scene)
 
 
-def _where_pairs_leave_board(
+def _seam_by_pairs(
     pairs: Pairs, detections: BoardDetections | None, lenses: Sequence[Camera]
 ) -> Iterator[int]:
-    """The photo that parts best the pairs that turn as the board does from those that do not.
+    """The seam that best separates pairs that contradict the board from those that do not.
 
-    Two photos of one pose turn against each other as the board shows. So do those of two poses that
-    the room joined; those that the object joined turn otherwise. No scene is needed for that.
+    Pairs within one pose rotate as the board shows. So do pairs across the seam that the room
+    joined; those that the object joined contradict it. No scene is needed for that.
     """
     if detections is None:
         return
     turns = {
         photo: pose.rotation for photo, pose in _cameras_from_board(detections, lenses).items()
     }
-    astray = [one for one in pairs.verified if _turns_otherwise(one, turns)]
-    others = [one for one in pairs.verified if not _turns_otherwise(one, turns)]
+    contradicting = [one for one in pairs.verified if _contradicts_board(one, turns)]
+    others = [one for one in pairs.verified if not _contradicts_board(one, turns)]
     starts = range(_FEWEST_PHOTOS, len(lenses) - _FEWEST_PHOTOS + 1)
-    if len(astray) < _FEWEST_ASTRAY or not starts:
+    if len(contradicting) < _FEWEST_CONTRADICTING or not starts:
         return
-    apart = {start: len(_across(astray, start)) for start in starts}
+    apart = {start: len(_across(contradicting, start)) for start in starts}
     most = max(apart.values())
-    if most >= _PLACED_SHARE * len(astray):
+    if most >= _PLACED_SHARE * len(contradicting):
         # between photos of one pose there are many matches, those of the object and of the room
         joining = {
             start: sum(len(one.matches) for one in _across(others, start))
@@ -504,13 +514,13 @@ def _where_pairs_leave_board(
         yield min(joining, key=lambda start: (joining[start], start))
 
 
-def _turns_otherwise(pair: VerifiedPair, turns: Mapping[int, Matrix3]) -> bool:
-    """Whether both photos of a pair show the board, and it turns otherwise than they do."""
+def _contradicts_board(pair: VerifiedPair, turns: Mapping[int, Matrix3]) -> bool:
+    """Whether the rotation of a pair contradicts the board that both photos show."""
     ours, pose = pair.matches, pair.second_from_first
     if pair.kind != "general" or pose is None or not {ours.first, ours.second} <= turns.keys():
         return False
     by_board = turns[ours.second] @ turns[ours.first].T
-    return angle_between_deg(by_board, pose.rotation) > _ASTRAY_DEG
+    return angle_between_deg(by_board, pose.rotation) > _CONTRADICTION_DEG
 
 
 def _across(pairs: Sequence[VerifiedPair], start: int) -> list[VerifiedPair]:
@@ -518,8 +528,8 @@ def _across(pairs: Sequence[VerifiedPair], start: int) -> list[VerifiedPair]:
     return [one for one in pairs if one.matches.first < start <= one.matches.second]
 
 
-def _weak_links(pairs: Pairs, count: int) -> Iterator[int]:
-    """Photos that match the one before them much worse than others do, the weakest first."""
+def _seams_by_weak_links(pairs: Pairs, count: int) -> Iterator[int]:
+    """Photos with much fewer matches with the one before them than usual, the weakest first."""
     link = np.zeros(count)
     for one in pairs.verified:
         if one.matches.second == one.matches.first + 1:
@@ -530,35 +540,36 @@ def _weak_links(pairs: Pairs, count: int) -> Iterator[int]:
     yield from (k for k in order if link[k] < _WEAK_LINK * usual)
 
 
-def _suspected(
+def _suspected_seams(
     scene: Scene, detections: BoardDetections | None, pairs: Pairs | None = None
 ) -> Iterator[int]:
-    """Photos from which on object or room may be in another place of the scene, likeliest first."""
+    """Seams: photos from which on object or room may have another pose, likeliest first."""
     if detections is None:
         return
-    weak = [] if pairs is None else list(_weak_links(pairs, len(scene.names)))
-    if by_board := _where_board_moves(scene, detections):
-        # photos that no scene fits are put anywhere: a weak link tells better where the sides part
-        near = [k for k in weak if abs(k - by_board) <= _BESIDE]
+    weak = [] if pairs is None else list(_seams_by_weak_links(pairs, len(scene.names)))
+    if by_board := _seam_by_board(scene, detections):
+        # poses that contradict are arbitrary: a weak link near by locates the seam better
+        near = [k for k in weak if abs(k - by_board) <= _SEAM_TOLERANCE]
         yield from dict.fromkeys([*near, by_board, *weak])
     else:
-        yield from _where_object_parts(scene, detections)
+        yield from _seam_by_points(scene, detections)
 
 
 def _board_moves(scene: Scene, detections: BoardDetections | None) -> bool:
-    return detections is not None and _where_board_moves(scene, detections) is not None
+    """Whether the board lies in two places of the scene."""
+    return detections is not None and _seam_by_board(scene, detections) is not None
 
 
-def _where_object_parts(scene: Scene, detections: BoardDetections) -> Iterator[int]:
-    """The photo from which on hardly a point near the aim is one of those seen before.
+def _seam_by_points(scene: Scene, detections: BoardDetections) -> Iterator[int]:
+    """The seam across which hardly a point near the aim is shared, if there is one.
 
-    Photos that show the board where most do are asked: the object may have placed the others.
+    Only photos that show the board in its usual place count: the object may have placed others.
     """
     aim = aim_of(scene.views, scene.points_in_world)
-    boards = _boards_from_cameras(scene, detections)
+    boards = _board_centres(scene, detections)
     if len(boards.photos) < 2 * _FEWEST_PHOTOS:
         return
-    in_place = boards.off_their_place() < _MOVED_SHARE * aim.distance
+    in_place = boards.displacements() < _MOVED_SHARE * aim.distance
     shown = [photo for photo, kept in zip(boards.photos, in_place, strict=True) if kept]
     if len(shown) < 2 * _FEWEST_PHOTOS:
         return
@@ -573,14 +584,14 @@ def _where_object_parts(scene: Scene, detections: BoardDetections) -> Iterator[i
     shares: list[tuple[float, int]] = []
     for start in range(_FEWEST_PHOTOS, count - _FEWEST_PHOTOS + 1):
         before, after = int((last < start).sum()), int((first >= start).sum())
-        if min(before, after) >= _FEWEST_NEAR and _face_alike(scene, shown, aim.point, start):
+        if min(before, after) >= _FEWEST_NEAR and _views_overlap(scene, shown, aim.point, start):
             shares.append((1.0 - (before + after) / len(first), start))
     if shares and min(shares)[0] < _SHARED_NEAR:
         yield min(shares)[1]
 
 
-def _face_alike(scene: Scene, photos: Sequence[int], aim: Vector3, start: int) -> bool:
-    """Whether photos before `start` look at the object from where those from it on do."""
+def _views_overlap(scene: Scene, photos: Sequence[int], aim: Vector3, start: int) -> bool:
+    """Whether the photos on both sides of a seam look at the object from like directions."""
     rays = np.array([scene.view(photo).centre_in_world - aim for photo in photos])
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     before = np.array(photos) < start
@@ -588,19 +599,19 @@ def _face_alike(scene: Scene, photos: Sequence[int], aim: Vector3, start: int) -
         return False
     apart = np.degrees(np.arccos(np.clip(rays[before] @ rays[~before].T, -1.0, 1.0)))
     middle = max(float(np.median(apart.min(axis=k))) for k in (0, 1))
-    return middle <= _FACING_ALIKE_DEG and _changes_round(rays, before) > _SEAMS
+    return middle <= _FACING_ALIKE_DEG and _side_changes(rays, before) > _SEAMS
 
 
-def _changes_round(rays: Points3, before: Bool[np.ndarray, " n"]) -> int:
-    """How often photos of one side follow those of the other in the order round the object."""
+def _side_changes(rays: Points3, before: Bool[np.ndarray, " n"]) -> int:
+    """Number of changes between the sides in the order of directions round the object."""
     across = np.linalg.svd(rays - rays.mean(axis=0))[2]  # the plane of the walk
     round_it = np.argsort(np.arctan2(*(rays @ across[:2].T).T))
     sides = before[round_it]
     return int(np.count_nonzero(sides != np.roll(sides, 1)))
 
 
-def _one_body(sides: Sequence[Side], scene: Scene) -> bool:
-    """Whether the object is in one place of the scene for both sides."""
+def _is_one_body(sides: Sequence[Side], scene: Scene) -> bool:
+    """Whether the object occupies the same region of the scene for both sides."""
     cells: list[Points3] = []
     for side in sides:
         part = side.parts[0]
@@ -608,7 +619,7 @@ def _one_body(sides: Sequence[Side], scene: Scene) -> bool:
         if len(shared) < _FEWEST_PHOTOS:
             return False
         cells.append(
-            _moved(part.metric.scene, scene, shared).apply(
+            _other_from_one(part.metric.scene, scene, shared).apply(
                 part.region.centres_mm(part.region.occupied)
             )
         )
@@ -620,47 +631,47 @@ def _one_body(sides: Sequence[Side], scene: Scene) -> bool:
     return max(within) > _SAME_BODY
 
 
-def _where_board_moves(scene: Scene, detections: BoardDetections) -> int | None:
-    """The photo from which on the board lies in another place of the scene, if it does.
+def _seam_by_board(scene: Scene, detections: BoardDetections) -> int | None:
+    """The seam from which on the board lies in another place of the scene, if it does.
 
-    A photo shows where the board is from it, in millimetres; how large these are in the scene is
-    found with the board's places, by least squares.
+    A photo gives the board's place relative to the camera in millimetres; their size in the scene
+    is estimated together with the board's places, by least squares.
     """
-    seen = _boards_from_cameras(scene, detections)
+    seen = _board_centres(scene, detections)
     count = len(seen.photos)
     if count < 2 * _FEWEST_PHOTOS:
         return None
     aim = aim_of(scene.views, scene.points_in_world)
-    if seen.spread_of(count) < _MOVED_SHARE * aim.distance:
+    if seen.residual_rms(count) < _MOVED_SHARE * aim.distance:
         return None
     starts = range(_FEWEST_PHOTOS, count - _FEWEST_PHOTOS + 1)
-    return seen.photos[min(starts, key=lambda start: (seen.spread_of(start), start))]
+    return seen.photos[min(starts, key=lambda start: (seen.residual_rms(start), start))]
 
 
 @dataclass(frozen=True)
-class _Boards:
-    """In each photo the board's middle, seen from the camera, along the scene's axes, in mm."""
+class _BoardCentres:
+    """By photo, the vector from the camera to the board's centre, along the scene's axes."""
 
     photos: tuple[int, ...]
     centres: Points3
     """Of the cameras, in the scene."""
     arms_mm: Points3
 
-    def spread_of(self, start: int) -> float:
-        """How far photos put the board from its place, root mean square, in the scene.
+    def residual_rms(self, start: int) -> float:
+        """RMS distance of the board from its place, in the unit of the scene.
 
-        It has one place before photo number `start`, and one from it on.
+        The board has one place before photo number `start`, and one from it on.
         """
         flat, right = self._equations(start)
         off = right - flat @ np.linalg.lstsq(flat, right, rcond=None)[0]
         return float(np.sqrt(3.0 * np.mean(off**2)))
 
-    def off_their_place(self) -> Float64[np.ndarray, " n"]:
-        """How far each photo puts the board from where most of them do (least trimmed squares)."""
+    def displacements(self) -> Float64[np.ndarray, " n"]:
+        """Distance of the board from its usual place, by photo (least trimmed squares)."""
         flat, right = self._equations(len(self.photos))
         off = np.zeros(len(self.photos))
         for _ in range(_TRIMMING_ROUNDS):
-            rows = np.repeat(off <= np.quantile(off, _MOST), 3)
+            rows = np.repeat(off <= np.quantile(off, _IN_PLACE_SHARE), 3)
             found = np.linalg.lstsq(flat[rows], right[rows], rcond=None)[0]
             off = np.linalg.norm((right - flat @ found).reshape(-1, 3), axis=1)
         return off
@@ -668,7 +679,7 @@ class _Boards:
     def _equations(
         self, start: int
     ) -> tuple[Float64[np.ndarray, "m c"], Float64[np.ndarray, " m"]]:
-        """Of the places of the board, one or two that part at `start`, and of its size."""
+        """Linear equations over a millimetre's length and the board's one or two places."""
         places = 3 * (1 + (start < len(self.photos)))
         design = np.zeros((len(self.photos), 3, 1 + places))
         design[:, :, 0] = -self.arms_mm
@@ -677,7 +688,8 @@ class _Boards:
         return design.reshape(-1, 1 + places), self.centres.ravel()
 
 
-def _boards_from_cameras(scene: Scene, detections: BoardDetections) -> _Boards:
+def _board_centres(scene: Scene, detections: BoardDetections) -> _BoardCentres:
+    """The board\'s centre seen from each placed photo that shows it."""
     placed = replace(
         detections,
         photos=tuple(one for one in detections.photos if one.photo_idx in scene.placed),
@@ -691,13 +703,13 @@ def _boards_from_cameras(scene: Scene, detections: BoardDetections) -> _Boards:
         for photo, view in zip(photos, views, strict=True)
     ]
     centres = [view.centre_in_world for view in views]
-    return _Boards(photos, np.array(centres).reshape(-1, 3), np.array(arms).reshape(-1, 3))
+    return _BoardCentres(photos, np.array(centres).reshape(-1, 3), np.array(arms).reshape(-1, 3))
 
 
 def _cameras_from_board(detections: BoardDetections, lenses: Sequence[Camera]) -> dict[int, Rigid]:
-    """Where photos see the board, but those whose corners miss it by far more than others' do.
+    """camera_from_board by photo, without photos whose residuals are far larger than usual.
 
-    One corner of seven that the limb's silhouette cuts turns the board over.
+    One wrong corner of seven, where the limb's silhouette cuts it, can flip the board.
 
     Args:
         lenses: Of every photo.
@@ -718,9 +730,9 @@ def _cameras_from_board(detections: BoardDetections, lenses: Sequence[Camera]) -
 
 
 def _camera_from_board(shown: PhotoCorners, corners_mm: Points3, camera: Camera) -> Rigid | None:
-    """Where the board is, by the corners that the photo shows; None where they are too few."""
+    """camera_from_board by the corners of one photo (planar PnP); None where they are too few."""
     corners = corners_mm[shown.ids]
-    if len(corners) < _FEWEST_CORNERS or not _spread_out(corners):
+    if len(corners) < _FEWEST_CORNERS or not _spans_plane(corners):
         return None
     ideal = camera.normalize(shown.xy_px)
     found, turn, shift = cv2.solvePnP(
@@ -731,8 +743,8 @@ def _camera_from_board(shown: PhotoCorners, corners_mm: Points3, camera: Camera)
     return Rigid.from_rotation_vector(np.asarray(turn, float).ravel(), np.ravel(shift))
 
 
-def _spread_out(corners_mm: Points3) -> bool:
-    """Whether corners show a plane, and not a row of them alone."""
+def _spans_plane(corners_mm: Points3) -> bool:
+    """Whether the corners determine a plane, and are not in a row."""
     along, across, _ = np.linalg.svd(corners_mm - corners_mm.mean(0), compute_uv=False)
     return bool(across > _LEAST_ACROSS * along)
 
@@ -740,7 +752,7 @@ def _spread_out(corners_mm: Points3) -> bool:
 def above_floors(
     depths: Sequence[DepthMap], metric: MetricScene, poses: Poses
 ) -> tuple[DepthMap, ...]:
-    """Depth maps without what lies on the floor of their own photo's side.
+    """The depth maps without the floor of the side that each photo belongs to.
 
     The table that a lying cast touches stands upright in the frame of the standing one.
     """
@@ -751,42 +763,42 @@ def above_floors(
     cleared: list[DepthMap] = []
     for one in depths:
         floor = floors[one.photo_idx]
-        cleared.append(one if floor is None else _cleared(one, floor, clearance_mm))
+        cleared.append(one if floor is None else _without_floor(one, floor, clearance_mm))
     return tuple(cleared)
 
 
 @dataclass(frozen=True)
 class _Floor:
-    """Points with normal @ x = height, in the world of the whole scene."""
+    """A plane normal @ x = height, in the world of the whole scene."""
 
     normal: Float64[np.ndarray, "3"]
     height: float
 
 
 def _floor_in(side: Side, metric: MetricScene) -> _Floor | None:
-    """The floor of one side in the scene of both, by the first part of it that shows one."""
+    """The floor of one side, in the scene of both; None where no part of it shows one."""
     for part in side.parts:
         floor_z = part.metric.floor_z_mm
         shared = sorted({*part.metric.scene.placed} & {*metric.scene.placed})
         if floor_z is None or len(shared) < _FEWEST_PHOTOS:
             continue
-        world_from_part = _moved(part.metric.scene, metric.scene, shared)
+        world_from_part = _other_from_one(part.metric.scene, metric.scene, shared)
         normal = world_from_part.rotation[:, 2]
         on_floor = world_from_part.apply(np.array([[0.0, 0.0, floor_z]]))[0]
         return _Floor(normal, float(normal @ on_floor))
     return None
 
 
-def _moved(one: Scene, other: Scene, shared: Sequence[int]) -> Similarity:
-    """other_from_one by the centres of photos that both have."""
+def _other_from_one(one: Scene, other: Scene, shared: Sequence[int]) -> Similarity:
+    """Similarity other_from_one by the centres of photos that both place."""
     return fit_similarity(
         np.array([one.view(photo).centre_in_world for photo in shared]),
         np.array([other.view(photo).centre_in_world for photo in shared]),
     )
 
 
-def _cleared(one: DepthMap, floor: _Floor, clearance_mm: float) -> DepthMap:
-    """The map without places on the floor or below it."""
+def _without_floor(one: DepthMap, floor: _Floor, clearance_mm: float) -> DepthMap:
+    """The depth map without what lies on the floor or below it."""
     camera, pose = one.camera, one.camera_from_world
     row, column = np.nonzero(np.isfinite(one.depth_mm))
     xy_px = np.column_stack([column + one.x0, row + one.y0]).astype(np.float64)

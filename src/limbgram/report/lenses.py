@@ -30,5 +30,5 @@ def own_lenses(scene: Scene) -> tuple[OwnLensFigures, ...]:
             sentence=told(own_lens_told(scene, one)),
         )
         for one in scene.lens_explanations
-        if one.told and one.kind in ("principal point", "focal length", "rolling shutter")
+        if one.is_fact and one.kind in ("principal point", "focal length", "rolling shutter")
     )

@@ -21,7 +21,7 @@ from limbgram.findings import Finding, note, told
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.calibration.cameras import LensSource
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
-from limbgram.reconstruction.movement import in_told_unit, movement_remark
+from limbgram.reconstruction.movement import in_report_unit, movement_remark
 from limbgram.reconstruction.photo_lenses import board_told
 from limbgram.reconstruction.photos.lenses import lens_notes
 from limbgram.reconstruction.photos.masks import mask_notes
@@ -451,7 +451,7 @@ def _scale(scale: Scale) -> ScaleSummary:
 
 def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
     remarked = _remarks(done.photos)
-    as_told, unit = in_told_unit(done.metric, done.mesh.vertices_mm)
+    as_told, unit = in_report_unit(done.metric, done.mesh.vertices_mm)
     return tuple(
         PhotoSummary(
             name=photo.name,

@@ -12,7 +12,7 @@ from limbgram.core.geometry.frames import Rigid, Similarity, angle_between_deg, 
 from limbgram.core.run import Run
 from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
-from limbgram.reconstruction.mapping.ring import MappingOptions, place
+from limbgram.reconstruction.mapping.placement import MappingOptions, place
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.twoview.pairs import Pairs
 from limbgram.reconstruction.twoview.verification import verify

@@ -291,7 +291,7 @@ def test_code_version_has_the_libraries_that_the_code_can_use(
             "opencv-python-headless",
         },
         "limbgram.reconstruction.measuring.measurement": {"numba", "llvmlite", "embreex", "scipy"},
-        "limbgram.reconstruction.mapping.ring": {"pycolmap"},
+        "limbgram.reconstruction.mapping.placement": {"pycolmap"},
     }
     plain = fingerprint.version
     before = {module: code_version(module) for module in stages}

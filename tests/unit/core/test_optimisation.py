@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from limbgram.core.optimisation import Descent, NormalEquations, Trial, minimise
+from limbgram.core.optimisation import Descent, ArrowheadEquations, Trial, minimise
 
 DESCENT = Descent(iterations=100, smallest_gain=0.0, least_gain=1e-30)
 START = np.array([-1.2, 1.0])
@@ -96,7 +96,7 @@ def test_blocks_are_eliminated_and_follow_as_in_the_dense_equations() -> None:
         slopes[row, shared:].reshape(count, size)[np.arange(count) != own] = 0.0
     normal, right = slopes.T @ slopes, slopes.T @ random.normal(size=60)
     parts = [slice(shared + size * k, shared + size * (k + 1)) for k in range(count)]
-    equations = NormalEquations(
+    equations = ArrowheadEquations(
         shared=normal[:shared, :shared],
         shared_right=right[:shared],
         blocks=np.stack([normal[part, part] for part in parts]),

@@ -20,10 +20,10 @@ from limbgram.reconstruction.joining import (
     leaves_open,
     shared_marks,
 )
-from limbgram.reconstruction.mapping.ring import MappingOptions, place
+from limbgram.reconstruction.mapping.placement import MappingOptions, place
 from limbgram.reconstruction.matching.coded_marks import with_marks
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
-from limbgram.reconstruction.matching.static_background import Still
+from limbgram.reconstruction.matching.static_background import StaticBackground
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks
 from limbgram.reconstruction.twoview.verification import verify
@@ -172,7 +172,7 @@ def joined_by_marks(made: Walk, placed_by_paint: int) -> joining.Joined:
         features=made.features,
         matches=made.matches,
         marks=made.marks,
-        still=Still(),
+        still=StaticBackground(),
         cameras=CAMERAS,
         placed_by_paint=placed_by_paint,
     )
@@ -233,7 +233,7 @@ def test_a_mark_that_stands_still_before_a_still_camera_belongs_to_the_room() ->
         for k, one in enumerate(made.marks.photos)
     )
     flags = tuple(np.zeros(len(one), bool) for one in made.features.keypoints)
-    still = Still(groups=(tuple(range(PHOTOS)),), keypoints=flags)
+    still = StaticBackground(groups=(tuple(range(PHOTOS)),), keypoints=flags)
     given = with_marks(made.features, made.matches, replace(made.marks, photos=photos), still)
     assert given.coded.in_room == (400,)
     assert all(400 not in ids for ids in given.coded.ids)
@@ -244,7 +244,7 @@ def test_a_mark_that_stands_still_before_a_still_camera_belongs_to_the_room() ->
 def test_one_mark_alone_makes_no_pair(marks: int) -> None:
     made = walk(most_marks=marks)
     bare = replace(made.matches, pairs=())
-    given = with_marks(made.features, bare, made.marks, Still())
+    given = with_marks(made.features, bare, made.marks, StaticBackground())
     assert given.matches.pairs == ()
     assert shared_marks(made.marks) == tuple(range(marks))
 

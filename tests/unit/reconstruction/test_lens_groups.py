@@ -16,7 +16,7 @@ from limbgram.reconstruction.calibration.cameras import (
 )
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.lens_groups import ByLens, by_cut, by_lens, lens_is_told
-from limbgram.reconstruction.mapping.ring import MappingOptions
+from limbgram.reconstruction.mapping.placement import MappingOptions
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.photos.lenses import cut_from
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet

@@ -18,7 +18,7 @@ from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.limb_groups import LimbGroups
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
-from limbgram.reconstruction.matching.static_background import Still
+from limbgram.reconstruction.matching.static_background import StaticBackground
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.poses import (
     Part,
@@ -236,7 +236,7 @@ def test_a_board_of_the_room_turns_nothing_over(
     unplaced = Unplaced(
         photos=cast(PhotoSet, SimpleNamespace(cameras=())),
         features=Features(()),
-        still=Still(groups=(tuple(range(PHOTOS)),)),
+        still=StaticBackground(groups=(tuple(range(PHOTOS)),)),
         matches=Matches(pairs=(), pairs_tried=0, descriptor_matches=0),
         pairs=Pairs((), 0),
         cameras=cast(Cameras, None),
@@ -286,7 +286,7 @@ def test_a_side_that_falls_apart_itself_is_parted_there(
     def side(half: range, *_: Any, **__: Any) -> Side:
         return side_of(turned_over, half)
 
-    monkeypatch.setattr("limbgram.reconstruction.poses._where_pairs_leave_board", guess)
+    monkeypatch.setattr("limbgram.reconstruction.poses._seam_by_pairs", guess)
     monkeypatch.setattr("limbgram.reconstruction.poses._side", side)
     photo = SimpleNamespace(camera_idx=0)
     photos = cast(PhotoSet, SimpleNamespace(photos=[photo] * PHOTOS))
@@ -329,8 +329,8 @@ def test_faces_of_a_side_that_share_nothing_are_its_parts(
         return [LYING.start]
 
     of = "limbgram.reconstruction.poses"
-    monkeypatch.setattr(f"{of}._where_pairs_leave_board", guess)
-    monkeypatch.setattr(f"{of}._suspected", lambda *_: [])  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(f"{of}._seam_by_pairs", guess)
+    monkeypatch.setattr(f"{of}._suspected_seams", lambda *_: [])  # pyright: ignore[reportUnknownLambdaType]
     monkeypatch.setattr(f"{of}._board_moves", moves)
     monkeypatch.setattr(f"{of}.place_roughly", placed)
     monkeypatch.setattr(f"{of}._metric", metric)
@@ -346,8 +346,8 @@ def test_faces_of_a_side_that_share_nothing_are_its_parts(
     calibration = SimpleNamespace(camera=turned_over.views[0].camera)
     cameras = cast(Cameras, SimpleNamespace(calibrations=[calibration]))
     given = cast(Pairs, SimpleNamespace(verified=pairs))
-    monkeypatch.setattr(f"{of}.by_found_lenses", lambda *_: given)  # pyright: ignore[reportUnknownLambdaType]
-    monkeypatch.setattr(f"{of}.found_lenses", lambda *_: cameras)  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(f"{of}.reverified", lambda *_: given)  # pyright: ignore[reportUnknownLambdaType]
+    monkeypatch.setattr(f"{of}.solved_lenses", lambda *_: cameras)  # pyright: ignore[reportUnknownLambdaType]
     scene = scene_of(turned_over)
     found = find_poses(photos, Features(()), given, cameras, board_in(turned_over), scene)
     parts = [part.metric.scene.placed for side in found.sides[1:] for part in side.parts]

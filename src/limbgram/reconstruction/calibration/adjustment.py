@@ -20,7 +20,7 @@ from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, lens_slopes
-from limbgram.core.optimisation import Descent, NormalEquations, Trial, minimise
+from limbgram.core.optimisation import Descent, ArrowheadEquations, Trial, minimise
 
 BOARD_TERMS = ("stretch", "shear", "bend_xx", "bend_xy", "bend_yy")
 """How a print differs from its drawing, as fractions of half the board's long side: y grows by
@@ -137,7 +137,7 @@ class Solution:
         return self.cofactors * self.sigma0_px**2
 
 
-_State = tuple[Float64[np.ndarray, " shared"], tuple[Rigid, ...], NormalEquations]
+_State = tuple[Float64[np.ndarray, " shared"], tuple[Rigid, ...], ArrowheadEquations]
 
 
 def adjust(
@@ -234,7 +234,7 @@ def _equations(
     poses: tuple[Rigid, ...],
     *,
     with_prior: bool = True,
-) -> tuple[NormalEquations, float]:
+) -> tuple[ArrowheadEquations, float]:
     """Of all photos, with the weak prior on the board's shape; and the sum of squares."""
     matrix, right, cost = np.zeros((SHARED, SHARED)), np.zeros(SHARED), 0.0
     cross = np.empty((len(poses), POSE_SIZE, SHARED))
@@ -253,7 +253,7 @@ def _equations(
     if with_prior:
         weights[LENS_SIZE:] = (_TYPICAL_PX / _BOARD_SIGMAS) ** 2
     cost += float(weights @ shared**2)
-    equations = NormalEquations(
+    equations = ArrowheadEquations(
         matrix + np.diag(weights), right - weights * shared, posed, cross, pose_right
     )
     return equations, cost

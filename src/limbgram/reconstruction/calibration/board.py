@@ -29,12 +29,12 @@ from limbgram.reconstruction.calibration.cameras import Calibration, label_of
 from limbgram.reconstruction.calibration.screening import (
     K3,
     SKEW,
-    Choice,
     Estimate,
+    ModelChoice,
     Screened,
-    choose,
     free_unknowns,
     screen,
+    select_model,
 )
 from limbgram.reconstruction.calibration.verdicts import (
     Coverage,
@@ -58,7 +58,7 @@ _MAX_RMS = 0.0003
 _MAX_FOCAL_SIGMA = 0.01
 """Relative sigma of the focal length beyond which calibration is refused."""
 _MIN_REACH = 0.1
-"""How far towards each corner of the picture the board must have come, 0 to 1."""
+"""Smallest reach of the board towards each corner of the picture, 0 to 1."""
 _MAX_EDGE_SIGMA_PX = 5.0
 """Uncertainty of a ray in a corner of the picture beyond which calibration is refused."""
 
@@ -72,30 +72,30 @@ _PHOTO_FACTOR = 3.0
 _CORNER_SIGMAS = 5.0
 """A corner is left out when it is this many robust sigmas off."""
 _SIGNIFICANCE = 5.0
-"""Sigmas from zero beyond which skew or k3 counts as seen."""
+"""Sigmas from zero from which skew or k3 is significant."""
 _MEANINGFUL_SKEW_PX = 0.5
 """Shift at the picture's edge below which even a significant skew is not delivered."""
 _GOOD_REACH = 0.5
-"""How far it must have come for the result not to be doubted."""
+"""Reach from which the result is not doubted."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationOptions:
-    """What is asked of calibration photos, and when a term of the model is kept."""
+    """When a term of the model is kept."""
 
     board_gain: float = 0.03
-    """Fall of the RMS for which the board's print and flatness are estimated too."""
+    """Relative decrease of the RMS from which the board's print and flatness are estimated too."""
 
 
 DEFAULTS = CalibrationOptions()
 
-_HOPELESS = 5.0
+_MAX_SIGMA_FACTOR = 5.0
 """Times the accepted sigma of the focal length beyond which no choice of model can help."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoFit:
-    """How one photo agrees with the camera."""
+    """Pose and residuals of one calibration photo."""
 
     name: str
     camera_from_board: Rigid
@@ -126,7 +126,7 @@ class BoardCalibration:
     inflation: float
     """Factor on all sigmas for errors that the corners of one photo share; 1 where none show."""
     correlations: Float64[np.ndarray, "lens lens"]
-    """Of the lens (lens.PARAMETERS); zero rows for what was held fixed."""
+    """Correlations of the lens parameters (lens.PARAMETERS); zero rows for fixed ones."""
     aspect: Estimate
     """fy / fx."""
     skew: Estimate
@@ -156,13 +156,13 @@ def calibrate(
 def calibrate_detections(
     photos: PhotoSet, detections: BoardDetections, options: CalibrationOptions = DEFAULTS
 ) -> BoardCalibration:
-    """The same from corners already found."""
+    """Calibrate from corners already found."""
     seen_by = tuple(photos.photos[one.photo_idx] for one in detections.photos)
     refuse_few(detections, MIN_PHOTOS)
     refuse_mixed(seen_by)
     size_px = (seen_by[0].width_px, seen_by[0].height_px)
     board_mm = detections.corners_mm
-    screened, choice = _chosen(detections, size_px, options)
+    screened, choice = _screened(detections, size_px, options)
     solution = choice.solution
     inflation = max(1.0, scatter(screened.observations, board_mm, solution))
     seen = coverage(np.concatenate([one.xy_px for one in screened.observations]), size_px)
@@ -201,10 +201,10 @@ def calibrate_detections(
     )
 
 
-def _chosen(
+def _screened(
     detections: BoardDetections, size_px: tuple[int, int], options: CalibrationOptions
-) -> tuple[Screened, Choice]:
-    """The photos and corners that agree, and the lens and board that explain them."""
+) -> tuple[Screened, ModelChoice]:
+    """The inlier observations and the selected model."""
     observations = tuple(
         BoardObservation(one.name, one.ids, one.xy_px) for one in detections.photos
     )
@@ -219,8 +219,8 @@ def _chosen(
         photo_factor=_PHOTO_FACTOR,
         corner_sigmas=_CORNER_SIGMAS,
     )
-    refuse_undetermined(screened.solution, 1.0, _HOPELESS * _MAX_FOCAL_SIGMA)
-    choice = choose(
+    refuse_undetermined(screened.solution, 1.0, _MAX_SIGMA_FACTOR * _MAX_FOCAL_SIGMA)
+    choice = select_model(
         screened,
         detections.corners_mm,
         size_px,
@@ -235,7 +235,7 @@ def _chosen(
 def _calibration(
     lens: Camera, covariance: np.ndarray, rms_px: float, seen_by: Sequence[Photo]
 ) -> Calibration:
-    """The lens under the name of the camera that took the photos."""
+    """The calibration, labelled with the camera that took the photos."""
     exif = seen_by[0].exif
     return Calibration(
         camera=lens,
@@ -252,7 +252,7 @@ def _calibration(
 
 
 def _typical_edge_px(photos: Sequence[Photo]) -> float | None:
-    """The middle one of the photos whose edges were measured and found; None where none were."""
+    """Median edge width of the photos in which it was measured; None if in none."""
     widths = np.array([one.sharpness for one in photos])
     known = widths[np.isfinite(widths)]
     return float(np.median(known)) if len(known) else None

@@ -67,7 +67,7 @@ class Calibration:
 
 
 SQUARE_WITHIN = 0.001
-"""How far pixels may seem to be from square and still be those of a sensor. Sound calibrations find
+"""Largest deviation from square of a sensor's pixels. Sound calibrations find
 0.00000 to 0.00007; one from photos with a rolling shutter 0.0037."""
 _ROUNDED_PX = 0.5
 """A reduced picture has whole pixels: by so much its height and width are rounded."""
@@ -77,13 +77,13 @@ _SQUARE_SIGMA = 1e-4
 """Of a sensor's ratio of width and height."""
 
 
-def squareness(width_px: int, height_px: int) -> float:
-    """How far pixels may seem to be from square, as a fraction, by what a picture is rounded to."""
+def square_pixel_tolerance(width_px: int, height_px: int) -> float:
+    """Largest deviation from square pixels, as a fraction, that rounding of the size explains."""
     return max(SQUARE_WITHIN, _ROUNDED_PX / min(width_px, height_px))
 
 
-def squared(given: Calibration) -> Calibration:
-    """The calibration, of square pixels where it says that they are nearly so.
+def with_square_pixels(given: Calibration) -> Calibration:
+    """The calibration with square pixels, where they are nearly so.
 
     Sensors are made with square pixels. A calibration that finds others found something else: rows
     that were read while the camera moved, or a board that is stretched. It is conditioned on their
@@ -94,7 +94,8 @@ def squared(given: Calibration) -> Calibration:
     off = (camera.fx - camera.fy) / camera.fy
     variance_px2 = float(across @ given.covariance @ across)
     if not (
-        squareness(camera.width_px, camera.height_px) < abs(off) < _ANAMORPHIC and variance_px2 > 0
+        square_pixel_tolerance(camera.width_px, camera.height_px) < abs(off) < _ANAMORPHIC
+        and variance_px2 > 0
     ):
         return given
     gain = given.covariance @ across / (variance_px2 + (_SQUARE_SIGMA * camera.fx) ** 2)
@@ -174,7 +175,7 @@ def cameras_for(photos: PhotoSet, given: Sequence[Calibration]) -> Cameras:
         if not given:
             return from_exif(group)
         names = [photo.name for photo in photos.photos if photo.camera_idx == idx]
-        return _fitting(group, names, given)
+        return _best_calibration(group, names, given)
 
     def lens(idx: int) -> Calibration:
         group = photos.cameras[idx]
@@ -251,7 +252,7 @@ def focal_from_exif(exif: Exif, width_px: int, height_px: int) -> FocalGuess:
 
 
 def contradicting_exif(photos: PhotoSet, cameras: Cameras) -> Finding | None:
-    """Why a measured calibration cannot be that of its photos, by their EXIF; None where it can.
+    """The finding that EXIF contradicts a measured calibration; None where it does not.
 
     Where EXIF tells nothing, one that is more than any lens is long cannot.
     """
@@ -268,7 +269,7 @@ def contradicting_exif(photos: PhotoSet, cameras: Cameras) -> Finding | None:
 def foreign_camera(
     given_px: float, shown_px: float, shown_by: Literal["exif", "usual", "placed", "board"]
 ) -> Finding:
-    """That photos show another focal length than the camera file has; what shows it."""
+    """The finding that photos show another focal length than the camera file."""
     return fault(
         "lens.foreign", given_px=float(given_px), shown_px=float(shown_px), shown_by=shown_by
     )
@@ -295,13 +296,15 @@ def _wide_covariance(camera: Camera, relative_sigma: float) -> Float64[np.ndarra
     return covariance
 
 
-def _fitting(group: CameraGroup, names: list[str], given: Sequence[Calibration]) -> Calibration:
-    """The calibration of this group, the most particular one."""
+def _best_calibration(
+    group: CameraGroup, names: list[str], given: Sequence[Calibration]
+) -> Calibration:
+    """The calibration given for this group, the most specific one."""
     misfits = [_misfit(group, one) for one in given]
     fitting = [one for one, misfit in zip(given, misfits) if misfit is None]
     if fitting:
-        best = min(_strangeness(group, one) for one in fitting)
-        chosen = [one for one in fitting if _strangeness(group, one) == best]
+        best = min(_differences(group, one) for one in fitting)
+        chosen = [one for one in fitting if _differences(group, one) == best]
         if any(one.camera != chosen[0].camera for one in chosen):
             raise CalibrationError("lens.ambiguous", count=len(chosen), **first_of(names, 3))
         return _as_taken(chosen[0], group)
@@ -361,8 +364,8 @@ def _zoom_misfit(exif: Exif, calibration: Calibration) -> Finding | None:
     return fault("lens.misfit.film", calibrated_mm=calibration.focal_35mm, taken_mm=exif.focal_35mm)
 
 
-def _strangeness(group: CameraGroup, calibration: Calibration) -> tuple[bool, ...]:
-    """What a fitting calibration does not share with a group, the weightiest first."""
+def _differences(group: CameraGroup, calibration: Calibration) -> tuple[bool, ...]:
+    """Differences of a calibration that fits a group, the most important first."""
     return (
         group.exif.body is not None and calibration.body is None,
         label_of(group.exif) != calibration.label,
@@ -396,7 +399,7 @@ def cut_lens(copy: Calibration) -> Calibration:
 
 
 def _loosened(lens: Calibration, middle_px: Float64[np.ndarray, "2"]) -> Calibration:
-    """A lens whose middle may lie so far away, and whose focal length is as good as unknown."""
+    """The lens with its principal point uncertain by so much, and its focal length unknown."""
     covariance = lens.covariance.copy()
     covariance[[2, 3], [2, 3]] += middle_px**2
     covariance[:2, :2] += (_SIGMA_FROM_NOTHING * lens.camera.fx) ** 2

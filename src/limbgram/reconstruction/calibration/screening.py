@@ -1,9 +1,9 @@
-"""Screening: a first solution, and what to leave out of it.
+"""Screening: a first solution, outlier photos and corners, and model selection.
 
 In      the board's corners in all photos.
 Out     a solution with only good photos and good corners, and the reasons for the others.
 Method  OpenCV's calibration (Zhang 2000) starts; the worst photo goes while it is far worse
-        than the others, then corners go that lie far outside the spread of all.
+        than the others, then corners go that lie far outside the inflation of all.
 """
 
 from collections.abc import Generator
@@ -31,12 +31,12 @@ from limbgram.reconstruction.photos.photo import SetAside
 SKEW = PARAMETERS.index("skew")
 K3 = PARAMETERS.index("k3")
 _LENIENT_PX = 0.05
-"""Photos and corners better than this are never left out, however good the others are."""
+"""Residual below which no photo or corner is left out, however good the others are."""
 
 
 @dataclass(frozen=True)
 class Screened:
-    """What remained, its solution, and what was left out."""
+    """The inlier observations, their solution, and what was left out."""
 
     observations: tuple[BoardObservation, ...]
     solution: Solution
@@ -93,7 +93,7 @@ def screen(
 
 
 def readjust(screened: Screened, board_mm: Points3, free: Bool[np.ndarray, " shared"]) -> Solution:
-    """The same photos and corners with other unknowns; what is no longer free becomes zero."""
+    """Adjust the same observations with other free unknowns; fixed ones become zero."""
     shared = np.where(free, screened.solution.shared, 0.0)
     return adjust(screened.observations, board_mm, shared, screened.solution.poses, free)
 
@@ -126,7 +126,7 @@ def _start(
     size_px: tuple[int, int],
     free: Bool[np.ndarray, " shared"],
 ) -> Solution:
-    """OpenCV's solution, adjusted with our unknowns."""
+    """The initial solution by OpenCV, adjusted with our unknowns."""
     flags = cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_ASPECT_RATIO
     guess = np.diag([float(max(size_px)), float(max(size_px)), 1.0])
     try:
@@ -185,15 +185,15 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Choice:
-    """The solution that is delivered, and the tests of what it may leave out."""
+class ModelChoice:
+    """The selected model, with the estimates of skew and k3 that decided."""
 
     solution: Solution
     skew: Estimate
     k3: Estimate
 
 
-def choose(
+def select_model(
     screened: Screened,
     board_mm: Points3,
     size_px: tuple[int, int],
@@ -202,11 +202,11 @@ def choose(
     significance: float,
     meaningful_skew_px: float,
     board_gain: float,
-) -> Choice:
-    """Keep k3, the board's shape and skew each only where the photos show it.
+) -> ModelChoice:
+    """Select the model: k3, the board's shape and skew are kept only where they are significant.
 
     Args:
-        bend: Whether the photos are such that the board's shape can be asked for.
+        bend: Whether the photos can determine the board's shape.
     """
     if bend:
         flat = readjust(screened, board_mm, free_unknowns(k3=True, skew=False, board=False))
@@ -214,16 +214,16 @@ def choose(
         bend = bent.rms_px < (1.0 - board_gain) * flat.rms_px
     with_k3 = readjust(screened, board_mm, free_unknowns(k3=True, skew=False, board=bend))
     k3 = _estimate(with_k3, K3)
-    spread = max(1.0, scatter(screened.observations, board_mm, with_k3))
-    k3_seen = k3.sigmas_from_zero > significance * spread
-    with_skew = readjust(screened, board_mm, free_unknowns(k3=k3_seen, skew=True, board=bend))
+    inflation = max(1.0, scatter(screened.observations, board_mm, with_k3))
+    keeps_k3 = k3.sigmas_from_zero > significance * inflation
+    with_skew = readjust(screened, board_mm, free_unknowns(k3=keeps_k3, skew=True, board=bend))
     skew = _estimate(with_skew, SKEW)
-    spread = max(1.0, scatter(screened.observations, board_mm, with_skew))
+    inflation = max(1.0, scatter(screened.observations, board_mm, with_skew))
     shift_px = abs(skew.value) * 0.5 * size_px[1] / float(with_skew.shared[1])
-    if skew.sigmas_from_zero > significance * spread and shift_px > meaningful_skew_px:
-        return Choice(with_skew, skew, k3)
-    plain = readjust(screened, board_mm, free_unknowns(k3=k3_seen, skew=False, board=bend))
-    return Choice(plain, skew, k3)
+    if skew.sigmas_from_zero > significance * inflation and shift_px > meaningful_skew_px:
+        return ModelChoice(with_skew, skew, k3)
+    plain = readjust(screened, board_mm, free_unknowns(k3=keeps_k3, skew=False, board=bend))
+    return ModelChoice(plain, skew, k3)
 
 
 def _estimate(solution: Solution, row: int) -> Estimate:

@@ -1,10 +1,10 @@
-"""Deformation fields: how a body bends, by an amount of its own in every photo.
+"""Deformation fields: how a body deforms, by an amount of its own in every photo.
 
 In      normal equations in units of sigma, all but lens deviations and fields eliminated.
-Out     what is seen of a field along a course, and which rules of lenses and of single photos it
-        does not stand.
-Method  Score test (Rao 1948) beside lens deviations of a spread. What fields differ in from photo
-        to photo, beyond the course, is the noise.
+Out     the score test of a field along a course, and the rules of lenses and of single photos that
+        it fails.
+Method  Score test (Rao 1948) beside lens deviations of a given spread. What the fields of single
+        photos differ by beyond the course is the noise.
 """
 
 from dataclasses import dataclass
@@ -12,158 +12,164 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from limbgram.reconstruction.mapping.lens_evidence import MOST, OWN, eliminated
-from limbgram.reconstruction.mapping.quadratic import (
-    CLEARLY,
-    FALSE_ALARM,
-    MANY_TIMES,
-    Fall,
-    Quadratic,
-    chance_of,
-    pseudo_inverse,
-    solved_for,
-)
+from limbgram.reconstruction.mapping.lens_equations import DEVIATION_SIZE, MAX_SPREAD, eliminate
 from limbgram.reconstruction.mapping.scene import Rule
+from limbgram.reconstruction.mapping.score_tests import (
+    SPREAD_MARGIN,
+    VERY_STRONG_EVIDENCE,
+    NormalEquations,
+    ScoreTest,
+    f_test_p_value,
+    is_significant,
+    pseudo_inverse,
+    solve_semidefinite,
+)
 
 Course = Float64[np.ndarray, " p"]
 """How much of a field each photo shows."""
 
 
 @dataclass(frozen=True)
-class FieldEvidence:
+class FieldEquations:
     """Normal equations over lens deviations (9 a photo), then fields (`numbers` a photo)."""
 
     photos: int
     numbers: int
     normal: Float64[np.ndarray, "u u"]
     right: Float64[np.ndarray, " u"]
-    facts: int
-    """Photos times clusters of points: what is seen independently."""
+    sample_size: int
+    """Number of independent observations: clusters of points times photos."""
 
     @property
-    def _lenses(self) -> Int64[np.ndarray, " l"]:
-        return np.arange(OWN * self.photos)
+    def _lens_rows(self) -> Int64[np.ndarray, " l"]:
+        return np.arange(DEVIATION_SIZE * self.photos)
 
     @property
-    def _fields(self) -> Int64[np.ndarray, " c"]:
-        return np.arange(OWN * self.photos, len(self.right))
+    def _field_rows(self) -> Int64[np.ndarray, " c"]:
+        return np.arange(DEVIATION_SIZE * self.photos, len(self.right))
 
     def columns(self, course: Course) -> Float64[np.ndarray, "c k"]:
-        """Of fields along a course."""
+        """Design columns of a field along a course."""
         return np.kron(course[:, None], np.eye(self.numbers))
 
-    def lenses_beside_fields(self) -> Quadratic:
-        """What is seen of lens deviations where every photo may have a field of its own."""
-        return Quadratic(*eliminated(self.normal, self.right, self._fields, self._lenses))
+    def of_lenses(self) -> NormalEquations:
+        """The equations over lens deviations, with a free field in every photo eliminated."""
+        return NormalEquations(
+            *eliminate(self.normal, self.right, self._field_rows, self._lens_rows)
+        )
 
-    def fields(
+    def of_fields(
         self,
         spread: Float64[np.ndarray, "9"],
         free: Float64[np.ndarray, "l k"] | None = None,
-    ) -> Quadratic:
-        """What is left of fields among deviations of this spread, and of some that are free."""
+    ) -> NormalEquations:
+        """The equations over the fields, with lens deviations of this spread marginalised.
+
+        Args:
+            free: Directions of the lens deviations without a prior.
+        """
         normal, right = self.normal, self.right
         if free is not None:
-            whole = np.zeros((len(right), free.shape[1]))
-            whole[: len(free)] = free
-            beside = Quadratic(normal, right).without(whole)
-            normal, right = beside.normal, beside.right
-        normal = normal.copy()
-        diagonal = self._lenses
-        normal[diagonal, diagonal] += 1.0 / np.tile(spread, self.photos) ** 2
-        return Quadratic(*eliminated(normal, right, self._lenses, self._fields))
+            columns = np.zeros((len(right), free.shape[1]))
+            columns[: len(free)] = free
+            remaining = NormalEquations(normal, right).eliminating(columns)
+            normal, right = remaining.normal, remaining.right
+        normal, rows = normal.copy(), self._lens_rows
+        normal[rows, rows] += 1.0 / np.tile(spread, self.photos) ** 2
+        return NormalEquations(*eliminate(normal, right, rows, self._field_rows))
 
-    def fall_of_lens(
+    def lens_statistic(
         self, spread: Float64[np.ndarray, "9"], columns: Float64[np.ndarray, "l k"]
     ) -> float:
-        """How far lenses that change so let the sum of squares fall, without any field."""
-        lenses = self._lenses
-        normal = self.normal[np.ix_(lenses, lenses)].copy()
-        drawn = normal.copy()
-        drawn[lenses, lenses] += 1.0 / np.tile(spread, self.photos) ** 2
-        both = np.column_stack([self.right[lenses], normal])
-        solved = normal @ solved_for(drawn, both)
-        left = Quadratic(normal - solved[:, 1:], self.right[lenses] - solved[:, 0])
-        return Fall.of(left.along(columns)).fall
+        """Score statistic of lenses that change along these columns, without any field."""
+        rows = self._lens_rows
+        normal = self.normal[np.ix_(rows, rows)].copy()
+        with_prior = normal.copy()
+        with_prior[rows, rows] += 1.0 / np.tile(spread, self.photos) ** 2
+        both = np.column_stack([self.right[rows], normal])
+        solved = normal @ solve_semidefinite(with_prior, both)
+        remaining = NormalEquations(normal - solved[:, 1:], self.right[rows] - solved[:, 0])
+        return ScoreTest.of(remaining.restricted_to(columns)).statistic
 
 
 @dataclass(frozen=True)
-class Along:
-    """A field along a course, beside lens deviations of the spread that the capture shows."""
+class FieldTest:
+    """Score test of a field along a course, beside lens deviations of a given spread."""
 
-    evidence: FieldEvidence
+    equations: FieldEquations
     spread: Float64[np.ndarray, "9"]
     course: Course
-    seen: Quadratic
-    every: Fall
-    """Of fields that differ in each photo."""
-    one: Fall
-    """Of those along the course."""
+    of_fields: NormalEquations
+    each_photo: ScoreTest
+    """Of a field of its own in each photo."""
+    along_course: ScoreTest
+    """Of one field along the course."""
 
     @classmethod
     def of(
         cls,
-        evidence: FieldEvidence,
+        equations: FieldEquations,
         spread: Float64[np.ndarray, "9"],
         course: Course,
-        seen: Quadratic,
-        every: Fall,
-    ) -> "Along":
-        one = Fall.of(seen.along(evidence.columns(course)))
-        return cls(evidence, spread, course, seen, every, one)
+        of_fields: NormalEquations,
+        each_photo: ScoreTest,
+    ) -> "FieldTest":
+        """The test of one course; `of_fields` and `each_photo` are the same for all courses."""
+        along_course = ScoreTest.of(of_fields.restricted_to(equations.columns(course)))
+        return cls(equations, spread, course, of_fields, each_photo, along_course)
 
-    def chance(self, tried: int) -> float:
-        return chance_of(self.every, self.one, tried)
+    def p_value(self, candidates: int) -> float:
+        """The best of so many courses counted."""
+        return f_test_p_value(self.each_photo, self.along_course, candidates)
 
     @property
-    def rest(self) -> float:
-        """Variance of what is left, over that of the adjustments."""
-        freedom = self.every.freedom - self.one.freedom
-        return (self.every.fall - self.one.fall) / max(freedom, 1)
+    def residual_variance(self) -> float:
+        """Variance factor of what the course leaves unexplained."""
+        dof = self.each_photo.dof - self.along_course.dof
+        return (self.each_photo.statistic - self.along_course.statistic) / max(dof, 1)
 
     @property
     def noise(self) -> float:
-        return max(1.0, self.rest)
+        """The residual variance, but never below what the equations assume."""
+        return max(1.0, self.residual_variance)
 
     @property
-    def solved(self) -> tuple[Float64[np.ndarray, " k"], Float64[np.ndarray, "k k"]]:
-        """The field's numbers, and their covariance."""
-        along, range_ = self.seen.along(self.evidence.columns(self.course)), self._range
-        covariance = pseudo_inverse(along.normal)
-        return range_ * covariance @ along.right, self.noise * range_**2 * covariance
+    def estimate(self) -> tuple[Float64[np.ndarray, " k"], Float64[np.ndarray, "k k"]]:
+        """The field's numbers over the range of the course, and their covariance."""
+        equations = self.of_fields.restricted_to(self.equations.columns(self.course))
+        covariance, range_ = pseudo_inverse(equations.normal), self._range
+        return range_ * covariance @ equations.right, self.noise * range_**2 * covariance
 
     @property
     def _range(self) -> float:
-        """Between photos; a course that is alike in all is held against none of it."""
+        """Range of the course over the photos; 1 for a course that is constant."""
         return float(np.ptp(self.course)) or 1.0
 
-    def failed(self) -> list[Rule]:
-        """The rules of lenses and of single photos that it does not stand."""
-        wider = self.evidence.fields(np.minimum(MANY_TIMES * self.spread, MOST))
-        held: dict[Rule, bool] = {
+    def failed_rules(self) -> list[Rule]:
+        """The rules of lenses and of single photos that it fails."""
+        wider = self.equations.of_fields(np.minimum(SPREAD_MARGIN * self.spread, MAX_SPREAD))
+        passed: dict[Rule, bool] = {
             "lens": self._beats_lens(),
-            "one photo": self._stands_without_any(),
-            "lenses of photos": self._stands_among(wider),
+            "one photo": self._is_significant_without_any_photo(),
+            "lenses of photos": self._is_significant_in(wider),
         }
-        return [rule for rule, holds in held.items() if not holds]
+        return [rule for rule, passes in passed.items() if not passes]
 
-    def _stands_among(self, seen: Quadratic) -> bool:
-        """Whether chance alone does not explain it."""
-        one = Fall.of(seen.along(self.evidence.columns(self.course)))
-        return chance_of(Fall.of(seen), one, 1) <= FALSE_ALARM
+    def _is_significant_in(self, of_fields: NormalEquations) -> bool:
+        return is_significant(of_fields, self.equations.columns(self.course))
 
     def _beats_lens(self) -> bool:
-        """Whether it explains clearly more than lenses that change along its course, and stands
-        beside them."""
-        changing = np.kron(self.course[:, None], np.eye(OWN))
-        by_lens = self.evidence.fall_of_lens(self.spread, changing)
-        if (self.one.fall - by_lens) / self.noise < CLEARLY:
+        """Whether it explains clearly more than lenses that change along its course, and is
+        significant beside them."""
+        changing = np.kron(self.course[:, None], np.eye(DEVIATION_SIZE))
+        by_lens = self.equations.lens_statistic(self.spread, changing)
+        if (self.along_course.statistic - by_lens) / self.noise < VERY_STRONG_EVIDENCE:
             return False
-        return self._stands_among(self.evidence.fields(self.spread, changing))
+        return self._is_significant_in(self.equations.of_fields(self.spread, changing))
 
-    def _stands_without_any(self) -> bool:
-        """Whether chance does not explain it either where any one photo may differ by itself."""
+    def _is_significant_without_any_photo(self) -> bool:
+        """Whether it is significant whichever photo has a field of its own."""
         return all(
-            self._stands_among(self.seen.without(self.evidence.columns(own)))
-            for own in np.eye(self.evidence.photos)
+            self._is_significant_in(self.of_fields.eliminating(self.equations.columns(own)))
+            for own in np.eye(self.equations.photos)
         )

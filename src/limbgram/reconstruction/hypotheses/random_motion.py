@@ -1,12 +1,12 @@
 """Random motion (sway) of a body from photo to photo, tested against lenses that vary likewise.
 
-In      an Evidence, and what a search found in it.
-Out     a Sway with the rules that it fails, or none where chance explains what is left; what a sway
-        explains instead of lenses of single photos.
-Method  Turns and shifts, each alike in all directions, of the likeliest spread. Where no board
-        calibrated the lens, or single photos have lenses of their own, a sway is no fact unless it
-        explains clearly more than those lenses; and such a lens is none unless it explains clearly
-        more than a sway.
+In      TwoBodyEquations, and the terms that the search accepted.
+Out     a Sway with the rules that it fails, or none where what the terms leave is not significant;
+        how well a sway explains what lens deviations of single photos would.
+Method  Random effects: rotations and shifts, each isotropic, of a spread estimated by restricted
+        maximum likelihood. Where no board calibrated the lens, or photos have lens deviations of
+        their own, a sway is no fact unless it explains clearly more than those lenses; and such a
+        lens is none unless it explains clearly more than a sway.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -17,179 +17,206 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.core.interval import chi_square_tail
-from limbgram.reconstruction.hypotheses.accepted_terms import Found, motion_size
-from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
-from limbgram.reconstruction.hypotheses.spread import Left, left_of, seen_of_lenses
-from limbgram.reconstruction.mapping.lens_evidence import MOST, USUAL, place_of
-from limbgram.reconstruction.mapping.quadratic import (
-    CLEARLY,
-    FALSE_ALARM,
-    MANY_TIMES,
-    Fall,
-    Likeliest,
-    Quadratic,
-    likeliest,
-    unlikeliness,
+from limbgram.reconstruction.hypotheses.accepted_terms import AcceptedTerms, largest_displacement
+from limbgram.reconstruction.hypotheses.lens_spread import (
+    SecondBodyEquations,
+    deviation_equations,
+    second_body_equations,
 )
+from limbgram.reconstruction.hypotheses.two_body_equations import MOTION_SIZE, TwoBodyEquations
+from limbgram.reconstruction.mapping.lens_equations import MAX_SPREAD, USUAL_SPREAD, deviation_slice
 from limbgram.reconstruction.mapping.scene import Bodies, Deviation, Explanation, Rule
+from limbgram.reconstruction.mapping.score_tests import (
+    SIGNIFICANCE_LEVEL,
+    SPREAD_MARGIN,
+    VERY_STRONG_EVIDENCE,
+    NormalEquations,
+    ScoreTest,
+    SpreadEstimate,
+    deviance,
+    estimate_spread,
+)
 
-_MOST_MOVED = (0.2, 0.1)
-"""Of a sway: rad, and of the distance. What moves farther is no patient who shifts."""
+_MAX_SWAY = (0.2, 0.1)
+"""Largest spread of a sway: of rotations in rad, and of shifts over the distance."""
+_SPREADS = 2
+"""Parameters of a sway: spread of the rotations, and of the shifts."""
 
 
-class Instead(NamedTuple):
-    """A sway where lenses of single photos are usual ones."""
+class SwayVersusLenses(NamedTuple):
+    """How much better or worse a sway explains the residuals than lens deviations of photos."""
 
-    gain: float
-    """By it, over usual lenses alone."""
+    likelihood_ratio: float
+    """Twice the log-likelihood of sway and usual lenses over that of usual lenses alone."""
     over_lenses: float
-    """By both, over the lenses that the capture shows, without it."""
+    """The same over that of the lenses that the capture shows, without a sway."""
 
 
 @dataclass(frozen=True)
 class Sway:
+    """A sway as an explanation, and the motion of each photo."""
+
     explanation: Explanation
     motions: Float64[np.ndarray, "n 6"]
 
 
-def swaying(
-    evidence: Evidence,
-    found: Found,
+def find_sway(
+    equations: TwoBodyEquations,
+    accepted: AcceptedTerms,
     bodies: Bodies,
     floor: float,
-    instead: Callable[..., Instead],
+    versus_lenses: Callable[..., SwayVersusLenses],
 ) -> Sway | None:
-    """Motions drawn anew for each photo, where they explain what chance does not.
+    """An independent motion in each photo, where what the accepted terms leave is significant.
 
     Args:
-        instead: What a sway explains instead of some kinds of deviation (`sway_instead`).
+        versus_lenses: `sway_versus_lenses` of some kinds of deviation.
     """
-    by_motion = sway_of(evidence, found, found.left, floor)
-    chance = chi_square_tail(by_motion.gain, 2)
-    rest = found.rest
-    if max(chance, rest.chance) > FALSE_ALARM:
+    sway = estimate_sway(equations, accepted, accepted.second_body, floor)
+    p_value = sway.p_value(_SPREADS)
+    lack_of_fit = accepted.lack_of_fit
+    if max(p_value, lack_of_fit.p_value) > SIGNIFICANCE_LEVEL:
         return None
-    seen = found.left.only(found.left.motion).without(found.columns)
-    motions, covariance = _likeliest_motions(seen, by_motion)
-    sizes = [
-        motion_size(motions[k], covariance[rows, rows], evidence.radius)
-        for k in (np.flatnonzero(evidence.firm) if evidence.firm.any() else range(len(motions)))
-        for rows in [slice(MOVE * k, MOVE * (k + 1))]
+    remaining = accepted.second_body.of_motion.eliminating(accepted.columns)
+    motions, covariance = _posterior_motions(remaining, sway)
+    asked = np.flatnonzero(equations.well_observed)
+    effects = [
+        largest_displacement(motions[k], covariance[rows, rows], equations.radius)
+        for k in (asked if len(asked) else range(len(motions)))
+        for rows in [slice(MOTION_SIZE * k, MOTION_SIZE * (k + 1))]
     ]
-    largest = max(sizes, key=lambda one: one.low)
+    largest = max(effects, key=lambda one: one.low)
     small = largest.low < floor
-    failed = tuple(_failed(evidence, found, by_motion, seen, floor, small, instead))
-    told = Explanation(
+    failed = _failed_rules(equations, accepted, sway, remaining, floor, small, versus_lenses)
+    explanation = Explanation(
         bodies=bodies,
         kind="sway",
-        photos=evidence.photos,
-        numbers=2,
-        score=float(by_motion.gain - 2 * np.log(evidence.facts)),
-        chance=chance,
+        photos=equations.photos,
+        numbers=_SPREADS,
+        score=float(sway.likelihood_ratio - _SPREADS * np.log(equations.sample_size)),
+        chance=p_value,
         effect=largest.size,
         low=largest.low,
         high=largest.high,
-        variance_before=rest.variance,
+        variance_before=lack_of_fit.variance_factor,
         variance_after=1.0,
-        failed=failed,
+        failed=tuple(failed),
         floor=floor,
     )
-    return Sway(told, motions)
+    return Sway(explanation, motions)
 
 
-def _likeliest_motions(
-    seen: Quadratic, sway: Likeliest
+def _posterior_motions(
+    equations: NormalEquations, sway: SpreadEstimate
 ) -> tuple[Float64[np.ndarray, "n 6"], Float64[np.ndarray, "k k"]]:
-    """Of each photo where they are of this spread, and the covariance of all."""
-    drawn = np.tile(np.repeat(sway.spread, MOVE // 2), len(seen.right) // MOVE)
-    covariance = np.linalg.inv(seen.normal + np.diag(1.0 / drawn**2))
-    return (covariance @ seen.right).reshape(-1, MOVE), covariance
+    """Motion of each photo with a zero-mean prior of this spread, and the covariance of all."""
+    sigmas = np.tile(np.repeat(sway.spread, MOTION_SIZE // 2), len(equations.right) // MOTION_SIZE)
+    covariance = np.linalg.inv(equations.normal + np.diag(1.0 / sigmas**2))
+    return (covariance @ equations.right).reshape(-1, MOTION_SIZE), covariance
 
 
-def _failed(
-    evidence: Evidence,
-    found: Found,
-    sway: Likeliest,
-    seen: Quadratic,
+def _failed_rules(
+    equations: TwoBodyEquations,
+    accepted: AcceptedTerms,
+    sway: SpreadEstimate,
+    remaining: NormalEquations,
     floor: float,
     small: bool,
-    instead: Callable[..., Instead],
+    versus_lenses: Callable[..., SwayVersusLenses],
 ) -> Iterator[Rule]:
-    """What a sway fails of.
+    """The rules that a sway fails.
 
     Args:
-        seen: Of the motions, without those that were found.
+        remaining: Equations of the motions, with the accepted terms eliminated.
         small: Whether even its largest motion may be below what matters.
     """
-    lens = found.left.lens
-    moved = np.zeros((len(found.left.right), found.columns.shape[1]))
-    moved[found.left.motion] = found.columns
-    free = Quadratic(found.left.normal, found.left.right).without(moved)
-    by_lens = likeliest(Quadratic(free.normal[lens, lens], free.right[lens]), USUAL, MOST)
-    if sway.gain - by_lens.gain < CLEARLY:
+    second_body = accepted.second_body
+    joint = NormalEquations(second_body.normal, second_body.right)
+    free, lens = joint.eliminating(second_body.embedded(accepted.columns)), second_body.lens
+    of_lens = NormalEquations(free.normal[lens, lens], free.right[lens])
+    by_lens = estimate_spread(of_lens, USUAL_SPREAD, MAX_SPREAD)
+    if sway.likelihood_ratio - by_lens.likelihood_ratio < VERY_STRONG_EVIDENCE:
         yield "lens"
-    own = evidence.deviations
-    if not evidence.by_boards or (own and instead(*own).over_lenses < CLEARLY):
+    freed = equations.deviations
+    beaten = bool(freed) and versus_lenses(*freed).over_lenses < VERY_STRONG_EVIDENCE
+    if not equations.board_calibrated or beaten:
         yield "model"
     if small:
         yield "size"
-    firm = seen.without(_motions_of(~evidence.firm))
-    if chi_square_tail(_sway_in(evidence, firm, floor).gain, 2) > FALSE_ALARM:
+    well_observed = remaining.eliminating(_motion_columns(~equations.well_observed))
+    if _sway_spread(equations, well_observed, floor).p_value(_SPREADS) > SIGNIFICANCE_LEVEL:
         yield "few points"
-    if not _sways_without_any(evidence, firm, floor):
+    if not _is_significant_without_largest(equations, well_observed, floor):
         yield "one photo"
-    wide = left_of(evidence, np.minimum(MANY_TIMES * found.left.spread, MOST))
-    if chi_square_tail(sway_of(evidence, found, wide, floor).gain, 2) > FALSE_ALARM:
+    spread = np.minimum(SPREAD_MARGIN * second_body.spread, MAX_SPREAD)
+    wider = estimate_sway(equations, accepted, second_body_equations(equations, spread), floor)
+    if wider.p_value(_SPREADS) > SIGNIFICANCE_LEVEL:
         yield "lenses of photos"
 
 
-def sway_of(evidence: Evidence, found: Found, left: Left, floor: float) -> Likeliest:
-    return _sway_in(evidence, left.only(left.motion).without(found.columns), floor)
+def estimate_sway(
+    equations: TwoBodyEquations,
+    accepted: AcceptedTerms,
+    second_body: SecondBodyEquations,
+    floor: float,
+) -> SpreadEstimate:
+    """Spread of the motions that the accepted terms leave, of rotations and of shifts."""
+    remaining = second_body.of_motion.eliminating(accepted.columns)
+    return _sway_spread(equations, remaining, floor)
 
 
-def _sway_in(evidence: Evidence, seen: Quadratic, floor: float) -> Likeliest:
-    """Of turns and of shifts, each alike in all directions."""
-    usual = np.array([floor / evidence.radius] * 3 + [floor] * 3)
-    most = np.array([_MOST_MOVED[0]] * 3 + [_MOST_MOVED[1] * evidence.distance] * 3)
-    return likeliest(seen, usual, most, alike=3)
+def _sway_spread(
+    equations: TwoBodyEquations, motions: NormalEquations, floor: float
+) -> SpreadEstimate:
+    """Spread of rotations and of shifts, each isotropic."""
+    usual = np.array([floor / equations.radius] * 3 + [floor] * 3)
+    most = np.array([_MAX_SWAY[0]] * 3 + [_MAX_SWAY[1] * equations.distance] * 3)
+    return estimate_spread(motions, usual, most, group_size=3)
 
 
-def sway_instead(
-    evidence: Evidence, found: Found, kinds: Sequence[Deviation], floor: float
-) -> Instead:
-    """What a sway explains instead of these kinds: twice logarithms of likelihood.
+def sway_versus_lenses(
+    equations: TwoBodyEquations, accepted: AcceptedTerms, kinds: Sequence[Deviation], floor: float
+) -> SwayVersusLenses:
+    """How well a sway explains what these kinds of lens deviation would.
 
     Args:
-        kinds: Deviations that are usual ones at most where the limb sways.
+        kinds: Deviations that are at most usual ones where the limb sways.
     """
-    seen = seen_of_lenses(evidence, found.columns)
-    most = MOST.copy()
+    of_lenses = deviation_equations(equations, accepted.columns)
+    most = MAX_SPREAD.copy()
     for kind in kinds:
-        most[place_of(kind)] = USUAL[place_of(kind)]
-    usual = likeliest(seen, USUAL, most).spread
-    sway = sway_of(evidence, found, left_of(evidence, usual), floor)
-    by_lenses = unlikeliness(seen, found.left.spread, USUAL)
-    return Instead(sway.gain, by_lenses - unlikeliness(seen, usual, USUAL) + sway.gain)
+        most[deviation_slice(kind)] = USUAL_SPREAD[deviation_slice(kind)]
+    usual = estimate_spread(of_lenses, USUAL_SPREAD, most).spread
+    ratio = estimate_sway(
+        equations, accepted, second_body_equations(equations, usual), floor
+    ).likelihood_ratio
+    shown = deviance(of_lenses, accepted.second_body.spread, USUAL_SPREAD)
+    return SwayVersusLenses(ratio, shown - deviance(of_lenses, usual, USUAL_SPREAD) + ratio)
 
 
-def explains_as_well(sway: Instead) -> bool:
+def explains_as_well(sway: SwayVersusLenses) -> bool:
     """Whether the lenses do not explain clearly more than a sway does."""
-    return chi_square_tail(sway.gain, 2) <= FALSE_ALARM and sway.over_lenses > -CLEARLY
+    significant = chi_square_tail(sway.likelihood_ratio, _SPREADS) <= SIGNIFICANCE_LEVEL
+    return significant and sway.over_lenses > -VERY_STRONG_EVIDENCE
 
 
-def _motions_of(photos: Bool[np.ndarray, " n"]) -> Float64[np.ndarray, "m k"]:
+def _motion_columns(photos: Bool[np.ndarray, " n"]) -> Float64[np.ndarray, "m k"]:
     """Columns of the motions of these photos."""
-    return np.kron(np.eye(len(photos))[:, photos], np.eye(MOVE))
+    return np.kron(np.eye(len(photos))[:, photos], np.eye(MOTION_SIZE))
 
 
-def _sways_without_any(evidence: Evidence, firm: Quadratic, floor: float) -> bool:
-    """Whether they sway without the photo that moves farthest, too.
+def _is_significant_without_largest(
+    equations: TwoBodyEquations, well_observed: NormalEquations, floor: float
+) -> bool:
+    """Whether the sway is significant without the photo that moves farthest.
 
     Args:
-        firm: Of photos that many points hold: wrong matches draw the others each its own way, and
-            nothing outvotes them.
+        well_observed: Of photos that many points hold: wrong matches draw the others each its own
+            way, and nothing outvotes them.
     """
-    every = np.eye(len(evidence.photos), dtype=bool)
-    falls = [Fall.of(firm.along(_motions_of(one))).fall for one in every]
-    without = firm.without(_motions_of(every[int(np.argmax(falls))]))
-    return chi_square_tail(_sway_in(evidence, without, floor).gain, 2) <= FALSE_ALARM
+    each = np.eye(len(equations.photos), dtype=bool)
+    statistics = [
+        ScoreTest.of(well_observed.restricted_to(_motion_columns(one))).statistic for one in each
+    ]
+    without = well_observed.eliminating(_motion_columns(each[int(np.argmax(statistics))]))
+    return _sway_spread(equations, without, floor).p_value(_SPREADS) <= SIGNIFICANCE_LEVEL

@@ -1,24 +1,23 @@
-"""The search: which terms explain what two bodies show, and which of them are told as facts.
+"""Search for relative motion of two bodies: which terms explain it, and which of them are facts.
 
-In      an Evidence, and the size from which a motion matters.
-Out     an Explained: the ranked list, and the verdict that movement, bending and words come from.
-Method  Score tests (Rao 1948) against everything that the null has: poses, one lens for each
+In      TwoBodyEquations, and the size from which a motion matters.
+Out     a SearchResult: the ranked list, and the verdict.
+Method  Forward selection by score tests (Rao 1948). The null model has poses, one lens for each
         camera, a deviation of each photo's lens of the spread that the capture shows, and another
-        lens for the second body. The best term joins, the spread is found anew, and so on while
-        chance does not explain the best. Kinds are told from each other by likelihood, less the
-        logarithm of the number of clusters for each number and that of the candidates.
-        The noise is that of the adjustments as their clusters show it, or what the model in which
-        every photo shows the second body elsewhere leaves unexplained, whichever is larger. What is
-        left beyond chance may be a sway: motions drawn anew for each photo, against lenses that
-        are drawn anew for each photo.
-        Where no board calibrated the lens, or single photos have lenses of their own, what a real
-        lens does beyond its model, and a rolling shutter at other depths, differs with the bodies'
+        lens for the second body. The best term is accepted, the spread estimated anew, and so on
+        while the best one is significant. Kinds are compared by likelihood less the logarithm of
+        the sample size for each parameter (BIC) and that of the number of candidates.
+        The noise is that between clusters of points, or what the model in which every photo shows
+        the second body elsewhere leaves unexplained, whichever is larger. What remains significant
+        may be a sway: an independent motion in each photo, against an independent lens in each.
+        Where no board calibrated the lens, or photos have lens deviations of their own, what a real
+        lens does beyond its model, and a rolling shutter at other depths, depends on the bodies'
         places in the picture, which differ from photo to photo: a sway is no fact there, unless
         it explains clearly more than those lenses; and such a lens is none unless it explains
         clearly more than a sway. Photos that were framed or focused otherwise look like a step or
-        a drift: one is no fact there if chance explains it beside lenses that do all they may along
-        the courses of all terms.
-        A term is told as a fact where it stands all rules of `mapping.scene.Rule`.
+        a drift: these are no facts there unless they are significant beside lenses that do all they
+        may along the courses of all terms.
+        A term is a fact if it passes all rules of `mapping.scene.Rule`.
 """
 
 from collections.abc import Sequence
@@ -30,310 +29,365 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.interval import COVER
-from limbgram.reconstruction.hypotheses.accepted_terms import Effect, Found, columns_of, motion_size
-from limbgram.reconstruction.hypotheses.evidence import MOVE, Evidence
-from limbgram.reconstruction.hypotheses.explanation import Explained
-from limbgram.reconstruction.hypotheses.random_motion import (
-    Instead,
-    Sway,
-    explains_as_well,
-    sway_instead,
-    sway_of,
-    swaying,
+from limbgram.reconstruction.hypotheses.accepted_terms import (
+    AcceptedTerms,
+    Effect,
+    design_matrix,
+    largest_displacement,
 )
-from limbgram.reconstruction.hypotheses.spread import Left, left_of, seen_of_lenses, spread_of
+from limbgram.reconstruction.hypotheses.lens_spread import (
+    SecondBodyEquations,
+    deviation_equations,
+    lens_spread,
+    second_body_equations,
+)
+from limbgram.reconstruction.hypotheses.random_motion import (
+    Sway,
+    SwayVersusLenses,
+    estimate_sway,
+    explains_as_well,
+    find_sway,
+    sway_versus_lenses,
+)
+from limbgram.reconstruction.hypotheses.search_result import SearchResult
 from limbgram.reconstruction.hypotheses.terms import Term, drifts, single_photos, steps
-from limbgram.reconstruction.mapping.lens_evidence import MOST, MOST_ALONE, OWN, TIGHT, USUAL
-from limbgram.reconstruction.mapping.quadratic import (
-    CLEARLY,
-    FALSE_ALARM,
-    MANY_TIMES,
-    Fall,
-    Quadratic,
-    chance_of,
-    pseudo_inverse,
-    unlikeliness,
+from limbgram.reconstruction.hypotheses.two_body_equations import MOTION_SIZE, TwoBodyEquations
+from limbgram.reconstruction.mapping.lens_equations import (
+    DEVIATION_SIZE,
+    MAX_OUTLIER_SHARE,
+    MAX_SPREAD,
+    TIGHT_SPREAD,
+    USUAL_SPREAD,
 )
 from limbgram.reconstruction.mapping.scene import Bodies, Deviation, Explanation, Rule
+from limbgram.reconstruction.mapping.score_tests import (
+    SIGNIFICANCE_LEVEL,
+    SPREAD_MARGIN,
+    VERY_STRONG_EVIDENCE,
+    NormalEquations,
+    ScoreTest,
+    deviance,
+    f_test_p_value,
+    is_significant,
+    pseudo_inverse,
+)
 
 _MOST_TERMS = 8
 
 
-def explained(evidence: Evidence, bodies: Bodies, floor: float) -> Explained:
-    """What happened between two bodies.
+def explain(equations: TwoBodyEquations, bodies: Bodies, floor: float) -> SearchResult:
+    """How the second body moved against the first, as far as the photos tell.
 
     Args:
         floor: Motion of a point of the first body from which it matters, in the scene's unit.
     """
-    found = _best(evidence)
-    parts = [_described(evidence, found, term, bodies, floor) for term in found.terms]
+    accepted = _forward_selection(equations)
+    explained = [_explanation(equations, accepted, term, bodies, floor) for term in accepted.terms]
 
     @cache
-    def instead(*kinds: Deviation) -> Instead:
-        return sway_instead(evidence, found, kinds, floor)
+    def versus_lenses(*kinds: Deviation) -> SwayVersusLenses:
+        return sway_versus_lenses(equations, accepted, kinds, floor)
 
-    sway = swaying(evidence, found, bodies, floor, instead)
-    rest = _rest(evidence, found, bodies, floor, sway)
-    every = [*parts, *([sway.explanation] if sway else []), *([rest] if rest else [])]
+    sway = find_sway(equations, accepted, bodies, floor, versus_lenses)
+    unexplained = _unexplained(equations, accepted, bodies, floor, sway)
+    every = [
+        *explained,
+        *([sway.explanation] if sway else []),
+        *([unexplained] if unexplained else []),
+    ]
     ranked = tuple(sorted(every, key=lambda one: -one.score))
-    motions = found.motions([one.told for one in parts])
-    if sway is not None and sway.explanation.told:
+    motions = accepted.motions([one.is_fact for one in explained])
+    if sway is not None and sway.explanation.is_fact:
         motions = motions + sway.motions
-    return Explained(
+    return SearchResult(
         explanations=ranked,
-        photos=evidence.photos,
+        photos=equations.photos,
         motions=motions,
         instead_of_lenses=tuple(
-            kind for kind in evidence.deviations if explains_as_well(instead(kind))
+            kind for kind in equations.deviations if explains_as_well(versus_lenses(kind))
         ),
     )
 
 
-def _best(evidence: Evidence) -> Found:
-    """Terms one by one, each the one that explains most, while chance does not explain it.
+def _forward_selection(equations: TwoBodyEquations) -> AcceptedTerms:
+    """Terms accepted one by one, each the one that explains most, while it is significant.
 
     A motion that is not explained yet looks like lenses that differ much from photo to photo. So
-    candidates are looked at with the spread that is found without them, with a usual one and with a
-    tenth of that, and those that chance does not explain are compared with the spread found anew
-    beside them.
+    candidates are tried at the spread estimated without them, at a usual one and at a tenth of
+    that, and the significant ones are compared at the spread estimated anew beside each.
     """
-    found = Found((), left_of(evidence, spread_of(evidence)), (), ())
-    while len(found.terms) < _MOST_TERMS:
-        trials = [_with(evidence, found, *one) for one in _likely(evidence, found)]
-        trials = [one for one in trials if one.chances[-1] <= FALSE_ALARM]
+    accepted = AcceptedTerms((), second_body_equations(equations, lens_spread(equations)), (), ())
+    while len(accepted.terms) < _MOST_TERMS:
+        trials = [
+            _with_term(equations, accepted, *one)
+            for one in _significant_candidates(equations, accepted)
+        ]
+        trials = [one for one in trials if one.p_values[-1] <= SIGNIFICANCE_LEVEL]
         if not trials:
             break
-        found = min(trials, key=lambda one: _criterion(evidence, one))
-    return found
+        accepted = min(trials, key=lambda one: _information_criterion(equations, one))
+    return accepted
 
 
 class _Candidate(NamedTuple):
-    """A term, and how many of its kind were tried."""
+    """A term, and the number of candidates of its kind."""
 
     term: Term
-    among: int
+    candidates: int
 
 
-def _likely(evidence: Evidence, found: Found) -> list[_Candidate]:
-    """The best of each kind, by one spread of lenses or another, unless chance explains it."""
-    spreads = [np.minimum(found.left.spread, most) for most in (USUAL, TIGHT * USUAL)]
-    lefts = [found.left, *(left_of(evidence, one) for one in spreads)]
-    likely: list[_Candidate] = []
-    for left in lefts:
-        seen = left.only(left.motion).without(found.columns)
-        every = Fall.of(seen)
-        for group in _candidates(evidence, found.terms):
-            sums = [Fall.of(seen.along(one.columns)) for one in group]
-            best = int(np.argmax([one.fall for one in sums]))
-            known = any(one.term.same_as(group[best]) for one in likely)
-            if not known and chance_of(every, sums[best], len(group)) <= FALSE_ALARM:
-                likely.append(_Candidate(group[best], len(group)))
-    return likely
+def _significant_candidates(
+    equations: TwoBodyEquations, accepted: AcceptedTerms
+) -> list[_Candidate]:
+    """The best candidate of each kind, at one lens spread or another, if it is significant."""
+    spreads = [
+        np.minimum(accepted.second_body.spread, most)
+        for most in (USUAL_SPREAD, TIGHT_SPREAD * USUAL_SPREAD)
+    ]
+    second_bodies = [
+        accepted.second_body,
+        *(second_body_equations(equations, one) for one in spreads),
+    ]
+    significant: list[_Candidate] = []
+    for second_body in second_bodies:
+        remaining = second_body.of_motion.eliminating(accepted.columns)
+        every = ScoreTest.of(remaining)
+        for group in _candidates(equations, accepted.terms):
+            tests = [ScoreTest.of(remaining.restricted_to(one.columns)) for one in group]
+            best = int(np.argmax([one.statistic for one in tests]))
+            known = any(one.term.same_as(group[best]) for one in significant)
+            if not known and f_test_p_value(every, tests[best], len(group)) <= SIGNIFICANCE_LEVEL:
+                significant.append(_Candidate(group[best], len(group)))
+    return significant
 
 
-def _candidates(evidence: Evidence, terms: Sequence[Term]) -> list[list[Term]]:
-    """What may join these, by kind: a body steps or drifts; a few photos lie by themselves."""
-    count = len(evidence.photos)
+def _candidates(equations: TwoBodyEquations, terms: Sequence[Term]) -> list[list[Term]]:
+    """Terms that may be added, by kind: a body steps or drifts; single photos lie elsewhere."""
+    count = len(equations.photos)
     groups: list[list[Term]] = []
     if all(one.kind != "drift" for one in terms):
-        borders = tuple(one.at for one in terms if one.kind == "step")
-        groups.append(list(steps(count, borders)))
+        taken = tuple(one.at for one in terms if one.kind == "step")
+        groups.append(list(steps(count, taken)))
     if all(one.kind == "photo" for one in terms):
-        groups.append(list(drifts(np.array(evidence.photos, float))))
+        groups.append(list(drifts(np.array(equations.photos, float))))
     used = {one.at for one in terms if one.kind == "photo"}
-    if len(used) < MOST_ALONE * count:
+    if len(used) < MAX_OUTLIER_SHARE * count:
         groups.append([one for one in single_photos(count) if one.at not in used])
     return groups
 
 
-def _with(evidence: Evidence, found: Found, term: Term, among: int) -> Found:
-    """With one term more, and the spread found anew."""
-    terms = (*found.terms, term)
-    columns = columns_of(terms, len(evidence.photos))
-    left = left_of(evidence, spread_of(evidence, columns))
-    seen = left.only(left.motion).without(found.columns)
-    one = Fall.of(seen.along(term.columns))
-    chance = chance_of(Fall.of(seen), one, among)
-    return Found(terms, left, (*found.chances, chance), (*found.candidates, among))
+def _with_term(
+    equations: TwoBodyEquations, accepted: AcceptedTerms, term: Term, candidates: int
+) -> AcceptedTerms:
+    """The accepted terms with one more, at the lens spread estimated anew beside it."""
+    terms = (*accepted.terms, term)
+    columns = design_matrix(terms, len(equations.photos))
+    second_body = second_body_equations(equations, lens_spread(equations, columns))
+    remaining = second_body.of_motion.eliminating(accepted.columns)
+    test = ScoreTest.of(remaining.restricted_to(term.columns))
+    p_value = f_test_p_value(ScoreTest.of(remaining), test, candidates)
+    return AcceptedTerms(
+        terms, second_body, (*accepted.p_values, p_value), (*accepted.candidates, candidates)
+    )
 
 
-def _criterion(evidence: Evidence, found: Found) -> float:
-    """Minus twice the logarithm of likelihood, with what the numbers and candidates cost."""
-    seen = seen_of_lenses(evidence)
-    columns = found.columns
-    moved = Fall.of(found.left.only(found.left.motion).along(columns))
-    cost = columns.shape[1] * np.log(evidence.facts) + 2.0 * np.log(found.candidates).sum()
-    return float(unlikeliness(seen, found.left.spread, USUAL) - moved.fall + cost)
+def _information_criterion(equations: TwoBodyEquations, accepted: AcceptedTerms) -> float:
+    """BIC of the accepted terms, with a penalty for the number of candidates."""
+    of_lenses = deviation_equations(equations)
+    columns = accepted.columns
+    terms_test = ScoreTest.of(accepted.second_body.of_motion.restricted_to(columns))
+    cost = columns.shape[1] * np.log(equations.sample_size)
+    cost += 2.0 * np.log(accepted.candidates).sum()
+    of_spread = deviance(of_lenses, accepted.second_body.spread, USUAL_SPREAD)
+    return float(of_spread - terms_test.statistic + cost)
 
 
-def _described(
-    evidence: Evidence, found: Found, term: Term, bodies: Bodies, floor: float
+def _explanation(
+    equations: TwoBodyEquations, accepted: AcceptedTerms, term: Term, bodies: Bodies, floor: float
 ) -> Explanation:
-    """One term of those that were found, held against the rules."""
-    number = next(k for k, one in enumerate(found.terms) if one is term)
-    others = found.others(term)
-    seen = found.left.only(found.left.motion).without(others)
-    every, one = Fall.of(seen), Fall.of(seen.along(term.columns))
-    noise = max(1.0, found.rest.variance)
-    effect = _effect(evidence, seen, term, noise)
+    """One of the accepted terms, with the rules that it fails."""
+    number = next(k for k, one in enumerate(accepted.terms) if one is term)
+    others = accepted.columns_without(term)
+    remaining = accepted.second_body.of_motion.eliminating(others)
+    every, test = ScoreTest.of(remaining), ScoreTest.of(remaining.restricted_to(term.columns))
+    noise = max(1.0, accepted.lack_of_fit.variance_factor)
+    effect = _effect(equations, remaining, term, noise)
     failed: list[Rule] = []
-    if not _beats_lens(evidence, found, term):
+    if not _beats_lens_rivals(equations, accepted, term):
         failed.append("lens")
-    if not evidence.calibrated and not _stands_beside_lenses(evidence, found, term):
+    known = equations.has_known_lenses
+    if not known and not _is_significant_beside_lenses(equations, accepted, term):
         failed.append("model")
     if effect.low < floor:
         failed.append("size")
-    if not _stands_without_any(found, term):
+    if not _is_significant_without_any_photo(accepted, term):
         failed.append("one photo")
-    wide = left_of(evidence, np.minimum(MANY_TIMES * found.left.spread, MOST))
-    again = wide.only(wide.motion).without(others)
-    if chance_of(Fall.of(again), Fall.of(again.along(term.columns)), 1) > FALSE_ALARM:
+    wider = second_body_equations(
+        equations, np.minimum(SPREAD_MARGIN * accepted.second_body.spread, MAX_SPREAD)
+    )
+    wider_remaining = wider.of_motion.eliminating(others)
+    if not is_significant(wider_remaining, term.columns):
         failed.append("lenses of photos")
-    cost = one.freedom * np.log(evidence.facts) + 2.0 * np.log(found.candidates[number])
+    cost = test.dof * np.log(equations.sample_size) + 2.0 * np.log(accepted.candidates[number])
     return Explanation(
         bodies=bodies,
         kind=term.kind,
-        photos=_elsewhere(evidence, term),
-        numbers=one.freedom,
-        score=float(one.fall / noise - cost),
-        chance=found.chances[number],
+        photos=_moved_photos(equations, term),
+        numbers=test.dof,
+        score=float(test.statistic / noise - cost),
+        chance=accepted.p_values[number],
         effect=effect.size,
         low=effect.low,
         high=effect.high,
-        variance_before=every.variance,
-        variance_after=found.rest.variance,
+        variance_before=every.variance_factor,
+        variance_after=accepted.lack_of_fit.variance_factor,
         failed=tuple(failed),
         floor=floor,
     )
 
 
-def _elsewhere(evidence: Evidence, term: Term) -> tuple[int, ...]:
-    """Photos of the smaller side of a step; all of a drift; the single one."""
+def _moved_photos(equations: TwoBodyEquations, term: Term) -> tuple[int, ...]:
+    """Photos on the smaller side of a step; all photos of a drift; the single photo."""
     match term.kind:
         case "step":
             after = term.course > 0
             fewer = after if after.sum() * 2 <= len(after) else ~after
-            return tuple(np.array(evidence.photos)[fewer].tolist())
+            return tuple(np.array(equations.photos)[fewer].tolist())
         case "photo":
-            return (evidence.photos[term.at],)
+            return (equations.photos[term.at],)
         case _:
-            return evidence.photos
+            return equations.photos
 
 
-def _effect(evidence: Evidence, seen: Quadratic, term: Term, noise: float) -> Effect:
-    """Largest motion of a point at the first body's radius, with its interval of 95 %."""
-    along = seen.along(term.columns)
-    covariance = noise * pseudo_inverse(along.normal)
-    values = pseudo_inverse(along.normal) @ along.right * float(np.ptp(term.course) or 1.0)
+def _effect(
+    equations: TwoBodyEquations, remaining: NormalEquations, term: Term, noise: float
+) -> Effect:
+    """Largest displacement of a point at the first body's radius, with its interval of 95 %."""
+    of_term = remaining.restricted_to(term.columns)
+    covariance = noise * pseudo_inverse(of_term.normal)
+    values = pseudo_inverse(of_term.normal) @ of_term.right * float(np.ptp(term.course) or 1.0)
     covariance = covariance * float(np.ptp(term.course) or 1.0) ** 2
     size = len(values)
-    to_move = np.eye(MOVE)[:, MOVE - size :]
-    return motion_size(to_move @ values, to_move @ covariance @ to_move.T, evidence.radius)
+    to_move = np.eye(MOTION_SIZE)[:, MOTION_SIZE - size :]
+    return largest_displacement(
+        to_move @ values, to_move @ covariance @ to_move.T, equations.radius
+    )
 
 
-def _beats_lens(evidence: Evidence, found: Found, term: Term) -> bool:
+def _beats_lens_rivals(equations: TwoBodyEquations, accepted: AcceptedTerms, term: Term) -> bool:
     """Whether it explains clearly more than what a lens may do along the same course.
 
-    Rivals are a lens that changes so, seen by the second body alone; and a motion of the second
-    body that is the same in each photo's own frame, not in the world: whatever a lens does beyond
-    its model, it does in the photo's frame. Where all of the photo sees a lens that changes so,
-    chance must still not explain the term.
+    The rivals are a lens that changes along it, as the second body alone sees it; and a motion of
+    the second body that is the same in each camera's frame, not in the world's: whatever a lens
+    does beyond its model, it does in the camera's frame. The term must also be significant beside
+    a lens that changes so for all of the photo.
     """
-    left = found.left
-    others = np.zeros((len(left.right), found.others(term).shape[1]))
-    others[left.motion] = found.others(term)
-    seen = Quadratic(left.normal, left.right).without(others)
-    motion = np.zeros((len(left.right), term.columns.shape[1]))
-    motion[left.motion] = term.columns
-    noise = max(1.0, found.rest.variance)
-    by_motion = Fall.of(seen.along(motion)).fall
-    for course in term.rivals:
-        lens, in_photos = np.zeros((len(left.right), OWN)), np.zeros((len(left.right), MOVE))
-        lens[left.lens] = np.kron(course[:, None], np.eye(OWN))
-        in_photos[left.motion] = _in_photos(evidence, course)
-        for rival in (lens, in_photos):
-            if (by_motion - Fall.of(seen.along(rival)).fall) / noise < CLEARLY:
+    second_body = accepted.second_body
+    others = second_body.embedded(accepted.columns_without(term))
+    remaining = NormalEquations(second_body.normal, second_body.right).eliminating(others)
+    noise = max(1.0, accepted.lack_of_fit.variance_factor)
+    by_term = ScoreTest.of(remaining.restricted_to(second_body.embedded(term.columns))).statistic
+    for course in term.lens_courses:
+        lens = np.zeros((len(second_body.right), DEVIATION_SIZE))
+        lens[second_body.lens] = np.kron(course[:, None], np.eye(DEVIATION_SIZE))
+        in_camera_frame = second_body.embedded(_camera_frame_columns(equations, course))
+        for rival in (lens, in_camera_frame):
+            by_rival = ScoreTest.of(remaining.restricted_to(rival)).statistic
+            if (by_term - by_rival) / noise < VERY_STRONG_EVIDENCE:
                 return False
-    whole = np.zeros((len(evidence.right), OWN))
-    whole[evidence.own] = np.kron(term.course[:, None], np.eye(OWN))
-    free = _with_free(evidence, whole, left.spread)
-    again = free.only(free.motion).without(found.others(term))
-    return chance_of(Fall.of(again), Fall.of(again.along(term.columns)), 1) <= FALSE_ALARM
+    changing_lens = np.zeros((len(equations.right), DEVIATION_SIZE))
+    changing_lens[equations.lens] = np.kron(term.course[:, None], np.eye(DEVIATION_SIZE))
+    free = _with_eliminated(equations, changing_lens, second_body.spread)
+    beside_lens = free.of_motion.eliminating(accepted.columns_without(term))
+    return is_significant(beside_lens, term.columns)
 
 
-def _stands_beside_lenses(evidence: Evidence, found: Found, term: Term) -> bool:
-    """Whether chance does not explain it where lenses change along the courses of all terms."""
-    changing = [_lens_along(evidence, course) for one in found.terms for course in one.rivals]
-    free = _with_free(evidence, np.hstack(changing), found.left.spread)
-    seen = free.only(free.motion).without(found.others(term))
-    return chance_of(Fall.of(seen), Fall.of(seen.along(term.columns)), 1) <= FALSE_ALARM
+def _is_significant_beside_lenses(
+    equations: TwoBodyEquations, accepted: AcceptedTerms, term: Term
+) -> bool:
+    """Whether it is significant beside lenses that change along the courses of all terms."""
+    changing = [
+        _lens_columns(equations, course) for one in accepted.terms for course in one.lens_courses
+    ]
+    free = _with_eliminated(equations, np.hstack(changing), accepted.second_body.spread)
+    remaining = free.of_motion.eliminating(accepted.columns_without(term))
+    return is_significant(remaining, term.columns)
 
 
-def _lens_along(
-    evidence: Evidence, course: Float64[np.ndarray, " n"]
+def _lens_columns(
+    equations: TwoBodyEquations, course: Float64[np.ndarray, " n"]
 ) -> Float64[np.ndarray, "u k"]:
-    """Columns of all that lenses may do along a course, seen by both bodies or by the second."""
-    columns = np.zeros((len(evidence.right), 2 * OWN + MOVE))
-    every = np.kron(course[:, None], np.eye(OWN))
-    columns[evidence.own, :OWN] = columns[evidence.seen_by_second, OWN : 2 * OWN] = every
-    columns[evidence.motion, 2 * OWN :] = _in_photos(evidence, course)
+    """Columns of all that lenses may do along a course, for both bodies or the second alone."""
+    columns = np.zeros((len(equations.right), 2 * DEVIATION_SIZE + MOTION_SIZE))
+    every = np.kron(course[:, None], np.eye(DEVIATION_SIZE))
+    columns[equations.lens, :DEVIATION_SIZE] = every
+    columns[equations.second_lens, DEVIATION_SIZE : 2 * DEVIATION_SIZE] = every
+    columns[equations.motion, 2 * DEVIATION_SIZE :] = _camera_frame_columns(equations, course)
     return columns
 
 
-def _in_photos(evidence: Evidence, course: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "m 6"]:
-    """Columns of a motion along a course that is the same in each photo's own frame."""
-    columns = np.zeros((len(course), MOVE, MOVE))
-    columns[:, :3, :3] = evidence.camera_from_world.transpose(0, 2, 1)
+def _camera_frame_columns(
+    equations: TwoBodyEquations, course: Float64[np.ndarray, " n"]
+) -> Float64[np.ndarray, "m 6"]:
+    """Columns of a motion along a course that is the same in each camera's own frame."""
+    columns = np.zeros((len(course), MOTION_SIZE, MOTION_SIZE))
+    columns[:, :3, :3] = equations.camera_from_world.transpose(0, 2, 1)
     columns[:, 3:, 3:] = columns[:, :3, :3]
-    return (course[:, None, None] * columns).reshape(-1, MOVE)
+    return (course[:, None, None] * columns).reshape(-1, MOTION_SIZE)
 
 
-def _with_free(
-    evidence: Evidence, columns: Float64[np.ndarray, "u k"], spread: Float64[np.ndarray, "9"]
-) -> Left:
-    """What is left where these directions of the evidence are free."""
-    free = Quadratic(evidence.normal, evidence.right).without(columns)
-    lessened = replace(evidence, normal=free.normal, right=free.right)
-    return left_of(lessened, spread)
+def _with_eliminated(
+    equations: TwoBodyEquations,
+    columns: Float64[np.ndarray, "u k"],
+    spread: Float64[np.ndarray, "9"],
+) -> SecondBodyEquations:
+    """The second body's equations once these directions of the joint ones are eliminated."""
+    free = NormalEquations(equations.normal, equations.right).eliminating(columns)
+    remaining = replace(equations, normal=free.normal, right=free.right)
+    return second_body_equations(remaining, spread)
 
 
-def _stands_without_any(found: Found, term: Term) -> bool:
-    """Whether chance does not explain it either where any one photo is left out."""
-    seen = found.left.only(found.left.motion).without(found.others(term))
-    every = Fall.of(seen)
-    for photo in range(found.left.photos):
-        own = np.zeros((MOVE * found.left.photos, MOVE))
-        own[MOVE * photo : MOVE * (photo + 1)] = np.eye(MOVE)
-        without = seen.without(own)
-        one = Fall.of(without.along(term.columns))
-        own_fall = Fall.of(seen.along(own)).fall
-        rest = Fall(every.fall - own_fall, every.freedom - MOVE)
-        if chance_of(rest, one, 1) > FALSE_ALARM:
+def _is_significant_without_any_photo(accepted: AcceptedTerms, term: Term) -> bool:
+    """Whether it is significant whichever photo is left out."""
+    remaining = accepted.second_body.of_motion.eliminating(accepted.columns_without(term))
+    every = ScoreTest.of(remaining)
+    for photo in range(accepted.second_body.photos):
+        own = np.zeros((MOTION_SIZE * accepted.second_body.photos, MOTION_SIZE))
+        own[MOTION_SIZE * photo : MOTION_SIZE * (photo + 1)] = np.eye(MOTION_SIZE)
+        without = remaining.eliminating(own)
+        test = ScoreTest.of(without.restricted_to(term.columns))
+        own_statistic = ScoreTest.of(remaining.restricted_to(own)).statistic
+        others = ScoreTest(every.statistic - own_statistic, every.dof - MOTION_SIZE)
+        if f_test_p_value(others, test, 1) > SIGNIFICANCE_LEVEL:
             return False
     return True
 
 
-def _rest(
-    evidence: Evidence, found: Found, bodies: Bodies, floor: float, sway: Sway | None
+def _unexplained(
+    equations: TwoBodyEquations,
+    accepted: AcceptedTerms,
+    bodies: Bodies,
+    floor: float,
+    sway: Sway | None,
 ) -> Explanation | None:
-    """What no term explains, where chance does not either."""
-    rest = found.rest
-    if rest.chance > FALSE_ALARM or sway is not None:
+    """The motions that no term explains, if they are significant."""
+    lack_of_fit = accepted.lack_of_fit
+    if lack_of_fit.p_value > SIGNIFICANCE_LEVEL or sway is not None:
         return None
-    by_motion = sway_of(evidence, found, found.left, floor)
-    turn, shift = by_motion.spread
-    size = float(np.hypot(evidence.radius * turn, shift))
+    sway_spread = estimate_sway(equations, accepted, accepted.second_body, floor)
+    turn, shift = sway_spread.spread
+    size = float(np.hypot(equations.radius * turn, shift))
     return Explanation(
         bodies=bodies,
         kind="rest",
-        photos=evidence.photos,
-        numbers=rest.freedom,
-        score=float(rest.fall - rest.freedom * np.log(evidence.facts)),
-        chance=rest.chance,
+        photos=equations.photos,
+        numbers=lack_of_fit.dof,
+        score=float(lack_of_fit.statistic - lack_of_fit.dof * np.log(equations.sample_size)),
+        chance=lack_of_fit.p_value,
         effect=size,
         low=0.0,
         high=COVER * size,
-        variance_before=rest.variance,
+        variance_before=lack_of_fit.variance_factor,
         variance_after=1.0,
         failed=("chance",),
         floor=floor,

@@ -4,7 +4,7 @@ The last step is one adjustment of photos, lenses and points, with the calibrati
 """
 
 from limbgram.reconstruction.mapping.body import Body
-from limbgram.reconstruction.mapping.ring import MappingOptions, place
+from limbgram.reconstruction.mapping.placement import MappingOptions, place
 from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Ring, Scene
 from limbgram.reconstruction.mapping.solution import Adjusted, adjust
 

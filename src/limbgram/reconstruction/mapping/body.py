@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import SIMILARITY_SIZE, Rigid, Similarity
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, Camera, View, differentiate_all
-from limbgram.core.optimisation import NormalEquations
+from limbgram.core.optimisation import ArrowheadEquations
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
 from limbgram.reconstruction.mapping.normals import robust_cost
 
@@ -116,7 +116,7 @@ def moves_of_whole(arms: Points3) -> Float64[np.ndarray, "n 3 7"]:
     return moves
 
 
-class BodyEquations(NormalEquations):
+class BodyEquations(ArrowheadEquations):
     """In units of sigma: photos, lenses and the whole are shared, each corner is a block."""
 
     def of_cameras(self) -> tuple[Float64[np.ndarray, "u u"], Float64[np.ndarray, " u"]]:

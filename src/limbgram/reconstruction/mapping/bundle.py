@@ -9,20 +9,23 @@ from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, turned
 from limbgram.core.interval import MAD_TO_SIGMA
-from limbgram.reconstruction.mapping.lens_deviations import Ties
+from limbgram.reconstruction.mapping.lens_deviations import PhotoLenses
 from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, Scene
 
 _FEWEST_RAYS = 2
 _SMALLEST_ANGLE_DEG = 1.5
 CAUCHY_SIGMAS = 2.5
-"""Where the weight of a residual has fallen to a half."""
-_TELLING_RAYS = 3
+"""Residual, in sigmas, at which the Cauchy weight is a half."""
+_MIN_RAYS_FOR_SIGMA = 3
 _SMALLEST_SIGMA_PX = 1e-4
 
 
 @dataclass(frozen=True)
 class Bundle:
-    """Observations are sorted by point; `photo_idx` counts placed photos only."""
+    """Placed photos, lenses and points, with observations sorted by point.
+
+    `photo_idx` counts placed photos only.
+    """
 
     views: Float64[np.ndarray, "p view"]
     lens_idx: Int64[np.ndarray, " p"]
@@ -32,12 +35,13 @@ class Bundle:
     point_idx: Int64[np.ndarray, " m"]
     xy_px: Float64[np.ndarray, "m 2"]
     own_sigma_px: Float64[np.ndarray, " m"] | None = None
-    """Of corners of coded marks; zero for paint."""
-    ties: Ties | None = None
-    """How lenses hang together where every photo has one of its own."""
+    """Standard deviation of corners of coded marks; zero for other keypoints."""
+    photo_lenses: PhotoLenses | None = None
+    """Parametrisation of the lenses where every photo has a deviation of its own."""
 
     @classmethod
     def of(cls, scene: Scene) -> "Bundle":
+        """The bundle of a scene's placed photos."""
         placed = np.array(scene.placed)
         place = np.full(len(scene.names), -1)
         place[placed] = np.arange(len(placed))
@@ -57,12 +61,12 @@ class Bundle:
 
     @property
     def bounds(self) -> Int64[np.ndarray, " n"]:
-        """First observation of every point, and the end."""
+        """Index of the first observation of every point, and the end."""
         return np.searchsorted(self.point_idx, np.arange(len(self.points) + 1)).astype(np.int64)
 
     @property
     def unknowns(self) -> int:
-        """Numbers to solve for, beside the points'."""
+        """Number of unknowns of poses and lenses."""
         return POSE_SIZE * len(self.views) + LENS_SIZE * self.lenses
 
     def moved(self, camera_step: Float64[np.ndarray, " u"], point_step: Points3) -> "Bundle":
@@ -73,10 +77,11 @@ class Bundle:
         views[:, 12:] += lenses[self.lens_idx]
         return replace(self, views=views, points=self.points + point_step)
 
-    def motions(self, shares: Float64[np.ndarray, " p"]) -> Float64[np.ndarray, "c 6"]:
-        """How a turn of all points about their middle, and their shift, move the photos' poses.
+    def pose_by_motion(self, shares: Float64[np.ndarray, " p"]) -> Float64[np.ndarray, "c 6"]:
+        """Jacobian of the photos' poses by a rigid motion of all points about their centre.
 
-        Each photo shows its share of them.
+        Args:
+            shares: How much of the motion each photo shows.
         """
         middle = np.median(self.points, axis=0)
         poses = np.zeros((len(self.views), POSE_SIZE, POSE_SIZE))
@@ -86,10 +91,10 @@ class Bundle:
         return poses.reshape(-1, POSE_SIZE)
 
     def lens(self, scene: Scene, idx: int) -> Float64[np.ndarray, " lens"]:
-        """The lens of one camera; the scene's where no placed photo uses it."""
-        if self.ties is not None:
-            return self.ties.shared[idx]
-        if scene.own is not None:  # the views have what is each photo's own in theirs
+        """The lens of one camera; that of the scene where no placed photo uses it."""
+        if self.photo_lenses is not None:
+            return self.photo_lenses.camera_lenses[idx]
+        if scene.own is not None:  # the views include deviations of single photos
             return scene.cameras[idx].packed
         users = np.flatnonzero(self.lens_idx == idx)
         return self.views[users[0], 12:] if len(users) else scene.cameras[idx].packed
@@ -108,7 +113,7 @@ class Bundle:
             before,
             cameras=tuple(lenses),
             camera_from_world=tuple(poses),
-            own=None if before.own is None else self._own(before.own, placed),
+            own=None if before.own is None else self._own_lenses(before.own, placed),
             points_in_world=self.points,
             observations=Observations(
                 placed[self.photo_idx].astype(np.int32),
@@ -118,14 +123,14 @@ class Bundle:
             ),
         )
 
-    def _own(self, before: OwnLenses, placed: Int64[np.ndarray, " p"]) -> OwnLenses:
-        """What the photos' lenses have for themselves now."""
-        if self.ties is None:
+    def _own_lenses(self, before: OwnLenses, placed: Int64[np.ndarray, " p"]) -> OwnLenses:
+        """Lens deviations of the photos as they are now."""
+        if self.photo_lenses is None:
             return before
         shifts, values, spread = before.shifts.copy(), before.values.copy(), before.spread
-        shifts[placed] = self.ties.shifts
-        if self.ties.solved:
-            values[placed], spread = self.ties.values, self.ties.spread
+        shifts[placed] = self.photo_lenses.shifts
+        if self.photo_lenses.is_solved:
+            values[placed], spread = self.photo_lenses.values, self.photo_lenses.spread
         return replace(before, shifts=shifts, values=values, spread=spread)
 
     def residuals_px(self, scene: Scene) -> Points2:
@@ -135,11 +140,11 @@ class Bundle:
     def sigma_px(self, scene: Scene) -> float:
         """Standard deviation of a measured coordinate, from the median of the residuals.
 
-        A point takes three of the freedoms of its rays, so residuals are smaller than errors;
-        points with two rays are left out where there are others, and so are marks.
+        A point takes three degrees of freedom of its rays, so residuals are smaller than errors;
+        points with two rays are left out where there are others, and so are coded marks.
         """
         rays = np.bincount(self.point_idx, minlength=len(self.points))[self.point_idx]
-        asked = rays >= min(_TELLING_RAYS, int(rays.max()))
+        asked = rays >= min(_MIN_RAYS_FOR_SIGMA, int(rays.max()))
         if self.own_sigma_px is not None and (asked & (self.own_sigma_px == 0)).any():
             asked &= self.own_sigma_px == 0
         freedom = np.sqrt((2 * rays[asked] - 3) / (2 * rays[asked]))
@@ -147,10 +152,10 @@ class Bundle:
         return max(MAD_TO_SIGMA * float(np.nanmedian(errors)), _SMALLEST_SIGMA_PX)
 
     def without_outliers(self, scene: Scene, sigma_px: float, most: float) -> "Bundle":
-        """Less the observations beyond so many sigmas, then the points that are left too weak.
+        """The bundle without observations beyond `most` sigmas, then without weak points.
 
-        Corners of marks are judged by their own sigma where that is the larger one: paint in sharp
-        photos agrees better than corners on bent paper.
+        Corners of coded marks are judged by their own sigma where that is larger: keypoints in
+        sharp photos agree better than corners on bent paper.
         """
         residuals = self.residuals_px(scene)
         own = np.zeros(len(residuals)) if self.own_sigma_px is None else self.own_sigma_px
@@ -160,10 +165,9 @@ class Bundle:
         return kept.without_weak_points()
 
     def without_weak_points(self) -> "Bundle":
-        """Less the points that too few rays show, or rays at too small an angle.
+        """The bundle without points that have too few rays, or too small a triangulation angle.
 
-        Photos of a burst share many points that no other photo shows, and nothing of how far away
-        these are.
+        Photos of a burst share many points that no other photo shows, at unknown depth.
         """
         rays = np.bincount(self.point_idx, minlength=len(self.points))
         return self.with_points(
@@ -171,17 +175,17 @@ class Bundle:
         )
 
     def with_points(self, keep: Bool[np.ndarray, " n"]) -> "Bundle":
-        """With the points that are to be kept, and what shows them."""
+        """The bundle with some of the points, and their observations."""
         kept = self._observations(keep[self.point_idx])
         number = np.cumsum(keep) - 1
         return replace(kept, points=self.points[keep], point_idx=number[kept.point_idx])
 
     def with_points_thinned(self, every: int) -> "Bundle":
-        """With every so-many-th point."""
+        """The bundle with each `every`-th point."""
         return self if every < 2 else self.with_points(np.arange(len(self.points)) % every == 0)
 
     def widest_angle_deg(self) -> Float64[np.ndarray, " n"]:
-        """Per point: angle between its first ray and the ray farthest from that."""
+        """By point, the triangulation angle of its first ray and the one farthest from it."""
         rotation = self.views[:, :9].reshape(-1, 3, 3)
         centres = -np.einsum("pji,pj->pi", rotation, self.views[:, 9:12])
         rays = centres[self.photo_idx] - self.points[self.point_idx]

@@ -37,43 +37,43 @@ _CONFIGURATIONS = {
 }
 
 
-class Begin(NamedTuple):
-    """How the mapper begins, and goes on."""
+class MapperSettings(NamedTuple):
+    """What the mapper starts from, and what it asks of a photo."""
 
     fewest_points: int
-    """Points of the scene that must agree for a photo to join it."""
+    """Inliers with which a photo is registered."""
     seed: int = 0
     pair: tuple[int, int] | None = None
-    """Photos to start from; the mapper's choice without."""
+    """Initial pair; the mapper's choice if None."""
 
 
 def map_incrementally(
     photos: PhotoSet,
-    places_px: Sequence[Points2],
+    keypoints_px: Sequence[Points2],
     pairs: Pairs,
     cameras: Cameras,
     held: Sequence[bool],
-    begin: Begin,
+    settings: MapperSettings,
     own_sigmas_px: Sequence[Float64[np.ndarray, " k"]] | None = None,
 ) -> tuple[Scene, ...]:
-    """Seed pair, resection of each next photo, triangulation, bundle adjustment.
+    """Incremental mapping: initial pair, resection of each next photo, triangulation, adjustment.
 
-    Lenses that are not held get one focal length and one radial term of their own on the way.
+    Lenses that are not held are refined as one focal length and one radial term.
 
     Args:
         held: By camera, whether its lens stays as it is.
-        places_px: Keypoints of every photo, in the order that the pairs number them.
-        begin: What the mapper starts from; with a pair given, no second scene is begun.
-        own_sigmas_px: Of the same, where some are points of coded marks.
+        keypoints_px: Keypoints of every photo, in the order that the pairs number them.
+        settings: With an initial pair given, only one scene is built.
+        own_sigmas_px: By photo and keypoint, of corners of coded marks; zero for others.
     """
     pycolmap.logging.minloglevel = pycolmap.logging.ERROR.value
     with pycolmap.Database.open(":memory:") as database:
-        _write_photos(database, photos, places_px, cameras)
+        _write_photos(database, photos, keypoints_px, cameras)
         for pair in pairs.verified:
             _write_pair(database, pair)
         cache = pycolmap.DatabaseCache.create(database, pycolmap.DatabaseCacheOptions())
     manager = pycolmap.ReconstructionManager()
-    pipeline = pycolmap.IncrementalPipeline(_options(held, begin), cache, manager)
+    pipeline = pycolmap.IncrementalPipeline(_options(held, settings), cache, manager)
     steps = track(range(len(photos.photos)))
 
     def one_more() -> None:
@@ -84,20 +84,20 @@ def map_incrementally(
     pipeline.run()
     models = [manager.get(idx) for idx in range(manager.size())]
     models.sort(key=lambda model: (-model.num_reg_images(), -model.num_points3D()))
-    return tuple(_scene(model, photos, places_px, cameras, own_sigmas_px) for model in models)
+    return tuple(_scene(model, photos, keypoints_px, cameras, own_sigmas_px) for model in models)
 
 
-def _options(held: Sequence[bool], begin: Begin) -> pycolmap.IncrementalPipelineOptions:
+def _options(held: Sequence[bool], settings: MapperSettings) -> pycolmap.IncrementalPipelineOptions:
     options = pycolmap.IncrementalPipelineOptions()
     options.extract_colors = False
     options.num_threads = 1
-    options.random_seed = begin.seed
-    if begin.pair is not None:
-        options.init_image_id1, options.init_image_id2 = (photo + 1 for photo in begin.pair)
+    options.random_seed = settings.seed
+    if settings.pair is not None:
+        options.init_image_id1, options.init_image_id2 = (photo + 1 for photo in settings.pair)
         options.multiple_models = False
     options.min_num_matches = _FEWEST_MATCHES
     options.min_model_size = _SMALLEST_MODEL
-    options.mapper.abs_pose_min_num_inliers = begin.fewest_points
+    options.mapper.abs_pose_min_num_inliers = settings.fewest_points
     options.constant_cameras = {idx + 1 for idx, one in enumerate(held) if one}
     options.ba_refine_principal_point = False
     options.ba_global_frames_ratio = options.ba_global_points_ratio = 1.5
@@ -107,11 +107,11 @@ def _options(held: Sequence[bool], begin: Begin) -> pycolmap.IncrementalPipeline
 
 
 def _write_photos(
-    database: pycolmap.Database, photos: PhotoSet, places_px: Sequence[Points2], cameras: Cameras
+    database: pycolmap.Database, photos: PhotoSet, keypoints_px: Sequence[Points2], cameras: Cameras
 ) -> None:
     for idx, given in enumerate(cameras.calibrations):
         database.write_camera(_colmap_camera(given, idx + 1), use_camera_id=True)
-    for idx, (photo, places) in enumerate(zip(photos.photos, places_px)):
+    for idx, (photo, places) in enumerate(zip(photos.photos, keypoints_px)):
         image = pycolmap.Image(name=photo.name, camera_id=photo.camera_idx + 1, image_id=idx + 1)
         database.write_image(image, use_image_id=True)
         camera = cameras.calibrations[photo.camera_idx].camera
@@ -146,7 +146,7 @@ def _colmap_camera(given: Calibration, camera_id: int) -> pycolmap.Camera:
 def _scene(
     model: pycolmap.Reconstruction,
     photos: PhotoSet,
-    places_px: Sequence[Points2],
+    keypoints_px: Sequence[Points2],
     cameras: Cameras,
     own_sigmas_px: Sequence[Float64[np.ndarray, " k"]] | None,
 ) -> Scene:
@@ -161,7 +161,7 @@ def _scene(
     elements = _elements(points)
     xy_px = np.empty((len(elements), 2))
     own_sigma_px = None if own_sigmas_px is None else np.empty(len(elements))
-    for photo_idx, places in enumerate(places_px):
+    for photo_idx, places in enumerate(keypoints_px):
         rows = elements[:, 0] == photo_idx
         xy_px[rows] = places[elements[rows, 1]]
         if own_sigmas_px is not None and own_sigma_px is not None:

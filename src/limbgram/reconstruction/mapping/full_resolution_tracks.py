@@ -1,17 +1,17 @@
 """Full-resolution tracks: scene points measured anew in every photo that sees them.
 
 In      photos, a Scene placed by keypoints of reduced photos, the cameras' calibrations.
-Out     the Scene of fewer, longer and finer tracks, adjusted.
+Out     the Scene of fewer, longer and more accurate tracks, adjusted.
 Method  The photo that sees a point most squarely is its reference. The plane through the point's
         neighbours in the scene gives its normal; normal and poses give the affine map of a window
-        to every other photo that looks at the point at less than a limiting angle. From there
-        least-squares matching at full resolution finds the point's place (windows.follow_all). In
-        the reference it is where it is by definition: what its window's noise shifts there is
-        shared by the track, as the noise of any one observation is. The adjustment then takes
-        these observations alone.
+        to every other photo that looks at the point within a limiting angle. From there least-
+        squares matching at full resolution measures the point (windows.follow_all). In the
+        reference its position is given by definition: what the noise of its window shifts there is
+        common to the track, as the noise of any one observation is. The adjustment then takes these
+        observations alone.
         Keypoints of photos reduced to 0.6 MP cost a third of those at 4 MP, and followed they place
         the photos as well (docs/method/speed.md).
-Fails   PlacementError: hardly a photo shows the points. A photo that shows few loses its place.
+Fails   PlacementError: hardly a photo shows the points. A photo that shows few loses its pose.
 """
 
 from dataclasses import dataclass, field, replace
@@ -28,7 +28,7 @@ from limbgram.core.run import in_parallel
 from limbgram.findings import fault
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import spread
-from limbgram.reconstruction.mapping.ring import (
+from limbgram.reconstruction.mapping.placement import (
     MIN_PHOTO_POINTS,
     MIN_PLACED,
     MappingOptions,
@@ -42,7 +42,7 @@ from limbgram.reconstruction.photos.decoding import load_luma
 from limbgram.reconstruction.photos.photo import PhotoSet
 
 _NEIGHBOURS = 12
-"""Points of the scene whose plane is taken for the surface's."""
+"""Points whose best-fit plane approximates the surface."""
 _FEWEST_RAYS = 2
 
 
@@ -52,18 +52,18 @@ _MAX_TURN_DEG = 60.0
 """Widest angle between a ray and the reference's."""
 _FINEST_MEGAPIXELS = 4.0
 """Photos are halved for the windows while they stay larger than about this."""
-_TRIES = 100_000
-"""Points looked for in all photos together; more say little more."""
+_MAX_SEARCHES = 100_000
+"""Point and photo pairs that are searched at most; more improve little."""
 _MEMORY_MB = 400.0
-"""Memory for the photos of the pairs in hand."""
+"""Memory for the photos of the pairs that are matched at a time."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FollowingOptions:
-    """Where points are looked for, and what counts as found."""
+    """How many points are searched, and how the result is adjusted."""
 
     tries_a_photo: tuple[int, int] = (1500, 4000)
-    """Points looked for in a photo on average: at least, and at most."""
+    """Points that are searched in a photo on average: at least, and at most."""
     mapping: MappingOptions = field(default_factory=MappingOptions)
     """How the result is adjusted."""
 
@@ -92,14 +92,14 @@ def follow_points(
         else one
         for photo, one in enumerate(scene.verdicts)
     )
-    firm = _with_rays(replace(without_photos(found, weak), verdicts=verdicts))
+    firm = _without_single_rays(replace(without_photos(found, weak), verdicts=verdicts))
     return readjusted(firm, cameras, options.mapping)
 
 
 def _followed(photos: PhotoSet, scene: Scene, options: FollowingOptions) -> Scene:
-    """The scene with new observations, not adjusted."""
+    """The scene with new observations, not yet adjusted."""
     placed, views = np.array(scene.placed), scene.views
-    points = _Followable.of(scene).thinned(scene, options)
+    points = _SurfacePoints.of(scene).thinned(scene, options)
     halvings = _halvings(photos, _FINEST_MEGAPIXELS)
     size = 2.0**halvings
     memory = PairMemory.of(photos, _MEMORY_MB, halvings=halvings)
@@ -108,7 +108,7 @@ def _followed(photos: PhotoSet, scene: Scene, options: FollowingOptions) -> Scen
     def prepared(view: int) -> Pyramid:
         return build_pyramid(load_luma(photos.photos[placed[view]], halvings))
 
-    def one(pair: tuple[int, int]) -> _Found:
+    def one(pair: tuple[int, int]) -> _Measured:
         rows = np.flatnonzero((points.reference == pair[0]) & points.expected_in[:, pair[1]])
         expected = points.expected(rows, views[pair[0]], views[pair[1]])
         expected[:, [0, 3]] = (expected[:, [0, 3]] + 0.5) / size - 0.5
@@ -116,9 +116,9 @@ def _followed(photos: PhotoSet, scene: Scene, options: FollowingOptions) -> Scen
         result = follow(prepared(pair[0]), prepared(pair[1]), xy_px, expected, WindowOptions())
         good = np.isfinite(result[:, 2])
         xy_px = (result[good, :2] + 0.5) * size - 0.5
-        return _Found(np.full(int(good.sum()), pair[1]), rows[good], xy_px)
+        return _Measured(np.full(int(good.sum()), pair[1]), rows[good], xy_px)
 
-    own = _Found(points.reference, np.arange(len(points.places)), points.xy_px)
+    own = _Measured(points.reference, np.arange(len(points.places)), points.xy_px)
     found = [own, *in_parallel(one, points.pairs(), memory.workers)]
     point = np.concatenate([part.point for part in found])
     photo = placed[np.concatenate([part.view for part in found])]
@@ -128,12 +128,12 @@ def _followed(photos: PhotoSet, scene: Scene, options: FollowingOptions) -> Scen
         point[order].astype(np.int32),
         np.concatenate([part.xy_px for part in found])[order],
     )
-    return _with_rays(replace(scene, points_in_world=points.places, observations=seen))
+    return _without_single_rays(replace(scene, points_in_world=points.places, observations=seen))
 
 
 @dataclass(frozen=True)
-class _Found:
-    """Point point[k] was found in view view[k] at xy_px[k]."""
+class _Measured:
+    """Point point[k] was measured in view view[k] at xy_px[k]."""
 
     view: Int64[np.ndarray, " m"]
     point: Int64[np.ndarray, " m"]
@@ -141,22 +141,22 @@ class _Found:
 
 
 @dataclass(frozen=True)
-class _Followable:
-    """Points with their surface, the view that each is defined in, and where it is expected."""
+class _SurfacePoints:
+    """Points with surface normals, reference views, and the other views that should show them."""
 
     places: Points3
     tangents: Float64[np.ndarray, "n 3 2"]
-    """Two directions in the surface."""
+    """Two tangent directions of the surface."""
     reference: Int64[np.ndarray, " n"]
-    """Which of the placed photos."""
+    """Index of the reference among the placed photos."""
     xy_px: Points2
     """In the reference."""
     expected_in: Bool[np.ndarray, "n views"]
     rays: Int64[np.ndarray, " n"]
-    """Observations that the scene has of it."""
+    """Number of observations in the scene."""
 
     @classmethod
-    def of(cls, scene: Scene) -> "_Followable":
+    def of(cls, scene: Scene) -> "_SurfacePoints":
         points, seen = scene.points_in_world, scene.observations
         view_idx = np.full(len(scene.names), -1)
         view_idx[list(scene.placed)] = np.arange(len(scene.placed))
@@ -187,14 +187,14 @@ class _Followable:
             rays=np.bincount(seen.point_idx, minlength=len(points)),
         )
 
-    def thinned(self, scene: Scene, options: FollowingOptions) -> "_Followable":
-        """Of every reference its share of what is tried at most, spread over it."""
+    def thinned(self, scene: Scene, options: FollowingOptions) -> "_SurfacePoints":
+        """A subset within the limit of searches, spread evenly over each reference."""
         views = scene.views
-        each = np.clip(_TRIES / len(views), *options.tries_a_photo)
+        each = np.clip(_MAX_SEARCHES / len(views), *options.tries_a_photo)
         share = float(each) * len(views) / max(int(self.expected_in.sum()), 1)
         if share >= 1.0:
             return self
-        # equals come in random order, not from the top of the photo downwards
+        # ties are broken at random, not from the top of the photo downwards
         strength = (self.rays + np.random.default_rng(0).random(len(self.rays))).astype(np.float32)
         kept: list[Int64[np.ndarray, " k"]] = []
         for view, one in enumerate(views):
@@ -204,7 +204,7 @@ class _Followable:
             chosen = spread(xy_px, strength[own], side_px, int(np.ceil(share * len(own))))
             kept.append(np.sort(own[chosen]))
         rows = np.concatenate(kept)
-        return _Followable(
+        return _SurfacePoints(
             self.places[rows],
             self.tangents[rows],
             self.reference[rows],
@@ -214,7 +214,7 @@ class _Followable:
         )
 
     def pairs(self) -> list[tuple[int, int]]:
-        """References and other views in which some of their points are expected."""
+        """Pairs of a reference and a view in which some of its points are expected."""
         count = self.expected_in.shape[1]
         return [
             (first, second)
@@ -225,9 +225,11 @@ class _Followable:
     def expected(
         self, rows: Int64[np.ndarray, " k"], reference: View, other: View
     ) -> Float64[np.ndarray, "k 6"]:
-        """Affine maps of windows round the points of one reference into another view."""
+        """Affine maps of windows around the points of one reference into another view."""
         places = np.ascontiguousarray(self.places[rows])
-        here, there = (_by_point(view, places) @ self.tangents[rows] for view in (reference, other))
+        here, there = (
+            _pixels_by_point(view, places) @ self.tangents[rows] for view in (reference, other)
+        )
         maps = there @ np.linalg.inv(here)
         off = self.xy_px[rows] - reference.project(places)
         start = other.project(places) + np.einsum("nij,nj->ni", maps, off)
@@ -235,7 +237,7 @@ class _Followable:
 
 
 def _normals(points: Points3) -> Points3:
-    """Of the planes through each point's neighbours; far ones count no more than middling ones."""
+    """Normals of robust best-fit planes through each point's neighbours."""
     tree = KDTree(points)
     near = points[tree.query(points, k=min(_NEIGHBOURS, len(points)))[1]]
     near = near - np.median(near, axis=1, keepdims=True)
@@ -245,14 +247,15 @@ def _normals(points: Points3) -> Points3:
 
 
 def _tangents(normals: Points3) -> Float64[np.ndarray, "n 3 2"]:
+    """Two orthonormal directions across each normal."""
     aside = np.where(np.abs(normals[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     first = np.cross(normals, aside)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     return np.stack([first, np.cross(normals, first)], axis=2)
 
 
-def _by_point(view: View, points: Points3) -> Float64[np.ndarray, "n 2 3"]:
-    """How pixels move with the points."""
+def _pixels_by_point(view: View, points: Points3) -> Float64[np.ndarray, "n 2 3"]:
+    """Jacobian of the pixels by the points."""
     by_point = np.zeros((len(points), 2, 3))
     by_pose, by_lens = np.zeros((len(points), 2, POSE_SIZE)), np.zeros((len(points), 2, LENS_SIZE))
     differentiate_all(view.packed, points, by_point, by_pose, by_lens)
@@ -265,8 +268,8 @@ def _halvings(photos: PhotoSet, megapixels: float) -> int:
     return max(0, round(0.5 * float(np.log2(pixels / (megapixels * 1e6)))))
 
 
-def _with_rays(scene: Scene) -> Scene:
-    """Less the points with too few rays."""
+def _without_single_rays(scene: Scene) -> Scene:
+    """The scene without points that one photo alone shows."""
     seen = scene.observations
     enough = np.bincount(seen.point_idx, minlength=len(scene.points_in_world)) >= _FEWEST_RAYS
     keep = enough[seen.point_idx]

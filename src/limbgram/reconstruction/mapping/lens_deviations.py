@@ -27,20 +27,20 @@ from limbgram.core.interval import chi_square_tail
 from limbgram.reconstruction.mapping.scene import Deviation, OwnLenses, Scene
 
 DEVIATIONS: tuple[Deviation, ...] = ("principal point", "focal length", "rolling shutter")
-WIDE = {"principal point": 0.01, "focal length": 0.02, "rolling shutter": 0.01}
-"""Standard deviation of the numbers before the capture tells it: of the picture's width, of the
+PRIOR_SPREAD = {"principal point": 0.01, "focal length": 0.02, "rolling shutter": 0.01}
+"""Standard deviation of the parameters before the capture tells it: of the picture\'s width, of the
 focal length, and of pixels a row. More than that is no fault of a single photo."""
 FEWEST_PHOTOS = 6
-"""Fewer tell nothing of lenses of single photos: every photo's numbers are a part of its pose."""
-_SURELY = 0.025
-"""Chance that a spread within bounds looks wider: that of one side of an interval of 95 %."""
+"""Fewest photos that tell lenses of single photos: with fewer, poses absorb the deviations."""
+_BOUND_LEVEL = 0.025
+"""Significance level of a spread beyond its bound: one side of an interval of 95 %."""
 _LEAST_SPREAD = 1e-4
-"""In parts of the same: a spread of nothing would hold the numbers."""
+"""Lower bound of a spread: a spread of zero would fix the parameters for good."""
 _ROW = {name: k for k, name in enumerate(PARAMETERS)}
 
 
-def numbers_of(deviation: Deviation) -> int:
-    """How many numbers a photo has of a kind."""
+def parameter_count(deviation: Deviation) -> int:
+    """Number of parameters of a kind of deviation."""
     match deviation:
         case "principal point":
             return 2
@@ -51,7 +51,7 @@ def numbers_of(deviation: Deviation) -> int:
 
 
 def basis_of(deviations: Sequence[Deviation], camera: Camera) -> Float64[np.ndarray, "lens q"]:
-    """What one unit of each number adds to the lens parameters of a photo.
+    """Change of a photo's lens parameters by one unit of each parameter of its deviation.
 
     The principal point counts in widths of the picture, the focal length in parts of itself, rows
     in pixels a pixel.
@@ -71,14 +71,15 @@ def basis_of(deviations: Sequence[Deviation], camera: Camera) -> Float64[np.ndar
 
 
 def _column(**parts: float) -> Float64[np.ndarray, " lens"]:
+    """A vector of lens parameters, zero but for these."""
     column = np.zeros(LENS_SIZE)
     for name, part in parts.items():
         column[_ROW[name]] = part
     return column
 
 
-def with_own(scene: Scene) -> Scene:
-    """The scene with lenses of their own that do not differ from the cameras' yet."""
+def with_photo_lenses(scene: Scene) -> Scene:
+    """The scene with a lens deviation in every photo, without parameters yet."""
     if scene.own is not None:
         return scene
     photos = len(scene.names)
@@ -92,15 +93,15 @@ def with_own(scene: Scene) -> Scene:
     return replace(scene, own=none, camera_covariance=None)
 
 
-def with_room_for(scene: Scene, deviation: Deviation, chance: float = 1.0) -> Scene:
-    """The scene with numbers of one more kind, all nought, to be solved for."""
-    photos, more = len(scene.names), numbers_of(deviation)
-    before = with_own(scene).own
+def with_deviation(scene: Scene, deviation: Deviation, chance: float = 1.0) -> Scene:
+    """The scene with one more kind of lens deviation, zero in all photos, to be solved for."""
+    photos, more = len(scene.names), parameter_count(deviation)
+    before = with_photo_lenses(scene).own
     assert before is not None
     own = OwnLenses(
         deviations=(*before.deviations, deviation),
         values=np.hstack([before.values, np.zeros((photos, more))]),
-        spread=np.concatenate([before.spread, np.full(more, WIDE[deviation])]),
+        spread=np.concatenate([before.spread, np.full(more, PRIOR_SPREAD[deviation])]),
         shifts=before.shifts,
         chances=(*before.chances, chance),
     )
@@ -108,14 +109,14 @@ def with_room_for(scene: Scene, deviation: Deviation, chance: float = 1.0) -> Sc
 
 
 def with_spread_of(scene: Scene, solved: Scene) -> Scene:
-    """The scene with the spread that another solution of its own numbers ended with."""
+    """The scene with the spread of lens deviations that another solution ended with."""
     assert scene.own is not None
     assert solved.own is not None
     return replace(scene, own=replace(scene.own, spread=solved.own.spread))
 
 
-def beyond_cameras(scene: Scene) -> tuple[Deviation, ...]:
-    """Kinds in which lenses of single photos surely differ by more than those of real cameras can.
+def implausible_deviations(scene: Scene) -> tuple[Deviation, ...]:
+    """Kinds of deviation whose spread is significantly larger than real cameras have.
 
     Few photos show a spread by chance that is half as large again as the true one.
     """
@@ -123,20 +124,23 @@ def beyond_cameras(scene: Scene) -> tuple[Deviation, ...]:
     assert own is not None
     beyond: list[Deviation] = []
     for kind in own.deviations:
-        numbers = slice(first, first + numbers_of(kind))
+        numbers = slice(first, first + parameter_count(kind))
         first = numbers.stop
-        widest = float(own.spread[numbers].max()) / WIDE[kind]
-        if chi_square_tail(photos * widest**2, photos) < _SURELY:
+        widest = float(own.spread[numbers].max()) / PRIOR_SPREAD[kind]
+        if chi_square_tail(photos * widest**2, photos) < _BOUND_LEVEL:
             beyond.append(kind)
     return tuple(beyond)
 
 
 def largest_px(scene: Scene, kind: Deviation) -> float:
-    """Most that a kind moves a pixel of any placed photo, at the border where it grows outwards."""
+    """Largest shift of a pixel by a kind of deviation in any placed photo.
+
+    Measured at the border of the photo where it grows outwards.
+    """
     own = scene.own
     assert own is not None
-    first = sum(numbers_of(one) for one in own.deviations[: own.deviations.index(kind)])
-    values = own.values[np.array(scene.placed), first : first + numbers_of(kind)]
+    first = sum(parameter_count(one) for one in own.deviations[: own.deviations.index(kind)])
+    values = own.values[np.array(scene.placed), first : first + parameter_count(kind)]
     sizes = np.array([(view.camera.width_px, view.camera.height_px) for view in scene.views], float)
     match kind:
         case "principal point":
@@ -149,97 +153,101 @@ def largest_px(scene: Scene, kind: Deviation) -> float:
 
 
 @dataclass(frozen=True)
-class Ties:
-    """How the lenses of placed photos hang together: the camera's, and their own numbers."""
+class PhotoLenses:
+    """Parametrisation of the placed photos' lenses: the camera's lens plus a deviation of each."""
 
-    camera: Int64[np.ndarray, " p"]
-    shared: Float64[np.ndarray, "c lens"]
+    camera_idx: Int64[np.ndarray, " p"]
+    camera_lenses: Float64[np.ndarray, "c lens"]
     basis: Float64[np.ndarray, "c lens q"]
+    """By camera: change of the lens by each parameter of a deviation."""
     values: Float64[np.ndarray, "p q"]
+    """By photo, the parameters of its deviation."""
     spread: Float64[np.ndarray, " q"]
-    held: Float64[np.ndarray, "p lens"]
-    """Part of the photos' own shifts that is not solved for."""
+    fixed: Float64[np.ndarray, "p lens"]
+    """Part of the photos' deviations that is not solved for."""
 
     @classmethod
-    def of(cls, scene: Scene, cameras: Sequence[Camera], *, solve: bool) -> "Ties":
-        """Of a scene whose photos have lenses of their own.
+    def of(cls, scene: Scene, cameras: Sequence[Camera], *, solve: bool) -> "PhotoLenses":
+        """The parametrisation of a scene whose photos have lens deviations.
 
         Args:
-            cameras: As calibrated: the numbers count by them.
-            solve: Whether the own numbers are solved for; otherwise they are held.
+            cameras: As calibrated; they scale the parameters.
+            solve: Whether the deviations are solved for; otherwise they are fixed.
         """
         own, placed = scene.own, np.array(scene.placed)
         assert own is not None
         kinds = own.deviations if solve else ()
-        camera = np.array(scene.camera_idx, np.int64)[placed]
+        camera_idx = np.array(scene.camera_idx, np.int64)[placed]
         basis = np.array([basis_of(kinds, one) for one in cameras])
         values = own.values[placed] if solve else np.zeros((len(placed), 0))
-        moved = np.einsum("piq,pq->pi", basis[camera], values)
+        moved = np.einsum("piq,pq->pi", basis[camera_idx], values)
         return cls(
-            camera=camera,
-            shared=np.array([one.packed for one in scene.cameras]),
+            camera_idx=camera_idx,
+            camera_lenses=np.array([one.packed for one in scene.cameras]),
             basis=basis,
             values=values,
             spread=own.spread if solve else np.zeros(0),
-            held=own.shifts[placed] - moved,
+            fixed=own.shifts[placed] - moved,
         )
 
     @property
-    def solved(self) -> bool:
-        """Whether own numbers are solved for."""
+    def is_solved(self) -> bool:
+        """Whether the deviations are solved for."""
         return self.values.shape[1] > 0
 
     @property
     def lenses(self) -> Float64[np.ndarray, "p lens"]:
-        own = np.einsum("piq,pq->pi", self.basis[self.camera], self.values)
-        return self.shared[self.camera] + self.held + own
+        """Lens parameters of each photo."""
+        own = np.einsum("piq,pq->pi", self.basis[self.camera_idx], self.values)
+        return self.camera_lenses[self.camera_idx] + self.fixed + own
 
     @property
     def shifts(self) -> Float64[np.ndarray, "p lens"]:
-        return self.lenses - self.shared[self.camera]
+        """Lens parameters of each photo less those of its camera."""
+        return self.lenses - self.camera_lenses[self.camera_idx]
 
     @property
     def information(self) -> Float64[np.ndarray, " n"]:
-        """Of the photos' own numbers, whose prior is nought give or take their spread."""
+        """Diagonal information of the zero-mean prior of the deviations."""
         return np.tile(1.0 / self.spread**2, len(self.values))
 
     @property
-    def map(self) -> csr_array:
-        """From poses, cameras' lenses and own numbers to poses and photos' lenses."""
-        photos = len(self.camera)
+    def jacobian(self) -> csr_array:
+        """Jacobian of poses and photos' lenses by poses, cameras' lenses and deviations."""
+        photos = len(self.camera_idx)
         shared = csr_array(
             (
                 np.ones(LENS_SIZE * photos),
                 (
                     np.arange(LENS_SIZE * photos),
-                    (LENS_SIZE * self.camera[:, None] + np.arange(LENS_SIZE)).ravel(),
+                    (LENS_SIZE * self.camera_idx[:, None] + np.arange(LENS_SIZE)).ravel(),
                 ),
             ),
-            shape=(LENS_SIZE * photos, self.shared.size),
+            shape=(LENS_SIZE * photos, self.camera_lenses.size),
         )
         size = self.values.shape[1]
         rows = np.repeat(np.arange(LENS_SIZE * photos), size)
         columns = size * (rows // LENS_SIZE) + np.tile(np.arange(size), LENS_SIZE * photos)
         own = csr_array(
-            (self.basis[self.camera].ravel(), (rows, columns)),
+            (self.basis[self.camera_idx].ravel(), (rows, columns)),
             shape=(LENS_SIZE * photos, size * photos),
         )
         poses = eye_array(POSE_SIZE * photos, format="csr")
-        none = csr_array((POSE_SIZE * photos, self.shared.size + size * photos))
+        none = csr_array((POSE_SIZE * photos, self.camera_lenses.size + size * photos))
         below = csr_array((LENS_SIZE * photos, POSE_SIZE * photos))
         return csr_array(vstack([hstack([poses, none]), hstack([below, shared, own])]))
 
-    def moved(self, lens_step: Float64[np.ndarray, " l"]) -> "Ties":
-        """After a step of the cameras' lenses and of the own numbers."""
-        size = self.shared.size
+    def moved(self, lens_step: Float64[np.ndarray, " l"]) -> "PhotoLenses":
+        """The lenses after a step of the cameras' lenses and of the deviations."""
+        size = self.camera_lenses.size
         return replace(
             self,
-            shared=self.shared + lens_step[:size].reshape(self.shared.shape),
+            camera_lenses=self.camera_lenses + lens_step[:size].reshape(self.camera_lenses.shape),
             values=self.values + lens_step[size:].reshape(self.values.shape),
         )
 
-    def respread(self, variance: Float64[np.ndarray, "p q"]) -> "Ties":
-        """With the spread that the capture shows: of the values and of what is open of them.
+    def with_estimated_spread(self, variance: Float64[np.ndarray, "p q"]) -> "PhotoLenses":
+        """The lenses with the spread re-estimated from the deviations and their variances.
 
         One step of expectation and maximisation (Dempster, Laird, Rubin 1977).
         """

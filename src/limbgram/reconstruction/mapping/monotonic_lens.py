@@ -2,11 +2,11 @@
 
 Points in the middle of the photos tell little of the corners: a fraction of a pixel there can bend
 an adjusted lens so far that its corners have no ray, or that two rays share a place. No lens does
-that. So places in the picture go on parting as their rays do, by some share, out to its corners.
+that. So the radial mapping keeps a slope of at least `_LEAST_SLOPE` out to the corners.
 
-A step that ends with less crosses a wall somewhere on its way. It is solved again with one equation
-more, which holds the lens to that wall where it was met: the slope of the ray that ends in the
-corner, or of the one at which the lens turns back far within the picture.
+A step that ends with less crosses the boundary of that constraint. It is solved again with one
+equation more, which holds the lens at the boundary where it was crossed (active set): the slope at
+the corner's ray, or at the ray where the lens turns back far within the picture.
 """
 
 from dataclasses import dataclass
@@ -19,108 +19,113 @@ from limbgram.core.geometry.lens import DISTORTION, LENS_SIZE, RADIAL, fold_of
 Lens = Float64[np.ndarray, " lens"]
 
 _LEAST_SLOPE = 0.25
-"""Of places in the picture over their rays. A fisheye lens that shows equal angles as equal
+"""Slope of distorted over undistorted radius. A fisheye lens that shows equal angles as equal
 distances has so little at 60 degrees from its axis, far beyond what this model describes."""
 _SIGMA = 1e-6
-"""Standard deviation of a slope that is held."""
-_SLACK = 1e-3
-"""A lens that lacks so little of its corner, in focal lengths, stands at the wall."""
-_HALVINGS = 40
+"""Standard deviation of an active constraint."""
+_TOLERANCE = 1e-3
+"""A lens that violates the constraint by so little, in focal lengths, lies on the boundary."""
+_BISECTIONS = 40
 _POWERS = np.array([float(one.power) for one in DISTORTION.values() if one.radial])
 
 
 @dataclass(frozen=True)
-class Held:
-    """How far a lens is behind a wall, with the derivatives of that."""
+class LinearConstraint:
+    """Violation of a constraint, linearised in the parameters of all lenses."""
 
-    far: float
-    slopes: Float64[np.ndarray, " l"]
+    violation: float
+    gradient: Float64[np.ndarray, " l"]
 
     @property
     def information(self) -> Float64[np.ndarray, "l l"]:
-        return np.outer(self.slopes, self.slopes) / _SIGMA**2
+        """What it adds to the normal matrix."""
+        return np.outer(self.gradient, self.gradient) / _SIGMA**2
 
     @property
     def right(self) -> Float64[np.ndarray, " l"]:
-        return -self.far * self.slopes / _SIGMA**2
+        """What it adds to the right-hand side."""
+        return -self.violation * self.gradient / _SIGMA**2
 
 
 @dataclass(frozen=True)
-class Pictures:
-    """The pictures that lenses must show, and which lens parameters may move to that end."""
+class MonotonicityConstraints:
+    """That each uncalibrated lens is monotonic over its whole picture."""
 
     sizes_px: tuple[tuple[int, int] | None, ...]
-    """Width and height; None where a board calibrated the lens."""
+    """Width and height of each lens's picture; None where a board calibrated the lens."""
     free: Bool[np.ndarray, " l"]
+    """Which parameters of the lenses may move."""
 
     def cost(self, lenses: Float64[np.ndarray, " l"]) -> float:
-        """Of what the lenses do not show, in squares of sigma."""
-        lacking = [
-            max(_lacking(lens, size_px) - _SLACK, 0.0)
+        """Penalty of the lenses that violate their constraint, in squares of sigma."""
+        violations = [
+            max(_violation(lens, size_px) - _TOLERANCE, 0.0)
             for lens, size_px in zip(lenses.reshape(-1, LENS_SIZE), self.sizes_px, strict=True)
             if size_px is not None
         ]
-        return float(np.sum(np.square(lacking))) / _SIGMA**2
+        return float(np.sum(np.square(violations))) / _SIGMA**2
 
-    def walls(
+    def violated_by(
         self, lenses: Float64[np.ndarray, " l"], step: Float64[np.ndarray, " l"]
-    ) -> list[Held]:
-        """Those that a step would cross."""
-        found: list[Held] = []
-        now, after = lenses.reshape(-1, LENS_SIZE), (lenses + step).reshape(-1, LENS_SIZE)
+    ) -> list[LinearConstraint]:
+        """The constraints that a step would violate, linearised on their boundary."""
+        found: list[LinearConstraint] = []
+        before, after = lenses.reshape(-1, LENS_SIZE), (lenses + step).reshape(-1, LENS_SIZE)
         for idx, size_px in enumerate(self.sizes_px):
-            if size_px is None or not _lacking(after[idx], size_px) > 0.0:
+            if size_px is None or not _violation(after[idx], size_px) > 0.0:
                 continue
-            met, every = _met(now[idx], after[idx], size_px), np.zeros_like(now)
-            every[idx] = _behind(met, size_px)
-            slopes = np.where(self.free, every.ravel(), 0.0)
-            if slopes.any():
-                found.append(Held(float(every[idx] @ (now[idx] - met)), slopes))
+            boundary = _boundary_lens(before[idx], after[idx], size_px)
+            gradients = np.zeros_like(before)
+            gradients[idx] = _violation_gradient(boundary, size_px)
+            gradient = np.where(self.free, gradients.ravel(), 0.0)
+            if gradient.any():
+                violation = float(gradients[idx] @ (before[idx] - boundary))
+                found.append(LinearConstraint(violation, gradient))
         return found
 
 
-def _met(now: Lens, after: Lens, size_px: tuple[int, int]) -> Lens:
-    """The lens where the way to another one first crosses a wall."""
-    start = now
-    if _lacking(now, size_px) > _SLACK:
-        start = now.copy()
+def _boundary_lens(before: Lens, after: Lens, size_px: tuple[int, int]) -> Lens:
+    """The lens at which the way from one to another first leaves the feasible region."""
+    start = before
+    if _violation(before, size_px) > _TOLERANCE:
+        start = before.copy()
         start[RADIAL] = 0.0
     low, high = 0.0, 1.0
-    for _ in range(_HALVINGS):
+    for _ in range(_BISECTIONS):
         middle = (low + high) / 2
-        if _lacking(start + middle * (after - start), size_px) > 0.0:
+        if _violation(start + middle * (after - start), size_px) > 0.0:
             high = middle
         else:
             low = middle
     return start + high * (after - start)
 
 
-def _behind(met: Lens, size_px: tuple[int, int]) -> Lens:
-    """Derivatives of how far a lens is behind the wall that this one stands at."""
-    ray = fold_of(*met[RADIAL], slope=_LEAST_SLOPE)
-    powers, slopes = ray**_POWERS, np.zeros(LENS_SIZE)
-    slopes[RADIAL] = -(_POWERS + 1) * powers
-    if _lacking(met, size_px) > _SLACK:  # it turns back at once
-        return slopes
+def _violation_gradient(boundary: Lens, size_px: tuple[int, int]) -> Lens:
+    """Gradient of the violation at a lens on the boundary."""
+    ray = fold_of(*boundary[RADIAL], slope=_LEAST_SLOPE)
+    powers, gradient = ray**_POWERS, np.zeros(LENS_SIZE)
+    gradient[RADIAL] = -(_POWERS + 1) * powers
+    if _violation(boundary, size_px) > _TOLERANCE:  # it turns back far within the picture
+        return gradient
     # the corner's own ray moves with the lens
-    bend = float((_POWERS * (_POWERS + 1) * powers / ray) @ met[RADIAL]) / _LEAST_SLOPE
-    x, y = _corner(met, size_px)
+    bend = float((_POWERS * (_POWERS + 1) * powers / ray) @ boundary[RADIAL]) / _LEAST_SLOPE
+    x, y = _farthest_corner(boundary, size_px)
     corner = float(np.hypot(x, y))
-    slopes[RADIAL] += bend * ray * powers
-    slopes[:2] = bend * x * x / (met[0] * corner), bend * y * y / (met[1] * corner)
-    return slopes
+    gradient[RADIAL] += bend * ray * powers
+    gradient[:2] = bend * x * x / (boundary[0] * corner), bend * y * y / (boundary[1] * corner)
+    return gradient
 
 
-def _lacking(lens: Lens, size_px: tuple[int, int]) -> float:
-    """How much farther from its axis a lens would have to show, in focal lengths."""
+def _violation(lens: Lens, size_px: tuple[int, int]) -> float:
+    """By how much the corner lies beyond where the slope is sufficient, in focal lengths."""
     ray = fold_of(*lens[RADIAL], slope=_LEAST_SLOPE)
     if np.isinf(ray):
         return -np.inf
     farthest = ray * (1.0 + float(ray**_POWERS @ lens[RADIAL]))
-    return float(np.hypot(*_corner(lens, size_px))) - farthest
+    return float(np.hypot(*_farthest_corner(lens, size_px))) - farthest
 
 
-def _corner(lens: Lens, size_px: tuple[int, int]) -> tuple[float, float]:
+def _farthest_corner(lens: Lens, size_px: tuple[int, int]) -> tuple[float, float]:
     """The corner that is farthest from the axis, in focal lengths."""
     fx, fy, cx, cy = lens[:4].tolist()
     return max(cx, size_px[0] - 1 - cx) / fx, max(cy, size_px[1] - 1 - cy) / fy

@@ -105,9 +105,9 @@ def reduce_equations(
 ) -> None:
     """Fill the reduced normal matrix, its right side, and the diagonal before the reduction.
 
-    The diagonal, what unknowns have by themselves, is what damping scales. `basis` (lenses, 10, q):
-    what the numbers of a photo's own add to its lens; q is 0 where photos have none. `fields`
-    (points, 3, f): after these, how f more of each photo's numbers move the points in it.
+    Damping scales that diagonal. `basis` (lenses, 10, q): change of the lens by each parameter of
+    a photo's deviation; q is 0 where photos have none. `fields` (points, 3, f): displacement of
+    the points by f further numbers of each photo (a deformation field).
     """
     longest, lenses = longest_track(bounds), basis.shape[0]
     more = basis.shape[2] + fields.shape[2]
@@ -131,7 +131,7 @@ def reduce_equations(
             continue
         for row in range(first, last):
             n, lens = row - first, lens_idx[photo_idx[row]]
-            _own_slopes(by_all[n], basis[lens], by_point[n], fields[k], by_own[n])
+            _deviation_derivatives(by_all[n], basis[lens], by_point[n], fields[k], by_own[n])
         _add_observations(
             photo_idx[first:last], lens_idx, len(views), lenses, by_all, by_own, residual,
             normal, right, diagonal,
@@ -148,7 +148,7 @@ def reduce_equations(
 
 @njit(cache=True, nogil=True)
 def longest_track(bounds: np.ndarray) -> int:
-    """Most observations that any point has."""
+    """Length of the longest track."""
     longest = 0
     for k in range(len(bounds) - 1):
         longest = max(longest, bounds[k + 1] - bounds[k])
@@ -156,14 +156,14 @@ def longest_track(bounds: np.ndarray) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _own_slopes(
+def _deviation_derivatives(
     by_all: np.ndarray,
     basis: np.ndarray,
     by_point: np.ndarray,
     field: np.ndarray,
     by_own: np.ndarray,
 ) -> None:
-    """Fill the derivatives by a photo's own numbers."""
+    """Fill the derivatives by the lens deviation of a photo, and by its deformation field."""
     lens = basis.shape[1]
     by_own[:] = 0.0
     for axis in range(2):
@@ -188,7 +188,8 @@ def _add_observations(
     right: np.ndarray,
     diagonal: np.ndarray,
 ) -> None:
-    """Add what a point's observations say of photos and lenses; counted is the upper triangle."""
+    """Add the observations of a point to the upper triangle of the normal matrix over photos and
+    lenses."""
     more = by_own.shape[2]
     for n in range(len(photos)):
         pose = POSE_SIZE * photos[n]
@@ -230,9 +231,9 @@ def _cross_products(
     touched: np.ndarray,
     cross: np.ndarray,
 ) -> int:
-    """Fill the products of each touched unknown's derivatives with the point's; their number.
+    """Fill the cross block W of the touched unknowns with one point; returns their number.
 
-    Poses, then the lenses of photos that see the point, then what photos have of their own.
+    Poses, then the lenses of photos that see the point, then deviations of the photos.
     `place` (a lens) is -1 before and after.
     """
     count, more = len(photos), by_own.shape[2]
@@ -280,7 +281,7 @@ def _subtract_point(
     normal: np.ndarray,
     right: np.ndarray,
 ) -> None:
-    """Take off W V^-1 W^T, what the point's own freedom explains, in the upper triangle."""
+    """Subtract W V^-1 W^T, the Schur complement's part of one point, in the upper triangle."""
     for a in range(count):
         s0, s1, s2 = cross[0, a], cross[1, a], cross[2, a]
         t0 = s0 * inverse[0, 0] + s1 * inverse[1, 0] + s2 * inverse[2, 0]

@@ -1,4 +1,4 @@
-"""Resection: where a photo was taken, from known points and their places in it."""
+"""Resection: the pose of a photo from known points and their images."""
 
 import cv2
 import numpy as np
@@ -9,13 +9,15 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 
 FEWEST_POINTS = 6
+"""Points that a direct linear transform takes."""
 LARGEST_MISS_PX = 3.0
+"""Largest reprojection error of an inlier."""
 
 
 def resect(lens: Camera, points_in_world: Points3, xy_px: Points2) -> Rigid | None:
-    """camera_from_world of known points' images: six by DLT among wrong ones, then all good ones.
+    """camera_from_world from points and their images: RANSAC, then least squares on the inliers.
 
-    None where too few of them agree.
+    None where too few points agree.
     """
     if len(points_in_world) < FEWEST_POINTS:
         return None

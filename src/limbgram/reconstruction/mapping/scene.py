@@ -39,11 +39,11 @@ class Observations:
     point_idx: Int32[np.ndarray, " m"]
     xy_px: Points2
     own_sigma_px: Float64[np.ndarray, " m"] | None = None
-    """Of a coordinate of corners of coded marks, which are measured by themselves; zero for paint.
+    """Standard deviation of a coordinate, for corners of coded marks; zero for other keypoints.
     None where there are no marks."""
 
     def some(self, keep: Bool[np.ndarray, " m"]) -> "Observations":
-        """Those that are kept, in their order."""
+        """A subset, in the same order."""
         own = self.own_sigma_px
         return Observations(
             self.photo_idx[keep],
@@ -55,7 +55,7 @@ class Observations:
 
 @dataclass(frozen=True, kw_only=True)
 class Ring:
-    """How the photos stand round the object, in the plane that fits their centres best."""
+    """How the photos are distributed round the object, in the best-fit plane of their centres."""
 
     largest_gap_deg: float
     """Widest angle without a photo, seen from the object."""
@@ -76,20 +76,23 @@ Rule = Literal[
     "board",
     "motion",
 ]
-"""What a term has to stand before it is told as a fact: chance alone; a lens that changes along
-the same course; whether its effect is beyond what matters; leaving out any one photo; lenses that
-differ four times as much from photo to photo; what a lens does beyond its model where no board
-calibrated it; leaving out all photos that few points hold; a board that was pushed, where nothing
-beside it tells; of a lens, a limb that lies elsewhere in every photo."""
+"""Tests that a term has to pass before it counts as a fact.
+
+chance: it is significant; lens: it explains more than a lens that changes along the same course;
+size: its effect surely matters; one photo: it is significant whichever photo is left out; lenses of
+photos: it is significant with four times the variance of lens deviations; model: it is significant
+beside what a lens does beyond its model where no board calibrated it; few points: it is significant
+without the photos that few points determine; board: something beside the board shows that it was
+not pushed; motion: of a lens, it explains more than a limb that lies elsewhere in every photo.
+"""
 Bodies = Literal["limb and room", "halves", "limb and board", "lenses", "board"]
-"""Which two are held against each other; lenses: none, what lenses of photos explain; board: none,
-its own shape."""
+"""Which two bodies are compared; or lenses: deviations of photos; or board: its own shape."""
 Deviation = Literal["principal point", "focal length", "rolling shutter"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Explanation:
-    """One term, with what speaks for it."""
+    """One term of the search, with its evidence."""
 
     bodies: Bodies
     kind: Literal["step", "drift", "photo", "sway", "rest", "camera file", "bend"] | Deviation
@@ -97,13 +100,14 @@ class Explanation:
     all photos of a camera have another focal length than it; bend: the board is no plane; a
     deviation: each photo has one."""
     photos: tuple[int, ...]
-    """That show the second body elsewhere than most, or have another lens."""
+    """Photos that show the second body elsewhere than most, or have another lens."""
     numbers: int
+    """Number of its parameters."""
     score: float
-    """Twice the logarithm of likelihood that it gains, less what its numbers and the candidates of
-    its kind cost; beyond nought it explains more than it costs."""
+    """Twice the log-likelihood ratio of the term, less a penalty for its parameters and for the
+    candidates of its kind; positive where it explains more than it costs (BIC)."""
     chance: float
-    """That photos without it look as much like it, all candidates of its kind counted."""
+    """p-value: chance that photos without it show as much, all candidates of its kind counted."""
     effect: float
     """Largest motion of a point of the first body, in the scene's unit; of a board, how far the
     ends of its print lie off the plane through its middle; of a focal length, by which share of
@@ -113,10 +117,10 @@ class Explanation:
     """Its interval of 95 %."""
     variance_before: float
     variance_after: float
-    """Of what is left, over that of the adjustments."""
+    """Variance factors of the residuals without and with the term (reduced chi-squared)."""
     failed: tuple[Rule, ...] = ()
     floor: float = 0.0
-    """Effect from which it matters, as `effect`."""
+    """Smallest effect that matters, in the unit of `effect`."""
 
     @property
     def is_share(self) -> bool:
@@ -124,17 +128,17 @@ class Explanation:
         return self.kind in ("focal length", "camera file")
 
     @property
-    def open_(self) -> bool:
-        """Whether it is not told as a fact, and would matter."""
+    def is_undecided(self) -> bool:
+        """Whether it is no fact, but may be large enough to matter."""
         return bool(self.failed) and self.high >= self.floor
 
     @property
-    def told(self) -> bool:
-        """As a fact."""
+    def is_fact(self) -> bool:
+        """Whether it passes all rules."""
         return not self.failed
 
     def scaled(self, factor: float) -> "Explanation":
-        """The same in another unit."""
+        """The same with lengths in another unit."""
         if self.is_share:
             return self
         return replace(
@@ -148,19 +152,19 @@ class Explanation:
 
 @dataclass(frozen=True, kw_only=True)
 class Movement:
-    """How one body moved against another while the photos were taken; by photo."""
+    """How one body moved against another while the photos were taken, by photo."""
 
     kind: Literal["still", "step", "drift", "restless", "unknown"]
     """step: photos fall into groups within which all keeps still. drift: it moved evenly.
     restless: every photo shows it elsewhere."""
     group: Int64[np.ndarray, " n"]
-    """Photos of one number see both in the same place; -1 where that is not known."""
+    """Number of a group of photos between which nothing moved; -1 where that is not known."""
     shift: Float64[np.ndarray, " n"]
     """From the largest group, or from the middle where there are none, in scene units; NaN where
     unknown."""
     turn_deg: Float64[np.ndarray, " n"]
     chance: float = 1.0
-    """That photos without movement look as much like it."""
+    """p-value: chance that photos without movement show as much."""
     reason: Finding | None = None
     """Why it is not known."""
     alone: bool = False
@@ -191,7 +195,7 @@ class Movement:
         )
 
     def scaled(self, factor: float) -> "Movement":
-        """The same in another unit."""
+        """The same with lengths in another unit."""
         return replace(
             self,
             shift=factor * self.shift,
@@ -206,7 +210,7 @@ class Movement:
     @property
     def undecided(self) -> tuple[Explanation, ...]:
         """What may have happened, would matter, and is not told as a fact."""
-        return tuple(one for one in self.explanations if one.open_)
+        return tuple(one for one in self.explanations if one.is_undecided)
 
     @property
     def misfit(self) -> bool:
@@ -216,32 +220,32 @@ class Movement:
 
 @dataclass(frozen=True, kw_only=True)
 class JoinedByMarks:
-    """What coded marks did for photos that paint alone did not join all round."""
+    """What coded marks did for photos that keypoints alone did not join all round."""
 
     photos_by_paint: int
-    """Placed by paint alone."""
+    """Number of photos placed by keypoints alone."""
     ids: tuple[int, ...]
-    """Marks that hold the photos together."""
+    """Marks that join the photos."""
     left_out: tuple[int, ...]
-    """Marks that do not fit,"""
+    """Marks that do not fit."""
     reasons: tuple[Finding, ...]
-    """and why, in the same order."""
+    """Why they do not, in the same order."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class OwnLenses:
-    """What each photo's lens has beside that of its camera (`lens_deviations`)."""
+    """Deviation of each photo's lens from that of its camera (`lens_deviations`)."""
 
     deviations: tuple[Deviation, ...]
-    """The kinds that the residuals asked for, the most telling first."""
+    """The kinds that the residuals support, the most significant first."""
     values: Float64[np.ndarray, "n q"]
-    """By photo, the numbers of these kinds."""
+    """By photo, the parameters of these kinds."""
     spread: Float64[np.ndarray, " q"]
-    """Standard deviation of each number from photo to photo."""
+    """Standard deviation of each parameter from photo to photo."""
     shifts: Float64[np.ndarray, "n lens"]
     """Lens of the photo less that of its camera (PARAMETERS)."""
     chances: tuple[float, ...]
-    """By kind: that photos of one lens for all look as much like it."""
+    """By kind, its p-value: chance that photos of one lens show as much."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -278,7 +282,7 @@ class Scene:
     marks: JoinedByMarks | None = None
     """None where paint joins the photos, or marks do not help."""
     own: OwnLenses | None = None
-    """Beside the cameras' lenses. None where one lens explains all photos of a camera."""
+    """Lens deviations of single photos. None where one lens explains all photos of a camera."""
     lens_explanations: tuple[Explanation, ...] = ()
     """What lenses of single photos, camera files and a bent board explain, likeliest first."""
 
@@ -290,13 +294,14 @@ class Scene:
         return tuple(k for k, pose in enumerate(self.camera_from_world) if pose is not None)
 
     def view(self, photo_idx: int) -> View:
+        """The view of a placed photo."""
         pose = self.camera_from_world[photo_idx]
         if pose is None:
             raise KeyError(f"{self.names[photo_idx]} was not placed")
         return View(self.names[photo_idx], self.camera(photo_idx), pose)
 
     def camera(self, photo_idx: int) -> Camera:
-        """The lens of one photo: its camera's, with what it has for itself."""
+        """The lens of one photo: its camera's, with the photo's own deviation."""
         camera = self.cameras[self.camera_idx[photo_idx]]
         if self.own is None:
             return camera
@@ -304,7 +309,7 @@ class Scene:
 
     @property
     def lens_idx(self) -> tuple[int, ...]:
-        """By placed photo: which of the lenses in `camera_covariance` is its."""
+        """By placed photo, the index of its lens in `camera_covariance`."""
         if self.own is not None:
             return tuple(range(len(self.placed)))
         return tuple(self.camera_idx[k] for k in self.placed)

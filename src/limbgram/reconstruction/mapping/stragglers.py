@@ -1,26 +1,27 @@
-"""Stragglers: photos that the mapper left out, placed by pairs' turns and a few points.
+"""Stragglers: photos that the mapper left out, placed by verified pairs and a few points.
 
 In      a scene with points from all matches, keypoints, verified pairs, smaller scenes that could
-        not be joined to it; how a scene is remade.
-Out     the scene with the photos that could be joined to it, one by one, the surest first.
+        not be joined to it; how a scene is rebuilt.
+Out     the scene with the photos that could be added to it, one by one, the surest first.
 Method  The mapper resects a photo from points that three photos show, and asks for twenty. Where
         photos stand 30 degrees apart a pair still shares a hundred points, of which a third photo
-        shows ten. The pair tells how its photos are turned and which way the step went; each of
-        the ten tells how long the step was, and one would do.
-        So a photo's place is tried by each of its general pairs, at the length of step on which
-        most points agree, and by resection. The one with most points joins the scene, whose points
-        are made anew and adjusted with it. The photo stays if chance would make so many points
-        agree in one of 10^4 photos, if its turn is known to a quarter of a degree, if its pairs do
-        not contradict it, and if no two of them turn it the same other way. Matches of a verified
-        pair lie near their epipolar lines even if they are wrong: chance has to meet a place on
-        the line.
-        Where hardly a third photo shows any point, two pairs do: both turn a photo alike, and the
-        steps from its two partners meet there: four numbers agree. Of 347 couples with a wrong pair
-        4 turned a photo within 15 degrees of each other, of 228 right ones all within 7. It stays
-        if the adjusted scene holds most matches of both.
-        Photos that make a smaller scene of their own join together where two pairs start from two
-        of them: both turn that scene alike, and the steps tell its size and its place.
-Fails   never: a photo that cannot be joined stays without a place.
+        shows ten. The pair gives the photo's rotation and the direction of the baseline; each of
+        the ten gives the baseline's length, and one would do.
+        So a photo's pose is tried by each of its general pairs, at the length of baseline with the
+        most inliers, and by resection. The pose with most inliers is added to the scene, which is
+        rebuilt and adjusted with it. The photo stays if wrong matches would give so many inliers in
+        one of 10^4 photos, if the sigma of its rotation is below a quarter of a degree, if its
+        pairs do not contradict it, and if no two of them agree on another rotation. Matches of a
+        verified pair lie near their epipolar lines even if they are wrong: chance has to meet a
+        place on the line.
+        Where hardly a third photo shows any point, two pairs do: both give the photo the same
+        rotation, and the baselines from its two partners intersect there: four numbers agree. Of
+        347 couples with a wrong pair 4 had rotations within 15 degrees of each other, of 228 right
+        ones all within 7. The photo stays if most matches of both are inliers of the adjusted
+        scene.
+        Photos that make a smaller scene of their own are added together where pairs with two of
+        them exist: these give that scene the same rotation, and the baselines its scale and place.
+Fails   never: a photo that cannot be added stays without a pose.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -41,8 +42,8 @@ from limbgram.core.geometry.frames import Rigid, Similarity, angle_between_deg
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.mapping.resection import LARGEST_MISS_PX, resect
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, turn_sigma_deg
-from limbgram.reconstruction.mapping.tracks import breadth_px, epipolar_px, near_by_chance
+from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, rotation_sigma_deg
+from limbgram.reconstruction.mapping.tracks import breadth_px, epipolar_px, p_value_of_inliers
 from limbgram.reconstruction.mapping.verdicts import (
     CONTRADICTION_DEG,
     contradicted,
@@ -52,363 +53,381 @@ from limbgram.reconstruction.mapping.verdicts import (
 )
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
-_BY_CHANCE = 1e-4
-"""Level of the test of one photo."""
-_FITTED = 3
-"""Points that a pose can be made to meet."""
-_MOST_TURN_DEG = 0.25
-"""Standard deviation of the turn of a photo that stays. Of 60 photos of which three quarters of the
-matches were taken, it was 0.02 to 0.22; where wrong pairs placed them, 0.42 and more."""
-_MOST = 0.5
-"""Of the matches of a pair. Right ones kept 0.64 to 1.0 of theirs."""
-_TELLING_RAYS = 3
-"""Photos that show a point which tells how long a step was."""
+_SIGNIFICANCE_LEVEL = 1e-4
+"""Of the test of one photo."""
+_POSE_POINTS = 3
+"""Points that a pose fits exactly."""
+_MAX_ROTATION_SIGMA_DEG = 0.25
+"""Largest sigma of the rotation of a photo that stays. Of 60 photos with three quarters of their
+matches left out it was 0.02 to 0.22; where wrong pairs placed them, 0.42 and more."""
+_MIN_INLIER_SHARE = 0.5
+"""Of the matches of a pair. Right pairs have 0.64 to 1.0."""
+_MIN_RAYS = 3
+"""Photos that show a point which determines the length of a baseline."""
 _MOST_LENGTHS = 100
-"""Lengths of one step that are tried."""
-_SIMILARITY = 7
-"""Numbers of a size, a turn and a place."""
-_REMADE = 2
-"""Times that a scene is remade: the first places bring more matches within reach."""
+"""Lengths of one baseline that are tried."""
+_SIMILARITY_SIZE = 7
+"""Parameters of a similarity: scale, rotation and translation."""
+_REBUILDS = 2
+"""How often a scene is rebuilt: the first poses bring more matches within the threshold."""
 
 
 def with_stragglers(
     scene: Scene,
-    places_px: Sequence[Points2],
+    keypoints_px: Sequence[Points2],
     pairs: Pairs,
     groups: Sequence[Scene],
-    remade: Callable[[Scene], Scene],
+    rebuilt: Callable[[Scene], Scene],
 ) -> Scene:
-    """The scene with those of its photos without a place that a few points, or two pairs, hold.
+    """The scene with those of its left-out photos that a few points, or two pairs, place.
 
     Args:
-        pairs: Of these photos, by the lenses of the scene.
+        pairs: Of these photos, verified with the lenses of the scene.
         groups: Smaller scenes of some of them.
-        remade: A scene with its points made anew from all matches, and adjusted.
+        rebuilt: A scene with its points triangulated anew from all matches, and adjusted.
     """
     grown: Scene | None = scene
     while grown is not None:
         scene = grown
         left = sorted({*range(len(scene.names))} - {*scene.placed})
-        places = chain(  # groups are looked at last, where no single photo stays
-            _by_points(left, scene, places_px, pairs),
-            _by_steps(left, scene, pairs),
-            _by_bridges(groups, scene, places_px, pairs),
+        candidates = chain(  # groups last, where no single photo stays
+            _resected_poses(left, scene, keypoints_px, pairs),
+            _intersected_poses(left, scene, pairs),
+            _group_poses(groups, scene, keypoints_px, pairs),
         )
-        joined = (_joined(one, scene, places_px, pairs, remade) for one in places)
+        joined = (_with_candidate(one, scene, keypoints_px, pairs, rebuilt) for one in candidates)
         grown = next((one for one in joined if one is not None), None)
     return scene
 
 
-def _by_points(
+def _resected_poses(
     left: Sequence[int],
     scene: Scene,
-    places_px: Sequence[Points2],
+    keypoints_px: Sequence[Points2],
     pairs: Pairs,
-) -> "list[Place]":
-    """Places that points hold beyond chance, the surest first."""
+) -> "list[ResectedPose]":
+    """Resected poses with significantly many inliers, the surest first."""
     within_px = OUTLIER_SIGMAS * scene.sigma_px
-    tried = [_likeliest(photo, scene, places_px, pairs) for photo in left]
-    hopeful = [
-        (chance, one)
+    tried = [_best_resection(photo, scene, keypoints_px, pairs) for photo in left]
+    significant = [
+        (p_value, one)
         for one in tried
-        if one is not None and (chance := one.by_chance(one.agreeing, within_px)) <= _BY_CHANCE
+        if one is not None
+        and (p_value := one.p_value(one.inliers, within_px)) <= _SIGNIFICANCE_LEVEL
     ]
-    return [one for _, one in sorted(hopeful, key=lambda hope: hope[0])]
+    return [one for _, one in sorted(significant, key=lambda ranked: ranked[0])]
 
 
-def _by_steps(left: Sequence[int], scene: Scene, pairs: Pairs) -> "list[Meeting]":
-    """Places where the steps of two pairs meet, those that turn the photo most alike first."""
-    met = [one for photo in left if (one := _meeting(photo, scene, pairs)) is not None]
+def _intersected_poses(left: Sequence[int], scene: Scene, pairs: Pairs) -> "list[IntersectedPoses]":
+    """Poses where two baselines intersect, those whose rotations agree best first."""
+    met = [one for photo in left if (one := _best_intersection(photo, scene, pairs)) is not None]
     return sorted(met, key=lambda one: one.apart_deg)
 
 
-def _by_bridges(
-    groups: Sequence[Scene], scene: Scene, places_px: Sequence[Points2], pairs: Pairs
-) -> "Iterator[Meeting]":
-    """Places of whole groups, those that most pairs tell first."""
-    tried = (_bridged(group, scene, places_px, pairs) for group in groups)
+def _group_poses(
+    groups: Sequence[Scene], scene: Scene, keypoints_px: Sequence[Points2], pairs: Pairs
+) -> "Iterator[IntersectedPoses]":
+    """Poses of whole groups, those with most pairs first."""
+    tried = (_group_by_bridges(group, scene, keypoints_px, pairs) for group in groups)
     met = [one for one in tried if one is not None]
     yield from sorted(met, key=lambda one: -len(one.pairs))
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where a photo may have been taken."""
+class ResectedPose:
+    """A pose of a left-out photo by points of the scene."""
 
     photo: int
     camera_from_world: Rigid
     keypoints: Int64[np.ndarray, " k"]
-    """Those that its pairs join with points of the scene,"""
-    agreeing: int
-    """and how many of them lie near these."""
+    """Those that its pairs match with points of the scene."""
+    inliers: int
+    """How many of them lie near the projections of these."""
     broad_px: float
-    """Shorter side of the strip of the photo in which they lie."""
+    """Breadth of the region of the photo in which they lie (`breadth_px`)."""
 
     @property
     def poses(self) -> Mapping[int, Rigid]:
         """camera_from_world by photo."""
         return {self.photo: self.camera_from_world}
 
-    def by_chance(self, agreeing: int, within_px: float) -> float:
-        """How many of such photos would have so many agree, were all matches wrong."""
-        tried = len(self.keypoints)
-        of_those = near_by_chance(agreeing, tried, _FITTED, within_px, self.broad_px)
-        return min(comb(tried, _FITTED) * of_those, 1.0)
+    def p_value(self, inliers: int, within_px: float) -> float:
+        """Probability of so many inliers if all matches were wrong."""
+        matches = len(self.keypoints)
+        of_one = p_value_of_inliers(inliers, matches, _POSE_POINTS, within_px, self.broad_px)
+        return min(comb(matches, _POSE_POINTS) * of_one, 1.0)
 
-    def held(self, joined: Scene, places_px: Sequence[Points2]) -> bool:
-        """Whether beyond chance points that a third photo shows hold the photo in a scene."""
+    def is_confirmed(self, joined: Scene, keypoints_px: Sequence[Points2]) -> bool:
+        """Whether significantly many points that a third photo shows support it in a scene."""
         seen = joined.observations
         rays = np.bincount(seen.point_idx, minlength=len(joined.points_in_world))
-        telling = (seen.photo_idx == self.photo) & (rays[seen.point_idx] >= _TELLING_RAYS)
-        shown = KDTree(places_px[self.photo]).query(seen.xy_px[telling])[1]
-        holding = int(np.isin(self.keypoints, shown).sum())
-        return self.by_chance(holding, OUTLIER_SIGMAS * joined.sigma_px) <= _BY_CHANCE
+        firm = (seen.photo_idx == self.photo) & (rays[seen.point_idx] >= _MIN_RAYS)
+        shown = KDTree(keypoints_px[self.photo]).query(seen.xy_px[firm])[1]
+        inliers = int(np.isin(self.keypoints, shown).sum())
+        return self.p_value(inliers, OUTLIER_SIGMAS * joined.sigma_px) <= _SIGNIFICANCE_LEVEL
 
 
 @dataclass(frozen=True)
-class Meeting:
-    """Where the steps of pairs from placed photos meet: in one photo, or in a group of photos."""
+class IntersectedPoses:
+    """Poses of a left-out photo, or of a group, by baselines from placed photos that intersect."""
 
     poses: Mapping[int, Rigid]
     """camera_from_world by photo."""
     pairs: tuple[VerifiedPair, ...]
     apart_deg: float
-    """How far two of them turn photo or group otherwise."""
+    """Angle between the rotations that two of them give."""
 
-    def held(self, joined: Scene, places_px: Sequence[Points2]) -> bool:
-        """Whether a scene holds most matches of each."""
-        return all(_share_held(one, joined, places_px) > _MOST for one in self.pairs)
+    def is_confirmed(self, joined: Scene, keypoints_px: Sequence[Points2]) -> bool:
+        """Whether most matches of each pair are inliers of a scene."""
+        return all(
+            _inlier_share(one, joined, keypoints_px) > _MIN_INLIER_SHARE for one in self.pairs
+        )
 
 
-def _joined(
-    place: Place | Meeting,
+def _with_candidate(
+    candidate: ResectedPose | IntersectedPoses,
     scene: Scene,
-    places_px: Sequence[Points2],
+    keypoints_px: Sequence[Points2],
     pairs: Pairs,
-    remade: Callable[[Scene], Scene],
+    rebuilt: Callable[[Scene], Scene],
 ) -> Scene | None:
-    """The scene with photos at their places; None where these do not stay there."""
+    """The scene with a candidate's poses, rebuilt; None where they are not confirmed."""
     poses = list(scene.camera_from_world)
-    for photo, pose in place.poses.items():
+    for photo, pose in candidate.poses.items():
         poses[photo] = pose
     joined = replace(scene, camera_from_world=tuple(poses), camera_covariance=None)
     try:
-        for _ in range(_REMADE):
-            joined = remade(joined)
+        for _ in range(_REBUILDS):
+            joined = rebuilt(joined)
     except PlacementError:
         return None
-    if {*joined.placed} != {*scene.placed, *place.poses}:
+    if {*joined.placed} != {*scene.placed, *candidate.poses}:
         return None
-    if not place.held(joined, places_px):
+    if not candidate.is_confirmed(joined, keypoints_px):
         return None
-    if any(turn_sigma_deg(joined, photo) > _MOST_TURN_DEG for photo in place.poses):
+    if any(
+        rotation_sigma_deg(joined, photo) > _MAX_ROTATION_SIGMA_DEG for photo in candidate.poses
+    ):
         return None
     against = contradicted(joined, pairs) | disputed(joined, pairs)
-    if any(against[photo] for photo in place.poses):
+    if any(against[photo] for photo in candidate.poses):
         return None
     return joined
 
 
-def _likeliest(
-    photo: int, scene: Scene, places_px: Sequence[Points2], pairs: Pairs
-) -> Place | None:
-    """The place at which most points agree; None where no pair tells one."""
+def _best_resection(
+    photo: int, scene: Scene, keypoints_px: Sequence[Points2], pairs: Pairs
+) -> ResectedPose | None:
+    """The pose with most inliers; None where no pair gives one."""
     own = Pairs(tuple(one for one in pairs.verified if photo in one.matches.photos), 0)
-    matched = matched_points(photo, scene, places_px, own.verified)
+    matched = matched_points(photo, scene, keypoints_px, own.verified)
     keypoints = np.unique(matched[:, 0])
-    if len(keypoints) <= _FITTED:
+    if len(keypoints) <= _POSE_POINTS:
         return None
     lens = scene.cameras[scene.camera_idx[photo]]
-    points, xy_px = scene.points_in_world[matched[:, 1]], places_px[photo][matched[:, 0]]
+    points, xy_px = scene.points_in_world[matched[:, 1]], keypoints_px[photo][matched[:, 0]]
     broad_px = breadth_px(xy_px)
 
-    def place(pose: Rigid) -> Place:
+    def resected(pose: Rigid) -> ResectedPose:
         off_px = np.linalg.norm(lens.project(pose.apply(points)) - xy_px, axis=1)
-        agreeing = len(np.unique(matched[off_px < LARGEST_MISS_PX, 0]))
-        return Place(photo, pose, keypoints, agreeing, broad_px)
+        inliers = len(np.unique(matched[off_px < LARGEST_MISS_PX, 0]))
+        return ResectedPose(photo, pose, keypoints, inliers, broad_px)
 
-    tried = map(place, _poses(photo, scene, own, lens, points, xy_px))
-    return max(tried, key=lambda one: one.agreeing, default=None)
+    tried = map(resected, _candidate_poses(photo, scene, own, lens, points, xy_px))
+    return max(tried, key=lambda one: one.inliers, default=None)
 
 
-def _poses(
+def _candidate_poses(
     photo: int, scene: Scene, own: Pairs, lens: Camera, points: Points3, xy_px: Points2
 ) -> Iterator[Rigid]:
-    """By resection, and by each general pair with a placed photo."""
+    """Poses by resection, and by each general pair with a placed photo."""
     by_points = resect(lens, points, xy_px)
     if by_points is not None:
         yield by_points
     for pair in own.verified:
-        ends, turn = pair.matches.photos, pair.second_from_first
+        ends, relative = pair.matches.photos, pair.second_from_first
         other = scene.camera_from_world[ends[1 - ends.index(photo)]]
-        if pair.kind == "general" and turn is not None and other is not None:
-            step = turn if ends[1] == photo else turn.inverse
-            yield from _by_step(step, other, lens, points, xy_px)
+        if pair.kind == "general" and relative is not None and other is not None:
+            step = relative if ends[1] == photo else relative.inverse
+            yield from _poses_along_baseline(step, other, lens, points, xy_px)
 
 
-def _by_step(
-    step: Rigid, other: Rigid, lens: Camera, points: Points3, xy_px: Points2
+def _poses_along_baseline(
+    relative: Rigid, other: Rigid, lens: Camera, points: Points3, xy_px: Points2
 ) -> Iterator[Rigid]:
-    """Poses a step of known turn and direction from another, as long as each point tells it."""
-    way = step.translation / np.linalg.norm(step.translation)
-    turned = Rigid(step.rotation, np.zeros(3)) @ other
+    """Poses at the end of a baseline from another photo, of the length that each point gives."""
+    direction = relative.translation / np.linalg.norm(relative.translation)
+    rotated = Rigid(relative.rotation, np.zeros(3)) @ other
     rays = np.column_stack([lens.normalize(xy_px), np.ones(len(xy_px))])
-    # ray x (point + length * way) = 0
-    across, along = np.cross(rays, turned.apply(points)), np.cross(rays, way)
+    # ray x (point + length * direction) = 0
+    across, along = np.cross(rays, rotated.apply(points)), np.cross(rays, direction)
     square: Float64[np.ndarray, " m"] = (along**2).sum(1)
     lengths = -(across * along).sum(1)[square > 0] / square[square > 0]
     lengths = np.sort(lengths[lengths > 0])
     for length in lengths[:: 1 + len(lengths) // _MOST_LENGTHS].tolist():
-        yield Rigid(turned.rotation, turned.translation + length * way)
+        yield Rigid(rotated.rotation, rotated.translation + length * direction)
 
 
-class _Step(NamedTuple):
-    """What a pair with a placed photo tells of the other one."""
+class _Baseline(NamedTuple):
+    """What a pair with a placed photo gives of the other one's pose."""
 
     pair: VerifiedPair
-    turn: Float64[np.ndarray, "3 3"]
-    """From the world to the photo."""
+    rotation: Float64[np.ndarray, "3 3"]
+    """From the world to the camera frame of the photo."""
     start: Float64[np.ndarray, " 3"]
-    """Where the placed photo was taken,"""
-    way: Float64[np.ndarray, " 3"]
-    """and which way from there the photo was."""
+    """Centre of the placed photo, in the world."""
+    direction: Float64[np.ndarray, " 3"]
+    """From there to the photo, in the world; of unit length."""
 
 
-def _meeting(photo: int, scene: Scene, pairs: Pairs) -> Meeting | None:
-    """Where those two steps meet that turn a photo most alike; None where no two do."""
+def _best_intersection(photo: int, scene: Scene, pairs: Pairs) -> IntersectedPoses | None:
+    """The intersecting baselines whose rotations agree best; None if no two intersect."""
     met = [
         one
-        for couple in combinations(_steps(photo, scene, pairs), 2)
-        if (one := _met(photo, *couple)) is not None
+        for couple in combinations(_baselines(photo, scene, pairs), 2)
+        if (one := _intersection(photo, *couple)) is not None
     ]
     return min(met, key=lambda one: one.apart_deg, default=None)
 
 
-def _steps(photo: int, scene: Scene, pairs: Pairs) -> Iterator[_Step]:
+def _baselines(photo: int, scene: Scene, pairs: Pairs) -> Iterator[_Baseline]:
+    """Baselines from placed photos to a left-out one."""
     for pair in pairs.verified:
-        ends, step = pair.matches.photos, pair.second_from_first
-        if photo not in ends or pair.kind != "general" or step is None:
+        ends, relative = pair.matches.photos, pair.second_from_first
+        if photo not in ends or pair.kind != "general" or relative is None:
             continue
         other = scene.camera_from_world[ends[1 - ends.index(photo)]]
         if other is not None:
-            step = step if ends[1] == photo else step.inverse
-            to_world = other.inverse
-            way = to_world.rotation @ step.inverse.translation
-            turn = step.rotation @ other.rotation
-            yield _Step(pair, turn, to_world.translation, way / np.linalg.norm(way))
+            relative = relative if ends[1] == photo else relative.inverse
+            world_from_other = other.inverse
+            direction = world_from_other.rotation @ relative.inverse.translation
+            rotation = relative.rotation @ other.rotation
+            yield _Baseline(
+                pair, rotation, world_from_other.translation, direction / np.linalg.norm(direction)
+            )
 
 
-def _met(photo: int, one: _Step, other: _Step) -> Meeting | None:
-    """None where they turn the photo otherwise, or do not meet ahead."""
-    apart_deg = angle_between_deg(one.turn, other.turn)
+def _intersection(photo: int, one: _Baseline, other: _Baseline) -> IntersectedPoses | None:
+    """Pose where two baselines intersect; None where their rotations or directions contradict."""
+    apart_deg = angle_between_deg(one.rotation, other.rotation)
     if apart_deg >= CONTRADICTION_DEG:
         return None
-    ways = np.column_stack([one.way, -other.way])
-    lengths = np.linalg.lstsq(ways, other.start - one.start, rcond=None)[0]
+    directions = np.column_stack([one.direction, -other.direction])
+    lengths = np.linalg.lstsq(directions, other.start - one.start, rcond=None)[0]
     if (lengths <= 0).any():
         return None
-    between = 0.5 * Rotation.from_matrix(other.turn @ one.turn.T).as_rotvec()
-    turn = Rotation.from_rotvec(between).as_matrix() @ one.turn
-    ends = one.start + lengths[0] * one.way, other.start + lengths[1] * other.way
-    pose = Rigid(turn, -turn @ (0.5 * (ends[0] + ends[1])))
-    return Meeting({photo: pose}, (one.pair, other.pair), apart_deg)
+    between = 0.5 * Rotation.from_matrix(other.rotation @ one.rotation.T).as_rotvec()
+    rotation = Rotation.from_rotvec(between).as_matrix() @ one.rotation
+    ends = one.start + lengths[0] * one.direction, other.start + lengths[1] * other.direction
+    pose = Rigid(rotation, -rotation @ (0.5 * (ends[0] + ends[1])))
+    return IntersectedPoses({photo: pose}, (one.pair, other.pair), apart_deg)
 
 
-class _Crossing(NamedTuple):
-    """What a pair tells of a group that one of its photos is in."""
+class _Bridge(NamedTuple):
+    """A baseline to a photo of a group, and the rotation that it gives the group."""
 
     photo: int
-    step: _Step
-    turn: Float64[np.ndarray, "3 3"]
-    """From the group to the world."""
+    baseline: _Baseline
+    world_from_group: Float64[np.ndarray, "3 3"]
+    """Rotation."""
 
 
-def _bridged(
-    group: Scene, scene: Scene, places_px: Sequence[Points2], pairs: Pairs
-) -> Meeting | None:
-    """Where pairs put a group that turn it alike; None where two photos of it are not bridged so,
-    or where the steps do not lead there."""
+def _group_by_bridges(
+    group: Scene, scene: Scene, keypoints_px: Sequence[Points2], pairs: Pairs
+) -> IntersectedPoses | None:
+    """Poses of a group by pairs that give it the same rotation.
+
+    None where fewer than two of its photos have such pairs, or where the baselines miss them.
+    """
     left = sorted({*group.placed} - {*scene.placed})
-    crossings = [
-        _Crossing(photo, step, step.turn.T @ group.view(photo).camera_from_world.rotation)
+    bridges = [
+        _Bridge(photo, baseline, baseline.rotation.T @ group.view(photo).camera_from_world.rotation)
         for photo in left
-        for step in _steps(photo, scene, pairs)
+        for baseline in _baselines(photo, scene, pairs)
     ]
-    together, apart_deg = _most_alike(crossings)
-    laid = _laid(together, group)
-    if laid is None:
+    consistent, apart_deg = _most_consistent(bridges)
+    start = _similarity_of(consistent, group)
+    if start is None:
         return None
-    bridges = tuple(one.step.pair for one in together)
+    joined_by = tuple(one.baseline.pair for one in consistent)
 
     def poses(step: Float64[np.ndarray, "7"]) -> dict[int, Rigid]:
-        placed = _stepped(laid, step)
+        placed = _perturbed(start, step)
         return {k: placed.move_camera(group.view(k).camera_from_world) for k in left}
 
-    def misses_px(step: Float64[np.ndarray, "7"]) -> Float64[np.ndarray, " m"]:
+    def residuals_px(step: Float64[np.ndarray, "7"]) -> Float64[np.ndarray, " m"]:
         moved = list(scene.camera_from_world)
         for photo, pose in poses(step).items():
             moved[photo] = pose
         tried = replace(scene, camera_from_world=tuple(moved), camera_covariance=None)
-        return np.concatenate([epipolar_px(tried, places_px, one.matches) for one in bridges])
+        return np.concatenate([epipolar_px(tried, keypoints_px, one.matches) for one in joined_by])
 
-    start = np.zeros(_SIMILARITY)
-    fitted = least_squares(misses_px, start, loss="soft_l1", x_scale="jac").x
-    return Meeting(poses(fitted), bridges, apart_deg)
+    zeros = np.zeros(_SIMILARITY_SIZE)
+    fitted = least_squares(residuals_px, zeros, loss="soft_l1", x_scale="jac").x
+    return IntersectedPoses(poses(fitted), joined_by, apart_deg)
 
 
-def _most_alike(crossings: Sequence[_Crossing]) -> tuple[list[_Crossing], float]:
-    """Those that turn a group as two from different photos of it do, as many as can be; and how far
-    these two turn it otherwise."""
-    best, fewest = (list[_Crossing](), 0.0), (0, 0.0)
-    for one, other in combinations(crossings, 2):
-        apart_deg = angle_between_deg(one.turn, other.turn)
+def _most_consistent(bridges: Sequence[_Bridge]) -> tuple[list[_Bridge], float]:
+    """The largest set of bridges whose rotations agree with two of its own, and the angle of these.
+
+    The two lead to different photos of the group.
+    """
+    best, fewest = (list[_Bridge](), 0.0), (0, 0.0)
+    for one, other in combinations(bridges, 2):
+        apart_deg = angle_between_deg(one.world_from_group, other.world_from_group)
         if one.photo == other.photo or apart_deg >= CONTRADICTION_DEG:
             continue
         alike = [
             k
-            for k in crossings
-            if max(angle_between_deg(k.turn, ref.turn) for ref in (one, other)) < CONTRADICTION_DEG
+            for k in bridges
+            if max(
+                angle_between_deg(k.world_from_group, ref.world_from_group) for ref in (one, other)
+            )
+            < CONTRADICTION_DEG
         ]
         if (-len(alike), apart_deg) < fewest:
             best, fewest = (alike, apart_deg), (-len(alike), apart_deg)
     return best
 
 
-def _stepped(one: Similarity, step: Float64[np.ndarray, "7"]) -> Similarity:
-    """Another size, turn and place."""
-    turn = Rotation.from_rotvec(step[1:4]).as_matrix()
-    moved = Similarity(float(np.exp(step[0])), turn, step[4:])
+def _perturbed(one: Similarity, step: Float64[np.ndarray, "7"]) -> Similarity:
+    """A similarity after a step of its parameters."""
+    rotation = Rotation.from_rotvec(step[1:4]).as_matrix()
+    moved = Similarity(float(np.exp(step[0])), rotation, step[4:])
     return Similarity(
-        moved.scale * one.scale, turn @ one.rotation, moved.apply(one.translation[None])[0]
+        moved.scale * one.scale, rotation @ one.rotation, moved.apply(one.translation[None])[0]
     )
 
 
-def _laid(crossings: Sequence[_Crossing], group: Scene) -> Similarity | None:
-    """The group as steps to its photos lay it; None where they do not lead to it."""
-    if not crossings:
+def _similarity_of(bridges: Sequence[_Bridge], group: Scene) -> Similarity | None:
+    """world_from_group by baselines to its photos, linear least squares; None if one misses."""
+    if not bridges:
         return None
-    weights = [len(one.step.pair.matches) for one in crossings]
-    turn = Rotation.from_matrix([one.turn for one in crossings]).mean(weights).as_matrix()
-    arms = [turn @ group.view(one.photo).centre_in_world for one in crossings]
-    # way x (size * arm + shift - start) = 0
-    across = [np.cross(np.eye(3), one.step.way).T for one in crossings]
+    weights = [len(one.baseline.pair.matches) for one in bridges]
+    rotation = (
+        Rotation.from_matrix([one.world_from_group for one in bridges]).mean(weights).as_matrix()
+    )
+    centres = [rotation @ group.view(one.photo).centre_in_world for one in bridges]
+    # direction x (scale * centre + translation - start) = 0
+    across = [np.cross(np.eye(3), one.baseline.direction).T for one in bridges]
     design = [
-        -off @ np.column_stack([arm, np.eye(3)]) for off, arm in zip(across, arms, strict=True)
+        -off @ np.column_stack([centre, np.eye(3)])
+        for off, centre in zip(across, centres, strict=True)
     ]
-    right = [-off @ one.step.start for off, one in zip(across, crossings, strict=True)]
+    right = [-off @ one.baseline.start for off, one in zip(across, bridges, strict=True)]
     found = np.linalg.lstsq(np.concatenate(design), np.concatenate(right), rcond=None)[0]
-    size, shift = float(found[0]), found[1:]
+    scale, translation = float(found[0]), found[1:]
     lengths = [
-        (size * arm + shift - one.step.start) @ one.step.way
-        for arm, one in zip(arms, crossings, strict=True)
+        (scale * centre + translation - one.baseline.start) @ one.baseline.direction
+        for centre, one in zip(centres, bridges, strict=True)
     ]
-    return Similarity(size, turn, shift) if min(size, *lengths) > 0.0 else None
+    return Similarity(scale, rotation, translation) if min(scale, *lengths) > 0.0 else None
 
 
-def _share_held(pair: VerifiedPair, scene: Scene, places_px: Sequence[Points2]) -> float:
-    """Of a pair's matches, those whose two keypoints show one point of the scene."""
+def _inlier_share(pair: VerifiedPair, scene: Scene, keypoints_px: Sequence[Points2]) -> float:
+    """Share of a pair's matches whose two keypoints show the same point of the scene."""
     shown = [
-        points_shown(photo, scene, places_px)[pair.matches.keypoint_idx[:, side]]
+        points_shown(photo, scene, keypoints_px)[pair.matches.keypoint_idx[:, side]]
         for side, photo in enumerate(pair.matches.photos)
     ]
     return float(((shown[0] == shown[1]) & (shown[0] >= 0)).mean())

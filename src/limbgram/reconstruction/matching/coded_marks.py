@@ -1,7 +1,8 @@
 """Coded marks: points of coded marks as keypoints and matches, identified by the mark's number.
 
 In      Features and Matches of the photos, what stands still in them, and the marks they show.
-Out     Features and Matches with the marks' points after the paint's, and a Coded: which they are.
+Out     Features and Matches with the marks' points after the other keypoints, and CodedKeypoints:
+        which they are.
 Method  A mark names itself, so that a point of it is the same point in every photo that shows the
         mark, however far these lie apart. For as long as photos are compared and placed, a mark has
         sixteen points, its corners and those of a net between them: two marks then hold a photo as
@@ -19,7 +20,7 @@ from jaxtyping import Float64, Int32
 
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
-from limbgram.reconstruction.matching.static_background import Still
+from limbgram.reconstruction.matching.static_background import StaticBackground
 from limbgram.reconstruction.targets.marks import MarkDetections
 
 _SIDE = 4
@@ -32,24 +33,24 @@ _CORNER_SIGMA_PX = 0.05
 _STANDS_PX = 1.5
 """In photos of a still camera a mark that keeps its place so closely stands still."""
 _FEWEST_SHARED = 2
-"""Marks that two photos must share to be compared for their marks' sake."""
+"""Marks that two photos must share to be matched by marks."""
 
 
 @dataclass(frozen=True)
-class Coded:
-    """Which keypoints are points of marks: the last ones of every photo, sixteen a mark."""
+class CodedKeypoints:
+    """Which keypoints are points of coded marks: the last ones of every photo, sixteen a mark."""
 
     ids: tuple[Int32[np.ndarray, " n"], ...]
     """Of every photo, the marks in the order of their points."""
     sigmas_px: tuple[Float64[np.ndarray, " n"], ...]
-    """Of every photo, how well the corners of each mark are known."""
+    """Of every photo, the standard deviation of the corners of each mark."""
     own: tuple[int, ...]
-    """Of every photo, how many keypoints come before."""
+    """Of every photo, the number of other keypoints, which come before."""
     in_room: tuple[int, ...] = ()
     """Marks that stand still in the picture while the object turns: they were left out."""
 
     def corners_only(self, pair: PairMatches) -> PairMatches:
-        """The matches of paint, and of each mark those of its corners."""
+        """The matches of other keypoints, and those of the marks' corners only."""
         keep = np.ones(len(pair), bool)
         for side, photo in enumerate((pair.first, pair.second)):
             row = pair.keypoint_idx[:, side] - self.own[photo]
@@ -57,7 +58,7 @@ class Coded:
         return pair.some(keep)
 
     def own_sigmas_px(self) -> tuple[Float64[np.ndarray, " k"], ...]:
-        """Of every photo's keypoints: a mark's sigma; zero for paint."""
+        """By photo and keypoint, the sigma of a mark's point; zero for other keypoints."""
         return tuple(
             np.concatenate([np.zeros(own), np.repeat(sigmas, _POINTS)])
             for own, sigmas in zip(self.own, self.sigmas_px, strict=True)
@@ -66,21 +67,21 @@ class Coded:
 
 @dataclass(frozen=True)
 class CodedMatches:
-    """What photos are placed by where paint and marks join them."""
+    """Features and matches with those of coded marks added."""
 
     features: Features
     matches: Matches
-    coded: Coded
+    coded: CodedKeypoints
 
 
 def with_marks(
     features: Features,
     matches: Matches,
     detections: MarkDetections,
-    still: Still,
+    still: StaticBackground,
     but: frozenset[int] = frozenset(),
 ) -> CodedMatches:
-    """Keypoints and matches of the paint, and those of the marks after them.
+    """Keypoints and matches, followed by those of the marks.
 
     Args:
         but: Marks that are left out.
@@ -101,7 +102,7 @@ def with_marks(
             sigmas.append(np.maximum(seen.sigmas_px[keep], _CORNER_SIGMA_PX))
         ids.append(kept.astype(np.int32))
         keypoints.append(_joined(before, _nets(corners)))
-    coded = Coded(
+    coded = CodedKeypoints(
         ids=tuple(ids),
         sigmas_px=tuple(sigmas),
         own=tuple(len(one) for one in features.keypoints),
@@ -111,7 +112,7 @@ def with_marks(
     return CodedMatches(together, _matched(matches, together, coded), coded)
 
 
-def _standing(detections: MarkDetections, still: Still) -> frozenset[int]:
+def _standing(detections: MarkDetections, still: StaticBackground) -> frozenset[int]:
     """Marks that keep their place in the picture in most photos of a still camera."""
     found: set[int] = set()
     for group in still.groups:
@@ -143,7 +144,7 @@ def _nets(corners_px: Float64[np.ndarray, "n 4 2"]) -> Float64[np.ndarray, "k 2"
 
 
 def _joined(before: Keypoints, points_px: Float64[np.ndarray, "k 2"]) -> Keypoints:
-    """Keypoints with points after them that have no likeness."""
+    """Keypoints followed by points without a descriptor."""
     count = len(points_px)
     return Keypoints(
         xy_px=np.concatenate([before.xy_px, points_px.astype(np.float32)]),
@@ -153,7 +154,7 @@ def _joined(before: Keypoints, points_px: Float64[np.ndarray, "k 2"]) -> Keypoin
     )
 
 
-def _matched(matches: Matches, features: Features, coded: Coded) -> Matches:
+def _matched(matches: Matches, features: Features, coded: CodedKeypoints) -> Matches:
     """The matches, and in every pair of photos those of the marks that both show."""
     by_pair = {(one.first, one.second): one for one in matches.pairs}
     photos = len(coded.ids)
@@ -172,7 +173,9 @@ def _matched(matches: Matches, features: Features, coded: Coded) -> Matches:
     return replace(matches, pairs=pairs, pairs_tried=matches.pairs_tried + new)
 
 
-def _of_marks(first: int, second: int, features: Features, coded: Coded) -> PairMatches | None:
+def _of_marks(
+    first: int, second: int, features: Features, coded: CodedKeypoints
+) -> PairMatches | None:
     shared, here, there = np.intersect1d(
         coded.ids[first], coded.ids[second], assume_unique=True, return_indices=True
     )

@@ -57,7 +57,7 @@ class ScaleBand:
         )
 
     def among(self, rows: Int64[np.ndarray, " r"], columns: Int64[np.ndarray, " c"]) -> "ScaleBand":
-        """The same for some of the keypoints, in their order."""
+        """The band of some of the keypoints, in their order."""
         return replace(
             self,
             first_scale_px=self.first_scale_px[rows],
@@ -66,8 +66,8 @@ class ScaleBand:
 
 
 @dataclass(frozen=True)
-class Turn:
-    """Which keypoints are comparable: those whose direction turns about as the pair does.
+class RotationBand:
+    """Which keypoints are comparable: those whose rotation is near that of the pair.
 
     How few of the true matches that costs: docs/method/speed.md.
     """
@@ -75,7 +75,7 @@ class Turn:
     first_angle_deg: Float32[np.ndarray, " n"]
     second_angle_deg: Float32[np.ndarray, " m"]
     pair_deg: float
-    """How far the second photo is turned against the first."""
+    """Rotation of the second photo against the first."""
 
     def groups(self) -> Iterator[tuple[Int64[np.ndarray, " r"], Int64[np.ndarray, " c"]]]:
         """Rows and columns that are compared with each other; every column comes once."""
@@ -93,7 +93,7 @@ def match_descriptors(
     second: Float32[np.ndarray, "m d"],
     max_ratio: float,
     band: ScaleBand | None = None,
-    turn: Turn | None = None,
+    turn: RotationBand | None = None,
 ) -> Int32[np.ndarray, "k 2"]:
     """Indices of mutual best matches that pass the ratio test, in order of the first.
 
@@ -117,7 +117,7 @@ def match_descriptors(
         else:
             compared = band.among(rows, columns).rows(starts)
         bests, column, row = row_bests[rows], np.full(len(rows), -1), np.full(len(columns), -1)
-        _bests(first[rows], second[columns], compared, column, bests, row)
+        _best_two(first[rows], second[columns], compared, column, bests, row)
         better, met = column >= 0, row >= 0
         row_bests[rows] = bests
         nearest[rows[better]] = columns[column[better]]
@@ -130,7 +130,7 @@ def match_descriptors(
 
 
 @njit(cache=True, nogil=True)
-def _bests(
+def _best_two(
     first: np.ndarray,
     second: np.ndarray,
     rows: np.ndarray,
@@ -138,7 +138,7 @@ def _bests(
     row_bests: np.ndarray,
     best_row: np.ndarray,
 ) -> None:
-    """Largest and second largest product of each row, column of the largest; row of each column's.
+    """Two largest products of each row, with the best column; and the best row of each column.
 
     A block of columns at a time, which stays in the cache, and two rows at a time.
     """
@@ -206,7 +206,7 @@ def _carry_on(
     column_bests: np.ndarray,
     column_rows: np.ndarray,
 ) -> None:
-    """Take one row's products with a block of columns into the bests of both."""
+    """Update the best products of a row and of a block of columns."""
     top = np.float32(_FARTHEST)
     for j in range(_COLUMNS):
         value = products[j]

@@ -4,10 +4,10 @@ In      photos and their Features.
 Out     Matches, the points of the second photo moved to sub-pixel agreement with the first.
 Method  Which pairs are worth it: the largest keypoints of every photo, their descriptors compressed
         to a few principal directions, are matched for all pairs. A pair's score is the number of
-        matches that turn the picture by about the same angle. Each photo keeps its best partners,
+        matches of consistent rotation. Each photo keeps its best partners,
         and its neighbours in the order of names, which is the walk round the limb.
-        In these: least Euclidean distance of descriptors with ratio and mutual tests; correlation
-        of the windows round each pair of keypoints.
+        These are matched by nearest descriptors with ratio and mutual tests, and by correlation of
+        the windows round each pair of keypoints.
 Fails   MatchingError: the photos show too little, or hardly any pair matches.
 """
 
@@ -24,8 +24,8 @@ from limbgram.core.run import in_parallel, spare_mb, worker_count
 from limbgram.findings import doubt
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.matching.descriptors import (
+    RotationBand,
     ScaleBand,
-    Turn,
     comparable,
     match_descriptors,
 )
@@ -64,7 +64,7 @@ class PairMatches:
         return len(self.keypoint_idx)
 
     def some(self, keep: Bool[np.ndarray, " m"]) -> "PairMatches":
-        """Those that are kept, in their order."""
+        """A subset, in the same order."""
         return replace(
             self,
             keypoint_idx=self.keypoint_idx[keep],
@@ -76,7 +76,7 @@ class PairMatches:
 
 @dataclass(frozen=True, kw_only=True)
 class Matches:
-    """Matches of all pairs that were tried, and how many each test let through."""
+    """Matches of all pairs that were tried, and how many passed each test."""
 
     pairs: tuple[PairMatches, ...]
     pairs_tried: int
@@ -88,15 +88,15 @@ _DIRECTIONS = 48
 _SECTORS = 18
 """Sectors of turning angle; three neighbouring ones count together."""
 _FEWEST_FOR_CHANGE = 10
-"""Agreeing matches from which their change of scale is believed,"""
+"""Fewest agreeing matches that determine the change of scale."""
 _SHARE_FOR_TURN = 0.5
-"""and share of all matches from which their turn is: a few agree by chance."""
+"""Smallest share of matches that determine the rotation: a few agree by chance."""
 
 
 _COARSE_RATIO = 0.8
 """Largest ratio of the best to the second best distance in the coarse comparison."""
 _MIN_SCORE = 5
-"""Pairs below this score are hopeless."""
+"""Score below which a pair is not matched."""
 _SURVEY_KEYPOINTS = 400
 """Largest keypoints of each photo that are compared first where there are many photos."""
 _SURVEY_PARTNERS = 20
@@ -126,9 +126,9 @@ class Candidate:
     second: int
     score: int
     scale_change: float | None
-    """None where too few coarse matches tell."""
+    """None where too few coarse matches agree."""
     turn_deg: float | None
-    """How far the second photo is turned; None where the coarse matches do not agree."""
+    """Rotation of the second photo; None where the coarse matches do not agree."""
 
 
 def select_pairs(
@@ -180,8 +180,8 @@ def _compress(descriptors: Sequence[np.ndarray]) -> list[Float32[np.ndarray, "n 
 def _score(
     pair: tuple[int, int], first: Keypoints, second: Keypoints, matches: Int32[np.ndarray, "k 2"]
 ) -> Candidate:
-    """Matches that agree on how far the picture turns, and by how much it grows."""
-    agreeing = matches[turning_alike(first, second, matches)]
+    """The candidate, scored by its matches of consistent rotation, with its change of scale."""
+    agreeing = matches[consistent_rotation(first, second, matches)]
     if len(agreeing) < _FEWEST_FOR_CHANGE:
         return Candidate(*pair, len(agreeing), scale_change=None, turn_deg=None)
     ratio = second.scale_px[agreeing[:, 1]] / first.scale_px[agreeing[:, 0]]
@@ -199,10 +199,10 @@ def _mean_turn_deg(first: Keypoints, second: Keypoints, matches: Int32[np.ndarra
     return float(np.degrees(np.arctan2(np.sin(turn).sum(), np.cos(turn).sum())))
 
 
-def turning_alike(
+def consistent_rotation(
     first: Keypoints, second: Keypoints, matches: Int32[np.ndarray, "k 2"]
 ) -> Bool[np.ndarray, " k"]:
-    """Matches whose keypoints turn by about the same angle as most: within 60 degrees."""
+    """Mask of the matches whose keypoints rotate as most do, within 60 degrees."""
     turn = second.angle_deg[matches[:, 1]] - first.angle_deg[matches[:, 0]]
     sector = (np.mod(turn, 360) * (_SECTORS / 360)).astype(np.int64) % _SECTORS
     votes = np.bincount(sector, minlength=_SECTORS)
@@ -219,7 +219,7 @@ def _neighbours(count: int, reach: int) -> set[tuple[int, int]]:
 def _surveyed(
     candidates: Sequence[Candidate], count: int, options: SelectionOptions
 ) -> set[tuple[int, int]]:
-    """Each photo with those that agree best with it; with all where fewer than it needs agree."""
+    """Pairs of each photo with its best partners by the survey; with all where too few agree."""
     kept: set[tuple[int, int]] = set()
     for photo in range(count):
         own = [c for c in candidates if photo in (c.first, c.second)]
@@ -257,15 +257,15 @@ _MAX_SCALE_CHANGE = 1.5
 _FEW_KEYPOINTS = 200
 """A photo with fewer shows too little to be matched."""
 _MEMORY_MB = 400.0
-"""Memory for the photos of the pairs in hand."""
+"""Memory for the photos of the pairs that are matched at a time."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MatchingOptions:
-    """What a pair's matches must stand."""
+    """What the matches of a pair must pass."""
 
     min_matches: int = 16
-    """Pairs with fewer matches that turn the picture by about the same angle are left out."""
+    """Fewest matches of consistent rotation of a pair."""
 
 
 DEFAULTS = MatchingOptions()
@@ -273,7 +273,7 @@ DEFAULTS = MatchingOptions()
 
 @dataclass(frozen=True)
 class _Prepared:
-    """What pairs need of one photo."""
+    """Keypoints, descriptors and image pyramid of one photo."""
 
     keypoints: Keypoints
     descriptors: Float32[np.ndarray, "n 128"]
@@ -282,12 +282,12 @@ class _Prepared:
 
 @dataclass(frozen=True)
 class MatchedPair:
-    """What was found when a pair was matched."""
+    """The matches of a pair, before it is accepted."""
 
     pair: PairMatches
     descriptor_matches: int
-    turning_alike: int
-    """Matches that turn the picture by about the same angle."""
+    consistent_rotation: int
+    """Number of matches of consistent rotation."""
 
 
 def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAULTS) -> Matches:
@@ -303,7 +303,7 @@ def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAU
 def match_what_there_is(
     photos: PhotoSet, features: Features, options: MatchingOptions = DEFAULTS
 ) -> Matches:
-    """The same where photos that show too little are no refusal: something else joins them too."""
+    """As `match`, but photos with few keypoints are no refusal, since something else joins them."""
     candidates = select_pairs(features)
     matched = match_pairs(photos, features, candidates)
     return _joined(matched, options)
@@ -315,7 +315,7 @@ def pairs_worth_matching(photos: PhotoSet, features: Features) -> tuple[Candidat
     Raises:
         MatchingError: most photos show too little.
     """
-    _refuse_bare(photos, features)
+    _refuse_few_keypoints(photos, features)
     return select_pairs(features)
 
 
@@ -346,19 +346,19 @@ def match_pairs(
 def joined(
     photos: PhotoSet, matched: Sequence[MatchedPair], options: MatchingOptions = DEFAULTS
 ) -> Matches:
-    """The pairs whose matches turn the picture alike.
+    """The pairs with enough matches of consistent rotation.
 
     Raises:
         MatchingError: most photos match no other.
     """
     found = _joined(matched, options)
-    _refuse_strangers(photos, found.pairs)
+    _refuse_unmatched(photos, found.pairs)
     return found
 
 
 def _joined(matched: Sequence[MatchedPair], options: MatchingOptions) -> Matches:
     return Matches(
-        pairs=tuple(one.pair for one in matched if one.turning_alike >= options.min_matches),
+        pairs=tuple(one.pair for one in matched if one.consistent_rotation >= options.min_matches),
         pairs_tried=len(matched),
         descriptor_matches=sum(one.descriptor_matches for one in matched),
     )
@@ -380,7 +380,7 @@ def _match_pair(pair: Candidate, first: _Prepared, second: _Prepared) -> Matched
         xy_second_px=windows.xy_second_px[windows.kept],
         correlation=windows.correlation[windows.kept],
     )
-    alike = turning_alike(first.keypoints, second.keypoints, kept)
+    alike = consistent_rotation(first.keypoints, second.keypoints, kept)
     return MatchedPair(matches, len(found), int(alike.sum()))
 
 
@@ -394,15 +394,15 @@ def _scale_band(
     return ScaleBand(first.scale_px, second.scale_px, usual / max_change, usual * max_change)
 
 
-def _turn(pair: Candidate, first: Keypoints, second: Keypoints) -> Turn | None:
+def _turn(pair: Candidate, first: Keypoints, second: Keypoints) -> RotationBand | None:
     if pair.turn_deg is None:
         return None
-    return Turn(first.angle_deg, second.angle_deg, pair.turn_deg)
+    return RotationBand(first.angle_deg, second.angle_deg, pair.turn_deg)
 
 
 @dataclass(frozen=True)
 class PairMemory:
-    """What there is room for at a time while pairs of photos are compared."""
+    """How many pairs are matched at a time, and photos kept, within a limit of memory."""
 
     workers: int
     photos: int
@@ -425,7 +425,7 @@ class PairMemory:
         return cls(workers, max(2 * workers, int(room_mb / kept_mb)))
 
 
-def _refuse_bare(photos: PhotoSet, features: Features) -> None:
+def _refuse_few_keypoints(photos: PhotoSet, features: Features) -> None:
     counts = [len(keypoints) for keypoints in features.keypoints]
     bare = [name for name, n in zip(photos.names, counts) if n < _FEW_KEYPOINTS]
     if 2 * len(bare) > len(counts):
@@ -439,7 +439,7 @@ def _refuse_bare(photos: PhotoSet, features: Features) -> None:
         )
 
 
-def _refuse_strangers(photos: PhotoSet, pairs: Sequence[PairMatches]) -> None:
+def _refuse_unmatched(photos: PhotoSet, pairs: Sequence[PairMatches]) -> None:
     met = {photo for pair in pairs for photo in (pair.first, pair.second)}
     strangers = [name for index, name in enumerate(photos.names) if index not in met]
     if 2 * len(strangers) > len(photos.names):

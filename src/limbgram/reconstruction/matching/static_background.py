@@ -1,7 +1,8 @@
 """Static background: detection of what stands still behind a turning object.
 
 In      Features of all photos.
-Out     Still: groups of photos that one still camera took, and which keypoints of each stand still.
+Out     StaticBackground: groups of photos that one still camera took, and which keypoints of each
+        stand still.
 Method  Two keypoints of two photos coincide if they lie at the same pixel and look alike: the same
         scale, direction and descriptor. Photos of which many of the largest keypoints coincide were
         taken by a still camera, up to a small shift and growth that all share (a tripod that was
@@ -39,14 +40,14 @@ from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.matching.descriptors import comparable, match_descriptors
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
 
-_DETECTED = 0.3
-"""How far the same feature is found from its place in another photo, in its own scales, at most;"""
+_DETECTION_TOLERANCE = 0.3
+"""Largest distance between two detections of a feature that stands still, in its own scales."""
 _LEAST_PX = 1.0
-"""and this far in any case."""
+"""Such a distance that is accepted at any scale."""
 _SAME_ANGLE_DEG = 20.0
 _SAME_SCALE = 1.3
 _SAME_DESCRIPTOR = 0.9
-"""Least product of descriptors of unit length: of one feature in two photos it is 0.93 to 0.99."""
+"""Smallest product of unit descriptors of the same feature: in two photos it is 0.93 to 0.99."""
 _MATCH_RATIO = 0.8
 
 
@@ -54,54 +55,55 @@ _MOVE_SHARE = 0.01
 """Farthest that a still camera's picture moves, as a share of its longer side: a stabiliser shifts
 single photos by a quarter of it (one sigma), and a focus found anew lets the picture grow by half
 a per cent."""
-_MOVE = 3
-"""Numbers of such a move."""
+_MOTION_SIZE = 3
+"""Parameters of such a motion."""
 _MOST_ROUNDS = 10
-"""Of fitting a move to what agrees with it; fewer where the same agree again."""
+"""Of fitting a motion to its inliers; fewer once the inliers no longer change."""
 _TOUCHED_SHARE = 0.002
-"""Move from which what coincides must lie all over the picture; dirt and watermarks need not."""
+"""Motion from which coinciding keypoints must lie all over the picture; dirt and watermarks need
+not."""
 _ALL_OVER = 0.1
-"""Standard deviation, the narrow way, of what coincides, as a share of the longer side."""
+"""Smallest standard deviation of coinciding keypoints across the picture, over its longer side."""
 _MOST = 0.5
-"""Share of a group with which a photo must coincide to be of its place, wherever in the picture."""
+"""Share of a group with which a photo must coincide to belong to it, wherever in the picture."""
 _LEAST_COINCIDING = 12
-"""Keypoints of that survey that coincide in two photos of a still camera."""
+"""Fewest keypoints of the survey that coincide in two photos of a still camera."""
 _LEAST_MOVING = 16
-"""Matches of other keypoints that must have moved."""
+"""Fewest matches of other keypoints that moved."""
 _LEAST_MOVE_SHARE = 0.005
-"""By how much at least, as a share of the longer side."""
+"""Smallest such motion, as a share of the longer side."""
 _PARTNERS = 6
-"""Photos of its group with which each is compared,"""
+"""Photos of its group with which each is compared."""
 _LEAST_PARTNERS = 2
-"""and in how many of them what stands still is found again."""
+"""Fewest of them in which a keypoint that stands still is found again."""
 _SURVEY_KEYPOINTS = 500
-"""Largest keypoints of each photo that are asked first."""
+"""Number of the largest keypoints of each photo in the survey."""
 _LEAST_PHOTOS = 4
 """Fewest photos in which a turning object is told from one photo taken twice."""
 
 
 @dataclass(frozen=True)
-class PictureMove:
-    """How the picture of all that stands still moved, to first order."""
+class ImageMotion:
+    """Motion of the image of the static background: shift and growth, to first order."""
 
     growth: float = 0.0
     """In parts of itself, from the corner where pixels count from."""
     shift_px: Vector2 = field(default_factory=lambda: np.zeros(2))
 
     def undone(self, xy_px: Points2) -> Points2:
-        """Where the same would be seen had it not moved."""
+        """Pixels with the motion undone."""
         return xy_px - self.shift_px - self.growth * xy_px
 
 
 @dataclass(frozen=True, kw_only=True)
-class Still:
-    """What stands still in photos of a turning object; nothing in those of a walk round it."""
+class StaticBackground:
+    """Keypoints that stand still in photos of a turning object; none if the camera moved."""
 
     groups: tuple[tuple[int, ...], ...] = ()
     """Photos that one still camera took."""
     keypoints: tuple[Bool[np.ndarray, " n"], ...] = ()
     """Which keypoints of each photo stand still; empty where there are no groups."""
-    moves: tuple["PictureMove", ...] = ()
+    moves: tuple["ImageMotion", ...] = ()
     """Of each photo, from the first of its group; empty where there are no groups."""
 
     @property
@@ -111,12 +113,12 @@ class Still:
 
     @property
     def count(self) -> int:
-        """Keypoints that stand still, in all photos together."""
+        """Number of keypoints that stand still, in all photos."""
         return sum(int(flags.sum()) for flags in self.keypoints)
 
     @property
     def notes(self) -> tuple[Finding, ...]:
-        """What a user is told: that the camera stood still, and what was left out."""
+        """The finding that the camera stood still, and what was left out."""
         if not self.groups:
             return ()
         return (note("pairs.turned", photos=len(self.photos), points=self.count),)
@@ -149,7 +151,7 @@ class Still:
         return replace(matches, pairs=tuple(moving(pair) for pair in matches.pairs))
 
 
-def find_still(features: Features) -> Still:
+def find_still(features: Features) -> StaticBackground:
     """Keypoints that stand still in photos of a still camera.
 
     Raises:
@@ -159,7 +161,7 @@ def find_still(features: Features) -> Still:
     candidates = _groups(features, side_px)
     groups: list[tuple[int, ...]] = []
     flags = [np.zeros(len(one), bool) for one in features.keypoints]
-    moves = [PictureMove() for _ in features.keypoints]
+    moves = [ImageMotion() for _ in features.keypoints]
     for group, moved in candidates:
         found = {photo: _standing(features, photo, moved, side_px) for photo in group}
         if _something_moves(features, group, found, side_px):
@@ -169,13 +171,13 @@ def find_still(features: Features) -> Still:
         elif len(group) == len(features.keypoints):
             raise MatchingError("pairs.same_picture", photos=len(group))
     if not groups:
-        return Still()
-    return Still(groups=tuple(groups), keypoints=tuple(flags), moves=tuple(moves))
+        return StaticBackground()
+    return StaticBackground(groups=tuple(groups), keypoints=tuple(flags), moves=tuple(moves))
 
 
 @dataclass(frozen=True)
-class _Row:
-    """Keypoints of several photos in one row."""
+class _KeypointTable:
+    """Keypoints of several photos, concatenated."""
 
     photo: Int64[np.ndarray, " n"]
     xy_px: Points2
@@ -184,7 +186,9 @@ class _Row:
     descriptors: Float32[np.ndarray, "n 128"]
 
     @classmethod
-    def of(cls, features: Features, photos: Sequence[int], most: int | None = None) -> "_Row":
+    def of(
+        cls, features: Features, photos: Sequence[int], most: int | None = None
+    ) -> "_KeypointTable":
         kept = [features.keypoints[photo] for photo in photos]
         sizes = [len(one) if most is None else min(most, len(one)) for one in kept]
         pairs = list(zip(kept, sizes, strict=True))
@@ -197,7 +201,7 @@ class _Row:
         )
 
     def alike(self, pairs: Int64[np.ndarray, "k 2"]) -> Bool[np.ndarray, " k"]:
-        """Pairs of the row that show the same thing in two photos."""
+        """Which pairs of keypoints look alike, in two different photos."""
         first, second = pairs.T
         turn = np.abs((self.angle_deg[first] - self.angle_deg[second] + 180.0) % 360.0 - 180.0)
         ratio = self.scale_px[first] / self.scale_px[second]
@@ -209,25 +213,25 @@ class _Row:
         return good
 
     def near(self, reach_px: float) -> Int64[np.ndarray, "k 2"]:
-        """Pairs nearer than this that are alike, in the order of their places in the row."""
+        """Sorted pairs of keypoints that look alike, nearer to each other than this."""
         pairs = KDTree(self.xy_px).query_pairs(reach_px, output_type="ndarray").astype(np.int64)
         pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
         return pairs[self.alike(pairs)]
 
 
 class _Group(NamedTuple):
-    """Photos of one still camera, and how the picture moved in each."""
+    """Photos of one still camera, and the image motion of each."""
 
     photos: tuple[int, ...]
-    moves: dict[int, PictureMove]
+    moves: dict[int, ImageMotion]
 
 
 def _groups(features: Features, side_px: float) -> list[_Group]:
-    """Photos that are joined by enough of the largest keypoints that coincide."""
+    """Groups of photos in which enough of the largest keypoints coincide."""
     count = len(features.keypoints)
     if not any(map(len, features.keypoints)):
         return []
-    row = _Row.of(features, range(count), _SURVEY_KEYPOINTS)
+    row = _KeypointTable.of(features, range(count), _SURVEY_KEYPOINTS)
     pairs = row.near(max(_LEAST_PX, _MOVE_SHARE * side_px))
     between = row.photo[pairs[:, 0]] * count + row.photo[pairs[:, 1]]
     joined, everywhere = list[Int64[np.ndarray, "k 2"]](), list[bool]()
@@ -263,7 +267,7 @@ def _joined_photos(
     everywhere: Bool[np.ndarray, " k"],
     count: int,
 ) -> list[tuple[int, ...]]:
-    """Groups by the pairs that coincide all over the picture, and who coincides with most of one.
+    """Groups of photos whose keypoints coincide all over the picture, or with most of a group.
 
     A room that shows keypoints in a part of the picture passes that test in some pairs and fails it
     in others. What coincides with most photos of one place was taken from there.
@@ -287,12 +291,12 @@ def _joined_photos(
 
 
 def _moves(
-    group: tuple[int, ...], row: _Row, pairs: Int64[np.ndarray, "k 2"]
-) -> dict[int, PictureMove]:
-    """How the picture of each photo moved from that of the first, by what coincides in pairs."""
+    group: tuple[int, ...], row: _KeypointTable, pairs: Int64[np.ndarray, "k 2"]
+) -> dict[int, ImageMotion]:
+    """Image motion of each photo from the first of its group, by coinciding keypoints."""
     here, there = row.xy_px[pairs.T]
-    first, second = (_MOVE * np.searchsorted(group, row.photo[ends]) for ends in pairs.T)
-    size, rows = _MOVE * len(group), np.arange(len(pairs))
+    first, second = (_MOTION_SIZE * np.searchsorted(group, row.photo[ends]) for ends in pairs.T)
+    size, rows = _MOTION_SIZE * len(group), np.arange(len(pairs))
     normal, right = np.zeros((size, size)), np.zeros(size)
     for axis in range(2):
         values = [there[:, axis], -here[:, axis], np.ones(len(pairs)), -np.ones(len(pairs))]
@@ -303,16 +307,16 @@ def _moves(
         ).tocsr()
         normal += (design.T @ design).toarray()
         right += design.T @ (there - here)[:, axis]
-    free = slice(_MOVE, None)
-    moved = np.linalg.solve(normal[free, free], right[free]).reshape(-1, _MOVE)
-    found = [PictureMove(), *(PictureMove(float(g), np.array([x, y])) for g, x, y in moved)]
+    free = slice(_MOTION_SIZE, None)
+    moved = np.linalg.solve(normal[free, free], right[free]).reshape(-1, _MOTION_SIZE)
+    found = [ImageMotion(), *(ImageMotion(float(g), np.array([x, y])) for g, x, y in moved)]
     return dict(zip(group, found, strict=True))
 
 
 def _together(
     here: Points2, there: Points2, reach_px: Float64[np.ndarray, " k"]
 ) -> Bool[np.ndarray, " k"]:
-    """Which moves agree with the shift and growth of the picture that most agree with.
+    """Inliers of the shift and growth of the image with most inliers.
 
     From the shift that most agree with, growth is found in least squares, again and again with all
     that agree by then.
@@ -338,7 +342,7 @@ def _explained(
     own: Bool[np.ndarray, " k"],
     reach_px: Float64[np.ndarray, " k"],
 ) -> Bool[np.ndarray, " k"]:
-    """Which moves agree with the shift and growth that fit some of them in least squares."""
+    """Inliers of the least-squares shift and growth of some of the moves."""
     middle, shift = here[own].mean(axis=0), moves[own].mean(axis=0)
     off = here - middle
     growth = float((off[own] * moves[own]).sum()) / max(float((off[own] ** 2).sum()), _LEAST_PX)
@@ -351,20 +355,20 @@ def _breadth(xy_px: Points2) -> float:
 
 
 def _reach(scale_px: Float32[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    return np.maximum(_LEAST_PX, _DETECTED * scale_px.astype(np.float64))
+    return np.maximum(_LEAST_PX, _DETECTION_TOLERANCE * scale_px.astype(np.float64))
 
 
 def _standing(
     features: Features,
     photo: int,
-    moves: dict[int, PictureMove],
+    moves: dict[int, ImageMotion],
     side_px: float,
 ) -> Bool[np.ndarray, " n"]:
     """Which keypoints of a photo are found again at their place in others of its group."""
     own = features.keypoints[photo]
     times = np.zeros(len(own), np.int64)
     for other in _partners(photo, [*moves], _PARTNERS):
-        row = _Row.of(features, (photo, other))
+        row = _KeypointTable.of(features, (photo, other))
         pairs = row.near(max(_LEAST_PX, _MOVE_SHARE * side_px))
         here, there = row.xy_px[pairs.T]
         off_px = moves[other].undone(there) - moves[photo].undone(here)

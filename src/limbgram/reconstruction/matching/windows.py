@@ -1,4 +1,4 @@
-"""Window correlation: matched points moved to sub-pixel agreement, false ones dropped.
+"""Window correlation: matches refined to sub-pixel accuracy, false ones dropped.
 
 In      two photos' brightness, and matched keypoints.
 Out     where each first keypoint lies in the second photo, and how well the windows correlate.
@@ -35,7 +35,7 @@ _SIDE = 2 * RADIUS + 1
 
 @dataclass(frozen=True)
 class Pyramid:
-    """All levels one after the other; per level where it starts, its height and its width."""
+    """Image pyramid in one array; per level its offset, height and width."""
 
     pixels: UInt8[np.ndarray, " p"]
     layout: Int64[np.ndarray, "levels 3"]
@@ -141,14 +141,14 @@ def _layout(levels: Sequence[GreyImage]) -> Int64[np.ndarray, "levels 3"]:
 
 
 _SIGMA_AT_LEVEL_PX = 2.0
-"""Scale of the keypoints that a level suits."""
+"""Scale, in pixels of a level, of the keypoints that it suits."""
 _STEPS = 15
 _STILL_PX = 0.005
 _LEAST_CONTRAST = 2.0
 """Standard deviation of luma below which a window shows nothing."""
 _RIDGE = 1e-3
 _FINER = 2
-"""Levels down, where a window converged in a reduced photo is compared once more."""
+"""Levels by which a second comparison of a converged window is finer."""
 _AGREEMENT_WHEN_FINER = 0.9
 """Correlation from which that second comparison counts."""
 
@@ -398,7 +398,7 @@ def _normal_matrix(window: np.ndarray, contrast: float, slopes: np.ndarray) -> n
 
 @njit(cache=True, nogil=True)
 def _normalize(values: np.ndarray) -> float:
-    """Take off the mean and divide by the standard deviation, which is returned."""
+    """Subtract the mean and divide by the standard deviation, which is returned."""
     mean = values.mean()
     deviation = 0.0
     for value in values:
@@ -435,7 +435,7 @@ _MIN_CORRELATION = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class WindowOptions:
-    """Which windows count as the same place."""
+    """When two windows count as images of the same point."""
 
     max_shift: float = 3.0
     """Farthest accepted move, in pixels of the level compared."""

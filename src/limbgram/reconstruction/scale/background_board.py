@@ -12,18 +12,20 @@ from dataclasses import replace
 import numpy as np
 
 from limbgram.findings import fault, note
-from limbgram.reconstruction.matching.static_background import Still
+from limbgram.reconstruction.matching.static_background import StaticBackground
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 
 _STILL_PX = 2.0
-"""Corners that move less have not moved, but for a tripod that was touched."""
+"""Largest median move of the corners of a board that stands still, but for a touched tripod."""
 _LEAST_PHOTOS = 3
 """Photos in which a board that stands still is found at one place: one that turns may pause."""
 _REASON = note("board.photo.stood_still")
 
 
-def without_background_board(detections: BoardDetections, still: Still) -> BoardDetections:
+def without_background_board(
+    detections: BoardDetections, still: StaticBackground
+) -> BoardDetections:
     """The detections of photos whose board turns with the object."""
     standing: set[int] = set()
     by_photo = {one.photo_idx: one for one in detections.photos}
@@ -44,12 +46,12 @@ def without_background_board(detections: BoardDetections, still: Still) -> Board
 
 
 def _stands(one: PhotoCorners, shown: Sequence[PhotoCorners]) -> bool:
-    """Whether enough photos of its camera, itself among them, show its corners at one place."""
+    """Whether enough photos of the same camera show the corners at the same pixels."""
     return sum(_move_px(one, other) < _STILL_PX for other in shown) >= _LEAST_PHOTOS
 
 
 def _move_px(one: PhotoCorners, other: PhotoCorners) -> float:
-    """How far the middle one of the corners that both show moves."""
+    """Median move of the corners that both photos show."""
     _, here, there = np.intersect1d(one.ids, other.ids, return_indices=True)
     if not len(here):
         return float("inf")

@@ -5,20 +5,21 @@ Out     the board's corners as points of the scene, the lengths that set the sca
         check it, the scene adjusted once more together with the board.
 Method  Corners are triangulated from all photos that see them. Those that contradict the others
         are dropped: where the limb's silhouette cuts the board, a detector puts some of them a
-        pixel and more beside the truth. How far the errors of single photos move the corners is
-        found by leaving out one photo after the other.
+        pixel and more beside the truth. The uncertainty due to errors of single photos is found by
+        leaving out one photo at a time (jackknife).
         Corners are split like the colours of a checkerboard: one half sets the scale; the other
-        half, which shares no corner with it, checks it. The board is taken to be printed as
-        described: that x and y agree is tested; an error that both share only another length shows.
-        Corners that set the scale join one last adjustment as a body of known shape and free size:
-        they are seen in more photos, and more sharply, than any spot of the skin. Those that check
-        it stay out. How far a print is from its shape is read off the corners as they were located
-        before, so a bent board still ties photos together but does not bend them.
-        Where x and y disagree beyond doubt, one of them is not as printed, and nothing in the
-        photos tells which: the scale, which is between both, is then sure to half of that only.
+        half, which shares no corner with it, checks it. The board is assumed to be printed as
+        described: that x and y agree is tested; an error common to both shows only in another
+        length. Corners that set the scale join one last adjustment as a body of known shape and
+        free scale: they are seen in more photos, and more sharply, than any keypoint of the skin.
+        Those that check it stay out. The sigma of the print's shape is estimated from the corners
+        as triangulated before, so that a bent board still constrains the photos but does not bend
+        the scene.
+        Where x and y disagree significantly, one of them is not as printed, and the photos do not
+        show which: the scale, which lies between both, is then uncertain by half of that.
 Fails   ScaleError: too few corners, corners that contradict each other, a mirrored board. Corners
-        miss each other also where the camera file belongs to another lens; the board seen from
-        three sides shows the focal length by itself, and so whose fault it is.
+        have large residuals also where the camera file belongs to another lens; a board seen from
+        three sides determines the focal length by itself, and so shows which is the cause.
 """
 
 from collections.abc import Iterator
@@ -48,7 +49,7 @@ from limbgram.reconstruction.scale.ruler import (
     RulerLength,
     corners_shown,
     jackknife_sigma,
-    moves_by_cameras,
+    points_by_cameras,
     size_by_cameras,
     stretch_by_cameras,
 )
@@ -59,9 +60,9 @@ _LEAST_LIMIT_PX = 0.3
 _LIMIT_SIGMAS = 4.0
 _RAYLEIGH_MEDIAN = 1.1774
 _MOST_RESIDUAL = 0.001
-"""Typical residual above which the board cannot have lain still, as a share of the width."""
-_LEAST_TRUST = 0.5
-"""A photo of whose corners fewer agree with the other photos is left out."""
+"""Residual, as a share of the picture's width, above which the board cannot have lain still."""
+_LEAST_AGREEING_SHARE = 0.5
+"""Smallest share of a photo's corners that must agree with the other photos."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +74,7 @@ class SceneCorners:
     without_photo: Float64[np.ndarray, "p n 3"]
     """The same points, each time without one of the p photos."""
     observations: "CornerObservations"
-    """Those that were believed, of corners located or not."""
+    """Inlier observations, of located corners and of others."""
     sigma_px: float
     """Standard deviation of one measured coordinate, from the residuals."""
     set_aside: tuple[SetAside, ...]
@@ -81,7 +82,7 @@ class SceneCorners:
 
 @dataclass(frozen=True)
 class CornerObservations:
-    """Corner point_idx[k] of the board appears in views[view_idx[k]] at xy_px[k]."""
+    """Observations: corner point_idx[k] of the board appears in views[view_idx[k]] at xy_px[k]."""
 
     views: tuple[View, ...]
     view_idx: Int32[np.ndarray, " m"]
@@ -89,7 +90,8 @@ class CornerObservations:
     xy_px: Points2
     count: int
 
-    def only(self, kept: np.ndarray) -> "CornerObservations":
+    def subset(self, kept: np.ndarray) -> "CornerObservations":
+        """Some of the observations."""
         return CornerObservations(
             self.views, self.view_idx[kept], self.point_idx[kept], self.xy_px[kept], self.count
         )
@@ -118,9 +120,9 @@ def locate_corners(scene: Scene, detections: BoardDetections) -> SceneCorners:
         ScaleError: the board's corners contradict each other in all photos.
     """
     observations = _corner_observations(scene, detections)
-    believed = _consistent(observations)
-    _check_still(believed, observations)
-    trusted, doubted = _without_strangers(believed, observations)
+    inliers = _consistent(observations)
+    _check_still(inliers, observations)
+    trusted, doubted = _without_contradicting_photos(inliers, observations)
     points = trusted.points()
     seen = np.bincount(trusted.point_idx, minlength=trusted.count)
     known = np.isfinite(points).all(1) & (seen >= LEAST_OBSERVATIONS)
@@ -136,6 +138,7 @@ def locate_corners(scene: Scene, detections: BoardDetections) -> SceneCorners:
 
 
 def _corner_observations(scene: Scene, detections: BoardDetections) -> CornerObservations:
+    """Observations of the board's corners in placed photos."""
     index = {scene.names[k]: k for k in scene.placed}
     seen = [photo for photo in detections.photos if photo.name in index]
     views = tuple(scene.view(index[photo.name]) for photo in seen)
@@ -159,30 +162,30 @@ def _consistent(observations: CornerObservations) -> CornerObservations:
         dropped = (residuals > limit) & (residuals == worst[observations.point_idx])
         if not dropped.any():
             break
-        observations = observations.only(~dropped)
+        observations = observations.subset(~dropped)
     return observations
 
 
 def _limit_px(sigma_px: float) -> float:
-    """Beyond which a corner's miss is no noise."""
+    """Residual beyond which a corner is an outlier."""
     return max(_LEAST_LIMIT_PX, _LIMIT_SIGMAS * sigma_px)
 
 
-def _check_still(believed: CornerObservations, observations: CornerObservations) -> None:
-    if not len(believed.xy_px):
+def _check_still(inliers: CornerObservations, observations: CornerObservations) -> None:
+    if not len(inliers.xy_px):
         return
-    sigma_px = _sigma_px(observations.residuals_px(believed.points()))
+    sigma_px = _sigma_px(observations.residuals_px(inliers.points()))
     if sigma_px > _MOST_RESIDUAL * max(view.camera.width_px for view in observations.views):
         raise ScaleError("board.moved", sigma_px=float(sigma_px), photos=len(observations.views))
 
 
-def _without_strangers(
-    believed: CornerObservations, observations: CornerObservations
+def _without_contradicting_photos(
+    inliers: CornerObservations, observations: CornerObservations
 ) -> tuple[CornerObservations, tuple[SetAside, ...]]:
     """Leave out photos in which most corners contradict the other photos."""
     before = np.bincount(observations.view_idx, minlength=len(observations.views))
-    after = np.bincount(believed.view_idx, minlength=len(observations.views))
-    strange = after < _LEAST_TRUST * before
+    after = np.bincount(inliers.view_idx, minlength=len(observations.views))
+    contradicting = after < _LEAST_AGREEING_SHARE * before
     doubted = tuple(
         SetAside(
             observations.views[k].name,
@@ -192,9 +195,9 @@ def _without_strangers(
                 seen=int(before[k]),
             ),
         )
-        for k in np.flatnonzero(strange)
+        for k in np.flatnonzero(contradicting)
     )
-    return believed.only(~strange[believed.view_idx]), doubted
+    return inliers.subset(~contradicting[inliers.view_idx]), doubted
 
 
 def _leave_one_out(
@@ -202,7 +205,7 @@ def _leave_one_out(
 ) -> Float64[np.ndarray, "p n 3"]:
     """The points without each photo in turn; a point that needs the photo stays where it is."""
     replicates = [
-        observations.only(observations.view_idx != photo).points()
+        observations.subset(observations.view_idx != photo).points()
         for photo in np.unique(observations.view_idx)
     ]
     stack = np.array(replicates).reshape(-1, *points.shape)
@@ -210,7 +213,7 @@ def _leave_one_out(
 
 
 def _sigma_px(residuals: Float64[np.ndarray, " m"]) -> float:
-    """Robust sigma of one coordinate from distances in two."""
+    """Robust sigma of one coordinate from distances of two (median of a Rayleigh distribution)."""
     known = residuals[np.isfinite(residuals)]
     return float(np.median(known)) / _RAYLEIGH_MEDIAN if len(known) else 0.0
 
@@ -226,10 +229,10 @@ def long_lengths(
     chosen: Bool[np.ndarray, " n"],
     role: Literal["control", "check"],
 ) -> tuple[RulerLength, ...]:
-    """The longest length in each direction between chosen corners; none where none lies so.
+    """The longest length in each direction between chosen corners.
 
     Args:
-        moves: Of the points, by the cameras' numbers.
+        moves: Jacobian of the points by poses and lenses.
     """
     rows = np.flatnonzero(chosen)
     return tuple(
@@ -272,7 +275,7 @@ _LEAST_OUTLIER = 0.001
 
 @dataclass(frozen=True, kw_only=True)
 class SceneBoard:
-    """A board found in the scene: where it is, and what it says about the scale."""
+    """A board located in the scene, and the scale by its corners."""
 
     scene_from_board: Similarity
     """Board frame in millimetres (z into the board) to the scene's world and unit."""
@@ -316,7 +319,7 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
     located = locate_corners(scene, detections)
     control = _control_half(located.ids, detections)
     _check_enough(control, detections)
-    flat = _flat(detections.corners_mm[located.ids], located.points_in_world)
+    flat = _flat_inliers(detections.corners_mm[located.ids], located.points_in_world)
     control = control[flat]
     _check_enough(control, detections)
     board_mm = detections.corners_mm[located.ids[flat]]
@@ -357,17 +360,17 @@ def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
 def _moves(
     scene: Scene, detections: BoardDetections, pose: Similarity, ids: Int32[np.ndarray, " n"]
 ) -> Float64[np.ndarray, "n 3 u"] | None:
-    """How corners move by the cameras' numbers; None where it is not known how sure these are."""
+    """Jacobian of the corners by poses and lenses; None where the scene has no covariance."""
     if scene.camera_covariance is None:
         return None
     shown = corners_shown(detections)
-    return moves_by_cameras(scene, shown, pose.apply(detections.corners_mm))[0][ids]
+    return points_by_cameras(scene, shown, pose.apply(detections.corners_mm))[0][ids]
 
 
 def _stretch_sigma_by_cameras(
     scene: Scene, detections: BoardDetections, pose: Similarity, ids: Int32[np.ndarray, " n"]
 ) -> float:
-    """What lens and poses, which all photos share, leave open of the ratio of the board's sides."""
+    """Standard deviation of the ratio of the board's sides due to lenses and poses."""
     if scene.camera_covariance is None:
         return 0.0
     corners = pose.apply(detections.corners_mm)
@@ -395,8 +398,8 @@ def _check_enough(control: Bool[np.ndarray, " n"], detections: BoardDetections) 
         )
 
 
-def _flat(board_mm: Points3, points: Points3) -> Bool[np.ndarray, " n"]:
-    """Corners that lie where a flat board of the right proportions has them."""
+def _flat_inliers(board_mm: Points3, points: Points3) -> Bool[np.ndarray, " n"]:
+    """Mask of the corners that agree with a flat board of the right proportions."""
     kept = np.ones(len(points), bool)
     for _ in range(len(points)):
         pose = fit_similarity(board_mm[kept], points[kept])
@@ -416,7 +419,7 @@ def _off_plane(
     pose: Similarity,
     detections: BoardDetections,
 ) -> tuple[SetAside, ...]:
-    """Corners whose photos contradict the flat board, rather than tell little of their distance."""
+    """Mask of the corners whose residuals contradict the flat board, beyond depth noise."""
     seen = located.observations
     misses_px = seen.residuals_px(pose.apply(detections.corners_mm))
     wrong = np.isin(seen.point_idx, located.ids[off]) & (misses_px > _limit_px(located.sigma_px))
@@ -440,7 +443,7 @@ def _stretch(board_mm: Points3, points: Points3) -> float:
 
 
 _LEAST_SHAPE_SIGMA = 1e-6
-"""In sizes of the board."""
+"""Smallest sigma of the shape, over the size of the board."""
 _LEAST_SIGMA_PX = 1e-3
 
 

@@ -1,22 +1,22 @@
 """Displaced board: finds between which photos the board was pushed, and keeps the largest run.
 
 In      a Scene whose photos are placed by what kept still, and BoardDetections.
-Out     the detections of the largest run of photos that agree on where the board lies; the others
-        are set aside with the photos between which it was pushed.
-Method  Limb, room and board are three bodies. The first two place the photos (`movement` tells
-        them apart); what the corners then say is the board's own. Where they miss each other by
-        more than those of a board that keeps still, the longest run of photos, in their order, is
-        looked for that locates the corners for itself with half of the misses or less in every one
-        of its photos. Photos of a board that keeps still hold no such run. Photos beside the run
-        that agree with it are kept as well.
+Out     the detections of the largest run of photos that agree on the board's place; the others are
+        set aside with the photos between which it was pushed.
+Method  Limb, room and board are three bodies. The first two place the photos (`movement` separates
+        them); the residuals of the corners are then due to the board. Where they are larger than
+        those of a board that keeps still, the longest run of consecutive photos is searched from
+        which the corners, triangulated without the others, have half of these residuals or less in
+        every photo. Photos of a board that keeps still hold no such run. Photos beside the run that
+        agree with it are kept as well.
         Corners that only one of two runs shows contradict nothing, wherever the board lay. Where
-        two runs have less than half of their corners in common, the board's known shape, laid on
-        the corners that the larger run locates, foretells the others: the smaller run is kept only
-        where it agrees with these.
+        two runs have less than half of their corners in common, the board's known shape, fitted to
+        the corners of the larger run, predicts the others: the smaller run is kept only where it
+        agrees with these.
         A board that is pushed stays in its plane. Where the others agree that it lies in another
         one, the limb was turned over beside it, or photos are placed wrongly.
-Limits  A push by less than the misses of a still board, and a board that moves in every photo, are
-        not told here; the corners' own tests refuse the latter.
+Limits  A push by less than the residuals of a still board, and a board that moves in every photo,
+        are not found here; the corners' own tests refuse the latter.
 """
 
 import math
@@ -36,32 +36,32 @@ from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 
 _FEWEST = 4
-"""Photos of a run, which is a third of them at least: fewer may agree by chance."""
+"""Fewest photos of a run, which is a third of all at least: fewer may agree by chance."""
 _LEAST_SHARE = 1 / 3
-_KEPT_STILL_PX = 0.35
-"""In boards that kept still the median corner of a photo misses the others by 0.06 to 0.2 px."""
-_HALVED = 0.5
+_STILL_RESIDUAL_PX = 0.35
+"""Largest median residual of a photo of a board that kept still: these have 0.06 to 0.2 px."""
+_RESIDUAL_RATIO = 0.5
+"""Largest ratio of the residuals of a run by itself over those of all photos."""
 _FEWEST_ASIDE = 3
-"""One or two photos that contradict the others are left out by the corners' own tests."""
+"""Fewest photos beside the run: one or two are left out by the corners' own tests."""
 _IN_COMMON = 0.5
-"""Share of the corners of the run with fewer that two runs have in common, from which the corners'
-misses compare both."""
+"""Share of the smaller run's corners in common from which the residuals compare two runs."""
 _TIPPED_DEG = 20.0
-"""Between two planes of the board: more is no push along a table."""
+"""Angle between two planes of the board beyond which it was not pushed along a table."""
 _LEAST_BREADTH = 0.1
-"""Corners that lie more nearly on one line than this, breadth to length, foretell no others."""
+"""Smallest breadth over length of corners that determine the pose of the board."""
 
 
 def without_displaced_board(scene: Scene, detections: BoardDetections) -> BoardDetections:
-    """The detections that agree on where the board lies; themselves where it kept still."""
+    """The detections of the largest run of photos that agree on the board's place."""
     index = {scene.names[k]: k for k in scene.placed}
     shown = sorted(
         (one for one in detections.photos if one.name in index), key=lambda one: index[one.name]
     )
-    seen = [_Seen(one, scene.view(index[one.name])) for one in shown]
+    seen = [_BoardView(one, scene.view(index[one.name])) for one in shown]
     kept = _agreeing(seen, detections.corners_mm)
     if kept.agree.all():
-        kept = _by_its_shape(seen, detections.corners_mm)
+        kept = _by_board_shape(seen, detections.corners_mm)
     aside = [one.photo.name for one, agrees in zip(seen, kept.agree, strict=True) if not agrees]
     if len(aside) < _FEWEST_ASIDE:
         return detections
@@ -87,68 +87,79 @@ def without_displaced_board(scene: Scene, detections: BoardDetections) -> BoardD
 
 
 def tipped_photos(set_aside: Sequence[SetAside]) -> list[Finding]:
-    """Why photos were set aside that show the board in another plane, one each."""
+    """The reasons for photos that were set aside because they show the board in another plane."""
     reasons = [one.reason for one in set_aside]
     return [one for one in reasons if one.code == "board.photo.tipped"]
 
 
 @dataclass(frozen=True)
-class _Seen:
-    """A placed photo and the corners that it shows."""
+class _BoardView:
+    """A placed photo and its corners."""
 
     photo: PhotoCorners
     view: View
 
 
 @dataclass(frozen=True)
-class _Kept:
-    """Which photos agree on where the board lies; and whether the others are known not to."""
+class _Agreement:
+    """Which photos agree on the board's place, and whether the others surely do not."""
 
     agree: Bool[np.ndarray, " n"]
     sure: bool = True
 
     @classmethod
-    def all_of(cls, seen: Sequence[_Seen]) -> "_Kept":
+    def all_of(cls, seen: Sequence[_BoardView]) -> "_Agreement":
+        """That all photos agree."""
         return cls(np.ones(len(seen), bool))
 
 
-def _agreeing(seen: Sequence[_Seen], corners_mm: Points3) -> _Kept:
-    """Photos that agree with the longest run that agrees with itself; all where none is needed."""
+def _agreeing(seen: Sequence[_BoardView], corners_mm: Points3) -> _Agreement:
+    """The photos that agree with the largest self-consistent run; all if the board kept still."""
     count = len(seen)
-    together_px = _worst(_misses_px(seen, _places(seen, corners_mm))) if count > _FEWEST else 0.0
-    if not together_px > _KEPT_STILL_PX:
-        return _Kept.all_of(seen)
+    together_px = (
+        _worst(_median_residuals_px(seen, _places(seen, corners_mm))) if count > _FEWEST else 0.0
+    )
+    if not together_px > _STILL_RESIDUAL_PX:
+        return _Agreement.all_of(seen)
     for length in range(count - 1, max(_FEWEST, math.ceil(_LEAST_SHARE * count)) - 1, -1):
         runs = [seen[first : first + length] for first in range(count - length + 1)]
-        worst_px = [_worst(_misses_px(run, _places(run, corners_mm))) for run in runs]
+        worst_px = [_worst(_median_residuals_px(run, _places(run, corners_mm))) for run in runs]
         best = int(np.argmin(worst_px))
-        if worst_px[best] < _HALVED * together_px:
+        if worst_px[best] < _RESIDUAL_RATIO * together_px:
             places = _places(runs[best], corners_mm)
-            misses_px = _misses_px(seen, places)
-            unknown = np.isnan(misses_px)
-            misses_px[unknown] = _misses_px(seen, _completed(places, corners_mm))[unknown]
-            return _Kept(misses_px < max(_HALVED * together_px, 2.0 * worst_px[best]))
-    return _Kept.all_of(seen)
+            residuals_px = _median_residuals_px(seen, places)
+            unknown = np.isnan(residuals_px)
+            residuals_px[unknown] = _median_residuals_px(seen, _completed(places, corners_mm))[
+                unknown
+            ]
+            return _Agreement(
+                residuals_px < max(_RESIDUAL_RATIO * together_px, 2.0 * worst_px[best])
+            )
+    return _Agreement.all_of(seen)
 
 
-def _tipped(seen: Sequence[_Seen], agree: Bool[np.ndarray, " photos"], corners_mm: Points3) -> bool:
-    """Whether the photos that do not agree show the board in another plane, and alike."""
+def _tipped(
+    seen: Sequence[_BoardView], agree: Bool[np.ndarray, " photos"], corners_mm: Points3
+) -> bool:
+    """Whether the other photos agree among themselves on another plane of the board."""
     normals: list[Vector3] = []
     for chosen in (agree, ~agree):
         group = [one for one, is_in in zip(seen, chosen, strict=True) if is_in]
         places = _places(group, corners_mm)
         pose = _pose_of(places, corners_mm)
-        if pose is None or not _worst(_misses_px(group, places)) < _KEPT_STILL_PX:
+        if pose is None or not _worst(_median_residuals_px(group, places)) < _STILL_RESIDUAL_PX:
             return False
         normals.append(pose.rotation[:, 2])
     return float(normals[0] @ normals[1]) < math.cos(math.radians(_TIPPED_DEG))
 
 
-def _by_its_shape(seen: Sequence[_Seen], corners_mm: Points3) -> _Kept:
-    """Of two runs that hardly show the same corners the larger one, where the other one lies
-    elsewhere by the board's shape, or nothing foretells where; all where no runs are so."""
+def _by_board_shape(seen: Sequence[_BoardView], corners_mm: Points3) -> _Agreement:
+    """The larger of two runs with few corners in common, if the board's shape tells them apart.
+
+    All photos if there are no such runs; not sure where the shape predicts nothing.
+    """
     count = len(seen)
-    worst, kept = (_KEPT_STILL_PX, 0), _Kept.all_of(seen)
+    worst, kept = (_STILL_RESIDUAL_PX, 0), _Agreement.all_of(seen)
     for border in range(_FEWEST_ASIDE, count - _FEWEST_ASIDE + 1):
         runs = [_Run.of(range(border), seen, corners_mm)]
         runs.append(_Run.of(range(border, count), seen, corners_mm))
@@ -156,27 +167,27 @@ def _by_its_shape(seen: Sequence[_Seen], corners_mm: Points3) -> _Kept:
         common = int((smaller.located & larger.located).sum())
         if smaller.size[0] == 0 or common >= _IN_COMMON * smaller.size[0]:
             continue
-        foretold = _completed(larger.places, corners_mm)
-        misses_px = _misses_px([seen[k] for k in smaller.photos], foretold)
-        off_px = math.inf if np.isnan(misses_px).all() else float(np.nanmean(misses_px))
+        predicted = _completed(larger.places, corners_mm)
+        residuals_px = _median_residuals_px([seen[k] for k in smaller.photos], predicted)
+        off_px = math.inf if np.isnan(residuals_px).all() else float(np.nanmean(residuals_px))
         explained = smaller.corners_seen + larger.corners_seen
         if (off_px, explained) > worst:
             agree = np.isin(np.arange(count), np.array(larger.photos))
-            worst, kept = (off_px, explained), _Kept(agree, sure=math.isfinite(off_px))
+            worst, kept = (off_px, explained), _Agreement(agree, sure=math.isfinite(off_px))
     return kept
 
 
 @dataclass(frozen=True)
 class _Run:
-    """Photos that follow each other, and where they locate the corners."""
+    """Consecutive photos, with the corners triangulated from them."""
 
     photos: range
     places: Points3
     corners_seen: int
-    """In all photos together, of those that are located."""
+    """Number of observations of the triangulated corners."""
 
     @classmethod
-    def of(cls, photos: range, seen: Sequence[_Seen], corners_mm: Points3) -> "_Run":
+    def of(cls, photos: range, seen: Sequence[_BoardView], corners_mm: Points3) -> "_Run":
         own = [seen[k] for k in photos]
         places = _places(own, corners_mm)
         ids = np.concatenate([one.photo.ids for one in own])
@@ -188,12 +199,12 @@ class _Run:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Corners, and photos."""
+        """Number of corners, and of photos."""
         return int(self.located.sum()), len(self.photos)
 
 
-def _places(seen: Sequence[_Seen], corners_mm: Points3) -> Points3:
-    """Where these photos locate the corners; NaN where they do not."""
+def _places(seen: Sequence[_BoardView], corners_mm: Points3) -> Points3:
+    """The corners triangulated from these photos; NaN where too few show them."""
     ids = np.concatenate([one.photo.ids for one in seen])
     xy_px = np.concatenate([one.photo.xy_px for one in seen])
     lengths = [len(one.photo.ids) for one in seen]
@@ -203,13 +214,13 @@ def _places(seen: Sequence[_Seen], corners_mm: Points3) -> Points3:
 
 
 def _completed(places: Points3, corners_mm: Points3) -> Points3:
-    """With the corners that were not located where the board's shape has them."""
+    """The corners, the missing ones predicted by the board's shape."""
     pose = _pose_of(places, corners_mm)
     return places if pose is None else np.where(np.isnan(places), pose.apply(corners_mm), places)
 
 
 def _pose_of(places: Points3, corners_mm: Points3) -> Similarity | None:
-    """The board laid on the corners that were located; None where these do not foretell others."""
+    """The pose of the board by its located corners; None where they do not determine it."""
     known = ~np.isnan(places[:, 0])
     if known.sum() < _FEWEST:
         return None
@@ -220,17 +231,19 @@ def _pose_of(places: Points3, corners_mm: Points3) -> Similarity | None:
     return fit_similarity(corners_mm[known], places[known])
 
 
-def _misses_px(seen: Sequence[_Seen], places: Points3) -> Float64[np.ndarray, " photos"]:
-    """Of each photo the median distance between its corners and these; NaN where none is known."""
-    misses_px = np.full(len(seen), np.nan)
+def _median_residuals_px(
+    seen: Sequence[_BoardView], places: Points3
+) -> Float64[np.ndarray, " photos"]:
+    """By photo, the median reprojection error of these corners; NaN where it shows none."""
+    residuals_px = np.full(len(seen), np.nan)
     for k, one in enumerate(seen):
         off = np.linalg.norm(one.view.project(places[one.photo.ids]) - one.photo.xy_px, axis=1)
         known = off[np.isfinite(off)]
         if len(known):
-            misses_px[k] = np.median(known)
-    return misses_px
+            residuals_px[k] = np.median(known)
+    return residuals_px
 
 
-def _worst(misses_px: Float64[np.ndarray, " photos"]) -> float:
-    """Of those that are known."""
-    return float(np.nan_to_num(misses_px).max())
+def _worst(residuals_px: Float64[np.ndarray, " photos"]) -> float:
+    """The largest of the known ones."""
+    return float(np.nan_to_num(residuals_px).max())

@@ -22,41 +22,43 @@ from limbgram.reconstruction.photos.photo import SetAside, left_out
 from limbgram.reconstruction.scale.ruler import (
     Ruler,
     RulerLength,
-    moves_by_cameras,
+    points_by_cameras,
     size_by_cameras,
 )
 from limbgram.reconstruction.scale.stated_lengths import KnownDistance, Pick
 
 _FEWEST_PICKS = 2
-"""Photos: two rays meet in a point."""
+"""Fewest photos: two rays meet in a point."""
 _LEAST_ANGLE_DEG = 2.0
 _LEAST_RESIDUAL_PX = 1.0
 _MOST_RESIDUAL = 0.002
 """Largest accepted distance of a pick from the common point, as a share of the photo's width."""
-_MOST_STRANGE = 0.25
-"""Of the photos in which a mark was read, so many may contradict the others."""
+_MAX_CONTRADICTING_SHARE = 0.25
+"""Largest share of a mark's photos that may contradict the others."""
 _DIFFER = 0.05
-"""Chance of lengths whose sigmas are right to be taken for differing."""
+"""Significance level of the test whether lengths differ by more than their sigmas."""
 
 
 @dataclass(frozen=True)
-class _End:
+class _LocatedEnd:
+    """One end of a known distance, triangulated from its picks."""
+
     point_in_world: Vector3
     covariance: Matrix3
     """For picks with a standard deviation of 1 px."""
     photos: tuple[str, ...]
-    """In which it was picked, and which agree."""
-    misses_px2: float
-    """Sum of the squared misses of its picks."""
-    freedom: int
-    strange: tuple[SetAside, ...] = ()
+    """Photos with picks of it that agree."""
+    squares_px2: float
+    """Sum of the squared residuals of its picks."""
+    dof: int
+    contradicting: tuple[SetAside, ...] = ()
     """Photos that contradict the others."""
 
 
 def measure_distances(
     scene: Scene, distances: Sequence[KnownDistance], pick_sigma_px: float, *, all_check: bool
 ) -> Ruler:
-    """The distances as a ruler: by turns one sets the scale and one checks it, in the given order.
+    """The distances as a ruler: alternately one sets the scale and the next checks it.
 
     With `all_check` every one checks, and the ruler's own scale is only for comparison.
 
@@ -71,8 +73,8 @@ def measure_distances(
             for name, picks in zip(distance.ends, (distance.first, distance.second), strict=True)
         ]
         missing = tuple(end for end in ends if isinstance(end, Finding))
-        located = [end for end in ends if isinstance(end, _End)]
-        set_aside += [one for end in located for one in end.strange]
+        located = [end for end in ends if isinstance(end, _LocatedEnd)]
+        set_aside += [one for end in located for one in end.contradicting]
         if missing:
             set_aside.append(SetAside(distance.label, note("scale.ends_missing", ends=missing)))
         else:
@@ -87,8 +89,8 @@ def measure_distances(
 
 def _locate(
     scene: Scene, distance: KnownDistance, name: str, picks: Sequence[Pick]
-) -> _End | Finding:
-    """One end in the scene, or why it cannot be had."""
+) -> _LocatedEnd | Finding:
+    """One end triangulated in the scene, or the finding why it cannot be."""
     label = distance.label
     unknown = [pick.photo for pick in picks if pick.photo not in scene.names]
     if unknown:
@@ -102,42 +104,44 @@ def _locate(
     kept = np.arange(len(seen), dtype=np.int32)
     if distance.sigma_px is not None:
         kept = _agreeing(seen, xy_px)
-    strange = tuple(
+    contradicting = tuple(
         SetAside(usable[k].photo, doubt("scale.end.elsewhere", end=name, label=label))
         for k in sorted({*range(len(seen))} - {*kept.tolist()})
     )
     believed = kept.tolist()
     usable, seen = [usable[k] for k in believed], [seen[k] for k in believed]
     xy_px = xy_px[kept]
-    located = _meeting(seen, xy_px)
+    located = _intersection(seen, xy_px)
     point = located.points_in_world[0]
     directions = np.array([view.centre_in_world - point for view in seen])
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     narrowest = float((directions @ directions.T).min())
     if not np.isfinite(point).all() or narrowest > np.cos(np.radians(_LEAST_ANGLE_DEG)):
         return note("scale.end.narrow", end=name, least_deg=_LEAST_ANGLE_DEG)
-    _check_meeting(
+    _check_residuals(
         label,
         usable,
         [view.camera.width_px for view in seen],
         np.array([view.project(point[None])[0] for view in seen]) - xy_px,
     )
-    misses_px2 = float(located.rms_px[0] ** 2 * len(seen))
+    squares_px2 = float(located.rms_px[0] ** 2 * len(seen))
     photos = tuple(pick.photo for pick in usable)
-    return _End(point, located.covariance[0], photos, misses_px2, 2 * len(seen) - 3, strange)
+    return _LocatedEnd(
+        point, located.covariance[0], photos, squares_px2, 2 * len(seen) - 3, contradicting
+    )
 
 
-def _meeting(views: Sequence[View], xy_px: Points2) -> Triangulated:
+def _intersection(views: Sequence[View], xy_px: Points2) -> Triangulated:
     order = np.arange(len(views), dtype=np.int32)
     return triangulate(views, order, np.zeros(len(views), np.int32), xy_px, 1)
 
 
 def _agreeing(views: Sequence[View], xy_px: Points2) -> Int32[np.ndarray, " k"]:
-    """The photos that agree on a mark; a few may have misread one."""
+    """The photos that agree on a mark, without a few that misread it."""
     kept = np.arange(len(views), dtype=np.int32)
-    while len(kept) - 1 >= max(3, (1 - _MOST_STRANGE) * len(views)):
+    while len(kept) - 1 >= max(3, (1 - _MAX_CONTRADICTING_SHARE) * len(views)):
         chosen = [views[k] for k in kept.tolist()]
-        point = _meeting(chosen, xy_px[kept]).points_in_world
+        point = _intersection(chosen, xy_px[kept]).points_in_world
         seen_px = np.array([view.project(point)[0] for view in chosen])
         off_px = np.linalg.norm(seen_px - xy_px[kept], axis=1)
         worst = int(np.argmax(off_px))
@@ -148,7 +152,7 @@ def _agreeing(views: Sequence[View], xy_px: Points2) -> Int32[np.ndarray, " k"]:
     return kept
 
 
-def _check_meeting(
+def _check_residuals(
     label: str, picks: Sequence[Pick], widths_px: Sequence[int], misses: np.ndarray
 ) -> None:
     off_px = np.linalg.norm(misses, axis=1)
@@ -163,14 +167,19 @@ def _check_meeting(
 
 
 def _length(
-    distance: KnownDistance, first: _End, second: _End, pick_sigma_px: float, *, check: bool
+    distance: KnownDistance,
+    first: _LocatedEnd,
+    second: _LocatedEnd,
+    pick_sigma_px: float,
+    *,
+    check: bool,
 ) -> RulerLength:
     between = second.point_in_world - first.point_in_world
     measured = float(np.linalg.norm(between))
     direction = between / max(measured, 1e-300)
     of_length = distance.length_sigma_mm / distance.length_mm
-    freedom = first.freedom + second.freedom
-    spread_px = math.sqrt((first.misses_px2 + second.misses_px2) / freedom) * widening(freedom)
+    freedom = first.dof + second.dof
+    spread_px = math.sqrt((first.squares_px2 + second.squares_px2) / freedom) * widening(freedom)
     sigma_px = pick_sigma_px if distance.sigma_px is None else distance.sigma_px
     of_one_px = float(direction @ (first.covariance + second.covariance) @ direction)
     variance = of_one_px * max(sigma_px, spread_px) ** 2
@@ -185,8 +194,10 @@ def _length(
     )
 
 
-def _by_cameras(scene: Scene, first: _End, second: _End) -> Float64[np.ndarray, " u"] | None:
-    """How the length grows by the cameras' numbers; None where it is not told how sure they are."""
+def _by_cameras(
+    scene: Scene, first: _LocatedEnd, second: _LocatedEnd
+) -> Float64[np.ndarray, " u"] | None:
+    """Jacobian of the length by poses and lenses; None where the scene has no covariance."""
     if scene.camera_covariance is None:
         return None
     shown = {
@@ -194,7 +205,7 @@ def _by_cameras(scene: Scene, first: _End, second: _End) -> Float64[np.ndarray, 
         for photo in {*first.photos, *second.photos}
     }
     points = np.array([first.point_in_world, second.point_in_world])
-    moves, _ = moves_by_cameras(scene, shown, points, _FEWEST_PICKS)
+    moves, _ = points_by_cameras(scene, shown, points, _FEWEST_PICKS)
     return size_by_cameras(points, moves)
 
 
@@ -219,14 +230,14 @@ def ruler_of(lengths: Sequence[RulerLength], set_aside: tuple[SetAside, ...] = (
         relative_sigma=sigma / mean,
         lengths=tuple(lengths),
         set_aside=set_aside,
-        by_cameras=_grown([one.by_cameras for one in control], weights * ratios),
+        by_cameras=_mean_growth([one.by_cameras for one in control], weights * ratios),
     )
 
 
-def _grown(
+def _mean_growth(
     growths: Sequence[Float64[np.ndarray, " u"] | None], weights: Float64[np.ndarray, " n"]
 ) -> Float64[np.ndarray, " u"] | None:
-    """How a weighted mean of lengths grows; None where it is not known of all."""
+    """Jacobian of a weighted mean of lengths; None where one of them has none."""
     known = [one for one in growths if one is not None]
     if len(known) < len(growths):
         return None

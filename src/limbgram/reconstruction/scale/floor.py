@@ -17,16 +17,16 @@ from limbgram.reconstruction.scale.visibility import Aim
 
 _TRIALS = 20000
 _BLOCK = 500
-"""Planes tried at a time: a height for each of them and each point is 12 MB."""
+"""Planes tested at a time: the heights of all points above them take 12 MB."""
 _NEAR = 2.0
-"""Only points within this many half frames of the aim tell the floor."""
+"""Largest distance from the aim of points that count for the floor, in half frames."""
 _MOST_POINTS = 3000
 _THICKNESS = 0.012
 """Points this far from the plane lie on it, in half frames."""
 _LEAST_SHARE = 0.06
 _LEAST_POINTS = 50
 MOST_BELOW = 0.02
-"""Share of the points that may lie below what is the floor."""
+"""Largest share of the points that may lie below the floor."""
 _LEAST_ABOVE = 0.03
 """Share of the points that must stand clearly above it: the object. A printed sheet can carry
 many times the points of a plain pot on it."""
@@ -70,7 +70,7 @@ def find_floor(
 def _standing_on(
     planes: Float64[np.ndarray, "k 4"], sample: Points3, thickness: float
 ) -> Int64[np.ndarray, " k"]:
-    """Points on each plane; none where points lie below it."""
+    """Number of inliers of each plane; zero where too many points lie below it."""
     heights = sample @ planes[:, :3].T - planes[:, 3]
     on = (np.abs(heights) < thickness).sum(0)
     below = (heights < -3 * thickness).sum(0)

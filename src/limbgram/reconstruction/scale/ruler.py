@@ -21,12 +21,12 @@ from limbgram.reconstruction.scale.stated_lengths import LengthEnds
 from limbgram.reconstruction.targets.board import BoardDetections
 
 LEAST_OBSERVATIONS = 3
-"""Photos by which the place of a corner is told."""
+"""Fewest photos that triangulate a corner."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RulerLength:
-    """One known length, as it is in the scene."""
+    """One known length, with its measured length in the scene."""
 
     label: str
     known_mm: float
@@ -38,23 +38,23 @@ class RulerLength:
     between: LengthEnds = "points"
     marks: tuple[int, ...] = ()
     by_cameras: Float64[np.ndarray, " u"] | None = None
-    """How much longer it is measured, as a fraction, for one unit of each camera number; None where
-    the scene does not say how sure these are."""
+    """Relative change of the measured length by each parameter of poses and lenses; None where the
+    scene has no covariance."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ruler:
-    """What one source of known lengths says about the scale."""
+    """The scale by one source of known lengths."""
 
     units_per_mm: float
     relative_sigma: float
     lengths: tuple[RulerLength, ...]
     set_aside: tuple[SetAside, ...]
     by_cameras: Float64[np.ndarray, " u"] | None = None
-    """How `units_per_mm` grows by them, as a fraction."""
+    """Relative change of `units_per_mm` by the same parameters."""
 
     def sigma_of(self, one: RulerLength, scene: Scene) -> float:
-        """Standard deviation of a length held against this scale, in scene units.
+        """Standard deviation of a length measured by this scale, in scene units.
 
         Lens and poses make it as uncertain as they let it grow otherwise than what sets the scale.
         """
@@ -83,7 +83,7 @@ def scale_by_cameras(
 
     A board that would come out larger makes the scale, and so the scene, smaller.
     """
-    moves, seen = moves_by_cameras(scene, corners_shown(detections), corners_in_world)
+    moves, seen = points_by_cameras(scene, corners_shown(detections), corners_in_world)
     located = seen >= LEAST_OBSERVATIONS
     return -size_by_cameras(corners_in_world[located], moves[located])
 
@@ -91,7 +91,7 @@ def scale_by_cameras(
 def size_by_cameras(
     points: Points3, moves: Float64[np.ndarray, "n 3 u"]
 ) -> Float64[np.ndarray, " u"]:
-    """Relative growth of the figure that points make, two of them the ends of a length."""
+    """Relative change of the size of a point set, such as the two ends of a length."""
     arms = points - points.mean(0)
     return np.einsum("ni,niu->u", arms, moves) / float((arms**2).sum())
 
@@ -103,7 +103,7 @@ def stretch_by_cameras(
     ids: Int32[np.ndarray, " k"],
 ) -> Float64[np.ndarray, " u"]:
     """Change of the ratio of a board's sides by the corners `ids`, for one unit of each."""
-    moves, _ = moves_by_cameras(scene, corners_shown(detections), corners_in_world)
+    moves, _ = points_by_cameras(scene, corners_shown(detections), corners_in_world)
     plane = detections.corners_mm[ids, :2] - detections.corners_mm[ids, :2].mean(0)
     along = np.linalg.pinv(plane)
     points = corners_in_world[ids]
@@ -119,13 +119,13 @@ def corners_shown(detections: BoardDetections) -> dict[str, Int32[np.ndarray, " 
     return {one.name: one.ids for one in detections.photos}
 
 
-def moves_by_cameras(
+def points_by_cameras(
     scene: Scene,
     shown: Mapping[str, Int[np.ndarray, " k"]],
     points: Points3,
     least: int = LEAST_OBSERVATIONS,
 ) -> tuple[Float64[np.ndarray, "n 3 u"], Int64[np.ndarray, " n"]]:
-    """Derivative of each triangulated point by the cameras' numbers, and its observations.
+    """Jacobian of each triangulated point by poses and lenses, and its number of observations.
 
     Args:
         shown: By photo, the rows of the points that it shows.

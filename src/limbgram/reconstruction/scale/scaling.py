@@ -20,8 +20,8 @@ from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.interval import chi_square_tail
 from limbgram.findings import Finding, doubt, note
 from limbgram.reconstruction.calibration.cameras import Cameras
-from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.board import (
     SceneBoard,
@@ -45,7 +45,7 @@ from limbgram.reconstruction.scale.visibility import Aim, aim_of
 from limbgram.reconstruction.targets.board import BoardDetections
 
 _MOVED_PX = 0.3
-"""Corners of boards that kept still miss each other by 0.05 to 0.15 px (one standard deviation)."""
+"""Largest sigma of the corners of a board that kept still: these have 0.05 to 0.15 px."""
 
 
 def check_scene_board(
@@ -82,7 +82,7 @@ def check_scene_board(
 
 
 def _stretch_doubt(scene: Scene, cameras: Cameras | None) -> StretchDoubt:
-    """What may have stretched the scene; nothing is said of cameras that are not told."""
+    """What may have stretched the scene; "none" where the cameras are not given."""
     if cameras is not None and any(one.source != "board" for one in cameras.calibrations):
         return "uncalibrated"
     rolling = scene.own is not None and "rolling shutter" in scene.own.deviations
@@ -90,7 +90,7 @@ def _stretch_doubt(scene: Scene, cameras: Cameras | None) -> StretchDoubt:
 
 
 def _moved(scene_board: SceneBoard, scene: Scene) -> Finding | None:
-    """What the photos say of a board that was pushed; None where it kept still."""
+    """The finding that the board was pushed; None where it kept still."""
     corners = scene_board.corners
     if scene.movement is not None and scene.movement.moved:
         seen = note("board.seen_moved.limb")
@@ -107,15 +107,15 @@ def check_lengths(scale: Scale, max_disagreement: float, of_board: int = 0) -> N
     """Refuse where a length, whether it set the scale or checks it, contradicts the scale.
 
     Args:
-        of_board: How many of the lengths, the first ones, lie on the board that sets the scale.
-            They are the longest of few corners, so noise takes one of them past what is allowed;
-            it is a fact only where chance does not explain it.
+        of_board: Number of lengths, the first ones, on the board that sets the scale. They are the
+            longest between few corners, so noise may take one of them past what is allowed; it
+            contradicts only if that is significant.
     """
     wrong = [
         one
         for k, one in enumerate(scale.lengths)
         if not abs(one.error) <= max_disagreement
-        and not (k < of_board and _by_chance(one, of_board, max_disagreement))
+        and not (k < of_board and _is_noise(one, of_board, max_disagreement))
     ]
     if wrong:
         worst = max(wrong, key=lambda one: abs(one.error))
@@ -133,19 +133,19 @@ def check_lengths(scale: Scale, max_disagreement: float, of_board: int = 0) -> N
         )
 
 
-def _by_chance(length: LengthCheck, compared: int, max_disagreement: float) -> bool:
-    """Whether one of so many lengths errs as much by noise, which is no more than is allowed."""
+def _is_noise(length: LengthCheck, compared: int, max_disagreement: float) -> bool:
+    """Whether allowed noise explains the error of the worst of so many lengths."""
     if not length.sigma_mm <= max_disagreement * length.known_mm:
         return False
     off_mm = abs(length.measured_mm - length.known_mm)
     return off_mm == 0 or (
         length.sigma_mm > 0
-        and compared * chi_square_tail((off_mm / length.sigma_mm) ** 2, 1) > FALSE_ALARM
+        and compared * chi_square_tail((off_mm / length.sigma_mm) ** 2, 1) > SIGNIFICANCE_LEVEL
     )
 
 
 def _cause(scale: Scale, worst: LengthCheck, on_board: bool) -> Finding:
-    """What may be wrong; what may have stretched the scene is named wherever it may have."""
+    """The finding of what may be wrong, with what may have stretched the scene."""
     by = scale.stretch_doubt
     poor = worst.sigma_mm > abs(worst.measured_mm - worst.known_mm) / 2
     if poor and (by == "none" or not on_board):
@@ -159,7 +159,7 @@ def _cause(scale: Scale, worst: LengthCheck, on_board: bool) -> Finding:
 
 _UNITLESS_DISTANCE = 1000.0
 _BELOW = 0.03
-"""How far below, in half frames."""
+"""Distance below the board from which points count as below, in half frames."""
 
 
 _MAX_DISAGREEMENT = 0.003
@@ -277,7 +277,7 @@ def _scale(rulers: Sequence[Ruler], source: Literal["board", "distances"], scene
 def _with_sensitivity(
     metric: MetricScene, scene_board: SceneBoard, detections: BoardDetections | None
 ) -> MetricScene:
-    """The same scene, knowing how its scale hangs on its cameras."""
+    """The same scene with the Jacobian of its scale by poses and lenses."""
     if detections is None:
         return metric
     outline = np.array(metric.board_corners_mm)
@@ -291,10 +291,10 @@ def _with_sensitivity(
 def _on_board(
     scene: Scene, aim: Aim, scene_board: SceneBoard, mm_per_unit: float, scale: Scale
 ) -> MetricScene:
-    """World axes along the board; it is the floor unless much of the object lies behind it."""
+    """The scene with axes along the board; this is the floor unless the object extends below."""
     centre = scene_board.scene_from_board.apply(scene_board.outline_mm).mean(0)
     x, y, z = scene_board.scene_from_board.rotation.T
-    world_from_scene = _moved_to(centre, np.array([x, -y, -z]), mm_per_unit)
+    world_from_scene = _similarity_to(centre, np.array([x, -y, -z]), mm_per_unit)
     moved = scene.moved(world_from_scene)
     near = np.linalg.norm(scene.points_in_world - aim.point, axis=1) < aim.reach
     heights = moved.points_in_world[near, 2]
@@ -309,11 +309,11 @@ def _on_board(
 
 
 def _on_floor(scene: Scene, aim: Aim, mm_per_unit: float, scale: Scale, seed: int) -> MetricScene:
-    """World axes by the floor's plane, or by how the photos were held."""
+    """The scene with +Z up by the floor's plane, or by how the photos were held."""
     floor = find_floor(scene.views, scene.points_in_world, aim, seed)
     up = common_up(scene.views, aim) if floor is None else floor.normal
     origin = centre_of_object(scene.points_in_world, aim)
-    moved = scene.moved(_moved_to(origin, rotation_to_z(up), mm_per_unit))
+    moved = scene.moved(_similarity_to(origin, rotation_to_z(up), mm_per_unit))
     height = None if floor is None else -float(floor.above(origin[None])[0]) * mm_per_unit
     return MetricScene(scene=moved, scale=scale, floor_z_mm=height)
 
@@ -323,6 +323,6 @@ def _unitless(scene: Scene, aim: Aim, options: ScaleOptions) -> MetricScene:
     return _on_floor(scene, aim, _UNITLESS_DISTANCE / aim.distance, scale, options.seed)
 
 
-def _moved_to(origin: Vector3, axes: Matrix3, scale: float) -> Similarity:
+def _similarity_to(origin: Vector3, axes: Matrix3, scale: float) -> Similarity:
     """The similarity that makes `origin` the origin and the rows of `axes` the axes."""
     return Similarity(scale, axes, -scale * axes @ origin)

@@ -34,7 +34,7 @@ _UPRIGHT = 0.7
 
 @dataclass(frozen=True)
 class TapePlane:
-    """Where a tape lay: across an axis, so far along its direction."""
+    """The plane of a tape, normal to an axis at a distance along it."""
 
     axis: Axis
     along_mm: float
@@ -42,15 +42,15 @@ class TapePlane:
 
 @dataclass(frozen=True, kw_only=True)
 class TapeWitness:
-    """A taped girth beside the surface's own."""
+    """A taped girth compared with the girth of the surface."""
 
     taped: TapedGirth
     measured_mm: float
-    """NaN where it cannot be told."""
+    """NaN where it cannot be measured."""
     sigma_mm: float
     """Of the tape: reading, and placing where the limb tapers."""
     plane: TapePlane | None = None
-    """None where it cannot be told."""
+    """None where it cannot be measured."""
     reason: Finding | None = None
     """Why there is no figure."""
 
@@ -65,11 +65,11 @@ class TapeWitnesses:
 def hold_tapes(
     mesh: Mesh, floor_z_mm: float | None, taped: tuple[TapedGirth, ...]
 ) -> TapeWitnesses:
-    """Hold taped girths against a surface; one that cannot be told says why."""
-    return TapeWitnesses(tuple(_held(mesh, floor_z_mm, one) for one in taped))
+    """Compare taped girths with a surface; one that cannot be measured has a reason."""
+    return TapeWitnesses(tuple(_compared(mesh, floor_z_mm, one) for one in taped))
 
 
-def _held(mesh: Mesh, floor_z_mm: float | None, taped: TapedGirth) -> TapeWitness:
+def _compared(mesh: Mesh, floor_z_mm: float | None, taped: TapedGirth) -> TapeWitness:
     try:
         if taped.height_mm is None:
             return _at_widest(mesh, taped)

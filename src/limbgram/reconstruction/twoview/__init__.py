@@ -1,4 +1,4 @@
-"""Two views: the epipolar geometry of pairs of photos and the matches that obey it."""
+"""Two views: the epipolar geometry of pairs of photos, and their inlier matches."""
 
 from limbgram.reconstruction.twoview.essential import (
     essential_from_fundamental,

@@ -35,7 +35,7 @@ class RelativePose:
 
 @dataclass(frozen=True)
 class RobustEssential:
-    """A pose from matches with wrong ones among them; None where none was found."""
+    """A pose by RANSAC, and its inliers; None where none was found."""
 
     second_from_first: Rigid | None
     inliers: Bool[np.ndarray, " n"]
@@ -80,7 +80,7 @@ def pose_from_essential(
 def in_front(
     second_from_first: Rigid, ideal_first: Points2, ideal_second: Points2
 ) -> Bool[np.ndarray, " n"]:
-    """Whether rays meet in front of both cameras, by the signs of their depths."""
+    """Cheirality: whether rays meet in front of both cameras, by the signs of their depths."""
     ones = np.ones((len(ideal_first), 1))
     first = np.hstack([ideal_first, ones]) @ second_from_first.rotation.T
     second = np.hstack([ideal_second, ones])
@@ -128,8 +128,8 @@ def estimate_essential(
         return none
     pose = pose_from_essential(
         essential,
-        to_ideal(first_matrix, xy_first[inliers]),
-        to_ideal(second_matrix, xy_second[inliers]),
+        to_normalized(first_matrix, xy_first[inliers]),
+        to_normalized(second_matrix, xy_second[inliers]),
     ).second_from_first
     for _ in range(SELECTIONS):
         pose = refine_pose(pose, xy_first[inliers], xy_second[inliers], first_matrix, second_matrix)
@@ -151,23 +151,23 @@ def refine_pose(
     second_matrix: Matrix3,
 ) -> Rigid:
     """The pose of the least sum of squared Sampson distances in pixels, from a start nearby."""
-    start = _PoseModel(second_from_first, first_matrix, second_matrix)
+    start = _EssentialModel(second_from_first, first_matrix, second_matrix)
     return fit_sampson(start, xy_first, xy_second).pose
 
 
-def straightened(camera: Camera, xy_px: Points2) -> Points2:
+def undistorted(camera: Camera, xy_px: Points2) -> Points2:
     """Pixels freed of lens distortion: K times normalized coordinates."""
     return camera.normalize(xy_px) @ camera.matrix[:2, :2].T + camera.matrix[:2, 2]
 
 
-def to_ideal(matrix: Matrix3, xy_px: Points2) -> Points2:
+def to_normalized(matrix: Matrix3, xy_px: Points2) -> Points2:
     """Normalized coordinates of pixels that are free of lens distortion."""
     return (np.hstack([xy_px, np.ones((len(xy_px), 1))]) @ np.linalg.inv(matrix).T)[:, :2]
 
 
 @dataclass(frozen=True)
-class _PoseModel:
-    """Epipolar geometry of two calibrated cameras: a turn, and the baseline's way aside."""
+class _EssentialModel:
+    """Relative pose of calibrated cameras: five parameters, rotation and baseline direction."""
 
     pose: Rigid
     first_matrix: Matrix3
@@ -180,22 +180,24 @@ class _PoseModel:
     @property
     def by_step(self) -> Float64[np.ndarray, "5 3 3"]:
         baseline = np.tensordot(self.pose.translation, TURNS, 1)
-        aside = np.tensordot(self._across, TURNS, 1)
-        essential = np.concatenate([baseline[None], baseline @ TURNS, aside]) @ self.pose.rotation
+        orthogonal = np.tensordot(self._orthogonal, TURNS, 1)
+        essential = (
+            np.concatenate([baseline[None], baseline @ TURNS, orthogonal]) @ self.pose.rotation
+        )
         inverse = np.linalg.inv(self.first_matrix)
         fundamental = np.linalg.inv(self.second_matrix).T @ essential @ inverse
         return fundamental[1:] / np.linalg.norm(fundamental[0])
 
     @property
-    def _across(self) -> Float64[np.ndarray, "2 3"]:
-        """Directions square to the baseline."""
+    def _orthogonal(self) -> Float64[np.ndarray, "2 3"]:
+        """Directions orthogonal to the baseline."""
         return square_to(self.pose.translation)
 
-    def moved(self, step: Float64[np.ndarray, "5"]) -> "_PoseModel":
+    def moved(self, step: Float64[np.ndarray, "5"]) -> "_EssentialModel":
         rotation = Rotation.from_rotvec(step[:3]).as_matrix() @ self.pose.rotation
-        translation = self.pose.translation + step[3:] @ self._across
+        translation = self.pose.translation + step[3:] @ self._orthogonal
         pose = Rigid(rotation, translation / np.linalg.norm(translation))
-        return _PoseModel(pose, self.first_matrix, self.second_matrix)
+        return _EssentialModel(pose, self.first_matrix, self.second_matrix)
 
 
 _ROUNDS = 5
@@ -212,7 +214,7 @@ class RobustHomography:
 def estimate_homography(
     xy_first: Points2, xy_second: Points2, *, threshold_px: float, seed: int = 0
 ) -> RobustHomography:
-    """The homography that most matches obey to within `threshold_px`; needs 4 matches."""
+    """The homography with most inliers within `threshold_px`, by RANSAC; needs 4 matches."""
     found, _ = cv2.findHomography(xy_first, xy_second, ransac(threshold_px, seed))
     homography = np.asarray(found, float)
     if homography.shape != (3, 3):
@@ -225,7 +227,7 @@ def estimate_homography(
 def poses_from_homography(
     homography: Matrix3, first_matrix: Matrix3, second_matrix: Matrix3
 ) -> tuple[Rigid, ...]:
-    """second_from_first of every plane that makes this homography (unit baselines).
+    """The decompositions of a homography into second_from_first, with unit baselines.
 
     Two of them usually have the points in front of both cameras (Malis and Vargas 2007).
     """
@@ -246,7 +248,7 @@ def rotation_share(
     *,
     threshold_px: float,
 ) -> float:
-    """Share of the matches that a turn of the camera on its spot explains to `threshold_px`.
+    """Share of the matches that a pure rotation of the camera explains to `threshold_px`.
 
     The rotation is fitted to the rays and, a few times over, to the better half of them.
     """
@@ -264,5 +266,6 @@ def rotation_share(
 
 
 def _rays(ideal: Points2) -> Points3:
+    """Unit rays of normalized coordinates."""
     rays = np.hstack([ideal, np.ones((len(ideal), 1))])
     return rays / np.linalg.norm(rays, axis=1, keepdims=True)

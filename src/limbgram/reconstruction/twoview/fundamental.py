@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.arrays import Matrix3, Points2
 from limbgram.core.geometry.triangulation import nearest_matches, sampson_px
-from limbgram.core.optimisation import Descent, NormalEquations, Trial, minimise
+from limbgram.core.optimisation import Descent, ArrowheadEquations, Trial, minimise
 from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
 
 FEWEST_MATCHES = 8
@@ -276,7 +276,7 @@ def _residuals(
 
 def normal_equations(
     projection: Projection, points: Structure, residuals: Float64[np.ndarray, "n 4"]
-) -> NormalEquations:
+) -> ArrowheadEquations:
     """Of the projection's twelve numbers, which all points share, and of three for each point."""
     count = len(points)
     whole = np.column_stack([points[:, :2], np.ones(count), points[:, 2]])
@@ -291,12 +291,12 @@ def normal_equations(
     by_point = np.einsum("nij,ni->nj", b, residuals[:, 2:])
     by_point[:, :2] += residuals[:, :2]
     flat, cross = a.reshape(-1, 12), b.transpose(0, 2, 1) @ a
-    return NormalEquations(
+    return ArrowheadEquations(
         flat.T @ flat, flat.T @ residuals[:, 2:].ravel(), blocks, cross, by_point
     )
 
 
-def damped_step(equations: NormalEquations, damping: float) -> tuple[Projection, Structure]:
+def damped_step(equations: ArrowheadEquations, damping: float) -> tuple[Projection, Structure]:
     """Of the projection and of every point."""
     # At the epipole, or infinitely near, a match says nothing of its depth: that stays.
     damped = equations.damped(

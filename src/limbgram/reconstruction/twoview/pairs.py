@@ -1,4 +1,4 @@
-"""Verified pairs: the epipolar geometry of two photos and the matches that obey it.
+"""Verified pairs: the epipolar geometry of two photos and its inlier matches.
 
 `fit_sampson` finds any parametrised epipolar geometry by least squares of Sampson distances. Their
 derivative by F is exact; F's derivative by its few parameters is a central difference of 3 x 3
@@ -50,7 +50,7 @@ class VerifiedPair:
 
 @dataclass(frozen=True)
 class Pairs:
-    """All verified pairs, and the number of tried ones that had no common geometry."""
+    """All verified pairs, and the number of pairs without an epipolar geometry."""
 
     verified: tuple[VerifiedPair, ...]
     rejected: int
@@ -64,7 +64,7 @@ TURNS: Float64[np.ndarray, "3 3 3"] = np.cross(np.eye(3)[:, None], np.eye(3)).tr
 
 @runtime_checkable
 class EpipolarModel(Protocol):
-    """Epipolar geometry that some parameters move; `moved` takes a small step from it."""
+    """A parametrised epipolar geometry; `moved` applies a small step of its parameters."""
 
     @property
     def matrix(self) -> Matrix3: ...
@@ -81,14 +81,14 @@ Model = TypeVar("Model", bound=EpipolarModel)
 
 @dataclass(frozen=True)
 class _Fitted(Generic[Model]):
-    """A model with its signed distances."""
+    """A model with its signed Sampson distances."""
 
     model: Model
     residuals: Float64[np.ndarray, " n"]
 
 
 def fit_sampson(start: Model, xy_first: Points2, xy_second: Points2) -> Model:
-    """The model nearby with the least sum of squared Sampson distances."""
+    """The model that minimises the sum of squared Sampson distances, from a start near by."""
 
     def linearised(state: _Fitted[Model]) -> Callable[[float], Trial[_Fitted[Model]]]:
         model, residuals = state.model, state.residuals

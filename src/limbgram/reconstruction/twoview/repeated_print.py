@@ -22,15 +22,15 @@ from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
 _FEWEST_CORNERS = 6
 _LEAST_ACROSS_SQUARES = 1.0
-"""Of what the corners span: a row does not tell the plane."""
+"""Smallest extent of the corners: a single row does not determine the homography."""
 _NEAR_SQUARES = 0.75
-"""From a corner that was read, in squares: a square's middle is 0.71 away from its corners."""
+"""Largest distance from a detected corner, in squares; a square's centre is 0.71 from its own."""
 _SAME_SQUARES = 0.5
-_MOST_OF_THEM = 0.5
+_MAJORITY = 0.5
 
 
 def without_repeated_print(pairs: Pairs, detections: BoardDetections | None) -> Pairs:
-    """The pairs less those whose matches lie mostly on the board, mostly at two places of it."""
+    """The pairs without those whose matches join different places of the board's print."""
     if detections is None:
         return pairs
     prints = {
@@ -46,7 +46,7 @@ def without_repeated_print(pairs: Pairs, detections: BoardDetections | None) -> 
         first, second = one.at(pair.matches.xy_first_px), other.at(pair.matches.xy_second_px)
         on_board = first.near & second.near
         apart = np.linalg.norm(first.places - second.places, axis=1) > _SAME_SQUARES
-        return bool(on_board.mean() > _MOST_OF_THEM and apart[on_board].mean() > _MOST_OF_THEM)
+        return bool(on_board.mean() > _MAJORITY and apart[on_board].mean() > _MAJORITY)
 
     kept = tuple(pair for pair in pairs.verified if not is_confused(pair))
     return Pairs(kept, pairs.rejected + len(pairs.verified) - len(kept))
@@ -54,21 +54,21 @@ def without_repeated_print(pairs: Pairs, detections: BoardDetections | None) -> 
 
 @dataclass(frozen=True)
 class _Places:
-    """Where on the board some pixels lie."""
+    """Positions on the board of some pixels."""
 
     places: Float64[np.ndarray, "n 2"]
     """In squares."""
     near: Bool[np.ndarray, " n"]
-    """Whether a corner that was read is near."""
+    """Whether a detected corner is near."""
 
 
 @dataclass(frozen=True)
 class _Print:
-    """The board's print as one photo shows it."""
+    """The homography from a photo to the board's print, and its detected corners."""
 
     squares_from_px: Float64[np.ndarray, "3 3"]
     corners: Float64[np.ndarray, "k 2"]
-    """Those that were read, in squares."""
+    """Detected corners, in squares."""
 
     @classmethod
     def of(cls, shown: PhotoCorners, detections: BoardDetections) -> "_Print | None":
@@ -80,5 +80,6 @@ class _Print:
         return cls(cv2.findHomography(shown.xy_px.astype(float), corners)[0], corners)
 
     def at(self, xy_px: Points2) -> _Places:
+        """Positions of some pixels on the board."""
         places = cv2.perspectiveTransform(xy_px[:, None].astype(float), self.squares_from_px)[:, 0]
         return _Places(places, KDTree(self.corners).query(places)[0] < _NEAR_SQUARES)

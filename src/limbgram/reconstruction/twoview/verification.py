@@ -1,4 +1,4 @@
-"""Verification of pairs: which matches obey one epipolar geometry, and which one.
+"""Geometric verification: the epipolar geometry of each pair, and its inlier matches.
 
 In      matches, and the cameras with their lenses.
 Out     verified pairs with F (Gold Standard), relative pose, kind and residuals.
@@ -29,8 +29,8 @@ from limbgram.reconstruction.twoview.essential import (
     pose_from_essential,
     poses_from_homography,
     rotation_share,
-    straightened,
-    to_ideal,
+    to_normalized,
+    undistorted,
 )
 from limbgram.reconstruction.twoview.fundamental import (
     estimate_fundamental,
@@ -39,7 +39,7 @@ from limbgram.reconstruction.twoview.fundamental import (
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
 _THRESHOLD_EXIF_PX = 3.0
-"""The same where the lens distortion is not known."""
+"""Largest Sampson distance of an inlier where the lens distortion is unknown."""
 _MIN_INLIERS = 20
 """Fewest matches that must agree."""
 _MIN_INLIER_SHARE = 0.3
@@ -49,7 +49,7 @@ In limb_ring15 every pair whose rotation was over 6 degrees wrong had 0.15 to 0.
 but 4 of the right ones over 0.35.
 """
 _DEGENERATE_SHARE = 0.9
-"""Part of the inliers that makes a plane or a rotation, once one of these explains it."""
+"""Share of the inliers from which a homography or a rotation counts as degenerate."""
 
 
 _THRESHOLD_PX = 1.5
@@ -58,7 +58,7 @@ _THRESHOLD_PX = 1.5
 
 @dataclass(frozen=True, kw_only=True)
 class TwoViewOptions:
-    """What a pair of photos must show to count as one geometry."""
+    """How the epipolar geometry of a pair is sampled."""
 
     seed: int = 0
     """Seed of the random samples."""
@@ -87,8 +87,8 @@ def verify_pair(
     second: Calibration,
     options: TwoViewOptions = DEFAULTS,
 ) -> VerifiedPair | None:
-    """One pair; None where too few matches agree."""
-    pair = _Straight.of(matches, first, second)
+    """Verify one pair; None where too few matches are inliers."""
+    pair = _UndistortedMatches.of(matches, first, second)
     finite = np.isfinite(np.hstack([pair.xy_first, pair.xy_second]))
     known: Bool[np.ndarray, " m"] = np.logical_and.reduce(finite, axis=1)
     matches, pair = matches.some(known), pair.chosen(known)
@@ -115,7 +115,7 @@ def verify_pair(
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Straight:
+class _UndistortedMatches:
     """Matches of a pair in pixels freed of lens distortion."""
 
     xy_first: Points2
@@ -125,22 +125,24 @@ class _Straight:
     calibrated: bool
 
     @classmethod
-    def of(cls, matches: PairMatches, first: Calibration, second: Calibration) -> "_Straight":
+    def of(
+        cls, matches: PairMatches, first: Calibration, second: Calibration
+    ) -> "_UndistortedMatches":
         return cls(
-            xy_first=straightened(first.camera, matches.xy_first_px),
-            xy_second=straightened(second.camera, matches.xy_second_px),
+            xy_first=undistorted(first.camera, matches.xy_first_px),
+            xy_second=undistorted(second.camera, matches.xy_second_px),
             first_matrix=first.camera.matrix,
             second_matrix=second.camera.matrix,
             calibrated=first.source == "board" and second.source == "board",
         )
 
-    def chosen(self, keep: Bool[np.ndarray, " n"]) -> "_Straight":
+    def chosen(self, keep: Bool[np.ndarray, " n"]) -> "_UndistortedMatches":
         return replace(self, xy_first=self.xy_first[keep], xy_second=self.xy_second[keep])
 
     @property
     def ideal(self) -> tuple[Points2, Points2]:
-        first = to_ideal(self.first_matrix, self.xy_first)
-        return first, to_ideal(self.second_matrix, self.xy_second)
+        first = to_normalized(self.first_matrix, self.xy_first)
+        return first, to_normalized(self.second_matrix, self.xy_second)
 
     @property
     def threshold_px(self) -> float:
@@ -148,15 +150,16 @@ class _Straight:
 
 
 @dataclass(frozen=True)
-class _Fit:
-    """The geometry that won RANSAC; the pose is None where only F was estimated."""
+class _RobustGeometry:
+    """The result of RANSAC; the pose is None where only F was estimated."""
 
     fundamental: Matrix3
     pose: Rigid | None
     inliers: Bool[np.ndarray, " n"]
 
 
-def _fit(pair: _Straight, options: TwoViewOptions) -> _Fit | None:
+def _fit(pair: _UndistortedMatches, options: TwoViewOptions) -> _RobustGeometry | None:
+    """Robust essential matrix of calibrated cameras, or fundamental matrix of others."""
     threshold_px = pair.threshold_px
     if not pair.calibrated:
         robust = estimate_fundamental(
@@ -164,48 +167,51 @@ def _fit(pair: _Straight, options: TwoViewOptions) -> _Fit | None:
         )
         if robust.fundamental is None:
             return None
-        return _Fit(robust.fundamental, None, robust.inliers)
+        return _RobustGeometry(robust.fundamental, None, robust.inliers)
     found = _essential(pair, options)
     if found.second_from_first is None:
         return None
     fundamental = fundamental_from_pose(
         found.second_from_first, pair.first_matrix, pair.second_matrix
     )
-    return _Fit(fundamental, found.second_from_first, found.inliers)
+    return _RobustGeometry(fundamental, found.second_from_first, found.inliers)
 
 
 @dataclass(frozen=True)
-class _Motion:
-    """What kind of pair it is, and its pose where there is one."""
+class _RelativeMotion:
+    """Kind of a pair, and its relative pose where there is one."""
 
     kind: Literal["general", "planar", "rotation"]
     pose: Rigid | None
 
 
-def _motion(pair: _Straight, fit: _Fit, options: TwoViewOptions) -> _Motion:
+def _motion(
+    pair: _UndistortedMatches, fit: _RobustGeometry, options: TwoViewOptions
+) -> _RelativeMotion:
+    """Classify a pair as general, planar or pure rotation, and find its pose."""
     threshold_px = pair.threshold_px
     plane = estimate_homography(
         pair.xy_first, pair.xy_second, threshold_px=threshold_px, seed=options.seed
     )
     if plane.share < _DEGENERATE_SHARE:
-        return _Motion("general", _pose(pair, fit))
+        return _RelativeMotion("general", _pose(pair, fit))
     turned = rotation_share(*pair.ideal, pair.second_matrix, threshold_px=threshold_px)
     if turned >= _DEGENERATE_SHARE:
-        return _Motion("rotation", None)
+        return _RelativeMotion("rotation", None)
     poses = poses_from_homography(plane.matrix, pair.first_matrix, pair.second_matrix)
     best = max(poses, key=lambda pose: in_front(pose, *pair.ideal).sum(), default=None)
-    return _Motion("planar", best)
+    return _RelativeMotion("planar", best)
 
 
-def _pose(pair: _Straight, fit: _Fit) -> Rigid:
-    """The pose that RANSAC found, or the one from F and K."""
+def _pose(pair: _UndistortedMatches, fit: _RobustGeometry) -> Rigid:
+    """The pose that RANSAC found, or else the one from F and K."""
     if fit.pose is not None:
         return fit.pose
     essential = essential_from_fundamental(fit.fundamental, pair.first_matrix, pair.second_matrix)
     return pose_from_essential(essential, *pair.ideal).second_from_first
 
 
-def _essential(pair: _Straight, options: TwoViewOptions) -> RobustEssential:
+def _essential(pair: _UndistortedMatches, options: TwoViewOptions) -> RobustEssential:
     return estimate_essential(
         pair.xy_first,
         pair.xy_second,
@@ -217,6 +223,7 @@ def _essential(pair: _Straight, options: TwoViewOptions) -> RobustEssential:
 
 
 def _median_angle_deg(pose: Rigid, ideal_first: Points2, ideal_second: Points2) -> float:
+    """Median triangulation angle of the matches."""
     ones = np.ones((len(ideal_first), 1))
     first = np.hstack([ideal_first, ones]) @ pose.rotation.T
     second = np.hstack([ideal_second, ones])

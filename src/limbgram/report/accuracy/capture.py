@@ -15,7 +15,7 @@ from limbgram.findings import Finding
 from limbgram.reconstruction.mapping.scene import Explanation, Scene
 from limbgram.reconstruction.movement import (
     bending_found,
-    in_told_unit,
+    in_report_unit,
     lens_doubt,
     moved_mm,
     moved_photos,
@@ -55,7 +55,7 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
     if movement is None:
         return None
     known = movement.kind != "unknown"
-    as_told, unit = in_told_unit(evidence.metric, evidence.mesh.vertices_mm)
+    as_told, unit = in_report_unit(evidence.metric, evidence.mesh.vertices_mm)
     return MovementFigures(
         kind=movement.kind,
         found=movement_found(as_told.movement or movement, scene.names, unit),
@@ -95,7 +95,7 @@ def _explanation_figures(one: Explanation, names: tuple[str, ...]) -> Explanatio
         bodies=one.bodies,
         kind=one.kind,
         photos=tuple(names[k] for k in one.photos),
-        told=one.told,
+        told=one.is_fact,
         matters=one.high >= one.floor,
         failed=one.failed,
         score=one.score,
@@ -112,7 +112,7 @@ def _explanation_figures(one: Explanation, names: tuple[str, ...]) -> Explanatio
 def image_figures(evidence: Evidence) -> ImageFigures:
     """Figures of image quality; the noise is NaN where the photos' files are gone."""
     scene, photos = evidence.metric.scene, evidence.photos
-    as_told, unit = in_told_unit(evidence.metric, evidence.mesh.vertices_mm)
+    as_told, unit = in_report_unit(evidence.metric, evidence.mesh.vertices_mm)
     scales = {one.name: one for one in image_scales(photos, evidence.metric)}
     said: dict[str, list[Finding]] = {}
     for remark in remarks(photos):

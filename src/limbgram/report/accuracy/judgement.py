@@ -18,7 +18,7 @@ from limbgram.capture.setup import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.core.tape import AGREES_SIGMAS, CONTRADICTS_SIGMAS, sigmas_apart
 from limbgram.findings import Finding, Gravity, Value, note
-from limbgram.reconstruction.calibration.cameras import SQUARE_WITHIN, squareness
+from limbgram.reconstruction.calibration.cameras import SQUARE_WITHIN, square_pixel_tolerance
 from limbgram.reconstruction.mapping.zoom import zoomed_photos
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
 from limbgram.reconstruction.scale.displaced_board import tipped_photos
@@ -566,7 +566,7 @@ def _has_square_pixels(lens: LensFigures) -> Criterion:
     found, calibrated = fx.value / fy.value - 1, fx.calibrated / fy.calibrated - 1
     of_file = abs(calibrated) > abs(found)
     off = 100 * (calibrated if of_file else found)
-    limit = replace(SQUARE, green=100 * squareness(lens.width_px, lens.height_px))
+    limit = replace(SQUARE, green=100 * square_pixel_tolerance(lens.width_px, lens.height_px))
     return limit.judge(
         "verdict.pixels.square" if abs(off) <= limit.green else "verdict.pixels.stretched",
         abs(off),

@@ -12,7 +12,7 @@ from limbgram.reconstruction.calibration.cameras import (
     cameras_for,
     focal_from_exif,
     label_of,
-    squared,
+    with_square_pixels,
 )
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet
 
@@ -261,7 +261,7 @@ def oblong(ratio: float) -> Calibration:
 def test_a_calibration_of_almost_square_pixels_is_held_to_square_ones() -> None:
     """The weighted mean of both focal lengths, and what hangs on them follows."""
     given = oblong(1.004)
-    held = squared(given)
+    held = with_square_pixels(given)
     mean = 10_000.0 + 40.0 * 100.0 / (100.0 + 400.0)
     assert held.camera.fx == pytest.approx(mean, abs=0.1)
     assert held.camera.fy == pytest.approx(mean, abs=0.1)
@@ -276,4 +276,4 @@ def test_a_calibration_of_almost_square_pixels_is_held_to_square_ones() -> None:
 @pytest.mark.parametrize("ratio", [1.0, 1.0009, 0.9991, 1.067, 1.33])
 def test_square_pixels_and_those_meant_to_be_oblong_are_left_alone(ratio: float) -> None:
     given = oblong(ratio)
-    assert squared(given) is given
+    assert with_square_pixels(given) is given

@@ -10,8 +10,11 @@ import pytest
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.hypotheses.evidence import Evidence, evidence_of
-from limbgram.reconstruction.mapping.lens_evidence import OWN, lens_basis
+from limbgram.reconstruction.hypotheses.two_body_equations import (
+    TwoBodyEquations,
+    two_body_equations,
+)
+from limbgram.reconstruction.mapping.lens_equations import DEVIATION_SIZE, lens_basis
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
@@ -94,9 +97,9 @@ class Bodies:
     """Of a board beside the limb."""
 
     @property
-    def evidence(self) -> Evidence:
+    def equations(self) -> TwoBodyEquations:
         photos = tuple(range(len(self.limb.names)))
-        return evidence_of(self.limb, self.room, photos, [self.calibration])
+        return two_body_equations(self.limb, self.room, photos, [self.calibration])
 
 
 def bodies(taken: Taken) -> Bodies:
@@ -107,7 +110,7 @@ def bodies(taken: Taken) -> Bodies:
         [np.cos(angles), np.sin(angles), 0.3 + 0.15 * (np.arange(taken.photos) % 2)]
     )
     poses = [Rigid.looking_at(at, np.zeros(3), np.array([0.0, 0.0, 1.0])) for at in centres]
-    own = np.zeros((taken.photos, OWN)) if taken.own is None else taken.own
+    own = np.zeros((taken.photos, DEVIATION_SIZE)) if taken.own is None else taken.own
     motions = np.zeros((taken.photos, 6)) if taken.motions is None else taken.motions
     limb, room = cloud(rng, taken.points, 40.0, 110.0), cloud(rng, taken.points, 120.0, 280.0)
     if taken.bows_mm is not None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from limbgram.reconstruction.hypotheses.flatness import board_bend
-from limbgram.reconstruction.mapping.lens_evidence import OWN
+from limbgram.reconstruction.mapping.lens_equations import DEVIATION_SIZE
 from limbgram.reconstruction.mapping.scene import Explanation
 from limbgram.reconstruction.scale.board import located_board
 
@@ -34,7 +34,7 @@ def test_a_flat_board_is_not_bent(take: Take, seed: int) -> None:
 def test_a_bent_board_is_told_with_its_sag(take: Take, sag_mm: float) -> None:
     bend = found(take, sag_mm=sag_mm)
     assert bend is not None
-    assert (bend.bodies, bend.kind, bend.told) == ("board", "bend", True)
+    assert (bend.bodies, bend.kind, bend.is_fact) == ("board", "bend", True)
     assert bend.photos == tuple(range(N))
     assert bend.low < abs(sag_mm) < bend.high
     assert bend.high - bend.low < 0.4
@@ -57,20 +57,20 @@ def test_before_a_lens_that_no_board_calibrated_it_is_open(take: Take) -> None:
 @pytest.mark.parametrize("lens", [{"focal_px": 1530.0}, {"k1": 0.05}, {"k1": -0.15}])
 def test_another_lens_than_the_files_bends_no_board(take: Take, lens: dict[str, float]) -> None:
     bend = found(take, **lens)
-    assert bend is None or not bend.told
+    assert bend is None or not bend.is_fact
 
 
-@pytest.mark.parametrize("number", range(OWN))
+@pytest.mark.parametrize("number", range(DEVIATION_SIZE))
 def test_lenses_that_differ_from_photo_to_photo_bend_no_board(take: Take, number: int) -> None:
-    own = np.zeros((N, OWN))
+    own = np.zeros((N, DEVIATION_SIZE))
     own[:, number] = 4e-3 * np.random.default_rng(number).normal(size=N)
     bend = found(take, own=own)
-    assert bend is None or not bend.told
+    assert bend is None or not bend.is_fact
 
 
 def test_one_photo_alone_bends_no_board(take: Take) -> None:
     bend = found(take, sag_mm=8.0, sag_in=3)
-    assert bend is None or not bend.told
+    assert bend is None or not bend.is_fact
 
 
 @pytest.mark.parametrize(("photos", "failed"), [(3, ("one photo",)), (4, ())])

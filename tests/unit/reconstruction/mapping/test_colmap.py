@@ -14,9 +14,14 @@ from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.findings import note
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features, Keypoints
-from limbgram.reconstruction.mapping import ring
-from limbgram.reconstruction.mapping.colmap import Begin, _lens, _write_photos, map_incrementally
-from limbgram.reconstruction.mapping.ring import _Mapped, place_roughly, without_photos
+from limbgram.reconstruction.mapping import placement
+from limbgram.reconstruction.mapping.colmap import (
+    MapperSettings,
+    _lens,
+    _write_photos,
+    map_incrementally,
+)
+from limbgram.reconstruction.mapping.placement import _RouteResult, place_roughly, without_photos
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
@@ -100,13 +105,17 @@ def test_exact_matches_come_back_as_an_exact_scene(
                 poses = [scene.view(k).camera_from_world for k in (first, second)]
                 pairs.append(make_pair(first, second, rows, poses[1] @ poses[0].inverse))
     held = (True,)
-    found = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras, held, Begin(20))
+    found = map_incrementally(
+        photos, places, Pairs(tuple(pairs), ()), cameras, held, MapperSettings(20)
+    )
     assert len(found) == 1
     assert found[0].placed == tuple(range(12))
     assert found[0].cameras == scene.cameras
     assert len(found[0].points_in_world) == 120
     assert np.abs(found[0].residuals_px()).max() < 0.01
-    again = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras, held, Begin(20))[0]
+    again = map_incrementally(
+        photos, places, Pairs(tuple(pairs), ()), cameras, held, MapperSettings(20)
+    )[0]
     np.testing.assert_array_equal(again.points_in_world, found[0].points_in_world)
 
 
@@ -123,12 +132,12 @@ def test_photos_that_a_free_lens_loses_are_placed_by_that_of_exif(
     features, pairs = in_a_row(scene, make_pair)
     tried: list[tuple[bool, ...]] = []
 
-    def mapped(*given: Any) -> _Mapped:
+    def mapped(*given: Any) -> _RouteResult:
         held = given[2].held
         tried.append(held)
-        return _Mapped(scene if all(held) else without_photos(scene, {4, 5}), (), {})
+        return _RouteResult(scene if all(held) else without_photos(scene, {4, 5}), (), {})
 
-    monkeypatch.setattr(ring, "_mapped", mapped)
+    monkeypatch.setattr(placement, "_run_route", mapped)
     found = place_roughly(photos, features, pairs, cameras)
     assert found.placed == tuple(range(6))
     assert len(tried) == routes
@@ -151,12 +160,12 @@ def test_pairs_without_those_that_contradict_chains_may_place_more_photos(
     ends_px = tuple(features.keypoints[k].xy_px[:30].astype(float) for k in (0, 3))
     folded = make_pair(0, 3, rows, wrong @ second @ first.inverse, xy_px=ends_px)
 
-    def mapped(*given: Any) -> _Mapped:
+    def mapped(*given: Any) -> _RouteResult:
         whole = len(given[2].pairs.verified) == len(pairs.verified) + 1
-        return _Mapped(without_photos(scene, {3, 4, 5} if whole else left_out), (), {})
+        return _RouteResult(without_photos(scene, {3, 4, 5} if whole else left_out), (), {})
 
-    monkeypatch.setattr(ring, "_mapped", mapped)
-    monkeypatch.setattr(ring, "_with_left_out", as_mapped)
+    monkeypatch.setattr(placement, "_run_route", mapped)
+    monkeypatch.setattr(placement, "_with_stragglers", as_mapped)
     given_pairs = Pairs((*pairs.verified, folded), 0)
     found = place_roughly(photos, features, given_pairs, cameras)
     fewer = left_out if len(left_out) < 3 else {3, 4, 5}
@@ -185,14 +194,14 @@ def test_a_ring_that_folded_is_begun_elsewhere(
     starts: list[tuple[int, int] | None] = []
     reason = note("placing.photo.contradicted") if folded else note("placing.photo.loose", points=3)
 
-    def mapped(*given: Any) -> _Mapped:
+    def mapped(*given: Any) -> _RouteResult:
         starts.append(given[2].start)
         if given[2].start == (2, 3):
-            return _Mapped(scene, (), {})
-        return _Mapped(without_photos(scene, {3, 4, 5}), (), dict.fromkeys((3, 4, 5), reason))
+            return _RouteResult(scene, (), {})
+        return _RouteResult(without_photos(scene, {3, 4, 5}), (), dict.fromkeys((3, 4, 5), reason))
 
-    monkeypatch.setattr(ring, "_mapped", mapped)
-    monkeypatch.setattr(ring, "_with_left_out", as_mapped)
+    monkeypatch.setattr(placement, "_run_route", mapped)
+    monkeypatch.setattr(placement, "_with_stragglers", as_mapped)
     found = place_roughly(photos, features, Pairs((*pairs.verified, across), 0), cameras)
     assert len(found.placed) == placed
     assert starts == [None, None, (0, 1), (2, 3)][:tried]
@@ -208,7 +217,9 @@ def test_the_mapper_starts_from_the_pair_given(
     parted = Pairs(tuple(one for one in pairs.verified if one.matches.first != 2), 0)
     places = [one.xy_px.astype(float) for one in features.keypoints]
     for pair, row in (((0, 1), (0, 1, 2)), ((3, 4), (3, 4, 5))):
-        found = map_incrementally(photos, places, parted, cameras, (True,), Begin(20, 0, pair))
+        found = map_incrementally(
+            photos, places, parted, cameras, (True,), MapperSettings(20, 0, pair)
+        )
         assert [one.placed for one in found] == [row]
 
 

@@ -9,17 +9,17 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.hypotheses.lenses import lens_explanations
+from limbgram.reconstruction.hypotheses.lens_explanations import lens_explanations
 from limbgram.reconstruction.mapping.lens_deviations import (
-    WIDE,
-    Ties,
+    PRIOR_SPREAD,
+    PhotoLenses,
     basis_of,
-    beyond_cameras,
-    with_own,
-    with_room_for,
+    implausible_deviations,
+    with_deviation,
+    with_photo_lenses,
 )
 from limbgram.reconstruction.mapping.lens_selection import (
-    scores_of,
+    lens_scores,
     supported_kind,
     with_supported_lenses,
 )
@@ -27,9 +27,9 @@ from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Observ
 from limbgram.reconstruction.mapping.solution import (
     Adjusted,
     adjust,
-    falls_apart,
+    split_statistics,
 )
-from limbgram.reconstruction.mapping.two_bodies import A_NUMBER, explained_by_two_bodies
+from limbgram.reconstruction.mapping.two_bodies import AIC_PER_PARAMETER, explained_by_two_bodies
 
 MakeScene = Callable[..., Scene]
 LENS = Camera(width_px=900, height_px=900, fx=700.0, fy=700.0, cx=450.0, cy=450.0, k1=-0.05)
@@ -82,11 +82,11 @@ def test_photos_of_one_lens_ask_for_nothing(make_scene: MakeScene, seed: int) ->
     scene = near(make_scene, seed)
     plain = taken(scene, seed, lambda k, points: scene.view(k).project(points))
     first = fixed(plain)
-    scores = scores_of(first, [CALIBRATED])
+    scores = lens_scores(first, [CALIBRATED])
     assert [one.deviation for one in scores] == [
         "principal point", "focal length", "rolling shutter",
     ]  # fmt: skip
-    assert all(0.0 < one.fall < one.freedom for one in scores), "counted in inflated sigmas"
+    assert all(0.0 < one.statistic < one.dof for one in scores), "counted in inflated sigmas"
     assert with_supported_lenses(first, plain, [CALIBRATED]) is first
 
 
@@ -97,7 +97,7 @@ def test_a_stabiliser_is_found_and_solved_for(make_scene: MakeScene) -> None:
     asked = supported_kind(before, [CALIBRATED])
     assert asked is not None
     assert asked.deviation == "principal point"
-    assert asked.chance < 1e-12
+    assert asked.p_value < 1e-12
     after = with_supported_lenses(before, faulty, [CALIBRATED])
     assert before.sigma_px > 1.1 * after.sigma_px
     assert 0.9 * NOISE_PX < after.sigma_px < 1.1 * NOISE_PX
@@ -129,7 +129,7 @@ def test_what_moved_half_of_the_points_is_no_lens(
 
     faulty = taken(scene, seed, swaying)
     before = fixed(faulty)
-    assert (min(one.chance for one in scores_of(before, [CALIBRATED])) < 1e-6) is asks
+    assert (min(one.p_value for one in lens_scores(before, [CALIBRATED])) < 1e-6) is asks
     assert with_supported_lenses(before, faulty, [CALIBRATED]) is before
 
 
@@ -151,12 +151,14 @@ def test_a_body_that_steps_once_counts_with_one_motion(make_scene: MakeScene, se
     scene = near(make_scene, seed)
     faulty, part = stepped(scene, 0.0005, 5, seed)
     before = fixed(faulty)
-    base = with_own(before.scene)
-    each = falls_apart(base, [CALIBRATED], before.sigma_px, 10**9, [part])[0, 0]
-    assert each < A_NUMBER * POSE_SIZE * PHOTOS
+    base = with_photo_lenses(before.scene)
+    each = split_statistics(base, [CALIBRATED], before.sigma_px, 10**9, [part])[0, 0]
+    assert each < AIC_PER_PARAMETER * POSE_SIZE * PHOTOS
     explained = explained_by_two_bodies(before, [CALIBRATED], 10**9)
     assert explained > 15
-    assert all(one.fall - A_NUMBER * one.freedom < 0 for one in scores_of(before, [CALIBRATED]))
+    assert all(
+        one.statistic - AIC_PER_PARAMETER * one.dof < 0 for one in lens_scores(before, [CALIBRATED])
+    )
     still = taken(scene, seed, lambda k, points: scene.view(k).project(points))
     assert explained_by_two_bodies(fixed(still), [CALIBRATED], 10**9) < 0
 
@@ -165,11 +167,11 @@ def test_a_course_explains_no_more_than_motions_of_every_photo(make_scene: MakeS
     """And as much where the body moved so."""
     faulty, part = stepped(near(make_scene, 3), 0.0007, 5)
     before = fixed(faulty)
-    base = with_own(before.scene)
+    base = with_photo_lenses(before.scene)
     at = np.arange(PHOTOS)[:, None] >= np.arange(1, PHOTOS)
     even = np.linspace(0.0, 1.0, PHOTOS)[:, None]
     courses = np.hstack([at, even])
-    falls = falls_apart(base, [CALIBRATED], before.sigma_px, 10**9, [part, ~part], courses)
+    falls = split_statistics(base, [CALIBRATED], before.sigma_px, 10**9, [part, ~part], courses)
     each, along = falls[:, 0], falls[:, 1:]
     assert (along < each[:, None]).all()
     np.testing.assert_array_equal(along.argmax(axis=1), [4, 4])
@@ -190,21 +192,23 @@ def test_two_bodies_explain_what_moved_one_of_them(make_scene: MakeScene) -> Non
 
     for faulty, moved in ((taken(scene, 3, swaying), True), (stabilised(scene, 3, 2.0)[0], False)):
         before = fixed(faulty)
-        base = with_own(before.scene)
+        base = with_photo_lenses(before.scene)
         low = base.points_in_world[:, 0] < np.median(base.points_in_world[:, 0])
         mixed = np.random.default_rng(0).random(len(low)) < 0.5
-        true, other = falls_apart(base, [CALIBRATED], before.sigma_px, 10**9, [low, mixed])[:, 0]
-        lens = max(one.fall for one in scores_of(before, [CALIBRATED]))
+        true, other = split_statistics(base, [CALIBRATED], before.sigma_px, 10**9, [low, mixed])[
+            :, 0
+        ]
+        lens = max(one.statistic for one in lens_scores(before, [CALIBRATED]))
         assert other < 0.5 * max(true, lens)
         assert bool(true > lens) is moved
-        each = A_NUMBER * POSE_SIZE * PHOTOS
+        each = AIC_PER_PARAMETER * POSE_SIZE * PHOTOS
         assert explained_by_two_bodies(before, [CALIBRATED], 10**9) > 0.2 * true - each
 
 
 def test_too_few_photos_ask_for_nothing(make_scene: MakeScene) -> None:
     few = make_scene(photos=5, points=200, lenses=(LENS,))
     adjusted = fixed(few)
-    assert scores_of(adjusted, [CALIBRATED]) == ()
+    assert lens_scores(adjusted, [CALIBRATED]) == ()
     assert supported_kind(adjusted, [CALIBRATED]) is None
 
 
@@ -317,16 +321,16 @@ def shaken_values(scene: Scene) -> Scene:
 def test_lenses_follow_their_numbers_as_the_map_says(
     make_scene: MakeScene, kinds: tuple[Deviation, ...]
 ) -> None:
-    scene = with_own(near(make_scene))
+    scene = with_photo_lenses(near(make_scene))
     for kind in kinds:
-        scene = with_room_for(scene, kind)
-    ties = Ties.of(scene, [LENS], solve=True)
+        scene = with_deviation(scene, kind)
+    photo_lenses = PhotoLenses.of(scene, [LENS], solve=True)
     size = POSE_SIZE * PHOTOS
-    step = np.random.default_rng(0).normal(0.0, 1e-3, size + LENS_SIZE + ties.values.size)
-    moved = ties.moved(step[size:]).lenses - ties.lenses
-    np.testing.assert_allclose((ties.map @ step)[size:], moved.ravel(), atol=1e-10)
-    np.testing.assert_allclose((ties.map @ step)[:size], step[:size])
-    assert basis_of(kinds, LENS).shape == (LENS_SIZE, ties.values.shape[1])
+    step = np.random.default_rng(0).normal(0.0, 1e-3, size + LENS_SIZE + photo_lenses.values.size)
+    moved = photo_lenses.moved(step[size:]).lenses - photo_lenses.lenses
+    np.testing.assert_allclose((photo_lenses.jacobian @ step)[size:], moved.ravel(), atol=1e-10)
+    np.testing.assert_allclose((photo_lenses.jacobian @ step)[:size], step[:size])
+    assert basis_of(kinds, LENS).shape == (LENS_SIZE, photo_lenses.values.shape[1])
 
 
 def test_a_roll_of_the_rows_is_a_shift_and_a_tangential_distortion() -> None:
@@ -369,7 +373,7 @@ def test_a_stabiliser_is_a_fact_where_it_matters_on_the_limb(
     after = with_supported_lenses(fixed(faulty), faulty, [CALIBRATED])
     (one,) = told(after.scene)
     assert one.kind == "principal point"
-    assert one.told is fact
+    assert one.is_fact is fact
     assert fact or one.failed == ("size",)
     moved = np.linalg.norm(shifts - shifts.mean(0), axis=1)
     assert int(moved.argmax()) in one.photos
@@ -386,17 +390,17 @@ def test_a_stabiliser_is_a_fact_where_no_usual_one_moves_as_far(
     mm = float(np.ptp(scene.points_in_world)) / 10.0
     (one,) = lens_explanations(scene, [CALIBRATED], scene.points_in_world, mm)
     assert one.high < one.floor
-    assert one.told is fact
+    assert one.is_fact is fact
 
 
 def test_a_spread_that_few_photos_show_by_chance_is_no_fault_beyond_cameras(
     make_scene: MakeScene,
 ) -> None:
-    scene = with_room_for(with_own(near(make_scene)), "principal point")
+    scene = with_deviation(with_photo_lenses(near(make_scene)), "principal point")
     assert scene.own is not None
     for wider, beyond in ((1.05, ()), (2.0, ("principal point",))):
-        own = replace(scene.own, spread=wider * np.full(2, WIDE["principal point"]))
-        assert beyond_cameras(replace(scene, own=own)) == beyond
+        own = replace(scene.own, spread=wider * np.full(2, PRIOR_SPREAD["principal point"]))
+        assert implausible_deviations(replace(scene, own=own)) == beyond
 
 
 def test_what_an_uncalibrated_lens_was_freed_for_is_no_fact(make_scene: MakeScene) -> None:
@@ -418,7 +422,7 @@ def test_what_all_photos_have_alike_is_the_camera_file(make_scene: MakeScene) ->
 
     faulty = taken(scene, 5, seen)
     found = told(with_supported_lenses(fixed(faulty), faulty, [CALIBRATED]).scene)
-    facts = {one.kind: one for one in found if one.told}
+    facts = {one.kind: one for one in found if one.is_fact}
     assert {*facts} == {"camera file"}
     assert facts["camera file"].low < 0.01 < facts["camera file"].high
     plain = taken(scene, 5, lambda k, points: scene.view(k).project(points))

@@ -1,10 +1,10 @@
-"""The wall that lenses found without a board stay before, where it is known by formula."""
+"""The monotonicity constraint of uncalibrated lenses, where its boundary is known by formula."""
 
 import numpy as np
 import pytest
 
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS
-from limbgram.reconstruction.mapping.monotonic_lens import Pictures
+from limbgram.reconstruction.mapping.monotonic_lens import MonotonicityConstraints
 
 CORNER = float(np.hypot(799.5, 599.5)) / 1250.0
 LENS = np.zeros(LENS_SIZE)
@@ -13,7 +13,7 @@ SIZE_PX = 1600, 1200
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "wall"),
+    ("name", "value", "boundary"),
     [
         ("k1", -0.9, -0.25 * (0.75 / CORNER) ** 2),  # 1 + 3 k1 r^2 = 1/4 where r (1 + k1 r^2) = c
         ("k2", -0.58, -0.15 * (0.85 / CORNER) ** 4),
@@ -21,44 +21,53 @@ SIZE_PX = 1600, 1200
     ],
 )
 def test_a_step_is_held_where_the_corner_s_slope_is_a_quarter(
-    name: str, value: float, wall: float
+    name: str, value: float, boundary: float
 ) -> None:
     place, free = PARAMETERS.index(name), np.ones(LENS_SIZE, bool)
     step = np.zeros(LENS_SIZE)
     step[place] = value
-    (held,) = Pictures((SIZE_PX,), free).walls(LENS, step)
-    assert -held.far / held.slopes[place] == pytest.approx(wall, rel=1e-6)
-    step[place] = 0.99 * wall
-    assert not Pictures((SIZE_PX,), free).walls(LENS, step)
+    (held,) = MonotonicityConstraints((SIZE_PX,), free).violated_by(LENS, step)
+    assert -held.violation / held.gradient[place] == pytest.approx(boundary, rel=1e-6)
+    step[place] = 0.99 * boundary
+    assert not MonotonicityConstraints((SIZE_PX,), free).violated_by(LENS, step)
     step[place] = value
-    assert not Pictures((None,), free).walls(LENS, step), "a board knows better"
-    assert not Pictures((SIZE_PX,), ~free).walls(LENS, step), "it is held anyway"
+    assert not MonotonicityConstraints((None,), free).violated_by(LENS, step), (
+        "a board knows better"
+    )
+    assert not MonotonicityConstraints((SIZE_PX,), ~free).violated_by(LENS, step), (
+        "it is held anyway"
+    )
 
 
 @pytest.mark.parametrize("radial", [(-0.3, 0.0), (0.2, -0.6), (-0.1, -0.3)])
-def test_the_wall_has_the_derivatives_of_the_corner_s_slope(radial: tuple[float, float]) -> None:
+def test_the_constraint_has_the_derivatives_of_the_corner_s_slope(
+    radial: tuple[float, float],
+) -> None:
     step = np.zeros(LENS_SIZE)
     step[5:7] = 3 * np.array(radial)
-    pictures = Pictures((SIZE_PX,), np.ones(LENS_SIZE, bool))
-    (held,) = pictures.walls(LENS, step)
+    constraints = MonotonicityConstraints((SIZE_PX,), np.ones(LENS_SIZE, bool))
+    (held,) = constraints.violated_by(LENS, step)
     high = next(part for part in np.linspace(0, 1, 200) if _slope(LENS + part * step) < 0.25)
     low = 0.0
-    for _ in range(50):  # where on its way the step meets the wall
+    for _ in range(50):  # where on its way the step meets the boundary
         middle = (low + high) / 2
         low, high = (middle, high) if _slope(LENS + middle * step) > 0.25 else (low, middle)
-    met = LENS + high * step
+    at_boundary = LENS + high * step
     for place in (0, 1, 5, 6, 9):
         move = np.zeros(LENS_SIZE)
         move[place] = 1e-5 * max(1.0, LENS[place])
-        expected = (_slope(met - move) - _slope(met + move)) / (2 * move[place])
-        assert held.slopes[place] == pytest.approx(expected, rel=1e-3)
+        expected = (_slope(at_boundary - move) - _slope(at_boundary + move)) / (2 * move[place])
+        assert held.gradient[place] == pytest.approx(expected, rel=1e-3)
 
 
 def test_only_lenses_that_do_not_show_their_corners_cost() -> None:
-    pictures, folded = Pictures((SIZE_PX, SIZE_PX), np.ones(2 * LENS_SIZE, bool)), LENS.copy()
+    constraints, folded = (
+        MonotonicityConstraints((SIZE_PX, SIZE_PX), np.ones(2 * LENS_SIZE, bool)),
+        LENS.copy(),
+    )
     folded[6] = -0.58
-    assert pictures.cost(np.concatenate([LENS, LENS])) == 0.0
-    assert pictures.cost(np.concatenate([LENS, folded])) > 1e6
+    assert constraints.cost(np.concatenate([LENS, LENS])) == 0.0
+    assert constraints.cost(np.concatenate([LENS, folded])) > 1e6
 
 
 def _slope(lens: np.ndarray) -> float:

@@ -16,10 +16,10 @@ from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, fr
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.lens_groups import ByLens
 from limbgram.reconstruction.limb_groups import LimbGroups
-from limbgram.reconstruction.mapping.ring import ring_of, without_photos
+from limbgram.reconstruction.mapping.placement import ring_of, without_photos
 from limbgram.reconstruction.mapping.scene import Explanation, PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import Matches
-from limbgram.reconstruction.matching.static_background import Still
+from limbgram.reconstruction.matching.static_background import StaticBackground
 from limbgram.reconstruction.photo_lenses import files_contradicted
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.pipeline import (
@@ -97,7 +97,7 @@ REDUCED = ["detect", "find_still", "match", "verify", "place_roughly"]
 def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
     products = {
         "detect": showing(2000),
-        "find_still": Still(),
+        "find_still": StaticBackground(),
         "match": NO_MATCHES,
         "verify": Pairs((), 0),
         "place": ring,
@@ -120,7 +120,12 @@ def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -
 
 def test_photos_hardly_larger_than_reduced_ones_stay_as_they_are(ring: Scene) -> None:
     run = Told(
-        {"place": ring, "find_still": Still(), "match": NO_MATCHES, "limb_groups": LimbGroups()}
+        {
+            "place": ring,
+            "find_still": StaticBackground(),
+            "match": NO_MATCHES,
+            "limb_groups": LimbGroups(),
+        }
     )
     placing = place_photos(photos(width_px=1150), Cameras(()), PipelineOptions(), run)
     assert run.called == FULL_SIZE
@@ -130,7 +135,7 @@ def test_photos_hardly_larger_than_reduced_ones_stay_as_they_are(ring: Scene) ->
 def test_a_lens_that_no_board_calibrated_asks_for_the_full_size(ring: Scene) -> None:
     told = {
         "detect": showing(2000),
-        "find_still": Still(),
+        "find_still": StaticBackground(),
         "match": NO_MATCHES,
         "limb_groups": LimbGroups(),
     }
@@ -181,7 +186,7 @@ def test_a_camera_file_is_left_out_where_the_photos_contradict_it_as_a_fact(
     def place(cameras: Cameras) -> PlacedPhotos:
         scene = replace(ring, lens_explanations=() if tried else (shown,))
         tried.append(cameras)
-        placing = Placing(showing(1), NO_MATCHES, Pairs((), 0), scene, Still())
+        placing = Placing(showing(1), NO_MATCHES, Pairs((), 0), scene, StaticBackground())
         return PlacedPhotos(photos(), cameras, placing, None)
 
     found = with_files_that_fit(
@@ -203,7 +208,9 @@ def test_a_camera_file_is_kept_where_the_photos_told_of_two_lenses(ring: Scene) 
     def place(cameras: Cameras) -> PlacedPhotos:
         tried.append(cameras)
         scene = replace(ring, lens_explanations=(CONTRADICTED,))
-        placing = Placing(showing(1), NO_MATCHES, Pairs((), 0), scene, Still(), lenses=two)
+        placing = Placing(
+            showing(1), NO_MATCHES, Pairs((), 0), scene, StaticBackground(), lenses=two
+        )
         return PlacedPhotos(two.photos, two.cameras, placing, None)
 
     found = with_files_that_fit(taken, Cameras((given,)), place, Run())
@@ -223,7 +230,7 @@ def test_photos_that_only_a_wrong_camera_file_places_are_refused_with_both_focal
         if cameras.calibrations[0].source != "board":
             raise PlacementError("placing.none")
         scene = replace(ring, lens_explanations=(CONTRADICTED,))
-        placing = Placing(showing(1), NO_MATCHES, Pairs((), 0), scene, Still())
+        placing = Placing(showing(1), NO_MATCHES, Pairs((), 0), scene, StaticBackground())
         return PlacedPhotos(photos(), cameras, placing, None)
 
     taken = replace(photos(width_px=ring.cameras[0].width_px), cameras=(group,))
@@ -242,7 +249,7 @@ def test_sparse_paint_asks_for_the_full_size_at_once(ring: Scene) -> None:
 
 def test_what_stands_still_is_no_paint(ring: Scene) -> None:
     room = np.arange(2000) < 1000
-    still = Still(groups=((0, 1, 2),), keypoints=(room,) * 3)
+    still = StaticBackground(groups=((0, 1, 2),), keypoints=(room,) * 3)
     placing, called = placed(ring, find_still=still)
     assert called == ["detect", "find_still", *FULL_SIZE]
     assert all(len(one) == 1000 for one in placing.features.keypoints)

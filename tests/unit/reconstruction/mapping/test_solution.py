@@ -11,7 +11,7 @@ from limbgram.core.geometry.lens import PARAMETERS, Camera, turned
 from limbgram.reconstruction.calibration.cameras import Calibration, from_exif
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.scene import Observations, Scene
-from limbgram.reconstruction.mapping.solution import Unheld, adjust
+from limbgram.reconstruction.mapping.solution import UnconstrainedPhotos, adjust
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif
 
 MakeScene = Callable[..., Scene]
@@ -71,7 +71,7 @@ def test_a_photo_without_observations_is_not_solved_for(make_scene: MakeScene) -
     seen = true.observations
     others = seen.photo_idx != 2
     bare = Observations(seen.photo_idx[others], seen.point_idx[others], seen.xy_px[others])
-    with pytest.raises(Unheld) as lost:
+    with pytest.raises(UnconstrainedPhotos) as lost:
         adjust(replace(true, observations=bare), tuple(calibrated(one) for one in true.cameras))
     assert lost.value.photos == (2,)
 
@@ -157,7 +157,7 @@ def test_focal_lengths_scatter_as_their_covariance_says(make_scene: MakeScene) -
     assert 0.5 < np.sqrt(np.mean(np.square(errors))) / np.mean(told) < 1.6
 
 
-WIDE = Camera(width_px=900, height_px=900, fx=800.0, fy=800.0, cx=449.5, cy=449.5)
+PRIOR_SPREAD = Camera(width_px=900, height_px=900, fx=800.0, fy=800.0, cx=449.5, cy=449.5)
 """As a phone's: its corners are 0.79 from the axis. The made-up points reach 0.45."""
 CORNERS = np.array([[0.0, 0.0], [899.0, 0.0], [0.0, 899.0], [899.0, 899.0]])
 
@@ -178,7 +178,7 @@ def test_a_lens_found_without_a_board_shows_its_whole_picture(
     """Points in mid-frame ask for one whose corners have no ray; sound lenses come back."""
     size = CameraGroup(label="", width_px=900, height_px=900, exif=Exif(focal_35mm=36.0))
     guess = from_exif(size)
-    true = make_scene(photos=8, points=80, lenses=(replace(WIDE, **radial),), spread=60.0)
+    true = make_scene(photos=8, points=80, lenses=(replace(PRIOR_SPREAD, **radial),), spread=60.0)
     start = shaken(replace(true, cameras=(guess.camera,)), 3)
     adjusted = adjust(start, [guess], rounds=4)
     lens = adjusted.scene.cameras[0]
@@ -198,7 +198,7 @@ def test_a_check_on_small_copies_finds_the_lens_that_a_reconstruction_finds(
     """Whoever checks asks the adjustment of copies of half the size; each lens wants to fold."""
     size = CameraGroup(label="", width_px=900, height_px=900, exif=Exif(focal_35mm=36.0))
     copies = replace(size, width_px=450, height_px=450, file_px=(900, 900))
-    true = make_scene(photos=8, points=80, lenses=(replace(WIDE, **radial),), spread=60.0)
+    true = make_scene(photos=8, points=80, lenses=(replace(PRIOR_SPREAD, **radial),), spread=60.0)
     seen = true.observations
     halved = replace(seen, xy_px=(seen.xy_px + 0.5) / 2 - 0.5)
     found: list[Scene] = []

@@ -16,9 +16,9 @@ from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping import stragglers
-from limbgram.reconstruction.mapping.ring import place, without_photos
+from limbgram.reconstruction.mapping.placement import place, without_photos
 from limbgram.reconstruction.mapping.scene import OwnLenses, Scene
-from limbgram.reconstruction.mapping.solution import turn_sigma_deg
+from limbgram.reconstruction.mapping.solution import rotation_sigma_deg
 from limbgram.reconstruction.mapping.stragglers import with_stragglers
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
@@ -28,7 +28,7 @@ MakePair = Callable[..., VerifiedPair]
 NOISE_PX = 0.1
 SHARED = np.arange(100)
 """Points that photos 0 to 5 show."""
-OWN = np.arange(100, 180)
+DEVIATION_SIZE = np.arange(100, 180)
 """Points that photos 5 and 6 show; photo 4 shows the first of them."""
 BEYOND = np.arange(180, 240)
 """Points that photos 6 and 0 show, and no other."""
@@ -54,10 +54,10 @@ def photographed(make_pair: MakePair) -> Callable[..., Scene]:
         places = [one.project(ring.points_in_world) for one in ring.views]
         places = [one + rng.normal(0.0, NOISE_PX, one.shape) for one in places]
         if not right:
-            places[6][OWN] = _astray(ring, rng)
+            places[6][DEVIATION_SIZE] = _astray(ring, rng)
         rows = [(k, m, SHARED) for k in range(5) for m in (k + 1, k + 2) if m < 6]
-        rows[rows.index((4, 5, SHARED))] = (4, 5, np.r_[SHARED, OWN[:third]])
-        pairs = [_pair(ring, places, make_pair, *one) for one in (*rows, (5, 6, OWN))]
+        rows[rows.index((4, 5, SHARED))] = (4, 5, np.r_[SHARED, DEVIATION_SIZE[:third]])
+        pairs = [_pair(ring, places, make_pair, *one) for one in (*rows, (5, 6, DEVIATION_SIZE))]
         features = Features(tuple(map(described, places)))
         return place(_photos(ring), features, Pairs(tuple(pairs), 0), _cameras(ring))
 
@@ -66,9 +66,9 @@ def photographed(make_pair: MakePair) -> Callable[..., Scene]:
 
 def _astray(ring: Scene, rng: np.random.Generator) -> np.ndarray:
     """Places in photo 6 on the epipolar lines of other points: right for the pair, and nothing."""
-    elsewhere = ring.points_in_world[OWN]
+    elsewhere = ring.points_in_world[DEVIATION_SIZE]
     toward = elsewhere - ring.view(5).centre_in_world
-    far = 1.0 + rng.uniform(-0.15, 0.15, (len(OWN), 1))
+    far = 1.0 + rng.uniform(-0.15, 0.15, (len(DEVIATION_SIZE), 1))
     return ring.view(6).project(ring.view(5).centre_in_world + far * toward)
 
 
@@ -145,12 +145,12 @@ def met(make_pair: MakePair) -> Callable[..., Scene]:
         rng = np.random.default_rng(3)
         places = [one.project(ring.points_in_world) for one in ring.views]
         turned = [_turned_about_the_limb(ring, 6, deg) for deg in turned_deg]
-        for shown, points in zip(turned, (OWN, BEYOND), strict=True):
+        for shown, points in zip(turned, (DEVIATION_SIZE, BEYOND), strict=True):
             places[6][points] = shown.view(6).project(ring.points_in_world[points])
         places = [one + rng.normal(0.0, NOISE_PX, one.shape) for one in places]
         rows = [(k, m, SHARED) for k in range(5) for m in (k + 1, k + 2) if m < 6]
         pairs = [_pair(ring, places, make_pair, *one) for one in rows]
-        pairs.append(_pair(turned[0], places, make_pair, 5, 6, OWN))
+        pairs.append(_pair(turned[0], places, make_pair, 5, 6, DEVIATION_SIZE))
         pairs.append(_pair(turned[1], places, make_pair, 0, 6, BEYOND))
         features = Features(tuple(map(described, places)))
         return place(_photos(ring), features, Pairs(tuple(pairs), 0), _cameras(ring))
@@ -273,20 +273,20 @@ def test_a_photo_is_looked_at_once_while_the_scene_stays(
     poses = (*ring.camera_from_world[:4], None, None, None)
     looked, tried = list[int](), list[int]()
 
-    def likeliest(photo: int, *_: Any) -> stragglers.Place:
+    def likeliest(photo: int, *_: Any) -> stragglers.ResectedPose:
         looked.append(photo)
         pose = ring.camera_from_world[photo]
         assert pose is not None
-        return stragglers.Place(photo, pose, np.arange(60), 40 + photo, 500.0)
+        return stragglers.ResectedPose(photo, pose, np.arange(60), 40 + photo, 500.0)
 
-    def joined(place: stragglers.Place, scene: Scene, *_: Any) -> Scene | None:
+    def joined(place: stragglers.ResectedPose, scene: Scene, *_: Any) -> Scene | None:
         tried.append(place.photo)
         found = [*scene.camera_from_world]
         found[place.photo] = place.camera_from_world
         return replace(scene, camera_from_world=tuple(found)) if place.photo == 5 else None
 
-    monkeypatch.setattr(stragglers, "_likeliest", likeliest)
-    monkeypatch.setattr(stragglers, "_joined", joined)
+    monkeypatch.setattr(stragglers, "_best_resection", likeliest)
+    monkeypatch.setattr(stragglers, "_with_candidate", joined)
     left_out = replace(ring, camera_from_world=poses, sigma_px=0.1)
     found = with_stragglers(left_out, (), Pairs((), 0), (), lambda scene: scene)
     assert found.placed == (0, 1, 2, 3, 5)
@@ -299,11 +299,11 @@ def test_a_photo_that_loses_all_its_points_stays_out(
 ) -> None:
     """The adjustment takes it out. What was known is of six photos with lenses of their own."""
 
-    def likeliest(photo: int, *_: Any) -> stragglers.Place:
+    def likeliest(photo: int, *_: Any) -> stragglers.ResectedPose:
         pose = ring.view(photo).camera_from_world
-        return stragglers.Place(photo, pose, np.arange(60), 40, 500.0)
+        return stragglers.ResectedPose(photo, pose, np.arange(60), 40, 500.0)
 
-    monkeypatch.setattr(stragglers, "_likeliest", likeliest)
+    monkeypatch.setattr(stragglers, "_best_resection", likeliest)
     poses = (*ring.camera_from_world[:6], None)
     known = np.eye(6 * (POSE_SIZE + LENS_SIZE))
     scene = replace(
@@ -332,7 +332,7 @@ def test_a_turn_is_known_as_well_as_its_pixels_tell_it(make_scene: MakeScene) ->
     by_pose = np.reshape(slopes, (6, -1))
     known = np.linalg.inv(by_pose @ by_pose.T)[:3, :3] * (3 * NOISE_PX) ** 2
     least_deg = np.degrees(np.sqrt(np.linalg.eigvalsh(known)[-1]))
-    assert least_deg < turn_sigma_deg(scene, 3) < 2.0 * least_deg
+    assert least_deg < rotation_sigma_deg(scene, 3) < 2.0 * least_deg
 
 
 def test_a_turn_is_as_well_known_where_photos_have_lenses_of_their_own(
@@ -346,7 +346,9 @@ def test_a_turn_is_as_well_known_where_photos_have_lenses_of_their_own(
     moved = replace(seen, xy_px=seen.xy_px + shifts[seen.photo_idx, 2:4])
     own = _own(shifts)
     stabilised = replace(alike, observations=moved, own=own)
-    assert turn_sigma_deg(stabilised, 3) == pytest.approx(turn_sigma_deg(alike, 3), rel=0.05)
+    assert rotation_sigma_deg(stabilised, 3) == pytest.approx(
+        rotation_sigma_deg(alike, 3), rel=0.05
+    )
 
 
 def _own(shifts: np.ndarray) -> OwnLenses:
@@ -360,6 +362,7 @@ def test_a_turn_is_known_as_well_as_its_points_are_spread(make_scene: MakeScene)
     seen = scene.observations
     narrow = (seen.photo_idx != 3) | (seen.point_idx < 8)
     wide_deg, narrow_deg = (
-        turn_sigma_deg(one, 3) for one in (scene, replace(scene, observations=seen.some(narrow)))
+        rotation_sigma_deg(one, 3)
+        for one in (scene, replace(scene, observations=seen.some(narrow)))
     )
     assert narrow_deg == pytest.approx(wide_deg * np.sqrt(60 / 8), rel=0.6)

@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.tracks import beyond_chance, farthest_reaching, with_all_tracks
+from limbgram.reconstruction.mapping.tracks import (
+    significant_pairs,
+    with_all_tracks,
+    with_best_connected_matches,
+)
 from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
@@ -27,7 +31,9 @@ def test_the_matches_that_reach_farthest_stay(make_pair: MakePair, seed: int) ->
         for row in one.matches.keypoint_idx.tolist():
             degree[one.matches.first, row[0]] += 1
             degree[one.matches.second, row[1]] += 1
-    for before, after in zip(verified, farthest_reaching(Pairs(verified, ()), 10).verified):
+    for before, after in zip(
+        verified, with_best_connected_matches(Pairs(verified, ()), 10).verified
+    ):
         first, second = before.matches.first, before.matches.second
         reach = {
             tuple(row): degree[first, row[0]] + degree[second, row[1]]
@@ -36,7 +42,7 @@ def test_the_matches_that_reach_farthest_stay(make_pair: MakePair, seed: int) ->
         kept = [reach[tuple(row)] for row in after.matches.keypoint_idx.tolist()]
         assert sorted(kept, reverse=True) == sorted(reach.values(), reverse=True)[:10]
         assert len(after.residual_px) == 10
-    whole = farthest_reaching(Pairs(verified, ()), 100).verified
+    whole = with_best_connected_matches(Pairs(verified, ()), 100).verified
     assert [len(one.matches) for one in whole] == [25] * 4
 
 
@@ -111,5 +117,5 @@ def test_pairs_that_obey_by_chance_alone_tell_nothing(
     true = [matched(k, (k + 1) % 8, 60, 0.0) for k in range(8)]
     true += [matched(0, 2, 60, 0.5), matched(1, 3, 14, 0.0)]
     wrong = [matched(k, (k + 4) % 8, count, 1.0) for k in range(8) for count in (4, 12, 60)]
-    kept = beyond_chance(scene, places, [*true, *wrong], largest_px)
+    kept = significant_pairs(scene, places, [*true, *wrong], largest_px)
     assert [id(one) for one in kept] == [id(one) for one in true]

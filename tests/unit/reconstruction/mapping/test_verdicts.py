@@ -19,15 +19,15 @@ from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.verdicts import (
-    agreed_places,
-    by_found_lenses,
     contradicted,
     contradicting_share,
     disputed,
-    found_lenses,
     judge,
     photo_points,
-    refuse_torn,
+    refined_keypoints,
+    refuse_contradicted,
+    reverified,
+    solved_lenses,
 )
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
@@ -90,10 +90,10 @@ def test_places_agree_with_all_window_matches(make_pair: MakePair, seed: int) ->
         moved = places + random.normal(0, 0.3, (6, 2))
         moved[0] += 5.0  # a wrong one, which the robust weights play down
         pairs.append(make_pair(first, second, rows, xy_px=(np.zeros((6, 2)), moved)))
-    found = agreed_places(features, Pairs(tuple(pairs), ()))
+    found = refined_keypoints(features, Pairs(tuple(pairs), ()))
     for ours, expected in zip(found, agreed(features, pairs), strict=True):
         np.testing.assert_allclose(ours, expected, atol=1e-9)
-    still = agreed_places(features, Pairs((), ()))
+    still = refined_keypoints(features, Pairs((), ()))
     for ours, keypoints in zip(still, features.keypoints, strict=True):
         np.testing.assert_array_equal(ours, keypoints.xy_px)
 
@@ -178,14 +178,14 @@ def test_a_scene_without_some_photos_is_torn_where_a_quarter_of_the_matches_cont
         make_pair(2, 3, np.zeros((900, 2)), same),
     )
     pairs, cameras = Pairs(verified, ()), Cameras((given,) * len(scene.cameras))
-    refuse_torn(scene, pairs, cameras)  # all photos are placed
+    refuse_contradicted(scene, pairs, cameras)  # all photos are placed
     without = replace(scene, camera_from_world=(*scene.camera_from_world[:3], None))
     assert contradicting_share(without, pairs) == pytest.approx(wrong / 100)
     if not torn:
-        refuse_torn(without, pairs, cameras)
+        refuse_contradicted(without, pairs, cameras)
         return
     with pytest.raises(PlacementError) as refusal:
-        refuse_torn(without, pairs, cameras)
+        refuse_contradicted(without, pairs, cameras)
     assert refusal.value.finding.code == "placing.torn"
     assert refusal.value.finding.values["count"] == 3
 
@@ -215,7 +215,7 @@ def test_turns_solved_under_a_guessed_lens_are_solved_again_under_the_lens_of_th
     scene = make_scene(photos=6, points=60, share=1.0, lenses=(LENS,))
     pairs, cameras = by_guess(scene, make_pair, 1.65)
     assert contradicted(scene, pairs).all()
-    again = by_found_lenses(scene, pairs, cameras)
+    again = reverified(scene, pairs, cameras)
     assert len(again.verified) == len(pairs.verified)
     for pair in again.verified:
         first, second = pair.matches.first, pair.matches.second
@@ -227,7 +227,7 @@ def test_turns_solved_under_a_guessed_lens_are_solved_again_under_the_lens_of_th
     wrong = Rigid.from_rotation_vector(np.array([0.0, 0.0, np.radians(20.0)]), np.zeros(3))
     poses[4] = wrong @ scene.view(4).camera_from_world
     turned = replace(scene, camera_from_world=tuple(poses))
-    found = contradicted(turned, by_found_lenses(turned, pairs, cameras))
+    found = contradicted(turned, reverified(turned, pairs, cameras))
     assert np.flatnonzero(found).tolist() == [4]
 
 
@@ -237,8 +237,8 @@ def test_a_lens_that_a_board_calibrated_is_not_solved_again(
     scene = make_scene(photos=6, points=60, share=1.0, lenses=(LENS,))
     pairs, cameras = by_guess(scene, make_pair, 1.02)
     board = Cameras((replace(cameras.calibrations[0], source="board"),))
-    assert found_lenses(scene, board) == board
-    assert by_found_lenses(scene, pairs, board).verified == pairs.verified
+    assert solved_lenses(scene, board) == board
+    assert reverified(scene, pairs, board).verified == pairs.verified
 
 
 def test_points_and_residuals_are_counted_by_photo(make_scene: MakeScene) -> None:

@@ -9,15 +9,15 @@ import pytest
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
-from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted
+from limbgram.reconstruction.mapping.placement import MappingOptions, readjusted
 from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, PhotoVerdict, Scene
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.mapping.zoom import (
     FocalFit,
-    _standing_out,
+    _outliers,
     focal_fits,
     odd_focals,
-    zoomed_by_own,
+    zoomed_by_solved_focals,
 )
 
 Maker = Callable[..., Scene]
@@ -78,7 +78,7 @@ def test_a_photo_that_tells_its_zoom_badly_may_be_off_as_much_more(
 ) -> None:
     """The others are off by five of their sigmas, as on a sheet that bends."""
     others = [FocalFit(1.0 + 0.0015 * (-1) ** k, 0.0003) for k in range(14)]
-    assert (14 in _standing_out([*others, FocalFit(1.0 + off, sigma)], 5.0)) == odd
+    assert (14 in _outliers([*others, FocalFit(1.0 + off, sigma)], 5.0)) == odd
 
 
 @pytest.mark.parametrize("zoom", [1.02, 1.06, 0.94])
@@ -112,7 +112,7 @@ def test_half_of_the_photos_zoomed_are_named_and_used(
     factors = [view.camera.fx / found.cameras[0].fx for view in found.views]
     wanted = [zoom if k in photos else 1.0 for k in range(len(ring.names))]
     assert np.abs(np.array(factors) / wanted - 1.0).max() < 0.01
-    assert zoomed_by_own(found).keys() == {*photos}
+    assert zoomed_by_solved_focals(found).keys() == {*photos}
 
 
 @pytest.mark.parametrize(("noise_px", "named"), [(0.0, {4}), (60.0, set())])
@@ -133,7 +133,7 @@ def test_a_solved_focal_length_that_nothing_holds_is_no_zoom(
     theirs = (seen.photo_idx == 4)[:, None]
     noise = np.where(theirs, np.random.default_rng(6).normal(0, noise_px, seen.xy_px.shape), 0.0)
     changed = Observations(seen.photo_idx, seen.point_idx, seen.xy_px + noise)
-    found = zoomed_by_own(replace(ring, observations=changed, own=own))
+    found = zoomed_by_solved_focals(replace(ring, observations=changed, own=own))
     assert found.keys() == named
 
 
@@ -142,7 +142,7 @@ def test_the_file_of_another_camera_is_no_zoom(ring: Scene) -> None:
     file = calibrated(replace(LENS, fx=1.06 * LENS.fx, fy=1.06 * LENS.fy))
     found = readjusted(with_verdicts(ring), file, MappingOptions())
     assert not any(one.remark or one.reason for one in found.verdicts)
-    assert zoomed_by_own(found) == {}
+    assert zoomed_by_solved_focals(found) == {}
 
 
 def test_photos_with_few_points_are_not_judged(make_scene: Maker) -> None:

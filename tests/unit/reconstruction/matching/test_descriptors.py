@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from limbgram.reconstruction.matching.descriptors import (
+    RotationBand,
     ScaleBand,
-    Turn,
     comparable,
     match_descriptors,
 )
@@ -74,7 +74,7 @@ def test_a_turn_leaves_out_keypoints_that_turn_otherwise(pair_deg: float) -> Non
     first_deg = rng.uniform(0, 360, 600).astype(np.float32)
     off_deg = rng.uniform(-180, 180, 600)
     second_deg = np.mod(first_deg + pair_deg + off_deg, 360).astype(np.float32)
-    found = match_descriptors(one, two, 0.8, None, Turn(first_deg, second_deg, pair_deg))
+    found = match_descriptors(one, two, 0.8, None, RotationBand(first_deg, second_deg, pair_deg))
     matched = np.isin(np.arange(600), found[:, 0])
     assert (found[:, 0] == found[:, 1]).mean() > 0.95
     assert matched[np.abs(off_deg) < 40].all()
@@ -89,7 +89,7 @@ def test_turn_and_band_together_find_what_both_allow() -> None:
     one = described(500, 128, 1)
     two = copies(one, 2)
     band = ScaleBand(scale_px, scale_px, 1 / 1.3, 1.3)
-    turn = Turn(first_deg, np.mod(first_deg + 30, 360), 30.0)
+    turn = RotationBand(first_deg, np.mod(first_deg + 30, 360), 30.0)
     found = match_descriptors(one, two, 0.8, band, turn)
     assert len(found) > 490
     assert (found[:, 0] == found[:, 1]).mean() > 0.98

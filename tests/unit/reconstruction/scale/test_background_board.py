@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import ScaleError
-from limbgram.reconstruction.matching.static_background import Still
+from limbgram.reconstruction.matching.static_background import StaticBackground
 from limbgram.reconstruction.scale.background_board import without_background_board
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections
 
-STILL = Still(groups=(tuple(range(12)),))
+STILL = StaticBackground(groups=(tuple(range(12)),))
 
 
 def shown_at(detections: BoardDetections, shifts_px: Sequence[float]) -> BoardDetections:
@@ -41,7 +41,7 @@ def test_a_board_that_turns_with_the_object_stays(capture) -> None:
 
 def test_where_the_camera_walks_round_a_board_is_never_doubted(capture) -> None:
     shown = shown_at(capture.detections(), [0.0] * 12)
-    assert without_background_board(shown, Still()) is shown
+    assert without_background_board(shown, StaticBackground()) is shown
 
 
 def test_a_board_that_pauses_for_two_photos_stays(capture) -> None:

@@ -7,8 +7,8 @@ import pytest
 
 import limbgram.reconstruction.movement as looking
 from limbgram.reconstruction.calibration.cameras import Cameras
-from limbgram.reconstruction.mapping.movement import BodyMotion
-from limbgram.reconstruction.mapping.ring import MappingOptions
+from limbgram.reconstruction.mapping.body_motion import BodyMotion
+from limbgram.reconstruction.mapping.placement import MappingOptions
 from limbgram.reconstruction.mapping.scene import Movement, Observations
 from limbgram.reconstruction.movement import corners_agree_better, still_board
 from limbgram.reconstruction.photos.photo import PhotoSet
@@ -43,7 +43,7 @@ def shown_with_surroundings(
     for noisy, true in zip(detections.photos, exact.photos, strict=True):
         view = capture.scene.view(true.photo_idx)
         moved = replace(
-            view, camera_from_world=view.camera_from_world @ found.moved(true.photo_idx)
+            view, camera_from_world=view.camera_from_world @ found.in_photo(true.photo_idx)
         )
         places = capture.corners_in_scene()
         xy = moved.project(places) + noisy.xy_px - true.xy_px
@@ -77,7 +77,7 @@ def test_corners_agree_better_where_the_photos_were_placed_better(capture) -> No
     worse = replace(
         capture.scene,
         camera_from_world=tuple(
-            None if pose is None else pose @ found.moved(k)
+            None if pose is None else pose @ found.in_photo(k)
             for k, pose in enumerate(capture.scene.camera_from_world)
         ),
     )

@@ -221,7 +221,7 @@ def test_a_length_that_noise_does_not_explain_is_told(
 
 
 def rolled(views: Sequence[View], detections: BoardDetections, mm: float) -> BoardDetections:
-    """Corners by a camera that falls so far while it reads a picture, straightened as if all lay
+    """Corners by a camera that falls so far while it reads a picture, undistorted as if all lay
     as far away as the middle of the limb."""
     in_room = WORLD_FROM_BOARD.apply(BOARD.corners_mm)
     middle = np.array([[0.0, 0.0, 150.0]])

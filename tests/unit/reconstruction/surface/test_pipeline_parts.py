@@ -14,7 +14,7 @@ from limbgram.core.run import Run
 from limbgram.findings import fault
 from limbgram.reconstruction import pipeline
 from limbgram.reconstruction.budget import Resolution
-from limbgram.reconstruction.matching.static_background import Still
+from limbgram.reconstruction.matching.static_background import StaticBackground
 from limbgram.reconstruction.pipeline import Capture, PipelineOptions, Reconstruction
 from limbgram.reconstruction.poses import Poses
 from limbgram.reconstruction.surface.parts import PartOptions
@@ -75,7 +75,7 @@ def done(
         matches=None,
         pairs=None,
         scene=SimpleNamespace(lens_explanations=()),
-        still=Still(),
+        still=StaticBackground(),
         poses=Poses(),
         lenses=None,
     )

@@ -7,7 +7,7 @@ import pytest
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.triangulation import sampson_px
-from limbgram.reconstruction.twoview.essential import _PoseModel
+from limbgram.reconstruction.twoview.essential import _EssentialModel
 from limbgram.reconstruction.twoview.fundamental import (
     _Orthonormal,
     canonical_projection,
@@ -113,7 +113,7 @@ def test_gold_standard_bears_a_match_that_ran_away_to_infinity(limb_pair: Any) -
     ("model", "size"),
     [
         (
-            _PoseModel(
+            _EssentialModel(
                 Rigid.from_rotation_vector(np.array([0.1, -0.4, 0.2]), np.array([0.6, 0.64, 0.48])),
                 FIRST_LENS,
                 SECOND_LENS,

@@ -9,7 +9,7 @@ import pytest
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
-from limbgram.reconstruction.matching.static_background import PictureMove, Still
+from limbgram.reconstruction.matching.static_background import ImageMotion, StaticBackground
 from limbgram.reconstruction.twoview.essential import (
     essential_from_fundamental,
     estimate_essential,
@@ -17,7 +17,7 @@ from limbgram.reconstruction.twoview.essential import (
     in_front,
     pose_from_essential,
     poses_from_homography,
-    to_ideal,
+    to_normalized,
 )
 from limbgram.reconstruction.twoview.verification import verify_pair
 
@@ -54,7 +54,7 @@ def test_pose_from_f_and_k_passes_the_cheirality_test(
 ) -> None:
     matrix = calibration.camera.matrix
     essential = essential_from_fundamental(limb_pair.fundamental, matrix, matrix)
-    ideal = to_ideal(matrix, limb_pair.first), to_ideal(matrix, limb_pair.second)
+    ideal = to_normalized(matrix, limb_pair.first), to_normalized(matrix, limb_pair.second)
     found = pose_from_essential(essential, *ideal)
     np.testing.assert_allclose(found.second_from_first.rotation, limb_pair.pose.rotation, atol=1e-6)
     np.testing.assert_allclose(
@@ -146,9 +146,9 @@ def test_a_turn_on_the_spot_has_no_pose(limb_pair: Any, calibration: Calibration
     assert found.median_angle_deg == 0.0
 
 
-@pytest.mark.parametrize("move", [PictureMove(), PictureMove(0.005, np.array([3.0, -2.0]))])
+@pytest.mark.parametrize("move", [ImageMotion(), ImageMotion(0.005, np.array([3.0, -2.0]))])
 def test_the_still_room_behind_a_turntable_does_not_win(
-    limb_pair: Any, calibration: Calibration, move: PictureMove
+    limb_pair: Any, calibration: Calibration, move: ImageMotion
 ) -> None:
     """Also where a stabiliser shifts the second photo, and a focus found anew lets it grow."""
     limb = noisy(limb_pair.photographed)
@@ -159,7 +159,7 @@ def test_the_still_room_behind_a_turntable_does_not_win(
     every = Matches(
         pairs=(replace(both, first=0, second=1),), pairs_tried=1, descriptor_matches=len(both)
     )
-    (moving,) = Still(moves=(PictureMove(), move)).moving_matches(every).pairs
+    (moving,) = StaticBackground(moves=(ImageMotion(), move)).moving_matches(every).pairs
     found = verify_pair(moving, calibration, calibration)
     assert found is not None
     assert (found.matches.keypoint_idx[:, 0] < len(limb)).all()

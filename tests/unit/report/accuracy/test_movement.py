@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from limbgram.findings import note, told
-from limbgram.reconstruction.mapping.lens_deviations import with_room_for
+from limbgram.reconstruction.mapping.lens_deviations import with_deviation
 from limbgram.reconstruction.mapping.scene import Explanation, Movement
 from limbgram.reconstruction.movement import moved_mm, movement_found, movement_remark
 from limbgram.reconstruction.photos.photo import SetAside
@@ -179,7 +179,7 @@ def test_what_looks_bent_may_be_the_lens_where_that_is_not_known(with_sigmas: Ev
     bent = movement(shifts(with_sigmas, 0.4))
     (given,) = with_sigmas.cameras.calibrations
     guessed = replace(with_sigmas.cameras, calibrations=(replace(given, source="exif"),))
-    wandering = replace(metric, scene=with_room_for(metric.scene, "principal point"))
+    wandering = replace(metric, scene=with_deviation(metric.scene, "principal point"))
     cases = (
         (with_sigmas, "The limb bent: one half"),
         (replace(with_sigmas, cameras=guessed), "because no board calibrated it"),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from limbgram.reconstruction.mapping.quadratic import Fall, Quadratic, pseudo_inverse
+from limbgram.reconstruction.mapping.score_tests import NormalEquations, ScoreTest, pseudo_inverse
 
 
 @pytest.mark.parametrize("weight", [0.0, -1e-9, 1e-300])
@@ -16,9 +16,9 @@ def test_an_unknown_that_rounding_leaves_no_weight_hides_nothing_of_the_others(
     all_fall = float(right @ np.linalg.solve(normal, right))
     wider, longer = np.full((4, 4), 1e-7), np.append(right, 1e-6)
     wider[:3, :3], wider[3, 3] = normal, weight
-    found = Fall.of(Quadratic(wider, longer))
-    assert found.fall == pytest.approx(all_fall, rel=1e-9)
-    assert found.freedom == 3
+    found = ScoreTest.of(NormalEquations(wider, longer))
+    assert found.statistic == pytest.approx(all_fall, rel=1e-9)
+    assert found.dof == 3
     inverse = pseudo_inverse(wider)
     np.testing.assert_allclose(inverse[:3, :3], np.linalg.inv(normal), rtol=1e-9)
     assert not inverse[3].any()

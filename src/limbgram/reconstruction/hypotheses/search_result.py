@@ -1,4 +1,4 @@
-"""Explanation: the result of the search for two bodies."""
+"""Search result: what the search for relative motion of two bodies found."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -10,29 +10,30 @@ from limbgram.reconstruction.mapping.scene import Deviation, Explanation
 
 
 @dataclass(frozen=True, kw_only=True)
-class Explained:
-    """The ranked list, and the motion that its terms make."""
+class SearchResult:
+    """The ranked explanations, and the motion that those which are facts add up to."""
 
     explanations: tuple[Explanation, ...]
     """The highest score first."""
     photos: tuple[int, ...]
     motions: Float64[np.ndarray, "n 6"]
-    """Of the second body in these photos: turn and shift about the first body's middle."""
+    """Of the second body in these photos: rotation and shift about the first body's centre."""
     instead_of_lenses: tuple[Deviation, ...] = ()
     """As `Movement` has it."""
 
     @property
-    def told(self) -> tuple[Explanation, ...]:
-        """Facts."""
-        return tuple(one for one in self.explanations if one.told)
+    def facts(self) -> tuple[Explanation, ...]:
+        """Explanations that pass all rules."""
+        return tuple(one for one in self.explanations if one.is_fact)
 
     @property
     def undecided(self) -> tuple[Explanation, ...]:
-        """What may be, and would matter if it were."""
-        return tuple(one for one in self.explanations if one.open_)
+        """Explanations that fail a rule, and would matter if they were true."""
+        return tuple(one for one in self.explanations if one.is_undecided)
 
     @property
     def verdict(self) -> Literal["still", "moved", "undecided"]:
-        if self.told:
+        """What is said of the two bodies."""
+        if self.facts:
             return "moved"
         return "undecided" if self.undecided else "still"

@@ -1,4 +1,4 @@
-"""Curving: limbs bowed by known amounts in known photos, and lenses that look alike."""
+"""CurvatureChange: limbs bowed by known amounts in known photos, and lenses that look alike."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from limbgram.reconstruction.hypotheses.curving import Curving, curving
-from limbgram.reconstruction.mapping.lens_evidence import OWN
+from limbgram.reconstruction.hypotheses.curvature import CurvatureChange, find_curvature_change
+from limbgram.reconstruction.mapping.lens_equations import DEVIATION_SIZE
 from limbgram.reconstruction.mapping.scene import Movement
 
 Take = Callable[..., Any]
@@ -16,9 +16,9 @@ N = 14
 LATER = (np.arange(N) >= 9).astype(float)
 
 
-def found(take: Take, bows_mm: np.ndarray, **options: Any) -> Curving | None:
+def found(take: Take, bows_mm: np.ndarray, **options: Any) -> CurvatureChange | None:
     taken = take(bows_mm=bows_mm, points=400, outlier_sigmas=16.0, **options)
-    return curving(taken.limb, [taken.calibration], 1.0)
+    return find_curvature_change(taken.limb, [taken.calibration], 1.0)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -32,7 +32,7 @@ def test_a_limb_that_bows_between_two_photos(take: Take, bow_mm: float) -> None:
     bent = found(take, bow_mm * LATER)
     assert bent is not None
     one = bent.explanation
-    assert (one.bodies, one.kind, one.photos, one.told) == (
+    assert (one.bodies, one.kind, one.photos, one.is_fact) == (
         "halves",
         "step",
         (9, 10, 11, 12, 13),
@@ -49,16 +49,16 @@ def test_a_limb_that_bows_between_two_photos(take: Take, bow_mm: float) -> None:
 def test_a_limb_that_bows_slowly(take: Take) -> None:
     bent = found(take, np.linspace(0.0, 4.0, N))
     assert bent is not None
-    assert (bent.explanation.kind, bent.explanation.told) == ("drift", True)
+    assert (bent.explanation.kind, bent.explanation.is_fact) == ("drift", True)
     assert bent.explanation.effect == pytest.approx(4.0, rel=0.2)
 
 
-@pytest.mark.parametrize("number", range(OWN))
+@pytest.mark.parametrize("number", range(DEVIATION_SIZE))
 def test_a_lens_that_changes_between_two_photos_bends_no_limb(take: Take, number: int) -> None:
-    own = np.zeros((N, OWN))
+    own = np.zeros((N, DEVIATION_SIZE))
     own[:, number] = 3e-3 * LATER if number != 2 else 5e-3 * LATER
     bent = found(take, np.zeros(N), own=own)
-    assert bent is None or not bent.explanation.told
+    assert bent is None or not bent.explanation.is_fact
 
 
 def test_one_photo_alone_bends_no_limb(take: Take) -> None:
@@ -73,7 +73,7 @@ def test_a_lens_that_no_board_calibrated_is_not_asked(take: Take) -> None:
 def test_what_is_told_beside_the_halves(take: Take) -> None:
     bent = found(take, 4.0 * LATER)
     assert bent is not None
-    told = bent.beside(Movement.unknown(N))
+    told = bent.merged_with(Movement.unknown(N))
     assert (told.kind, told.moved, told.explanations) == ("step", True, (bent.explanation,))
     assert told.group.tolist() == LATER.astype(int).tolist()
     assert told.largest == pytest.approx(4.0, rel=0.2)
@@ -86,5 +86,5 @@ def test_what_is_not_decided_beside_the_halves(take: Take) -> None:
     bent = found(take, 4.0 * LATER)
     assert bent is not None
     doubted = replace(bent, explanation=replace(bent.explanation, failed=("lens",)))
-    assert doubted.beside(Movement.unknown(N)).misfit
-    assert doubted.beside(Movement.unknown(N)).undecided == (doubted.explanation,)
+    assert doubted.merged_with(Movement.unknown(N)).misfit
+    assert doubted.merged_with(Movement.unknown(N)).undecided == (doubted.explanation,)

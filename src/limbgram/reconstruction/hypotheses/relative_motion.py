@@ -1,12 +1,12 @@
-"""Bodies: how one body moved against another between the photos, and what is said of it.
+"""Relative motion: how one body moved against another between the photos, and what is said of it.
 
 In      two scenes of the same photos, each placed by the points of one body alone, calibrations.
 Out     a BodyMotion: by photo, how far the second body moved against the first, whether that is a
         fact, and all explanations, ranked.
-Method  The search over hypotheses (search.py). What it tells as facts is a step, a drift or a sway;
-        what it cannot decide is said to be unknown, with what it may be and what would decide.
+Method  The search over hypotheses (search.py). Its facts amount to a step, a drift or a sway; what
+        it cannot decide is unknown, with what it may be and what would decide.
         A photo that one body holds by few points and that lies elsewhere by itself is left out: it
-        slips to where wrong matches draw it (Baarda 1968).
+        is an outlier that wrong matches displace (Baarda 1968).
 Limits  Fewer than ten photos tell nothing: half a ring of 7 photos of 0.24 MP seemed to move, and
         did not.
 """
@@ -20,23 +20,28 @@ from jaxtyping import Float64, Int64
 
 from limbgram.findings import note
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.hypotheses.evidence import FIRMLY, MOVE, evidence_of
-from limbgram.reconstruction.hypotheses.explanation import Explained
-from limbgram.reconstruction.hypotheses.search import explained
-from limbgram.reconstruction.hypotheses.spread import left_of, spread_of
-from limbgram.reconstruction.mapping.movement import BodyMotion, tied_points
-from limbgram.reconstruction.mapping.quadratic import FALSE_ALARM
+from limbgram.reconstruction.hypotheses.lens_spread import lens_spread, second_body_equations
+from limbgram.reconstruction.hypotheses.search import explain
+from limbgram.reconstruction.hypotheses.search_result import SearchResult
+from limbgram.reconstruction.hypotheses.two_body_equations import (
+    MIN_FIRM_POINTS,
+    MOTION_SIZE,
+    two_body_equations,
+)
+from limbgram.reconstruction.mapping.body_motion import BodyMotion, points_in_three_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Explanation, Movement, Scene
+from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
 
-FLOOR = 0.00025
-"""Motion of a point from which it matters, of the cameras' distance, where no board tells
+RELATIVE_FLOOR = 0.00025
+"""Smallest motion of a point that matters, over the distance of the cameras, where no board tells
 millimetres: 0.25 mm from 1 m."""
 FLOOR_MM = 0.25
+"""The same in millimetres."""
 FEWEST_PHOTOS = 10
 MOST_PHOTOS = 60
-"""Searched: the time goes with their third power, and is 5 s for 50."""
-BEYOND_CHANCE = 0.5
-"""Chance below which something that is not known is said not to fit (`Movement.misfit`)."""
+"""Photos that are searched: the time grows with their third power, and is 5 s for 50."""
+MAX_MISFIT_P_VALUE = 0.5
+"""p-value below which an unknown motion counts as a misfit (`Movement.misfit`)."""
 
 
 def movement_between(
@@ -46,50 +51,51 @@ def movement_between(
     bodies: Bodies,
     mm: float | None = None,
 ) -> BodyMotion:
-    """How the second body moved against the first, at the middle of the first one's points.
+    """How the second body moved against the first, at the centre of the first one's points.
 
     Args:
         mm: A millimetre in the first scene's unit; None where no board tells it.
     """
     both = tuple(sorted({*first.placed} & {*second.placed}))
-    photos = _evenly(both)
-    tied = np.minimum(tied_points(first), tied_points(second))
+    photos = _evenly_sampled(both)
+    shared_points = np.minimum(points_in_three_photos(first), points_in_three_photos(second))
     while True:
         if len(photos) < FEWEST_PHOTOS:
             few = note("movement.unknown.few_shown", photos=len(photos))
             return BodyMotion.unknown(len(first.names), few)
-        evidence = evidence_of(first, second, photos, priors)
-        floor = FLOOR * evidence.distance if mm is None else FLOOR_MM * mm
-        found = explained(evidence, bodies, floor)
-        loose = [
+        equations = two_body_equations(first, second, photos, priors)
+        floor = RELATIVE_FLOOR * equations.distance if mm is None else FLOOR_MM * mm
+        found = explain(equations, bodies, floor)
+        displaced = [
             one.photos[0]
             for one in found.explanations
-            if one.kind == "photo" and tied[one.photos[0]] < FIRMLY
+            if one.kind == "photo" and shared_points[one.photos[0]] < MIN_FIRM_POINTS
         ]
-        if not loose:
-            return _filled(
-                _told(found, evidence.middle, len(first.names)), {*both} - {*_evenly(both)}
+        if not displaced:
+            return _with_interpolated(
+                _body_motion(found, equations.centre, len(first.names)),
+                {*both} - {*_evenly_sampled(both)},
             )
-        photos = tuple(photo for photo in photos if photo not in loose)
+        photos = tuple(photo for photo in photos if photo not in displaced)
 
 
-def _evenly(photos: tuple[int, ...]) -> tuple[int, ...]:
-    """At most as many as can be searched in seconds."""
+def _evenly_sampled(photos: tuple[int, ...]) -> tuple[int, ...]:
+    """At most `MOST_PHOTOS`, spread evenly."""
     if len(photos) <= MOST_PHOTOS:
         return photos
     chosen = np.linspace(0, len(photos) - 1, MOST_PHOTOS).round().astype(int)
     return tuple(photos[k] for k in chosen.tolist())
 
 
-def _filled(motion: BodyMotion, photos: set[int]) -> BodyMotion:
-    """With photos that were not searched: as those before and after them where these agree, and
-    between them in a drift."""
+def _with_interpolated(motion: BodyMotion, photos: set[int]) -> BodyMotion:
+    """The motion with photos that were not searched: as their neighbours where these agree, and
+    interpolated in a drift."""
     movement = motion.movement
     group, shift, turn = movement.group.copy(), movement.shift.copy(), movement.turn_deg.copy()
     motions = motion.motions.copy()
-    told = np.flatnonzero(movement.group >= 0)
+    known = np.flatnonzero(movement.group >= 0)
     for photo in sorted(photos):
-        before, after = told[told < photo][-1:], told[told > photo][:1]
+        before, after = known[known < photo][-1:], known[known > photo][:1]
         ends = np.concatenate([before, after])
         drifts = movement.kind == "drift"
         if len(ends) < 2 or not (drifts or group[ends[0]] == group[ends[1]]):
@@ -103,55 +109,54 @@ def _filled(motion: BodyMotion, photos: set[int]) -> BodyMotion:
     return replace(motion, movement=whole, motions=motions)
 
 
-def stood_with_first(
+def is_rigid_with_first(
     first: Scene, third: Scene, second: BodyMotion, priors: Sequence[Calibration]
 ) -> bool:
     """Whether a third body kept still with the first where the second moved against it.
 
-    It did where nothing is found to move between both, and where what the photos show of it is less
-    likely by the chance of a false alarm if it had moved as the second did.
+    It did if no motion between the two is found, and if the motion of the second body is less
+    likely for the third one by the significance level.
     """
-    told = second.movement.group >= 0
-    photos = tuple(k for k in sorted({*first.placed} & {*third.placed}) if told[k])
+    known = second.movement.group >= 0
+    photos = tuple(k for k in sorted({*first.placed} & {*third.placed}) if known[k])
     if len(photos) < FEWEST_PHOTOS:
         return False
-    evidence = evidence_of(first, third, photos, priors)
-    found = explained(evidence, "limb and board", FLOOR * evidence.distance)
+    equations = two_body_equations(first, third, photos, priors)
+    found = explain(equations, "limb and board", RELATIVE_FLOOR * equations.distance)
     if found.verdict != "still":
         return False
-    left = left_of(evidence, spread_of(evidence))
-    seen = left.only(left.motion)
+    of_motion = second_body_equations(equations, lens_spread(equations)).of_motion
     motions = second.motions[list(photos)].ravel()
-    unlikely = float(motions @ seen.normal @ motions - 2.0 * seen.right @ motions)
-    return unlikely > -2.0 * float(np.log(FALSE_ALARM))
+    deviance = float(motions @ of_motion.normal @ motions - 2.0 * of_motion.right @ motions)
+    return deviance > -2.0 * float(np.log(SIGNIFICANCE_LEVEL))
 
 
-def _told(found: Explained, middle: Float64[np.ndarray, "3"], photos: int) -> BodyMotion:
-    """By photo."""
-    told = np.array(found.photos)
-    facts = tuple(one for one in found.told if one.kind != "photo")
-    motions = np.zeros((photos, MOVE))
+def _body_motion(found: SearchResult, centre: Float64[np.ndarray, "3"], photos: int) -> BodyMotion:
+    """The motion by photo that a search result amounts to."""
+    known = np.array(found.photos)
+    facts = tuple(one for one in found.facts if one.kind != "photo")
+    motions = np.zeros((photos, MOTION_SIZE))
     if found.undecided and not facts:
-        chance = min(found.undecided[0].chance, BEYOND_CHANCE)
-        unknown = BodyMotion.unknown(photos, None, chance)
+        chance = min(found.undecided[0].chance, MAX_MISFIT_P_VALUE)
+        undecided = BodyMotion.unknown(photos, None, chance)
         listed = replace(
-            unknown.movement,
+            undecided.movement,
             explanations=found.explanations,
             instead_of_lenses=found.instead_of_lenses,
         )
-        return replace(unknown, movement=listed)
-    nothing = Movement.unknown(photos)
-    group, shift, turn = nothing.group.copy(), nothing.shift.copy(), nothing.turn_deg.copy()
-    group[told], shift[told], turn[told], largest = 0, 0.0, 0.0, 0.0
+        return replace(undecided, movement=listed)
+    unknown = Movement.unknown(photos)
+    group, shift, turn = unknown.group.copy(), unknown.shift.copy(), unknown.turn_deg.copy()
+    group[known], shift[known], turn[known], largest = 0, 0.0, 0.0, 0.0
     kind: Literal["still", "step", "drift", "restless"] = "still"
     if facts:
         kind = _kind(facts)
-        group[told] = _groups(found.motions) if kind == "step" else np.arange(len(told))
-        reference = _reference(kind, group[told])
+        group[known] = _groups(found.motions) if kind == "step" else np.arange(len(known))
+        reference = _reference(kind, group[known])
         off = found.motions - (found.motions[reference] if reference >= 0 else 0.0)
-        motions[told] = off
-        shift[told] = np.linalg.norm(off[:, 3:], axis=1)
-        turn[told] = np.degrees(np.linalg.norm(off[:, :3], axis=1))
+        motions[known] = off
+        shift[known] = np.linalg.norm(off[:, 3:], axis=1)
+        turn[known] = np.degrees(np.linalg.norm(off[:, :3], axis=1))
         apart = off[:, None, 3:] - off[None, :, 3:]
         largest = float(np.linalg.norm(apart, axis=2).max())
     movement = Movement(
@@ -164,17 +169,17 @@ def _told(found: Explained, middle: Float64[np.ndarray, "3"], photos: int) -> Bo
         explanations=found.explanations,
         instead_of_lenses=found.instead_of_lenses,
     )
-    return BodyMotion(movement=movement, middle=middle, motions=motions)
+    return BodyMotion(movement=movement, middle=centre, motions=motions)
 
 
 def _kind(facts: tuple[Explanation, ...]) -> Literal["step", "drift", "restless"]:
-    """What they amount to."""
+    """The kind of movement that some facts amount to."""
     kinds = {one.kind for one in facts}
     return "restless" if "sway" in kinds else "drift" if "drift" in kinds else "step"
 
 
 def _groups(motions: Float64[np.ndarray, "n 6"]) -> Int64[np.ndarray, " n"]:
-    """Numbers of the runs of photos between steps."""
+    """By photo, the number of its run of photos between steps."""
     changes = np.abs(np.diff(motions, axis=0)).max(axis=1) > 0.0
     return np.concatenate([[0], np.cumsum(changes)]).astype(np.int64)
 

@@ -1,15 +1,15 @@
-"""The ring: camera poses of all photos and sparse points, in one scene.
+"""Placement: camera poses of all photos and sparse points, in one scene.
 
 In      keypoints, verified pairs, cameras.
 Out     a Scene: poses, points, lenses, a verdict for every photo, and whether the ring closes.
-Method  keypoints moved to agree with all their window matches; incremental mapping (pycolmap)
-        with the matches that reach farthest, lenses free that no board calibrated, and, where that
-        leaves photos out, with those of EXIF held or without the pairs that contradict chains of
-        stronger ones, and from other starts where the ring folded; photos that contradict their
-        pairs or hang on too few points lose their pose; photos that were left out are placed by
-        pairs' turns and a few points (stragglers.py); tracks from all matches; our own adjustment
-        with the calibration's covariance as a prior; a few photos that were zoomed lose theirs too;
-        lenses of single photos are set free where the residuals ask for it.
+Method  Keypoints refined by all window matches; incremental mapping (pycolmap) with the best
+        connected matches, lenses free that no board calibrated, and, where that leaves photos out,
+        with those of EXIF fixed or without the pairs that contradict chains of stronger ones, and
+        from other initial pairs where the ring folded; photos that contradict their pairs or have
+        too few points lose their pose; photos that were left out are placed by pairs and a few
+        points (stragglers.py); tracks from all matches; bundle adjustment with the calibration as
+        a prior; a few photos that were zoomed lose their pose too; lens deviations of single photos
+        are set free where the residuals support them.
 Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.
 """
 
@@ -33,28 +33,32 @@ from limbgram.reconstruction.calibration.cameras import (
     from_exif,
 )
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.mapping.chains import along_chains, starts, without_planes
-from limbgram.reconstruction.mapping.lens_evidence import LensEvidence, zoomed_photos
+from limbgram.reconstruction.mapping.chains import (
+    start_pairs,
+    without_contradicting_pairs,
+    without_planar_pairs,
+)
+from limbgram.reconstruction.mapping.lens_equations import LensEquations, zoomed_photos
 from limbgram.reconstruction.mapping.lens_selection import with_supported_lenses
 from limbgram.reconstruction.mapping.scene import Ring, Scene
-from limbgram.reconstruction.mapping.solution import Adjusted, Unheld, adjust
+from limbgram.reconstruction.mapping.solution import Adjusted, UnconstrainedPhotos, adjust
 from limbgram.reconstruction.mapping.stragglers import with_stragglers
-from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
+from limbgram.reconstruction.mapping.tracks import with_all_tracks, with_best_connected_matches
 from limbgram.reconstruction.mapping.verdicts import (
-    agreed_places,
-    by_found_lenses,
     contradicted,
     judge,
     photo_points,
+    refined_keypoints,
+    reverified,
 )
 from limbgram.reconstruction.mapping.zoom import (
-    JudgedFocals,
-    judged_focals,
-    odd_among,
+    FocalOutliers,
+    focal_outliers,
+    odd_by_others,
     odd_focals,
-    zoomed_by_own,
+    zoomed_by_solved_focals,
 )
-from limbgram.reconstruction.matching.coded_marks import Coded
+from limbgram.reconstruction.matching.coded_marks import CodedKeypoints
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.quality import common_fault
 from limbgram.reconstruction.twoview.pairs import Pairs
@@ -62,23 +66,23 @@ from limbgram.reconstruction.twoview.pairs import Pairs
 _BRIDGE_DEG = 60.0
 _FEWEST_BRIDGES = 15
 _CODED_WORTH = 2
-"""A corner of a coded mark, which cannot be mistaken, bridges as so many points of paint do."""
+"""Weight of a corner of a coded mark, which cannot be mistaken, over that of a keypoint."""
 _FEWEST_HELD = 2
 _OTHER_FOCAL = 0.1
-"""Difference of focal length from which photos placed without a calibration contradict it."""
+"""Relative difference of focal length from which photos placed without a calibration contradict
+it."""
 
 
 _MAPPER_MATCHES = 400
-"""Most matches of a pair that the mapper gets; the final adjustment takes all."""
+"""Largest number of matches of a pair that the mapper gets; the final adjustment takes all."""
 _TRACK_PX = 2.0
-"""Largest distance from the first cameras' geometry of a match that joins the adjustment."""
+"""Largest Sampson distance, by the mapper's cameras, of a match that the adjustment takes."""
 MIN_PHOTO_POINTS = 20
-"""Fewest scene points that hold a photo in place, from its first resection on."""
+"""Fewest scene points of a placed photo, from its first resection on."""
 _MAX_PHOTO_RMS_PX = 3.0
 """Largest RMS residual of a placed photo."""
-_MAX_ODD_SHARE = 0.2
-"""Photos of another focal length are set aside if they are no larger part; beyond it they
-are used and named."""
+_MAX_ZOOMED_SHARE = 0.2
+"""Largest share of photos of another focal length that are set aside; more are used and named."""
 MIN_PLACED = 3
 """Fewest photos that make a scene."""
 
@@ -106,7 +110,7 @@ def place(
     pairs: Pairs,
     cameras: Cameras,
     options: MappingOptions = DEFAULTS,
-    coded: Coded | None = None,
+    coded: CodedKeypoints | None = None,
 ) -> Scene:
     """Place the photos and their common points in one world frame of arbitrary scale.
 
@@ -114,10 +118,12 @@ def place(
         coded: Which keypoints are points of coded marks.
     """
     try:
-        scene = _placed(photos, features, pairs, cameras, options, coded)
+        scene = _mapped(photos, features, pairs, cameras, options, coded)
         return readjusted(scene, cameras, options)
     except PlacementError as refusal:
-        cause = _foreign(photos, features, pairs, cameras, options) or common_fault(photos.photos)
+        cause = _foreign_camera_file(photos, features, pairs, cameras, options) or common_fault(
+            photos.photos
+        )
         if cause is None:
             raise
         raise PlacementError("placing.because", what=refusal.finding, cause=cause) from refusal
@@ -130,29 +136,30 @@ def place_roughly(
     cameras: Cameras,
     options: MappingOptions = DEFAULTS,
 ) -> Scene:
-    """As `place`, for points that are measured anew: the last adjustment is left out."""
-    return _placed(photos, features, pairs, cameras, options)
+    """As `place`, but without the last adjustment, for points that are measured anew."""
+    return _mapped(photos, features, pairs, cameras, options)
 
 
-def _placed(
+def _mapped(
     photos: PhotoSet,
     features: Features,
     pairs: Pairs,
     cameras: Cameras,
     options: MappingOptions,
-    coded: Coded | None = None,
+    coded: CodedKeypoints | None = None,
 ) -> Scene:
+    """The scene of the best route, with tracks from all matches, not yet adjusted with them."""
     if not pairs.verified:
         raise PlacementError("placing.nothing_shared")
-    places_px = agreed_places(features, pairs)
+    keypoints_px = refined_keypoints(features, pairs)
     own_sigmas_px = None if coded is None else coded.own_sigmas_px()
     best, refusal = None, PlacementError("placing.no_start", pairs=len(pairs.verified))
     folded = False
     for route in _routes(cameras, pairs, len(photos.photos), _MAPPER_MATCHES):
-        if route.unfolds and not folded:
+        if route.for_folded and not folded:
             break
         try:
-            one = _mapped(photos, places_px, route, pairs, cameras, options, own_sigmas_px)
+            one = _run_route(photos, keypoints_px, route, pairs, cameras, options, own_sigmas_px)
         except PlacementError as fault:
             refusal = fault
             continue
@@ -166,84 +173,86 @@ def _placed(
     scene = best.scene
     if MIN_PLACED <= len(scene.placed) < len(scene.names):
         by = _without_contradicted(pairs, best.dropped)
-        scene = _with_left_out(scene, places_px, by, best.others, cameras, options, coded)
+        scene = _with_stragglers(scene, keypoints_px, by, best.others, cameras, options, coded)
     _refuse_too_few(scene, options)
-    scene = with_all_tracks(scene, places_px, pairs, _TRACK_PX, coded)
-    verdicts = judge(scene, photos, places_px, pairs, best.others, best.dropped)
+    scene = with_all_tracks(scene, keypoints_px, pairs, _TRACK_PX, coded)
+    verdicts = judge(scene, photos, keypoints_px, pairs, best.others, best.dropped)
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
 
 
 def _without_contradicted(pairs: Pairs, dropped: dict[int, Finding]) -> Pairs:
-    """Less those of photos that contradicted their pairs.
+    """The pairs without those of photos that contradicted them.
 
-    Such a photo shows a second thing that is as real, as the room in which a cast was turned over:
-    many points of that hold it, in a wrong place.
+    Such a photo shows a second rigid object, as the room in which a cast was turned over: many
+    points of that support a wrong pose.
     """
     barred = {k for k, why in dropped.items() if why.code == "placing.photo.contradicted"}
     kept = tuple(one for one in pairs.verified if not {*one.matches.photos} & barred)
     return Pairs(kept, pairs.rejected)
 
 
-def _with_left_out(
+def _with_stragglers(
     scene: Scene,
-    places_px: Sequence[Points2],
+    keypoints_px: Sequence[Points2],
     pairs: Pairs,
     groups: Sequence[Scene],
     cameras: Cameras,
     options: MappingOptions,
-    coded: Coded | None,
+    coded: CodedKeypoints | None,
 ) -> Scene:
-    """With the photos that their pairs and few points place."""
+    """The scene with the left-out photos that their pairs and few points place."""
 
-    def remade(scene: Scene) -> Scene:
-        tracked = with_all_tracks(scene, places_px, pairs, _TRACK_PX, coded)
-        return _scene_of(_adjusted_alike(tracked, cameras, options))
+    def rebuilt(scene: Scene) -> Scene:
+        tracked = with_all_tracks(scene, keypoints_px, pairs, _TRACK_PX, coded)
+        return _scene_of(_adjusted_with_camera_lenses(tracked, cameras, options))
 
     try:
-        before = remade(scene)
-    except PlacementError:  # it is told where the scene is made for good
+        before = rebuilt(scene)
+    except PlacementError:  # raised again by the final adjustment
         return scene
     left = {*range(len(scene.names))} - {*before.placed}
     theirs = tuple(one for one in pairs.verified if {*one.matches.photos} & left)
-    solved = by_found_lenses(before, Pairs(theirs, pairs.rejected), cameras)
-    joined = with_stragglers(before, places_px, solved, groups, remade)
+    solved = reverified(before, Pairs(theirs, pairs.rejected), cameras)
+    joined = with_stragglers(before, keypoints_px, solved, groups, rebuilt)
     return joined if len(joined.placed) > len(scene.placed) else scene
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Route:
-    """What the mapper gets."""
+    """One way to run the mapper."""
 
     held: tuple[bool, ...]
-    """By camera, whether its lens stays as it is."""
+    """By camera, whether its lens is fixed."""
     pairs: Pairs
     start: tuple[int, int] | None = None
-    """Photos to start from; the mapper's choice without."""
-    unfolds: bool = False
-    """Whether it is meant for rings that folded."""
+    """Initial pair; the mapper's choice if None."""
+    for_folded: bool = False
+    """Whether it is tried only after a ring folded."""
 
 
 def _routes(cameras: Cameras, pairs: Pairs, photos: int, matches: int) -> Iterator[_Route]:
-    """Ways to map the photos; the next is taken if photos were left out."""
-    seeds = farthest_reaching(pairs, matches)
-    lenses = tuple(_held_lenses(cameras))
+    """Ways to run the mapper, in order; the next is tried if photos were left out."""
+    seeds = with_best_connected_matches(pairs, matches)
+    lenses = tuple(_fixed_lenses(cameras))
     yield from (_Route(held=held, pairs=seeds) for held in lenses)
-    chained = along_chains(pairs, photos)
-    kept = farthest_reaching(chained, matches)
+    chained = without_contradicting_pairs(pairs, photos)
+    kept = with_best_connected_matches(chained, matches)
     if len(chained.verified) < len(pairs.verified):
         yield _Route(held=lenses[0], pairs=kept)
-    solid = without_planes(chained)
+    solid = without_planar_pairs(chained)
     if 0 < len(solid.verified) < len(chained.verified):
-        yield _Route(held=lenses[-1], pairs=farthest_reaching(solid, matches), unfolds=True)
-    for start in starts(chained):
-        yield _Route(held=lenses[-1], pairs=kept, start=start, unfolds=True)
+        yield _Route(
+            held=lenses[-1], pairs=with_best_connected_matches(solid, matches), for_folded=True
+        )
+    for start in start_pairs(chained):
+        yield _Route(held=lenses[-1], pairs=kept, start=start, for_folded=True)
 
 
-def _held_lenses(cameras: Cameras) -> Iterator[tuple[bool, ...]]:
-    """Which lenses the mapper holds: those of boards, then those of EXIF too.
+def _fixed_lenses(cameras: Cameras) -> Iterator[tuple[bool, ...]]:
+    """Which lenses the mapper keeps fixed: those of boards, then those of EXIF too.
 
-    Few points leave a lens open, and it runs away and loses photos: 1620 px by EXIF became 6050
-    where 1670 were true. EXIF knows it well enough to place them all.
+    Few points do not determine a lens, and it diverges and loses photos: 1620 px by EXIF became
+    6050 where 1670 were true. EXIF knows it well enough to place them all.
     """
     sources = [one.source for one in cameras.calibrations]
     yield tuple(one == "board" for one in sources)
@@ -252,63 +261,71 @@ def _held_lenses(cameras: Cameras) -> Iterator[tuple[bool, ...]]:
 
 
 @dataclass(frozen=True)
-class _Mapped:
-    """What one route of the mapper came to."""
+class _RouteResult:
+    """The scenes that one route of the mapper gave."""
 
     scene: Scene
     others: tuple[Scene, ...]
     """Smaller ones that could not be joined to it."""
     dropped: dict[int, Finding]
-    """Photos that had a place which contradicts others, or hung on too few points."""
+    """Photos whose pose was rejected, with the reason."""
 
     @property
     def is_folded(self) -> bool:
+        """Whether some photos contradicted their pairs."""
         return any(one.code == "placing.photo.contradicted" for one in self.dropped.values())
 
 
-def _mapped(
+def _run_route(
     photos: PhotoSet,
-    places_px: Sequence[Points2],
+    keypoints_px: Sequence[Points2],
     route: _Route,
     pairs: Pairs,
     cameras: Cameras,
     options: MappingOptions,
     own_sigmas_px: Sequence[Float64[np.ndarray, " k"]] | None,
-) -> _Mapped:
-    from limbgram.reconstruction.mapping.colmap import Begin, map_incrementally  # loads pycolmap
+) -> _RouteResult:
+    from limbgram.reconstruction.mapping.colmap import (  # loads pycolmap
+        MapperSettings,
+        map_incrementally,
+    )
 
-    begin = Begin(MIN_PHOTO_POINTS, options.seed, route.start)
+    settings = MapperSettings(MIN_PHOTO_POINTS, options.seed, route.start)
     found = map_incrementally(
-        photos, places_px, route.pairs, cameras, route.held, begin, own_sigmas_px
+        photos, keypoints_px, route.pairs, cameras, route.held, settings, own_sigmas_px
     )
     if not found:
         raise PlacementError("placing.no_start", pairs=len(pairs.verified))
     rough = _adjusted(found[0], cameras, options)
-    dropped = _misplaced(rough, by_found_lenses(rough, pairs, cameras))
-    return _Mapped(without_photos(rough, set(dropped)), found[1:], dropped)
+    dropped = _misplaced(rough, reverified(rough, pairs, cameras))
+    return _RouteResult(without_photos(rough, set(dropped)), found[1:], dropped)
 
 
 def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
     """A scene with new observations, adjusted, less a few zoomed photos; its verdicts follow."""
-    alike = replace(scene, own=None)
-    fixed = _adjusted_alike(alike, cameras, options)
-    lost = {*alike.placed} - {*fixed.scene.placed}
-    alike = without_photos(alike, lost)
-    answer = _as_asked(fixed, alike, cameras, options)
+    common = replace(scene, own=None)
+    fixed = _adjusted_with_camera_lenses(common, cameras, options)
+    lost = {*common.placed} - {*fixed.scene.placed}
+    common = without_photos(common, lost)
+    result = _with_supported_deviations(fixed, common, cameras, options)
     aside, odd = dict[int, Finding](), dict[int, Finding]()
-    most = _MAX_ODD_SHARE * len(fixed.scene.placed)
-    if len(zoomed_by_own(answer.scene)) <= most:
-        while odd := _odd_of(fixed.scene, alike, cameras, options):
+    most = _MAX_ZOOMED_SHARE * len(fixed.scene.placed)
+    if len(zoomed_by_solved_focals(result.scene)) <= most:
+        while odd := _zoomed(fixed.scene, common, cameras, options):
             if len(aside) + len(odd) > most:
                 break
-            fixed = _adjusted_alike(without_photos(fixed.scene, set(odd)), cameras, options)
-            alike = without_photos(alike, set(odd))
+            fixed = _adjusted_with_camera_lenses(
+                without_photos(fixed.scene, set(odd)), cameras, options
+            )
+            common = without_photos(common, set(odd))
             aside |= odd
         if aside:
-            answer = _as_asked(fixed, alike, cameras, options)
-    adjusted = _scene_of(answer)
+            result = _with_supported_deviations(fixed, common, cameras, options)
+    adjusted = _scene_of(result)
     if adjusted.own is not None:
-        odd = _facts(odd_focals(adjusted), adjusted, cameras) | zoomed_by_own(adjusted)
+        odd = _confirmed_zooms(odd_focals(adjusted), adjusted, cameras) | zoomed_by_solved_focals(
+            adjusted
+        )
     reasons = {k: note("placing.photo.loose", points=0) for k in lost} | aside
     figures = photo_points(adjusted)
     verdicts = tuple(
@@ -327,41 +344,44 @@ def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene
     return replace(adjusted, verdicts=verdicts, ring=ring_of(adjusted))
 
 
-def _odd_of(
+def _zoomed(
     adjusted: Scene, before: Scene, cameras: Cameras, options: MappingOptions
 ) -> dict[int, Finding]:
-    """Photos of another focal length; a few that hide each other are tried by the others' points.
+    """Photos of another focal length than the others, with their findings.
 
     Args:
-        before: With all observations: of an odd photo the adjustment drops many.
+        before: The scene with all observations: the adjustment drops many of a zoomed photo.
     """
-    judged = judged_focals(adjusted)
-    found = _odd_by_others(adjusted, before, judged, cameras, options)
-    return _facts(found, adjusted, cameras)
+    judged = focal_outliers(adjusted)
+    found = _odd_by_other_points(adjusted, before, judged, cameras, options)
+    return _confirmed_zooms(found, adjusted, cameras)
 
 
-def _facts(odd: dict[int, Finding], scene: Scene, cameras: Cameras) -> dict[int, Finding]:
-    """Those of which a zoom explains more than anything else that a lens may have for itself."""
+def _confirmed_zooms(odd: dict[int, Finding], scene: Scene, cameras: Cameras) -> dict[int, Finding]:
+    """Those whose zoom is a fact by the test of single focal lengths (lens_equations.py)."""
     if not odd:
         return odd
-    zoomed = zoomed_photos(LensEvidence.of(scene, cameras.calibrations))
+    zoomed = zoomed_photos(LensEquations.of(scene, cameras.calibrations))
     return {k: said for k, said in odd.items() if k in zoomed and not zoomed[k].failed}
 
 
-def _odd_by_others(
+def _odd_by_other_points(
     adjusted: Scene,
     before: Scene,
-    judged: JudgedFocals,
+    judged: FocalOutliers,
     cameras: Cameras,
     options: MappingOptions,
 ) -> dict[int, Finding]:
+    """The odd photos, and suspected ones that are odd by points of the other photos alone."""
     odd, suspected = judged.odd, judged.suspected
-    few = len(suspected) <= _MAX_ODD_SHARE * len(adjusted.placed)
+    few = len(suspected) <= _MAX_ZOOMED_SHARE * len(adjusted.placed)
     if not few or {*suspected} == {*odd}:
         return odd
     try:
-        others = _adjusted_alike(without_photos(before, {*suspected}), cameras, options).scene
-    except PlacementError:  # they hold other photos in the scene, and are needed
+        others = _adjusted_with_camera_lenses(
+            without_photos(before, {*suspected}), cameras, options
+        ).scene
+    except PlacementError:  # the scene cannot do without them
         return odd
     poses = [
         before.camera_from_world[photo] if photo in suspected else pose
@@ -386,16 +406,13 @@ def _odd_by_others(
         points_in_world=held,
         observations=seen.some(placed[seen.point_idx]),
     )
-    return odd | odd_among(suspected, by_others)
+    return odd | odd_by_others(suspected, by_others)
 
 
-def _foreign(
+def _foreign_camera_file(
     photos: PhotoSet, features: Features, pairs: Pairs, cameras: Cameras, options: MappingOptions
 ) -> Finding | None:
-    """Whether photos that cannot be placed with the calibrations given can be placed without.
-
-    Then the camera file is another lens's; None where that is not the cause.
-    """
+    """Finding that a camera file is of another lens, if the photos can be placed without it."""
     if all(one.source != "board" for one in cameras.calibrations):
         return None
     by_exif = contradicting_exif(photos, cameras)
@@ -403,7 +420,7 @@ def _foreign(
         return by_exif
     free = Cameras(tuple(from_exif(group) for group in photos.cameras))
     try:
-        scene = _adjusted(_placed(photos, features, pairs, free, options), free, options)
+        scene = _adjusted(_mapped(photos, features, pairs, free, options), free, options)
     except PlacementError:
         return None
     used = sorted({scene.camera_idx[photo] for photo in scene.placed})
@@ -416,19 +433,20 @@ def _foreign(
 
 
 def _adjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
-    """With lenses of their own for single photos where the residuals ask for these."""
-    alike = replace(scene, own=None)
-    adjusted = _adjusted_alike(alike, cameras, options)
-    alike = without_photos(alike, {*alike.placed} - {*adjusted.scene.placed})
-    return _scene_of(_as_asked(adjusted, alike, cameras, options))
+    """The adjusted scene, with lens deviations of single photos where residuals support them."""
+    common = replace(scene, own=None)
+    adjusted = _adjusted_with_camera_lenses(common, cameras, options)
+    common = without_photos(common, {*common.placed} - {*adjusted.scene.placed})
+    return _scene_of(_with_supported_deviations(adjusted, common, cameras, options))
 
 
-def _adjusted_alike(scene: Scene, cameras: Cameras, options: MappingOptions) -> Adjusted:
-    """With one lens for all photos of a camera, less the photos that lose all points which they
-    share with others.
+def _adjusted_with_camera_lenses(
+    scene: Scene, cameras: Cameras, options: MappingOptions
+) -> Adjusted:
+    """The scene adjusted with one lens for each camera, without photos that lose all their points.
 
     Raises:
-        PlacementError: no two photos hold each other.
+        PlacementError: no two photos share points.
     """
     try:
         return adjust(
@@ -436,24 +454,25 @@ def _adjusted_alike(scene: Scene, cameras: Cameras, options: MappingOptions) -> 
             cameras.calibrations,
             hold_board_lenses=options.board_lenses == "hold",
         )
-    except Unheld as lost:
+    except UnconstrainedPhotos as lost:
         if len(scene.placed) - len(lost.photos) < _FEWEST_HELD:
             raise PlacementError("placing.unheld") from lost
-        return _adjusted_alike(without_photos(scene, {*lost.photos}), cameras, options)
+        return _adjusted_with_camera_lenses(without_photos(scene, {*lost.photos}), cameras, options)
     except np.linalg.LinAlgError as fault:
         raise PlacementError("placing.unheld") from fault
 
 
-def _as_asked(
+def _with_supported_deviations(
     adjusted: Adjusted, before: Scene, cameras: Cameras, options: MappingOptions
 ) -> Adjusted:
+    """The adjustment with the lens deviations that it supports, if the options allow any."""
     if options.board_lenses == "hold" or options.photo_lenses == "never":
         return adjusted
     return with_supported_lenses(adjusted, before, cameras.calibrations)
 
 
 def _scene_of(adjusted: Adjusted) -> Scene:
-    """The scene with what the adjustment says of its errors."""
+    """The adjusted scene with its sigma and covariances."""
     return replace(
         adjusted.scene,
         sigma_px=adjusted.sigma_px,
@@ -463,7 +482,7 @@ def _scene_of(adjusted: Adjusted) -> Scene:
 
 
 def _misplaced(scene: Scene, pairs: Pairs) -> dict[int, Finding]:
-    """Placed photos that must not stay, and why."""
+    """Placed photos whose pose is rejected, with the reason."""
     wrong, figures = contradicted(scene, pairs), photo_points(scene)
     reasons: dict[int, Finding] = {}
     for photo in scene.placed:
@@ -480,6 +499,7 @@ def _misplaced(scene: Scene, pairs: Pairs) -> dict[int, Finding]:
 
 
 def _refuse_too_few(scene: Scene, options: MappingOptions) -> None:
+    """Raise if too few photos are placed."""
     placed, count = len(scene.placed), len(scene.names)
     if placed < MIN_PLACED or placed < options.min_placed_share * count:
         missing = tuple(
@@ -489,7 +509,7 @@ def _refuse_too_few(scene: Scene, options: MappingOptions) -> None:
 
 
 def without_photos(scene: Scene, photos: set[int]) -> Scene:
-    """The scene with the poses and observations of some photos taken out."""
+    """The scene without the poses and observations of some photos."""
     seen = scene.observations
     keep = ~np.isin(seen.photo_idx, sorted(photos))
     poses = [
@@ -504,7 +524,7 @@ def without_photos(scene: Scene, photos: set[int]) -> Scene:
 
 
 def _covariance_without(scene: Scene, photos: set[int]) -> Float64[np.ndarray, "u u"] | None:
-    """Of what is left of poses and lenses."""
+    """Covariance of the remaining poses and lenses."""
     if scene.camera_covariance is None:
         return None
     left = np.array([photo not in photos for photo in scene.placed])
@@ -516,7 +536,7 @@ def _covariance_without(scene: Scene, photos: set[int]) -> Float64[np.ndarray, "
 
 
 def ring_of(scene: Scene) -> Ring:
-    """Gaps between the photos as seen from the object, and the points that bridge them."""
+    """Angular gaps between the photos as seen from the object, and the points that bridge them."""
     placed = np.array(scene.placed)
     centres = np.array([view.centre_in_world for view in scene.views])
     plane = np.linalg.svd(centres - centres.mean(0))[2][:2]

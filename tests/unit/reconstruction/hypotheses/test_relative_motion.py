@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from limbgram.findings import note
-from limbgram.reconstruction.hypotheses.bodies import movement_between, stood_with_first
-from limbgram.reconstruction.mapping.movement import BodyMotion, joined_photos
-from limbgram.reconstruction.mapping.ring import without_photos
+from limbgram.reconstruction.hypotheses.relative_motion import is_rigid_with_first, movement_between
+from limbgram.reconstruction.mapping.body_motion import BodyMotion, connected_photos
+from limbgram.reconstruction.mapping.placement import without_photos
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.movement import third_moved
@@ -73,7 +73,7 @@ def test_a_photo_that_few_points_hold_is_left_out(take: Take) -> None:
 def test_of_many_photos_some_are_searched_and_the_others_follow(
     take: Take, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("limbgram.reconstruction.hypotheses.bodies.MOST_PHOTOS", 16)
+    monkeypatch.setattr("limbgram.reconstruction.hypotheses.relative_motion.MOST_PHOTOS", 16)
     far = np.linspace(0.0, 4.0, 24)
     for sizes_mm, kind in ((np.where(far > 2.0, 2.0, 0.0), "step"), (far, "drift")):
         found = seen(
@@ -106,7 +106,7 @@ def test_a_third_body_tells_which_of_two_moved(take: Take, beside: bool, seed: i
     room = seen(first)
     assert room.movement.moved
     board = take(seed=50 + seed, points=80, motions=None if beside else motions).room
-    assert stood_with_first(first.limb, board, room, [first.calibration]) is beside
+    assert is_rigid_with_first(first.limb, board, room, [first.calibration]) is beside
 
 
 def pairs_of(third: Scene, photos: tuple[int, ...]) -> list[PairMatches]:
@@ -146,7 +146,7 @@ def test_a_motion_turns_about_the_middle(take: Take) -> None:
     motions = steps(0.0, 2.0)
     motions[7:, :3] = 0.01 * ALONG
     found = seen(take(motions=motions))
-    moved = found.moved(9).apply(found.middle[None])[0] - found.middle
+    moved = found.in_photo(9).apply(found.middle[None])[0] - found.middle
     np.testing.assert_allclose(moved, found.motions[9, 3:], atol=1e-9)
 
 
@@ -154,4 +154,4 @@ def test_photos_hang_together_only_by_shared_points(take: Take) -> None:
     photo = np.repeat(np.arange(6, dtype=np.int32), 20)
     point = np.concatenate([np.arange(20)] * 4 + [np.arange(50, 70)] * 2).astype(np.int32)
     scene = replace(take().limb, observations=Observations(photo, point, np.zeros((120, 2))))
-    assert joined_photos(scene) == (0, 1, 2, 3)
+    assert connected_photos(scene) == (0, 1, 2, 3)

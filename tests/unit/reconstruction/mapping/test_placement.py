@@ -11,7 +11,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
-from limbgram.reconstruction.mapping.ring import (
+from limbgram.reconstruction.mapping.placement import (
     MappingOptions,
     _misplaced,
     _refuse_too_few,
