@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from limbgram.core.optimisation import Descent, ArrowheadEquations, Trial, minimise
+from limbgram.core.optimisation import ArrowheadEquations, Descent, Trial, minimise
 
 DESCENT = Descent(iterations=100, smallest_gain=0.0, least_gain=1e-30)
 START = np.array([-1.2, 1.0])

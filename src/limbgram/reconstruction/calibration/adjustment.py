@@ -20,7 +20,7 @@ from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, lens_slopes
-from limbgram.core.optimisation import Descent, ArrowheadEquations, Trial, minimise
+from limbgram.core.optimisation import ArrowheadEquations, Descent, Trial, minimise
 
 BOARD_TERMS = ("stretch", "shear", "bend_xx", "bend_xy", "bend_yy")
 """How a print differs from its drawing, as fractions of half the board's long side: y grows by

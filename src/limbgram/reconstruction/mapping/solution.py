@@ -30,8 +30,8 @@ from limbgram.reconstruction.mapping.normals import (
     reduce_equations,
     robust_cost,
 )
-from limbgram.reconstruction.mapping.score_tests import pseudo_inverse, solved_for
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.score_tests import pseudo_inverse, solve_semidefinite
 
 _ITERATIONS = 40
 _ROUGH_GAIN = 1e-3
@@ -569,7 +569,7 @@ class _Equations:
 
     def solved_for(self, right: Float64[np.ndarray, "f k"]) -> Float64[np.ndarray, "f k"]:
         """Solutions for other right sides; unobserved unknowns stay where they are."""
-        return solved_for(self.normal[np.ix_(self.free, self.free)], right)
+        return solve_semidefinite(self.normal[np.ix_(self.free, self.free)], right)
 
     def motion_statistics(
         self, part: _ObservationEquations, poses: Float64[np.ndarray, "m c k"]

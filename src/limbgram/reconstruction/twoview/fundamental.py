@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.arrays import Matrix3, Points2
 from limbgram.core.geometry.triangulation import nearest_matches, sampson_px
-from limbgram.core.optimisation import Descent, ArrowheadEquations, Trial, minimise
+from limbgram.core.optimisation import ArrowheadEquations, Descent, Trial, minimise
 from limbgram.reconstruction.twoview.pairs import TURNS, fit_sampson
 
 FEWEST_MATCHES = 8
