@@ -344,7 +344,9 @@ def test_it_is_told_from_what_heights_count(cylinder: Mesh) -> None:
     assert table.reference_phrase == f"the {ORIGIN}; the tip lies at -2.0 mm"
     limb = aligned(raised, ("knee", 50, 0, 160.0))
     assert (
-        measure_limb(limb, LimbMeasureOptions(heights_mm=(-100,), reference="knee")).reference_phrase
+        measure_limb(
+            limb, LimbMeasureOptions(heights_mm=(-100,), reference="knee")
+        ).reference_phrase
         == "knee"
     )
 
