@@ -321,7 +321,7 @@ def _turned_over_notes(poses: Poses, small: PhotoSet) -> tuple[Finding, ...]:
 
 
 def _with_new_indices(known: MatchedPair, candidate: Candidate) -> MatchedPair:
-    """The same matches; photos have other numbers once one comes between."""
+    """Known matches with new photo indices, after photos were added between."""
     pair = replace(known.pair, first=candidate.first, second=candidate.second)
     return replace(known, pair=pair)
 

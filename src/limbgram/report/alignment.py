@@ -45,7 +45,7 @@ class Truth:
     """Where the photos were taken; none where the truth tells nothing of them."""
 
     def moved(self, new_from_truth: Rigid) -> "Truth":
-        """The same surface in another frame."""
+        """The true surface in another frame."""
         return replace(
             self,
             vertices_mm=new_from_truth.apply(self.vertices_mm),

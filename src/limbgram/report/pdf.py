@@ -372,7 +372,7 @@ def _aspect(image: Picture | Chart) -> float:
 
 @cache
 def _fonts() -> typst.Fonts:
-    """Of the charts' letters, which matplotlib brings along; found once for all layouts."""
+    """The fonts of charts, which matplotlib brings along; found once for all layouts."""
     import matplotlib as mpl
 
     folder = Path(mpl.get_data_path(), "fonts", "ttf")

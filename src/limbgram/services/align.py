@@ -58,7 +58,7 @@ class AlignRequest(Axes):
         return cls(side=side, kind=kind, **stated)
 
     def options(self, declared: LimbFrame | None) -> AlignOptions:
-        """As the workbench takes them."""
+        """The options of the workbench."""
         return AlignOptions(
             side=self.side,
             kind=self.kind,

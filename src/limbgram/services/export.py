@@ -98,7 +98,7 @@ class Aop:
     """Write the spacing of the slices, not the height of each."""
 
     def options(self, own: Own | None) -> AopOptions:
-        """As the writer takes them; an AOP keeps its own grid if nothing else is asked for."""
+        """The options of the writer; an AOP keeps its own grid if nothing else is asked for."""
         asked = {name: getattr(self, name) for name in _OF_MAP}
         given = {name: value for name, value in asked.items() if value is not None}
         usual = AopOptions()

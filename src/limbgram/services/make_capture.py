@@ -90,7 +90,7 @@ class MakeRequest:
     record."""
 
     def options(self, scan: Scan | BentShape | None) -> CaptureOptions:
-        """As the maker takes them.
+        """The options of the capture maker.
 
         Raises:
             OptionsError: there can be no such capture.

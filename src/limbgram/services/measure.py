@@ -101,7 +101,7 @@ class MeasureRequest(SheetRequest):
     """Fill in the measuring sheet of the kind of limb, beside the levels."""
 
     def options(self) -> LimbMeasureOptions:
-        """As the workbench takes them."""
+        """The options of the workbench."""
         return LimbMeasureOptions(
             spacing_mm=self.every_mm,
             heights_mm=self.heights_mm,

@@ -59,7 +59,7 @@ class PrintRequest:
     """The same of the ruler down the page."""
 
     def options(self) -> SheetOptions:
-        """As sheets are drawn by.
+        """The options by which sheets are drawn.
 
         Raises:
             OptionsError: what a pixel shows is told twice, or by half.

@@ -49,7 +49,7 @@ class Shaping:
 
     @property
     def choices(self) -> Choices:
-        """As the stages take them."""
+        """The options of the stages."""
         return Choices(
             surface=self.surface,
             box_mm=self.box_mm,

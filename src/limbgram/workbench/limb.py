@@ -100,12 +100,12 @@ class Limb:
 
     @property
     def side(self) -> Side:
-        """As its frame says; none until aligned."""
+        """The side, by its frame; none until aligned."""
         return "none"
 
     @property
     def known_limb_from_mesh(self) -> Rigid | None:
-        """From the mesh's frame to the limb's; None until aligned."""
+        """The motion from the mesh's frame to the limb's; None until aligned."""
         return None
 
     def aligned(self, refusal: LimbgramError | None = None) -> "AlignedLimb":

@@ -367,7 +367,7 @@ class LensParameter:
 
 @dataclass(frozen=True, kw_only=True)
 class Correlations:
-    """Of the parameters that are free, in this order."""
+    """Correlations of the parameters that are free, in this order."""
 
     order: tuple[str, ...]
     matrix: tuple[tuple[float, ...], ...]

@@ -180,7 +180,7 @@ def _radius_of_elevation(elevation_deg: float) -> float:
 
 
 def _free_place(radius: float, taken: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Between two hours, where no photo stands near; near 12 o'clock if that is free."""
+    """An azimuth between two hours with no photo near, near 12 o'clock if that is free."""
     tried = [_position_on_ring(-15.0 - 30.0 * k, radius) for k in range(12)]
     off = [min((math.dist(one, other) for other in taken), default=math.inf) for one in tried]
     return next((one for one, far in zip(tried, off) if far > _CLEAR), tried[int(np.argmax(off))])

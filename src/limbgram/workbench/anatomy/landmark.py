@@ -41,7 +41,7 @@ class Placing:
     """Proposed by the program and confirmed."""
 
     def of(self, mark: Landmark) -> float:
-        """Of one landmark."""
+        """The placing sigma of one landmark."""
         usual: dict[Placed, float] = {
             "click": self.click_mm,
             "painted": self.painted_mm,

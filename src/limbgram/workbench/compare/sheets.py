@@ -62,7 +62,7 @@ class FigureCourse:
 
     @property
     def change(self) -> float:
-        """From the first day to the last, along the trend's line, so that all visits count."""
+        """The change from the first day to the last along the trend, so that all visits count."""
         return self.trend.per_week * self._weeks
 
     @property

@@ -45,8 +45,10 @@ class Body:
 
     @classmethod
     def of(cls, limb: Limb) -> "Body":
-        """Raises:
-        EditError: the limb is not aligned.
+        """The body of an aligned limb.
+
+        Raises:
+            EditError: the limb is not aligned.
         """
         return cls(limb.aligned(EditError("edit.not_aligned")).in_limb_frame())
 

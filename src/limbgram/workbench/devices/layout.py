@@ -171,7 +171,7 @@ def _self_contact_mm(curve: Curve) -> Vector3:
 def _largest_kept_piece(
     mesh: Mesh, beyond: Float64[np.ndarray, " n"], edges: Sequence[Edge]
 ) -> Float64[np.ndarray, " n"]:
-    """The same distances, with every piece inside the edges but the device's own put outside."""
+    """Distances beyond edges, with every piece but the device's own counted as outside."""
     inside = beyond < 0
     faces = np.flatnonzero(inside[mesh.faces].any(1))
     pieces = face_components(mesh.faces[faces])

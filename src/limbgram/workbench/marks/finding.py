@@ -213,7 +213,7 @@ def _agreed_places(
 def sigma_of_median_mm(
     away_mm: Float64[np.ndarray, " k"], pixels_mm: Float64[np.ndarray, " k"]
 ) -> float:
-    """Of a median of places, from their distances along two directions; and what all share."""
+    """Sigma of a median of places, by their distances along two directions and shared errors."""
     count = len(away_mm)
     freedom = 2 * max(count - 1, 1)
     of_one = np.sqrt((away_mm**2).sum() / freedom) * widening(freedom)

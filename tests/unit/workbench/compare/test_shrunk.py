@@ -128,7 +128,7 @@ def test_both_ways_are_told_and_disagreement_in_the_headline(make_limb) -> None:
     )
     wrong = compare(first, replace(second, landmarks=moved))
     assert wrong.alignment.way == "landmarks"
-    assert wrong.by_shape.mismatch_findings
+    assert wrong.by_shape.at_odds
     assert "the two ways disagree" in told(verdict(wrong).finding)
 
 

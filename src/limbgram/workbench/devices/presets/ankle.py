@@ -179,7 +179,7 @@ _PLATE_END = TrimPoint(
 def _round(
     behind: TrimPoint, lateral: tuple[TrimPoint, ...], front: TrimPoint
 ) -> tuple[TrimPoint, ...]:
-    """From behind along the lateral side to the front, and back on the medial one.
+    """Points from behind along the lateral side to the front, and back on the medial side.
 
     The top follows the fibula's head on both sides: the upper edge is level.
     """

@@ -28,7 +28,7 @@ DISTAL_PAD = Pad(
 
 
 def strip_behind(to: str, up_mm: float) -> Ridge:
-    """From the distal end up the back to below a landmark's level."""
+    """A strip from the distal end up the back to below a landmark's level."""
     return Ridge(
         name="strip behind",
         through=(
