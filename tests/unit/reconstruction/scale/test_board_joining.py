@@ -239,7 +239,7 @@ def test_equations_of_a_body_are_the_slopes_of_its_cost(capture) -> None:
         ]
         return (ends[0] - ends[1]) / 2
 
-    right = np.concatenate([equations.rest_right, equations.corner_right.ravel()])
+    right = np.concatenate([equations.shared_right, equations.block_right.ravel()])
     for k in (0, 4, 8, bundle.unknowns - 10, *range(bundle.unknowns, len(right))):
         step = np.zeros(len(right))
         step[k] = 1e-6
