@@ -25,6 +25,9 @@ the results; and the 16 coefficients round each."""
 _GAIN_STEPS = 12
 _LEAST_CORRELATION = 0.5
 """A photo whose window agrees less with what all show there is left out."""
+_SHOWN = 4.0
+"""Powers of noise: a photo shows nothing, but the others texture, if the texture is twice as loud.
+Burnt-out paint left in cost 40 % of RMS there (0.0176 to 0.0255 mm)."""
 
 
 @njit(inline="always")
@@ -280,6 +283,7 @@ def agreeing(
 
     What differs by no more than `noise`, grey levels squared, is not unlike: bare skin would be
     left with the two photos whose noise is alike by chance, and those hold the surface where it is.
+    But a photo without contrast where the others show texture, as in burnt-out paint, is.
 
     Arrays are closed up and `gains` found. Returns the photos that stay; 0 where half of them or
     more would go, or the last two differ.
@@ -294,7 +298,8 @@ def agreeing(
         worst, lowest, loud = -1, _LEAST_CORRELATION, 0
         for i in range(used):
             loud += gram[i, i] >= noise
-            if gram[i, i] - gains[i] * gains[i] * energy < noise:
+            blank = gram[i, i] < noise and energy > _SHOWN * used * noise
+            if gram[i, i] - gains[i] * gains[i] * energy < noise and not blank:
                 continue
             correlation = gains[i] * math.sqrt(energy / max(gram[i, i], 1e-9))
             if correlation < lowest:

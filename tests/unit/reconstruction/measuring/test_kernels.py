@@ -438,6 +438,23 @@ def test_windows_of_noise_keep_all_photos_but_what_differs_by_more() -> None:
         assert knowing == list(range(int(highlight), 5))
 
 
+def test_a_photo_burnt_out_where_the_others_show_paint_is_left_out() -> None:
+    """It has next to no contrast there: what it differs by is what it lacks."""
+    random = np.random.default_rng(6)
+    noise_grey, texture = 1.5, np.random.default_rng(7).normal(0, 20.0, SIDE**2)
+    value = texture + random.normal(0, noise_grey, (5, SIDE**2))
+    value[0] = random.normal(0, 0.3, SIDE**2)
+    value -= value @ gaussian()[:, None]
+    value = value.astype(np.float32)
+    gram, photo_of = np.zeros((5, 5)), np.arange(5)
+    sampling.gram_of(value, sampling.window_weights(), 5, gram)
+    used = sampling.agreeing(
+        value, value.copy(), np.ones(5), photo_of, 5, gram, np.zeros(5), np.zeros(5),
+        2 * noise_grey**2,
+    )  # fmt: skip
+    assert sorted(photo_of[:used]) == [1, 2, 3, 4]
+
+
 def test_local_gains_are_those_of_the_formula(painted) -> None:
     random = np.random.default_rng(11)
     few = [a_patch(random, 20.0) for _ in range(8)]
