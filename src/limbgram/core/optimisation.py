@@ -91,7 +91,7 @@ class ArrowheadEquations:
         least_shared: float = 0.0,
         least_block: float | Float64[np.ndarray, " b"] = 0.0,
     ) -> "ArrowheadEquations":
-        """With each diagonal grown by so much of itself, and of `least` where it is nothing."""
+        """The equations with `damping` times each diagonal, plus `least`, added to it."""
         shared, blocks = self.shared.copy(), self.blocks.copy()
         grown = np.einsum("ii->i", shared)
         grown += damping * (grown + least_shared)

@@ -26,8 +26,8 @@ _GAIN_STEPS = 12
 _LEAST_CORRELATION = 0.5
 """A photo whose window agrees less with what all show there is left out."""
 _SHOWN = 4.0
-"""Powers of noise: a photo shows nothing, but the others texture, if the texture is twice as loud.
-Burnt-out paint left in cost 40 % of RMS there (0.0176 to 0.0255 mm)."""
+"""Texture is clearly above the noise from this multiple of its power on, twice its amplitude. With
+photos left in that show none of it, RMS in burnt-out paint grew from 0.0176 to 0.0255 mm."""
 
 
 @njit(inline="always")
@@ -283,7 +283,7 @@ def agreeing(
 
     What differs by no more than `noise`, grey levels squared, is not unlike: bare skin would be
     left with the two photos whose noise is alike by chance, and those hold the surface where it is.
-    But a photo without contrast where the others show texture, as in burnt-out paint, is.
+    A photo without contrast where the others show texture, as in burnt-out paint, is unlike.
 
     Arrays are closed up and `gains` found. Returns the photos that stay; 0 where half of them or
     more would go, or the last two differ.
