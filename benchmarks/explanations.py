@@ -78,7 +78,8 @@ T = TypeVar("T")
 
 BLAMES: dict[str, tuple[str, ...]] = {
     "limb": (
-        "movement.step", "movement.drift", "movement.restless", "movement.photo",
+        "movement.step", "movement.drift", "movement.restless", "movement.unclear",
+        "movement.photo",
         "movement.shape.bent", "coach.moved", "coach.bent", "coach.turned_over",
         "coach.board_tipped",
         "placing.poses_apart", "placing.side",
@@ -433,8 +434,9 @@ def _zoomed(photos: slice, by: float) -> Callable[[Path], None]:
 
 
 _SWAPPED = Board.charuco("5x7", 30.0, 22.0, "4X4_50")
-AGAINST_BOARD = ("coach.moved", "board.moved", "board.photo")
-"""The board's corners move against the limb, whichever of the two moved: that is what these say."""
+AGAINST_BOARD = ("movement.unclear", "coach.moved", "board.moved", "board.photo")
+"""The limb moved, by whichever course; the board's corners move against it, whichever of the two
+moved: that is what these say."""
 FAULTS: dict[str, dict[str, Case]] = {
     "limb steps": _moves(MovementKind.STEP, "movement.step", "movement.restless", *AGAINST_BOARD),
     "limb drifts": _moves(

@@ -760,6 +760,8 @@ def movement_found(movement: Movement, names: Sequence[str], unit: str) -> Findi
         return note("movement.beside") if movement.beside else note("movement.still")
     far, turn_deg = moved_mm(movement), float(np.nanmax(movement.turn_deg))
     match movement.kind:
+        case "unclear":
+            return doubt("movement.unclear", far=far, unit=unit)
         case "drift":
             return doubt("movement.drift", far=far, unit=unit)
         case "restless":

@@ -39,7 +39,7 @@ from limbgram.reconstruction.mapping.score_tests import (
 
 _MAX_SWAY = (0.2, 0.1)
 """Largest spread of a sway: of rotations in rad, and of shifts over the distance."""
-_SPREADS = 2
+SWAY_SIZE = 2
 """Parameters of a sway: spread of the rotations, and of the shifts."""
 
 
@@ -73,7 +73,7 @@ def find_sway(
         versus_lenses: `sway_versus_lenses` of some kinds of deviation.
     """
     sway = estimate_sway(equations, accepted, accepted.second_body, floor)
-    p_value = sway.p_value(_SPREADS)
+    p_value = sway.p_value(SWAY_SIZE)
     lack_of_fit = accepted.lack_of_fit
     if max(p_value, lack_of_fit.p_value) > SIGNIFICANCE_LEVEL:
         return None
@@ -92,8 +92,8 @@ def find_sway(
         bodies=bodies,
         kind="sway",
         photos=equations.photos,
-        numbers=_SPREADS,
-        score=float(sway.likelihood_ratio - _SPREADS * np.log(equations.sample_size)),
+        numbers=SWAY_SIZE,
+        score=float(sway.likelihood_ratio - SWAY_SIZE * np.log(equations.sample_size)),
         chance=p_value,
         effect=largest.size,
         low=largest.low,
@@ -144,13 +144,13 @@ def _failed_rules(
     if small:
         yield "size"
     well_observed = remaining.eliminating(_motion_columns(~equations.well_observed))
-    if _sway_spread(equations, well_observed, floor).p_value(_SPREADS) > SIGNIFICANCE_LEVEL:
+    if _sway_spread(equations, well_observed, floor).p_value(SWAY_SIZE) > SIGNIFICANCE_LEVEL:
         yield "few points"
     if not _is_significant_without_largest(equations, well_observed, floor):
         yield "one photo"
     spread = np.minimum(SPREAD_MARGIN * second_body.spread, MAX_SPREAD)
     wider = estimate_sway(equations, accepted, second_body_equations(equations, spread), floor)
-    if wider.p_value(_SPREADS) > SIGNIFICANCE_LEVEL:
+    if wider.p_value(SWAY_SIZE) > SIGNIFICANCE_LEVEL:
         yield "lenses of photos"
 
 
@@ -196,7 +196,7 @@ def sway_versus_lenses(
 
 def explains_as_well(sway: SwayVersusLenses) -> bool:
     """Whether the lenses do not explain clearly more than a sway does."""
-    significant = chi_square_tail(sway.likelihood_ratio, _SPREADS) <= SIGNIFICANCE_LEVEL
+    significant = chi_square_tail(sway.likelihood_ratio, SWAY_SIZE) <= SIGNIFICANCE_LEVEL
     return significant and sway.over_lenses > -VERY_STRONG_EVIDENCE
 
 
@@ -219,4 +219,4 @@ def _is_significant_without_largest(
         ScoreTest.of(well_observed.restricted_to(_motion_columns(one))).statistic for one in each
     ]
     without = well_observed.eliminating(_motion_columns(each[int(np.argmax(statistics))]))
-    return _sway_spread(equations, without, floor).p_value(_SPREADS) <= SIGNIFICANCE_LEVEL
+    return _sway_spread(equations, without, floor).p_value(SWAY_SIZE) <= SIGNIFICANCE_LEVEL

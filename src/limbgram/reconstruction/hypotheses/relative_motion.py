@@ -3,8 +3,8 @@
 In      two scenes of the same photos, each placed by the points of one body alone, calibrations.
 Out     a BodyMotion: by photo, how far the second body moved against the first, whether that is a
         fact, and all explanations, ranked.
-Method  The search over hypotheses (search.py). Its facts amount to a step, a drift or a sway; what
-        it cannot decide is unknown, with what it may be and what would decide.
+Method  The search over hypotheses (search.py). Its facts amount to a step, a drift, a sway or an
+        unclear course; what it cannot decide is unknown, with what it may be and what would decide.
         A photo that one body holds by few points and that lies elsewhere by itself is left out: it
         is an outlier that wrong matches displace (Baarda 1968).
 Limits  Fewer than ten photos tell nothing: half a ring of 7 photos of 0.24 MP seemed to move, and
@@ -97,8 +97,8 @@ def _with_interpolated(motion: BodyMotion, photos: set[int]) -> BodyMotion:
     for photo in sorted(photos):
         before, after = known[known < photo][-1:], known[known > photo][:1]
         ends = np.concatenate([before, after])
-        drifts = movement.kind == "drift"
-        if len(ends) < 2 or not (drifts or group[ends[0]] == group[ends[1]]):
+        evenly = movement.kind in ("drift", "unclear")
+        if len(ends) < 2 or not (evenly or group[ends[0]] == group[ends[1]]):
             continue
         share = (photo - ends[0]) / (ends[1] - ends[0])
         weights = np.array([1.0 - share, share])
@@ -148,9 +148,9 @@ def _body_motion(found: SearchResult, centre: Float64[np.ndarray, "3"], photos: 
     unknown = Movement.unknown(photos)
     group, shift, turn = unknown.group.copy(), unknown.shift.copy(), unknown.turn_deg.copy()
     group[known], shift[known], turn[known], largest = 0, 0.0, 0.0, 0.0
-    kind: Literal["still", "step", "drift", "restless"] = "still"
+    kind: Literal["still", "step", "drift", "restless", "unclear"] = "still"
     if facts:
-        kind = _kind(facts)
+        kind = _kind(facts) if found.course_known else "unclear"
         group[known] = _groups(found.motions) if kind == "step" else np.arange(len(known))
         reference = _reference(kind, group[known])
         off = found.motions - (found.motions[reference] if reference >= 0 else 0.0)
@@ -185,11 +185,11 @@ def _groups(motions: Float64[np.ndarray, "n 6"]) -> Int64[np.ndarray, " n"]:
 
 
 def _reference(kind: str, group: Int64[np.ndarray, " n"]) -> int:
-    """The photo that motions count from: of the largest group, or the middle one of a drift."""
+    """The photo that motions count from: of the largest group, or the middle one."""
     match kind:
         case "step":
             return int(np.flatnonzero(group == int(np.bincount(group).argmax()))[0])
-        case "drift":
+        case "drift" | "unclear":
             return len(group) // 2
         case _:
             return -1

@@ -17,7 +17,9 @@ Method  Forward selection by score tests (Rao 1948). The null model has poses, o
         clearly more than a sway. Photos that were framed or focused otherwise look like a step or
         a drift: these are no facts there unless they are significant beside lenses that do all they
         may along the courses of all terms.
-        A term is a fact if it passes all rules of `mapping.scene.Rule`.
+        A term is a fact if it passes all rules of `mapping.scene.Rule`. That a body moved is one
+        thing, its course another: a slight drift looks like one step. The course is told only
+        where no other one (a step, a drift, a sway) explains nearly as much.
 """
 
 from collections.abc import Sequence
@@ -42,6 +44,7 @@ from limbgram.reconstruction.hypotheses.lens_spread import (
     second_body_equations,
 )
 from limbgram.reconstruction.hypotheses.random_motion import (
+    SWAY_SIZE,
     Sway,
     SwayVersusLenses,
     estimate_sway,
@@ -99,10 +102,12 @@ def explain(equations: TwoBodyEquations, bodies: Bodies, floor: float) -> Search
     motions = accepted.motions([one.is_fact for one in explained])
     if sway is not None and sway.explanation.is_fact:
         motions = motions + sway.motions
+    facts = [term for term, one in zip(accepted.terms, explained, strict=True) if one.is_fact]
     return SearchResult(
         explanations=ranked,
         photos=equations.photos,
         motions=motions,
+        course_known=_course_is_known(equations, accepted, facts, floor),
         instead_of_lenses=tuple(
             kind for kind in equations.deviations if explains_as_well(versus_lenses(kind))
         ),
@@ -200,6 +205,53 @@ def _information_criterion(equations: TwoBodyEquations, accepted: AcceptedTerms)
     cost += 2.0 * np.log(accepted.candidates).sum()
     of_spread = deviance(of_lenses, accepted.second_body.spread, USUAL_SPREAD)
     return float(of_spread - terms_test.statistic + cost)
+
+
+def _course_is_known(
+    equations: TwoBodyEquations, accepted: AcceptedTerms, facts: Sequence[Term], floor: float
+) -> bool:
+    """Whether no other course explains nearly as much as the steps or the drift that are facts."""
+    kinds = {one.kind for one in facts} & {"step", "drift"}
+    if not kinds:
+        return True
+    still = _without_courses(equations, accepted)
+    remaining = still.second_body.of_motion.eliminating(still.columns)
+    rivals = [_sway_criterion(equations, still, floor)]
+    for group in _candidates(equations, still.terms):
+        if group[0].kind in {"step", "drift"} - kinds:
+            tests = [ScoreTest.of(remaining.restricted_to(one.columns)) for one in group]
+            best = group[int(np.argmax([one.statistic for one in tests]))]
+            rival = _with_term(equations, still, best, len(group))
+            rivals.append(_information_criterion(equations, rival))
+    noise = max(1.0, accepted.lack_of_fit.variance_factor)
+    lead = min(rivals) - _information_criterion(equations, accepted)
+    return lead / noise >= VERY_STRONG_EVIDENCE
+
+
+def _without_courses(equations: TwoBodyEquations, accepted: AcceptedTerms) -> AcceptedTerms:
+    """The accepted terms without steps and drift, at the lens spread estimated anew."""
+    kept = [k for k, one in enumerate(accepted.terms) if one.kind == "photo"]
+    terms = tuple(accepted.terms[k] for k in kept)
+    columns = design_matrix(terms, len(equations.photos))
+    return AcceptedTerms(
+        terms,
+        second_body_equations(equations, lens_spread(equations, columns)),
+        tuple(accepted.p_values[k] for k in kept),
+        tuple(accepted.candidates[k] for k in kept),
+    )
+
+
+def _sway_criterion(equations: TwoBodyEquations, accepted: AcceptedTerms, floor: float) -> float:
+    """BIC of a sway beside the accepted terms, at their lens spread or at most a usual one."""
+    found: list[float] = []
+    for most in (MAX_SPREAD, USUAL_SPREAD):
+        spread = np.minimum(accepted.second_body.spread, most)
+        second_body = second_body_equations(equations, spread)
+        sway = estimate_sway(equations, accepted, second_body, floor)
+        beside = _information_criterion(equations, replace(accepted, second_body=second_body))
+        cost = SWAY_SIZE * np.log(equations.sample_size)
+        found.append(beside - sway.likelihood_ratio + float(cost))
+    return min(found)
 
 
 def _explanation(

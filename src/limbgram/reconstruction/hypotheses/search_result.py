@@ -18,6 +18,8 @@ class SearchResult:
     photos: tuple[int, ...]
     motions: Float64[np.ndarray, "n 6"]
     """Of the second body in these photos: rotation and shift about the first body's centre."""
+    course_known: bool = True
+    """Whether no other course explains nearly as much as the facts do."""
     instead_of_lenses: tuple[Deviation, ...] = ()
     """As `Movement` has it."""
 

@@ -154,9 +154,10 @@ class Explanation:
 class Movement:
     """How one body moved against another while the photos were taken, by photo."""
 
-    kind: Literal["still", "step", "drift", "restless", "unknown"]
+    kind: Literal["still", "step", "drift", "restless", "unclear", "unknown"]
     """step: photos fall into groups within which all keeps still. drift: it moved evenly.
-    restless: every photo shows it elsewhere."""
+    restless: every photo shows it elsewhere. unclear: it moved, and photos do not tell which of
+    these it was. unknown: nor whether it moved."""
     group: Int64[np.ndarray, " n"]
     """Number of a group of photos between which nothing moved; -1 where that is not known."""
     shift: Float64[np.ndarray, " n"]
@@ -205,7 +206,7 @@ class Movement:
 
     @property
     def moved(self) -> bool:
-        return self.kind in ("step", "drift", "restless")
+        return self.kind in ("step", "drift", "restless", "unclear")
 
     @property
     def undecided(self) -> tuple[Explanation, ...]:

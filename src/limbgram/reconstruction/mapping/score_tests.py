@@ -94,7 +94,7 @@ class ScoreTest:
         """The test of all directions of these equations together."""
         scale = _scales(equations.normal)
         values, vectors = np.linalg.eigh(equations.normal / np.outer(scale, scale))
-        observed = values > 1e-7 * max(values[-1], 1e-300)
+        observed = values > 1e-7 * values.max(initial=1e-300)
         score = vectors[:, observed].T @ (equations.right / scale)
         return cls(float((score**2 / values[observed]).sum()), int(observed.sum()))
 

@@ -81,6 +81,7 @@ def test_a_step_is_a_fact_where_and_as_large_as_it_was(
         )
         assert found.verdict == "moved"
         assert [one.kind for one in found.facts] == ["step"]
+        assert found.course_known
         one = found.facts[0]
         assert one.photos == (9, 10, 11, 12, 13)
         assert one.low - 0.05 < size_mm < one.high + 0.05
@@ -94,7 +95,17 @@ def test_a_drift_is_a_drift(take: Take, size_mm: float) -> None:
     for seed in (2,):
         found = told(take(seed=seed, own=phone(seed), motions=drift(size_mm)).equations)
         assert [one.kind for one in found.facts] == ["drift"]
+        assert found.course_known
         assert found.facts[0].low - 0.05 < size_mm < found.facts[0].high + 0.05
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_a_body_that_slid_for_a_while_moved_by_no_known_course(take: Take, seed: int) -> None:
+    """In 6 of 14 photos: neither a step nor a drift of the whole walk explains it clearly best."""
+    slid = along(np.clip((np.arange(N) - 4) / 5.0, 0.0, 1.0) * 1.5)
+    found = told(take(seed=seed, own=phone(seed), motions=slid).equations)
+    assert found.verdict == "moved"
+    assert not found.course_known
 
 
 @pytest.mark.parametrize("by_exif", [False, True])

@@ -19,7 +19,7 @@ from limbgram.report.html import html_of
 
 
 def movement(
-    shifts: list[float], kind: Literal["still", "step", "drift", "restless"] = "step"
+    shifts: list[float], kind: Literal["still", "step", "drift", "restless", "unclear"] = "step"
 ) -> Movement:
     shift = np.array(shifts)
     return Movement(
@@ -257,6 +257,13 @@ def test_a_drift_counts_from_end_to_end() -> None:
     assert moved_mm(replace(drift, largest=4.2)) == 4.2, "between any two photos, as it was found"
     assert "by 4.5 mm in all" in told(movement_found(drift, list("abcde"), "mm"))
     assert math.isnan(moved_mm(None))
+
+
+def test_a_movement_without_a_clear_course_blames_no_photo() -> None:
+    moved = replace(movement([0.0, 0.3, 0.5], "unclear"), largest=0.6)
+    said = movement_found(moved, list("abc"), "mm")
+    assert (said.code, said.gravity) == ("movement.unclear", "doubt")
+    assert said.values == {"far": 0.6, "unit": "mm"}
 
 
 def test_each_moved_photo_has_its_remark(with_sigmas: Evidence) -> None:
