@@ -156,47 +156,21 @@ class Coach:
         return replace(found, notes=notes, set_aside=photos.set_aside)
 
     def _check_photos(self, photos: PhotoSet, small: PhotoSet, run: Run) -> CaptureCheck:
-        options = self._options
         try:
-            cameras = run(cameras_for, photos, self._calibrations).reduced(small.cameras)
-            features = self._features(small, run)
-            still = run(find_still, features)
-            features = still.moving(features)
-            self._forget_changed(small, still)
-            detections = None if self._board is None else run(find_board, small, self._board)
-
-            def place(cameras: Cameras) -> PlacedPhotos:
-                matches, pairs = self._pairs(small, features, still, cameras, run)
-                unplaced = Unplaced(
-                    photos=small,
-                    features=features,
-                    still=still,
-                    matches=matches,
-                    pairs=pairs,
-                    cameras=cameras,
-                    detections=detections,
-                )
-                placing = place_pairs(unplaced, run)
-                placed = placed_photos(small, cameras, placing, detections, run)
-                if placing.scene.ring is None or not placing.scene.ring.closed:
-                    return placed  # more photos are to come, and an arc bends as if the limb moved
-                return by_the_limb(placed, PipelineOptions(), run)
-
-            placed = with_files_that_fit(small, cameras, place, run)
+            placed = self._placed(photos, small, run)
         except (CalibrationError, MatchingError, PlacementError) as refusal:
             return _refused_answer(photos, refusal.finding)
         small, cameras, placing, detections = placed
         findings: list[Finding] = []
-        scene = placing.scene
-        board_photos = None if detections is None else len(detections.photos)
         try:
-            metric = to_millimetres(scene, detections, (), cameras=cameras)
+            metric = to_millimetres(placing.scene, detections, (), cameras=cameras)
         except ScaleError as refusal:
             findings.append(refusal.finding)
-            metric = to_millimetres(scene)
+            metric = to_millimetres(placing.scene)
         findings += tipped_board_finding(metric.scale)
-        if board_photos is not None and board_photos < options.min_board_photos and not findings:
-            least = options.min_board_photos
+        board_photos = None if detections is None else len(detections.photos)
+        least = self._options.min_board_photos
+        if board_photos is not None and board_photos < least and not findings:
             findings.append(fault("coach.board_unseen", photos=board_photos, least=least))
         found = True
         try:
@@ -205,17 +179,45 @@ class Coach:
             findings.append(refusal.finding)
             limb_idx, found = np.arange(len(metric.scene.points_in_world)), False
         limb = metric.scene.points_in_world[limb_idx]
-        looked_at = run(inspect_limb, photos, small, features, metric, limb, self._seen)
+        looked_at = run(inspect_limb, photos, small, placing.features, metric, limb, self._seen)
         seen = CheckedScene(photos, small, metric, limb_idx, looked_at, found)
         motion = limb_motion(metric, limb)
         findings += motion.findings(cameras)
         lenses = tuple(lenses_told(metric.scene, cameras, photos))
         findings += [one for one in lenses if one.gravity is Gravity.FAULT]
-        answer = _answer_of(seen, findings, board_photos, options)
-        turned = (*_turning_notes(still), *_turned_over_notes(placing.poses, small))
+        answer = _answer_of(seen, findings, board_photos, self._options)
+        turned = (*_turning_notes(placing.still), *_turned_over_notes(placing.poses, small))
         said = (one for one in lenses if one.gravity is not Gravity.FAULT)
         notes = (*motion.notes(), *answer.notes, *turned, *lens_notes(small), *said)
         return replace(answer, notes=notes, kept_still=kept_still(metric.scene))
+
+    def _placed(self, photos: PhotoSet, small: PhotoSet, run: Run) -> PlacedPhotos:
+        """The reduced photos with their poses, found from what is known of each photo and pair."""
+        cameras = run(cameras_for, photos, self._calibrations).reduced(small.cameras)
+        features = self._features(small, run)
+        still = run(find_still, features)
+        features = still.moving(features)
+        self._forget_changed(small, still)
+        detections = None if self._board is None else run(find_board, small, self._board)
+
+        def place(cameras: Cameras) -> PlacedPhotos:
+            matches, pairs = self._pairs(small, features, still, cameras, run)
+            unplaced = Unplaced(
+                photos=small,
+                features=features,
+                still=still,
+                matches=matches,
+                pairs=pairs,
+                cameras=cameras,
+                detections=detections,
+            )
+            placing = place_pairs(unplaced, run)
+            placed = placed_photos(small, cameras, placing, detections, run)
+            if placing.scene.ring is None or not placing.scene.ring.closed:
+                return placed  # more photos are to come, and an arc bends as if the limb moved
+            return by_the_limb(placed, PipelineOptions(), run)
+
+        return with_files_that_fit(small, cameras, place, run)
 
     def _features(self, small: PhotoSet, run: Run) -> Features:
         """Keypoints of all photos; only new photos are processed."""

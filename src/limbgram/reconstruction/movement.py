@@ -61,19 +61,8 @@ _REACH = 0.03
 """Largest distance of a match from its expected place, as a share of the photo's width."""
 _TRACK_PX = 2.0
 """The same once the photos were placed by one body."""
-_HALF_MATCHES = 150
-"""Largest number of matches of a pair on half a limb."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class MovementOptions:
-    """How many matches the search for movement uses."""
-
-    pair_matches: int = 400
-    """Largest number of matches of a pair, of limb or surroundings."""
-
-
-DEFAULTS = MovementOptions()
+_PAIR_MATCHES, _HALF_MATCHES = 400, 150
+"""Largest number of matches of a pair, on limb or surroundings, and on half a limb."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,7 +168,6 @@ def find_movement(
     sides: Sides,
     cameras: Cameras,
     detections: BoardDetections | None = None,
-    options: MovementOptions = DEFAULTS,
 ) -> BodyMotion:
     """The motion of the surroundings relative to the limb, by photo.
 
@@ -191,7 +179,7 @@ def find_movement(
     limb = _BodyMatches("limb", sides.matches_on(matches.pairs, _ON_LIMB))
     room = _BodyMatches("room", sides.matches_on(matches.pairs, _ROOM))
     seen = _Inputs(photos, features, scene, cameras, millimetre(detections, scene))
-    return _compared_bodies("limb and room", limb, room, seen, options)
+    return _compared_bodies("limb and room", limb, room, seen, _PAIR_MATCHES)
 
 
 def find_bending(
@@ -202,17 +190,15 @@ def find_bending(
     sides: Sides,
     cameras: Cameras,
     detections: BoardDetections | None = None,
-    options: MovementOptions = DEFAULTS,
 ) -> BodyMotion:
     """The relative motion of the two halves of the limb, and any change of its curvature."""
     if sides.unknown:
         return BodyMotion.unknown(len(scene.names), sides.unknown)
     one = _BodyMatches("half", sides.matches_on(matches.pairs, _HALVES[:1]))
     other = _BodyMatches("other half", sides.matches_on(matches.pairs, _HALVES[1:]))
-    fewer = replace(options, pair_matches=_HALF_MATCHES)
     seen = _Inputs(photos, features, scene, cameras, millimetre(detections, scene))
-    found = _compared_bodies("halves", one, other, seen, fewer)
-    limb = _thinned(sides.matches_on(matches.pairs, _ON_LIMB), options.pair_matches)
+    found = _compared_bodies("halves", one, other, seen, _HALF_MATCHES)
+    limb = _thinned(sides.matches_on(matches.pairs, _ON_LIMB), _PAIR_MATCHES)
     bent = _curvature_change(limb, seen)
     return found if bent is None else replace(found, movement=bent.merged_with(found.movement))
 
@@ -258,7 +244,6 @@ def held_against_board(
     cameras: Cameras,
     detections: BoardDetections,
     found: BodyMotion,
-    options: MovementOptions = DEFAULTS,
 ) -> Movement:
     """The movement, but `beside` if limb and board kept still and only other things moved.
 
@@ -267,7 +252,7 @@ def held_against_board(
     """
     limb = _BodyMatches("limb", sides.matches_on(matches.pairs, _ON_LIMB))
     try:
-        some = _thinned(limb.pairs, options.pair_matches)
+        some = _thinned(limb.pairs, _PAIR_MATCHES)
         by_limb = _placed_by_matches(features, some, scene, cameras, photos)
         by_board = _placed_by_board(detections, scene, cameras)
     except np.linalg.LinAlgError:  # equations without a solution: a photo loses all its points
@@ -288,14 +273,13 @@ def told_from_board(
     sides: Sides,
     cameras: Cameras,
     found: BodyMotion,
-    options: MovementOptions = DEFAULTS,
 ) -> Movement:
     """The movement, decided between limb and board by what lies beside both.
 
     The board's print shows many of the points beside the limb. Where what lies beside both
     kept still with the limb, the board was pushed; where nothing decides, both are named.
     """
-    limb = _thinned(sides.matches_on(matches.pairs, _ON_LIMB), options.pair_matches)
+    limb = _thinned(sides.matches_on(matches.pairs, _ON_LIMB), _PAIR_MATCHES)
     try:
         placed = _placed_by_matches(features, limb, scene, cameras, photos)
     except np.linalg.LinAlgError:  # a photo loses all its points
@@ -552,14 +536,18 @@ def _compared_bodies(
     first: _BodyMatches,
     second: _BodyMatches,
     seen: _Inputs,
-    options: MovementOptions,
+    pair_matches: int,
 ) -> BodyMotion:
-    """The motion between two bodies, from photos placed by each of them alone."""
+    """The motion between two bodies, from photos placed by each of them alone.
+
+    Args:
+        pair_matches: Largest number of matches of a pair on one body.
+    """
     scene, cameras = seen.scene, seen.cameras
     alone: list[Scene] = []
     try:
         for body in (first, second):
-            some = _thinned(body.pairs, options.pair_matches)
+            some = _thinned(body.pairs, pair_matches)
             limb = body.where != "room"
             placed = _placed_by_matches(
                 seen.features, some, scene, cameras, seen.photos, of_limb=limb

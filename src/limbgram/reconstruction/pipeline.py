@@ -55,7 +55,6 @@ from limbgram.reconstruction.matching.matching import (
 from limbgram.reconstruction.matching.static_background import StaticBackground, find_still
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.movement import (
-    MovementOptions,
     Sides,
     corners_agree_better,
     find_bending,
@@ -133,7 +132,6 @@ class PipelineOptions:
     matching: MatchingOptions = field(default_factory=MatchingOptions)
     mapping: MappingOptions = field(default_factory=MappingOptions)
     marks: MarkOptions = field(default_factory=MarkOptions)
-    movement: MovementOptions = field(default_factory=MovementOptions)
     """How it is found that the limb moved."""
     scale: ScaleOptions = field(default_factory=ScaleOptions)
     region: RegionOptions = field(default_factory=RegionOptions)
@@ -548,15 +546,14 @@ def _settled(placed: PlacedPhotos, options: PipelineOptions, run: Run) -> Placed
         return placed
 
     features, matches = placing.features, placing.matches  # those beside the limb too
-    look = options.movement
 
     def looked(one: Placing) -> tuple[BodyMotion, Sides]:
         sides = run(tell_sides, photos, features, one.scene, found)
-        seen = run(find_movement, photos, features, matches, one.scene, sides, cameras, found, look)
+        seen = run(find_movement, photos, features, matches, one.scene, sides, cameras, found)
         return seen, sides
 
     def told(one: Placing, movement: Movement, sides: Sides) -> Placing:
-        bent = run(find_bending, photos, features, matches, one.scene, sides, cameras, found, look)
+        bent = run(find_bending, photos, features, matches, one.scene, sides, cameras, found)
         return replace(one, scene=replace(one.scene, movement=movement, bending=bent.movement))
 
     seen, sides = looked(placing)
@@ -565,15 +562,13 @@ def _settled(placed: PlacedPhotos, options: PipelineOptions, run: Run) -> Placed
     movement, scene = seen.movement, placing.scene
     if found is not None:
         movement = run(
-            held_against_board, photos, features, matches, scene, sides, cameras, found, seen, look
+            held_against_board, photos, features, matches, scene, sides, cameras, found, seen
         )
     if movement.beside:
         scene = run(without_what_moved_beside, photos, scene, cameras, options.mapping)
         placing = replace(placing, scene=scene)
     elif found is not None:
-        movement = run(
-            told_from_board, photos, features, matches, scene, sides, cameras, seen, look
-        )
+        movement = run(told_from_board, photos, features, matches, scene, sides, cameras, seen)
     alone = _by_limb_alone(photos, cameras, placing, sides, options, run)
     if alone is None:
         return placed._replace(placing=told(placing, movement, sides))

@@ -87,14 +87,33 @@ def adapter_under(
         end_radius_mm=inner_radius,
         floor=up,
     )
+    alignment = Alignment(
+        flexion_deg=values["flexion_deg"],
+        adduction_deg=values["adduction_deg"],
+        toe_out_deg=values["toe_out_deg"],
+        inset_mm=values["inset_mm"],
+        limb_from_plate=motion,
+    )
+    return Adapter(alignment=alignment, block=block, parts=_parts(motion, values, thickest_mm))
+
+
+def _parts(
+    limb_from_plate: Rigid, values: Mapping[str, float], thickest_mm: float
+) -> tuple[Part, ...]:
+    """The plate, the pyramid and the pilot hole, as far as they are asked for.
+
+    Args:
+        thickest_mm: Largest thickness of the wall that the pilot hole goes through.
+    """
+    up, origin = limb_from_plate.rotation[:, 2], limb_from_plate.translation
     parts = plate(
-        motion,
+        limb_from_plate,
         width_mm=values["plate_mm"],
         height_mm=values["plate_height_mm"],
         hole_mm=values["hole_mm"],
     )
     if values["pyramid_mm"] > 0:
-        parts = (*parts, pyramid(motion, values["pyramid_mm"]))
+        parts = (*parts, pyramid(limb_from_plate, values["pyramid_mm"]))
     if values["pilot_mm"] > 0:
         deep_mm = values["plate_height_mm"] + values["build_mm"] + thickest_mm + 12.0
         drilled = hole(
@@ -105,14 +124,7 @@ def adapter_under(
             depth_mm=0.5 * (deep_mm + values["pyramid_mm"]) + 1.0,
         )
         parts = (*parts, drilled)
-    alignment = Alignment(
-        flexion_deg=values["flexion_deg"],
-        adduction_deg=values["adduction_deg"],
-        toe_out_deg=values["toe_out_deg"],
-        inset_mm=values["inset_mm"],
-        limb_from_plate=motion,
-    )
-    return Adapter(alignment=alignment, block=block, parts=parts)
+    return parts
 
 
 def _reference_line(
