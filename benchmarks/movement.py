@@ -27,7 +27,7 @@ from harness import asking, found_before, machine, made_on, table, working_in, w
 from limbgram.core.run import Run
 from limbgram.formats.camera import read_camera
 from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
-from limbgram.reconstruction.movement import find_movement, tell_sides
+from limbgram.reconstruction.movement import LabelledScene, find_movement, tell_sides
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import PipelineOptions, place_photos
 from limbgram.reconstruction.scale.visibility import aim_of
@@ -151,8 +151,15 @@ def looked(setting: Setting, source: Path, camera: Calibration) -> dict[str, Any
     cameras = run(cameras_for, photos, (camera,))
     placing = place_photos(photos, cameras, options, run)
     start = time.process_time()
-    sides = tell_sides(photos, placing.features, placing.scene)
-    seen = find_movement(photos, placing.features, placing.matches, placing.scene, sides, cameras)
+    labelled = LabelledScene(
+        photos=photos,
+        features=placing.features,
+        matches=placing.matches,
+        scene=placing.scene,
+        sides=tell_sides(photos, placing.features, placing.scene),
+        cameras=cameras,
+    )
+    seen = find_movement(labelled)
     cpu_s = time.process_time() - start
     found = seen.movement
     aim = aim_of(placing.scene.views, placing.scene.points_in_world)

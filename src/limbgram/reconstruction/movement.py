@@ -160,57 +160,59 @@ class _BoardOutline:
         return np.asarray(inside, np.bool_)
 
 
-def find_movement(
-    photos: PhotoSet,
-    features: Features,
-    matches: Matches,
-    scene: Scene,
-    sides: Sides,
-    cameras: Cameras,
-    detections: BoardDetections | None = None,
-) -> BodyMotion:
-    """The motion of the surroundings relative to the limb, by photo.
+@dataclass(frozen=True, kw_only=True)
+class LabelledScene:
+    """Placed photos whose keypoints are labelled: on the limb, beside it, or on the board."""
 
-    Args:
-        detections: Of a board, which tells what a millimetre is.
-    """
-    if sides.unknown:
-        return BodyMotion.unknown(len(scene.names), sides.unknown)
-    limb = _BodyMatches("limb", sides.matches_on(matches.pairs, _ON_LIMB))
-    room = _BodyMatches("room", sides.matches_on(matches.pairs, _ROOM))
-    seen = _Inputs(photos, features, scene, cameras, millimetre(detections, scene))
+    photos: PhotoSet
+    features: Features
+    matches: Matches
+    """All of them, those beside the limb too."""
+    scene: Scene
+    sides: Sides
+    cameras: Cameras
+    detections: BoardDetections | None = None
+    """Of a board, which tells what a millimetre is."""
+
+    def matches_on(self, kinds: tuple[int, ...]) -> list[PairMatches]:
+        """Matches of placed photos with both keypoints of these kinds."""
+        return self.sides.matches_on(self.matches.pairs, kinds)
+
+    @property
+    def mm(self) -> float | None:
+        """Length of a millimetre in the scene; None where it is unknown."""
+        return millimetre(self.detections, self.scene)
+
+
+def find_movement(seen: LabelledScene) -> BodyMotion:
+    """The motion of the surroundings relative to the limb, by photo."""
+    if seen.sides.unknown:
+        return BodyMotion.unknown(len(seen.scene.names), seen.sides.unknown)
+    limb = _BodyMatches("limb", seen.matches_on(_ON_LIMB))
+    room = _BodyMatches("room", seen.matches_on(_ROOM))
     return _compared_bodies("limb and room", limb, room, seen, _PAIR_MATCHES)
 
 
-def find_bending(
-    photos: PhotoSet,
-    features: Features,
-    matches: Matches,
-    scene: Scene,
-    sides: Sides,
-    cameras: Cameras,
-    detections: BoardDetections | None = None,
-) -> BodyMotion:
+def find_bending(seen: LabelledScene) -> BodyMotion:
     """The relative motion of the two halves of the limb, and any change of its curvature."""
-    if sides.unknown:
-        return BodyMotion.unknown(len(scene.names), sides.unknown)
-    one = _BodyMatches("half", sides.matches_on(matches.pairs, _HALVES[:1]))
-    other = _BodyMatches("other half", sides.matches_on(matches.pairs, _HALVES[1:]))
-    seen = _Inputs(photos, features, scene, cameras, millimetre(detections, scene))
+    if seen.sides.unknown:
+        return BodyMotion.unknown(len(seen.scene.names), seen.sides.unknown)
+    one = _BodyMatches("half", seen.matches_on(_HALVES[:1]))
+    other = _BodyMatches("other half", seen.matches_on(_HALVES[1:]))
     found = _compared_bodies("halves", one, other, seen, _HALF_MATCHES)
-    limb = _thinned(sides.matches_on(matches.pairs, _ON_LIMB), _PAIR_MATCHES)
+    limb = _thinned(seen.matches_on(_ON_LIMB), _PAIR_MATCHES)
     bent = _curvature_change(limb, seen)
     return found if bent is None else replace(found, movement=bent.merged_with(found.movement))
 
 
-def _curvature_change(limb: list[PairMatches], seen: "_Inputs") -> CurvatureChange | None:
+def _curvature_change(limb: list[PairMatches], seen: LabelledScene) -> CurvatureChange | None:
     """The change of the limb's curvature, from photos placed by the limb alone."""
-    scene, cameras = seen.scene, seen.cameras
     try:
-        placed = _placed_by_matches(seen.features, limb, scene, cameras, seen.photos, _BENT_SIGMAS)
+        placed = _placed_by_matches(seen, limb, outlier_sigmas=_BENT_SIGMAS)
         if placed is None:
             return None
-        return find_curvature_change(_in_frame_of(scene, placed), cameras.calibrations, seen.mm)
+        alone = _in_frame_of(seen.scene, placed)
+        return find_curvature_change(alone, seen.cameras.calibrations, seen.mm)
     except np.linalg.LinAlgError:  # a photo loses all its points
         return None
 
@@ -235,26 +237,18 @@ def _scene_from_board(detections: BoardDetections, scene: Scene) -> Similarity |
     return fit_similarity(detections.corners_mm[known], places[known])
 
 
-def held_against_board(
-    photos: PhotoSet,
-    features: Features,
-    matches: Matches,
-    scene: Scene,
-    sides: Sides,
-    cameras: Cameras,
-    detections: BoardDetections,
-    found: BodyMotion,
-) -> Movement:
+def held_against_board(seen: LabelledScene, found: BodyMotion) -> Movement:
     """The movement, but `beside` if limb and board kept still and only other things moved.
 
     Leaflets and boxes that somebody moves seem to be a limb that moves against its surroundings.
     The size is taken from the board, so what counts is whether the limb kept still against that.
     """
-    limb = _BodyMatches("limb", sides.matches_on(matches.pairs, _ON_LIMB))
+    if seen.detections is None:
+        return found.movement
+    scene, cameras = seen.scene, seen.cameras
     try:
-        some = _thinned(limb.pairs, _PAIR_MATCHES)
-        by_limb = _placed_by_matches(features, some, scene, cameras, photos)
-        by_board = _placed_by_board(detections, scene, cameras)
+        by_limb = _placed_by_matches(seen, _thinned(seen.matches_on(_ON_LIMB), _PAIR_MATCHES))
+        by_board = _placed_by_board(seen.detections, scene, cameras)
     except np.linalg.LinAlgError:  # equations without a solution: a photo loses all its points
         return found.movement
     if by_limb is None or by_board is None:
@@ -265,29 +259,20 @@ def held_against_board(
     return replace(_as_still(found.movement), beside=True)
 
 
-def told_from_board(
-    photos: PhotoSet,
-    features: Features,
-    matches: Matches,
-    scene: Scene,
-    sides: Sides,
-    cameras: Cameras,
-    found: BodyMotion,
-) -> Movement:
+def told_from_board(seen: LabelledScene, found: BodyMotion) -> Movement:
     """The movement, decided between limb and board by what lies beside both.
 
     The board's print shows many of the points beside the limb. Where what lies beside both
     kept still with the limb, the board was pushed; where nothing decides, both are named.
     """
-    limb = _thinned(sides.matches_on(matches.pairs, _ON_LIMB), _PAIR_MATCHES)
     try:
-        placed = _placed_by_matches(features, limb, scene, cameras, photos)
+        placed = _placed_by_matches(seen, _thinned(seen.matches_on(_ON_LIMB), _PAIR_MATCHES))
     except np.linalg.LinAlgError:  # a photo loses all its points
         placed = None
     if placed is None:
         return limb_or_board(found.movement)
-    beside = sides.matches_on(matches.pairs, (_BESIDE,))
-    moved = third_moved(_in_frame_of(scene, placed), beside, found)
+    limb = _in_frame_of(seen.scene, placed)
+    moved = third_moved(limb, seen.matches_on((_BESIDE,)), found)
     if moved is None:
         return limb_or_board(found.movement)
     return found.movement if moved else replace(_as_still(found.movement), pushed=True)
@@ -519,23 +504,11 @@ class _BodyMatches:
     pairs: list[PairMatches]
 
 
-@dataclass(frozen=True)
-class _Inputs:
-    """What the comparison of two bodies takes."""
-
-    photos: PhotoSet
-    features: Features
-    scene: Scene
-    cameras: Cameras
-    mm: float | None
-    """Length of a millimetre in the scene; None where it is unknown."""
-
-
 def _compared_bodies(
     bodies: Bodies,
     first: _BodyMatches,
     second: _BodyMatches,
-    seen: _Inputs,
+    seen: LabelledScene,
     pair_matches: int,
 ) -> BodyMotion:
     """The motion between two bodies, from photos placed by each of them alone.
@@ -548,10 +521,7 @@ def _compared_bodies(
     try:
         for body in (first, second):
             some = _thinned(body.pairs, pair_matches)
-            limb = body.where != "room"
-            placed = _placed_by_matches(
-                seen.features, some, scene, cameras, seen.photos, of_limb=limb
-            )
+            placed = _placed_by_matches(seen, some, of_limb=body.where != "room")
             if placed is None:
                 few = note("movement.unknown.few_points", where=body.where)
                 return BodyMotion.unknown(len(scene.names), few)
@@ -598,11 +568,8 @@ def _thinned(pairs: list[PairMatches], most: int) -> list[PairMatches]:
 
 
 def _placed_by_matches(
-    features: Features,
+    seen: LabelledScene,
     pairs: list[PairMatches],
-    scene: Scene,
-    cameras: Cameras,
-    photos: PhotoSet,
     outlier_sigmas: float = OUTLIER_SIGMAS,
     of_limb: bool = True,
 ) -> Scene | None:
@@ -614,7 +581,8 @@ def _placed_by_matches(
     """
     if not any(len(pair) for pair in pairs):
         return None
-    keypoints_px = refined_keypoints_by(features, pairs)
+    scene, cameras, photos = seen.scene, seen.cameras, seen.photos
+    keypoints_px = refined_keypoints_by(seen.features, pairs)
     width = max(photo.width_px for photo in photos.photos)
     for again, reach_px in enumerate((_REACH * width, _TRACK_PX)):
         if of_limb and again:

@@ -39,7 +39,6 @@ from limbgram.reconstruction.joining import (
 )
 from limbgram.reconstruction.lens_groups import ByLens
 from limbgram.reconstruction.limb_groups import limb_groups
-from limbgram.reconstruction.mapping.body_motion import BodyMotion
 from limbgram.reconstruction.mapping.full_resolution_tracks import FollowingOptions, follow_points
 from limbgram.reconstruction.mapping.placement import DEFAULTS as MAPPING
 from limbgram.reconstruction.mapping.placement import MappingOptions, place, place_roughly
@@ -55,6 +54,7 @@ from limbgram.reconstruction.matching.matching import (
 from limbgram.reconstruction.matching.static_background import StaticBackground, find_still
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.movement import (
+    LabelledScene,
     Sides,
     corners_agree_better,
     find_bending,
@@ -547,44 +547,50 @@ def _settled(placed: PlacedPhotos, options: PipelineOptions, run: Run) -> Placed
 
     features, matches = placing.features, placing.matches  # those beside the limb too
 
-    def looked(one: Placing) -> tuple[BodyMotion, Sides]:
-        sides = run(tell_sides, photos, features, one.scene, found)
-        seen = run(find_movement, photos, features, matches, one.scene, sides, cameras, found)
-        return seen, sides
-
-    def told(one: Placing, movement: Movement, sides: Sides) -> Placing:
-        bent = run(find_bending, photos, features, matches, one.scene, sides, cameras, found)
-        return replace(one, scene=replace(one.scene, movement=movement, bending=bent.movement))
-
-    seen, sides = looked(placing)
-    if not seen.movement.moved:
-        return placed._replace(placing=told(placing, seen.movement, sides))
-    movement, scene = seen.movement, placing.scene
-    if found is not None:
-        movement = run(
-            held_against_board, photos, features, matches, scene, sides, cameras, found, seen
+    def labelled(one: Placing) -> LabelledScene:
+        return LabelledScene(
+            photos=photos,
+            features=features,
+            matches=matches,
+            scene=one.scene,
+            sides=run(tell_sides, photos, features, one.scene, found),
+            cameras=cameras,
+            detections=found,
         )
+
+    def told(one: Placing, movement: Movement, seen: LabelledScene) -> PlacedPhotos:
+        bent = run(find_bending, replace(seen, scene=one.scene))
+        scene = replace(one.scene, movement=movement, bending=bent.movement)
+        return placed._replace(placing=replace(one, scene=scene))
+
+    seen = labelled(placing)
+    motion = run(find_movement, seen)
+    movement, scene = motion.movement, placing.scene
+    if not movement.moved:
+        return told(placing, movement, seen)
+    if found is not None:
+        movement = run(held_against_board, seen, motion)
     if movement.beside:
         scene = run(without_what_moved_beside, photos, scene, cameras, options.mapping)
         placing = replace(placing, scene=scene)
     elif found is not None:
-        movement = run(told_from_board, photos, features, matches, scene, sides, cameras, seen)
-    alone = _by_limb_alone(photos, cameras, placing, sides, options, run)
+        movement = run(told_from_board, seen, motion)
+    alone = _by_limb_alone(photos, cameras, placing, seen.sides, options, run)
     if alone is None:
-        return placed._replace(placing=told(placing, movement, sides))
+        return told(placing, movement, seen)
     if movement.pushed:
-        sides = run(tell_sides, photos, features, alone.scene, found)
-        return placed._replace(placing=told(alone, movement, sides))
+        return told(alone, movement, labelled(alone))
     if movement.beside and found is not None and corners_agree_better(found, scene, alone.scene):
-        return placed._replace(placing=told(placing, movement, sides))
-    again, sides_alone = looked(alone)
+        return told(placing, movement, seen)
+    seen_alone = labelled(alone)
+    again = run(find_movement, seen_alone)
     if not again.movement.moved:
-        return placed._replace(placing=told(placing, movement, sides))
+        return told(placing, movement, seen)
     by_limb = again.movement if movement.moved else limb_or_board(again.movement)
-    alone = told(alone, replace(by_limb, alone=True), sides_alone)
+    settled = told(alone, replace(by_limb, alone=True), seen_alone)
     if found is not None:
-        found = run(still_board, found, alone.scene, again)
-    return placed._replace(placing=alone, found=found)
+        found = run(still_board, found, settled.placing.scene, again)
+    return settled._replace(found=found)
 
 
 def _by_limb_alone(
