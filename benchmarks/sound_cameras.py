@@ -25,8 +25,8 @@ from harness import asking, found_before, machine, made_on, table, write
 from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
+from limbgram.reconstruction.mapping.bundle_adjustment import adjust
 from limbgram.reconstruction.mapping.lens_selection import lens_scores
-from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.mapping.two_bodies import AIC_PER_PARAMETER, explained_by_two_bodies
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import DEFAULTS, place_photos

@@ -40,10 +40,14 @@ from limbgram.reconstruction.hypotheses.curvature import CurvatureChange, find_c
 from limbgram.reconstruction.hypotheses.relative_motion import is_rigid_with_first, movement_between
 from limbgram.reconstruction.mapping.body_motion import BodyMotion, connected_photos
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
+from limbgram.reconstruction.mapping.bundle_adjustment import (
+    OUTLIER_SIGMAS,
+    SIGMA_INFLATION,
+    adjust,
+)
 from limbgram.reconstruction.mapping.placement import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Bodies, Movement, Observations, Scene
 from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
-from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, SIGMA_INFLATION, adjust
 from limbgram.reconstruction.mapping.tracks import significant_pairs, with_tracks
 from limbgram.reconstruction.mapping.verdicts import refined_keypoints_by
 from limbgram.reconstruction.matching.matching import Matches, PairMatches

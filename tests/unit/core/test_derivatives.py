@@ -29,7 +29,7 @@ from limbgram.core.geometry.triangulation import sampson_by_matrix, sampson_px, 
 from limbgram.reconstruction.calibration.adjustment import SHARED, moved, project_board
 from limbgram.reconstruction.mapping.body import Body
 from limbgram.reconstruction.mapping.bundle import Bundle
-from limbgram.reconstruction.mapping.normals import reduce_equations, robust_cost
+from limbgram.reconstruction.mapping.bundle_equations import reduce_equations, robust_cost
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.measuring.sampling import project
 from limbgram.reconstruction.measuring.uncertainty import _displacements as displacements

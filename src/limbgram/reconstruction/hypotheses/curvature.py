@@ -35,6 +35,7 @@ from limbgram.reconstruction.hypotheses.relative_motion import (
 )
 from limbgram.reconstruction.hypotheses.terms import drifts, steps
 from limbgram.reconstruction.mapping.bundle import Bundle
+from limbgram.reconstruction.mapping.bundle_adjustment import LensPrior, reduced_equations
 from limbgram.reconstruction.mapping.lens_equations import (
     DEVIATION_SIZE,
     MAX_SPREAD,
@@ -52,7 +53,6 @@ from limbgram.reconstruction.mapping.score_tests import (
     estimate_spread,
     pseudo_inverse,
 )
-from limbgram.reconstruction.mapping.solution import LensPrior, reduced_equations
 
 _NUMBERS = 4
 """Parameters of a field: two directions across the length, by square and by cube of the place."""

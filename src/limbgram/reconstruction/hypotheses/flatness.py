@@ -25,6 +25,7 @@ from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.deformation_fields import FieldEquations, FieldTest
 from limbgram.reconstruction.mapping.body import Body, moves_of_whole
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
+from limbgram.reconstruction.mapping.bundle_adjustment import LensPrior
 from limbgram.reconstruction.mapping.lens_equations import (
     DEVIATION_SIZE,
     MAX_SPREAD,
@@ -41,7 +42,6 @@ from limbgram.reconstruction.mapping.score_tests import (
     ScoreTest,
     estimate_spread,
 )
-from limbgram.reconstruction.mapping.solution import LensPrior
 
 SAG_FLOOR_MM = 0.5
 """Sag from which a bend matters. A print glued on card has as much: nothing that can be measured

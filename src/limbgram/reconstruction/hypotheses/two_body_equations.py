@@ -26,6 +26,7 @@ from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.body_motion import points_in_three_photos
+from limbgram.reconstruction.mapping.bundle_adjustment import LensPrior
 from limbgram.reconstruction.mapping.lens_equations import (
     DEVIATION_SIZE,
     SceneEquations,
@@ -34,7 +35,6 @@ from limbgram.reconstruction.mapping.lens_equations import (
     packed_lenses,
 )
 from limbgram.reconstruction.mapping.scene import Deviation, Scene
-from limbgram.reconstruction.mapping.solution import LensPrior
 
 MOTION_SIZE = 6
 """Parameters of a rigid motion: rotation about the first body's centre, and shift."""

@@ -4,9 +4,9 @@ The last step is one adjustment of photos, lenses and points, with the calibrati
 """
 
 from limbgram.reconstruction.mapping.body import Body
+from limbgram.reconstruction.mapping.bundle_adjustment import Adjusted, adjust
 from limbgram.reconstruction.mapping.placement import MappingOptions, place
 from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Ring, Scene
-from limbgram.reconstruction.mapping.solution import Adjusted, adjust
 
 __all__ = [
     "Adjusted",

@@ -17,7 +17,7 @@ from limbgram.core.geometry.frames import SIMILARITY_SIZE, Rigid, Similarity
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, Camera, View, differentiate_all
 from limbgram.core.optimisation import ArrowheadEquations
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
-from limbgram.reconstruction.mapping.normals import robust_cost
+from limbgram.reconstruction.mapping.bundle_equations import robust_cost
 
 
 @dataclass(frozen=True, kw_only=True)

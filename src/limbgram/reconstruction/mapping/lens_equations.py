@@ -21,6 +21,7 @@ from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.core.interval import COVER
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.bundle import Bundle
+from limbgram.reconstruction.mapping.bundle_adjustment import LensPrior, reduced_equations
 from limbgram.reconstruction.mapping.lens_deviations import (
     DEVIATIONS,
     PRIOR_SPREAD,
@@ -42,7 +43,6 @@ from limbgram.reconstruction.mapping.score_tests import (
     is_significant,
     solve_semidefinite,
 )
-from limbgram.reconstruction.mapping.solution import LensPrior, reduced_equations
 
 DEVIATION_SIZE = sum(parameter_count(kind) for kind in DEVIATIONS) + 2
 """Parameters of a photo's lens deviation: those of `lens_deviations`, and k1 and k2, which change

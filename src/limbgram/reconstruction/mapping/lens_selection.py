@@ -25,6 +25,7 @@ import numpy as np
 
 from limbgram.core.interval import chi_square_tail
 from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.mapping.bundle_adjustment import Adjusted, adjust, score_statistics
 from limbgram.reconstruction.mapping.lens_deviations import (
     DEVIATIONS,
     FEWEST_PHOTOS,
@@ -36,7 +37,6 @@ from limbgram.reconstruction.mapping.lens_deviations import (
 )
 from limbgram.reconstruction.mapping.scene import Deviation, Scene
 from limbgram.reconstruction.mapping.score_tests import SIGNIFICANCE_LEVEL
-from limbgram.reconstruction.mapping.solution import Adjusted, adjust, score_statistics
 from limbgram.reconstruction.mapping.two_bodies import AIC_PER_PARAMETER, explained_by_two_bodies
 from limbgram.reconstruction.mapping.zoom import zoomed_by_solved_focals
 

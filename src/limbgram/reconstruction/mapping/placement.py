@@ -33,6 +33,7 @@ from limbgram.reconstruction.calibration.cameras import (
     from_exif,
 )
 from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.mapping.bundle_adjustment import Adjusted, UnconstrainedPhotos, adjust
 from limbgram.reconstruction.mapping.chains import (
     start_pairs,
     without_contradicting_pairs,
@@ -41,7 +42,6 @@ from limbgram.reconstruction.mapping.chains import (
 from limbgram.reconstruction.mapping.lens_equations import LensEquations, zoomed_photos
 from limbgram.reconstruction.mapping.lens_selection import with_supported_lenses
 from limbgram.reconstruction.mapping.scene import Ring, Scene
-from limbgram.reconstruction.mapping.solution import Adjusted, UnconstrainedPhotos, adjust
 from limbgram.reconstruction.mapping.stragglers import with_stragglers
 from limbgram.reconstruction.mapping.tracks import with_all_tracks, with_best_connected_matches
 from limbgram.reconstruction.mapping.verdicts import (

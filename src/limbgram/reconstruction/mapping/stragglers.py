@@ -40,9 +40,9 @@ from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid, Similarity, angle_between_deg
 from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.mapping.bundle_adjustment import OUTLIER_SIGMAS, rotation_sigma_deg
 from limbgram.reconstruction.mapping.resection import LARGEST_MISS_PX, resect
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.solution import OUTLIER_SIGMAS, rotation_sigma_deg
 from limbgram.reconstruction.mapping.tracks import breadth_px, epipolar_px, p_value_of_inliers
 from limbgram.reconstruction.mapping.verdicts import (
     CONTRADICTION_DEG,

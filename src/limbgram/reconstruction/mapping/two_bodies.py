@@ -27,8 +27,8 @@ from jaxtyping import Bool
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.mapping.bundle_adjustment import Adjusted, split_statistics
 from limbgram.reconstruction.mapping.lens_deviations import with_photo_lenses
-from limbgram.reconstruction.mapping.solution import Adjusted, split_statistics
 
 _NEAR = 3.0
 """Distance from the centre, over the median distance, of points that determine the axes."""

@@ -35,9 +35,9 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.interval import MAD_TO_SIGMA
 from limbgram.findings import Finding, doubt
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS
+from limbgram.reconstruction.mapping.bundle_adjustment import SIGMA_INFLATION
 from limbgram.reconstruction.mapping.lens_deviations import parameter_count
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.solution import SIGMA_INFLATION
 from limbgram.reconstruction.photos.photo import first_of
 
 _FEWEST_POINTS = 30

@@ -40,8 +40,8 @@ from limbgram.reconstruction.calibration.adjustment import BoardObservation
 from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
 from limbgram.reconstruction.calibration.screening import free_unknowns, screen
 from limbgram.reconstruction.mapping.body import Body
+from limbgram.reconstruction.mapping.bundle_adjustment import adjust
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.ruler import (
     LEAST_OBSERVATIONS,

@@ -14,9 +14,9 @@ from limbgram.reconstruction.hypotheses.two_body_equations import (
     TwoBodyEquations,
     two_body_equations,
 )
+from limbgram.reconstruction.mapping.bundle_adjustment import adjust
 from limbgram.reconstruction.mapping.lens_equations import DEVIATION_SIZE, lens_basis
 from limbgram.reconstruction.mapping.scene import Observations, Scene
-from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
 
 DISTANCE_MM = 1000.0

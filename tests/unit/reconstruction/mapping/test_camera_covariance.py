@@ -5,8 +5,8 @@ import numpy as np
 from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.geometry.lens import LENS_SIZE, Camera, turned
 from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.mapping.bundle_adjustment import Adjusted, adjust
 from limbgram.reconstruction.mapping.scene import Observations, Scene
-from limbgram.reconstruction.mapping.solution import Adjusted, adjust
 
 PHOTOS, POINTS, NOISE_PX, TRIALS = 6, 90, 0.3, 12
 ALIKE = 9

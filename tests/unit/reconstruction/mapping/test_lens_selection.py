@@ -10,6 +10,11 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.hypotheses.lens_explanations import lens_explanations
+from limbgram.reconstruction.mapping.bundle_adjustment import (
+    Adjusted,
+    adjust,
+    split_statistics,
+)
 from limbgram.reconstruction.mapping.lens_deviations import (
     PRIOR_SPREAD,
     PhotoLenses,
@@ -24,11 +29,6 @@ from limbgram.reconstruction.mapping.lens_selection import (
     with_supported_lenses,
 )
 from limbgram.reconstruction.mapping.scene import Deviation, Explanation, Observations, Scene
-from limbgram.reconstruction.mapping.solution import (
-    Adjusted,
-    adjust,
-    split_statistics,
-)
 from limbgram.reconstruction.mapping.two_bodies import AIC_PER_PARAMETER, explained_by_two_bodies
 
 MakeScene = Callable[..., Scene]

@@ -16,9 +16,9 @@ from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping import stragglers
+from limbgram.reconstruction.mapping.bundle_adjustment import rotation_sigma_deg
 from limbgram.reconstruction.mapping.placement import place, without_photos
 from limbgram.reconstruction.mapping.scene import OwnLenses, Scene
-from limbgram.reconstruction.mapping.solution import rotation_sigma_deg
 from limbgram.reconstruction.mapping.stragglers import with_stragglers
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair

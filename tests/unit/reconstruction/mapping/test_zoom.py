@@ -9,9 +9,9 @@ import pytest
 from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.findings import told
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.mapping.bundle_adjustment import adjust
 from limbgram.reconstruction.mapping.placement import MappingOptions, readjusted
 from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, PhotoVerdict, Scene
-from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.mapping.zoom import (
     FocalFit,
     _outliers,

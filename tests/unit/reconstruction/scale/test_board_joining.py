@@ -10,8 +10,8 @@ from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.body import Body
 from limbgram.reconstruction.mapping.bundle import Bundle
+from limbgram.reconstruction.mapping.bundle_adjustment import adjust
 from limbgram.reconstruction.mapping.scene import Explanation, Observations, Scene
-from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections

@@ -10,8 +10,8 @@ from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.geometry.lens import PARAMETERS, Camera, turned
 from limbgram.reconstruction.calibration.cameras import Calibration, from_exif
 from limbgram.reconstruction.mapping.bundle import Bundle
+from limbgram.reconstruction.mapping.bundle_adjustment import UnconstrainedPhotos, adjust
 from limbgram.reconstruction.mapping.scene import Observations, Scene
-from limbgram.reconstruction.mapping.solution import UnconstrainedPhotos, adjust
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif
 
 MakeScene = Callable[..., Scene]

@@ -6,14 +6,14 @@ import pytest
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, View
 from limbgram.reconstruction.mapping.body import BodyEquations
 from limbgram.reconstruction.mapping.bundle import Bundle
-from limbgram.reconstruction.mapping.normals import (
+from limbgram.reconstruction.mapping.bundle_adjustment import reduced_equations
+from limbgram.reconstruction.mapping.bundle_equations import (
     BEHIND_COST,
     point_steps,
     reduce_equations,
     robust_cost,
 )
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.mapping.solution import reduced_equations
 
 CAUCHY_PX = 1.3
 NONE_OF_THEIR_OWN = np.zeros((2, LENS_SIZE, 0))

@@ -23,13 +23,13 @@ from limbgram.core.run import track
 from limbgram.reconstruction.calibration.cameras import Calibration, with_square_pixels
 from limbgram.reconstruction.mapping.body import Body, BodyEquations
 from limbgram.reconstruction.mapping.bundle import CAUCHY_SIGMAS, Bundle
-from limbgram.reconstruction.mapping.lens_deviations import PhotoLenses
-from limbgram.reconstruction.mapping.monotonic_lens import LinearConstraint, MonotonicityConstraints
-from limbgram.reconstruction.mapping.normals import (
+from limbgram.reconstruction.mapping.bundle_equations import (
     point_steps,
     reduce_equations,
     robust_cost,
 )
+from limbgram.reconstruction.mapping.lens_deviations import PhotoLenses
+from limbgram.reconstruction.mapping.monotonic_lens import LinearConstraint, MonotonicityConstraints
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.score_tests import pseudo_inverse, solve_semidefinite
 
