@@ -2,7 +2,6 @@
 
 from .capture.answer import (
     CaptureCheck as CaptureCheck,
-    CheckOptions as CheckOptions,
     Coverage as Coverage,
 )
 from .capture.coach import check_capture as check_capture

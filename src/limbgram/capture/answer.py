@@ -1,54 +1,10 @@
-"""Answer: the check of a capture while the patient is still there, and its criteria."""
+"""Answer: the check of a capture while the patient is still there."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from limbgram.core.notebook import brief
 from limbgram.findings import Finding
-from limbgram.reconstruction.features.detection import (
-    FeatureOptions,
-)
 from limbgram.reconstruction.photos.photo import SetAside
-
-
-@dataclass(frozen=True, kw_only=True)
-class CheckOptions:
-    """Criteria by which a capture counts as good."""
-
-    features: FeatureOptions = field(
-        default_factory=lambda: FeatureOptions(max_keypoints=4000, max_megapixels=0.8)
-    )
-    max_gap_deg: float = 40.0
-    """Widest angle between neighbouring photos that count, unless"""
-    max_gap_ratio: float = 1.4
-    """the mean gap of the fullest ring is nearly as wide: few photos, evenly spread, up to"""
-    widest_gap_deg: float = 60.0
-    """this angle, up to which the verdict of a case stays green; where nothing else is amiss, wider
-    gaps than those two are advice up to here."""
-    step_deg: float = 24.0
-    """Between the photos that are asked for."""
-    min_board_photos: int = 3
-    """Photos in which the scale board must be found."""
-    least_photos: int = 2
-    """That a place must be seen by: fewer do not measure it;"""
-    wanted_photos: int = 3
-    """and so many where photos are asked for anyway."""
-    max_unseen: float = 0.05
-    """Share of the limb that fewer photos may see: what the verdict of a case allows."""
-    max_sigma_mm: float = 0.3
-    """Expected sigma beyond which a place is called unsure: 0.6 mm in 95 of 100, the same."""
-    widest_pair_deg: float = 35.0
-    """Between two photos that show a place squarely: up to here depth is found in most places."""
-    fewest_round: int = 10
-    """Photos that must count all the way round. Three rings of 9 were refused or red, one of them
-    after a GO; of 11 rings of 10 the six that showed the board well came out good."""
-    max_thin: float = 0.3
-    """Share of the limb for which all of them may stand wider. Ten good captures of 10 to 12 photos
-    have 0.11 at most; one of 9, with 0.73, came out full of holes."""
-    most_added: int = 6
-    """Photos that are asked for at a time because of places that too few see."""
-
-
-DEFAULTS = CheckOptions()
 
 
 @dataclass(frozen=True, kw_only=True)

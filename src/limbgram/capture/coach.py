@@ -26,14 +26,13 @@ import numpy as np
 from jaxtyping import Bool, Int32
 
 from limbgram.capture.answer import (
-    DEFAULTS,
     CaptureCheck,
     CheckedPhoto,
-    CheckOptions,
     MissingPhotos,
 )
 from limbgram.capture.camera_positions import Stand, stand_of
 from limbgram.capture.coverage import CheckedScene, show_proxy
+from limbgram.capture.criteria import FEATURES, FEWEST_ROUND, MIN_BOARD_PHOTOS
 from limbgram.capture.limb_in_photos import (
     InspectedPhoto,
     InspectionCache,
@@ -106,7 +105,6 @@ def check_capture(
     small: PhotoSet,
     calibrations: Sequence[Calibration],
     board: Board | None,
-    options: CheckOptions = DEFAULTS,
     run: Run | None = None,
 ) -> CaptureCheck:
     """Check whether these photos will give a surface, all round and in millimetres.
@@ -114,7 +112,7 @@ def check_capture(
     Args:
         small: The same photos in the same order, reduced.
     """
-    return Coach(calibrations, board, options).check(photos, small, run)
+    return Coach(calibrations, board).check(photos, small, run)
 
 
 class _VerifiedPair(NamedTuple):
@@ -137,11 +135,9 @@ class Coach:
         self,
         calibrations: Sequence[Calibration],
         board: Board | None,
-        options: CheckOptions = DEFAULTS,
     ) -> None:
         self._calibrations = tuple(calibrations)
         self._board = board
-        self._options = options
         self._keypoints: dict[str, Keypoints] = {}
         self._matched: dict[tuple[str, str], MatchedPair] = {}
         self._verified: dict[tuple[str, str], _VerifiedPair] = {}
@@ -169,9 +165,9 @@ class Coach:
             metric = to_millimetres(placing.scene)
         findings += tipped_board_finding(metric.scale)
         board_photos = None if detections is None else len(detections.photos)
-        least = self._options.min_board_photos
-        if board_photos is not None and board_photos < least and not findings:
-            findings.append(fault("coach.board_unseen", photos=board_photos, least=least))
+        if board_photos is not None and board_photos < MIN_BOARD_PHOTOS and not findings:
+            unseen = fault("coach.board_unseen", photos=board_photos, least=MIN_BOARD_PHOTOS)
+            findings.append(unseen)
         found = True
         try:
             limb_idx = limb_points(metric)
@@ -185,7 +181,7 @@ class Coach:
         findings += motion.findings(cameras)
         lenses = tuple(lenses_told(metric.scene, cameras, photos))
         findings += [one for one in lenses if one.gravity is Gravity.FAULT]
-        answer = _answer_of(seen, findings, board_photos, self._options)
+        answer = _answer_of(seen, findings, board_photos)
         turned = (*_turning_notes(placing.still), *_turned_over_notes(placing.poses, small))
         said = (one for one in lenses if one.gravity is not Gravity.FAULT)
         notes = (*motion.notes(), *answer.notes, *turned, *lens_notes(small), *said)
@@ -223,7 +219,7 @@ class Coach:
         """Keypoints of all photos; only new photos are processed."""
         new = tuple(one for one in small.photos if one.sha256 not in self._keypoints)
         if new:
-            found = run(detect, replace(small, photos=new), self._options.features)
+            found = run(detect, replace(small, photos=new), FEATURES)
             self._keypoints |= {one.sha256: own for one, own in zip(new, found.keypoints)}
         return Features(tuple(self._keypoints[one.sha256] for one in small.photos))
 
@@ -329,7 +325,7 @@ def _with_new_indices(known: MatchedPair, candidate: Candidate) -> MatchedPair:
 
 
 def _answer_of(
-    seen: "CheckedScene", findings: list[Finding], board_photos: int | None, options: CheckOptions
+    seen: "CheckedScene", findings: list[Finding], board_photos: int | None
 ) -> CaptureCheck:
     """The answer from all that was found."""
     scene = seen.metric.scene
@@ -339,17 +335,17 @@ def _answer_of(
     zoomed = [one.name for one in scene.verdicts if one.remark]
     if zoomed:
         findings.append(zoomed_photos(zoomed, len(scene.names)))
-    checked, missing = _judged_photos(seen.photos, seen.looked_at, scene, seen.limb, options)
+    checked, missing = _judged_photos(seen.photos, seen.looked_at, scene, seen.limb)
     gap_deg = max(gaps_deg([one.azimuth_deg for one in checked if one.counts]), default=math.nan)
     ring = scene.ring
-    shown = show_proxy(seen, checked, options) if seen.found else None
+    shown = show_proxy(seen, checked) if seen.found else None
     asked: tuple[MissingPhotos, ...] = ()
     said: list[Finding] = []
     notes: tuple[Finding, ...] = ()
     if shown is not None:
-        asked, said, notes = photos_for_hidden_places(shown, seen.metric, checked, missing, options)
+        asked, said, notes = photos_for_hidden_places(shown, seen.metric, checked, missing)
     closed = ring is not None and ring.closed
-    if closed and not findings and not said and gaps_tolerable(missing, checked, options):
+    if closed and not findings and not said and gaps_tolerable(missing, checked):
         advice = (note("coach.surer", asked=one.asked) for one in missing)
         missing, notes = (), (*advice, *notes)
     findings += [one.asked for one in missing]
@@ -357,8 +353,8 @@ def _answer_of(
         findings.append(fault("coach.weak_bridge", points=ring.weakest_bridge))
     findings += said
     counting = sum(one.counts for one in checked)
-    if not findings and counting < options.fewest_round:
-        findings.append(fault("coach.few_count", counting=counting, least=options.fewest_round))
+    if not findings and counting < FEWEST_ROUND:
+        findings.append(fault("coach.few_count", counting=counting, least=FEWEST_ROUND))
     expected_mm = None
     if shown is not None and math.isfinite(shown.coverage.sigma_middle_mm):
         expected_mm = COVER * shown.coverage.sigma_middle_mm
@@ -388,7 +384,6 @@ def _judged_photos(
     looked_at: Sequence[InspectedPhoto],
     scene: Scene,
     limb: Points3,
-    options: CheckOptions,
 ) -> tuple[tuple[CheckedPhoto, ...], tuple[MissingPhotos, ...]]:
     """Every photo with its remarks, and the photos missing between those that count."""
     on_limb = replace(photos, photos=tuple(one.photo for one in looked_at))
@@ -419,7 +414,7 @@ def _judged_photos(
                 ),
             )
         )
-    return tuple(checked), photos_for_gaps(checked, options)
+    return tuple(checked), photos_for_gaps(checked)
 
 
 def _remark_codes_in(reason: Finding | None) -> set[str]:

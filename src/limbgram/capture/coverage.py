@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from limbgram.capture.answer import CheckedPhoto, CheckOptions, Coverage, CoveredRegion
+from limbgram.capture.answer import CheckedPhoto, Coverage, CoveredRegion
 from limbgram.capture.closed_surface import (
     Underside,
     camera_directions,
     closed_surface,
     find_underside,
 )
+from limbgram.capture.criteria import LEAST_PHOTOS, WIDEST_PAIR_DEG
 from limbgram.capture.limb_in_photos import InspectedPhoto
 from limbgram.capture.prediction import Prediction, Showing, narrowest_deg, predict
 from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, proxy_of
@@ -73,9 +74,7 @@ class ShownProxy:
     """Regions in which paint is missing."""
 
 
-def show_proxy(
-    seen: CheckedScene, checked: Sequence[CheckedPhoto], options: CheckOptions
-) -> ShownProxy:
+def show_proxy(seen: CheckedScene, checked: Sequence[CheckedPhoto]) -> ShownProxy:
     """The proxy with photos and expected sigma of every cell, by the photos that count."""
     scene, small, looked_at = seen.metric.scene, seen.small, seen.looked_at
     proxy = proxy_of(seen.limb, scene.view(scene.placed[0]).centre_in_world)
@@ -104,10 +103,10 @@ def show_proxy(
     in_mm = seen.metric.scale.unit == "mm"
     bare = tuple(_bare_regions(proxy, prediction, gap_px))
     apart_deg = narrowest_deg(proxy, views, MAX_INCIDENCE_DEG)
-    wide = np.isfinite(apart_deg) & (apart_deg > options.widest_pair_deg)
+    wide = np.isfinite(apart_deg) & (apart_deg > WIDEST_PAIR_DEG)
     coverage = coverage_from_prediction(proxy, prediction, in_mm)
     closed = closed_surface(seen.limb, camera_directions(scene)[seen.limb_idx])
-    under = closed and find_underside(closed, proxy.axis, views, options.least_photos)
+    under = closed and find_underside(closed, proxy.axis, views, LEAST_PHOTOS)
     return ShownProxy(proxy, prediction, coverage, prediction.share(wide, proxy), under, bare)
 
 

@@ -13,7 +13,7 @@ from itertools import groupby
 import numpy as np
 from jaxtyping import Float64, Int64
 
-from limbgram.capture.answer import DEFAULTS, CheckedPhoto, CheckOptions, MissingPhotos
+from limbgram.capture.answer import CheckedPhoto, MissingPhotos
 from limbgram.capture.camera_positions import (
     Stand,
     clock_hour,
@@ -23,6 +23,19 @@ from limbgram.capture.camera_positions import (
 )
 from limbgram.capture.closed_surface import Underside
 from limbgram.capture.coverage import ShownProxy
+from limbgram.capture.criteria import (
+    LEAST_PHOTOS,
+    MAX_GAP_DEG,
+    MAX_GAP_RATIO,
+    MAX_SIGMA_MM,
+    MAX_THIN,
+    MAX_UNSEEN,
+    MOST_ADDED,
+    STEP_DEG,
+    WANTED_PHOTOS,
+    WIDEST_GAP_DEG,
+    WIDEST_PAIR_DEG,
+)
 from limbgram.capture.proxy import CoarseSkin
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import COVER
@@ -37,18 +50,25 @@ _WORTH_A_NOTE = 0.01
 
 
 def photos_for_gaps(
-    checked: Sequence[CheckedPhoto], options: CheckOptions = DEFAULTS
+    checked: Sequence[CheckedPhoto],
+    max_gap_deg: float = MAX_GAP_DEG,
+    max_gap_ratio: float = MAX_GAP_RATIO,
 ) -> tuple[MissingPhotos, ...]:
-    """Photos to add in gaps between neighbouring photos that count, the widest gap first."""
+    """Photos to add in gaps between neighbouring photos that count, the widest gap first.
+
+    Args:
+        max_gap_deg: A gap is wide beyond this, and
+        max_gap_ratio: beyond so many times the mean gap of the fullest ring.
+    """
     around = sorted((one for one in checked if one.counts), key=lambda one: one.azimuth_deg)
     first = photo_at_12(checked)
     found: list[MissingPhotos] = []
     gaps = gaps_deg([one.azimuth_deg for one in around])
-    limit_deg = min(options.max_gap_ratio * _usual_gap_deg(around), options.widest_gap_deg)
+    limit_deg = min(max_gap_ratio * _usual_gap_deg(around), WIDEST_GAP_DEG)
     for one, following, gap in zip(around, [*around[1:], *around[:1]], gaps):
-        if gap <= max(options.max_gap_deg, limit_deg):
+        if gap <= max(max_gap_deg, limit_deg):
             continue
-        count = max(math.ceil(gap / options.step_deg) - 1, 1)
+        count = max(math.ceil(gap / STEP_DEG) - 1, 1)
         places = tuple(
             float((one.azimuth_deg + gap * k / (count + 1)) % 360) for k in range(1, count + 1)
         )
@@ -75,9 +95,7 @@ def photos_for_gaps(
     return tuple(sorted(found, key=lambda one: -one.count))
 
 
-def gaps_tolerable(
-    gaps: Sequence[MissingPhotos], checked: Sequence[CheckedPhoto], options: CheckOptions
-) -> bool:
+def gaps_tolerable(gaps: Sequence[MissingPhotos], checked: Sequence[CheckedPhoto]) -> bool:
     """Whether the gaps in a walk are too small for the case's verdict to name them.
 
     A photo that was taken in a gap and does not count is to be taken again.
@@ -89,7 +107,7 @@ def gaps_tolerable(
             return False
         start, end = (around[name] for name in gap.between)
         width = (end - start) % 360.0
-        if width > options.widest_gap_deg or any((k - start) % 360.0 < width for k in spoilt_deg):
+        if width > WIDEST_GAP_DEG or any((k - start) % 360.0 < width for k in spoilt_deg):
             return False
     return True
 
@@ -132,21 +150,20 @@ def photos_for_hidden_places(
     metric: MetricScene,
     checked: Sequence[CheckedPhoto],
     missing: Sequence[MissingPhotos],
-    options: CheckOptions,
 ) -> tuple[tuple[MissingPhotos, ...], list[Finding], tuple[Finding, ...]]:
     """Photos to add for places that too few photos show, with their findings and notes."""
     proxy, prediction, under = shown.proxy, shown.prediction, shown.underside
-    unseen = prediction.share(prediction.squarely < options.least_photos, proxy)
+    unseen = prediction.share(prediction.squarely < LEAST_PHOTOS, proxy)
     lacking: tuple[CoarseSkin, Int64[np.ndarray, " n"]] = (proxy, prediction.squarely)
     if under is not None and under.share > unseen:
         unseen, lacking = under.share, (under.skin, under.squarely)
-    unsure = prediction.share(prediction.sigma_mm > options.max_sigma_mm, proxy)
+    unsure = prediction.share(prediction.sigma_mm > MAX_SIGMA_MM, proxy)
     findings: list[Finding] = []
     asked: tuple[MissingPhotos, ...] = ()
     first = photo_at_12(checked)
-    if unseen > options.max_unseen:
-        asked = _photos_by_place(*lacking, metric, missing, options)
-        part: dict[str, Value] = {"share": float(unseen), "least": options.least_photos}
+    if unseen > MAX_UNSEEN:
+        asked = _photos_by_place(*lacking, metric, missing)
+        part: dict[str, Value] = {"share": float(unseen), "least": LEAST_PHOTOS}
         if asked:
             count, places = sum(one.count for one in asked), _hours_by_height(asked)
             added = fault("coach.unseen.add", count=count, places=places, first=first, **part)
@@ -155,25 +172,24 @@ def photos_for_hidden_places(
             findings.append(fault("coach.unseen.coming", **part))
         else:
             findings.append(fault("coach.unseen.blocked", **part))
-    if shown.thin > options.max_thin:
-        steps = replace(options, max_gap_deg=options.widest_pair_deg, max_gap_ratio=0.0)
-        between = () if missing or asked else photos_for_gaps(checked, steps)
+    if shown.thin > MAX_THIN:
+        between = () if missing or asked else photos_for_gaps(checked, WIDEST_PAIR_DEG, 0.0)
         asked = (*asked, *between)
         thin = fault(
             "coach.thin",
             share=float(shown.thin),
-            widest_deg=options.widest_pair_deg,
+            widest_deg=WIDEST_PAIR_DEG,
             parts=len(between),
             places=_hours_by_height(between),
             first=first,
         )
         findings.append(thin)
-    if metric.scale.unit == "mm" and unsure > options.max_unseen:
-        most_mm = COVER * options.max_sigma_mm
+    if metric.scale.unit == "mm" and unsure > MAX_UNSEEN:
+        most_mm = COVER * MAX_SIGMA_MM
         findings.append(fault("coach.unsure", share=float(unsure), most_mm=most_mm))
     notes: list[Finding] = []
-    if under is not None and _WORTH_A_NOTE < under.share <= options.max_unseen:
-        notes.append(_overhang_findings(under, metric, missing, first, options))
+    if under is not None and _WORTH_A_NOTE < under.share <= MAX_UNSEEN:
+        notes.append(_overhang_findings(under, metric, missing, first))
     if not proxy.known[-1]:
         notes.append(note("coach.no_upper_end"))
     if shown.bare:
@@ -188,14 +204,13 @@ def _overhang_findings(
     metric: MetricScene,
     missing: Sequence[MissingPhotos],
     first: str,
-    options: CheckOptions,
 ) -> Finding:
     """A finding that the underside is shown by too few photos, with photos to add for it."""
-    added = _photos_by_place(under.skin, under.squarely, metric, missing, options)
+    added = _photos_by_place(under.skin, under.squarely, metric, missing)
     return doubt(
         "coach.overhang",
         share=under.share,
-        least=options.least_photos,
+        least=LEAST_PHOTOS,
         count=sum(one.count for one in added),
         places=_hours_by_height(added),
         first=first,
@@ -207,7 +222,6 @@ def _photos_by_place(
     squarely: Int64[np.ndarray, " n"],
     metric: MetricScene,
     missing: Sequence[MissingPhotos],
-    options: CheckOptions,
 ) -> tuple[MissingPhotos, ...]:
     """Photos to add for places that too few photos show, from below upwards.
 
@@ -227,12 +241,12 @@ def _photos_by_place(
     stands = stands_to_add(
         skin,
         squarely + squarely_shown_cells(skin, coming).sum(axis=1),
-        options.wanted_photos,
+        WANTED_PHOTOS,
         camera,
         distance,
         first_rad,
         metric.floor_z_mm,
-        options.most_added,
+        MOST_ADDED,
     )
     by_height = sorted(stands, key=lambda one: (one.elevation_deg, one.azimuth_deg))
     return tuple(

@@ -14,7 +14,7 @@ from typing import Self
 import cv2
 import numpy as np
 
-from limbgram.capture.answer import DEFAULTS, CaptureCheck, CheckOptions
+from limbgram.capture.answer import CaptureCheck
 from limbgram.capture.coach import Coach, check_capture
 from limbgram.cases.video_frames import take_frames
 from limbgram.core.errors import PhotoError
@@ -85,7 +85,6 @@ def check_sources(
     calibrations: Sequence[Calibration],
     board: Board | None,
     run: Run,
-    options: CheckOptions = DEFAULTS,
     masks: Path | None = None,
 ) -> CaptureCheck:
     """Check photos, folders of them, or the frames of a video.
@@ -108,7 +107,7 @@ def check_sources(
         if masks is not None:
             photos = _with_masks(photos, masks)
         small = run(reduce_photos, photos, folder)
-        return check_capture(photos, small, calibrations, board, options, run)
+        return check_capture(photos, small, calibrations, board, run)
 
 
 def _with_masks(photos: PhotoSet, masks: Path) -> PhotoSet:
@@ -141,13 +140,12 @@ class CaptureWatch:
         self,
         calibrations: Sequence[Calibration],
         board: Board | None,
-        options: CheckOptions = DEFAULTS,
         masks: Path | None = None,
     ) -> None:
         if masks is not None:
             require_masks_folder(masks)
         self._masks = masks
-        self._coach = Coach(calibrations, board, options)
+        self._coach = Coach(calibrations, board)
         self._scratch = tempfile.TemporaryDirectory(prefix="limbgram-watch-")
         self._looked: dict[Path, tuple[_Stamp, Photo | SetAside]] = {}
         self._copies: dict[_Pixels, Photo] = {}

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from limbgram.capture.answer import DEFAULTS
 from limbgram.capture.camera_positions import Stand
 from limbgram.capture.closed_surface import Underside, closed_surface, find_underside
 from limbgram.capture.coverage import ShownProxy, coverage_from_prediction
@@ -136,7 +135,9 @@ def test_the_end_that_a_limb_stands_on_is_not_asked_for() -> None:
     assert find_underside(surface, UP, ring(28.0), 2).share == 0.0
 
 
-def test_what_hangs_over_is_told_below_the_limit_and_asked_for_above_it() -> None:
+def test_what_hangs_over_is_told_below_the_limit_and_asked_for_above_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     views = [*ring(28.0), *ring(50.0)]
     limb = plain_tube(np.array([0.0, LENGTH]), np.array([RADIUS, RADIUS]), 20.0)
     prediction = predict(limb, views, Showing.alike(len(limb.mesh), len(views), 1.2, 20.0))
@@ -154,8 +155,8 @@ def test_what_hangs_over_is_told_below_the_limit_and_asked_for_above_it() -> Non
     coverage = coverage_from_prediction(limb, prediction, in_mm=True)
     shown = ShownProxy(limb, prediction, coverage, 0.0, found)
     for most, gravity in ((2 * found.share, Gravity.DOUBT), (found.share / 2, Gravity.FAULT)):
-        options = DEFAULTS.__class__(max_unseen=most)
-        _, findings, notes = photos_for_hidden_places(shown, metric, [], [], options)
+        monkeypatch.setattr("limbgram.capture.photos_to_add.MAX_UNSEEN", most)
+        _, findings, notes = photos_for_hidden_places(shown, metric, [], [])
         told = [
             one
             for one in (*findings, *notes)

@@ -23,23 +23,13 @@ from limbgram.core.mesh.topology import boundary_half_edges
 
 _ROUNDS = 100
 _STILL = 1e-9
+_SECTIONS, _LEAST_SECTIONS = 40, 8
+_FRINGE = 0.12
+"""Share of the length that is left out at either end."""
+_ROUNDEST = 0.75
+"""Largest share of wall that may face along the axis, against that across it."""
 _TURN_OF_WEIGHT = 1.5
 """Residuals beyond so many typical ones lose weight (Huber)."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class AxisOptions:
-    """Where sections are taken, and when a shape has no long axis."""
-
-    sections: int = 40
-    fringe: float = 0.12
-    """Share of the length that is left out at either end."""
-    least_sections: int = 8
-    roundest: float = 0.75
-    """Largest share of wall that may face along the axis, against that across it."""
-
-
-DEFAULTS = AxisOptions()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,16 +44,16 @@ class Axis:
     """Root mean square distance of the sections' middles from the line."""
 
 
-def fit_axis(mesh: Mesh, options: AxisOptions = DEFAULTS) -> Axis:
+def fit_axis(mesh: Mesh) -> Axis:
     """The long axis of a limb.
 
     Raises:
         MeasureError: the shape has no long axis, or too little whole wall to fit one.
     """
     border = boundary_half_edges(mesh.faces)
-    axis = _along(mesh, border, _first_direction(mesh, options), options)
+    axis = _along(mesh, border, _first_direction(mesh))
     for _ in range(_ROUNDS):
-        middles = _middles(mesh, border, axis.direction, options)
+        middles = _middles(mesh, border, axis.direction)
         after = _line_through(middles)
         still = np.linalg.norm(np.cross(after.direction, axis.direction)) < _STILL
         axis = after
@@ -72,54 +62,50 @@ def fit_axis(mesh: Mesh, options: AxisOptions = DEFAULTS) -> Axis:
     return axis
 
 
-def axis_along(mesh: Mesh, direction: Vector3, options: AxisOptions = DEFAULTS) -> Axis:
+def axis_along(mesh: Mesh, direction: Vector3) -> Axis:
     """The line of a stated direction through the middle of the sections across it."""
-    return _along(mesh, boundary_half_edges(mesh.faces), direction, options)
+    return _along(mesh, boundary_half_edges(mesh.faces), direction)
 
 
-def _along(
-    mesh: Mesh, border: Int32[np.ndarray, "b 2"], direction: Vector3, options: AxisOptions
-) -> Axis:
+def _along(mesh: Mesh, border: Int32[np.ndarray, "b 2"], direction: Vector3) -> Axis:
     unit = direction / np.linalg.norm(direction)
-    middles = _middles(mesh, border, unit, options)
+    middles = _middles(mesh, border, unit)
     point = np.median(middles, axis=0)
     off = (middles - point) - np.outer((middles - point) @ unit, unit)
     return Axis(point_mm=point, direction=unit, spread_mm=_rms(off))
 
 
-def _first_direction(mesh: Mesh, options: AxisOptions) -> Vector3:
+def _first_direction(mesh: Mesh) -> Vector3:
     """The direction along which the least surface faces."""
     doubled = mesh.face_normals()
     area = np.maximum(np.linalg.norm(doubled, axis=1, keepdims=True), 1e-300)
     shares, directions = np.linalg.eigh((doubled / area).T @ doubled)
-    if shares[0] > options.roundest * shares[1]:
+    if shares[0] > _ROUNDEST * shares[1]:
         raise MeasureError("mesh.axis.round")
     return directions[:, 0]
 
 
-def _middles(
-    mesh: Mesh, border: Int32[np.ndarray, "b 2"], direction: Vector3, options: AxisOptions
-) -> Points3:
+def _middles(mesh: Mesh, border: Int32[np.ndarray, "b 2"], direction: Vector3) -> Points3:
     """Centroids of the cuts across a direction, where they do not run into an open edge."""
     along = mesh.vertices_mm @ direction
     rim = np.sort(along[border], axis=1)
     low, high = _whole_span(rim, (float(along.min()), float(along.max())))
-    fringe = options.fringe * (high - low)
+    fringe = _FRINGE * (high - low)
     corners = along[mesh.faces]
     lowest = np.minimum(np.minimum(corners[:, 0], corners[:, 1]), corners[:, 2])
     highest = np.maximum(np.maximum(corners[:, 0], corners[:, 1]), corners[:, 2])
     middles: list[Vector3] = []
-    for offset in np.linspace(low + fringe, high - fringe, options.sections):
+    for offset in np.linspace(low + fringe, high - fringe, _SECTIONS):
         if ((rim[:, 0] < offset) & (rim[:, 1] >= offset)).any():
             continue
         crossed = np.flatnonzero((lowest < offset) & (highest >= offset))
         middles.append(_centroid(mesh, crossed, corners[crossed] - offset, direction))
-    if len(middles) < options.least_sections:
+    if len(middles) < _LEAST_SECTIONS:
         raise MeasureError(
             "mesh.axis.few_sections",
             whole=len(middles),
-            sections=options.sections,
-            least=options.least_sections,
+            sections=_SECTIONS,
+            least=_LEAST_SECTIONS,
         )
     return np.stack(middles)
 

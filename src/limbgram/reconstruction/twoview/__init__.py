@@ -13,11 +13,10 @@ from limbgram.reconstruction.twoview.fundamental import (
     refine_fundamental_sampson,
 )
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
-from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify, verify_pair
+from limbgram.reconstruction.twoview.verification import verify, verify_pair
 
 __all__ = [
     "Pairs",
-    "TwoViewOptions",
     "VerifiedPair",
     "essential_from_fundamental",
     "estimate_essential",

@@ -40,6 +40,8 @@ from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
 _THRESHOLD_EXIF_PX = 3.0
 """Largest Sampson distance of an inlier where the lens distortion is unknown."""
+_SEED = 0
+"""Of the random samples."""
 _MIN_INLIERS = 20
 """Fewest matches that must agree."""
 _MIN_INLIER_SHARE = 0.3
@@ -50,32 +52,17 @@ but 4 of the right ones over 0.35.
 """
 _DEGENERATE_SHARE = 0.9
 """Share of the inliers from which a homography or a rotation counts as degenerate."""
-
-
 _THRESHOLD_PX = 1.5
 """Largest Sampson distance of an inlier between photos of calibrated cameras."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class TwoViewOptions:
-    """How the epipolar geometry of a pair is sampled."""
-
-    seed: int = 0
-    """Seed of the random samples."""
-
-
-DEFAULTS = TwoViewOptions()
-
-
-def verify(
-    photos: PhotoSet, matches: Matches, cameras: Cameras, options: TwoViewOptions = DEFAULTS
-) -> Pairs:
+def verify(photos: PhotoSet, matches: Matches, cameras: Cameras) -> Pairs:
     """Keep the matches of every pair that share one epipolar geometry."""
 
     def one(pair: PairMatches) -> VerifiedPair | None:
         first = cameras.calibrations[photos.photos[pair.first].camera_idx]
         second = cameras.calibrations[photos.photos[pair.second].camera_idx]
-        return verify_pair(pair, first, second, options)
+        return verify_pair(pair, first, second)
 
     verified = [pair for pair in in_parallel(one, matches.pairs) if pair is not None]
     return Pairs(tuple(verified), matches.pairs_tried - len(verified))
@@ -85,19 +72,18 @@ def verify_pair(
     matches: PairMatches,
     first: Calibration,
     second: Calibration,
-    options: TwoViewOptions = DEFAULTS,
 ) -> VerifiedPair | None:
     """Verify one pair; None where too few matches are inliers."""
     pair = _UndistortedMatches.of(matches, first, second)
     finite = np.isfinite(np.hstack([pair.xy_first, pair.xy_second]))
     known: Bool[np.ndarray, " m"] = np.logical_and.reduce(finite, axis=1)
     matches, pair = matches.some(known), pair.chosen(known)
-    fit = _fit(pair, options)
+    fit = _fit(pair)
     fewest = max(_MIN_INLIERS, round(_MIN_INLIER_SHARE * len(matches)))
     if fit is None or fit.inliers.sum() < fewest:
         return None
     pair = pair.chosen(fit.inliers)
-    motion = _motion(pair, fit, options)
+    motion = _motion(pair, fit)
     pose = motion.pose
     front = np.ones(len(pair.xy_first), bool) if pose is None else in_front(pose, *pair.ideal)
     if front.sum() < fewest:
@@ -158,17 +144,17 @@ class _RobustGeometry:
     inliers: Bool[np.ndarray, " n"]
 
 
-def _fit(pair: _UndistortedMatches, options: TwoViewOptions) -> _RobustGeometry | None:
+def _fit(pair: _UndistortedMatches) -> _RobustGeometry | None:
     """Robust essential matrix of calibrated cameras, or fundamental matrix of others."""
     threshold_px = pair.threshold_px
     if not pair.calibrated:
         robust = estimate_fundamental(
-            pair.xy_first, pair.xy_second, threshold_px=threshold_px, seed=options.seed
+            pair.xy_first, pair.xy_second, threshold_px=threshold_px, seed=_SEED
         )
         if robust.fundamental is None:
             return None
         return _RobustGeometry(robust.fundamental, None, robust.inliers)
-    found = _essential(pair, options)
+    found = _essential(pair)
     if found.second_from_first is None:
         return None
     fundamental = fundamental_from_pose(
@@ -185,13 +171,11 @@ class _RelativeMotion:
     pose: Rigid | None
 
 
-def _motion(
-    pair: _UndistortedMatches, fit: _RobustGeometry, options: TwoViewOptions
-) -> _RelativeMotion:
+def _motion(pair: _UndistortedMatches, fit: _RobustGeometry) -> _RelativeMotion:
     """Classify a pair as general, planar or pure rotation, and find its pose."""
     threshold_px = pair.threshold_px
     plane = estimate_homography(
-        pair.xy_first, pair.xy_second, threshold_px=threshold_px, seed=options.seed
+        pair.xy_first, pair.xy_second, threshold_px=threshold_px, seed=_SEED
     )
     if plane.share < _DEGENERATE_SHARE:
         return _RelativeMotion("general", _pose(pair, fit))
@@ -211,14 +195,14 @@ def _pose(pair: _UndistortedMatches, fit: _RobustGeometry) -> Rigid:
     return pose_from_essential(essential, *pair.ideal).second_from_first
 
 
-def _essential(pair: _UndistortedMatches, options: TwoViewOptions) -> RobustEssential:
+def _essential(pair: _UndistortedMatches) -> RobustEssential:
     return estimate_essential(
         pair.xy_first,
         pair.xy_second,
         pair.first_matrix,
         pair.second_matrix,
         threshold_px=pair.threshold_px,
-        seed=options.seed,
+        seed=_SEED,
     )
 
 

@@ -3,7 +3,6 @@
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
 from limbgram.workbench.compare.icp import IcpOptions
 from limbgram.workbench.compare.messages import IQR_LIMIT_MM, MRE_LIMIT_MM, Verdict, verdict
-from limbgram.workbench.compare.radial import SpokeOptions
 from limbgram.workbench.compare.registration import WAYS, Alignment, RegistrationOptions
 
 __all__ = [
@@ -15,7 +14,6 @@ __all__ = [
     "Comparison",
     "IcpOptions",
     "RegistrationOptions",
-    "SpokeOptions",
     "Verdict",
     "compare",
     "verdict",

@@ -34,7 +34,7 @@ from limbgram.workbench.compare.levels import (
     changes_by_level,
     shared_heights_mm,
 )
-from limbgram.workbench.compare.radial import RadialErrors, SpokeOptions, radial_errors
+from limbgram.workbench.compare.radial import RadialErrors, radial_errors
 from limbgram.workbench.compare.registration import (
     FAR_MM,
     Alignment,
@@ -65,7 +65,6 @@ class CompareOptions:
     registration: RegistrationOptions = field(default_factory=RegistrationOptions)
     spacing_mm: float = 20.0
     """Between levels."""
-    spokes: SpokeOptions = field(default_factory=SpokeOptions)
 
 
 DEFAULTS = CompareOptions()
@@ -169,7 +168,7 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
     if scanned and alignment.pose_covariance is None and not alignment.exact:
         notes.append(note("compare.within.of_scans"))
     try:
-        radial = radial_errors(one, two, brim_mm, options.spokes)
+        radial = radial_errors(one, two, brim_mm)
     except MeasureError as error:
         radial = None
         notes.append(doubt("compare.radial.none", reason=error.finding))

@@ -18,19 +18,8 @@ _GRAZING = 0.3
 """Least cosine between spoke and normal: a spoke along the surface tells nothing of its radius."""
 _EDGE = 1e-9
 _FEWEST = 100
-
-
-@dataclass(frozen=True, kw_only=True)
-class SpokeOptions:
-    """Density of the spokes."""
-
-    spacing_mm: float = 2.0
-    """Between rings of spokes."""
-    spokes: int = 120
-    """In a ring."""
-
-
-DEFAULTS = SpokeOptions()
+_SPACING_MM, _SPOKES = 2.0, 120
+"""Between rings of spokes, and how many a ring has."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,9 +38,7 @@ class RadialErrors:
     """Of the spokes between the shared ends."""
 
 
-def radial_errors(
-    first_in_limb: Mesh, second_in_limb: Mesh, brim_mm: float, options: SpokeOptions = DEFAULTS
-) -> RadialErrors:
+def radial_errors(first_in_limb: Mesh, second_in_limb: Mesh, brim_mm: float) -> RadialErrors:
     """Compare two shapes along the spokes of one frame.
 
     Raises:
@@ -60,9 +47,9 @@ def radial_errors(
     meshes = (first_in_limb, second_in_limb)
     low = min(float(mesh.vertices_mm[:, 2].min()) for mesh in meshes)
     high = min(brim_height_mm(mesh) for mesh in meshes) - brim_mm
-    rings = max(math.floor((high - low) / options.spacing_mm), 0)
-    heights = low + (np.arange(rings) + 0.5) * options.spacing_mm
-    one, two = (spoke_radii(mesh, heights, options.spokes) for mesh in meshes)
+    rings = max(math.floor((high - low) / _SPACING_MM), 0)
+    heights = low + (np.arange(rings) + 0.5) * _SPACING_MM
+    one, two = (spoke_radii(mesh, heights, _SPOKES) for mesh in meshes)
     clear = (one.facing > _GRAZING) & (two.facing > _GRAZING)
     errors = np.where(clear, two.radii_mm - one.radii_mm, np.nan)
     known = errors[np.isfinite(errors)]
@@ -71,7 +58,7 @@ def radial_errors(
     low_quartile, high_quartile = np.quantile(known, [0.25, 0.75])
     return RadialErrors(
         heights_mm=heights,
-        angles_deg=360.0 * np.arange(options.spokes) / options.spokes,
+        angles_deg=360.0 * np.arange(_SPOKES) / _SPOKES,
         errors_mm=errors,
         mre_mm=float(known.mean()),
         iqr_mm=float(high_quartile - low_quartile),

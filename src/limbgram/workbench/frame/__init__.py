@@ -1,10 +1,9 @@
 """Frame: landmarks and the limb's axes."""
 
-from limbgram.core.mesh.axis import Axis, AxisOptions, axis_along, fit_axis
+from limbgram.core.mesh.axis import Axis, axis_along, fit_axis
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.frame.landmarks import (
     NAMES,
-    PickOptions,
     landmark,
     with_landmarks,
 )
@@ -16,11 +15,9 @@ __all__ = [
     "NAMES",
     "AlignOptions",
     "Axis",
-    "AxisOptions",
     "KindName",
     "Mark",
     "MarkOptions",
-    "PickOptions",
     "align",
     "axis_along",
     "find_marks",

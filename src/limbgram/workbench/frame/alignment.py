@@ -12,7 +12,7 @@ Fails   MeasureError: something is not stated, landmarks or file contradict what
         no limb's axis.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -21,7 +21,7 @@ from jaxtyping import Int64
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.mesh.axis import Axis, AxisOptions, axis_along, fit_axis
+from limbgram.core.mesh.axis import Axis, axis_along, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops
 from limbgram.findings import Finding, doubt, note
@@ -85,7 +85,6 @@ class AlignOptions:
     """What the shape's own file says, as an AOP does: never overruled in side or proximal end, and
 
     its axis and origin are kept unless an axis is stated or to be fitted."""
-    fit: AxisOptions = field(default_factory=AxisOptions)
 
     @property
     def kept(self) -> LimbFrame | None:
@@ -276,8 +275,8 @@ def _long_axis(limb: Limb, options: AlignOptions) -> Axis:
         origin_mm = motion.inverse.translation
         return Axis(point_mm=origin_mm, direction=motion.rotation[2], spread_mm=0.0)
     if options.axis is not None:
-        return axis_along(limb.mesh, options.axis, options.fit)
-    return fit_axis(limb.mesh, options.fit)
+        return axis_along(limb.mesh, options.axis)
+    return fit_axis(limb.mesh)
 
 
 def _limb_frame(limb: Limb, axis: Axis, rotation: Matrix3, options: AlignOptions) -> Rigid:

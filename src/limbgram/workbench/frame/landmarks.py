@@ -5,7 +5,7 @@ it does not turn the limb. A limb's mesh is put in its limb frame, and back, her
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from types import MappingProxyType
 
@@ -27,22 +27,12 @@ from limbgram.workbench.limb import KINDS, AnyLimb, KindName, Landmark, Limb, li
 
 ALIKE = 0.8
 """Names that share so much of their letters are one, with a slip of the pen (difflib's ratio)."""
-
-
+_FARTHEST_PICK_MM = 10.0
+"""How far from the surface a place may be picked."""
 NAMES: Mapping[KindName, tuple[Place, ...]] = MappingProxyType(
     {name: kind.asked for name, kind in KIND_NAMED.items()}
 )
 """The places that are asked for of each kind of limb."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PickOptions:
-    """How far from the surface a place may be picked."""
-
-    max_distance_mm: float = 10.0
-
-
-DEFAULTS = PickOptions()
 
 
 def landmark(limb: Limb, name: str) -> Landmark:
@@ -60,9 +50,7 @@ def landmark(limb: Limb, name: str) -> Landmark:
     )
 
 
-def with_landmarks(
-    limb: AnyLimb, picked: Sequence[Landmark], options: PickOptions = DEFAULTS
-) -> AnyLimb:
+def with_landmarks(limb: AnyLimb, picked: Sequence[Landmark]) -> AnyLimb:
     """The limb with more landmarks, each moved to the nearest place on the surface.
 
     One of a name that the limb has already takes its place.
@@ -79,13 +67,13 @@ def with_landmarks(
     tree = tree_on(limb.mesh)
     closest = tree.closest(np.stack([mark.position_mm for mark in picked]).astype(np.float64))
     for name, mark, off_mm in zip(names, picked, closest.distances_mm):
-        if not off_mm <= options.max_distance_mm:
+        if not off_mm <= _FARTHEST_PICK_MM:
             raise MeasureError(
                 "landmark.off_surface",
                 name=name,
                 point_mm=tuple(mark.position_mm.tolist()),
                 off_mm=float(off_mm),
-                most_mm=options.max_distance_mm,
+                most_mm=_FARTHEST_PICK_MM,
             )
     kept = tuple(mark for mark in limb.landmarks if mark.name not in names)
     snapped = tuple(
