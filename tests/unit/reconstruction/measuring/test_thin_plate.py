@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.thin_plate import (
-    bending_of,
+    bending_force,
     curvature_of,
     quadrics,
     smoothed_moves,
@@ -133,7 +133,7 @@ def test_bending_is_the_energy_of_the_curvature() -> None:
     moves = random.normal(size=len(mesh))
     laplacian, area = cotangent_laplacian(mesh)
     density = float(np.median(weights / area))
-    bending = bending_of(thin_plate, stiffness_of(thin_plate, density, length_mm))
+    bending = bending_force(thin_plate, stiffness_of(thin_plate, density, length_mm))
     energy = float(moves @ (bending @ thin_plate.laplacian @ moves))
     expected = 0.0
     for k in range(len(mesh)):
