@@ -46,8 +46,8 @@ and 0.22."""
 _MAX_OVER_POOLED = 3.0
 """Detail that exceeds the RMS of its neighbourhood by more than this factor is an outlier."""
 _NULL_LOG_SIGMA = 0.58
-"""Standard deviation of the logarithm of the energy along folds, over its median, where there are no
-folds: on sheets of noise, or of isotropic relief, 75, 90, 95 and 99 % of the vertices lie below
+"""Standard deviation of the logarithm of the energy along folds, over its median, where there are
+no folds: on sheets of noise, or of isotropic relief, 75, 90, 95 and 99 % of the vertices lie below
 1.47, 2.1, 2.6 and 4.0, as a log-normal distribution predicts (1.48, 2.1, 2.6, 3.9)."""
 
 
@@ -102,7 +102,7 @@ def _quadrature(
     steepest: Float64[np.ndarray, "n 3"],
     pool: Pool,
 ) -> Float64[np.ndarray, " n"]:
-    """The detail shifted by a quarter wave: its slope across the folds, scaled to its own energy."""
+    """The detail shifted by a quarter wave: its slope across the folds, of the same energy."""
     slopes = np.einsum("fk,fkd->fd", detail[mesh.faces], hat_gradients(mesh))
     doubled = np.linalg.norm(mesh.face_normals(), axis=1)
     slopes = summed(slopes * doubled[:, None] / 6, mesh.faces, len(mesh))

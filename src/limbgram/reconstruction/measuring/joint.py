@@ -34,14 +34,15 @@ f4 = np.float32
 _BLOCK = 2048
 """Vertices, or faces, per block of a thread."""
 _GAIN_PRIOR = 25.0
-"""Grey variance that regularises gains towards the ratio of the means, for windows of low texture."""
+"""Grey variance that regularises gains towards the ratio of the means, for windows of low
+texture."""
 _MIN_CURVATURE = 0.1
 """Lower limit: a robust cost may have negative curvature where residuals are large."""
 
 
 GAIN, MEAN, MEAN_PER_MM, LIFT = range(4)
-"""Photometric parameters of a photo at a vertex: gain of its grey values (0: not used), mean, change
-of the mean per millimetre that the surface moves, and displacement by blur, mm."""
+"""Photometric parameters of a photo at a vertex: gain of its grey values (0: not used), mean,
+change of the mean per millimetre that the surface moves, and displacement by blur, mm."""
 
 
 class NoiseModel(NamedTuple):
@@ -65,7 +66,7 @@ def local_gains(
     noise_grey: float,
     photometry: np.ndarray,
 ) -> None:
-    """Fill GAIN (mean square 1 over the photos used), MEAN and DRIFT of `photometry`.
+    """Fill GAIN (mean square 1 over the photos used), MEAN and MEAN_PER_MM of `photometry`.
 
     photometry (n, c, 4), zeros; photos as in seen_by (n, c)
     """
@@ -172,9 +173,9 @@ def assemble(
 
     photometry  (n, c, 4) GAIN, MEAN, MEAN_PER_MM and LIFT of the photos in seen_by (n, c)
     points      (s, 3) barycentric sample points of a face
-    Returns (f, 6) upper triangle 00 01 02 11 12 22; (f, 3) right-hand side; (f, c) the share of each
-    photo that sees a face's first vertex in the sum of the right-hand side; (f,) the curvature of
-    the robust cost over that of the weighted matrix: it is lower where residuals exceed
+    Returns (f, 6) upper triangle 00 01 02 11 12 22; (f, 3) right-hand side; (f, c) the share of
+    each photo that sees a face's first vertex in the sum of the right-hand side; (f,) the curvature
+    of the robust cost over that of the weighted matrix: it is lower where residuals exceed
     `noise_model.robust`.
     """
     count = len(mesh.faces)
@@ -186,8 +187,8 @@ def assemble(
     def block(first: int) -> None:
         _assemble_block(
             imagery.coefficients, imagery.crops, imagery.factor, imagery.views, seen_by, photometry,
-            mesh.vertices_mm, normals, mesh.faces, points, *noise_model, matrix, right, right_by_photo, curvature,
-            first, min(first + _BLOCK, count),
+            mesh.vertices_mm, normals, mesh.faces, points, *noise_model, matrix, right,
+            right_by_photo, curvature, first, min(first + _BLOCK, count),
         )  # fmt: skip
 
     in_parallel(block, range(0, count, _BLOCK))

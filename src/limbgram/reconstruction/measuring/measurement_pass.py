@@ -46,14 +46,14 @@ _GAIN_STEP_PX = 0.73
 _REUSE_PHOTOMETRY_PX = 0.2
 """Move from which a vertex's gains and means are computed anew."""
 _REMAINING_PRIOR = 0.1
-"""Share of the prior that remains after two rounds: the smallest with which errors on bare skin stay
-bounded."""
+"""Share of the prior that remains after two rounds: the smallest with which errors on bare skin
+stay bounded."""
 _SIGNAL_STEP_PX, _SIGNAL_RINGS, _MIN_SIGNAL = 0.1, 3, 0.05
 """Step of the finite difference for the signal; rings over which it is summed, as it is noisy where
 texture is low; and its lower limit."""
 _MIN_DENSITY_RATIO = 0.3
-"""Lower limit of the typical density over that above which half of the signal lies. Two captures with
-paint all over have 0.33 and 0.35, and so keep their median."""
+"""Lower limit of the typical density over that above which half of the signal lies. Two captures
+with paint all over have 0.33 and 0.35, and so keep their median."""
 _SYMMETRIC_IDX = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 """Indices of a symmetric 3 x 3 matrix in its upper triangle."""
 _OUTER, _INNER = (2 + 7**0.5) / 6, 1 / 6
@@ -64,8 +64,8 @@ _FACE_POINTS = np.array(
         for turn in range(3)
     ]
 )
-"""Barycentric samples of a face. The mean of ab + bc + ca is 1/4, as over the whole face, so that the
-positions of the samples do not displace flat faces on a round surface."""
+"""Barycentric samples of a face. The mean of ab + bc + ca is 1/4, as over the whole face, so that
+the positions of the samples do not displace flat faces on a round surface."""
 
 
 @cache
@@ -272,7 +272,7 @@ class JointEquations:
     photo_count: Int64[np.ndarray, " n"]
     """Number of photos that measured each vertex."""
     length_mm: float
-    """Length below which the reference plate dominates the data where the limb is painted."""
+    """Length below which the reference plate dominates the data on painted skin."""
     stiffness: Float64[np.ndarray, " n"]
     """Of the plate that measures, at each vertex."""
     stiffness_share: float = 1.0
@@ -290,7 +290,7 @@ class JointEquations:
 
     @property
     def measuring_length_mm(self) -> float:
-        """Length below which the plate that measures dominates the data where the limb is painted."""
+        """Length below which the plate that measures dominates the data on painted skin."""
         return self.length_mm * self.stiffness_share**0.25
 
 

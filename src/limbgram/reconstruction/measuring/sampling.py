@@ -261,7 +261,7 @@ def fill_gram(value: np.ndarray, weights: np.ndarray, used: int, gram: np.ndarra
 
 @njit(fastmath=True, cache=True, forceinline=True)
 def leading_gains(gram: np.ndarray, used: int, gains: np.ndarray, scratch: np.ndarray):
-    """Fill the leading unit eigenvector of the Gram matrix; False if a photo has no positive gain."""
+    """Fill the leading unit eigenvector of the Gram matrix; False unless all gains are positive."""
     for i in range(used):
         gains[i] = math.sqrt(gram[i, i])
     for _ in range(_POWER_ITERATIONS):

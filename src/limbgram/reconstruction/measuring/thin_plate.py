@@ -48,7 +48,7 @@ def solve(
 def solve_all(
     system: sp.csr_matrix, rights: Sequence[Float64[np.ndarray, " n"]]
 ) -> list[Float64[np.ndarray, " n"]]:
-    """Solutions of several right-hand sides, bit-identical to those of `solve` from right / diagonal.
+    """Solutions of several right-hand sides, bit-identical to `solve` from right / diagonal.
 
     Four are solved together and read the system once, which halves the time.
     """
@@ -209,8 +209,8 @@ _RIM_WEIGHT = 8.0
 _FOLD_CURVATURE = 0.25
 """Twice the mean curvature times the plate's length at which a fold is smoothed half as much."""
 _FOLD_RINGS, _FOLD_FREE_RINGS = 2, 3
-"""Rings over which the curvature of folds is averaged, and rings round rims and fills where no folds
-are assumed: nothing there distinguishes a fold from an error."""
+"""Rings over which the curvature of folds is averaged, and rings round rims and fills where no
+folds are assumed: nothing there distinguishes a fold from an error."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -306,7 +306,7 @@ def smoothed_moves(
 
 
 def _rim_coupling(thin_plate: ThinPlate, weights: Float64[np.ndarray, " n"]) -> sp.csr_matrix:
-    """(n, n) penalty on the difference of rim vertices' moves from the mean of their neighbours'."""
+    """(n, n) penalty on how far rim vertices' moves differ from the mean of their neighbours'."""
     rim = np.flatnonzero(thin_plate.is_boundary)
     rim_neighbours = thin_plate.neighbours[rim]
     mean = sp.diags(1 / np.asarray(rim_neighbours.sum(1)).ravel()) @ rim_neighbours

@@ -77,17 +77,17 @@ from limbgram.reconstruction.measuring.thin_plate import (
 from limbgram.reconstruction.scale.metric import MetricScene
 
 _LOST_PER_DETAIL = 12.0
-"""Energy of the detail that the plate removed over that of (1 - H)^2 H x. Theory gives 30 for relief
-of all wave lengths, less where the mesh or the relief ends; seven captures of our own have 7 to
-14."""
+"""Energy of the detail that the plate removed over that of (1 - H)^2 H x. Theory gives 30 for
+relief of all wave lengths, less where the mesh or the relief ends; seven captures of our own have 7
+to 14."""
 _GROWTH_LENGTHS = (0.35, 0.7, 1.0, 1.4, 2.0, 4.0)
 """Plate lengths, in that of the typical vertex, at which the growth of relief is measured."""
 _DETAIL_BY_SHARE, _SLOPE_BY_SHARE = 0.5, 0.25
-"""Powers with which the lost detail and slope grow with the plate's share of the reference stiffness.
-Theory, plates of 2 mm on edges of 3 mm, shares of 0.6, 0.4 and 0.2: 0.69, 0.49, 0.24 of the energy
-and 0.89, 0.81, 0.65 of the slope along a smoothed line where relief ends at 5 mm; 0.77, 0.61, 0.40
-and 0.90, 0.82, 0.68 at 2.5 mm; 0.83, 0.70, 0.50 and 0.94, 0.89, 0.78 over wrinkles. These powers:
-0.77, 0.63, 0.45 and 0.88, 0.80, 0.67."""
+"""Powers with which the lost detail and slope grow with the plate's share of the reference
+stiffness. Theory, plates of 2 mm on edges of 3 mm, shares of 0.6, 0.4 and 0.2: 0.69, 0.49, 0.24 of
+the energy and 0.89, 0.81, 0.65 of the slope along a smoothed line where relief ends at 5 mm; 0.77,
+0.61, 0.40 and 0.90, 0.82, 0.68 at 2.5 mm; 0.83, 0.70, 0.50 and 0.94, 0.89, 0.78 over wrinkles.
+These powers: 0.77, 0.63, 0.45 and 0.88, 0.80, 0.67."""
 _NOISE_IN_DETAIL = 0.055
 """Energy of white noise in (1 - H)^2 H x over that of its error: B(4.5, 1.5) / B(.5, 1.5), from its
 spectrum through the plate."""
@@ -113,22 +113,22 @@ _BANDS = (0.67, 1.0), (1.5, 2.25)
 """Two bands of wave lengths, in lengths of the plate, whose heights show how relief grows with its
 wave length. Adjacent bands show it less well: each contains only a few waves of a limb."""
 _BAND_RATIOS = 2.40, 2.65
-"""Height of the relief in the coarser band over that in the finer one: at the first ratio, relief is
-about as high at all lengths; from the second on, the factors above hold. Theory: 2.14 for relief of
-one height at all lengths, 2.43 for relief that grows with the power 0.2 of its length, 3.2 for 0.7.
-Eleven of thirteen wrinkled captures have 2.04 to 2.39, eighteen usual ones 2.73 to 3.28,
+"""Height of the relief in the coarser band over that in the finer one: at the first ratio, relief
+is about as high at all lengths; from the second on, the factors above hold. Theory: 2.14 for relief
+of one height at all lengths, 2.43 for relief that grows with the power 0.2 of its length, 3.2 for
+0.7. Eleven of thirteen wrinkled captures have 2.04 to 2.39, eighteen usual ones 2.73 to 3.28,
 limb_ring15 2.90, foot_ring24 2.77, limb_sparse15 3.17."""
 _MIN_RELIEF_OVER_NOISE = 1.0
 """Energy of relief over that of noise in the finer band, from which the ratio is used."""
 _WRINKLED_SLOPE, _WRINKLED_SLOPE_PER_MM, _WRINKLED_DETAIL = 0.5, 0.43, 2.0
-"""Factors of wrinkled relief: on the lost slope, an offset and a slope by the plate's length (captures
-have 1.4 at 2.1 mm, theory less than one below 1 mm, where most relief is finer than the smoothing
-length); on the lost energy, by theory."""
+"""Factors of wrinkled relief: on the lost slope, an offset and a slope by the plate's length
+(captures have 1.4 at 2.1 mm, theory less than one below 1 mm, where most relief is finer than the
+smoothing length); on the lost energy, by theory."""
 _NOISE_SLOPE_SIGMA = 0.17
-"""Relative standard deviation of the squared slope of the noise: correlated errors of the photos may
-be steeper or flatter than uncorrelated ones. This and the two above make the errors of 120 contours
-(`intervals.py`, 24 captures in five settings) the most likely; folds are too few there, so that 0.3
-is a bound."""
+"""Relative standard deviation of the squared slope of the noise: correlated errors of the photos
+may be steeper or flatter than uncorrelated ones. This and the two above make the errors of 120
+contours (`intervals.py`, 24 captures in five settings) the most likely; folds are too few there, so
+that 0.3 is a bound."""
 _DRAWS = 4
 """Samples of the plate's prior for the kriging variance."""
 _FLOOR_SHARE = 0.01
@@ -137,8 +137,8 @@ _DENSITY_RINGS, _DRAW_RINGS = 3, 8
 """Rings over which the logarithm of the information is averaged for the expected variance, and over
 which the samples correct that: four samples alone scatter by a third."""
 _START_ERROR_PX, _CORRECTING_ROUNDS, _GAP_RINGS = 0.3, 2, 6
-"""Error, in pixels, of the surface that the joint rounds start from, in the middle of a wide gap; the
-number of rounds assumed to correct it, as further ones correct less than predicted; and rings
+"""Error, in pixels, of the surface that the joint rounds start from, in the middle of a wide gap;
+the number of rounds assumed to correct it, as further ones correct less than predicted; and rings
 within which the gap's middle is searched. Of 0 to 0.45 px, 0.25 to 0.3 makes the errors of ten
 captures with little paint the most likely."""
 _UNCONFIRMED_PX = 0.12
@@ -149,8 +149,8 @@ _MAX_START_ERROR_LEFT = 0.5
 """A guessed vertex that keeps more than this of an error is still a guess: in eight captures with
 half of the paint left out, errors of guesses were 0.5 px below this and up to 4.9 mm above it."""
 _LONG_EDGE_RATIO = 1.5
-"""Length of an edge, in median edges, from which its ends count as unsupported. Where such an edge, a
-guess or a vertex on which no two photos agree touches a fill, two patchy captures were up to 9 mm
+"""Length of an edge, in median edges, from which its ends count as unsupported. Where such an edge,
+a guess or a vertex on which no two photos agree touches a fill, two patchy captures were up to 9 mm
 off with sigmas of 0.3 mm; without them the rest has an RMS of 0.16 mm (0.31) and of 0.20 (0.23)."""
 _CORRELATION_LENGTHS = 2.26
 """Correlation length over plate length: pi reach^2 is the area 16 length^2 of its noise."""
@@ -170,8 +170,8 @@ class LocalErrors:
     start_error_left: Float64[np.ndarray, " n"]
     """Share of an error of the given surface that remains after the rounds, 0 to 1."""
     creases_mm: Float64[np.ndarray, "n 2"]
-    """Two sources of error from lost creases, in quadrature, correlated all along the folds; part of
-    the variance."""
+    """Two sources of error from lost creases, in quadrature, correlated all along the folds; part
+    of the variance."""
 
 
 def local_errors(
@@ -528,7 +528,7 @@ def _anisotropy(
 ) -> tuple[Float64[np.ndarray, "n 3"], Float64[np.ndarray, " n"]]:
     """Unit tangent of the steepest direction, and the anisotropy of the squared slope.
 
-    Anisotropy is 0 for isotropic relief and 1 for parallel folds; noise, being isotropic, lowers it.
+    It is 0 for isotropic relief and 1 for parallel folds; noise, being isotropic, lowers it.
     """
     tensors = pooled_structure_tensors(mesh, structure_tensors(mesh, lift), pool, WIDE_RINGS)
     tangents = observed.axes[:, :2]
@@ -731,15 +731,14 @@ _FACES_LEFT = 0.2
 """Standard deviation of the offset of flat faces as a whole, in chordal deviations. On a ball it is
 0.05 to 0.07 for edges of 4 to 8 pixels, -0.25 to -0.30 for edges of 15."""
 _SUNK_PX = 0.13
-"""Standard deviation of the common offset in all gaps between paint, in pixels, where an error of the
-given surface remains whole: depth maps span gaps as chords do. Errors per remaining share: -0.20 to
--0.07 px on seven sparse and bare captures, -0.18 to 0.10 on four others."""
+"""Standard deviation of the common offset in all gaps between paint, in pixels, where an error of
+the given surface remains whole: depth maps span gaps as chords do. Errors per remaining share:
+-0.20 to -0.07 px on seven sparse and bare captures, -0.18 to 0.10 on four others."""
 OFFSET_PX = 0.006
-"""Standard deviation of the whole surface's offset from the sampling of photos, in pixels: volumes of
-53 small captures (seeds 6000 to 7088) give -0.007 px for thighs, -0.003 for shanks and 0.003 for
-bulbous limbs, and unknown blur adds 0.002. Errors of 139 volumes (seeds 9000 to 11099)
-were 0.92 of what 0.005 states; of 30 made by later code (seeds 32100 to 35007) 1.2 of what 0.0045
-states."""
+"""Standard deviation of the whole surface's offset from the sampling of photos, in pixels: volumes
+of 53 small captures (seeds 6000 to 7088) give -0.007 px for thighs, -0.003 for shanks and 0.003 for
+bulbous limbs, and unknown blur adds 0.002. Errors of 139 volumes (seeds 9000 to 11099) were 0.92 of
+what 0.005 states; of 30 made by later code (seeds 32100 to 35007) 1.2 of what 0.0045 states."""
 
 
 def with_sigma(

@@ -118,5 +118,5 @@ def _are_of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
 
 
 def _with_filling(mesh: Mesh, found: _FillableOpenings, *, curved: bool) -> Mesh:
-    """The mesh with its holes closed, then its brim: straight across, or curved as the surface is."""
+    """The mesh with its holes closed, then its brim: straight across, or as the surface curves."""
     return with_holes_closed(with_holes_closed(mesh, found.holes), found.brim, curved=curved)

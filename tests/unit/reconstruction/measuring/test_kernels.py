@@ -405,7 +405,7 @@ def test_what_cannot_be_measured_says_why(painted) -> None:
 
 
 def gains_of(painted, patch: Patch, seen_by: np.ndarray) -> np.ndarray:
-    """GAIN, MEAN and DRIFT by slot, from the formula."""
+    """GAIN, MEAN and MEAN_PER_MM by slot, from the formula."""
     rows = np.zeros((len(seen_by), 4))
     found = windows(painted.imagery, painted.views, seen_by, patch, np.zeros(3), 0.0)
     agreed = those_that_agree(found) if len(found.photos) > 1 else None

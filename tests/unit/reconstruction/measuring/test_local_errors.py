@@ -311,7 +311,7 @@ def test_a_plate_without_grain_to_follow_errs_as_before(wave_mm: float) -> None:
 
 
 def _followed(wave_mm: float, seed: int, turn_rad: float | None) -> tuple[float, float]:
-    """RMS error of the usual plate and of one that follows the grain, mm."""
+    """RMS error of the reference plate and of one that follows the grain, mm."""
     found, inside = solved(0.1, seed, wave_mm, turn_rad=turn_rad), _inside()
     _, mesh = _leaning(found)
     errors_mm = found.errors_mm + (mesh.vertices_mm - found.mesh.vertices_mm)[:, 2]
@@ -382,7 +382,7 @@ def test_where_no_paint_shows_it_no_crease_is_told() -> None:
 
 
 def _local(mesh: Mesh, seen: ObservedSurface, equations: JointEquations) -> LocalErrors:
-    """Errors of what the usual plate measured."""
+    """Errors of what the reference plate measured."""
     return local_errors(mesh, seen, equations, fit_reference_plate(mesh, seen, equations))
 
 
