@@ -88,6 +88,7 @@ class Pool:
 
     @classmethod
     def _counting(cls, ring_mean: sp.csr_matrix, counted: Bool[np.ndarray, " n"]) -> "Pool":
+        """The pool that counts these vertices."""
         counted_shares, share = dict[int, Float64[np.ndarray, " n"]](), counted.astype(np.float64)
         for ring_count in range(1, WIDE_RINGS + 1):
             share = ring_mean @ share

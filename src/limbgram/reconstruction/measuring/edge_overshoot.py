@@ -21,7 +21,7 @@ from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh, unit
-from limbgram.core.mesh.topology import find_edges
+from limbgram.core.mesh.topology import edge_lengths, find_edges
 
 _WELL_MEASURED_RATIO = 2.5
 """A vertex is well measured up to this many times the median sigma of the surface."""
@@ -52,10 +52,9 @@ def without_overshoot(mesh: Mesh) -> Mesh:
     well_measured = np.nan_to_num(sigma_mm, nan=np.inf) <= _WELL_MEASURED_RATIO * float(
         np.nanmedian(sigma_mm)
     )
-    start, end = find_edges(mesh.faces).ends.T
-    edge_mm = float(
-        np.median(np.linalg.norm(mesh.vertices_mm[start] - mesh.vertices_mm[end], axis=1))
-    )
+    ends = find_edges(mesh.faces).ends
+    start, end = ends.T
+    edge_mm = float(np.median(edge_lengths(mesh.vertices_mm, ends)))
     pulled, normals = _pulled_inside(mesh, well_measured, edge_mm)
     off_mm = np.linalg.norm(pulled - mesh.vertices_mm, axis=1)
     adjacency = sparse.csr_array((np.ones(len(start)), (start, end)), (len(mesh), len(mesh)))

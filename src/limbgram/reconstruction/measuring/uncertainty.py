@@ -259,14 +259,14 @@ def _extrapolated(
     painted: Pool,
     rings: int,
 ) -> Float64[np.ndarray, " n"]:
-    """Energies at painted vertices near by, scaled by the share of relief that is not observed."""
+    """Energies at nearby painted vertices, scaled with the unobserved relief."""
     return unseen * painted.energy(squares / unseen, rings)
 
 
 def _capped(
     sources_mm: Float64[np.ndarray, "n k"], variance: Float64[np.ndarray, " n"], pool: Pool
 ) -> Float64[np.ndarray, "n k"]:
-    """Sources of error, scaled down where their energy exceeds the total variance near by."""
+    """Sources of error, scaled down where their energy exceeds the variance around."""
     source_energy = pool.energy((sources_mm**2).sum(axis=1), DETAIL_RINGS)
     excess = np.maximum(source_energy / pool.energy(variance, DETAIL_RINGS), 1.0)
     return sources_mm / np.sqrt(excess)[:, None]

@@ -208,6 +208,7 @@ def _with_attributes(mesh: Mesh, capped: Mesh) -> Mesh:
 
 
 def _filled_area(mesh: Mesh) -> float:
+    """Area of the faces at filled vertices."""
     if mesh.filled is None:
         return 0.0
     return float(_face_areas(mesh)[mesh.filled[mesh.faces].any(1)].sum())

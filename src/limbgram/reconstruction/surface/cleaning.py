@@ -13,6 +13,7 @@ from limbgram.core.mesh.topology import (
     boundary_vertices,
     broken_half_edges,
     corner_fans,
+    edge_lengths,
     face_components,
     find_edges,
     number_pairs,
@@ -76,7 +77,7 @@ def drop_folds(vertices: Points3, faces: Faces) -> _FewerFaces:
 def drop_tongues(vertices: Points3, faces: Faces) -> _FewerFaces:
     """The faces without long ones at the openings."""
     edges = find_edges(faces)
-    lengths = np.linalg.norm(vertices[edges.ends[:, 0]] - vertices[edges.ends[:, 1]], axis=1)
+    lengths = edge_lengths(vertices, edges.ends)
     longest = lengths[edges.of_half_edge].reshape(-1, 3).max(1)
     long = longest > _LONG_EDGE_RATIO * np.median(lengths)
     for _ in range(_TONGUE_ROUNDS):

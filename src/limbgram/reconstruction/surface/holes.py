@@ -18,7 +18,13 @@ from scipy.sparse.linalg import splu
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.kernels import njit
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_loops, dilated, find_edges, half_edges
+from limbgram.core.mesh.topology import (
+    boundary_loops,
+    dilated,
+    edge_lengths,
+    find_edges,
+    half_edges,
+)
 from limbgram.reconstruction.surface.remeshing import WorkingMesh, find_twins, remesh_once
 
 _MAX_RING_VERTICES = 250
@@ -104,6 +110,7 @@ def _min_weight_triangulation(ring: np.ndarray, forbidden: np.ndarray, split: np
 
 @njit(cache=True, nogil=True)
 def _triangle_weight(a: np.ndarray, b: np.ndarray, c: np.ndarray):
+    """Area of a triangle plus the penalty for long edges."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     wx, wy, wz = c[0] - b[0], c[1] - b[1], c[2] - b[2]
@@ -147,8 +154,7 @@ def fill_holes(
     if not large:
         return Mesh(vertices_mm=vertices, faces=faces, filled=np.zeros(len(vertices), np.bool_))
     work, far = _initial_patches(vertices, faces, large)
-    ends = find_edges(faces).ends
-    edge = float(np.median(np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)))
+    edge = float(np.median(edge_lengths(vertices, find_edges(faces).ends)))
     for _ in range(_SHAPE_ROUNDS):
         for _ in range(_REMESH_ROUNDS):
             work = remesh_once(work, edge_mm or edge)

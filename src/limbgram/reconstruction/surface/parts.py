@@ -21,10 +21,15 @@ from jaxtyping import Float64, Int32
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import OptionsError, SurfaceError
-from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.geometry.arrays import Faces
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Cloud, Mesh, Part, Relation
-from limbgram.core.mesh.topology import boundary_half_edges, face_components, with_faces
+from limbgram.core.mesh.topology import (
+    boundary_half_edges,
+    edge_lengths,
+    face_components,
+    with_faces,
+)
 from limbgram.reconstruction.surface.cleaning import (
     drop_degenerate_and_duplicate,
     drop_folds,
@@ -179,10 +184,12 @@ def oriented_outwards(mesh: Mesh, cloud: Cloud) -> Mesh:
 
 
 def _geometry_only(mesh: Mesh) -> Mesh:
+    """The mesh without its vertices' attributes."""
     return Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces)
 
 
 def _chosen_number(wanted: int | None, count: int) -> int:
+    """Number of the part that the user wants, or 1."""
     if wanted is not None and not 1 <= wanted <= count:
         raise OptionsError("surface.no_part", wanted=wanted, count=count)
     return wanted or 1
@@ -265,9 +272,5 @@ def _torn_rim_mm(body: Mesh, other: Mesh, max_gap_mm: float) -> float:
     continues = ((normals * facing).sum(1) > _CONTINUATION_COSINE) & (
         along <= _MAX_STEP_SINE * distance
     )
-    lengths = _edge_lengths(body.vertices_mm, rim)
+    lengths = edge_lengths(body.vertices_mm, rim)
     return float(lengths[continues & (distance <= max_gap_mm)].sum())
-
-
-def _edge_lengths(vertices: Points3, ends: Int32[np.ndarray, "b 2"]) -> Float64[np.ndarray, " b"]:
-    return np.linalg.norm(vertices[ends[:, 1]] - vertices[ends[:, 0]], axis=1)

@@ -51,6 +51,7 @@ class WorkingMesh(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def _mark_fixed(faces: np.ndarray, twins: np.ndarray, frozen: np.ndarray, is_fixed: np.ndarray):
+    """Mark the ends of boundary edges and the vertices of frozen faces."""
     for f in range(len(faces)):
         for k in range(3):
             if frozen[f] or twins[3 * f + k] < 0:
@@ -251,6 +252,7 @@ def _collapse(
     longest2: float,
     merged_into: np.ndarray,
 ):
+    """Collapse valid edges, shortest first: moves vertices and fills `merged_into`."""
     locked = np.zeros(vertices.shape[0], np.bool_)
     seen = np.full(vertices.shape[0], -1, np.int64)
     position = np.empty(3)
@@ -346,6 +348,7 @@ def _flip_edges(
     corners: np.ndarray,
     touched: np.ndarray,
 ):
+    """Flip edges that are not Delaunay in `faces`."""
     got_edge = np.zeros(vertices.shape[0], np.bool_)
     original = faces.copy()
     upper, lower, outward = np.empty(3), np.empty(3), np.empty(3)
@@ -405,6 +408,7 @@ def smooth_along(mesh: WorkingMesh, fixed: np.ndarray) -> WorkingMesh:
 
 @njit(cache=True, nogil=True)
 def _smoothed(vertices: np.ndarray, faces: np.ndarray, fixed: np.ndarray):
+    """Positions after one step of tangential smoothing."""
     count = len(vertices)
     sums, normals, valence = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
     area_vector = np.empty(3)

@@ -65,12 +65,14 @@ def repair(parts: Parts, cloud: Cloud, number: int | None = None) -> Mesh:
 
 
 def _check_topology(faces: Faces, openings: int) -> None:
+    """Refuse a surface that is not one manifold component with so many openings."""
     whole = is_edge_manifold(faces) and is_vertex_manifold(faces)
     if not whole or len(boundary_loops(faces)) != openings or face_components(faces).any():
         raise SurfaceError("surface.holes")
 
 
 def _filled_share(mesh: Mesh) -> float:
+    """Share of the area at filled vertices."""
     filled = np.zeros(len(mesh), np.bool_) if mesh.filled is None else mesh.filled
     areas = np.linalg.norm(mesh.face_normals(), axis=1)
     return float(areas[filled[mesh.faces].any(1)].sum() / areas.sum())

@@ -186,7 +186,7 @@ def test_a_fold_keeps_its_curvature_and_noise_does_not() -> None:
         thin_plate = thin_plate_of(mesh)
         bend = np.einsum("ij,ij->i", mesh.vertex_normals(), thin_plate.laplacian @ mesh.vertices_mm)
         rows = np.abs(bend) > 0.3
-        rows &= ~thin_plate.is_boundary & (thin_plate.fold != 0)
+        rows &= ~thin_plate.is_boundary & (thin_plate.fold_curvature != 0)
         share = curvature_of(mesh, thin_plate, 1.0)[rows] / bend[rows]
         assert rows.sum() > 5
         assert (np.median(share) > 0.2) == kept
